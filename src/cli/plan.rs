@@ -70,6 +70,9 @@ pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, 
         counted(plan.stages.len(), "stage"),
         counted(plan.tasks.len(), "task"),
     )?;
+    for summary in study.summaries() {
+        writeln!(out, "  {summary}")?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 

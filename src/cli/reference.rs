@@ -100,8 +100,11 @@ significant digits.
 - A text in the place of a number is an [expression](../how-to/variants.md) in other keys of the same parameter
   point and in parameters, such as `\"8 * k_upper\"`.
 
-Lengths are in the unit of `side`, and pressures in the unit of `effective_modulus` or of the moduli of the
-bodies; you choose both units. Loads are mean pressures in units of E* × rms slope, unless `load_unit` is set.
+A *text with a unit* is a number and a unit, such as `\"100 um\"` or `\"210 GPa\"`. Units of length are `m`, `cm`,
+`mm`, `um` (`µm`), `nm`, `Å` and `pm`; units of pressure are `Pa`, `kPa`, `MPa`, `GPa`, `N/mm²` and `bar`.
+[Units](../how-to/materials.md) says which unit the tables then have. Lengths without a unit are in the unit of
+`side`, and pressures in the unit of `effective_modulus` or of the moduli of the bodies; you choose both units.
+Loads without a unit are mean pressures in units of E* × rms slope, unless `load_unit` is set.
 ";
 
 const PARAMETERS: &str = "
@@ -289,13 +292,19 @@ fn described(value: &Value) -> String {
     };
     if types.contains(&"array") && types.len() > 1 {
         let mut one = value.clone();
-        one["type"] = types[0].into();
+        one["type"] = types.into_iter().filter(|kind| *kind != "array").collect();
         return format!("{}, or a pair", described(&one));
     }
+    // A text with a unit is the only text that a key for numbers accepts.
+    let unit = if types.contains(&"number") && types.contains(&"string") {
+        ", or a text with a unit"
+    } else {
+        ""
+    };
     match types.first().copied() {
         _ if value.get("const").is_some() => format!("`{}`", as_toml(&value["const"])),
         Some("integer") => format!("a whole number{}", bounds(value)),
-        Some("number") => format!("a number{}", bounds(value)),
+        Some("number") => format!("a number{}{unit}", bounds(value)),
         Some("boolean") => "`true` or `false`".to_owned(),
         Some("string") => "a text".to_owned(),
         Some("array") if value["maxItems"] == 2 && value["minItems"] == 2 => {

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use arrow::array::{Array, AsArray};
 use arrow::csv;
-use arrow::datatypes::{DataType, Float64Type};
+use arrow::datatypes::{DataType, Field, Float64Type};
 use arrow::error::ArrowError;
 use arrow::json::writer::LineDelimited;
 use arrow::record_batch::RecordBatch;
@@ -24,7 +24,7 @@ use super::{Failure, Misused, SetArguments, unknown};
 use crate::session::failures::COMMAND;
 use crate::session::results::{Description, Table, TableFile, TableSource};
 use crate::session::words::{cells, counted, listed, short, whole_cells, wrapped};
-use crate::session::{DataFolder, DescribedColumns, StoreError, parallel};
+use crate::session::{DataFolder, DescribedColumns, StoreError, TableUnits, parallel};
 
 /// Number of rows that are converted to text together.
 const CHUNK: usize = 1024;
@@ -398,19 +398,26 @@ fn printed(
 ) -> Result<(Vec<Printed>, Vec<String>), StoreError> {
     let (mut printed, mut constant) = (Vec::new(), Vec::new());
     let first = table.first(indices, shown)?;
-    let columns = first.names().into_iter().zip(first.batch().columns());
-    for ((name, array), &index) in columns.zip(indices) {
+    let units = TableUnits::from_source(table)?;
+    let columns = first.batch().columns().iter().zip(first.batch().schema_ref().fields());
+    for ((array, field), &index) in columns.zip(indices) {
+        let name = field.name();
+        let unit = named_unit(field, &units);
         let is_summary = layout == ColumnLayout::Summary && table.rows() > 1;
         if is_summary && table.is_constant(index)? {
             if array.is_valid(0) {
-                constant.push(format!("{name} {}", cells(array.as_ref(), 1).remove(0)));
+                let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+                constant.push(format!("{name} {}{unit}", cells(array.as_ref(), 1).remove(0)));
             }
             continue;
         }
         // Never shorten a command, because users copy it.
         let is_whole = layout == ColumnLayout::Everything || name == COMMAND.name;
         printed.push(Printed {
-            name: name.to_owned(),
+            name: match unit {
+                Some(unit) => format!("{name} [{unit}]"),
+                None => name.to_owned(),
+            },
             cells: if is_whole || table.rows() == 1 {
                 whole_cells(array.as_ref(), shown)
             } else {
@@ -423,6 +430,13 @@ fn printed(
         });
     }
     Ok((printed, constant))
+}
+
+/// Returns the unit of a column if it is made of units of length and pressure that the table names.
+fn named_unit(field: &Field, units: &TableUnits) -> Option<String> {
+    let declared = field.metadata().get("unit")?;
+    let named = units.name(declared);
+    (named != *declared).then_some(named)
 }
 
 /// Prints a single row with one column per line.

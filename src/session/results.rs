@@ -16,6 +16,7 @@ use asperity_pipeline::results::{self, exceeded_hardness, failures};
 use asperity_pipeline::study::Study;
 use asperity_report::{Subject, check_folder};
 use asperity_stages::aggregate::sql::{self, QueryError};
+use asperity_stages::units::TableUnits;
 use asperity_stages::{Kind, StageError, columns_of};
 use asperity_tables::parquet::{Columns, Metadata};
 use asperity_tables::store::files::{Existing, read_whole};
@@ -151,12 +152,12 @@ impl DescribedColumns {
         wanted: Option<&str>,
     ) -> Result<Vec<DescribedColumns>, SessionError> {
         let tables = study.empty_tables()?;
-        let stages = study.stages.iter().zip(tables);
+        let stages = study.stages.iter().zip(tables).zip(study.units());
         let mut described: Vec<_> = stages
-            .map(|(stage, table)| DescribedColumns {
+            .map(|((stage, table), units)| DescribedColumns {
                 stage: Some(stage.name.clone()),
                 kind: stage.work.kind(),
-                columns: results::with_own_columns(table).descriptions(),
+                columns: in_units(results::with_own_columns(table).descriptions(), &units),
             })
             .collect();
         if let Some(wanted) = wanted {
@@ -167,6 +168,12 @@ impl DescribedColumns {
         }
         Ok(described)
     }
+}
+
+/// Names the units of length and pressure in the units of columns.
+fn in_units(mut columns: Vec<Description>, units: &TableUnits) -> Vec<Description> {
+    columns.iter_mut().for_each(|column| column.unit = units.name(&column.unit));
+    columns
 }
 
 /// Options of the method [`Session::report`].

@@ -36,3 +36,136 @@ fn what_has_no_unit_is_the_same_at_the_ends_of_the_units_that_may_be_chosen() {
         assert_eq!(scaled_areas, areas, "{units:?}");
     }
 }
+
+/// Glass pressed against a rough steel surface, with a placeholder for each quantity.
+const STEEL_ON_GLASS: &str = r#"
+[study]
+name = "steel"
+
+[stage.surfaces]
+kind = "generate"
+nodes = 32
+side = SIDE
+hurst = 0.8
+longest_wavelength = LONGEST
+shortest_wavelength = SHORTEST
+rms_height = [HEIGHT, HIGHER]
+realizations = 2
+
+[stage.contact]
+kind = "solve"
+from = "surfaces"
+bodies = [
+    { youngs_modulus = STEEL, poisson_ratio = 0.3, hardness = YIELD },
+    { youngs_modulus = GLASS, poisson_ratio = 0.2 },
+]
+hardness = HARDNESS
+loads = LOADS
+load_unit = UNIT
+
+[stage.area]
+kind = "measure"
+from = "contact"
+
+[stage.means]
+kind = "aggregate"
+from = "area"
+over = ["area_fraction"]
+statistics = ["mean"]
+"#;
+
+/// Replaces the placeholders of [`STEEL_ON_GLASS`].
+fn steel_on_glass(values: [&str; 11]) -> String {
+    let names = [
+        "SIDE", "LONGEST", "SHORTEST", "HEIGHT", "HIGHER", "STEEL", "YIELD", "GLASS", "HARDNESS",
+        "LOADS", "UNIT",
+    ];
+    let text = STEEL_ON_GLASS.to_owned();
+    names.iter().zip(values).fold(text, |text, (name, value)| text.replace(name, value))
+}
+
+#[test]
+fn quantities_with_units_give_the_numbers_of_converted_plain_numbers() {
+    let with_units = steel_on_glass([
+        "\"100 um\"",
+        "\"50000 nm\"",
+        "\"0.0125 mm\"",
+        "\"200 nm\"",
+        "\"0.0003 mm\"",
+        "\"210 GPa\"",
+        "\"2e9 Pa\"",
+        "\"70 GPa\"",
+        "\"5.5 GPa\"",
+        "[\"10 MPa\", \"0.02 GPa\", \"400 bar\"]",
+        "\"MPa\"",
+    ]);
+    let plain = steel_on_glass([
+        "100",
+        "50",
+        "12.5",
+        "0.2",
+        "0.3",
+        "210000",
+        "2000",
+        "70000",
+        "5500",
+        "[10, 20, 40]",
+        "\"absolute\"",
+    ]);
+    let (one, other) = (Bench::new(), Bench::new());
+    one.run(&with_units);
+    other.run(&plain);
+    for stage in ["surfaces", "contact", "area", "means"] {
+        let [one, other] = [&one, &other].map(|bench| bench.table("steel", stage));
+        let mut numeric = 0;
+        for name in other.names() {
+            if let (Ok(one), Ok(other)) = (one.reals(name), other.reals(name)) {
+                assert_eq!(one, other, "{stage}.{name}");
+                numeric += 1;
+            }
+        }
+        assert!(numeric > 2, "{stage} has numbers");
+        let units: Vec<&str> = one.texts("unit").unwrap().iter().flatten().collect();
+        assert_eq!(units, vec!["µm"; one.rows()], "{stage}");
+        assert!(!other.has("unit") && !other.has("pressure_unit"), "{stage}");
+        assert_eq!(one.has("pressure_unit"), stage != "surfaces");
+    }
+    let table = one.table("steel", "contact");
+    assert_eq!(table.reals("pressure").unwrap().value(2), 40.0);
+    assert_eq!(table.texts("pressure_unit").unwrap().value(0), "MPa");
+}
+
+#[test]
+fn every_surface_has_the_given_rms_height_whatever_its_method() {
+    for method in ["filter", "random-phase"] {
+        let bench = Bench::new();
+        let heights =
+            format!("nodes = 32\nmethod = \"{method}\"\nside = \"2 mm\"\nrms_height = \"1 um\"");
+        bench.run(&STUDY.replace("nodes = 32", &heights));
+        let table = bench.table("small", "surfaces");
+        let reals = |name: &str| table.reals(name).unwrap().values().to_vec();
+        assert!(reals("rms_height").iter().all(|height| *height == 0.001), "{method}");
+        for m00 in reals("m00") {
+            assert!((m00.sqrt() / 0.001 - 1.0).abs() < 1e-12, "{method}");
+        }
+        let squares = reals("m20").into_iter().zip(reals("m02"));
+        for (slope, (m20, m02)) in reals("rms_slope").iter().zip(squares) {
+            assert!((slope / (m20 + m02).sqrt() - 1.0).abs() < 1e-12, "{method}");
+        }
+        // Two surfaces of one spectrum have the same slope only if their amplitudes are fixed.
+        let slopes = reals("rms_slope");
+        assert_eq!(((slopes[0] / slopes[1]) - 1.0).abs() < 1e-12, method == "random-phase");
+    }
+}
+
+#[test]
+fn loads_out_of_order_have_the_results_of_the_sorted_list() {
+    let bench = Bench::new();
+    let loads = |list: &str| STUDY.replace("{ to = 0.1, steps = 4 }", list);
+    bench.run(&loads("[0.01, 0.05, 0.1]"));
+    let counts = bench.run(&loads("[0.1, 0.01, 0.05, 0.10]"));
+    assert!(counts.values().all(|count| count.to_run == 0), "{counts:?}");
+    // Another block of loads is one edit of the list.
+    let counts = bench.plan(&loads("[0.1, 0.01, 0.05, 0.02]"));
+    assert_eq!((counts["surfaces"].to_run, counts["light"].to_run), (0, 4));
+}

@@ -5,8 +5,10 @@
 
 pub mod figures;
 mod graph;
+mod summary;
 #[cfg(test)]
 mod tests;
+mod units;
 mod validate;
 mod warnings;
 
@@ -23,6 +25,7 @@ use asperity_stages::StageError;
 use asperity_stages::surface_files::{RecordedFiles, SurfaceFiles};
 use asperity_tables::table::Table;
 
+pub use summary::StageSummary;
 pub use warnings::Warning;
 
 pub use asperity_manifest::diagnostics::{ManifestErrors, Problem};

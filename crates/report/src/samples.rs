@@ -48,11 +48,8 @@ impl Sample<'_> {
     }
 
     /// Returns the spectrum and the realization if the surface is random.
-    pub fn random(&self) -> Option<&RandomSurface> {
-        match &self.params.origin {
-            Origin::Random { surface, .. } => Some(surface),
-            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => None,
-        }
+    pub fn random(&self) -> Option<RandomSurface> {
+        self.params.origin.random_surface(self.params.grid().ok()?.cell())
     }
 
     /// Returns the stored heights, or `None` if the store does not have them.
@@ -70,8 +67,10 @@ impl Sample<'_> {
     /// the modes of a surface are the same on all meshes.
     pub fn draw(&self, finished: &FinishedStages) -> Result<Surface, StageError> {
         match &self.params.origin {
-            Origin::Random { surface, .. } => {
+            Origin::Random { .. } => {
                 let grid = self.params.grid()?;
+                let surface = self.params.origin.random_surface(grid.cell());
+                let surface = surface.expect("the origin is random");
                 let aspect = grid.cell().aspect();
                 let waves = surface.spectrum.max_waves(grid.cell());
                 let shown = [0, 1].map(|axis| {

@@ -140,6 +140,10 @@ pub const DEPTH: Column =
     parameter("depth", "length", "distance of the surrounding plane below the top of the shape");
 pub const EFFECTIVE_MODULUS: Column =
     parameter("effective_modulus", "pressure", "effective modulus E*");
+pub const PRESSURE_UNIT: Column = parameter_text(
+    "pressure_unit",
+    "unit of all pressures; the column exists only if the manifest writes a unit",
+);
 pub const TOLERANCE: Column = parameter(
     "tolerance",
     "rms slope × mesh step",

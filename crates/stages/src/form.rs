@@ -6,7 +6,6 @@ use toml::de::DeTable;
 use crate::aggregate::keys::AggregateTable;
 use crate::correct::CorrectTable;
 use crate::fit::keys::{FitPoints, LawWord};
-use crate::generate::Origin;
 use crate::generate::method::{Method, SurfacePoints};
 use crate::measure::keys::MeasureTable;
 use crate::solve::keys::SolveTable;
@@ -344,11 +343,7 @@ impl Surfaces {
         let is_open = params().any(|params| params.origin.is_open());
         let mut grids = params().filter_map(|params| params.grid().ok());
         let non_square = grids.find(|grid| !grid.has_square_cells());
-        let slopes = params().filter_map(|params| match &params.origin {
-            Origin::Random { surface, .. } => Some([surface.rms_slope; 2]),
-            Origin::Spectrum { surface, .. } => surface.rms_slope.map(|slope| [slope; 2]),
-            Origin::File(_) | Origin::Shape { .. } => None,
-        });
+        let slopes = params().filter_map(|params| Some([params.origin.given_rms_slope()?; 2]));
         Surfaces {
             slopes: slopes.reduce(spanning),
             open: is_open.then(|| stage.to_owned()),

@@ -246,9 +246,10 @@ impl Stage for Params {
 
     /// Draws one surface and describes it in one row.
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
-        if let (Origin::Random { surface, .. }, Heights::None) = (&self.origin, self.heights) {
+        if let (Origin::Random { .. }, Heights::None) = (&self.origin, self.heights) {
             let grid = self.grid()?;
-            let description = Description::from_modes(surface, grid.cell());
+            let surface = self.origin.random_surface(grid.cell()).expect("the origin is random");
+            let description = Description::from_modes(&surface, grid.cell());
             let columns = description.row(self, grid);
             return Ok(Table::new(1, columns));
         }
@@ -348,7 +349,9 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     for surface in &surfaces {
         add(own_columns(&surface.origin));
     }
-    add(DESCRIPTORS.to_vec());
+    let gives_height = surfaces.iter().any(|surface| surface.origin.given_rms_height().is_some());
+    let descriptors = DESCRIPTORS.into_iter();
+    add(descriptors.filter(|column| *column != RMS_HEIGHT || !gives_height).collect());
     for surface in &surfaces {
         add(description::columns_of_file(&surface.origin));
     }

@@ -16,6 +16,7 @@
 //! | [`form`] | keys of each stage, and the context in which they are checked |
 //! | [`columns`], [`grids`] | all columns; the columns that hold the grid of a surface |
 //! | [`ensemble`] | grouping of rows by parameter point, surface and load |
+//! | [`units`] | names of the units of length and pressure of a table |
 //! | [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
 //! | [`caveats`] | surfaces that violate the assumptions of theories of rough contact |
 //!
@@ -36,6 +37,7 @@ pub mod solve;
 pub mod spectrum_files;
 mod stage;
 pub mod surface_files;
+pub mod units;
 
 use std::borrow::Cow;
 use std::fmt;

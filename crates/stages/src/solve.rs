@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 pub use self::contact::Contact;
 pub use self::fields::ContactFields;
+pub use self::loads::ListedLoads;
 use self::rows::OptionalColumns;
 pub use self::rows::SolvedLoad;
 pub use self::units::{GivenHardness, PressureUnit};
@@ -62,6 +63,7 @@ pub const STAGE: Definition = Definition {
             asperities: true,
             flow: true,
             load_unit: PressureUnit::Relative,
+            pressure_unit: true,
             hardness: Some(PressureUnit::Absolute),
         };
         [&rows::columns(all)[..], &heavy].concat()
@@ -76,6 +78,10 @@ pub struct Params {
     pub effective_modulus: f64,
     /// Unit of `loads` and `pressures`.
     pub load_unit: PressureUnit,
+    /// Symbol of the unit of all pressures, which is a label. Omitted from the recipe if the
+    /// manifest names none, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pressure_unit: Option<&'static str>,
     /// Loads, positive and in ascending order. There is at least one, except in the recipe that
     /// all loads share.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -116,6 +122,10 @@ pub struct Params {
     /// Number of entries of `bodies`, for a warning. It is not part of the recipe.
     #[serde(skip)]
     pub bodies: usize,
+    /// Differences between the list in the manifest and `loads`, for a warning. They are not part
+    /// of the recipe.
+    #[serde(skip)]
+    pub listed: ListedLoads,
 }
 
 impl Params {
@@ -144,6 +154,9 @@ impl Params {
             (TOLERANCE, Value::Real(self.tolerance)),
             (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
         ];
+        if let Some(unit) = self.pressure_unit {
+            setting.push((PRESSURE_UNIT, Value::Text(unit.to_owned())));
+        }
         if let Some(interaction) = self.asperities {
             let word = interaction.name().to_owned();
             setting.push((INTERACTION, Value::Text(word)));
@@ -162,6 +175,12 @@ impl Params {
             PressureUnit::Relative => reduced,
             PressureUnit::Absolute => absolute,
         }
+    }
+
+    /// Returns the symbol of the unit of the loads; `None` for reduced loads, and if the manifest
+    /// names no unit.
+    pub fn unit_of_loads(&self) -> Option<&'static str> {
+        self.pressure_unit.filter(|_| self.load_unit == PressureUnit::Absolute)
     }
 
     fn keeps_pressures_at(&self, load: f64) -> bool {
@@ -211,6 +230,7 @@ impl Stage for Params {
             asperities: self.asperities.is_some(),
             flow: self.flow,
             load_unit: self.load_unit,
+            pressure_unit: self.pressure_unit.is_some(),
             hardness: self.hardness.map(|given| given.unit),
         });
         Ok(beside_coordinates(&columns, inputs)?)

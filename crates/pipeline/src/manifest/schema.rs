@@ -4,7 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::StudyTable;
 use super::figure::FigureTable;
-use asperity_manifest::keys::KeyTable;
+use asperity_manifest::keys::declare::QUANTITY;
+use asperity_manifest::keys::{KeyTable, quantity};
 use asperity_manifest::names;
 use asperity_stages::form::{FromKey, StageVariant};
 
@@ -109,6 +110,11 @@ fn accept_expressions_within(schema: &mut Value, pattern: &str) {
 fn stage(variant: StageVariant) -> Value {
     let layout = variant.layout();
     let (swept, lists, mut schema) = (&layout.swept, &layout.lists, layout.schema.clone());
+    let with_units: Map<String, Value> = layout
+        .properties()
+        .iter()
+        .map(|(key, value)| (key.clone(), with_units(value.clone(), false)))
+        .collect();
     let kind = variant.kind();
     let mut properties = Map::new();
     let mut required = vec![json!("kind")];
@@ -128,7 +134,7 @@ fn stage(variant: StageVariant) -> Value {
     if variant.from_key() == FromKey::Required {
         required.push(json!("from"));
     }
-    let own = layout.properties();
+    let own = &with_units;
     let must = schema.get("required").and_then(Value::as_array);
     let must = must.cloned().unwrap_or_default();
     if !swept.is_empty() {
@@ -167,6 +173,42 @@ fn figure() -> Value {
     let mut schema = layout.schema.clone();
     schema.insert("properties".to_owned(), keys.collect::<Map<_, _>>().into());
     schema.into()
+}
+
+/// Replaces the marker of quantities in the schema of a key: numbers may also be texts with a unit.
+/// `is_quantity` tells that the numbers of the schema are quantities.
+fn with_units(schema: Value, is_quantity: bool) -> Value {
+    let mut object = match schema {
+        Value::Object(object) => object,
+        Value::Array(schemas) => {
+            let schemas = schemas.into_iter().map(|schema| with_units(schema, is_quantity));
+            return schemas.collect();
+        }
+        other => return other,
+    };
+    let is_quantity = object.remove(QUANTITY).is_some() || is_quantity;
+    for keyword in ["anyOf", "oneOf", "items"] {
+        if let Some(inner) = object.remove(keyword) {
+            object.insert(keyword.to_owned(), with_units(inner, is_quantity));
+        }
+    }
+    if let Some(Value::Object(keys)) = object.get_mut("properties") {
+        keys.iter_mut().for_each(|(_, key)| *key = with_units(key.take(), false));
+    }
+    let types = object.get("type").cloned();
+    match types {
+        Some(Value::String(kind)) if is_quantity && kind == "number" => {
+            object.insert("type".to_owned(), json!(["number", "string"]));
+            object.insert("pattern".to_owned(), json!(quantity::PATTERN));
+        }
+        Some(Value::Array(mut kinds)) if is_quantity && kinds.contains(&json!("number")) => {
+            kinds.insert(1, json!("string"));
+            object.insert("type".to_owned(), kinds.into());
+            object.insert("pattern".to_owned(), json!(quantity::PATTERN));
+        }
+        _ => {}
+    }
+    object.into()
 }
 
 /// Returns the schema of the key `from`.

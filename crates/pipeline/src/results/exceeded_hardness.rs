@@ -11,6 +11,7 @@ use crate::results::TASK;
 use crate::study::{Stage, Study, Warning};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::counted;
+use asperity_manifest::keys::quantity;
 use asperity_stages::Recipe;
 use asperity_stages::columns::{LOAD, PEAK_PRESSURE, PRESSURE};
 use asperity_tables::table::{Table, TableError};
@@ -35,7 +36,7 @@ pub fn warnings<E: From<TableError>>(
             continue;
         }
         let Some(table) = read(index)? else { continue };
-        let messages = messages(&table, &hardnesses)?;
+        let messages = messages(&table, &hardnesses, pressure_unit(stage))?;
         warnings.extend(
             messages.into_iter().map(|message| Warning { stage: stage.name.clone(), message }),
         );
@@ -64,6 +65,14 @@ fn of_tasks(stage: &Stage, planned: &PlannedStage, plan: &Plan) -> HashMap<Strin
     known.flatten().collect()
 }
 
+/// Returns the unit of the pressures of a stage, if the manifest names one.
+fn pressure_unit(stage: &Stage) -> Option<&'static str> {
+    stage.work.recipes().iter().find_map(|recipe| match recipe {
+        Recipe::Solve(params) => params.pressure_unit,
+        _ => None,
+    })
+}
+
 /// Loads whose peak pressure exceeds a hardness.
 struct Passed {
     loads: usize,
@@ -72,7 +81,11 @@ struct Passed {
     peak: f64,
 }
 
-fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<String>, TableError> {
+fn messages(
+    table: &Table,
+    hardnesses: &HashMap<String, f64>,
+    unit: Option<&str>,
+) -> Result<Vec<String>, TableError> {
     let tasks = table.texts(TASK.name)?;
     let [loads, means, peaks] = [LOAD, PRESSURE, PEAK_PRESSURE].map(|column| column.name);
     let (loads, means, peaks) = (table.reals(loads)?, table.reals(means)?, table.reals(peaks)?);
@@ -103,20 +116,23 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
              reaches {}; the lightest of these loads is {} (mean pressure {}); a real material \
              would yield there, but these results are elastic: set `hardness = {}` in the stage to \
              limit the pressure",
-            decimal::written(hardness),
+            quantity::written(hardness, unit),
             counted(rows, "load"),
-            rounded(peak),
-            rounded(load),
-            rounded(mean),
-            decimal::written(hardness),
+            quantity::written(rounded(peak), unit),
+            decimal::written(rounded(load)),
+            quantity::written(rounded(mean), unit),
+            match unit {
+                Some(_) => format!("{:?}", quantity::written(hardness, unit)),
+                None => decimal::written(hardness),
+            },
         )
     });
     Ok(lines.collect())
 }
 
-/// Formats a number with at most four significant digits.
-fn rounded(value: f64) -> String {
-    format!("{value:.3e}").parse().map_or_else(|_| value.to_string(), decimal::written)
+/// Rounds a number to four significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 #[cfg(test)]
@@ -136,7 +152,11 @@ mod tests {
             ],
         );
         let hardnesses = [("a", 5.0), ("b", 5.0)].map(|(task, value)| (task.to_owned(), value));
-        let lines = messages(&table, &hardnesses.into_iter().collect()).unwrap();
+        let hardnesses = hardnesses.into_iter().collect();
+        let in_unit = messages(&table, &hardnesses, Some("MPa")).unwrap();
+        assert!(in_unit[0].contains("(mean pressure 1 MPa)"), "{in_unit:?}");
+        assert!(in_unit[0].contains("`hardness = \"5 MPa\"`"), "{in_unit:?}");
+        let lines = messages(&table, &hardnesses, None).unwrap();
         let [message] = lines.as_slice() else { panic!("{lines:?}") };
         for part in [
             "under 2 of 3 loads",

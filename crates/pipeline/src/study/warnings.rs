@@ -1,15 +1,17 @@
 //! Warnings about valid studies that may not do what the user expects.
 
 use std::fmt;
+use std::sync::Arc;
 
 use serde::Serialize;
 
 use crate::study::{Stage, Study, Work};
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::listed;
+use asperity_manifest::keys::quantity;
 use asperity_stages::fit::laws::{Law, PlainLaw};
 use asperity_stages::generate::{MeasuredSurface, Origin, Params, PerAxis};
-use asperity_stages::solve::{self, PressureUnit};
+use asperity_stages::solve::{self, ListedLoads, PressureUnit};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Recipe, measure};
 
@@ -109,6 +111,7 @@ impl Study {
     /// - A mesh overestimates the contact area.
     /// - Lists of `nodes` and `side` are ambiguous.
     /// - Loads were probably meant in another unit.
+    /// - Loads are out of order or repeated.
     /// - Two rough bodies are not pressed against each other.
     /// - The file of a measured surface has several channels or missing points.
     pub fn warnings(&self) -> Vec<Warning> {
@@ -118,6 +121,7 @@ impl Study {
                 ambiguous_pairs(stage),
                 self.coarse_mesh(index, stage),
                 improbable_loads(stage),
+                rearranged_loads(stage),
                 self.pressed_alone(stage),
             ];
             let messages = messages.into_iter().flatten();
@@ -253,9 +257,30 @@ fn improbable_loads(stage: &Stage) -> Option<String> {
     })
 }
 
+/// Tells that the list of loads of a stage was sorted, or that repeated loads are solved once.
+fn rearranged_loads(stage: &Stage) -> Option<String> {
+    let lists = stage.work.recipes().iter().filter_map(|recipe| match recipe {
+        Recipe::Solve(params) => Some(params),
+        _ => None,
+    });
+    let rearranged = |params: &&Arc<solve::Params>| params.listed != ListedLoads::default();
+    let params = lists.into_iter().find(rearranged)?;
+    let ListedLoads { is_unsorted, repeated } = &params.listed;
+    let sorted =
+        is_unsorted.then(|| "is out of order; loads are solved in ascending order".to_owned());
+    let repeated = repeated.first().map(|load| {
+        let load = quantity::written(*load, params.unit_of_loads());
+        format!("repeats the load {load}; every load is solved once")
+    });
+    let notes: Vec<String> = sorted.into_iter().chain(repeated).collect();
+    Some(format!("`loads` {}", notes.join(", and ")))
+}
+
 fn of_block(params: &solve::Params) -> Option<String> {
     let (lightest, heaviest) = (*params.loads.first()?, *params.loads.last()?);
     let modulus = params.effective_modulus;
+    let shown = |pressure: f64| quantity::written(pressure, params.pressure_unit);
+    let same_unit = if params.pressure_unit.is_none() { " in the same unit" } else { "" };
     match params.load_unit {
         PressureUnit::Relative if lightest > HEAVY => Some(format!(
             "all loads are at least {lightest} in units of E* × rms slope, but every node touches \
@@ -266,12 +291,16 @@ fn of_block(params: &solve::Params) -> Option<String> {
              two touch; set `load_unit = \"absolute\"` if they are pressures"
         )),
         PressureUnit::Absolute if lightest > PRESSURES[1] * modulus => Some(format!(
-            "all loads are pressures of at least {lightest}, and E* is {modulus} in the same unit, \
-             so that every node touches; check the units of the loads and of E*"
+            "all loads are pressures of at least {}, and E* is {}{same_unit}, so that every node \
+             touches; check the units of the loads and of E*",
+            shown(lightest),
+            shown(modulus)
         )),
         PressureUnit::Absolute if heaviest < PRESSURES[0] * modulus => Some(format!(
-            "all loads are pressures of at most {heaviest}, and E* is {modulus} in the same unit, \
-             so that only a node or two touch; check the units of the loads and of E*"
+            "all loads are pressures of at most {}, and E* is {}{same_unit}, so that only a node \
+             or two touch; check the units of the loads and of E*",
+            shown(heaviest),
+            shown(modulus)
         )),
         _ => None,
     }
@@ -470,6 +499,19 @@ mod tests {
         let reduced = "loads = [0.01, 0.1]\nload_unit = \"absolute\"\neffective_modulus = 1e11";
         assert!(warned(reduced)[0].contains("a node or two"));
         assert!(warned("loads = [1e-9, 1e-8]")[0].contains("a node or two"));
+    }
+
+    #[test]
+    fn loads_out_of_order_and_repeated_are_told() {
+        let told = |list: &str| warned(&format!("loads = [{list}]"));
+        assert_eq!(told("0.01, 0.02"), [""; 0]);
+        assert!(told("0.02, 0.01")[0].contains("`loads` is out of order; loads are solved"));
+        assert!(told("0.01, 0.01, 0.02")[0].contains("`loads` repeats the load 0.01;"));
+        let megapascals = "loads = [\"2 MPa\", \"1 MPa\", \"2000 kPa\"]\n\
+                           effective_modulus = \"100 MPa\"";
+        let expected = "`loads` is out of order; loads are solved in ascending order, and repeats \
+                        the load 2 MPa; every load is solved once";
+        assert_eq!(warned(megapascals), [expected]);
     }
 
     #[test]

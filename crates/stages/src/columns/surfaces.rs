@@ -2,10 +2,10 @@
 
 use super::{integer, parameter, parameter_integer, parameter_text, real, text};
 use asperity_tables::column::ColumnKind::Reals;
-use asperity_tables::column::{Code, Column};
+use asperity_tables::column::{Code, Column, Role};
 
 pub const CONTENT: Column = parameter_text("content", "hash of the file of the measured surface");
-pub const UNIT: Column = parameter_text("unit", "unit of length of the measured surface");
+pub const UNIT: Column = parameter_text("unit", "unit of length of the surface");
 pub const EDGES: Column = parameter_text("edges", "treatment of the edges of the measured map")
     .with_codes(&[
         Code { word: "periodic", meaning: "the map is periodic and stays unchanged" },
@@ -116,6 +116,7 @@ pub const FILE_COLUMNS: [Column; 4] = [FORMAT, CHANNEL_READ, CHANNELS, FILLED_NO
 // Moments and descriptors of surfaces.
 
 pub const RMS_HEIGHT: Column = real("rms_height", "length", "root mean square height");
+pub const RMS_HEIGHT_GIVEN: Column = RMS_HEIGHT.with_role(Role::Parameter);
 
 /// Columns of the moments and descriptors of a surface.
 pub const DESCRIPTORS: [Column; 14] = [

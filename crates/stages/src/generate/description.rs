@@ -79,13 +79,15 @@ impl Description {
         }
         let seen = Descriptors::from_surface_on(threads, surface);
         let known = match origin {
-            Origin::Random { surface: drawn, .. } => {
-                Description::from_modes(drawn, surface.grid().cell())
+            Origin::Random { .. } => {
+                let cell = surface.grid().cell();
+                let drawn = origin.random_surface(cell).expect("the origin is random");
+                Description::from_modes(&drawn, cell)
             }
             Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => Description {
                 moments: seen.moments,
                 // The slope of a scaled surface differs from the given one only by rounding.
-                rms_slope: rms_slope_given(origin).unwrap_or(seen.rms_slope),
+                rms_slope: origin.given_rms_slope().unwrap_or(seen.rms_slope),
                 effective_modes: Some(seen.moments.effective_modes()),
                 expected: None,
                 seen: None,
@@ -124,7 +126,12 @@ impl Description {
         let cell = |(column, value): (Column, Value)| (column, value.repeated(1));
         let mut columns: Vec<(Column, ArrayRef)> = coordinates.map(cell).collect();
         let described = self.descriptors(grid.cell());
-        columns.extend(DESCRIPTORS.into_iter().zip(described.map(|value| optional_reals([value]))));
+        let described = DESCRIPTORS.into_iter().zip(described);
+        // A given rms height is among the coordinates.
+        let described = described.filter(|(column, _)| {
+            *column != RMS_HEIGHT || params.origin.given_rms_height().is_none()
+        });
+        columns.extend(described.map(|(column, value)| (column, optional_reals([value]))));
         if let Some(expected) = &self.expected {
             let values = expected.values(grid.cell()).map(|value| optional_reals([value]));
             columns.extend(SPECTRUM_DESCRIPTORS.into_iter().zip(values));
@@ -171,22 +178,13 @@ impl Expected {
 /// Returns the parameter columns of a surface with their values, as far as they are known before
 /// the surface is drawn.
 pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
-    let rms_slope = rms_slope_given(&params.origin);
+    let rms_slope = params.origin.given_rms_slope();
     let mut coordinates = coordinates_of(params, params.nodes(), params.size(), rms_slope);
     if is_unread(&params.origin) {
         // The name of the surface depends on the table that it reads.
         coordinates.retain(|(column, _)| *column != SURFACE);
     }
     coordinates
-}
-
-/// Returns the rms slope to which the surface is scaled, if it is scaled.
-fn rms_slope_given(origin: &Origin) -> Option<f64> {
-    match origin {
-        Origin::Random { surface, .. } => Some(surface.rms_slope),
-        Origin::Spectrum { surface, .. } => surface.rms_slope,
-        Origin::File(_) | Origin::Shape { .. } => None,
-    }
 }
 
 /// Returns whether the spectrum of a surface comes from the table of another task and has not been
@@ -203,8 +201,9 @@ pub fn columns_of_grid(params: &Params) -> Vec<Column> {
 
 /// Returns the column of the rms slope. The meaning of the column states how the slope is computed.
 pub fn column_of_slope(origin: &Origin) -> Column {
+    let is_random = matches!(origin, Origin::Random { .. } | Origin::Spectrum { .. });
     match origin {
-        Origin::Spectrum { surface, .. } if surface.rms_slope.is_none() => RMS_SLOPE_OF_SURFACE,
+        _ if is_random && origin.given_rms_slope().is_none() => RMS_SLOPE_OF_SURFACE,
         _ if origin.is_open() => RMS_SLOPE_OF_DIFFERENCES,
         _ => RMS_SLOPE,
     }
@@ -287,13 +286,14 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
     let real = |column: Column, value: f64| (column, Value::Real(value));
     let text = |column: Column, value: String| (column, Value::Text(value));
     match origin {
-        Origin::Random { surface, has_unit_ratio, .. } => {
-            let mut columns = vec![
+        Origin::Random { surface, has_unit_ratio, unit, .. } => {
+            let mut columns = height_and_unit(origin, unit);
+            columns.extend([
                 real(HURST, surface.spectrum.hurst),
                 whole(K_LOWER, surface.spectrum.k_lower),
                 whole(K_ROLLOFF, surface.spectrum.k_rolloff),
                 whole(K_UPPER, surface.spectrum.k_upper),
-            ];
+            ]);
             let grain = surface.spectrum.anisotropy;
             let grain = grain.map(|grain| [grain.ratio(), grain.angle()]);
             if let Some([ratio, angle]) = grain.or(has_unit_ratio.then_some([1.0, 0.0])) {
@@ -314,6 +314,7 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
                     known.map(|name| text(SPECTRUM_OF, name.clone())).collect()
                 }
             };
+            columns.extend(height_and_unit(origin, ""));
             columns.extend([
                 (SEED, Value::Integer(surface.seed.cast_signed())),
                 whole(REALIZATION, surface.realization),
@@ -335,14 +336,26 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
             columns.extend(preparation_coordinates(&file.preparation));
             columns
         }
-        Origin::Shape { shape, .. } => match *shape {
-            Shape::Paraboloid { radius } => vec![real(RADIUS, radius)],
-            Shape::Wave { amplitude, waves }
-            | Shape::WaveProduct { amplitude, waves }
-            | Shape::WaveSum { amplitude, waves } => {
-                vec![real(AMPLITUDE, amplitude), whole(WAVES, waves)]
-            }
-            Shape::Punch { radius, depth } => vec![real(RADIUS, radius), real(DEPTH, depth)],
-        },
+        Origin::Shape { shape, unit, .. } => {
+            let mut columns = height_and_unit(origin, unit);
+            columns.extend(match *shape {
+                Shape::Paraboloid { radius } => vec![real(RADIUS, radius)],
+                Shape::Wave { amplitude, waves }
+                | Shape::WaveProduct { amplitude, waves }
+                | Shape::WaveSum { amplitude, waves } => {
+                    vec![real(AMPLITUDE, amplitude), whole(WAVES, waves)]
+                }
+                Shape::Punch { radius, depth } => vec![real(RADIUS, radius), real(DEPTH, depth)],
+            });
+            columns
+        }
     }
+}
+
+/// Returns the columns of the rms height and of the unit of length, each if it is given.
+fn height_and_unit(origin: &Origin, unit: &str) -> Vec<(Column, Value)> {
+    let rms_height = origin.given_rms_height();
+    let rms_height = rms_height.map(|height| (RMS_HEIGHT_GIVEN, Value::Real(height)));
+    let unit = (!unit.is_empty()).then(|| (UNIT, Value::Text(unit.to_owned())));
+    rms_height.into_iter().chain(unit).collect()
 }

@@ -23,15 +23,19 @@ use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::Level;
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::Preparation;
+use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean};
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::{always_pair, positive_items, required, swept};
+use asperity_manifest::keys::declare::{
+    always_pair, length, positive_items, required, swept, unit_of_lengths,
+};
+use asperity_manifest::keys::quantity::Unit;
 use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned, table};
-use asperity_topography_files::ChannelError;
+use asperity_topography_files::{ChannelError, is_metre};
 
 /// A measured surface, read from the file of an instrument. Its keys are applied in this order:
 /// channel, unit and side, `crop`, `level`, `fill`, `high_pass`, `low_pass`, `resample`, `edges`.
-#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FileTable {
     /// File of a height map, relative to the manifest. The format is recognised by content: x3p,
@@ -46,11 +50,13 @@ pub struct FileTable {
     /// Side length of the map in the file (nodes × step), for files that do not contain it: in
     /// metres if the file has a unit, otherwise in any unit of length. For a rectangle it is a pair
     /// along x and y, such as `[2.0, 1.0]`; a list of two numbers is always a pair and not swept.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = always_pair, transform = swept)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = always_pair, transform = swept, transform = length)]
     pub side: Key<OnAxes<f64>>,
     /// Name of the unit of length, for files without a unit. It is a label and converts nothing.
-    /// Lengths of a file with a unit are in `"m"`.
-    #[schemars(extend("default" = ""), transform = swept)]
+    /// Lengths of a file with a unit are in `"m"`. The default for other files is the unit that is
+    /// written at `side`.
+    #[schemars(extend("default" = ""), transform = swept, transform = unit_of_lengths)]
     pub unit: Key<String>,
     /// Factor that converts the heights of the file to the unit of `side`.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = swept)]
@@ -71,12 +77,12 @@ pub struct FileTable {
     /// Cutoff wavelength above which waves are removed, in the unit of `side`, by the areal
     /// Gaussian filter of ISO 16610-61. A wave of exactly this length keeps half of its amplitude.
     /// By default no long waves are removed.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
     pub high_pass: Key<f64>,
     /// Cutoff wavelength below which waves are removed, in the unit of `side`, by the filter of
     /// `high_pass`. It must be at least two steps of the map and below `high_pass`. By default no
     /// short waves are removed.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
     pub low_pass: Key<f64>,
     /// Number of nodes per side to which a periodic map is interpolated by its Fourier modes. For a
     /// rectangle it is a pair along x and y, such as `[512, 256]`; a list of two numbers is always
@@ -113,9 +119,10 @@ table!(FileTable);
 #[serde(deny_unknown_fields)]
 pub struct Part {
     /// Corner of the rectangle with the smallest x and y, as `[x, y]`.
+    #[schemars(transform = length)]
     pub from: [f64; 2],
     /// Side lengths of the rectangle along x and y.
-    #[schemars(transform = positive_items)]
+    #[schemars(transform = positive_items, transform = length)]
     pub size: [f64; 2],
 }
 
@@ -138,14 +145,18 @@ pub fn files(
     let mut resolved = Vec::new();
     let planned = surfaces(section, context.problems, |table, checks| {
         let path = checks.required("path", &table.path);
+        let channel = checks.optional("channel", &table.channel)?.map(|channel| &channel.value);
+        let found = path.and_then(|path| {
+            let found = reading.map(path, table, channel);
+            found.map_err(|problem| checks.problems.push(problem)).ok()
+        });
+        let converted = found.as_ref().map(|found| in_unit_of(found, table, checks));
+        let table = converted.as_ref().unwrap_or(table);
         let height_scale = checks.number("height_scale", &table.height_scale);
         let edges = edges(table, checks);
         let preparation = preparation(table, checks);
         let heights = checks.value("heights", &table.heights);
-        let path = path?;
-        let channel = checks.optional("channel", &table.channel)?.map(|channel| &channel.value);
-        let found = reading.map(path, table, channel);
-        let found = found.map_err(|problem| checks.problems.push(problem)).ok()?;
+        let (path, found) = (path?, found?);
         let keys = FileKeys {
             path,
             table,
@@ -183,6 +194,43 @@ pub fn files(
     })?;
     report_same_surfaces(section, &resolved, context.problems);
     Some(planned)
+}
+
+/// Returns the keys with their lengths in metres if the lengths of the file are in metres. Lengths
+/// that the manifest writes without a unit already are.
+fn in_unit_of(found: &FoundMap, table: &FileTable, checks: &Checks) -> FileTable {
+    let is_in_metres = match found {
+        FoundMap::Map(_, map) => map_checks::is_in_metres(map),
+        FoundMap::RecordedFile(recalled) => is_metre(&recalled.unit),
+    };
+    let mut table = table.clone();
+    let (Some(named), true) = (&checks.units.length, is_in_metres) else {
+        return table;
+    };
+    if named.by_key {
+        return table;
+    }
+    let metre = Unit::find("m").expect("the metre is a unit");
+    let factor = named.unit.factor_to(metre);
+    let convert = |length: &mut f64| *length = decimal::nearest(*length * factor);
+    if let Some(side) = &mut table.side.0 {
+        side.value = match side.value {
+            OnAxes::Both(mut side) => {
+                convert(&mut side);
+                OnAxes::Both(side)
+            }
+            OnAxes::Each(mut sides) => {
+                sides.iter_mut().for_each(convert);
+                OnAxes::Each(sides)
+            }
+        };
+    }
+    if let Some(crop) = &mut table.crop.0 {
+        crop.value.from.iter_mut().chain(&mut crop.value.size).for_each(convert);
+    }
+    let cutoffs = [&mut table.high_pass.0, &mut table.low_pass.0];
+    cutoffs.into_iter().flatten().for_each(|cutoff| convert(&mut cutoff.value));
+    table
 }
 
 /// Keys of one parameter point that concern the map in the file.

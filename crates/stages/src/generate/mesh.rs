@@ -103,6 +103,24 @@ pub fn mesh(
     }
 }
 
+/// Returns the name of the unit of length of a surface; empty if the manifest names none. A known
+/// unit is named by its symbol. Refuses a unit without `side`, whose default has no unit.
+pub fn unit(unit: &Key<String>, side: &Key<OnAxes<f64>>, checks: &mut Checks) -> Option<String> {
+    let named = checks.units.length.as_ref();
+    let label = match (named, unit.written()) {
+        (Some(named), _) => named.unit.symbol.to_owned(),
+        (None, Some(unit)) => unit.value.clone(),
+        (None, None) => return Some(String::new()),
+    };
+    if side.written().is_none() && !checks.is_reported("side") {
+        let span = named.map(|named| &named.span).or(unit.written().map(|unit| &unit.span))?;
+        let message = "lengths have a unit, but `side` is not given";
+        let problem = Problem::new(message, span.clone(), "has a unit");
+        return checks.reject(problem.help(format!("write `side = \"100 {label}\"`, for example")));
+    }
+    Some(label)
+}
+
 /// Returns the problem of a pair of nodes that is combined with a single side.
 fn single_side(
     nodes: OnAxes<u32>,

@@ -4,11 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use super::map_file::{ChannelChoice, ChannelRead, MapFile, MapFileError, Reader};
 use super::mesh::PerAxis;
-use super::spectrum::SpectrumSurface;
+use super::spectrum::{Source, SpectrumSurface};
 use crate::StageError;
 use crate::grids::grid;
 use crate::surface_files::{ContentHash, SurfaceFiles};
-use asperity_contact::grid::Grid;
+use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::{Preparation, Prepared};
@@ -31,6 +31,14 @@ pub enum Origin {
         /// Omitted from recipes if false, so that existing keys stay valid.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         has_unit_ratio: bool,
+        /// Rms height to which each surface is scaled, instead of a rms slope. `surface` then has
+        /// the rms slope of the expected spectrum with this rms height. Omitted from recipes if
+        /// absent, so that existing keys stay valid.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rms_height: Option<f64>,
+        /// Name of the unit of length, which is only a label; empty if the manifest names none.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        unit: String,
     },
     /// A measured surface from a file.
     File(Box<MeasuredSurface>),
@@ -49,6 +57,9 @@ pub enum Origin {
         /// The shape with its dimensions.
         #[serde(flatten)]
         shape: Shape,
+        /// Name of the unit of length, which is only a label; empty if the manifest names none.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        unit: String,
     },
 }
 
@@ -128,6 +139,52 @@ impl Origin {
         nodes.map(|nodes| nodes as usize)
     }
 
+    /// Returns the random self-affine surface with its rms slope, or `None` for other origins. If
+    /// the surface is scaled to a rms height, its rms slope follows from the modes of the
+    /// realization.
+    pub fn random_surface(&self, cell: Cell) -> Option<RandomSurface> {
+        let Origin::Random { surface, rms_height, .. } = self else {
+            return None;
+        };
+        let Some(rms_height) = rms_height else {
+            return Some(*surface);
+        };
+        let unscaled = RandomSurface { rms_slope: 1.0, ..*surface };
+        let of_unscaled = unscaled.moments(cell).rms_height();
+        let rms_slope = if of_unscaled > 0.0 { rms_height / of_unscaled } else { 0.0 };
+        Some(RandomSurface { rms_slope, ..*surface })
+    }
+
+    /// Returns the rms slope to which every surface is scaled, if it is scaled to one.
+    pub fn given_rms_slope(&self) -> Option<f64> {
+        match self {
+            Origin::Random { surface, rms_height: None, .. } => Some(surface.rms_slope),
+            Origin::Spectrum { surface, .. } => surface.rms_slope,
+            Origin::Random { .. } | Origin::File(_) | Origin::Shape { .. } => None,
+        }
+    }
+
+    /// Returns the rms height to which every surface is scaled, if it is scaled to one.
+    pub fn given_rms_height(&self) -> Option<f64> {
+        match self {
+            Origin::Random { rms_height, .. } => *rms_height,
+            Origin::Spectrum { surface, .. } => surface.rms_height,
+            Origin::File(_) | Origin::Shape { .. } => None,
+        }
+    }
+
+    /// Returns the name of the unit of length; empty if it is unknown.
+    pub fn unit(&self) -> &str {
+        match self {
+            Origin::Random { unit, .. } | Origin::Shape { unit, .. } => unit,
+            Origin::Spectrum { surface, .. } => match &surface.source {
+                Source::File { unit, .. } => unit,
+                Source::Stage { .. } => "",
+            },
+            Origin::File(file) => &file.unit,
+        }
+    }
+
     /// Returns whether the surface is a measured map that is not periodic.
     pub fn is_open(&self) -> bool {
         matches!(self, Origin::File(file) if file.edges == Edges::Open)
@@ -152,7 +209,11 @@ impl Origin {
     ) -> Result<Surface, StageError> {
         let grid = || grid(self.nodes(), side.unwrap_or_default());
         match self {
-            Origin::Random { surface, .. } => Ok(surface.draw_on(threads, grid()?)),
+            Origin::Random { .. } => {
+                let grid = grid()?;
+                let surface = self.random_surface(grid.cell()).expect("the origin is random");
+                Ok(surface.draw_on(threads, grid))
+            }
             Origin::Shape { shape, .. } => Ok(shape.draw(grid()?)),
             Origin::Spectrum { surface, .. } => {
                 let density = surface.density_from_file(sources)?;

@@ -15,10 +15,10 @@ use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::spectrum::Anisotropy;
 use asperity_contact::topography::spectrum::Spectrum;
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Span};
+use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::{pair, required, swept};
-use asperity_manifest::keys::{Key, OnAxes, Section, table};
+use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
+use asperity_manifest::keys::{GridPoint, Key, OnAxes, Section, table};
 
 /// Relative tolerance between a side and a whole number of wavelengths. It covers the rounding of a
 /// quotient with twelve digits.
@@ -34,10 +34,10 @@ pub struct RandomTable {
     #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub nodes: Key<OnAxes<u32>>,
-    /// Side length of the periodic cell, in any unit of length; for a rectangle a pair along x and
+    /// Side length of the periodic cell, as in `"100 um"`, or a number in any unit of length; for a rectangle a pair along x and
     /// y, such as `[2.0, 1.0]`, together with a pair for `nodes`. A list of pairs is swept.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-    #[schemars(transform = pair, transform = swept)]
+    #[schemars(transform = pair, transform = swept, transform = length)]
     pub side: Key<OnAxes<f64>>,
     /// Hurst exponent H: beyond the roll-off the power spectral density falls as q^(−2(1 + H)).
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
@@ -49,7 +49,7 @@ pub struct RandomTable {
     pub k_lower: Key<u32>,
     /// Longest wavelength of the spectrum, in the unit of `side`. The longer side must be a whole
     /// multiple of it. Give either this key or `k_lower`.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
     pub longest_wavelength: Key<f64>,
     /// Roll-off wavenumber, in waves per longer side: the spectrum is flat from `k_lower` to
     /// `k_rolloff`. The default is `k_lower`, which gives no plateau.
@@ -61,7 +61,7 @@ pub struct RandomTable {
     pub k_upper: Key<u32>,
     /// Shortest wavelength of the spectrum, in the unit of `side`. The longer side must be a whole
     /// multiple of it. Give either this key or `k_upper`.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
     pub shortest_wavelength: Key<f64>,
     /// Anisotropy of the spectrum, `{ ratio = 2.0, angle = 30 }`: wavelengths and correlation
     /// lengths along the direction at `angle` degrees from x are `ratio` times those across it. The
@@ -73,6 +73,15 @@ pub struct RandomTable {
     /// Root mean square slope to which each surface is scaled.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = swept)]
     pub rms_slope: Key<f64>,
+    /// Root mean square height to which each surface is scaled, in the unit of `side`, instead of
+    /// `rms_slope`. The rms slope then varies between surfaces, unless `method` is
+    /// `"random-phase"`.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
+    pub rms_height: Key<f64>,
+    /// Name of the unit of length. It is a label for lengths that are plain numbers, and converts
+    /// nothing. The default is the unit that is written at `side`.
+    #[schemars(extend("default" = ""), transform = unit_of_lengths)]
+    pub unit: Key<String>,
     /// Seed of the random numbers. The default is the `seed` of `[study]`.
     #[schemars(transform = swept)]
     pub seed: Key<u64>,
@@ -110,8 +119,10 @@ pub fn random(
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {
     let study_seed = context.seed;
+    check_scaling(section, |table| &table.rms_height, context.problems)?;
     surfaces(section, context.problems, |table, checks| {
         let mesh = mesh::mesh(&table.nodes, &table.side, checks);
+        let unit = mesh::unit(&table.unit, &table.side, checks);
         let hurst = checks.number("hurst", &table.hurst);
         let longer_side = mesh.map(|mesh| mesh.cell().longer_side());
         let longest = ("longest_wavelength", &table.longest_wavelength);
@@ -124,6 +135,7 @@ pub fn random(
         };
         let anisotropy = anisotropy(&table.anisotropy, checks);
         let rms_slope = checks.number("rms_slope", &table.rms_slope);
+        let rms_height = rms_height(&table.rms_slope, &table.rms_height, checks);
         let seed = checks.value_or("seed", &table.seed, study_seed);
         let heights = checks.value("heights", &table.heights);
         let realizations = growth::realizations(&table.realizations, checks);
@@ -144,13 +156,12 @@ pub fn random(
         };
         check_waves(&wave, &table.nodes, &mesh, false, checks)?;
         check_modes(&table.anisotropy, &spectrum, mesh.cell(), checks)?;
-        let surface = RandomSurface {
-            spectrum,
-            amplitude,
-            rms_slope: rms_slope?,
-            seed: seed?,
-            realization: 0,
+        let rms_height = rms_height?;
+        let rms_slope = match rms_height {
+            Some(rms_height) => expected_slope(&spectrum, mesh.cell(), rms_height),
+            None => rms_slope?,
         };
+        let surface = RandomSurface { spectrum, amplitude, rms_slope, seed: seed?, realization: 0 };
         let (realizations, growth) = realizations?;
         Some(PlannedSurfaces {
             params: Params {
@@ -160,6 +171,8 @@ pub fn random(
                     nodes: mesh.nodes,
                     surface,
                     has_unit_ratio: table.anisotropy.written().is_some() && anisotropy?.is_none(),
+                    rms_height,
+                    unit: unit?,
                 },
             },
             realizations,
@@ -167,6 +180,46 @@ pub fn random(
             may_be_swept: section.may_be_swept,
         })
     })
+}
+
+/// Returns the rms slope of the expected spectrum with this rms height.
+fn expected_slope(spectrum: &Spectrum, cell: Cell, rms_height: f64) -> f64 {
+    let moments = spectrum.moments(cell);
+    let of_unit_height = moments.rms_slope() / moments.rms_height();
+    decimal::nearest(rms_height * of_unit_height)
+}
+
+/// Returns the rms height to which surfaces are scaled, or `Some(None)` if the key is left out.
+/// Refuses a rms slope beside it.
+pub fn rms_height(slope: &Key<f64>, height: &Key<f64>, checks: &mut Checks) -> Option<Option<f64>> {
+    if let (Some(slope), Some(height)) = (slope.written(), height.written()) {
+        let message = "`rms_slope` and `rms_height` exclude each other";
+        let problem = Problem::new(message, height.span.clone(), "gives the rms height")
+            .and(slope.span.clone(), "also determines the heights");
+        return checks.reject(problem.help("remove one of the two keys"));
+    }
+    checks.optional_number("rms_height", height)
+}
+
+/// Refuses a stage in which only some parameter points have a rms height, because its column would
+/// be a parameter of some surfaces and a result of others.
+pub fn check_scaling<T>(
+    section: &Section<T>,
+    rms_height: impl Fn(&T) -> &Key<f64>,
+    problems: &mut Problems,
+) -> Option<()> {
+    let is_given = |point: &&GridPoint<T>| rms_height(&point.table).written().is_some();
+    let given = section.points.iter().find(is_given);
+    let other = section.points.iter().find(|point| !is_given(point));
+    let (Some(given), Some(other)) = (given, other) else {
+        return Some(());
+    };
+    let span = &rms_height(&given.table).written()?.span;
+    let message = "only some surfaces of the stage are scaled to a rms height";
+    let problem = Problem::new(message, span.clone(), "has `rms_height`")
+        .and(other.span.clone(), "lacks `rms_height`");
+    problems.push(problem.help("scale the other surfaces in a stage of their own"));
+    None
 }
 
 /// Refuses cutoffs that violate `k_lower ≤ k_rolloff ≤ k_upper`.

@@ -11,7 +11,7 @@ use super::method::{single, surfaces};
 use super::{Heights, Origin, PerAxis};
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::Problems;
-use asperity_manifest::keys::declare::{pair, required, swept};
+use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
 use asperity_manifest::keys::{Key, OnAxes, Section, table};
 
 /// Paraboloid −r²/(2R), for comparison with Hertz contact.
@@ -23,14 +23,19 @@ pub struct ParaboloidTable {
     #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub nodes: Key<OnAxes<u32>>,
-    /// Side length of the periodic cell, in any unit of length; for a rectangle a pair along x and
-    /// y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
+    /// Side length of the periodic cell, as in `"100 um"`, or a number in any unit of length; for
+    /// a rectangle a pair along x and y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-    #[schemars(transform = pair, transform = swept)]
+    #[schemars(transform = pair, transform = swept, transform = length)]
     pub side: Key<OnAxes<f64>>,
     /// Radius of curvature R of the summit, in the unit of `side`.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = swept, transform = required, transform = length)]
     pub radius: Key<f64>,
+    /// Name of the unit of length. It is a label for lengths that are plain numbers, and converts
+    /// nothing. The default is the unit that is written at `side`.
+    #[schemars(extend("default" = ""), transform = unit_of_lengths)]
+    pub unit: Key<String>,
     /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
     /// needed.
     #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
@@ -49,17 +54,22 @@ pub struct WaveTable {
     #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub nodes: Key<OnAxes<u32>>,
-    /// Side length of the periodic cell, in any unit of length; for a rectangle a pair along x and
-    /// y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
+    /// Side length of the periodic cell, as in `"100 um"`, or a number in any unit of length; for
+    /// a rectangle a pair along x and y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-    #[schemars(transform = pair, transform = swept)]
+    #[schemars(transform = pair, transform = swept, transform = length)]
     pub side: Key<OnAxes<f64>>,
     /// Amplitude Δ in the formula of the method, in the unit of `side`.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = swept, transform = required, transform = length)]
     pub amplitude: Key<f64>,
     /// Number n of wavelengths along each side.
     #[schemars(range(min = 1, max = MAX_WAVES), extend("default" = 1), transform = swept)]
     pub waves: Key<u32>,
+    /// Name of the unit of length. It is a label for lengths that are plain numbers, and converts
+    /// nothing. The default is the unit that is written at `side`.
+    #[schemars(extend("default" = ""), transform = unit_of_lengths)]
+    pub unit: Key<String>,
     /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
     /// needed.
     #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
@@ -77,17 +87,23 @@ pub struct PunchTable {
     #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub nodes: Key<OnAxes<u32>>,
-    /// Side length of the periodic cell, in any unit of length; for a rectangle a pair along x and
-    /// y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
+    /// Side length of the periodic cell, as in `"100 um"`, or a number in any unit of length; for
+    /// a rectangle a pair along x and y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-    #[schemars(transform = pair, transform = swept)]
+    #[schemars(transform = pair, transform = swept, transform = length)]
     pub side: Key<OnAxes<f64>>,
     /// Radius of the disc, in the unit of `side`. It must be less than half of the shorter side.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = swept, transform = required, transform = length)]
     pub radius: Key<f64>,
     /// Height of the disc above the surface around it, in the unit of `side`.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = required)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = swept, transform = required, transform = length)]
     pub depth: Key<f64>,
+    /// Name of the unit of length. It is a label for lengths that are plain numbers, and converts
+    /// nothing. The default is the unit that is written at `side`.
+    #[schemars(extend("default" = ""), transform = unit_of_lengths)]
+    pub unit: Key<String>,
     /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
     /// needed.
     #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
@@ -103,10 +119,11 @@ pub fn paraboloid(
 ) -> Option<Vec<PlannedSurfaces>> {
     surfaces(section, problems, |table, checks| {
         let mesh = mesh::mesh(&table.nodes, &table.side, checks);
+        let unit = mesh::unit(&table.unit, &table.side, checks);
         let radius = checks.number("radius", &table.radius);
         let heights = checks.value("heights", &table.heights)?;
         let shape = Shape::Paraboloid { radius: radius? };
-        Some(on_mesh(mesh?, shape, heights, section.may_be_swept))
+        Some(on_mesh(mesh?, shape, unit?, heights, section.may_be_swept))
     })
 }
 
@@ -129,6 +146,7 @@ pub fn wave(
 ) -> Option<Vec<PlannedSurfaces>> {
     surfaces(section, problems, |table, checks| {
         let mesh = mesh::mesh(&table.nodes, &table.side, checks);
+        let unit = mesh::unit(&table.unit, &table.side, checks);
         let amplitude = checks.number("amplitude", &table.amplitude);
         let waves = checks.value("waves", &table.waves);
         let heights = checks.value("heights", &table.heights)?;
@@ -147,7 +165,7 @@ pub fn wave(
             WaveShape::Product => Shape::WaveProduct { amplitude, waves },
             WaveShape::Sum => Shape::WaveSum { amplitude, waves },
         };
-        Some(on_mesh(mesh, shape, heights, section.may_be_swept))
+        Some(on_mesh(mesh, shape, unit?, heights, section.may_be_swept))
     })
 }
 
@@ -158,6 +176,7 @@ pub fn punch(
 ) -> Option<Vec<PlannedSurfaces>> {
     surfaces(section, problems, |table, checks| {
         let mesh = mesh::mesh(&table.nodes, &table.side, checks);
+        let unit = mesh::unit(&table.unit, &table.side, checks);
         let radius = checks.number("radius", &table.radius);
         let depth = checks.number("depth", &table.depth);
         let heights = checks.value("heights", &table.heights)?;
@@ -169,14 +188,21 @@ pub fn punch(
             let span = &table.radius.written()?.span;
             return checks.refuse("radius", format!("`radius` is {radius}"), span, label);
         }
-        Some(on_mesh(mesh, Shape::Punch { radius, depth: depth? }, heights, section.may_be_swept))
+        let shape = Shape::Punch { radius, depth: depth? };
+        Some(on_mesh(mesh, shape, unit?, heights, section.may_be_swept))
     })
 }
 
-fn on_mesh(mesh: Mesh, shape: Shape, heights: Heights, may_be_swept: bool) -> PlannedSurfaces {
+fn on_mesh(
+    mesh: Mesh,
+    shape: Shape,
+    unit: String,
+    heights: Heights,
+    may_be_swept: bool,
+) -> PlannedSurfaces {
     let nodes = mesh.nodes;
     PlannedSurfaces {
         may_be_swept,
-        ..single(heights, Some(mesh.side), Origin::Shape { nodes, shape })
+        ..single(heights, Some(mesh.side), Origin::Shape { nodes, shape, unit })
     }
 }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::growth::{self, PlannedSurfaces, Realizations};
 use super::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
 use super::method::surfaces;
-use super::{Heights, Origin, Params};
+use super::{Heights, Origin, Params, random};
 use crate::columns::{SPECTRAL_DENSITY, WAVENUMBER};
 use crate::grids::Grids;
 use crate::spectrum_files::{self, SpectrumTable as Spectrum};
@@ -23,7 +23,7 @@ use asperity_contact::topography::spectral_density::{SpectralDensity, TabulatedS
 use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::{pair, required, swept};
+use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
 use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, table};
 use asperity_tables::table::Table;
 
@@ -48,18 +48,22 @@ pub struct SpectrumTable {
     /// Side length of the periodic cell, in `unit` or, with `from`, in the unit of the measured
     /// surface; for a rectangle a pair along x and y. Waves longer than the cell are left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    #[schemars(transform = pair, transform = swept, transform = required)]
+    #[schemars(transform = pair, transform = swept, transform = required, transform = length)]
     pub side: Key<OnAxes<f64>>,
     /// Root mean square slope to which each surface is scaled. By default surfaces are not scaled,
     /// and the spectrum determines their height and slope.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
     pub rms_slope: Key<f64>,
+    /// Root mean square height to which each surface is scaled, in the unit of `side`, instead of
+    /// `rms_slope`.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
+    pub rms_height: Key<f64>,
     /// Seed of the random numbers. The default is the `seed` of `[study]`.
     #[schemars(transform = swept)]
     pub seed: Key<u64>,
     /// Name of the unit of length of `side`. If the file has another unit, the spectrum is
-    /// converted. The default is the unit of the file.
-    #[schemars(extend("default" = ""))]
+    /// converted. The default is the unit that is written at `side`, or else the unit of the file.
+    #[schemars(extend("default" = ""), transform = unit_of_lengths)]
     pub unit: Key<String>,
     /// Number of surfaces for each combination of swept values, or `{ at_least, at_most, until }`
     /// to draw surfaces until a condition holds. Drawing more surfaces does not change the earlier
@@ -84,6 +88,9 @@ pub struct SpectrumSurface {
     /// √⟨|∇h|²⟩ to which the surface is scaled. If it is `None`, the density determines the slope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_slope: Option<f64>,
+    /// √⟨h²⟩ about the mean to which the surface is scaled, instead of a rms slope.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms_height: Option<f64>,
     /// Seed of the random numbers.
     pub seed: u64,
     /// Number of the realization among the surfaces with the same parameters.
@@ -141,7 +148,11 @@ impl SpectrumSurface {
             seed: self.seed,
             realization: self.realization,
         };
-        Ok(surface.draw_on(threads, grid))
+        let drawn = surface.draw_on(threads, grid);
+        Ok(match self.rms_height {
+            Some(rms_height) => scaled_to(rms_height, drawn),
+            None => drawn,
+        })
     }
 
     /// Reads the density from its file, in the unit of length of the surface.
@@ -184,16 +195,30 @@ impl SpectrumSurface {
     }
 }
 
+/// Scales the heights about their mean to a root mean square. A flat surface stays flat.
+fn scaled_to(rms_height: f64, surface: Surface) -> Surface {
+    let grid = surface.grid();
+    let mut heights = surface.into_heights();
+    let nodes = heights.len() as f64;
+    let mean = heights.iter().sum::<f64>() / nodes;
+    let squares: f64 = heights.iter().map(|height| (height - mean).powi(2)).sum();
+    let factor = if squares > 0.0 { rms_height / (squares / nodes).sqrt() } else { 1.0 };
+    heights.iter_mut().for_each(|height| *height *= factor);
+    Surface::new(grid, heights).expect("finite heights stay finite")
+}
+
 /// Returns the surfaces of a stage with `method = "spectrum"`, or `None` after reporting problems.
 pub fn spectra(
     section: &Section<SpectrumTable>,
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {
     let (study_seed, reads_stages) = (context.seed, context.reads_stages);
+    random::check_scaling(section, |table| &table.rms_height, context.problems)?;
     let sources = &mut *context.sources;
     surfaces(section, context.problems, |table, checks| {
         let mesh = mesh::mesh(&table.nodes, &table.side, checks);
         let rms_slope = checks.optional_number("rms_slope", &table.rms_slope);
+        let rms_height = random::rms_height(&table.rms_slope, &table.rms_height, checks);
         let seed = checks.value_or("seed", &table.seed, study_seed);
         let realizations = growth::realizations(&table.realizations, checks);
         let heights = checks.value("heights", &table.heights);
@@ -203,8 +228,13 @@ pub fn spectra(
             file_source(table, mesh.as_ref(), sources, checks)
         };
         let (mesh, (realizations, growth)) = (mesh?, realizations?);
-        let surface =
-            SpectrumSurface { source: source?, rms_slope: rms_slope?, seed: seed?, realization: 0 };
+        let surface = SpectrumSurface {
+            source: source?,
+            rms_slope: rms_slope?,
+            rms_height: rms_height?,
+            seed: seed?,
+            realization: 0,
+        };
         Some(PlannedSurfaces {
             params: Params {
                 heights: heights?,
@@ -225,6 +255,14 @@ fn stage_source(table: &SpectrumTable, checks: &mut Checks) -> Option<Source> {
     let path = checks.forbidden("path", &table.path, why);
     let why = "with `from` lengths are in the unit of the measured surface";
     let unit = checks.forbidden("unit", &table.unit, why);
+    if let Some(named) = checks.units.length.as_ref().filter(|named| !named.by_key) {
+        let message = "lengths cannot have units with `from`";
+        let problem = Problem::new(message, named.span.clone(), "must be a number");
+        return checks.reject(problem.help(
+            "lengths are in the unit of the surface whose spectrum is measured; write them in this \
+             unit, without it",
+        ));
+    }
     let heights = table.heights.written();
     if let Some(written) = heights.filter(|heights| heights.value == Heights::Redraw) {
         let message = "surfaces with a measured spectrum cannot be drawn again when needed";
@@ -243,6 +281,7 @@ fn file_source(
     checks: &mut Checks,
 ) -> Option<Source> {
     let path = checks.required("path", &table.path)?;
+    let unit = written_unit(table, checks);
     let mut refuse = |reason: String, label: &str| {
         checks.refuse("path", format!("{:?} {reason}", path.value), &path.span, label)
     };
@@ -250,7 +289,7 @@ fn file_source(
         Ok(found) => found,
         Err(SurfaceFileError::Read { source, .. }) => {
             if let Some(recalled) = sources.recall(Path::new(&path.value)) {
-                let (content, unit) = (recalled.content, written_unit(table));
+                let content = recalled.content;
                 return Some(Source::File { content, unit });
             }
             return refuse(
@@ -273,13 +312,16 @@ fn file_source(
         }
     };
     check_occupied(&density, path, mesh?, checks)?;
-    let unit = written_unit(table);
     Some(Source::File { content, unit })
 }
 
-fn written_unit(table: &SpectrumTable) -> String {
-    let unit = table.unit.written().map(|unit| unit.value.clone());
-    unit.unwrap_or_default()
+/// Returns the unit that the manifest names, or in which it writes lengths; empty if there is none.
+fn written_unit(table: &SpectrumTable, checks: &Checks) -> String {
+    let named = checks.units.length.as_ref();
+    match table.unit.written() {
+        Some(unit) => unit.value.clone(),
+        None => named.map(|named| named.unit.symbol.to_owned()).unwrap_or_default(),
+    }
 }
 
 /// Returns the unit of length of the file divided by the unit of length of the surface.
@@ -289,7 +331,7 @@ fn length_scale(
     spectrum: &Spectrum,
     checks: &mut Checks,
 ) -> Option<f64> {
-    let scale = spectrum.length_scale(&written_unit(table));
+    let scale = spectrum.length_scale(&written_unit(table, checks));
     if let (None, Some(written), Some(own)) = (scale, table.unit.written(), &spectrum.unit) {
         let message = format!(
             "cannot convert the spectrum from {own:?}, the unit of the file, to `unit = {:?}`",

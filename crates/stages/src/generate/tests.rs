@@ -48,13 +48,25 @@ fn a_surface_is_known_from_its_recipe() {
     let open = MeasuredSurface { edges: Edges::Open, ..measured.clone() };
     let [square, rectangle] = [[128, 128], [128, 64]].map(PerAxis);
     for origin in [
-        Origin::Random { nodes: square, surface, has_unit_ratio: false },
-        Origin::Random { nodes: rectangle, surface, has_unit_ratio: false },
+        Origin::Random {
+            nodes: square,
+            surface,
+            has_unit_ratio: false,
+            rms_height: None,
+            unit: String::new(),
+        },
+        Origin::Random {
+            nodes: rectangle,
+            surface,
+            has_unit_ratio: false,
+            rms_height: None,
+            unit: String::new(),
+        },
         Origin::File(Box::new(measured)),
         Origin::File(Box::new(open)),
         Origin::File(Box::new(prepared)),
-        Origin::Shape { nodes: square, shape },
-        Origin::Shape { nodes: rectangle, shape },
+        Origin::Shape { nodes: square, shape, unit: String::new() },
+        Origin::Shape { nodes: rectangle, shape, unit: String::new() },
     ] {
         for side in [None, Some(PerAxis([1.0, 1.0])), Some(PerAxis([2.0, 1.0]))] {
             let params = Params { heights: Heights::Redraw, side, origin: origin.clone() };
@@ -108,6 +120,8 @@ fn a_grain_is_written_where_there_is_one() {
                 realization: 0,
             },
             has_unit_ratio,
+            rms_height: None,
+            unit: String::new(),
         },
     };
     let written = |params: &Params| serde_json::to_string(params).unwrap();
@@ -139,6 +153,7 @@ fn a_surface_with_a_given_spectrum_is_known_from_its_recipe() {
                 origin: Origin::Spectrum {
                     nodes: PerAxis([64, 32]),
                     surface: SpectrumSurface {
+                        rms_height: None,
                         source: source.clone(),
                         rms_slope,
                         seed: 5,
@@ -160,6 +175,7 @@ fn the_recipe_of_a_square_is_what_it_was_before_there_were_rectangles() {
         origin: Origin::Shape {
             nodes: PerAxis::same(64),
             shape: Shape::Paraboloid { radius: 0.5 },
+            unit: String::new(),
         },
     };
     let recipe = serde_json::to_string(&params).unwrap();

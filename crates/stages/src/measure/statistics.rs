@@ -222,7 +222,7 @@ mod tests {
     #[test]
     fn every_statistic_has_the_columns_that_it_declares() {
         let shape = Shape::WaveSum { amplitude: 0.1, waves: 2 };
-        let origin = Origin::Shape { nodes: PerAxis::same(16), shape };
+        let origin = Origin::Shape { nodes: PerAxis::same(16), shape, unit: String::new() };
         let surface = shape.draw(Grid::square(16, 1.0).unwrap());
         for statistic in Statistic::EACH {
             let (rows, measured) = statistic.measure(&surface, &origin);

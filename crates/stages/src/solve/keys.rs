@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::loads::{Bins, Loads, StoredPressures};
-use super::units::PressureUnit;
+use super::units::{LoadUnit, PressureUnit};
 use super::{GivenHardness, Params, loads};
 use crate::form::Surfaces;
 use crate::{CheckContext, Recipe};
@@ -18,8 +18,10 @@ use asperity_contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
-use asperity_manifest::keys::declare::{required, swept};
-use asperity_manifest::keys::{Key, Section, Spanned, table};
+use asperity_manifest::keys::declare::{
+    pressure, pressure_or_ratio, required, swept, unit_of_pressures,
+};
+use asperity_manifest::keys::{Key, Section, Spanned, quantity, table};
 
 /// Maximum value of `max_pairs`.
 const MAX_PAIRS: u32 = 1_000_000;
@@ -30,9 +32,15 @@ const MAX_LOADS_OF_STAGE: usize = 1_000_000;
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolveTable {
+    /// Loads (mean pressures), in the unit of `load_unit` or with a unit: a list such as `[0.01,
+    /// 0.1]` or `["10 MPa", "20 MPa"]`, or a range `{ from, to, steps, spacing }`. A list is
+    /// sorted, and repeated loads are solved once.
+    #[schemars(transform = required, transform = pressure_or_ratio)]
+    pub loads: Key<Loads>,
     /// Effective modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂. All pressures of
     /// the stage have its unit. Give either this key or `bodies`.
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = swept)]
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    #[schemars(transform = swept, transform = pressure)]
     pub effective_modulus: Key<f64>,
     /// Tolerance of the solver, a pure number. A load is solved when the largest gap in contact and
     /// the largest penetration outside contact, both divided by rms slope × mesh step, are at most
@@ -46,7 +54,8 @@ pub struct SolveTable {
     /// Hardness of the material, in the unit of `hardness_unit`: pressures are limited to it, and
     /// nodes that reach it yield. Every load must be below it, and loads can only increase. By
     /// default the material is elastic.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = swept, transform = pressure_or_ratio)]
     pub hardness: Key<f64>,
     /// Interaction of the asperities, for `method = "asperities"` only. The default is
     /// `"explicit"`.
@@ -56,17 +65,16 @@ pub struct SolveTable {
     /// one. Give either this key or `effective_modulus`.
     #[schemars(length(min = 1, max = 2))]
     pub bodies: Key<Vec<Spanned<Body>>>,
-    /// Loads (mean pressures) in ascending order, in the unit of `load_unit`: a list, or a range
-    /// `{ from, to, steps, spacing }`.
-    #[schemars(transform = required)]
-    pub loads: Key<Loads>,
     /// Contact model of the stage: `"boundary-elements"` solves the contact of every node,
     /// `"asperities"` replaces the summits by Hertz contacts.
     #[schemars(extend("default" = "boundary-elements"))]
     pub method: Key<Method>,
-    /// Unit of `loads` and of the list `pressures`.
-    #[schemars(extend("default" = "relative"))]
-    pub load_unit: Key<PressureUnit>,
+    /// Unit of `loads` and of the list `pressures`. A unit such as `"MPa"` is the unit of all
+    /// pressures of the stage: pressures in other units are converted to it, and plain numbers have
+    /// it. By default all pressures have the unit in which the loads are written, or else the
+    /// moduli.
+    #[schemars(extend("default" = "relative"), transform = unit_of_pressures)]
+    pub load_unit: Key<LoadUnit>,
     /// Unit of the key `hardness`.
     #[schemars(extend("default" = "absolute"))]
     pub hardness_unit: Key<PressureUnit>,
@@ -76,7 +84,7 @@ pub struct SolveTable {
     pub max_pairs: Key<u32>,
     /// Pressure fields that are stored: `"none"`, `"all"`, or a list of loads, which must be among
     /// `loads`.
-    #[schemars(extend("default" = "none"))]
+    #[schemars(extend("default" = "none"), transform = pressure_or_ratio)]
     pub pressures: Key<StoredPressures>,
     /// Histogram of the pressures under each load, `{ count, to }`: `count` equal bins from zero to
     /// the pressure `to`, in units of E* × rms slope. A `measure` stage with `what = "pressures"`
@@ -100,7 +108,7 @@ table!(SolveTable);
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Young's modulus E of the body. All pressures of the stage have its unit.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = pressure)]
     pub youngs_modulus: f64,
     /// Poisson's ratio ν, above −1 and at most 0.5.
     #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
@@ -109,7 +117,7 @@ pub struct Body {
     /// changes no result: a run only reports where the peak pressure exceeds it. By default nothing
     /// is reported.
     #[serde(default)]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = pressure)]
     pub hardness: Key<f64>,
 }
 
@@ -190,20 +198,23 @@ fn boundary(
 fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     let effective_modulus = modulus(table, checks);
     let loads = loads::loads(table, checks);
-    let load_unit = checks.value("load_unit", &table.load_unit);
+    let load_unit = load_unit(table, checks);
     let hardness = hardness(table, checks);
     let tolerance = checks.number("tolerance", &table.tolerance);
     let max_pairs = checks.value("max_pairs", &table.max_pairs);
-    let pressures = loads::pressures(table, loads.as_deref(), checks);
-    let pressure_bins =
-        loads::bins("pressure_bins", &table.pressure_bins, loads.as_deref(), checks);
-    let gap_bins = loads::bins("gap_bins", &table.gap_bins, loads.as_deref(), checks);
+    let all = loads.as_ref().map(|(loads, _)| loads.as_slice());
+    let pressures = loads::pressures(table, all, checks);
+    let pressure_bins = loads::bins("pressure_bins", &table.pressure_bins, all, checks);
+    let gap_bins = loads::bins("gap_bins", &table.gap_bins, all, checks);
     let flow = flow(table, checks);
     let asperities = asperities(table, checks);
+    let (loads, listed) = loads?;
     Some(Params {
         effective_modulus: effective_modulus?,
         load_unit: load_unit?,
-        loads: loads?,
+        pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
+        loads,
+        listed,
         tolerance: tolerance?,
         max_pairs: max_pairs?,
         pressures: pressures?,
@@ -216,6 +227,85 @@ fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         flow: flow?,
         asperities: asperities?,
     })
+}
+
+/// Returns the unit of the loads. Loads with a unit are absolute. Refuses pressures without a unit
+/// beside pressures with one, unless `load_unit` names the unit.
+fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<PressureUnit> {
+    let word = checks.value("load_unit", &table.load_unit)?;
+    let written = match word {
+        LoadUnit::Relative => PressureUnit::Relative,
+        _ => PressureUnit::Absolute,
+    };
+    let Some(named) = &checks.units.pressure else {
+        return Some(written);
+    };
+    let symbol = named.unit.symbol;
+    let has_modulus =
+        table.effective_modulus.written().is_some() || table.bodies.written().is_some();
+    if !has_modulus && !checks.is_reported("effective_modulus") && !checks.is_reported("bodies") {
+        let message = "pressures have a unit, but the stage has no modulus";
+        let problem = Problem::new(message, named.span.clone(), "has a unit");
+        return checks.reject(problem.help(
+            "give E* with a unit, such as `effective_modulus = \"70 GPa\"`, or the `bodies`",
+        ));
+    }
+    let mut loads = Vec::new();
+    if let Some(written) = table.loads.written() {
+        loads.extend(written.value.values());
+    }
+    if let Some(StoredPressures::At(list)) = table.pressures.written().map(|written| &written.value)
+    {
+        loads.extend(list);
+    }
+    let has_unit = |value: &&&Spanned<f64>| checks.units.is_quantity(&value.span);
+    let Some(absolute) = loads.iter().find(has_unit).map(|load| load.span.clone()) else {
+        return Some(written);
+    };
+    if let (LoadUnit::Relative, Some(written)) = (word, table.load_unit.written()) {
+        let message = "`load_unit` is \"relative\", but a load has a unit of pressure";
+        let problem =
+            Problem::new(message, written.span.clone(), "loads in units of E* × rms slope");
+        let help = format!("remove `load_unit`, or set `load_unit = \"{symbol}\"`");
+        return checks.reject(problem.and(absolute, "has a unit").help(help));
+    }
+    let plain = loads.iter().find(|load| !has_unit(load)).filter(|_| !named.by_key);
+    if let Some(plain) = plain.filter(|load| load.value != 0.0) {
+        let number = decimal::written(plain.value);
+        let message = format!("the load {number} has no unit, but another load has one");
+        let label = format!("write \"{number} {symbol}\" if it is in {symbol}");
+        let problem = Problem::new(message, plain.span.clone(), label).and(absolute, "has a unit");
+        return checks.reject(problem.help(format!(
+            "or set `load_unit = \"{symbol}\"`, which is then the unit of all numbers without a unit"
+        )));
+    }
+    Some(PressureUnit::Absolute)
+}
+
+/// Refuses a hardness that is a pressure with a unit where `hardness_unit` is relative, and a
+/// hardness without a unit beside pressures that have one.
+fn check_unit_of_hardness(
+    hardness: &Spanned<f64>,
+    unit: PressureUnit,
+    checks: &mut Checks,
+) -> Option<()> {
+    let Some(named) = &checks.units.pressure else {
+        return Some(());
+    };
+    let symbol = named.unit.symbol;
+    let number = decimal::written(hardness.value);
+    let (message, label) = match (unit, checks.units.is_quantity(&hardness.span)) {
+        (PressureUnit::Relative, true) => (
+            "`hardness` has a unit, but `hardness_unit` is \"relative\"".to_owned(),
+            "remove `hardness_unit`".to_owned(),
+        ),
+        (PressureUnit::Absolute, false) if !named.by_key => (
+            "`hardness` has no unit, but another pressure has one".to_owned(),
+            format!("write \"{number} {symbol}\" if it is in {symbol}"),
+        ),
+        _ => return Some(()),
+    };
+    checks.refuse("hardness", message, &hardness.span, label)
 }
 
 /// Returns whether the flow is solved. Refuses a flow through a gap that is not periodic.
@@ -302,6 +392,9 @@ fn check_hardness_unit(section: &Section<SolveTable>, problems: &mut Problems) {
 fn hardness(table: &SolveTable, checks: &mut Checks) -> Option<Option<GivenHardness>> {
     let pressure = checks.optional_number("hardness", &table.hardness)?;
     let unit = checks.value("hardness_unit", &table.hardness_unit)?;
+    if let Some(written) = table.hardness.written() {
+        check_unit_of_hardness(written, unit, checks)?;
+    }
     Some(pressure.map(|pressure| GivenHardness { pressure, unit }))
 }
 
@@ -329,13 +422,15 @@ fn check_bearing(table: &SolveTable, params: &Params, surfaces: &Surfaces, check
     let Some(slope) = slopes.find(|slope| of_load(*slope) >= of_hardness(*slope)) else {
         return;
     };
+    let with_unit = |pressure: f64| quantity::written(pressure, params.pressure_unit);
     let shown = |value: f64, unit: PressureUnit| match unit {
         PressureUnit::Relative if hardness.unit != params.load_unit => {
-            let pressure = decimal::written(pressure(value, unit, slope));
+            let pressure = with_unit(pressure(value, unit, slope));
             let value = decimal::written(value);
             format!("{value}, a pressure of {pressure} where the rms slope is {slope}")
         }
-        _ => decimal::written(value),
+        PressureUnit::Relative => decimal::written(value),
+        PressureUnit::Absolute => with_unit(value),
     };
     let message = format!(
         "`loads` holds {}, but `hardness` is {}",
@@ -351,14 +446,20 @@ fn check_bearing(table: &SolveTable, params: &Params, surfaces: &Surfaces, check
     checks.problems.push(problem.help(format!(
         "a material yields everywhere under a mean pressure equal to its hardness; each load must be \
          below {} here",
-        decimal::written(decimal::nearest(limit))
+        match params.load_unit {
+            PressureUnit::Relative => decimal::written(decimal::nearest(limit)),
+            PressureUnit::Absolute => with_unit(decimal::nearest(limit)),
+        }
     )));
 }
 
 /// Returns the position of the largest load in the manifest.
 fn span_of_largest_load(table: &SolveTable) -> Option<Span> {
     match &table.loads.written()?.value {
-        Loads::List(list) => Some(list.last()?.span.clone()),
+        Loads::List(list) => {
+            let largest = list.iter().max_by(|one, other| one.value.total_cmp(&other.value));
+            Some(largest?.span.clone())
+        }
         Loads::Range(range) => Some(range.to.span.clone()),
     }
 }

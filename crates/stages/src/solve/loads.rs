@@ -9,7 +9,7 @@ use asperity_contact::distribution::EqualBins;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::positive_items;
+use asperity_manifest::keys::declare::{positive_items, pressure_or_ratio};
 use asperity_manifest::keys::{Key, Spanned, deserialize_either};
 
 /// Maximum number of loads of a parameter point.
@@ -24,7 +24,7 @@ const MAX_BINS_OF_POINT: usize = 1 << 24;
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum Loads {
-    /// A list of loads in ascending order.
+    /// A list of loads.
     List(
         #[schemars(length(min = 1, max = MAX_LOADS), transform = positive_items)] Vec<Spanned<f64>>,
     ),
@@ -41,10 +41,10 @@ pub struct LoadRange {
     /// Start of the range of loads. It is not a load itself, so that consecutive ranges do not
     /// repeat a load.
     #[serde(default)]
-    #[schemars(range(min = 0), extend("default" = 0.0))]
+    #[schemars(range(min = 0), extend("default" = 0.0), transform = pressure_or_ratio)]
     pub from: Key<f64>,
     /// End of the range, which is the last load.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = pressure_or_ratio)]
     pub to: Spanned<f64>,
     /// Number of loads in the range.
     #[schemars(range(min = 1, max = MAX_LOADS))]
@@ -90,37 +90,60 @@ pub struct Bins {
     pub to: f64,
 }
 
-/// Returns the loads of a parameter point in ascending order, or `None` after reporting problems.
-pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
-    let written = checks.required("loads", &table.loads)?;
-    match &written.value {
-        Loads::List(list) => listed(list, checks),
-        Loads::Range(range) => spaced(range, written, checks),
+/// Differences between the list of loads in the manifest and the loads that are solved, for a
+/// warning.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ListedLoads {
+    /// True if the list does not ascend.
+    pub is_unsorted: bool,
+    /// Loads that the list repeats, in ascending order.
+    pub repeated: Vec<f64>,
+}
+
+impl Loads {
+    /// Returns the values that may have a unit, with their positions.
+    pub fn values(&self) -> Vec<&Spanned<f64>> {
+        match self {
+            Loads::List(list) => list.iter().collect(),
+            Loads::Range(range) => range.from.written().into_iter().chain([&range.to]).collect(),
+        }
     }
 }
 
-/// Returns the loads of a list. Refuses a list that does not ascend.
-fn listed(list: &[Spanned<f64>], checks: &mut Checks) -> Option<Vec<f64>> {
-    let loads: Vec<f64> = list.iter().map(|load| decimal::nearest(load.value)).collect();
-    let Some(index) = (1..loads.len()).find(|&index| !ascends(&loads[index - 1..=index])) else {
-        return Some(loads);
-    };
-    let [before, after] = [index - 1, index].map(|index| list[index].value);
-    let differ_by_rounding = before != after && decimal::is_same(before, after);
-    let (message, label, help) = if differ_by_rounding {
-        (
-            format!("`loads` holds {before:?} and {after:?}, which differ only by rounding"),
-            "equal to the previous load",
-            "remove one of them: slopes between them would be noise",
-        )
-    } else {
-        (
-            format!("`loads` must ascend: {after:?} follows {before:?}"),
-            "not above the previous load",
-            "sort the loads and remove duplicates",
-        )
-    };
-    checks.reject(Problem::new(message, list[index].span.clone(), label).help(help))
+/// Returns the loads of a parameter point in ascending order, and how the list differs from them.
+/// Returns `None` after reporting problems.
+pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<(Vec<f64>, ListedLoads)> {
+    let written = checks.required("loads", &table.loads)?;
+    match &written.value {
+        Loads::List(list) => listed(list, checks),
+        Loads::Range(range) => Some((spaced(range, written, checks)?, ListedLoads::default())),
+    }
+}
+
+/// Sorts the loads of a list and removes repeated ones. Refuses loads that differ only by rounding.
+fn listed(list: &[Spanned<f64>], checks: &mut Checks) -> Option<(Vec<f64>, ListedLoads)> {
+    let mut sorted: Vec<&Spanned<f64>> = list.iter().collect();
+    sorted.sort_by(|one, other| one.value.total_cmp(&other.value));
+    for pair in sorted.windows(2) {
+        let [before, after] = [pair[0].value, pair[1].value];
+        let are_equal = decimal::nearest(before) == decimal::nearest(after);
+        if !are_equal && decimal::is_same(before, after) {
+            let message =
+                format!("`loads` holds {before:?} and {after:?}, which differ only by rounding");
+            let label = "equal to another load";
+            let problem = Problem::new(message, pair[1].span.clone(), label);
+            return checks
+                .reject(problem.help("remove one of them: slopes between them would be noise"));
+        }
+    }
+    let written = || list.iter().map(|load| decimal::nearest(load.value));
+    let mut loads: Vec<f64> = written().collect();
+    loads.sort_by(f64::total_cmp);
+    let repeats = loads.windows(2).filter(|pair| pair[0] == pair[1]);
+    let mut repeated: Vec<f64> = repeats.map(|pair| pair[0]).collect();
+    repeated.dedup();
+    loads.dedup();
+    Some((loads, ListedLoads { is_unsorted: !written().is_sorted(), repeated }))
 }
 
 /// Returns whether each load exceeds the previous one by more than rounding errors.

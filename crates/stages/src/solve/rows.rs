@@ -45,13 +45,16 @@ pub struct OptionalColumns {
     pub flow: bool,
     /// Unit in which loads are given.
     pub load_unit: PressureUnit,
+    /// True if the unit of pressure has a name.
+    pub pressure_unit: bool,
     /// Unit in which the hardness is given, if the material yields.
     pub hardness: Option<PressureUnit>,
 }
 
 /// Returns the light columns of solved loads, without the parameter columns of surfaces.
 pub fn columns(optional: OptionalColumns) -> Vec<Column> {
-    let OptionalColumns { boundary, asperities, flow, load_unit, hardness } = optional;
+    let OptionalColumns { boundary, asperities, flow, load_unit, pressure_unit, hardness } =
+        optional;
     let mut columns = SOLVED.to_vec();
     let mut insert_after = |column: Column, new: &[Column]| {
         let index = columns.iter().position(|other| *other == column);
@@ -73,6 +76,9 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     if boundary == Boundary::Free {
         insert_after(MEAN_GAP, &[MEAN_DISPLACEMENT]);
         insert_after(MAX_PAIRS, &[BOUNDARY]);
+    }
+    if pressure_unit {
+        insert_after(MAX_PAIRS, &[PRESSURE_UNIT]);
     }
     for own in load_unit.load_columns() {
         let listed = columns.iter_mut().find(|column| column.name == own.name);

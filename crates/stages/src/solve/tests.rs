@@ -66,6 +66,8 @@ pub fn params() -> Params {
         flow: false,
         asperities: None,
         softest_body: None,
+        pressure_unit: None,
+        listed: ListedLoads::default(),
         bodies: 0,
     }
 }

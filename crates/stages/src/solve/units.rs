@@ -48,6 +48,32 @@ impl PressureUnit {
     }
 }
 
+/// The unit of loads, the value of `load_unit`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+pub enum LoadUnit {
+    /// Loads are multiples of E* × rms slope.
+    #[serde(rename = "relative")]
+    Relative,
+    /// Loads have the unit of the moduli.
+    #[serde(rename = "absolute")]
+    Absolute,
+    /// All pressures of the stage are in pascals.
+    Pa,
+    /// All pressures of the stage are in kilopascals.
+    #[serde(rename = "kPa")]
+    Kilopascal,
+    /// All pressures of the stage are in megapascals.
+    MPa,
+    /// All pressures of the stage are in gigapascals.
+    GPa,
+    /// All pressures of the stage are in newtons per square millimetre.
+    #[serde(rename = "N/mm²")]
+    NewtonPerSquareMillimetre,
+    /// All pressures of the stage are in bar.
+    #[serde(rename = "bar")]
+    Bar,
+}
+
 /// Scales that convert values of the solver to the units of the manifest, for one surface.
 pub struct Scales {
     /// Number of nodes along x and y.

@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::plan::reasons::record::{PointRecord, StageRecord};
+use asperity_manifest::keys::quantity;
 use asperity_stages::aggregate::Statistic;
 
 /// Cause that makes tasks run, and the stage in which it arose.
@@ -353,9 +354,32 @@ impl<'a> KnownValues<'a> {
             if unseen.is_empty() { point.fields.iter().filter(varies).collect() } else { unseen };
         let field = |(name, value): (&String, &String)| Field {
             field: name.clone(),
-            value: Shown::from_json(value),
+            value: shown(point, name, value),
         };
         distinguishing.into_iter().map(field).collect()
+    }
+}
+
+/// Parameters of recipes that are lengths in the unit of the surface.
+const LENGTHS: [&str; 6] = ["side", "rms_height", "radius", "amplitude", "depth", "high_pass"];
+/// Parameters of recipes that are loads in the unit of the manifest.
+const LOADS: [&str; 2] = ["loads", "pressures"];
+
+/// Formats the value of a parameter of a point, with its unit if the manifest names one.
+fn shown(point: &PointRecord, name: &str, json: &str) -> Shown {
+    let text = |name: &str| serde_json::from_str::<String>(point.fields.get(name)?).ok();
+    let is_absolute = || text("load_unit").is_some_and(|unit| unit == "absolute");
+    let unit = match name {
+        _ if LENGTHS.contains(&name) => text("unit"),
+        "effective_modulus" => text("pressure_unit"),
+        _ if LOADS.contains(&name) && is_absolute() => text("pressure_unit"),
+        _ => None,
+    };
+    let Shown(value) = Shown::from_json(json);
+    match (unit, json.parse::<f64>()) {
+        (Some(unit), Ok(number)) => Shown(quantity::written(number, Some(&unit))),
+        (Some(unit), Err(_)) if json.starts_with('[') => Shown(format!("{value} {unit}")),
+        _ => Shown(value),
     }
 }
 
@@ -363,7 +387,7 @@ impl<'a> KnownValues<'a> {
 fn changes(before: &PointRecord, now: &PointRecord) -> Vec<Change> {
     let names: BTreeSet<&String> = before.fields.keys().chain(now.fields.keys()).collect();
     let value =
-        |point: &PointRecord, name: &String| point.fields.get(name).map(|v| Shown::from_json(v));
+        |point: &PointRecord, name: &String| point.fields.get(name).map(|v| shown(point, name, v));
     let differs = |name: &&String| before.fields.get(*name) != now.fields.get(*name);
     let change = |name: &String| Change {
         field: name.clone(),
@@ -377,6 +401,26 @@ fn changes(before: &PointRecord, now: &PointRecord) -> Vec<Change> {
 mod tests {
 
     use super::*;
+
+    #[test]
+    fn loads_and_lengths_are_told_with_their_unit() {
+        let fields = [
+            ("loads", "[1,2,3,4,5,6,7]"),
+            ("load_unit", "\"absolute\""),
+            ("pressure_unit", "\"MPa\""),
+            ("effective_modulus", "210000"),
+            ("side", "100.0"),
+            ("unit", "\"µm\""),
+            ("tolerance", "1e-5"),
+        ];
+        let owned = fields.map(|(name, value)| (name.to_owned(), value.to_owned()));
+        let point = PointRecord { fields: owned.into(), realizations: 1, identity: String::new() };
+        let told = |name: &str| shown(&point, name, &point.fields[name]).0;
+        assert_eq!(told("loads"), "7 values, 1 … 7 MPa");
+        assert_eq!(told("effective_modulus"), "210 GPa");
+        assert_eq!(told("side"), "100 µm");
+        assert_eq!(told("tolerance"), "1e-5");
+    }
 
     #[test]
     fn values_are_told_in_a_few_words() {

@@ -67,7 +67,7 @@ pub fn lengths(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Le
 
 /// Returns whether the lengths of a map are read in metres. They are if the heights have a unit of
 /// length, or if the heights have no unit and the sides have one.
-fn is_in_metres(map: &MapFile) -> bool {
+pub fn is_in_metres(map: &MapFile) -> bool {
     match map.quantity {
         Quantity::Height => true,
         Quantity::Unitless => matches!(map.size, Size::Metres(_)),
@@ -106,7 +106,8 @@ fn unit(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<String> {
         ));
     }
     let Some(written) = written else {
-        return Some(if is_in_metres(map) { "m".to_owned() } else { String::new() });
+        let of_lengths = checks.units.length.as_ref().map_or("", |named| named.unit.symbol);
+        return Some(if is_in_metres(map) { "m".to_owned() } else { of_lengths.to_owned() });
     };
     if !is_in_metres(map) || overrides(table) {
         return Some(written.value.clone());

@@ -1,0 +1,80 @@
+//! Names of the units of length and pressure of a table, for headers, axes and messages.
+//!
+//! Columns declare their units in terms of `length` and `pressure`: `1/length²`. A table names the
+//! units that these words stand for in the columns `unit` and `pressure_unit`.
+
+use crate::columns::{PRESSURE_UNIT, UNIT};
+use asperity_tables::source::TableSource;
+use asperity_tables::store::StoreError;
+use asperity_tables::table::Table;
+
+/// The units of length and pressure that all rows of a table share.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct TableUnits {
+    /// Unit of length; `None` if the table names none, or several.
+    pub length: Option<String>,
+    /// Unit of pressure; `None` if the table names none, or several.
+    pub pressure: Option<String>,
+}
+
+impl TableUnits {
+    /// Reads the units of a table.
+    pub fn from_table(table: &Table) -> TableUnits {
+        TableUnits { length: common(table, UNIT.name), pressure: common(table, PRESSURE_UNIT.name) }
+    }
+
+    /// Reads the units of a table that is read in parts.
+    ///
+    /// # Errors
+    /// If the table cannot be read.
+    pub fn from_source(source: &TableSource) -> Result<TableUnits, StoreError> {
+        let names = source.names();
+        let index = |name: &str| names.iter().position(|known| known == name);
+        let indices: Vec<usize> =
+            [UNIT.name, PRESSURE_UNIT.name].into_iter().filter_map(index).collect();
+        let mut constant = Vec::new();
+        for index in indices {
+            if source.is_constant(index)? {
+                constant.push(index);
+            }
+        }
+        Ok(TableUnits::from_table(&source.first(&constant, 1)?))
+    }
+
+    /// Returns the unit of a column with the names of the units of length and pressure:
+    /// `1/length²` becomes `1/µm²`.
+    pub fn name(&self, unit: &str) -> String {
+        let named = [("length", &self.length), ("pressure", &self.pressure)];
+        named.into_iter().fold(unit.to_owned(), |unit, (word, name)| match name {
+            Some(name) => unit.replace(word, name),
+            None => unit,
+        })
+    }
+}
+
+/// Returns the text that all rows of a column have, if it is not empty.
+fn common(table: &Table, column: &str) -> Option<String> {
+    let texts = table.texts(column).ok()?;
+    let mut texts = texts.iter().map(|text| text.filter(|text| !text.is_empty()));
+    let first = texts.next().flatten()?;
+    texts.all(|other| other == Some(first)).then(|| first.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_tables::column::texts;
+
+    #[test]
+    fn units_are_named_if_all_rows_share_them() {
+        let table = |units: [&str; 2]| {
+            Table::new(2, vec![(UNIT, texts(units)), (PRESSURE_UNIT, texts(["MPa", "MPa"]))])
+        };
+        let units = TableUnits::from_table(&table(["µm", "µm"]));
+        assert_eq!(units.name("1/length²"), "1/µm²");
+        assert_eq!(units.name("pressure × length"), "MPa × µm");
+        assert_eq!(units.name("E* × rms slope"), "E* × rms slope");
+        let mixed = TableUnits::from_source(&table(["µm", "nm"]).into()).unwrap();
+        assert_eq!((mixed.length, mixed.pressure.as_deref()), (None, Some("MPa")));
+    }
+}
