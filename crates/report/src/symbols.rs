@@ -9,11 +9,12 @@ use asperity_stages::columns::{
 };
 use asperity_stages::ensemble::grouped;
 use asperity_tables::column::{Description, Value};
-use asperity_tables::table::Table;
+use asperity_tables::table::{Table, TableError};
 
 use crate::ensembles;
 use crate::figure_data::{AREA_LABEL, FigureData, LOAD_LABEL};
-use crate::units::{LengthUnit, Scaled, digits, of_pressures};
+use crate::loads;
+use crate::units::{LengthUnit, Scaled, digits, in_pascals};
 
 /// Columns with the labels of their axes and their symbols.
 const KNOWN: [(&str, &str, &str); 28] = [
@@ -97,32 +98,37 @@ pub struct Labels {
     lengths: LengthUnit,
     /// Unit of length of the surfaces, if all have the same.
     length: Option<String>,
-    least_modulus: f64,
+    /// Pascals per unit of the pressures, if known.
+    pascals: Option<f64>,
 }
 
 impl Labels {
-    pub fn new(data: &FigureData, table: &Table) -> Labels {
+    pub fn new(data: &FigureData, table: &Table) -> Result<Labels, TableError> {
         let names = table.names().into_iter();
         let of_length = grouped(&table.only(&[UNIT.name, SPECTRUM_OF.name])).into_iter();
         let points = of_length.map(|rows| ensembles::point(table, rows[0]));
         let units: BTreeSet<Option<String>> =
             points.map(|point| data.units.at(&point).map(str::to_owned)).collect();
         let lengths = LengthUnit::common(units.iter().map(Option::as_deref));
-        let moduli = table.reals(EFFECTIVE_MODULUS.name);
-        let moduli = moduli.iter().flat_map(|moduli| moduli.iter()).flatten();
-        Labels {
+        Ok(Labels {
             units: names.map(|name| (name.to_owned(), unit(table, name))).collect(),
             lengths,
             length: units.first().cloned().flatten().filter(|_| units.len() == 1),
-            least_modulus: moduli.fold(f64::INFINITY, f64::min),
-        }
+            pascals: loads::pascals_of(table, &data.units)?,
+        })
     }
 
     /// Returns the unit in which values of a column are shown.
     pub fn unit(&self, column: &str, values: impl Iterator<Item = f64>) -> AxisUnit {
         let largest = values.fold(0.0_f64, |most, value| most.max(value.abs()));
         let scaled = match self.units.get(column).map(String::as_str).unwrap_or_default() {
-            "pressure" => of_pressures(largest, self.least_modulus, &self.lengths),
+            "pressure" => match self.pascals {
+                Some(pascals) => {
+                    let scaled = in_pascals(pascals * largest);
+                    Scaled { factor: pascals * scaled.factor, ..scaled }
+                }
+                None => Scaled { factor: 1.0, unit: "the unit of E*".to_owned() },
+            },
             "length" => {
                 let factor = self.lengths.factor(self.length.as_deref());
                 let scaled = self.lengths.scaled(factor * largest);
@@ -169,6 +175,19 @@ impl Labels {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pressures_with_a_written_unit_are_shown_in_pascals_with_a_prefix() {
+        let labels = Labels {
+            units: [("pressure".to_owned(), "pressure".to_owned())].into(),
+            lengths: LengthUnit::Unknown,
+            length: None,
+            pascals: Some(1e6),
+        };
+        let unit = labels.unit("pressure", [500.0, 2000.0].into_iter());
+        assert_eq!(unit.label("mean pressure p₀"), "mean pressure p₀, in GPa");
+        assert!((unit.factor * 2000.0 - 2.0).abs() < 1e-12);
+    }
 
     #[test]
     fn known_columns_have_symbols_and_others_their_names() {

@@ -12,7 +12,7 @@ use crate::ReportError;
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::style::{self, Colour, Dash, GRADIENT_STEPS, Line, Style};
-use crate::charts::{ColourScale, Figure, in_pairs};
+use crate::charts::{ColourScale, Figure, in_rows};
 use crate::figure_data::{AREA_LABEL, FigureData, FinishedStage};
 use crate::figures::Drawn;
 use crate::figures::theories::Theories;
@@ -41,7 +41,8 @@ pub fn draw(data: &FigureData, figure: &FigureSpec) -> Result<Drawn, ReportError
         let points = Points::from_table(&stage.table, figure, quantity)?;
         drawings.push((quantity, points));
     }
-    Plot { data, figure, stage, labels: Labels::new(data, &stage.table), drawings }.draw()
+    let labels = Labels::new(data, &stage.table)?;
+    Plot { data, figure, stage, labels, drawings }.draw()
 }
 
 /// Returns the title of a figure: that of the manifest, or the quantities.
@@ -107,7 +108,11 @@ impl Plot<'_> {
         let mut figure = if charts.len() == 1 {
             Figure::from_charts(vec![charts], [600.0, 410.0])
         } else {
-            Figure::from_charts(in_pairs(charts), [430.0, 320.0])
+            // The quantities of a facet are in one row, if the texts stay large enough.
+            let quantities = panels.iter().filter(|(facet, _)| *facet == panels[0].0).count();
+            let (columns, size) =
+                if quantities == 3 { (3, [340.0, 290.0]) } else { (2, [430.0, 320.0]) };
+            Figure::from_charts(in_rows(columns, charts), size)
         };
         figure.colours = self.colour_scale(&key);
         Ok(Drawn::figure(figure, self.caption(hidden)))
