@@ -21,7 +21,9 @@ use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_report::assumed_pressure_unit;
-use asperity_stages::columns::{CONTACT, EFFECTIVE_MODULUS, LOAD, PRESSURES, RMS_SLOPE, UNIT};
+use asperity_stages::columns::{
+    CONTACT, EFFECTIVE_MODULUS, LOAD, PRESSURE_UNIT, PRESSURES, RMS_SLOPE, UNIT,
+};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::generate;
 use asperity_stages::grids::Grids;
@@ -462,6 +464,9 @@ impl SolvedTask {
 
     /// Returns the unit of pressures, if it is known.
     fn pressure_unit(&self) -> Option<String> {
+        if let Ok(units) = self.table.texts(PRESSURE_UNIT.name) {
+            return units.iter().next().flatten().map(str::to_owned);
+        }
         let modulus = self.table.reals(EFFECTIVE_MODULUS.name).ok()?.iter().next()??;
         let length_unit = unit_of(&self.table);
         assumed_pressure_unit(modulus, length_unit.as_deref()).map(str::to_owned)

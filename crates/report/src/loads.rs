@@ -9,12 +9,11 @@ use crate::ensembles;
 use crate::figure_data::{FinishedStages, LOAD_LABEL};
 use crate::units::{LengthUnit, Scaled, Units, digits, in_pascals, of_pressures};
 use asperity_stages::Kind;
-use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, PRESSURE};
+use asperity_manifest::keys::quantity::{Dimension, Unit};
+use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, PRESSURE, PRESSURE_UNIT};
 use asperity_stages::ensemble::load_column;
 use asperity_tables::table::{Table, TableError};
 
-/// Column with the unit of the pressures of a row. Tables have it if the manifest gives the unit.
-const PRESSURE_UNIT: &str = "pressure_unit";
 /// Relative difference by which E* h′ may differ between rows that share one axis.
 const ROUNDING: f64 = 1e-6;
 
@@ -135,8 +134,8 @@ fn pressure_text(pressure: f64, pascals: Option<f64>) -> String {
 
 /// Returns the pascals per unit of the pressures in a table, if known.
 pub fn pascals_of(table: &Table, units: &Units) -> Result<Option<f64>, TableError> {
-    if table.has(PRESSURE_UNIT) {
-        let written = table.texts(PRESSURE_UNIT)?;
+    if table.has(PRESSURE_UNIT.name) {
+        let written = table.texts(PRESSURE_UNIT.name)?;
         return Ok(written.iter().flatten().next().and_then(pascals_in));
     }
     if table.rows() == 0 || !table.has(EFFECTIVE_MODULUS.name) {
@@ -151,9 +150,8 @@ pub fn pascals_of(table: &Table, units: &Units) -> Result<Option<f64>, TableErro
 
 /// Returns the pascals in a unit such as `MPa`.
 pub fn pascals_in(unit: &str) -> Option<f64> {
-    let known =
-        [("Pa", 1.0), ("kPa", 1e3), ("bar", 1e5), ("MPa", 1e6), ("N/mm²", 1e6), ("GPa", 1e9)];
-    known.into_iter().find(|(name, _)| *name == unit).map(|(_, pascals)| pascals)
+    let known = Unit::find(unit).filter(|known| known.dimension == Dimension::Pressure)?;
+    Unit::find("Pa").map(|pascal| known.factor_to(pascal))
 }
 
 #[cfg(test)]

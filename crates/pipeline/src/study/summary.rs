@@ -148,7 +148,7 @@ mod tests {
         let surface = "side = \"100 um\"\nrms_slope = 0.1";
         let contact = "effective_modulus = \"70 GPa\"\nloads = [\"10 MPa\", \"0.1 GPa\"]";
         let [rough, pressed] = &summaries(surface, contact)[..] else { panic!("two stages") };
-        assert!(rough.starts_with("rough: side 100 µm, rms height Sq ≈ 0.3"), "{rough}");
+        assert!(rough.starts_with("rough: side 100 µm, rms height Sq ≈ 0.298 µm,"), "{rough}");
         assert!(rough.ends_with(" µm, rms slope Sdq = 0.1"), "{rough}");
         assert_eq!(pressed, "contact: E* = 70 GPa, 2 loads 10 … 100 MPa");
         let plain = summaries("", "loads = [0.1]");

@@ -5,7 +5,7 @@
 //! again, bit for bit.
 
 use super::units::{GivenHardness, PressureUnit, Scales};
-use super::{Contact, Params, Pressures};
+use super::{Contact, ListedLoads, Params, Pressures};
 use crate::StageError;
 use crate::columns::*;
 use crate::ensemble::load_column;
@@ -107,6 +107,8 @@ impl Params {
             text(INTERACTION.name).is_some_and(|name| name == interaction.name())
         };
         Ok(Params {
+            pressure_unit: None,
+            listed: ListedLoads::default(),
             effective_modulus: table.reals(EFFECTIVE_MODULUS.name)?.value(0),
             load_unit: if load_column(table) == PRESSURE.name {
                 PressureUnit::Absolute
