@@ -76,7 +76,8 @@ pub struct PruneOptions {
 /// Verifies the tables, pages and figures of one study or of all, and quarantines damaged tables.
 ///
 /// If `with_layers` is set, also verifies the tables in the read-only stores below the store of the
-/// data folder. Damaged files there are left in place. `checked` is called after each table with the total number of tables.
+/// data folder. Damaged files there are left in place. `checked` is called after each table with
+/// the total number of tables.
 ///
 /// # Errors
 /// Returns an error if the manifest is invalid, a folder cannot be listed, or a read-only store

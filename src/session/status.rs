@@ -254,8 +254,8 @@ impl Status {
         memory::PROGRAM + memory::of_largest(&self.plan, &self.missing)
     }
 
-    /// Lists the tasks in tables with a row for each task: stage, key, state, expected core-seconds,
-    /// read-only store if there is any, and parameters.
+    /// Lists the tasks in tables with a row for each task: stage, key, state, expected
+    /// core-seconds, read-only store if there is any, and parameters.
     pub fn tasks(&self) -> impl Iterator<Item = Result<Table, TableError>> {
         forecast::worklist(&self.plan, &self.missing, &self.cost, &self.sources)
     }

@@ -5,8 +5,8 @@ use asperity_stages::Recipe;
 use asperity_stages::units::TableUnits;
 
 impl Study {
-    /// Returns the units of length and pressure of the table of each stage. A stage has the units of
-    /// the stages that it reads, if they agree.
+    /// Returns the units of length and pressure of the table of each stage. A stage has the units
+    /// of the stages that it reads, if they agree.
     pub fn units(&self) -> Vec<TableUnits> {
         let mut units: Vec<TableUnits> = Vec::with_capacity(self.stages.len());
         for stage in &self.stages {

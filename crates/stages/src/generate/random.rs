@@ -34,8 +34,9 @@ pub struct RandomTable {
     #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
     #[schemars(transform = pair, transform = swept, transform = required)]
     pub nodes: Key<OnAxes<u32>>,
-    /// Side length of the periodic cell, as in `"100 um"`, or a number in any unit of length; for a rectangle a pair along x and
-    /// y, such as `[2.0, 1.0]`, together with a pair for `nodes`. A list of pairs is swept.
+    /// Side length of the periodic cell, as in `"100 um"`, or a number in any unit of length; for a
+    /// rectangle a pair along x and y, such as `[2.0, 1.0]`, together with a pair for `nodes`. A
+    /// list of pairs is swept.
     #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
     #[schemars(transform = pair, transform = swept, transform = length)]
     pub side: Key<OnAxes<f64>>,

@@ -236,6 +236,7 @@ mod tests {
             points: points.iter().map(point).collect(),
             tasks: points.len(),
             finished: 0,
+            stores: Vec::new(),
         }
     }
 
