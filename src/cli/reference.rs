@@ -295,8 +295,9 @@ fn described(value: &Value) -> String {
         one["type"] = types.into_iter().filter(|kind| *kind != "array").collect();
         return format!("{}, or a pair", described(&one));
     }
-    // A text with a unit is the only text that a key for numbers accepts.
-    let unit = if types.contains(&"number") && types.contains(&"string") {
+    // The pattern of numbers that may have a unit accepts all their units.
+    let pattern = value["pattern"].as_str();
+    let unit = if pattern.is_some_and(|pattern| pattern.contains('Å')) {
         ", or a text with a unit"
     } else {
         ""

@@ -65,6 +65,8 @@ fn parameters() -> Value {
 const EXPRESSION: &str = "[A-Za-z_*/^()+]";
 /// Regular expression of expressions for keys that also take words: they contain an operator.
 const OPERATION: &str = "[*/^()+]";
+/// Regular expression of expressions and of quantities with a unit.
+const QUANTITY_OR_EXPRESSION: &str = "[A-Za-zÅ_*/^()+]";
 
 /// Lets all numbers in a schema be expressions.
 fn accept_expressions(schema: &mut Value) {
@@ -85,7 +87,9 @@ fn accept_expressions_within(schema: &mut Value, pattern: &str) {
         Some(kind) => vec![kind.clone()],
         None => Vec::new(),
     };
-    if kinds.iter().any(|kind| kind == "number" || kind == "integer") {
+    if schema.get("pattern").is_some_and(|pattern| pattern == quantity::PATTERN) {
+        schema["pattern"] = json!(QUANTITY_OR_EXPRESSION);
+    } else if kinds.iter().any(|kind| kind == "number" || kind == "integer") {
         schema["type"] = [kinds, vec![json!("string")]].concat().into();
         schema["pattern"] = json!(pattern);
     }
