@@ -6,6 +6,7 @@ use arrow::ffi::FFI_ArrowSchema;
 use arrow::ffi_stream::FFI_ArrowArrayStream;
 use arrow::record_batch::RecordBatchIterator;
 use arrow::util::display::array_value_to_string;
+use asperity::session::TableUnits;
 use asperity::tables::table;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -56,10 +57,14 @@ impl Table {
     }
 
     /// Returns name, type, role, unit and meaning of every column.
+    ///
+    /// If all rows have the same units of length and pressure, the units are named.
     fn descriptions(&self) -> Vec<(String, &'static str, String, String, String)> {
-        let described = self.0.descriptions().into_iter();
-        let described = described
-            .map(|column| (column.name, column.kind, column.role, column.unit, column.meaning));
+        let units = TableUnits::from_table(&self.0);
+        let described = self.0.descriptions().into_iter().map(|column| {
+            let unit = units.name(&column.unit);
+            (column.name, column.kind, column.role, unit, column.meaning)
+        });
         described.collect()
     }
 

@@ -60,12 +60,32 @@ def test_maps_have_units(finished):
     pressure, contact = (getattr(finished, name)("contact", realization=0) for name in ("pressure", "contact"))
     assert (pressure.load, pressure.load_unit) == (0.5, "E* × rms slope"), "the largest load is the default"
     assert contact.unit is None and pressure.unit is None, "the manifest gives no unit"
-    text = finished.path.read_text().replace("loads = [0.01, 0.1, 0.5]", 'loads = [0.03]\nload_unit = "absolute"')
-    finished.path.write_text(text.replace("effective_modulus = 3.0", "effective_modulus = 3e9").replace("0.03", "3e7"))
-    finished.run(progress=False)
-    pressure = finished.pressure("contact", load=3e7, realization=0)
-    assert abs(pressure.values.mean() / 3e7 - 1) < 1e-12
-    assert pressure.load == 3e7
+
+
+STEEL_ON_GLASS = {
+    "study": {"name": "steel"},
+    "stage": {
+        "surfaces": {"kind": "generate", "nodes": 64, "side": "100 um", "rms_height": "200 nm", "hurst": 0.8,
+                     "k_lower": 2, "k_upper": 8},
+        "contact": {"kind": "solve", "from": "surfaces", "loads": ["10 MPa", "0.02 GPa"], "load_unit": "MPa",
+                    "bodies": [{"youngs_modulus": "210 GPa", "poisson_ratio": 0.3},
+                               {"youngs_modulus": "70 GPa", "poisson_ratio": 0.2}]},
+    },
+}
+
+
+def test_maps_and_tables_have_the_units_of_the_manifest(tmp_path):
+    study = asperity.Study.parse(STEEL_ON_GLASS, data=tmp_path)
+    study.run(progress=False)
+    pressure, gap = (getattr(study, quantity)("contact", load=20) for quantity in ("pressure", "gap"))
+    assert abs(pressure.values.mean() / 20 - 1) < 1e-12
+    assert (pressure.unit, pressure.load, pressure.load_unit) == ("MPa", 20.0, "MPa")
+    assert (gap.unit, gap.size, gap.length_unit) == ("µm", (100.0, 100.0), "µm")
+    heights = study.heights("surfaces")
+    assert heights.unit == "µm" and abs(heights.statistics()["rms_height"] - 0.2) < 1e-12
+    units = study.table("contact").to_pandas().attrs["units"]
+    assert (units["pressure"], units["mean_gap"], units["side"]) == ("MPa", "µm", "µm")
+    assert study.table("contact").column("energy").unit == "MPa × µm"
 
 
 def test_what_can_be_chosen_is_listed(finished):
