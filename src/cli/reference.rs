@@ -17,6 +17,7 @@ use super::terminal::stdout;
 use crate::session::new_manifest;
 use crate::session::results::{DescribedColumns, Description};
 use crate::session::{StoreError, make_folder};
+use asperity_manifest::keys::quantity;
 
 #[derive(clap::Args)]
 pub struct SchemaArguments {}
@@ -295,13 +296,8 @@ fn described(value: &Value) -> String {
         one["type"] = types.into_iter().filter(|kind| *kind != "array").collect();
         return format!("{}, or a pair", described(&one));
     }
-    // The pattern of numbers that may have a unit accepts all their units.
-    let pattern = value["pattern"].as_str();
-    let unit = if pattern.is_some_and(|pattern| pattern.contains('Å')) {
-        ", or a text with a unit"
-    } else {
-        ""
-    };
+    let may_have_unit = value["pattern"] == quantity::PATTERN;
+    let unit = if may_have_unit { ", or a text with a unit" } else { "" };
     match types.first().copied() {
         _ if value.get("const").is_some() => format!("`{}`", as_toml(&value["const"])),
         Some("integer") => format!("a whole number{}", bounds(value)),

@@ -123,7 +123,7 @@ fn wrong_conditions_are_met_with_place_and_advice() {
             study("{ at_least = 9, at_most = 3, until = \"sem(area.secant) < 1 %\" }"),
             "`at_least = 9` is above `at_most = 3`",
         ),
-        (study("\"many\""), "a whole number or a table"),
+        (study("\"many\""), "no key of the stage and no parameter is called `many`"),
     ];
     for (manifest, advice) in wrong {
         let bench = Bench::new();

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::path::Path;
 
 use asperity::plan::Kind;
-use asperity::session::{DescribedColumns, Session};
+use asperity::session::{DescribedColumns, Session, TableUnits};
 use asperity::tables::parquet;
 use serde_json::{Value, json};
 
@@ -23,11 +23,15 @@ fn name(described: &DescribedColumns) -> &str {
 }
 
 /// Checks that the tables of a study have exactly the listed columns, in the same order and with
-/// the same descriptions.
+/// the same descriptions. The list names the units that the columns `unit` and `pressure_unit` of
+/// a table hold.
 pub fn assert_kept(bench: &Bench, study: &str, manifest: &Path) {
     for described in promised(manifest) {
         let stage = name(&described);
-        let written = bench.table(study, stage).descriptions();
+        let table = bench.table(study, stage);
+        let units = TableUnits::from_table(&table);
+        let mut written = table.descriptions();
+        written.iter_mut().for_each(|column| column.unit = units.name(&column.unit));
         assert_eq!(written, described.columns, "{stage} of {study}");
     }
 }

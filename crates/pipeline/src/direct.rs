@@ -411,8 +411,8 @@ mod tests {
         let keys = table("nodes = 64\nhurst = 1.7\nk_lower = 2\nk_upper = 16");
         let message = surface(&keys).unwrap_err().to_string();
         assert!(message.contains("`hurst`") && message.contains("1.7"), "{message}");
-        let message = loads(&table("loads = [0.2, 0.1]")).unwrap_err().to_string();
-        assert!(message.contains("ascend"), "{message}");
+        let message = loads(&table("loads = [0.1, -0.2]")).unwrap_err().to_string();
+        assert!(message.contains("`loads`") && message.contains("-0.2"), "{message}");
     }
 
     #[test]
