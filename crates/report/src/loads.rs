@@ -7,7 +7,7 @@
 use crate::charts::{Figure, Panel};
 use crate::ensembles;
 use crate::figure_data::{FinishedStages, LOAD_LABEL};
-use crate::units::{LengthUnit, Scaled, Units, digits, in_pascals, of_pressures};
+use crate::units::{LengthUnit, Scaled, Units, are_pascals, digits, in_pascals};
 use asperity_manifest::keys::quantity::{Dimension, Unit};
 use asperity_stages::Kind;
 use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, PRESSURE, PRESSURE_UNIT};
@@ -113,7 +113,7 @@ impl Loads {
 }
 
 /// Returns the unit for pressures up to `largest`, which is in the unit of the tables.
-fn unit_of(largest: f64, pascals: Option<f64>) -> Scaled {
+pub fn unit_of(largest: f64, pascals: Option<f64>) -> Scaled {
     match pascals {
         Some(pascals) => {
             let Scaled { factor, unit } = in_pascals(largest * pascals);
@@ -145,7 +145,7 @@ pub fn pascals_of(table: &Table, units: &Units) -> Result<Option<f64>, TableErro
     let least = moduli.fold(f64::INFINITY, f64::min);
     let ends = [0, table.rows() - 1].map(|row| ensembles::point(table, row));
     let lengths = LengthUnit::common(ends.iter().map(|point| units.at(point)));
-    Ok((of_pressures(1.0, least, &lengths).unit == "Pa").then_some(1.0))
+    Ok(are_pascals(least, &lengths).then_some(1.0))
 }
 
 /// Returns the pascals in a unit such as `MPa`.

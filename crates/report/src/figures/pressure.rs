@@ -14,9 +14,10 @@ use crate::figure_data::{
     AREA_LABEL, COUNTED_AREA, FigureData, FinishedStage, LOAD_LABEL, texts_if_any,
 };
 use crate::figures::{Definition, Drawn, sample};
+use crate::loads;
 use crate::units::{self, LengthUnit, Scaled, digits};
 use asperity_contact::theory::persson;
-use asperity_stages::columns::{CORRECTION, EFFECTIVE_MODULUS, MEAN_GAP, PRESSURE};
+use asperity_stages::columns::{CORRECTION, EFFECTIVE_MODULUS, MEAN_GAP, PRESSURE, PRESSURE_UNIT};
 use asperity_stages::correct::AS_COUNTED;
 use asperity_tables::table::{Table, TableError};
 
@@ -46,7 +47,10 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
     for ensemble in &pressed {
         pressures.push(ensemble.mean(PRESSURE.name)?);
     }
-    let scaled = unit_of(data, &pressed, &pressures);
+    let pascals = pascals_of(data, &pressed);
+    let means = pressures.iter().flatten();
+    let largest = means.fold(0.0_f64, |most, pressure| most.max(pressure.mean));
+    let scaled = loads::unit_of(largest, pascals);
     let in_unit = |pressure: &mut Mean| *pressure = pressure.times(scaled.factor);
     pressures.iter_mut().flatten().for_each(in_unit);
     let axis = || Axis::logarithmic(format!("mean pressure p₀, in {}", scaled.unit));
@@ -58,7 +62,7 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
         areas.series.push(data.markers(ensemble, area));
         mean_gaps.series.push(data.markers(ensemble, against(pressures, gaps)));
         areas.series.extend(theory(data, ensemble, pressures));
-        moduli.extend(modulus(ensemble).map(|modulus| modulus_text(modulus, &scaled)));
+        moduli.extend(modulus(ensemble).map(|modulus| modulus_text(modulus, pascals)));
     }
     moduli.dedup();
     // One entry in the legend for all lines of the theory.
@@ -77,23 +81,27 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::side_by_side(areas, mean_gaps), caption))
 }
 
-/// Returns the unit of the pressures.
-fn unit_of(data: &FigureData, pressed: &[&EnsembleCurves], pressures: &[Vec<Mean>]) -> Scaled {
+/// Returns the pascals per unit of the pressures, if it is known and the same for all ensembles.
+fn pascals_of(data: &FigureData, pressed: &[&EnsembleCurves]) -> Option<f64> {
     let moduli = pressed.iter().filter_map(|one| modulus(one));
     let least_modulus = moduli.fold(f64::INFINITY, f64::min);
-    let pressures = pressures.iter().flatten();
-    let largest = pressures.fold(0.0_f64, |most, pressure| most.max(pressure.mean));
-    units::of_pressures(largest, least_modulus, &data.unit_of_length())
+    let assumed = units::are_pascals(least_modulus, &data.unit_of_length()).then_some(1.0);
+    let known = |one: &&EnsembleCurves| match one.point.get(PRESSURE_UNIT.name) {
+        Some(unit) => loads::pascals_in(unit),
+        None => assumed,
+    };
+    let first = known(pressed.first()?);
+    first.filter(|_| pressed.iter().all(|one| known(one) == first))
 }
 
 /// Returns E* with its unit, if known.
-fn modulus_text(modulus: f64, pressures: &Scaled) -> String {
-    match pressures.unit.strip_suffix("Pa") {
-        Some(_) => {
-            let Scaled { factor, unit } = units::in_pascals(modulus);
-            format!("{} {unit}", digits(factor * modulus, 5))
+fn modulus_text(modulus: f64, pascals: Option<f64>) -> String {
+    match pascals {
+        Some(pascals) => {
+            let Scaled { factor, unit } = units::in_pascals(modulus * pascals);
+            format!("{} {unit}", digits(factor * modulus * pascals, 5))
         }
-        None => format!("{modulus:e}"),
+        None => digits(modulus, 5),
     }
 }
 
