@@ -40,7 +40,8 @@ def test_it_says_what_it_is_called(study):
 
 def test_it_prints_to_the_last_line(study):
     checked = run("check", str(study.path))
-    assert checked.returncode == 0 and checked.stdout.endswith("4 tasks\n")
+    assert checked.returncode == 0 and "2 stages, 4 tasks\n" in checked.stdout
+    assert checked.stdout.endswith("in units of E* × rms slope\n")
 
 
 def test_a_reader_may_leave(finished):

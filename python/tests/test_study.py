@@ -131,7 +131,7 @@ def test_arguments_of_surfaces_are_checked_as_keys_are(keys, named):
 
 def test_arguments_of_contacts_are_checked_as_keys_are():
     rough = asperity.surface(nodes=32, hurst=0.8, k_lower=1, k_upper=8)
-    for wrong in [dict(loads=[0.2, 0.1]), dict(loads=-1.0), dict(loads=[]), dict(),
+    for wrong in [dict(loads=[0.1, -0.2]), dict(loads=-1.0), dict(loads=[]), dict(),
                   dict(loads=0.1, pressures=0.1), dict(loads=0.1, tolerance=2.0), dict(loads=0.1, size=2.0),
                   dict(loads=0.1, boundary="open"), dict(loads=0.1, hardness=0.05)]:
         with pytest.raises(asperity.Error):

@@ -253,9 +253,8 @@ impl ExportedMaps {
         }
         let load = of.map_or_else(String::new, |of| {
             format!(
-                "    <FieldData>\n      <DataArray type=\"Float64\" Name=\"{}\" \
+                "    <FieldData>\n      <DataArray type=\"Float64\" Name=\"load\" \
                  NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>\n    </FieldData>\n",
-                self.load_column.unwrap_or("load"),
                 of.load
             )
         });
@@ -287,9 +286,9 @@ impl ExportedMaps {
     fn npz(&self) -> Vec<u8> {
         let mut arrays = self.arrays();
         arrays.push(Array::of_reals("side", vec![2], self.grid.cell().size()));
-        if let Some(column) = self.load_column {
+        if !self.loads.is_empty() {
             let shape = if self.is_single { vec![] } else { vec![self.loads.len()] };
-            arrays.push(Array::of_reals(column, shape, self.loads.iter().map(|of| of.load)));
+            arrays.push(Array::of_reals("load", shape, self.loads.iter().map(|of| of.load)));
         }
         let units = [("unit", &self.length_unit), ("pressure_unit", &self.pressure_unit)];
         let units = units.into_iter().filter_map(|(name, unit)| Some((name, unit.as_deref()?)));

@@ -144,6 +144,18 @@ fn equal_maps_are_equal_archives_of_all_arrays() {
 }
 
 #[test]
+fn loads_that_are_pressures_are_told_from_maps_of_pressures() {
+    let bench = Bench::new();
+    bench.run(&STUDY.replace("loads =", "load_unit = \"absolute\"\nloads ="));
+    let task = ["k_upper=8", "realization=1"];
+    let printed = export(&bench, "light", "maps.npz", &task).unwrap();
+    assert_eq!(printed["load_column"], "pressure");
+    let bytes = fs::read(bench.path("maps.npz")).unwrap();
+    let names = String::from_utf8_lossy(&bytes).into_owned();
+    assert!(names.contains("load.npy") && names.contains("pressure.npy"));
+}
+
+#[test]
 fn impossible_exports_are_refused_with_advice() {
     let bench = Bench::new();
     bench.run(STUDY);
