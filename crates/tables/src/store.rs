@@ -450,7 +450,8 @@ mod tests {
 
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
 
-    fn provenance(recipe: &str) -> Provenance {
+    /// Returns the provenance of a table without inputs.
+    pub(super) fn provenance(recipe: &str) -> Provenance {
         Provenance {
             stage: "test".to_owned(),
             version: 1,

@@ -9,8 +9,11 @@
 //! Every unit is a power of ten of the metre or the pascal. A conversion only moves the decimal
 //! point and is exact.
 
+#[cfg(test)]
+mod tests;
+mod unit;
+
 use std::collections::BTreeSet;
-use std::fmt;
 
 use serde_json::Value;
 use serde_spanned::Spanned as TomlSpanned;
@@ -22,86 +25,11 @@ use super::validation::{alternatives, shown};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span, listed, suggestion};
 
-/// A physical quantity whose numbers may have a unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dimension {
-    Length,
-    Pressure,
-}
-
-/// A unit of length or pressure.
-#[derive(Debug, PartialEq, Eq)]
-pub struct Unit {
-    /// Symbol of the unit in tables and messages.
-    pub symbol: &'static str,
-    pub dimension: Dimension,
-    /// The unit is 10^`power` metres or pascals.
-    pub power: i32,
-    /// True for the metre and the pascal, and for their multiples by 1000.
-    is_si: bool,
-    /// Further spellings of the unit.
-    spellings: &'static [&'static str],
-}
-
-const fn unit(
-    symbol: &'static str,
-    dimension: Dimension,
-    power: i32,
-    spellings: &'static [&'static str],
-) -> Unit {
-    let is_si = power % 3 == 0 && !matches!(symbol.as_bytes(), [b'N', ..]);
-    Unit { symbol, dimension, power, is_si, spellings }
-}
-
-/// All units. Messages list the symbols in this order.
-pub static UNITS: [Unit; 13] = [
-    unit("m", Dimension::Length, 0, &[]),
-    unit("cm", Dimension::Length, -2, &[]),
-    unit("mm", Dimension::Length, -3, &[]),
-    // The Greek letter mu stands for the micro sign.
-    unit("µm", Dimension::Length, -6, &["um", "μm", "micron", "microns"]),
-    unit("nm", Dimension::Length, -9, &[]),
-    unit("Å", Dimension::Length, -10, &["\u{212b}", "angstrom"]),
-    unit("pm", Dimension::Length, -12, &[]),
-    unit("Pa", Dimension::Pressure, 0, &[]),
-    unit("kPa", Dimension::Pressure, 3, &[]),
-    unit("MPa", Dimension::Pressure, 6, &[]),
-    unit("GPa", Dimension::Pressure, 9, &[]),
-    unit("N/mm²", Dimension::Pressure, 6, &["N/mm^2", "N/mm2"]),
-    unit("bar", Dimension::Pressure, 5, &[]),
-];
+use unit::UNITS;
+pub use unit::{Dimension, Unit};
 
 /// Regular expression of a number with a unit, for editors.
 pub const PATTERN: &str = r"^\s*[+-]?[0-9.]+([eE][+-]?[0-9]+)?\s*[^\s0-9.+*-]\S*\s*$";
-
-impl Unit {
-    /// Returns the unit with this symbol or spelling.
-    pub fn find(text: &str) -> Option<&'static Unit> {
-        let text = text.trim();
-        UNITS.iter().find(|unit| unit.symbol == text || unit.spellings.contains(&text))
-    }
-
-    /// Returns the factor that converts numbers in this unit to numbers in the unit `to`.
-    pub fn factor_to(&self, to: &Unit) -> f64 {
-        decimal::shifted("1", self.power - to.power)
-    }
-}
-
-impl Dimension {
-    /// Returns the symbols of the units of the dimension.
-    fn symbols(self) -> impl Iterator<Item = &'static str> {
-        UNITS.iter().filter(move |unit| unit.dimension == self).map(|unit| unit.symbol)
-    }
-}
-
-impl fmt::Display for Dimension {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Dimension::Length => "length",
-            Dimension::Pressure => "pressure",
-        })
-    }
-}
 
 /// The declaration that the numbers of a key are quantities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -430,173 +358,4 @@ pub fn written(value: f64, unit: Option<&str>) -> String {
         suitable.map(|to| format!("{} {}", decimal::written(converted(to)), to.symbol)).next()
     });
     better.unwrap_or_else(|| format!("{} {unit}", decimal::written(value)))
-}
-
-#[cfg(test)]
-mod tests {
-    use schemars::JsonSchema;
-    use serde::Deserialize;
-
-    use super::*;
-    use crate::keys::declare::{
-        length, pair, pressure, pressure_or_ratio, swept, unit_of_lengths, unit_of_pressures,
-    };
-    use crate::keys::expected_keys::ExpectedKeys;
-    use crate::keys::{Key, OnAxes, Section, Spanned, reader, table};
-
-    #[derive(Debug, Default, Deserialize, JsonSchema)]
-    #[serde(default, deny_unknown_fields)]
-    struct Example {
-        #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
-        #[schemars(transform = pair, transform = swept, transform = length)]
-        side: Key<OnAxes<f64>>,
-        #[schemars(transform = swept, transform = length)]
-        wavelength: Key<f64>,
-        #[schemars(transform = unit_of_lengths)]
-        unit: Key<String>,
-        #[schemars(transform = pressure_or_ratio)]
-        loads: Key<Vec<Spanned<f64>>>,
-        #[schemars(transform = pressure, transform = swept)]
-        modulus: Key<f64>,
-        #[schemars(transform = unit_of_pressures)]
-        load_unit: Key<Word>,
-        bodies: Key<Vec<Body>>,
-        hurst: Key<f64>,
-    }
-
-    table!(Example);
-
-    #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-    enum Word {
-        MPa,
-        Relative,
-    }
-
-    #[derive(Debug, Deserialize, JsonSchema)]
-    #[serde(deny_unknown_fields)]
-    struct Body {
-        #[schemars(transform = pressure)]
-        youngs_modulus: f64,
-    }
-
-    fn read(text: &str) -> (Section<Example>, Vec<String>) {
-        let table = DeTable::parse(text).unwrap().into_inner();
-        let mut problems = Problems::default();
-        let expected = ExpectedKeys::of_table("the example");
-        let section = reader::read(table, 0..0, &expected, &mut problems);
-        let errors = problems.into_errors("example.toml", text);
-        (section, errors.problems().iter().map(ToString::to_string).collect())
-    }
-
-    fn valid(text: &str) -> Section<Example> {
-        let (section, problems) = read(text);
-        assert_eq!(problems, [""; 0], "{text}");
-        section
-    }
-
-    #[test]
-    fn texts_of_a_number_and_a_unit_are_quantities_and_others_are_not() {
-        for (text, parts) in [
-            ("100 um", ("100", "um")),
-            ("5.5e-3GPa", ("5.5e-3", "GPa")),
-            (" -1 N/mm^2 ", ("-1", "N/mm^2")),
-            ("2 Mpa", ("2", "Mpa")),
-        ] {
-            assert_eq!(split(text), Some(parts), "{text}");
-        }
-        for text in ["8 * k_upper", "all", "1e3", "", "k / 2", "1.2.3 m", "2 mm + 1 m", "um"] {
-            assert_eq!(split(text), None, "{text}");
-        }
-    }
-
-    #[test]
-    fn quantities_are_written_as_people_write_them() {
-        for (value, unit, text) in [
-            (10.0, "MPa", "10 MPa"),
-            (5500.0, "MPa", "5500 MPa"),
-            (210_000.0, "MPa", "210 GPa"),
-            (5.5e9, "Pa", "5.5 GPa"),
-            (1e-6, "m", "1 µm"),
-            (2e-4, "px", "0.0002 px"),
-            (0.0, "µm", "0 µm"),
-            (3.0, "", "3"),
-        ] {
-            assert_eq!(written(value, Some(unit)), text);
-        }
-        assert_eq!(written(2e9, None), "2e9");
-    }
-
-    #[test]
-    fn a_unit_has_several_spellings() {
-        for text in ["um", "µm", "μm"] {
-            assert_eq!(Unit::find(text).unwrap().symbol, "µm");
-        }
-        assert_eq!(Unit::find("N/mm2").unwrap().power, Unit::find("MPa").unwrap().power);
-        assert_eq!(Unit::find("mpa"), None);
-        let [nm, m] = ["nm", "m"].map(|unit| Unit::find(unit).unwrap());
-        assert_eq!((nm.factor_to(m), m.factor_to(nm)), (1e-9, 1e9));
-    }
-
-    #[test]
-    fn lengths_are_read_in_the_unit_of_the_first_key_and_conversions_are_exact() {
-        let section = valid("wavelength = [\"500 nm\", \"0.1 mm\"]\nside = \"100 um\"\n");
-        let [one, other] = section.points.as_slice() else { panic!("two points") };
-        assert_eq!(one.table.side.value(), Some(OnAxes::Both(100.0)));
-        assert_eq!(one.table.wavelength.value(), Some(0.5));
-        assert_eq!(other.table.wavelength.value(), Some(100.0));
-        let unit = section.units.length.as_ref().unwrap();
-        assert_eq!((unit.unit.symbol, unit.by_key), ("µm", false));
-        assert!(section.units.is_quantity(&one.table.wavelength.written().unwrap().span));
-    }
-
-    #[test]
-    fn a_key_can_name_the_unit_and_then_numbers_without_unit_have_it() {
-        let section = valid("side = [\"0.1 mm\", 2]\nwavelength = 7\nunit = \"um\"\n");
-        assert_eq!(section.points[0].table.side.value(), Some(OnAxes::Both(100.0)));
-        assert_eq!(section.points[1].table.side.value(), Some(OnAxes::Both(2.0)));
-        assert!(section.units.length.unwrap().by_key);
-        let plain = valid("side = 2\nunit = \"px\"\n");
-        assert!(plain.units.length.is_none());
-    }
-
-    #[test]
-    fn pairs_cases_and_inner_tables_may_have_units() {
-        let section = valid("cases = [{ side = [\"1 mm\", \"0.5 mm\"] }, { side = \"100 um\" }]");
-        assert_eq!(section.points[0].table.side.value(), Some(OnAxes::Each([1.0, 0.5])));
-        assert_eq!(section.points[1].table.side.value(), Some(OnAxes::Both(0.1)));
-        let text = "bodies = [{ youngs_modulus = \"210 GPa\" }]\nload_unit = \"MPa\"\nloads = [10]";
-        let table = &valid(text).points[0].table;
-        assert_eq!(table.bodies.written().unwrap().value[0].youngs_modulus, 210_000.0);
-        assert_eq!(table.load_unit.value(), Some(Word::MPa));
-    }
-
-    #[test]
-    fn numbers_without_units_are_ratios_only_where_this_is_declared() {
-        let section = valid("loads = [0.1]\nmodulus = \"70 GPa\"\nload_unit = \"Relative\"");
-        assert_eq!(section.points[0].table.loads.written().unwrap().value[0].value, 0.1);
-        assert_eq!(section.units.pressure.unwrap().unit.symbol, "GPa");
-    }
-
-    #[test]
-    fn mistakes_in_units_are_reported_once_with_a_suggestion() {
-        for (text, part) in [
-            ("modulus = \"2 Mpa\"", "unknown unit `Mpa` (did you mean `MPa`?)"),
-            ("side = \"2 MPa\"", "`side` is a length, but `MPa` is a unit of pressure"),
-            (
-                "side = 2\nwavelength = \"1 um\"",
-                "`side` has no unit, but `wavelength` has one (write \"2 µm\"",
-            ),
-            (
-                "bodies = [{ youngs_modulus = 2 }]\nmodulus = \"1 Pa\"",
-                "`bodies.youngs_modulus` has no unit",
-            ),
-            ("side = \"2 m\"\nunit = \"px\"", "`unit` does not name one unit of length"),
-            ("cases = [{ side = \"-2 m\" }]", "`side` is -2 (must be above 0)"),
-            ("hurst = \"0.8 um\"", "`hurst` must be a number"),
-        ] {
-            let (_, problems) = read(text);
-            let [problem] = problems.as_slice() else { panic!("{text}: {problems:?}") };
-            assert!(problem.contains(part), "{text}: {problem}");
-        }
-    }
 }

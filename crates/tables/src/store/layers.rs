@@ -124,21 +124,12 @@ mod tests {
     use crate::column::{Column, ColumnKind, reals};
     use crate::parquet::Columns;
     use crate::store::Store;
-    use crate::store::key::{Provenance, TaskKey};
+    use crate::store::key::TaskKey;
     use crate::store::series::{SeriesRows, TableRef};
+    use crate::store::tests::provenance;
     use crate::table::Table;
 
     const LOAD: Column = Column::result("load", ColumnKind::Real, "1", "load");
-
-    fn provenance(recipe: &str) -> Provenance {
-        Provenance {
-            stage: "test".to_owned(),
-            version: 1,
-            recipe: recipe.to_owned(),
-            inputs: vec![],
-            input_identities: vec![],
-        }
-    }
 
     fn table(loads: &[f64]) -> Table {
         Table::new(loads.len(), vec![(LOAD, reals(loads.iter().copied()))]).without_wording()

@@ -1,0 +1,83 @@
+//! Units of length and pressure.
+
+use std::fmt;
+
+use crate::decimal;
+
+/// A physical quantity whose numbers may have a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    Length,
+    Pressure,
+}
+
+/// A unit of length or pressure.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Unit {
+    /// Symbol of the unit in tables and messages.
+    pub symbol: &'static str,
+    pub dimension: Dimension,
+    /// The unit is 10^`power` metres or pascals.
+    pub power: i32,
+    /// True for the metre and the pascal, and for their multiples by 1000.
+    pub(super) is_si: bool,
+    /// Further spellings of the unit.
+    spellings: &'static [&'static str],
+}
+
+const fn unit(
+    symbol: &'static str,
+    dimension: Dimension,
+    power: i32,
+    spellings: &'static [&'static str],
+) -> Unit {
+    let is_si = power % 3 == 0 && !matches!(symbol.as_bytes(), [b'N', ..]);
+    Unit { symbol, dimension, power, is_si, spellings }
+}
+
+/// All units. Messages list the symbols in this order.
+pub static UNITS: [Unit; 13] = [
+    unit("m", Dimension::Length, 0, &[]),
+    unit("cm", Dimension::Length, -2, &[]),
+    unit("mm", Dimension::Length, -3, &[]),
+    // The Greek letter mu stands for the micro sign.
+    unit("µm", Dimension::Length, -6, &["um", "μm", "micron", "microns"]),
+    unit("nm", Dimension::Length, -9, &[]),
+    unit("Å", Dimension::Length, -10, &["\u{212b}", "angstrom"]),
+    unit("pm", Dimension::Length, -12, &[]),
+    unit("Pa", Dimension::Pressure, 0, &[]),
+    unit("kPa", Dimension::Pressure, 3, &[]),
+    unit("MPa", Dimension::Pressure, 6, &[]),
+    unit("GPa", Dimension::Pressure, 9, &[]),
+    unit("N/mm²", Dimension::Pressure, 6, &["N/mm^2", "N/mm2"]),
+    unit("bar", Dimension::Pressure, 5, &[]),
+];
+
+impl Unit {
+    /// Returns the unit with this symbol or spelling.
+    pub fn find(text: &str) -> Option<&'static Unit> {
+        let text = text.trim();
+        UNITS.iter().find(|unit| unit.symbol == text || unit.spellings.contains(&text))
+    }
+
+    /// Returns the factor that converts numbers in this unit to numbers in the unit `to`.
+    pub fn factor_to(&self, to: &Unit) -> f64 {
+        decimal::shifted("1", self.power - to.power)
+    }
+}
+
+impl Dimension {
+    /// Returns the symbols of the units of the dimension.
+    pub fn symbols(self) -> impl Iterator<Item = &'static str> {
+        UNITS.iter().filter(move |unit| unit.dimension == self).map(|unit| unit.symbol)
+    }
+}
+
+impl fmt::Display for Dimension {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Dimension::Length => "length",
+            Dimension::Pressure => "pressure",
+        })
+    }
+}
