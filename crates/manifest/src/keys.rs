@@ -19,6 +19,7 @@ pub mod on_axes;
 pub mod parameters;
 pub mod quantity;
 pub mod reader;
+pub mod tried;
 pub mod validation;
 
 use std::borrow::Cow;

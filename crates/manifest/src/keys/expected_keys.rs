@@ -1,16 +1,8 @@
 //! Reports keys that a table does not have.
 
-use super::Layout;
 use super::derived::Scope;
+use super::{Layout, tried};
 use crate::diagnostics::{Problem, Span, did_you_mean, listed};
-
-/// Keys that have been renamed: old name, new name, and help.
-const RENAMED: [(&str, &str, &str); 1] = [(
-    "youngs_modulus",
-    "effective_modulus",
-    "it holds E*, the effective modulus of the two bodies together; write their own moduli in \
-     `bodies = [{ youngs_modulus, poisson_ratio }]`",
-)];
 
 /// Function that returns the name of another table that has a key, for messages.
 pub type FindOwner = dyn Fn(&str) -> Option<String>;
@@ -45,16 +37,14 @@ impl ExpectedKeys<'_> {
     ) -> (Problem, Option<String>) {
         let known = || layout.keys().chain(self.common.iter().copied());
         let message = format!("{} has no key `{key}`", self.table);
-        if let Some((_, now, help)) = RENAMED.iter().find(|(was, ..)| *was == key)
-            && layout.has(now)
-        {
-            let label = format!("renamed: `{now} = …`");
-            let problem = Problem::new(message, span, label).help(*help);
-            return (problem, Some((*now).to_owned()));
-        }
         if let Some(owner) = (self.owner)(key) {
             let label = format!("belongs to {owner}");
             return (Problem::new(message, span, label), None);
+        }
+        if let Some((problem, instead)) =
+            tried::answer(&message, key, span.clone(), |one| layout.has(one))
+        {
+            return (problem, instead.map(str::to_owned));
         }
         match did_you_mean(key, known()) {
             Some(meant) => {

@@ -7,7 +7,7 @@ use toml::de::DeValue;
 
 use super::bounds::out_of_bounds;
 use super::derived::Expressions;
-use super::{Layout, quantity};
+use super::{Layout, quantity, tried};
 use crate::diagnostics::{Problem, did_you_mean, listed, suggestion};
 
 type Written<'i> = TomlSpanned<DeValue<'i>>;
@@ -159,10 +159,17 @@ impl ValuePath<'_> {
                 inner.check(value, rules, help, problems);
                 continue;
             }
+            let message = format!("`{path}` has no key `{name}`");
+            let has = |one: &str| keys.contains_key(one);
+            if let Some((problem, instead)) = tried::answer(&message, name, key.span(), has) {
+                meant.extend(instead);
+                problems.push(problem);
+                continue;
+            }
             let known = key_names(schema);
             meant.extend(did_you_mean(name, known.iter().copied()));
             let label = suggestion('`', name, known.iter().copied(), "unknown key");
-            let problem = Problem::new(format!("`{path}` has no key `{name}`"), key.span(), label);
+            let problem = Problem::new(message, key.span(), label);
             problems.push(problem.help(format!("its keys are {}", listed(known, "and"))));
         }
         let required = schema.get("required").and_then(Value::as_array).into_iter().flatten();

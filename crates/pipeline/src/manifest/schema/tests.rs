@@ -162,6 +162,16 @@ fn swept_keys_and_lists_are_keys() {
     }
 }
 
+// A stage that gets one of these keys makes the answer wrong.
+#[test]
+fn keys_that_are_answered_are_keys_of_no_stage() {
+    for variant in StageVariant::all() {
+        for key in asperity_manifest::keys::tried::keys() {
+            assert!(!variant.layout().has(key), "{variant:?} has `{key}`: remove its answer");
+        }
+    }
+}
+
 // A number without bounds in the schema would not be checked at all.
 #[test]
 fn every_number_has_bounds() {
