@@ -29,6 +29,7 @@ TARGET = Path(os.environ.get("CARGO_TARGET_DIR", REPOSITORY / "target")).resolve
 PEERS = {
     "aspher-nested": ("aspher nested", "aspher"),
     "aspher-warm": ("aspher warm", "aspher"),
+    "contact-mechanics": ("ContactMechanics warm", "ContactMechanics"),
     "tamaas": ("tamaas warm", "tamaas"),
 }
 

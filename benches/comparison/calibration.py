@@ -10,11 +10,12 @@ TOLERANCE = 5e-5
 TIGHT = 1e-10
 
 # Tolerances of the peers, loosest first, each in the code's own measure. aspher uses the larger of
-# duality gap and penetration over the range of heights, tamaas an energy, and asperity a length
-# over rms slope × mesh step.
+# duality gap and penetration over the range of heights, tamaas an energy, and asperity and
+# ContactMechanics a length over rms slope × mesh step.
 LADDERS = {
     "aspher-nested": [1e-4, 3e-5, 1e-5, 7e-6, 5e-6, 3e-6, 2e-6, 1e-6, 1e-8],
     "aspher-warm": [1e-4, 3e-5, 1e-5, 7e-6, 5e-6, 3e-6, 2e-6, 1e-6, 1e-8],
+    "contact-mechanics": [1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4],
     "tamaas": [1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6, 1e-8],
 }
 TAMAAS_TIGHT = 1e-12

@@ -10,7 +10,15 @@ import venv
 from pathlib import Path
 
 BUILD = ["scikit-build-core==1.1.2", "pybind11==3.1.0"]
-WHEELS = ["numpy==2.4.6", "scipy==1.17.1", "pyarrow==26.0.1", "rfgen==0.2.3", "tamaas==2.9.0"]
+WHEELS = [
+    "numpy==2.4.6",
+    "scipy==1.17.1",
+    "pyarrow==26.0.1",
+    "rfgen==0.2.3",
+    "tamaas==2.9.0",
+    "ContactMechanics==1.8.3",
+    "muGrid==1.6.1",
+]
 ASPHER = "aspher==0.1.3.post1"
 
 # aspher is compiled from source. This makes it use all vector instructions of this machine.
