@@ -15,7 +15,7 @@ TIGHT = 1e-10
 LADDERS = {
     "aspher-nested": [1e-4, 3e-5, 1e-5, 7e-6, 5e-6, 3e-6, 2e-6, 1e-6, 1e-8],
     "aspher-warm": [1e-4, 3e-5, 1e-5, 7e-6, 5e-6, 3e-6, 2e-6, 1e-6, 1e-8],
-    "contact-mechanics": [1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4],
+    "contact-mechanics": [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7],
     "tamaas": [1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 1e-6, 1e-8],
 }
 TAMAAS_TIGHT = 1e-12
