@@ -17,12 +17,14 @@ import sys
 import tempfile
 from pathlib import Path
 
+import python_reference
+
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 # tests/cluster.py runs the commands of cluster.md, which need a scheduler. python/tests runs the blocks of
 # python.md in one interpreter.
 NOT_RUN = {DOCS / "cluster.md", DOCS / "how-to/python.md"}
-GENERATED = ["keys.md", "columns.md", "commands.md", "errors.md"]
+GENERATED = ["keys.md", "columns.md", "commands.md", "errors.md", "python.md"]
 
 
 def program():
@@ -165,6 +167,7 @@ def check_reference(write):
         output = DOCS / "reference" if write else Path(folder)
         subprocess.run([program(), "reference", "--output", output], check=True, stdout=subprocess.DEVNULL)
         (output / "errors.md").write_text(errors_page(), encoding="utf-8")
+        (output / "python.md").write_text(python_reference.page(), encoding="utf-8")
         for name in GENERATED:
             committed = (DOCS / "reference" / name).read_text(encoding="utf-8")
             assert committed == (output / name).read_text(encoding="utf-8"), (
