@@ -121,7 +121,7 @@ def check_links():
     listed = pages()
     unlisted = {page for page in DOCS.rglob("*.md")} - set(listed) - {DOCS / "SUMMARY.md"}
     problems = [f"docs/SUMMARY.md lacks {page.relative_to(DOCS)}" for page in sorted(unlisted)]
-    outside = [*sorted(ROOT.glob("*.md")), ROOT / "benches/README.md", DOCS / "SUMMARY.md"]
+    outside = [*sorted(ROOT.glob("*.md")), ROOT / "benches/README.md", ROOT / "paper/README.md", DOCS / "SUMMARY.md"]
     count = 0
     for page in listed + outside:
         text = page.read_text(encoding="utf-8") if page.is_file() else None
