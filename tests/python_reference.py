@@ -84,7 +84,7 @@ def signature(node):
         one.annotation = None
     arguments.args = [one for one in arguments.args if one.arg not in ("self", "cls")]
     call = f"{node.name}({ast.unparse(arguments)})"
-    return "\n".join(textwrap.wrap(call, 100, subsequent_indent=" " * (len(node.name) + 1), break_long_words=False))
+    return "\n".join(textwrap.wrap(call, 80, subsequent_indent=" " * (len(node.name) + 1), break_long_words=False))
 
 
 def markdown(docstring):
