@@ -39,6 +39,22 @@ impl Problem {
         Self { message: message.into(), labels: Vec::new(), help: None }
     }
 
+    /// Creates the problem of things that refer to each other in a cycle. `links` has the name of
+    /// each thing with the position at which it refers to the next one; the last one refers to the
+    /// first. `verb` says how they refer to each other, such as `reads`.
+    pub fn cycle<N: AsRef<str>>(message: &str, verb: &str, links: &[(N, Span)]) -> Problem {
+        /// Maximum number of links that are marked in the text.
+        const MAX_MARKED: usize = 6;
+        let names: Vec<_> =
+            links.iter().chain(links.first()).map(|(name, _)| name.as_ref()).collect();
+        let labels = links
+            .iter()
+            .zip(names.windows(2))
+            .map(|((_, span), pair)| (span.clone(), format!("`{}` {verb} `{}`", pair[0], pair[1])));
+        let labels = labels.take(MAX_MARKED).collect();
+        Problem { message: format!("{message}: {}", names.join(" ← ")), labels, help: None }
+    }
+
     /// Adds another span that takes part in the mistake, with its label.
     pub fn and(mut self, span: Span, label: impl Into<String>) -> Self {
         self.labels.push((span, label.into()));

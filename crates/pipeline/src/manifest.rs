@@ -67,6 +67,8 @@ pub struct Manifest {
     pub stages: Vec<StageTable>,
     /// Tables `[figure.NAME]`, in the order of the file.
     pub figures: Vec<WrittenFigure>,
+    /// Inherited parameters that no stage uses.
+    pub unused_parameters: Vec<String>,
 }
 
 /// One table `[stage.NAME]` as written.
@@ -86,8 +88,9 @@ pub struct StageTable {
 type Entry<'i> = (TomlSpanned<DeString<'i>>, TomlSpanned<DeValue<'i>>);
 
 impl Manifest {
-    /// Reads the tables of a manifest.
-    pub fn read(mut document: DeTable<'_>, problems: &mut Problems) -> Manifest {
+    /// Reads the tables of a manifest. Values before the position `inherited` are from manifests
+    /// that this one extends, or from a manifest that settings override.
+    pub fn read(mut document: DeTable<'_>, inherited: usize, problems: &mut Problems) -> Manifest {
         let parameters = document.remove_entry("parameters");
         let parameters = parameters.and_then(|entry| table_of(entry, problems));
         let parameters =
@@ -101,8 +104,9 @@ impl Manifest {
                 _ => problems.push(unknown_table(&entry)),
             }
         }
+        let mut unused_parameters = Vec::new();
         if problems.is_empty() {
-            parameters.report_unused(problems);
+            unused_parameters = parameters.report_unused(inherited, problems);
             report_repeated_sweeps(&stages, problems);
         }
         if stages.is_empty() && problems.is_empty() {
@@ -120,7 +124,7 @@ impl Manifest {
             }
             Section::unreadable(0..0)
         });
-        Manifest { study, stages, figures }
+        Manifest { study, stages, figures, unused_parameters }
     }
 
     /// Returns the name of the study, if it has one.

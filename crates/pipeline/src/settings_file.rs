@@ -112,21 +112,21 @@ fn parse(text: &str, problems: &mut Problems) -> Option<SettingsFile> {
 
 /// Reads the list of stores. Returns `None` and reports problems if it is wrong.
 fn stores(value: &DeValue<'_>, place: Span, problems: &mut Problems) -> Option<Vec<PathBuf>> {
-    let mut refuse = |span: Span| {
-        let problem = Problem::new("`stores` is not a list of folders", span, "must be a folder");
+    let mut refuse = |span: Span, label: &str| {
+        let problem = Problem::new("`stores` is not a list of folders", span, label);
         let example = "`stores = [\"/shared/asperity\"]`";
         problems
             .push(problem.help(format!("list data folders or their `store/`, as in {example}")));
     };
     let DeValue::Array(items) = value else {
-        refuse(place);
+        refuse(place, "must be a list");
         return None;
     };
     let mut folders = Vec::new();
     for item in items {
         match item.get_ref() {
             DeValue::String(folder) if !folder.is_empty() => folders.push(PathBuf::from(&**folder)),
-            _ => refuse(item.span()),
+            _ => refuse(item.span(), "must be a folder"),
         }
     }
     Some(folders)
@@ -153,7 +153,7 @@ mod tests {
     fn stores_that_are_not_folders_are_shown_at_their_places() {
         let refused = |text: &str| SettingsFile::parse(text, FILE).unwrap_err().render(false);
         insta::assert_snapshot!(refused("stores = [\"/shared\", 3, \"\"]\nstore = []\n"));
-        assert!(refused("stores = \"/shared\"").contains("must be a folder"));
+        assert!(refused("stores = \"/shared\"").contains("must be a list"));
     }
 
     #[test]

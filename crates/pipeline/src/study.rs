@@ -141,7 +141,7 @@ impl Study {
         Study::validated(&composition, sources, claims).or_else(|errors| {
             let ignored = &mut Problems::default();
             let document = composition.document(ignored);
-            let manifest = document.map(|document| Manifest::read(document, ignored));
+            let manifest = document.map(|document| Manifest::read(document, 0, ignored));
             let name = manifest.as_ref().and_then(Manifest::study_name);
             let Some(name) = name.filter(|name| names::is_plain(name)) else {
                 return Err(errors);
@@ -205,9 +205,10 @@ impl Study {
     ) -> Result<Study, ManifestErrors> {
         let mut problems = Problems::default();
         let study = composition.document(&mut problems).and_then(|document| {
-            let effective = composition.effective(&document);
-            let manifest = Manifest::read(document, &mut problems);
+            let inherited = composition.inherited();
+            let manifest = Manifest::read(document.clone(), inherited, &mut problems);
             let study = validate::validate(&manifest, sources, claims, &mut problems)?;
+            let effective = composition.effective(document, &manifest.unused_parameters);
             Some(Study { manifest: effective, ..study })
         });
         match study {

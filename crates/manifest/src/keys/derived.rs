@@ -111,8 +111,9 @@ impl<'a> Expressions<'a> {
         let properties = self.layout.properties().iter();
         let takes_number = |schema: &Value| alternatives(schema).into_iter().any(is_number);
         let keys = properties.filter(|(_, schema)| takes_number(schema));
+        let own = path.split('.').next();
         let mut known: Vec<&str> = self.further_names();
-        known.extend(keys.map(|(key, _)| key.as_str()));
+        known.extend(keys.map(|(key, _)| key.as_str()).filter(|key| own != Some(key)));
         let whole = written.get_ref().as_str() == Some(name);
         let message = if whole {
             format!("`{path}` must be a number or an expression")

@@ -69,10 +69,14 @@ impl<'i> Parameters<'i> {
         parameter.references().iter().for_each(|name| self.use_in(name, swept));
     }
 
-    /// Reports parameters that no stage has used.
-    pub fn report_unused(&self, problems: &mut Problems) {
+    /// Reports parameters that no stage has used. Parameters before the position `inherited` may be
+    /// unused; their names are returned.
+    pub fn report_unused(&self, inherited: usize, problems: &mut Problems) -> Vec<String> {
         let used = self.used.borrow();
-        for (name, parameter) in self.by_name.iter().filter(|(name, _)| !used.contains(*name)) {
+        let unused = self.by_name.iter().filter(|(name, _)| !used.contains(*name));
+        let (allowed, own): (Vec<_>, Vec<_>) =
+            unused.partition(|(_, parameter)| parameter.span.start < inherited);
+        for (name, parameter) in own {
             let message = format!("no stage uses the parameter `{name}`");
             let problem = Problem::new(message, parameter.span.clone(), "unused");
             problems.push(problem.help(format!(
@@ -80,6 +84,7 @@ impl<'i> Parameters<'i> {
                  otherwise remove it"
             )));
         }
+        allowed.into_iter().map(|(name, _)| name.clone()).collect()
     }
 
     /// Reports names in expressions of parameters that are no parameters.
@@ -113,22 +118,51 @@ impl<'i> Parameters<'i> {
     fn check_cycles(&mut self, problems: &mut Problems) {
         let names: Vec<String> = self.by_name.keys().cloned().collect();
         for name in names {
-            let parameter = &self.by_name[&name];
-            let mut pending: Vec<String> = parameter.references().into_iter().collect();
-            let mut seen = BTreeSet::new();
-            while let Some(next) = pending.pop() {
-                if next == name {
-                    let span = parameter.values[0].span();
+            let links = self.cycle(&name);
+            let problem = match links.as_slice() {
+                [] => continue,
+                [(_, span)] => {
                     let message = format!("the parameter `{name}` depends on itself");
-                    problems.push(Problem::new(message, span, "leads back to this parameter"));
-                    self.by_name.get_mut(&name).expect("it is known").values.clear();
-                    break;
+                    Problem::new(message, span.clone(), "uses itself")
                 }
-                if seen.insert(next.clone()) {
-                    pending.extend(self.by_name[&next].references());
+                links => {
+                    Problem::cycle("parameters depend on each other in a cycle", "uses", links)
+                }
+            };
+            problems.push(problem.help("write one of these parameters as a number"));
+            self.by_name.get_mut(&name).expect("it is known").values.clear();
+        }
+    }
+
+    /// Returns the parameters through which a parameter depends on itself, beginning with this one.
+    /// Each has the position at which it uses the next one. Returns none if there is no cycle.
+    fn cycle(&self, name: &str) -> Vec<(&str, Span)> {
+        // The parameter that uses the key of the map, and the position at which it does.
+        let mut users: BTreeMap<&str, (&str, Span)> = BTreeMap::new();
+        let mut pending: Vec<&str> =
+            self.by_name.get_key_value(name).map_or(vec![], |(own, _)| vec![own]);
+        while let Some(user) = pending.pop() {
+            for value in &self.by_name[user].values {
+                for used in references(value) {
+                    let (used, _) = self.by_name.get_key_value(&used).expect("names are checked");
+                    if !users.contains_key(used.as_str()) {
+                        users.insert(used, (user, value.span()));
+                        pending.push(used);
+                    }
                 }
             }
         }
+        let mut links: Vec<(&str, Span)> = Vec::new();
+        let mut used = name;
+        while let Some((user, span)) = users.get(used) {
+            links.push((user, span.clone()));
+            used = user;
+            if used == name {
+                links.reverse();
+                return links;
+            }
+        }
+        Vec::new()
     }
 }
 
@@ -225,7 +259,9 @@ mod tests {
         let mut swept = BTreeSet::new();
         parameters.use_in("seeds", &mut swept);
         assert_eq!(Vec::from_iter(swept), ["seeds"]);
-        parameters.report_unused(&mut none);
+        // The first parameter is inherited.
+        assert_eq!(parameters.report_unused(1, &mut none), ["hurst"]);
+        parameters.report_unused(0, &mut none);
         let unused = none.into_errors("", text);
         let unused: Vec<_> = unused.problems().iter().map(Problem::message).collect();
         let expected =
@@ -245,7 +281,12 @@ mod tests {
             ("a = \"slope(b)\"\nb = 1", "`slope` needs the loads of a surface"),
             ("first = 1\nb = \"frist\"", "did you mean `first`?"),
             ("a = \"a + 1\"", "the parameter `a` depends on itself"),
-            ("a = \"b\"\nb = \"2 * a\"", "the parameter `a` depends on itself"),
+            (
+                "a = \"b\"\nb = \"2 * a\"",
+                "depend on each other in a cycle: a ← b ← a (`a` uses `b`)",
+            ),
+            ("a = \"b\"\nb = [1, \"c\"]\nc = \"2 * a\"", "in a cycle: a ← b ← c ← a"),
+            ("a = \"2 * b\"\nb = \"b\"", "the parameter `b` depends on itself"),
         ] {
             let problems = problems(text);
             assert_eq!(problems.len(), 1, "{text}: {problems:?}");

@@ -23,7 +23,7 @@ use super::Layout;
 use super::declare::QUANTITY;
 use super::validation::{alternatives, shown};
 use crate::decimal;
-use crate::diagnostics::{Problem, Problems, Span, listed, suggestion};
+use crate::diagnostics::{Problem, Problems, Span, listed};
 
 use unit::UNITS;
 pub use unit::{Dimension, Unit};
@@ -136,7 +136,10 @@ impl<'v> Scalar<'v> {
             ),
             None => (
                 format!("unknown unit `{unit}`"),
-                suggestion('`', unit, dimension.symbols(), "unknown unit"),
+                match dimension.did_you_mean(unit) {
+                    Some(meant) => format!("did you mean `{meant}`?"),
+                    None => "unknown unit".to_owned(),
+                },
             ),
         };
         let help = format!("units of {dimension} are {}", listed(dimension.symbols(), "and"));

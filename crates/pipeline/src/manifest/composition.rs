@@ -17,7 +17,7 @@ use toml::de::{DeString, DeTable, DeValue};
 use super::setting::Setting;
 use super::syntax::report_syntax;
 use asperity_manifest::diagnostics::{
-    ManifestErrors, Problem, Problems, SourceText, Span, suggestion,
+    ManifestErrors, Problem, Problems, SourceText, Span, listed, suggestion,
 };
 use asperity_manifest::keys::validation::found;
 use asperity_stages::surface_files::read_regular;
@@ -184,16 +184,37 @@ impl Composition {
                 }
             }
         }
-        merged.filter(|_| is_valid)
+        let mut merged = merged.filter(|_| is_valid)?;
+        if !self.bases.is_empty() {
+            remove_unknown_stages(&mut merged, problems);
+        }
+        Some(merged)
+    }
+
+    /// Returns the position before which values are inherited: from extended manifests, or, if keys
+    /// were set, from the manifest.
+    pub fn inherited(&self) -> usize {
+        let first = |is_setting| self.sources.iter().find(|source| source.is_setting == is_setting);
+        let own = || self.sources.iter().rfind(|source| !source.is_setting);
+        first(true).or_else(own).map_or(0, |source| source.start)
     }
 
     /// Returns the effective manifest; `document` is the result of [`Composition::document`].
-    pub fn effective(&self, document: &DeTable<'_>) -> EffectiveManifest {
+    /// Unused parameters are left out, because only a manifest that is extended may have them.
+    pub fn effective(&self, mut document: DeTable<'_>, unused: &[String]) -> EffectiveManifest {
+        if let Some(DeValue::Table(parameters)) =
+            document.get_mut("parameters").map(TomlSpanned::get_mut)
+        {
+            unused.iter().for_each(|name| drop(parameters.remove(name.as_str())));
+            if parameters.is_empty() {
+                document.remove("parameters");
+            }
+        }
         let settings = self.sources.iter().filter(|source| source.is_setting);
         let settings: Vec<_> = settings.map(|source| source.text().to_owned()).collect();
         let text = match self.sources.as_slice() {
             [only] => only.text().to_owned(),
-            _ => self.merged_text(document, &settings),
+            _ => self.merged_text(&document, &settings),
         };
         EffectiveManifest { text, bases: self.bases.clone(), settings }
     }
@@ -458,13 +479,43 @@ fn has_stages(merged: &DeTable<'_>, setting: &DeTable<'_>, problems: &mut Proble
         stages.into_iter().flat_map(|stages| stages.keys())
     }
     let known: Vec<&str> = stages(merged).map(|name| name.get_ref().as_ref()).collect();
-    let unknown = stages(setting).find(|name| !known.contains(&name.get_ref().as_ref()));
-    if let Some(name) = unknown {
+    let is_known = |name: &&TomlSpanned<DeString>| known.contains(&name.get_ref().as_ref());
+    let problem = if let Some(name) = stages(setting).find(|name| !is_known(name)) {
         let message = format!("the manifest has no stage `{}`", name.get_ref());
         let label = suggestion('`', name.get_ref(), known.iter().copied(), "unknown stage");
-        problems.push(Problem::new(message, name.span(), label));
+        Problem::new(message, name.span(), label)
+    } else if let Some(stage) = setting.keys().find(is_known) {
+        let label = format!("write `stage.{}`", stage.get_ref());
+        Problem::new("the key of a stage begins with `stage.`", stage.span(), label)
+    } else {
+        return true;
+    };
+    problems.push(problem);
+    false
+}
+
+/// Removes stages without a `kind` after reporting them: they override a stage that no extended
+/// manifest has.
+fn remove_unknown_stages(merged: &mut DeTable<'_>, problems: &mut Problems) {
+    let Some(DeValue::Table(stages)) = merged.get_mut("stage").map(TomlSpanned::get_mut) else {
+        return;
+    };
+    let is_known = |stage: &TomlSpanned<DeValue>| match stage.get_ref() {
+        DeValue::Table(keys) => keys.contains_key("kind"),
+        _ => true,
+    };
+    let (known, unknown): (Vec<_>, Vec<_>) = stages.iter().partition(|(_, stage)| is_known(stage));
+    let known: Vec<String> = known.iter().map(|(name, _)| name.get_ref().to_string()).collect();
+    let unknown: Vec<_> = unknown.into_iter().map(|(name, _)| name.clone()).collect();
+    let known = || known.iter().map(String::as_str);
+    for name in unknown {
+        stages.remove(name.get_ref().as_ref());
+        let name_text = name.get_ref();
+        let message = format!("no extended manifest has a stage `{name_text}`");
+        let label = suggestion('`', name_text, known(), "has no `kind`");
+        let help = format!("the stages are {}; a new stage needs a `kind`", listed(known(), "and"));
+        problems.push(Problem::new(message, name.span(), label).help(help));
     }
-    unknown.is_none()
 }
 
 /// Merges a manifest into the manifests that it extends. The name of a study is not inherited,

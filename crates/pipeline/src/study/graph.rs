@@ -188,35 +188,23 @@ fn report_cycle(
         }
     }
     let cycle = &path[position[stage].unwrap_or(0)..];
-    let name = |stage: &usize| stages[*stage].name.value.as_str();
-    let reads = |stage: usize, input: usize| {
-        let from = stages[stage].from.iter().flatten();
-        from.into_iter().find(|from| from.value == stages[input].name.value)
+    let link = |index: usize| {
+        let (reader, input) = (&stages[cycle[index]], &stages[cycle[(index + 1) % cycle.len()]]);
+        let from = reader.from.iter().flatten().find(|from| from.value == input.name.value)?;
+        Some((reader.name.value.as_str(), from.span.clone()))
     };
-    let next = |index: usize| cycle[(index + 1) % cycle.len()];
-    let message = match cycle {
-        [only] => format!("stage `{}` reads itself", name(only)),
-        _ => {
-            let path: Vec<_> = cycle.iter().chain(&cycle[..1]).map(name).collect();
-            format!("stages read each other in a cycle: {}", path.join(" ← "))
+    let links: Vec<_> = (0..cycle.len()).filter_map(link).collect();
+    let problem = match links.as_slice() {
+        [(name, span)] => {
+            let message = format!("stage `{name}` reads itself");
+            Problem::new(message, span.clone(), format!("`{name}` reads `{name}`"))
         }
+        links => Problem::cycle("stages read each other in a cycle", "reads", links),
     };
-    let mut edges = (0..cycle.len()).filter_map(|index| {
-        let (reader, input) = (cycle[index], next(index));
-        let label = format!("`{}` reads `{}`", name(&reader), name(&input));
-        Some((reads(reader, input)?.span.clone(), label))
-    });
-    if let Some((span, label)) = edges.next() {
-        let mut problem = Problem::new(message, span, label);
-        for (span, label) in edges.take(5) {
-            problem = problem.and(span, label);
-        }
-        problems.push(
-            problem.help(
-                "remove one of these inputs: results flow one way, from surfaces to statistics",
-            ),
-        );
-    }
+    problems.push(
+        problem
+            .help("remove one of these inputs: results flow one way, from surfaces to statistics"),
+    );
 }
 
 /// Checks the kinds of rows that a stage reads, and returns the kind that it reads and the kind

@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::{Expressions, Written, has_unit};
 use crate::decimal;
-use crate::diagnostics::Problem;
+use crate::diagnostics::{Problem, Span};
 use crate::expression::Expression;
 use crate::keys::bounds::number;
 use crate::keys::parameters::Parameters;
@@ -25,14 +25,16 @@ pub struct Point<'a> {
     reported_keys: &'a BTreeSet<String>,
     /// Results by the position of the expression.
     results: RefCell<BTreeMap<usize, Progress>>,
+    /// Expressions whose evaluation has begun, each with its key. The evaluation of one expression
+    /// needs the result of the next one.
+    under_way: RefCell<Vec<(String, Span)>>,
     /// Problems with expressions, each with the key that contains the expression.
     problems: RefCell<Vec<(String, Problem)>>,
 }
 
-/// The progress of the evaluation of an expression.
+/// The outcome of the evaluation of an expression.
 #[derive(Clone, Copy)]
 enum Progress {
-    UnderWay,
     Done(f64),
     /// The expression has no result, and a problem was reported.
     Failed,
@@ -58,8 +60,9 @@ impl<'a> Point<'a> {
         chosen: &'a BTreeMap<&'a str, &'a Written<'a>>,
         reported_keys: &'a BTreeSet<String>,
     ) -> (Numbers, Vec<(String, Problem)>) {
-        let (results, problems) = Default::default();
-        let point = Point { expressions, table, chosen, reported_keys, results, problems };
+        let (results, under_way, problems) = Default::default();
+        let point =
+            Point { expressions, table, chosen, reported_keys, results, under_way, problems };
         let mut numbers = Numbers::new();
         for (key, value) in table {
             let key = key.get_ref().as_ref();
@@ -95,24 +98,30 @@ impl<'a> Point<'a> {
         written: &Written<'_>,
         expression: &Expression,
     ) -> Result<f64, Failure> {
-        let position = written.span().start;
-        let known = self.results.borrow().get(&position).copied();
-        match known {
-            Some(Progress::Done(result)) => return Ok(result),
+        let span = written.span();
+        match self.results.borrow().get(&span.start) {
+            Some(Progress::Done(result)) => return Ok(*result),
             Some(Progress::Failed) => return Err(Failure::Reported),
-            Some(Progress::UnderWay) => {
-                return Err(Failure::Reason(format!("`{key}` depends on this key")));
-            }
-            None => self.results.borrow_mut().insert(position, Progress::UnderWay),
-        };
+            None => {}
+        }
+        let begun = self.under_way.borrow().iter().position(|(_, other)| *other == span);
+        if let Some(first) = begun {
+            let message = "keys depend on each other in a cycle";
+            let problem = Problem::cycle(message, "uses", &self.under_way.borrow()[first..]);
+            let problem = problem.help("write one of these keys as a number");
+            self.problems.borrow_mut().push((key.to_owned(), problem));
+            return Err(Failure::Reported);
+        }
+        self.under_way.borrow_mut().push((key.to_owned(), span.clone()));
         let result = self.computed(key, expression);
+        self.under_way.borrow_mut().pop();
         let progress = result.as_ref().map_or(Progress::Failed, |result| Progress::Done(*result));
-        self.results.borrow_mut().insert(position, progress);
+        self.results.borrow_mut().insert(span.start, progress);
         result.map_err(|failure| {
             if let Failure::Reason(reason) = failure {
                 let text = written.get_ref().as_str().unwrap_or_default();
                 let message = format!("`{key}`: cannot compute `{text}`");
-                let problem = Problem::new(message, written.span(), reason);
+                let problem = Problem::new(message, span, reason);
                 self.problems.borrow_mut().push((key.to_owned(), problem));
             }
             Failure::Reported

@@ -140,7 +140,11 @@ fn mistakes_in_expressions_name_the_place_and_the_reason() {
             "range = { to = \"1 / k\", steps = \"k / 2\" }\nk = 3",
             "`range.steps` must be a whole",
         ),
-        ("", "nodes = \"2 * k\"\nk = \"nodes / 2\"", "`k` depends on this key"),
+        (
+            "",
+            "nodes = \"2 * k\"\nk = \"nodes / 2\"",
+            "keys depend on each other in a cycle: k ← nodes ← k (`k` uses `nodes`)",
+        ),
         ("", "k = \"k + 1\"", "`k` depends on itself, and there is no parameter `k`"),
         ("", "nodes = \"2 * factor\"\nfactor = \"pi/8\"", "`factor` is not a single number here"),
         ("n = [1, 2]", "seed = \"n\"", "the parameter `n` is a list, and this key is not swept"),

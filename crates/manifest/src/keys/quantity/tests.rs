@@ -145,6 +145,9 @@ fn numbers_without_units_are_ratios_only_where_this_is_declared() {
 fn mistakes_in_units_are_reported_once_with_a_suggestion() {
     for (text, part) in [
         ("modulus = \"2 Mpa\"", "unknown unit `Mpa` (did you mean `MPa`?)"),
+        ("side = \"100 mu\"", "unknown unit `mu` (did you mean `µm`?)"),
+        ("side = \"2 micrometer\"", "unknown unit `micrometer` (did you mean `µm`?)"),
+        ("side = \"2 inch\"", "unknown unit `inch` (unknown unit)"),
         ("side = \"2 MPa\"", "`side` is a length, but `MPa` is a unit of pressure"),
         (
             "side = 2\nwavelength = \"1 um\"",

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::decimal;
+use crate::diagnostics::did_you_mean;
 
 /// A physical quantity whose numbers may have a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,7 +46,7 @@ pub static UNITS: [Unit; 13] = [
     unit("nm", Dimension::Length, -9, &[]),
     unit("Å", Dimension::Length, -10, &["\u{212b}", "angstrom"]),
     unit("pm", Dimension::Length, -12, &[]),
-    unit("Pa", Dimension::Pressure, 0, &[]),
+    unit("Pa", Dimension::Pressure, 0, &["N/m²", "N/m^2", "N/m2"]),
     unit("kPa", Dimension::Pressure, 3, &[]),
     unit("MPa", Dimension::Pressure, 6, &[]),
     unit("GPa", Dimension::Pressure, 9, &[]),
@@ -67,6 +68,21 @@ impl Unit {
 }
 
 impl Dimension {
+    /// Returns the symbol of the unit that a text probably means.
+    pub fn did_you_mean(self, text: &str) -> Option<&'static str> {
+        let of_dimension = || UNITS.iter().filter(move |unit| unit.dimension == self);
+        let names = |unit: &'static Unit| unit.spellings.iter().copied().chain([unit.symbol]);
+        let sorted = |text: &str| {
+            let mut letters: Vec<char> = text.chars().collect();
+            letters.sort_unstable();
+            letters
+        };
+        let is_twisted = |name: &&str| sorted(name) == sorted(text);
+        let meant = of_dimension().flat_map(names).find(is_twisted);
+        let meant = meant.or_else(|| did_you_mean(text, of_dimension().flat_map(names)));
+        meant.and_then(Unit::find).map(|unit| unit.symbol)
+    }
+
     /// Returns the symbols of the units of the dimension.
     pub fn symbols(self) -> impl Iterator<Item = &'static str> {
         UNITS.iter().filter(move |unit| unit.dimension == self).map(|unit| unit.symbol)

@@ -106,6 +106,31 @@ fn settings_override_the_manifest() {
 }
 
 #[test]
+fn a_variant_needs_no_longer_use_an_inherited_parameter() {
+    let overridden = "[stage.surfaces]\nnodes = 64\nk_upper = 8\n";
+    let variant = format!("[study]\nname = \"v\"\nextends = \"base.toml\"\n{overridden}");
+    let (_folder, study) = read(&[("v.toml", &variant), ("base.toml", BASE)], &[]);
+    let text = study.unwrap().manifest.text;
+    assert!(!text.contains("parameters"), "{text}");
+    // The effective manifest stands alone.
+    Study::parse(&text, "effective.toml", Path::new(""), no_claims).unwrap();
+    let settings = ["stage.surfaces.nodes=64", "stage.surfaces.k_upper=8"];
+    let (_folder, study) = read(&[("base.toml", BASE)], &settings);
+    assert!(!study.unwrap().manifest.text.contains("parameters"));
+    // A parameter of the variant itself is probably misspelt.
+    let misspelt = format!("{variant}[parameters]\nkk = 4\n");
+    for (files, settings, expected) in [
+        (vec![("v.toml", misspelt.as_str()), ("base.toml", BASE)], vec![], "v.toml:8:1"),
+        (vec![("base.toml", BASE)], vec!["parameters.kk=4"], "--set:1:12"),
+    ] {
+        let (_folder, study) = read(&files, &settings);
+        let message = study.unwrap_err();
+        assert!(message.contains("no stage uses the parameter `kk`"), "{message}");
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
 fn mistakes_are_shown_in_the_text_that_has_them() {
     let variant = |rest: &str| format!("[study]\nname = \"v\"\nextends = \"base.toml\"\n{rest}");
     let bad_base = BASE.replace("hurst = 0.8", "hurst = 8");
@@ -131,12 +156,25 @@ fn mistakes_are_shown_in_the_text_that_has_them() {
             "did you mean `surfaces`?",
         ),
         (
+            vec![("base.toml", BASE.to_owned())],
+            vec!["surfaces.hurst=0.7"],
+            "write `stage.surfaces`",
+        ),
+        (
             vec![
                 ("v.toml", variant("[stage.surfaces]\nk_lower = 4\n")),
                 ("base.toml", BASE.to_owned()),
             ],
             vec![],
             "base.toml:14:13: smaller",
+        ),
+        (
+            vec![
+                ("v.toml", variant("[stage.surface]\nk_lower = 4\n")),
+                ("base.toml", BASE.to_owned()),
+            ],
+            vec![],
+            "no extended manifest has a stage `surface`",
         ),
         (vec![("v.toml", variant(""))], vec![], "extended here"),
         (
