@@ -12,7 +12,7 @@ use crate::solve::keys::SolveTable;
 use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Reads, Recipe, RowKind, StageError, Work, aggregate, correct, measure, solve};
 use asperity_contact::distribution::EqualBins;
-use asperity_manifest::diagnostics::{Problems, Span};
+use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
 use asperity_manifest::keys::derived::{KnownNumber, Scope};
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::validation::unknown_word;
@@ -410,8 +410,32 @@ pub struct CheckContext<'a> {
     pub read: Option<RowKind>,
     /// Empty table with the columns that the stage reads, if they are known.
     pub input: Option<&'a Table>,
+    /// Names and empty tables of the stages on which the inputs depend, the nearest first.
+    pub earlier: &'a [(&'a str, &'a Table)],
     /// Properties of the surfaces and contacts that the stage reads.
     pub surfaces: Surfaces,
     /// Problems of the manifest. Checks add the problems that they find.
     pub problems: &'a mut Problems,
+}
+
+/// Returns the problem of a column that the stages in `from` do not have. `names` are the columns
+/// that they have, and `earlier` is that of the [`CheckContext`].
+pub fn unknown_column(
+    name: &str,
+    span: &Span,
+    names: &[&str],
+    earlier: &[(&str, &Table)],
+) -> Problem {
+    let message = format!("the stages in `from` have no column {name:?}");
+    let problem = |label| Problem::new(message, span.clone(), label);
+    let names = || names.iter().copied();
+    if let Some((stage, _)) = earlier.iter().find(|(_, table)| table.has(name)) {
+        let help = format!("read that stage, by `from = \"{stage}\"` here or in another stage");
+        problem(format!("the stage `{stage}` has this column")).help(help)
+    } else if let Some(meant) = did_you_mean(name, names()) {
+        problem(format!("did you mean \"{meant}\"?"))
+    } else {
+        let help = format!("their columns are {}", listed(names(), "and"));
+        problem("unknown column".to_owned()).help(help)
+    }
 }

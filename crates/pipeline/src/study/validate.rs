@@ -102,6 +102,8 @@ struct Validated {
     work: Option<Work>,
     /// Table of the stage without rows, if another stage reads it.
     empty: Option<Table>,
+    /// Indices of the stages on which this stage depends, the nearest first.
+    earlier: Vec<usize>,
     tasks: usize,
 }
 
@@ -148,6 +150,16 @@ impl Validator<'_> {
             Some(Kind::Generate) => Surfaces::default(),
             _ => above,
         };
+        let mut earlier: Vec<usize> = inputs.to_vec();
+        for above in inputs.iter().flat_map(|&input| &self.validated[input].earlier) {
+            if !earlier.contains(above) {
+                earlier.push(*above);
+            }
+        }
+        let known = |&index: &usize| {
+            Some((self.stages[index].name.value.as_str(), self.validated[index].empty.as_ref()?))
+        };
+        let known: Vec<_> = earlier.iter().filter_map(known).collect();
         let mut given = CheckContext {
             surfaces: surfaces.clone(),
             seed: self.seed,
@@ -155,6 +167,7 @@ impl Validator<'_> {
             reads_stages: table.from.as_ref().is_none_or(|from| !from.is_empty()),
             read: rows_read,
             input: stacked.as_ref(),
+            earlier: &known,
             problems,
         };
         let work = points.and_then(|points| points.work(&mut given));
@@ -171,7 +184,8 @@ impl Validator<'_> {
             .zip(points)
             .and_then(|((empty, read), points)| points.validate_answer(empty, &read, problems));
         let made = work.as_ref().map(|work| Surfaces::made_by(&table.name.value, work));
-        Validated { rows, surfaces: surfaces.and(&made.unwrap_or_default()), work, empty, tasks }
+        let surfaces = surfaces.and(&made.unwrap_or_default());
+        Validated { rows, surfaces, work, empty, earlier, tasks }
     }
 
     /// Adds the larger of `tasks` (of a stage) and `above` (of the inputs of the stage) to the

@@ -10,10 +10,9 @@ use serde::Deserialize;
 
 use super::sql::QueryError;
 use super::{Groups, Meaning, Model, Params, SPECTRUM_COLUMNS, Sql, Statistic};
+use crate::form::unknown_column;
 use crate::{CheckContext, Recipe, StageError};
-use asperity_manifest::diagnostics::{
-    Problem, Problems, Span, chain, did_you_mean, listed, suggestion,
-};
+use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::list;
 use asperity_manifest::keys::{Key, Section, Spanned, table};
@@ -75,21 +74,26 @@ pub fn recipes(
 ) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
     let checks = &mut Checks::new(section, point, context.problems);
-    let params = params(&point.table, context.input, checks)?;
+    let params = params(&point.table, context.input, context.earlier, checks)?;
     Some(vec![Recipe::Aggregate(Arc::new(params))])
 }
 
-fn params(table: &AggregateTable, input: Option<&Table>, checks: &mut Checks) -> Option<Params> {
+fn params(
+    table: &AggregateTable,
+    input: Option<&Table>,
+    earlier: &[(&str, &Table)],
+    checks: &mut Checks,
+) -> Option<Params> {
     if let Some(sql) = table.sql.written() {
         return query(table, sql, checks);
     }
     checks.forbidden("columns", &table.columns, "needs the key `sql`")?;
     let group_by = match checks.optional("group_by", &table.group_by)? {
         None => Some(None),
-        Some(written) => named_columns("group_by", written, input, checks).map(Some),
+        Some(written) => named_columns("group_by", written, input, earlier, checks).map(Some),
     };
     let over = checks.required("over", &table.over).and_then(|written| {
-        let over = named_columns("over", written, input, checks)?;
+        let over = named_columns("over", written, input, earlier, checks)?;
         check_numbers(written, input, checks).map(|()| over)
     });
     let named = group_by.as_ref().and_then(|names| names.as_deref());
@@ -145,6 +149,7 @@ fn named_columns(
     key: &str,
     written: &Spanned<Vec<Spanned<String>>>,
     input: Option<&Table>,
+    earlier: &[(&str, &Table)],
     checks: &mut Checks,
 ) -> Option<Vec<String>> {
     let mut seen = BTreeMap::new();
@@ -157,16 +162,7 @@ fn named_columns(
             complete = false;
         }
         if let Some(input) = input.filter(|input| !input.has(value)) {
-            let names = || input.names();
-            let message = format!("the stages in `from` have no column {value:?}");
-            checks.problems.push(match did_you_mean(value, names()) {
-                Some(meant) => {
-                    let label = format!("did you mean \"{meant}\"?");
-                    Problem::new(message, span.clone(), label)
-                }
-                None => Problem::new(message, span.clone(), "unknown column")
-                    .help(format!("their columns are {}", listed(names(), "and"))),
-            });
+            checks.problems.push(unknown_column(value, span, &input.names(), earlier));
             complete = false;
         }
     }
@@ -304,7 +300,10 @@ fn misses_load(
 
 fn unknown_statistic(name: &str, span: Span) -> Problem {
     let words = Statistic::words;
-    let label = suggestion('"', name, words(), "unknown statistic");
+    let label = match name {
+        "ci" | "CI" | "confidence" => "did you mean \"ci95\"?".to_owned(),
+        _ => suggestion('"', name, words(), "unknown statistic"),
+    };
     let help = format!(
         "one of {}, a quantile such as `q05` (5 %) or `q975` (97.5 %), or a confidence interval of \
          the mean such as `ci95` (95 %)",

@@ -11,9 +11,10 @@ use super::{FormChoice, LimitChoices, MAX_COMBINATIONS, MAX_TERMS, Term, WINDOW}
 use crate::columns::{LOAD, SURFACE};
 use crate::fit::keys::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MAX_RESAMPLINGS, fits};
 use crate::fit::laws::Law;
+use crate::form::unknown_column;
 use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, did_you_mean, listed};
+use asperity_manifest::diagnostics::{Problem, listed};
 use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{list, positive_items, required, swept};
@@ -121,7 +122,7 @@ pub enum WrittenExponent {
 
 /// Returns the fits, one for each observable.
 pub fn recipes(section: &Section<LimitTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
-    let input = Input { table: context.input, rows: context.read };
+    let input = Input { table: context.input, earlier: context.earlier, rows: context.read };
     fits(section, None, context, |table, checks| {
         Some(Law::Limits(Arc::new(choices(table, &input, checks)?)))
     })
@@ -130,6 +131,8 @@ pub fn recipes(section: &Section<LimitTable>, context: &mut CheckContext) -> Opt
 /// Input of a stage, as far as it is known before the study runs.
 struct Input<'a> {
     table: Option<&'a Table>,
+    /// Tables of the stages on which the input depends.
+    earlier: &'a [(&'a str, &'a Table)],
     rows: Option<RowKind>,
 }
 
@@ -196,15 +199,7 @@ fn is_usable(
         let usable = table.batch().schema_ref().fields().iter();
         let usable = usable.filter(|field| role.is_none() || Role::from_field(field) == role);
         let names: Vec<&str> = usable.map(|field| field.name().as_str()).collect();
-        let message = format!("the stages in `from` have no column {name:?}");
-        match did_you_mean(name, names.iter().copied()) {
-            Some(meant) => {
-                let label = format!("did you mean \"{meant}\"?");
-                Problem::new(message, written.span.clone(), label)
-            }
-            None => Problem::new(message, written.span.clone(), "unknown column")
-                .help(format!("the columns are {}", listed(names, "and"))),
-        }
+        unknown_column(name, &written.span, &names, input.earlier)
     } else if table.reals(name).is_err() && table.integers(name).is_err() {
         let message = format!("the column {name:?} holds no numbers");
         Problem::new(message, written.span.clone(), "must be a column of numbers")
