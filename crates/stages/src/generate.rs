@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use self::description::Description;
+use self::method::Method;
 use self::spectrum::{Source, SpectrumSurface};
 use crate::columns::*;
 use crate::grids::{self, Grids};
@@ -368,12 +369,16 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
 /// If the table is not one of a `generate` stage.
 fn summary(source: &TableSource) -> Result<Vec<String>, StageError> {
     let table = source.table().map_err(StageError::Store)?;
+    let methods = distinct(source, METHOD.name)?;
+    let shapes = Method::ALL.into_iter().filter(|method| method.is_shape());
+    let shapes: Vec<&str> = shapes.map(Method::word).collect();
+    let is_rough = !methods.iter().all(|method| shapes.contains(&method.as_str()));
     let parts = [
         Some(counted(table.rows(), "surface")),
         read_from_files(&table, source)?,
-        range(source, "nayak", "Nayak α")?,
+        if is_rough { range(source, "nayak", "Nayak α")? } else { None },
         range(source, "full_contact_load", "full contact at")?,
-        caveat(&table)?,
+        if is_rough { caveat(&table)? } else { None },
     ];
     Ok(parts.into_iter().flatten().collect())
 }

@@ -73,6 +73,11 @@ impl Method {
         }
     }
 
+    /// Returns whether the surfaces are shapes with closed-form solutions, and not rough.
+    pub fn is_shape(self) -> bool {
+        matches!(self, Method::Paraboloid | Method::Wave(_) | Method::FlatPunch)
+    }
+
     /// Returns the method that makes surfaces of this origin.
     pub fn from_origin(origin: &Origin) -> Method {
         match origin {
