@@ -130,10 +130,10 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
     let arguments = Arguments::parse_from(line);
     let data = DataFolder::new(arguments.data).with_settings(user_settings());
     if let Err(error) = console::survive_large_files() {
-        return report(&error);
+        return report(&error, &data);
     }
     if let Err(error) = choose_instructions() {
-        return report(error.as_ref());
+        return report(error.as_ref(), &data);
     }
     let result = match arguments.command {
         Command::Init(arguments) => plan::init(&arguments),
@@ -163,7 +163,7 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
         Command::Man(arguments) => reference::man::<Arguments>(&arguments),
         Command::Reference(arguments) => reference::reference::<Arguments>(&arguments),
     };
-    result.unwrap_or_else(|failure| report(failure.as_ref()))
+    result.unwrap_or_else(|failure| report(failure.as_ref(), &data))
 }
 
 /// Selects the instruction set that the environment variable `ASPERITY_SIMD` names.
@@ -185,8 +185,12 @@ type Failure = Box<dyn Error + Send + Sync>;
 #[error("{0}")]
 struct Misused(String);
 
+/// Advice for a user who may not write into the data folder.
+const OTHER_FOLDER: &str =
+    "choose another one with `--data` and list this one in `stores` of its `asperity.toml`";
+
 /// Prints an error with its causes and returns the exit code.
-fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
+fn report(failure: &(dyn Error + Send + Sync + 'static), data: &DataFolder) -> ExitCode {
     let of_session = failure.downcast_ref::<SessionError>();
     if let Some(SessionError::Manifest(errors)) = of_session {
         let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
@@ -196,7 +200,14 @@ fn report(failure: &(dyn Error + Send + Sync + 'static)) -> ExitCode {
     if is_closed_pipe(failure) {
         return ExitCode::SUCCESS;
     }
-    warn(&format!("error: {}", chain(failure)));
+    let mut text = format!("error: {}", chain(failure));
+    let denied = of_session.and_then(SessionError::denied_path);
+    if denied.is_some_and(|path| path.starts_with(data.path())) {
+        text += "; if the data folder is not yours, ";
+        text +=
+            if data.store().is_dir() { OTHER_FOLDER } else { "choose another one with `--data`" };
+    }
+    warn(&text);
     if failure.is::<Misused>() || of_session.is_some_and(SessionError::is_misuse) {
         ExitCode::from(2)
     } else {

@@ -317,16 +317,21 @@ impl Session<'_> {
     /// Opens the store for reading. The observer receives a notice about each listed store that
     /// cannot be used, once per session.
     pub(crate) fn open_read_only(&self) -> Result<Store, SessionError> {
-        let (store, unusable) = self.data.open_available()?;
-        if !self.has_reported_stores.swap(true, Ordering::Relaxed) {
-            for error in &unusable {
-                self.notify(Event::Notice(Notice::UnusableStore(error)));
-            }
-        }
-        Ok(store)
+        let is_reported = self.has_reported_stores.swap(true, Ordering::Relaxed);
+        let ignore = |_: Event<'_>| {};
+        open_read_only(&self.data, if is_reported { &ignore } else { self.observer })
     }
 
     pub(crate) fn notify(&self, event: Event<'_>) {
         self.observer.on_event(event);
     }
+}
+
+/// Opens the store of a data folder for reading. The observer receives a notice about each listed
+/// store that cannot be used.
+fn open_read_only(data: &DataFolder, observer: &dyn Observer) -> Result<Store, SessionError> {
+    let (store, unusable) = data.open_available()?;
+    let notices = unusable.iter().map(|error| Event::Notice(Notice::UnusableStore(error)));
+    notices.for_each(|notice| observer.on_event(notice));
+    Ok(store)
 }

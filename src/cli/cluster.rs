@@ -11,7 +11,7 @@ use std::time::Duration;
 use bytesize::ByteSize;
 
 use super::console::{Console, Patience, StopSignal};
-use super::plan::core_hours;
+use super::plan::{core_hours, store_lines};
 use super::run::{exit_code, run_text};
 use super::terminal::stdout;
 use super::{Failure, SetArguments, print_json, warn};
@@ -183,7 +183,8 @@ pub struct StatusArguments {
     ///
     /// Form: `{"study", "stages": [{"name", "kind", "done", "running", "waiting", "failed"}, …],
     /// "core_hours_spent", "core_hours_left", "hours_left", "cores", "queue", "failures"}`; with
-    /// `--watch`, one line per update.
+    /// `--watch`, one line per update. If tables are read from stores that `asperity.toml` lists,
+    /// stages also have `"stores": [{"store", "tasks"}, …]`.
     #[arg(long)]
     json: bool,
 }
@@ -223,6 +224,8 @@ fn progress_text(progress: &Progress) -> String {
             stage.name, stage.kind, stage.done, stage.running, stage.waiting, stage.failed
         );
     }
+    let stages = progress.stages.iter();
+    text += &store_lines(stages.map(|stage| (stage.name.as_str(), stage.stores.as_slice())));
     let hours = |hours: f64| core_hours(3600.0 * hours);
     // Only shards and array elements have receipts of the time that they spent.
     if progress.core_hours_spent > 0.0 {

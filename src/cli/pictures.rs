@@ -193,7 +193,7 @@ fn maps_of(
             );
             Err(Misused(message).into())
         }
-        None => Ok(maps::finished_task(&what.to_string_lossy(), data)?),
+        None => Ok(maps::finished_task(&what.to_string_lossy(), data, &super::print_notice)?),
     }
 }
 

@@ -120,7 +120,9 @@ pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Fa
         let warnings = Some(status.warnings.as_slice());
         print_json(&mut out, &StudyJson::new(&status, stages.collect(), warnings))?;
     } else {
-        writeln!(out, "{}\n{}{}", plan_table(&stages), store_lines(&stages), forecast(&status))?;
+        let stores = stages.iter().map(|stage| (stage.count.name, stage.stores.as_slice()));
+        let stores = store_lines(stores);
+        writeln!(out, "{}\n{stores}{}", plan_table(&stages), forecast(&status))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -185,15 +187,15 @@ fn plan_table(stages: &[StageStatus]) -> String {
 }
 
 /// Returns a line for each read-only store with the numbers of tasks that are read from it.
-fn store_lines(stages: &[StageStatus]) -> String {
+pub fn store_lines<'a>(stages: impl Iterator<Item = (&'a str, &'a [TasksFromStore])>) -> String {
     let mut stores: Vec<(&Path, Vec<String>)> = Vec::new();
-    for stage in stages {
-        for TasksFromStore { store, tasks } in &stage.stores {
+    for (name, sources) in stages {
+        for TasksFromStore { store, tasks } in sources {
             let index = stores.iter().position(|(known, _)| known == store).unwrap_or_else(|| {
                 stores.push((store, Vec::new()));
                 stores.len() - 1
             });
-            stores[index].1.push(format!("{tasks} {}", stage.count.name));
+            stores[index].1.push(format!("{tasks} {name}"));
         }
     }
     let line = |(store, stages): (&Path, Vec<String>)| {

@@ -10,7 +10,7 @@ use bytesize::ByteSize;
 
 use super::console::{Console, Patience, StopSignal};
 use super::terminal::stdout;
-use super::{Failure, SetArguments, print_json};
+use super::{Failure, OTHER_FOLDER, SetArguments, print_json};
 use crate::session::results::{PublishedTable, TableSource};
 use crate::session::run::{RunOutcome, TaskError};
 use crate::session::status::TasksFromStore;
@@ -148,15 +148,15 @@ fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
             _ => false,
         };
         let cure = match outcome.halted {
-            true if outcome.failed.iter().any(is_denied) => {
-                "cannot write to the data folder; change its permissions, or choose another one with \
-                 `--data` and list this one in `stores` of its `asperity.toml`, and "
-            }
+            true if outcome.failed.iter().any(is_denied) => format!(
+                "cannot write to the data folder; change its permissions, or {OTHER_FOLDER}, and "
+            ),
             true => {
-                "cannot store more tables; free disk space (`asperity prune` lists unused files) or \
-                 ask for a larger quota, and "
+                "cannot store more tables; free disk space (`asperity prune` lists unused files) \
+                     or ask for a larger quota, and "
+                    .to_owned()
             }
-            false => "",
+            false => String::new(),
         };
         return format!("stopped after {computed} of {all}; {cure}run again to continue");
     }

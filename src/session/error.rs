@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::Shard;
 use super::names::{TaskNameError, UnknownName};
@@ -144,6 +144,21 @@ impl From<SamplingError> for SessionError {
 }
 
 impl SessionError {
+    /// Returns the path that cannot be written because permissions are missing.
+    pub fn denied_path(&self) -> Option<&Path> {
+        let error = match self {
+            SessionError::Store(error)
+            | SessionError::Results(ResultsError::Store(error))
+            | SessionError::Report(ReportError::Store(error))
+            | SessionError::Share(ShareError::Store(error)) => error,
+            _ => return None,
+        };
+        match error {
+            StoreError::Write { path, .. } if error.is_denied() => Some(path),
+            _ => None,
+        }
+    }
+
     /// Returns whether the request or the manifest is wrong, as opposed to a failure of the
     /// program.
     pub fn is_misuse(&self) -> bool {

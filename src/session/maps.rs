@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::coordinates::{Coordinate, chosen_task, rows_under};
 use super::words::listed;
-use super::{DataFolder, Session, SessionError, names};
+use super::{DataFolder, Observer, Session, SessionError, names, open_read_only};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
@@ -158,14 +158,20 @@ impl Session<'_> {
     }
 }
 
-/// Opens the maps of the finished task whose key begins with `word`.
+/// Opens the maps of the finished task whose key begins with `word`. The observer receives a notice
+/// about each listed store that cannot be used.
 ///
 /// # Errors
 /// Returns an error if not exactly one task matches, or if the task has no maps.
-pub fn finished_task(word: &str, data: &DataFolder) -> Result<TaskMaps, SessionError> {
-    let task = names::finished(word, data)?;
+pub fn finished_task(
+    word: &str,
+    data: &DataFolder,
+    observer: &dyn Observer,
+) -> Result<TaskMaps, SessionError> {
+    let store = open_read_only(data, observer)?;
+    let task = names::finished(word, &store, data)?;
     // The paths of measured surfaces are known from a manifest only.
-    TaskMaps::open(task, data.open_read_only()?, SurfaceFiles::default())
+    TaskMaps::open(task, store, SurfaceFiles::default())
 }
 
 /// Maps of a task and of the tasks that it reads.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::{DataFolder, SessionError};
 use asperity_manifest::diagnostics::{did_you_mean, listed, wrapped};
 use asperity_pipeline::plan::Plan;
+use asperity_tables::store::Store;
 use asperity_tables::store::key::TaskKey;
 
 /// Error about an unknown name, with a suggestion and all known names.
@@ -57,13 +58,14 @@ pub enum TaskNameError {
     NotPlanned { word: String, study: String },
 }
 
-/// Returns the key of the finished task whose key begins with `word`.
+/// Returns the key of the finished task whose key begins with `word`. `store` is that of the data
+/// folder.
 ///
 /// # Errors
 /// Returns an error if the word is not hexadecimal, or if not exactly one finished task matches.
-pub fn finished(word: &str, data: &DataFolder) -> Result<TaskKey, SessionError> {
+pub fn finished(word: &str, store: &Store, data: &DataFolder) -> Result<TaskKey, SessionError> {
     let digits = digits(word)?;
-    let key = only(&digits, data.open_read_only()?.finished(&digits)?)?;
+    let key = only(&digits, store.finished(&digits)?)?;
     let none = || TaskNameError::NotFinished { word: word.to_owned(), store: data.store() };
     Ok(key.ok_or_else(none)?)
 }

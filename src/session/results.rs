@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{DataFolder, Event, Notice, Session, SessionError, UnknownName, names};
+use super::{
+    DataFolder, Event, Notice, Observer, Session, SessionError, UnknownName, names, open_read_only,
+};
 use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names::FAILURES;
 use asperity_pipeline::forecast::memory::MemoryLimit;
@@ -231,16 +233,21 @@ pub struct TableFile {
 
 impl TableFile {
     /// Reads a file by its path, or the table of a finished task by the first digits of its key.
+    /// The observer receives a notice about each listed store that cannot be used.
     ///
     /// # Errors
     /// Returns an error if no file and no task matches, if several tasks match, or if the file is
     /// damaged.
-    pub fn read(what: &Path, data: &DataFolder) -> Result<TableFile, SessionError> {
+    pub fn read(
+        what: &Path,
+        data: &DataFolder,
+        observer: &dyn Observer,
+    ) -> Result<TableFile, SessionError> {
         let path = if what.is_file() {
             what.to_owned()
         } else {
-            let store = data.open_read_only()?;
-            let key = names::finished(&what.to_string_lossy(), data)?;
+            let store = open_read_only(data, observer)?;
+            let key = names::finished(&what.to_string_lossy(), &store, data)?;
             // Rows of a series may be in several files, of which the first is shown.
             let mut files = store.files_of(key)?;
             files.sort_by_key(|file| file.rows.as_ref().is_some_and(|rows| rows.part.is_some()));

@@ -307,6 +307,9 @@ pub struct StageProgress {
     pub waiting: usize,
     /// Number of tasks that have failed.
     pub failed: usize,
+    /// Read-only stores from which tables of finished tasks are read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stores: Vec<TasksFromStore>,
 }
 
 impl Progress {
@@ -326,7 +329,9 @@ impl Session<'_> {
     /// not answer.
     pub fn progress(&self) -> Result<Progress, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
-        let missing = runner::missing(plan, &self.open_read_only()?);
+        let store = self.open_read_only()?;
+        let missing = runner::missing(plan, &store);
+        let sources = Sources::new(plan, &missing, &store);
         let queue = self.own_queue(&study.name)?;
         let own = receipts::read(&self.data.receipts_of(&study.name))?;
         let at_work = at_work(&own, queue.as_deref());
@@ -339,7 +344,8 @@ impl Session<'_> {
         let failed = failed.flat_map(|receipt| &receipt.failed);
         let failed = failed.filter_map(|failed| index(&failed.task));
         let failed: HashSet<usize> = failed.filter(|task| !running.contains(task)).collect();
-        let stages = StageCount::all(plan, &missing).into_iter().map(|count| {
+        let counts = StageCount::all(plan, &missing).into_iter().zip(&plan.stages);
+        let stages = counts.map(|(count, planned)| {
             let among = |tasks: &HashSet<usize>| {
                 let own = count.tasks.iter();
                 own.filter(|task| tasks.contains(task)).count()
@@ -352,10 +358,10 @@ impl Session<'_> {
                 running,
                 waiting: count.to_run - running - failed,
                 failed,
+                stores: sources.of_stage(planned),
             }
         });
         let cores: usize = at_work.iter().map(|receipt| receipt.threads).sum();
-        let store = self.open_read_only()?;
         let remaining = Remaining::new(plan, &missing, &store);
         let cost = measured(&self.all_receipts()?).for_remaining(remaining);
         let core_hours_left = cost.seconds_of(plan, &missing) / 3600.0;

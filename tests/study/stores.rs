@@ -73,6 +73,11 @@ fn tables_of_a_store_below_are_not_computed_again() {
     assert!(plan.contains(&line), "{plan}");
     let (_, tasks) = said(&own, &["plan", &manifest(&own), "--tasks"]);
     assert!(tasks.lines().all(|line| line.contains(store.to_str().unwrap())), "{tasks}");
+    let (_, status) = said(&own, &["status", &manifest(&own), "--json"]);
+    let status: Value = serde_json::from_str(&status).unwrap();
+    assert_eq!(status["stages"][0]["stores"], from);
+    let (_, status) = said(&own, &["status", &manifest(&own)]);
+    assert!(status.contains(&line), "{status}");
     // The key alone is enough to find a table.
     let task: Value = serde_json::from_str(tasks.lines().next().unwrap()).unwrap();
     let (_, shown) = said(&own, &["show", task["task"].as_str().unwrap()]);
@@ -144,6 +149,16 @@ fn a_store_that_does_not_exist_stops_runs_and_warns_readers() {
             let found = printed.matches(reason).count();
             assert_eq!(found, 1, "{command}: {printed}");
             assert!(printed.contains("asperity.toml"), "{printed}");
+        }
+        // Commands that find a task by its key warn, too.
+        let table = own.table("small", "surfaces");
+        let key = table.texts("task").unwrap().value(0).to_owned();
+        let picture = own.path("heights.png");
+        let view = ["view", &key, "--replace", "--output", picture.to_str().unwrap()];
+        for words in [&["show", &key][..], &view] {
+            let (is_done, printed) = said(&own, words);
+            assert!(is_done, "{printed}");
+            assert_eq!(printed.matches(reason).count(), 1, "{printed}");
         }
     }
 }

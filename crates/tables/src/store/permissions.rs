@@ -64,6 +64,16 @@ const WRITE: u32 = 2;
 const READ: u32 = 4;
 const STICKY: u32 = 0o1000;
 
+/// Returns the bits of permissions such as `rx`.
+fn bits(permissions: &str) -> u32 {
+    let bit = |letter| match letter {
+        'r' => READ,
+        'w' => WRITE,
+        _ => EXECUTE,
+    };
+    permissions.chars().map(bit).sum()
+}
+
 impl Obstacle {
     /// Finds the first file or folder on the way to `path` whose permission bits deny the access.
     /// If all allow it, returns the last existing one. Returns `None` if nothing is known.
@@ -146,7 +156,11 @@ impl fmt::Display for Denied {
                 the next run"
             )
         } else {
-            write!(formatter, "; only {owner} and members of {group} can get access")
+            let of_group = match obstacle.mode >> 3 & bits(needs) == bits(needs) {
+                true => format!(" and members of group {group}"),
+                false => String::new(),
+            };
+            write!(formatter, "; only user {owner}{of_group} can get access")
         }
     }
 }
@@ -279,7 +293,9 @@ mod tests {
         assert!(of_group.contains(&format!("user {stranger} (group")), "{of_group}");
         assert!(of_group.contains("chmod g+w "), "{of_group}");
         let other = explanation(0o775, stranger, &[group + 54321]);
-        assert!(other.contains("can get access"), "{other}");
+        assert!(other.contains(" and members of group "), "{other}");
+        let closed = explanation(0o755, stranger, &[group + 54321]);
+        assert!(closed.ends_with(&format!("only user {} can get access", user_name(owner))));
         assert!(explanation(0o1777, stranger, &[group]).contains("chmod -t"));
         if owner != 0 {
             assert!(explanation(0o555, owner, &[group]).contains("chmod u+w"));
