@@ -83,7 +83,9 @@ fn a_study_equals_its_copy_its_archive_and_a_study_of_another_name() {
     assert!(shared.status.success(), "{}", text(&shared.stderr));
     copy(&bench.data(), &bench.path("copy"));
     let tables = bench.data().join("results/small");
-    for other in [&second, &archive, &tables, &bench.path("copy/results/second")] {
+    let unpacked = bench.path("unpacked");
+    copy(&tables, &unpacked.join("data/results/small"));
+    for other in [&second, &archive, &unpacked, &tables, &bench.path("copy/results/second")] {
         let (printed, code) = diff(&bench, &first, other, &["--exit-code"]);
         assert_eq!(code, Some(0), "{printed}");
         assert!(printed.ends_with("A and B are equal\n"), "{printed}");

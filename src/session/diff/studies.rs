@@ -84,8 +84,11 @@ impl Studies {
         Session::with_data(path, data.clone()).observed_by(observer).compared()
     }
 
+    /// Opens the studies of a data folder, of an unpacked archive, which contains one, or of a
+    /// folder of tables.
     fn of_folder(path: &Path) -> Result<Studies, SessionError> {
-        let results = path.join(RESULTS);
+        let (own, in_archive) = (path.join(RESULTS), path.join("data").join(RESULTS));
+        let results = if own.is_dir() { own } else { in_archive };
         let folders = if results.is_dir() { folders(&results)? } else { vec![path.to_owned()] };
         let studies = folders.iter().map(|folder| ComparedStudy::published(folder, path));
         let studies: Vec<_> = studies.collect::<Result<_, _>>()?;
