@@ -24,7 +24,7 @@ use super::{Failure, Misused, SetArguments, unknown};
 use crate::session::failures::COMMAND;
 use crate::session::results::{Description, Table, TableFile, TableSource};
 use crate::session::words::{cells, counted, listed, short, whole_cells, wrapped};
-use crate::session::{DataFolder, DescribedColumns, StoreError, TableUnits, parallel};
+use crate::session::{DataFolder, DescribedColumns, Session, StoreError, TableUnits, parallel};
 
 /// Number of rows that are converted to text together.
 const CHUNK: usize = 1024;
@@ -44,7 +44,7 @@ pub struct TableArguments {
     ///
     /// Put names that contain `-` in double quotes. Rows that `order by` does not distinguish keep
     /// the order of their source rows.
-    #[arg(long, value_name = "QUERY", conflicts_with = "stage")]
+    #[arg(long, value_name = "QUERY")]
     sql: Option<String>,
 
     /// Columns to print, in this order (default: columns that vary and fit into the terminal).
@@ -67,7 +67,15 @@ pub struct TableArguments {
 pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
     let table: TableSource = match (&arguments.sql, &arguments.stage) {
-        (Some(query), _) => session.sql(query)?.into(),
+        (Some(_), Some(stage)) => {
+            let manifest = arguments.manifest.display();
+            let message = format!(
+                "a query names its tables itself; leave out `{stage}`: `asperity table {manifest} \
+                 --sql 'select * from \"{stage}\"'`"
+            );
+            return Err(Misused(message).into());
+        }
+        (Some(query), None) => session.sql(query)?.into(),
         (None, Some(stage)) => session.tables()?.open(stage)?,
         (None, None) => {
             let stages = session.study()?.stages;
@@ -79,7 +87,7 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
             return Err(Misused(message).into());
         }
     };
-    let columns = chosen_columns(&table, &arguments.columns)?;
+    let columns = chosen_columns(&table, &arguments.columns, &session)?;
     let mut out = stdout();
     if arguments.csv {
         write_csv(&mut out, &table, &columns)?;
@@ -98,15 +106,30 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the indices of the named columns, or of all columns if `names` is empty.
-fn chosen_columns(table: &TableSource, names: &[String]) -> Result<Vec<usize>, Failure> {
+/// Returns the indices of the named columns, or of all columns if `names` is empty. The error about
+/// an unknown column names a stage of the study that has it.
+fn chosen_columns(
+    table: &TableSource,
+    names: &[String],
+    session: &Session<'_>,
+) -> Result<Vec<usize>, Failure> {
     let known = table.names();
     if names.is_empty() {
         return Ok((0..known.len()).collect());
     }
+    let stage_with = |name: &String| {
+        let described = session.columns(None).ok()?.into_iter();
+        let has = |columns: &[Description]| columns.iter().any(|column| column.name == *name);
+        described.filter(|described| has(&described.columns)).find_map(|described| described.stage)
+    };
     let index = |name: &String| {
         let found = known.iter().position(|known| known == name);
         found.ok_or_else(|| {
+            if let Some(stage) = stage_with(name) {
+                let message =
+                    format!("the table has no column `{name}`; the table of `{stage}` has it");
+                return Misused(message).into();
+            }
             let message = format!("the table has no column `{name}`");
             let known: Vec<&str> = known.iter().map(String::as_str).collect();
             unknown(message, name, &known)
@@ -170,7 +193,7 @@ pub struct ShowArguments {
 }
 
 pub fn show(arguments: &ShowArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let file = TableFile::read(&arguments.what, data)?;
+    let file = TableFile::read(&arguments.what, data, &super::print_notice)?;
     let mut out = stdout();
     write_metadata(&mut out, &file)?;
     write_head(&mut out, &file.table, arguments.rows)?;

@@ -146,6 +146,36 @@ fn show_says_what_it_wants_when_it_gets_something_else() {
 }
 
 #[test]
+fn table_says_where_a_column_is_and_how_a_query_names_its_table() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let path = bench.path("study.toml");
+    let refused = |words: &[&str]| {
+        let output = bench.output(&[&["table", path.to_str().unwrap()], words].concat());
+        assert_eq!(output.status.code(), Some(2));
+        text(&output.stderr)
+    };
+    let elsewhere = refused(&["corrected", "--columns", "clusters"]);
+    assert!(elsewhere.contains("no column `clusters`; the table of `area` has it"), "{elsewhere}");
+    let unknown = refused(&["area", "--columns", "cluster"]);
+    assert!(unknown.contains("did you mean `clusters`?"), "{unknown}");
+    let query = refused(&["area", "--sql", "select avg(area_fraction) from area"]);
+    assert!(query.contains("leave out `area`") && query.contains("--sql '"), "{query}");
+}
+
+#[test]
+fn a_shape_is_not_compared_with_gaussian_roughness() {
+    let bench = Bench::new();
+    let path = bench.write(
+        "[study]\nname = \"ball\"\n[stage.ball]\nkind = \"generate\"\n\
+         method = \"paraboloid\"\nnodes = 32\nradius = 2.0\n",
+    );
+    let printed = text(&bench.output(&["run", path.to_str().unwrap()]).stdout);
+    assert!(printed.starts_with("ball  1 surface · full contact at "), "{printed}");
+    assert!(!printed.contains("Gaussian") && !printed.contains("Nayak"), "{printed}");
+}
+
+#[test]
 fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
     let bench = Bench::new();
     let path = bench.write(STUDY);
