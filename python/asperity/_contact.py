@@ -185,6 +185,8 @@ class Contact:
         if len(self) == 0:
             return "<asperity.Contact: no load>"
         load, area = self.load, self.area
+        if len(self) == 1:
+            return f"<asperity.Contact: 1 load {load[0]:g}, area {area[0]:.4f}>"
         return (
             f"<asperity.Contact: {len(self)} loads {load[0]:g} … {load[-1]:g}, "
             f"area {area[0]:.4f} … {area[-1]:.4f}>"

@@ -199,7 +199,13 @@ def _keys(
 def _list(loads: Optional[Loads]) -> Union[List[float], Dict[str, Any]]:
     if isinstance(loads, Mapping):
         return dict(loads)
-    numbers: List[float] = np.asarray(loads, dtype=np.float64).reshape(-1).tolist()
+    try:
+        numbers: List[float] = np.asarray(loads, dtype=np.float64).reshape(-1).tolist()
+    except (TypeError, ValueError):
+        raise ArgumentError(
+            f"loads are numbers, not {loads!r}: give `loads` in units of E* × rms slope, or `pressures` in the unit "
+            "of `effective_modulus`"
+        ) from None
     return numbers
 
 

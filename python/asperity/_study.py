@@ -15,7 +15,7 @@ from asperity._plan import Diff, Plan, Report, Run
 from asperity._progress import Callback, Progress
 from asperity._table import Column, Table
 from asperity._topography import Topography
-from asperity.errors import ManifestError, StudyWarning
+from asperity.errors import ArgumentError, ManifestError, StudyWarning
 
 #: Value of a column that identifies a surface.
 Coordinate = Union[float, int, str]
@@ -382,6 +382,8 @@ class Study:
     def _map(
         self, stage: str, coordinates: Mapping[str, Coordinate], quantity: str, load: Optional[float]
     ) -> Map:
+        if isinstance(load, str):
+            raise ArgumentError(f"`load` is a number in the unit of the loads of the study, not {load!r}")
         found, notices = self._session.map(stage, _written(coordinates), quantity, load)
         _warn(notices, stacklevel=4)
         return Map(quantity=quantity, **found)

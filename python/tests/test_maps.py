@@ -93,6 +93,8 @@ def test_what_can_be_chosen_is_listed(finished):
         finished.pressure("contact", load=0.1)
     with pytest.raises(asperity.ArgumentError, match="no row has `realization` = 7; available: 0, 1"):
         finished.heights("surfaces", realization=7)
+    with pytest.raises(asperity.ArgumentError, match="`load` is a number in the unit of the loads of the study"):
+        finished.pressure("contact", load="10 MPa", realization=0)
     with pytest.raises(asperity.ArgumentError, match="no row has `load` = 0.2; the nearest are 0.1 and 0.5"):
         finished.gap("contact", load=0.2, realization=0)
     with pytest.raises(asperity.ArgumentError, match="the nearest is 0.5"):

@@ -88,6 +88,13 @@ def test_loads_and_pressures_are_one_contact():
     assert abs(absolute.pressure(0).mean() - 0.03) < 1e-12
 
 
+def test_loads_with_units_are_refused():
+    surface = asperity.surface(nodes=32, k_lower=1, k_upper=8, hurst=0.8, seed=1)
+    with pytest.raises(asperity.ArgumentError, match="loads are numbers"):
+        asperity.press(surface, pressures=["10 MPa"])
+    assert repr(asperity.press(surface, loads=[0.1])).startswith("<asperity.Contact: 1 load 0.1, area 0.")
+
+
 def test_fields_satisfy_the_conditions_of_contact():
     rough = asperity.surface(**KEYS)
     contact = asperity.press(rough, loads=[0.1], effective_modulus=3.0)
