@@ -41,8 +41,10 @@ impl ExpectedKeys<'_> {
             let label = format!("belongs to {owner}");
             return (Problem::new(message, span, label), None);
         }
-        if let Some((problem, instead)) =
-            tried::answer(&message, key, span.clone(), |one| layout.has(one))
+        // Tables without expressions, such as `[cluster]`, do not describe physics.
+        if self.scope.is_some()
+            && let Some((problem, instead)) =
+                tried::answer(&message, key, span.clone(), |one| layout.has(one))
         {
             return (problem, instead.map(str::to_owned));
         }

@@ -161,7 +161,9 @@ impl ValuePath<'_> {
             }
             let message = format!("`{path}` has no key `{name}`");
             let has = |one: &str| keys.contains_key(one);
-            if let Some((problem, instead)) = tried::answer(&message, name, key.span(), has) {
+            if self.expressions.is_some()
+                && let Some((problem, instead)) = tried::answer(&message, name, key.span(), has)
+            {
                 meant.extend(instead);
                 problems.push(problem);
                 continue;

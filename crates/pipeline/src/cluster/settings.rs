@@ -270,6 +270,12 @@ directives = [\"constraint=avx2\", \"--array=1-4\"]
     }
 
     #[test]
+    fn a_time_is_no_physics_here() {
+        let message = refused("[cluster]\ntime = 2");
+        assert!(message.contains("did you mean `time_limit`?"), "{message}");
+    }
+
+    #[test]
     fn options_that_asperity_sets_are_refused_in_their_long_and_short_form() {
         for own in ["--array=1-4", "-a 1-4", "--job-name x", "-Jx", "-o log", "-d after:1"] {
             assert!(directive(own).unwrap_err().contains("which asperity sets"), "{own}");
