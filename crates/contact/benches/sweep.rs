@@ -92,7 +92,7 @@ fn press(solver: &mut Solver, loads: impl Iterator<Item = f64>) -> (Vec<u32>, f6
 /// Returns the loads of the 2015 campaign: fifty linear, forty geometric.
 fn loads() -> impl Iterator<Item = f64> {
     let light = (1..=50).map(|i| 0.06 * f64::from(i) / 50.0);
-    let heavy = (1..=40).map(|i| 0.06 * (1.7_f64 / 0.06).powf(f64::from(i) / 40.0));
+    let heavy = (1..=40).map(|i| 0.06 * libm::pow(1.7 / 0.06, f64::from(i) / 40.0));
     light.chain(heavy)
 }
 

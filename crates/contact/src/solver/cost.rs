@@ -68,7 +68,7 @@ pub fn pairs_per_load(body: &HalfSpace, tolerance: f64) -> f64 {
 ///
 /// Mean numbers over several surfaces differ from it by at most a sixth, on any mesh.
 fn elastic_pairs(tolerance: f64) -> f64 {
-    let decades = (DEFAULT_TOLERANCE / tolerance).log10();
+    let decades = libm::log10(DEFAULT_TOLERANCE / tolerance);
     (PAIRS + PAIRS_PER_DECADE * decades).max(PAIRS_PER_DECADE)
 }
 

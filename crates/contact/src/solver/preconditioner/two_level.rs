@@ -178,7 +178,7 @@ impl<P: Pass<f32>> Pass<f32> for NodalRows<'_, P> {
 /// amplitude of a wave.
 fn part_in_means(waves: usize, blocks: usize) -> f64 {
     let half = PI * waves as f64 / blocks as f64;
-    if waves == 0 { 1.0 } else { half.sin() / half }
+    if waves == 0 { 1.0 } else { libm::sin(half) / half }
 }
 
 #[cfg(test)]
