@@ -134,7 +134,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     };
     let solved = evidence.under(OF_2017);
     vec![
-        of_area(evidence, &none, &solved, &MODEL_LOADS, |ratio| -ratio.ln()).judge(
+        of_area(evidence, &none, &solved, &MODEL_LOADS, |ratio| -libm::log(ratio)).judge(
             LESS_AREA,
             DATA,
             lacks(&none, NONE, &MODEL_LOADS),
@@ -144,7 +144,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
              \"explicit\"]`, and a load at 0.001, 0.004, 0.016 or 0.064"
                 .to_owned()
         }),
-        of_area(evidence, &none, &solved, &MODEL_LOADS, f64::ln).judge(
+        of_area(evidence, &none, &solved, &MODEL_LOADS, libm::log).judge(
             TOO_MUCH_AREA,
             DATA,
             lacks(&none, NONE, &MODEL_LOADS),
@@ -257,7 +257,7 @@ fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantit
             let label = label(evidence, without, index);
             quantities.add(label, &[without.surfaces()], |weights| {
                 let [with, without] = [with, without].map(|one| weights.mean(&one.values[index]));
-                Some((with / without).ln())
+                Some(libm::log(with / without))
             });
         }
     }
@@ -288,10 +288,10 @@ fn up_to(evidence: &Evidence, models: &[PerLoad], solved: &[&AreaCurves]) -> Qua
         let label = evidence.name(&model.spectrum);
         quantities.add(label, &[model.surfaces()], |weights| {
             let points = common.iter().map(|&index| {
-                let deviation = ratio(model, solved, index, weights)?.ln().abs();
+                let deviation = libm::log(ratio(model, solved, index, weights)?).abs();
                 Some((model.loads[index], deviation))
             });
-            Some(first_beyond(&points.collect::<Option<Vec<_>>>()?, 1.1_f64.ln()))
+            Some(first_beyond(&points.collect::<Option<Vec<_>>>()?, libm::log(1.1)))
         });
     }
     quantities
@@ -307,7 +307,7 @@ fn first_beyond(points: &[(f64, f64)], limit: f64) -> f64 {
         Some(index) => {
             let [(load, within), (next, beyond)] = [points[index - 1], points[index]];
             let share = (limit - within) / (beyond - within);
-            load * (next / load).powf(share)
+            load * libm::pow(next / load, share)
         }
     }
 }

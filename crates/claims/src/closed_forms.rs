@@ -146,10 +146,10 @@ fn asymptote_of_alpha() -> Vec<Bound> {
     let bound = |hurst: f64| {
         let ln_alpha = |ln_magnification: f64| {
             let continuum =
-                Continuum { hurst, plateau: 1.0, magnification: ln_magnification.exp() };
-            continuum.nayak().ln()
+                Continuum { hurst, plateau: 1.0, magnification: libm::exp(ln_magnification) };
+            libm::log(continuum.nayak())
         };
-        let (position, step) = (1e8_f64.ln(), 1e-3);
+        let (position, step) = (libm::log(1e8), 1e-3);
         let exponent = (ln_alpha(position + step) - ln_alpha(position - step)) / (2.0 * step);
         Bound::exact(format!("H {hurst}"), exponent / (2.0 * hurst))
     };

@@ -111,7 +111,7 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     };
     let mut rarer = Quantities::default();
     for (one, &bounds) in with_bounds(&all, &TO_HEAVY[..4], &[[1.0, 2.0]]) {
-        ratio(evidence, one, bounds, |ratio| -ratio.ln(), &mut rarer);
+        ratio(evidence, one, bounds, |ratio| -libm::log(ratio), &mut rarer);
     }
     let below = [[0.1, 0.5], [0.5, 1.0], [1.0, 1.5]];
     let middle = [[0.5, 1.0]];
@@ -188,7 +188,7 @@ fn linear(evidence: &Evidence, all: &[Pressures]) -> Quantities {
         }
         quantities.add(label(evidence, one), &[coarse.len(), fine.len()], |weights| {
             let [coarse, fine] = [&coarse, &fine].map(|shares| weights.mean(shares));
-            (fine > 0.0).then(|| (coarse / fine).log2())
+            (fine > 0.0).then(|| libm::log2(coarse / fine))
         });
     }
     quantities

@@ -197,7 +197,7 @@ fn fitted_exponent(ensemble: &AreaCurves, indices: &[usize], weights: &Weights) 
     let points: Option<Vec<(f64, f64)>> = indices.iter().map(point).collect();
     let points = points?;
     let residual = |exponent: f64| {
-        let rests = points.iter().map(|(x, f)| f - x.powf(exponent));
+        let rests = points.iter().map(|(x, f)| f - libm::pow(*x, exponent));
         let mean = rests.clone().sum::<f64>() / points.len() as f64;
         rests.map(|rest| (rest - mean).powi(2)).sum::<f64>()
     };
@@ -219,11 +219,10 @@ fn least(function: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
 }
 
 fn faster_than_persson(evidence: &Evidence) -> Claim {
-    under_known_loads(evidence, |open, load| Some(-(open / persson::noncontact(load)).ln())).judge(
-        FASTER_THAN_PERSSON,
-        data(AS_COUNTED),
-        || needs(evidence, AS_COUNTED, &[], HEAVY_LOADS),
-    )
+    under_known_loads(evidence, |open, load| Some(-libm::log(open / persson::noncontact(load))))
+        .judge(FASTER_THAN_PERSSON, data(AS_COUNTED), || {
+            needs(evidence, AS_COUNTED, &[], HEAVY_LOADS)
+        })
 }
 
 fn scaled_erf(evidence: &Evidence) -> Claim {
@@ -304,7 +303,7 @@ fn faster_for_smaller_k_lower(evidence: &Evidence) -> Claim {
             let label = step.label(evidence, one);
             quantities.add(label, &step.surfaces(), |weights| {
                 let greater = open(step.greater, other, weights);
-                Some((greater / open(step.lesser, one, weights)).ln())
+                Some(libm::log(greater / open(step.lesser, one, weights)))
             });
         }
     }

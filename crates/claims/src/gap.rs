@@ -144,7 +144,7 @@ fn exponent(gaps: &PerLoad, weights: &Weights) -> Option<f64> {
     let [light, heavy] = ENDS.map(|load| stiffness(gaps, load, weights));
     let ((load, stiffness), (other_load, other)) = (light?, heavy?);
     let is_rising = stiffness > 0.0 && other > 0.0 && other_load > load;
-    is_rising.then(|| (other / stiffness).ln() / (other_load / load).ln())
+    is_rising.then(|| libm::log(other / stiffness) / libm::log(other_load / load))
 }
 
 /// Returns (logarithmic mean of the two loads next to `load`, stiffness K between these loads).
@@ -153,7 +153,7 @@ fn stiffness(gaps: &PerLoad, load: f64, weights: &Weights) -> Option<(f64, f64)>
     let (before, after) = (index.checked_sub(1)?, index + 1);
     let (one, other) = (*gaps.loads.get(before)?, *gaps.loads.get(after)?);
     let [gap, next] = [before, after].map(|index| weights.mean(&gaps.values[index]));
-    let logarithmic_mean = (other - one) / (other / one).ln();
+    let logarithmic_mean = (other - one) / libm::log(other / one);
     Some((logarithmic_mean, (other - one) / (gap - next)))
 }
 
@@ -237,7 +237,7 @@ pub fn of_sealing(evidence: &Evidence) -> Vec<Claim> {
         let name = evidence.name(&lesser.spectrum);
         let label = format!("{name} → k_lower {}", greater.spectrum.k_lower);
         let surfaces = [lesser.values.len(), greater.values.len()];
-        let rounding = lesser.rounding.hypot(greater.rounding);
+        let rounding = libm::hypot(lesser.rounding, greater.rounding);
         difference.add_rounded(label.clone(), &surfaces, rounding, |weights| {
             Some(weights.mean(&greater.values) - weights.mean(&lesser.values))
         });
@@ -245,7 +245,7 @@ pub fn of_sealing(evidence: &Evidence) -> Vec<Claim> {
             let both = [lesser, greater];
             let are_resolved = both.iter().all(|one| one.scatter_is_resolved);
             let [lesser, greater] = both.map(|one| weights.deviation(&one.values));
-            (are_resolved && lesser > 0.0 && greater > 0.0).then(|| (lesser / greater).ln())
+            (are_resolved && lesser > 0.0 && greater > 0.0).then(|| libm::log(lesser / greater))
         });
     }
     let lacks = |spectra: &'static str| {

@@ -114,7 +114,7 @@ fn variances(evidence: &Evidence) -> Claim {
             quantities.add(label, &step.surfaces(), |weights| {
                 let lesser = weights.deviation(&step.lesser.areas[one]);
                 let greater = weights.deviation(&step.greater.areas[other]);
-                Some((lesser / greater).ln())
+                Some(libm::log(lesser / greater))
             });
         }
     }
@@ -193,7 +193,7 @@ pub fn spread(family: &[&AreaCurves]) -> [[f64; 2]; 2] {
         let mut all: Vec<i64> = family.iter().map(|one| cutoff(&one.spectrum)).collect();
         all.sort_unstable();
         all.dedup();
-        let ln = |pair: &[i64]| (pair[1] as f64 / pair[0] as f64).ln();
+        let ln = |pair: &[i64]| libm::log(pair[1] as f64 / pair[0] as f64);
         let step = all.windows(2).map(ln).fold(f64::INFINITY, f64::min);
         (step, ln(&[all[0], all[all.len() - 1]]))
     });
@@ -309,8 +309,8 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
         if are_several { over_loads(&own, axes, |_| true, quantity) } else { Quantities::default() }
     };
     let with_k_lower: Axes =
-        |spectrum| Some([ln_bandwidth(spectrum), (spectrum.k_lower as f64).ln()]);
-    let with_alpha: Axes = |spectrum| Some([ln_bandwidth(spectrum), spectrum.nayak()?.ln()]);
+        |spectrum| Some([ln_bandwidth(spectrum), libm::log(spectrum.k_lower as f64)]);
+    let with_alpha: Axes = |spectrum| Some([ln_bandwidth(spectrum), libm::log(spectrum.nayak()?)]);
     let spectra = "spectra with all combinations of at least two `k_lower` and two `k_upper`";
     let lacking = || needs(evidence, OF_2017, &UP_TO_FOUR_FIFTHS, spectra);
     let all = evidence.under(OF_2017);
@@ -343,7 +343,7 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
         law(with_alpha, |points| {
             let [bandwidth, alpha, area] = [0, 1, 2].map(|axis| along(points, axis));
             let [on_alpha, on_bandwidth] = [alpha, bandwidth].map(|x| rms_residual(&x, &area));
-            Some((on_alpha? / on_bandwidth?).ln())
+            Some(libm::log(on_alpha? / on_bandwidth?))
         })
         .judge(RATHER_THAN_ALPHA, data, lacking),
         several.judge(on_alpha, data, || {
@@ -363,7 +363,7 @@ pub fn of_the_collapse(evidence: &Evidence) -> Vec<Claim> {
 type Axes = fn(&Spectrum) -> Option<[f64; 2]>;
 
 fn ln_bandwidth(spectrum: &Spectrum) -> f64 {
-    (spectrum.k_upper as f64 / spectrum.k_lower as f64).ln()
+    libm::log(spectrum.k_upper as f64 / spectrum.k_lower as f64)
 }
 
 fn along(points: &[[f64; 3]], axis: usize) -> Vec<f64> {
@@ -416,7 +416,7 @@ fn over_loads(
                 let areas = family.iter().zip(&indices);
                 let areas = areas.map(|(one, &index)| weights.mean(&one.areas[index]));
                 let points = measures.iter().zip(areas);
-                let points = points.map(|(&[one, other], area)| [one, other, area.ln()]);
+                let points = points.map(|(&[one, other], area)| [one, other, libm::log(area)]);
                 points.collect()
             };
             if is_tested(&points(&Weights::ALL)) {

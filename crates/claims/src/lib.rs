@@ -23,6 +23,9 @@
 //! | `asperities`, `distributions`, `gap` | asperity models, pressures, stiffness, sealing |
 //! | `closed_forms` | claims on closed forms, and misprints |
 
+// Tests compare with tolerances.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 use std::fmt;
 
 mod asperities;

@@ -189,7 +189,7 @@ fn over_steps(
 fn above_persson(evidence: &Evidence, correction: &str, statement: Statement) -> Claim {
     let ensembles = evidence.of_the_paper(correction);
     let quantities =
-        at_light_loads(evidence, &ensembles, |area, load| (area / persson::area(load)).ln());
+        at_light_loads(evidence, &ensembles, |area, load| libm::log(area / persson::area(load)));
     quantities.judge(statement, data(correction), || {
         needs(evidence, correction, &LIGHT, "random surfaces")
     })
@@ -252,7 +252,7 @@ fn secant_grows(evidence: &Evidence) -> Claim {
                 weights.mean(&ensemble.areas[at]) / ensemble.loads[at]
             };
             quantities.add(label, &[ensemble.surfaces()], |weights| {
-                Some((secant(last, weights) / secant(first, weights)).ln())
+                Some(libm::log(secant(last, weights) / secant(first, weights)))
             });
         }
     }
@@ -343,7 +343,7 @@ fn weaker_than_in_models(evidence: &Evidence) -> Claim {
                 };
                 let label = format!("{}, {name}", step.label(evidence, one));
                 quantities.add(label, &step.surfaces(), |weights| {
-                    Some(step.ln_ratio(indices, weights) - (of_greater / of_lesser).ln())
+                    Some(step.ln_ratio(indices, weights) - libm::log(of_greater / of_lesser))
                 });
             }
         }
@@ -387,7 +387,7 @@ fn of_equal_bandwidth(evidence: &Evidence, correction: &str, statement: Statemen
             let surfaces = [lesser.surfaces(), greater.surfaces()];
             quantities.add(label, &surfaces, |weights| {
                 let [greater, lesser] = [&greater.areas[other], &lesser.areas[one]];
-                Some((weights.mean(greater) / weights.mean(lesser)).ln())
+                Some(libm::log(weights.mean(greater) / weights.mean(lesser)))
             });
         }
     }

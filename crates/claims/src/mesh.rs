@@ -317,7 +317,8 @@ fn between_theories(laws: &[KappaLaw]) -> Quantities {
     let lightest = light.map(|law| law.points.load).reduce(f64::min);
     for law in laws.iter().filter(|law| Some(law.points.load) == lightest) {
         for ln_ratio in law.points.bandwidths() {
-            let label = format!("{}, k_upper/k_lower {:.0}", law.points.label, (-ln_ratio).exp());
+            let label =
+                format!("{}, k_upper/k_lower {:.0}", law.points.label, libm::exp(-ln_ratio));
             quantities.add(label, &law.points.surfaces(), |weights| {
                 let kappa = law.kappa(&law.fit(weights, None)?, ln_ratio);
                 Some((kappa - KAPPA_PERSSON) / (KAPPA_BGT - KAPPA_PERSSON))

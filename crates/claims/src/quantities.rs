@@ -169,7 +169,7 @@ impl Plane {
     ) -> Option<Plane> {
         let point = |(one, &index): (&&AreaCurves, &usize)| {
             let Spectrum { k_lower, k_upper, .. } = one.spectrum;
-            [k_lower as f64, k_upper as f64, quantity(one, index)].map(f64::ln)
+            [k_lower as f64, k_upper as f64, quantity(one, index)].map(libm::log)
         };
         let points: Vec<[f64; 3]> = family.iter().zip(indices).map(point).collect();
         Plane::through(&points)
@@ -271,7 +271,7 @@ impl<'a> Step<'a> {
     /// Returns ln(mean area of `greater` / mean area of `lesser`).
     pub fn ln_ratio(&self, [one, other]: [usize; 2], weights: &Weights) -> f64 {
         let greater = weights.mean(&self.greater.areas[other]);
-        (greater / weights.mean(&self.lesser.areas[one])).ln()
+        libm::log(greater / weights.mean(&self.lesser.areas[one]))
     }
 
     pub fn surfaces(&self) -> [usize; 2] {

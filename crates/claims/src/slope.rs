@@ -332,7 +332,7 @@ fn falls_with_correction(evidence: &Evidence) -> Claim {
         let surfaces = [surfaces(counted), surfaces(corrected)].concat();
         quantities.add(label, &surfaces, |weights| {
             let [counted, corrected] = [counted, corrected].map(|all| common_kappa(all, weights));
-            Some((counted? / corrected?).ln())
+            Some(libm::log(counted? / corrected?))
         });
     }
     quantities.judge(BOUND_FALLS, "counted area and its correction by π/8", || {
@@ -348,7 +348,7 @@ fn depends_on_k_lower(evidence: &Evidence) -> Claim {
         quantities.add(label, &step.surfaces(), |weights| {
             let [lesser, greater] =
                 [step.lesser, step.greater].map(|ensemble| own_kappa(ensemble, weights));
-            Some((greater? / lesser?).ln())
+            Some(libm::log(greater? / lesser?))
         });
     }
     quantities.judge(DEPENDS_ON_K_LOWER, data(AS_COUNTED), || {

@@ -22,6 +22,9 @@
 //! | `index` | the page of all studies of a data folder |
 //! | `earlier` | contents and replacement of an earlier report |
 
+// Pictures and texts are rounded to a few digits.
+#![allow(clippy::disallowed_methods)]
+
 pub mod animation;
 mod charts;
 mod earlier;

@@ -30,7 +30,7 @@ pub use theory::{Model, SPECTRUM_COLUMNS, nayak_parameters};
 
 /// Version of the computed numbers, part of the key of every stored result. Raise it whenever the
 /// numbers change.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 /// Definition of the kind of stage `aggregate`.
 pub const STAGE: Definition = Definition {

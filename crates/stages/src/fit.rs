@@ -39,7 +39,7 @@ use asperity_tables::table::{Table, TableError};
 
 /// Version of the computed numbers, part of the key of every stored result. Raise it whenever the
 /// numbers change.
-pub const VERSION: u32 = 7;
+pub const VERSION: u32 = 8;
 
 /// Definition of the kind of stage `fit`.
 pub const STAGE: Definition = Definition {

@@ -23,6 +23,9 @@
 //! Each kind of stage has its own file and folder. A new kind is added to the `match` expressions
 //! in this file and in [`form`].
 
+// Tests compare with tolerances.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 pub mod aggregate;
 pub mod caveats;
 pub mod columns;

@@ -113,7 +113,7 @@ pub struct Params {
     /// Interaction of asperities, if Hertzian contacts of the summits replace the solved contact.
     /// Omitted from the recipe if the contact of every node is solved, so that existing keys stay
     /// valid.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "asperities_recipe")]
     pub asperities: Option<Interaction>,
     /// Smallest hardness among `bodies`, in the unit of their moduli, for a warning about higher
     /// pressures. It influences no result and is not part of the recipe.
@@ -357,6 +357,25 @@ struct BoundaryRecipe {
 /// Serializes the boundary for a recipe.
 fn boundary_recipe<S: Serializer>(boundary: &Boundary, serializer: S) -> Result<S::Ok, S::Error> {
     let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION };
+    recipe.serialize(serializer)
+}
+
+/// Version of the numbers of asperity models. Only their recipes contain it.
+const ASPERITIES_VERSION: u32 = 2;
+
+#[derive(Serialize)]
+struct AsperitiesRecipe {
+    interaction: Interaction,
+    version: u32,
+}
+
+/// Serializes the interaction of asperities for a recipe.
+fn asperities_recipe<S: Serializer>(
+    interaction: &Option<Interaction>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let recipe = interaction
+        .map(|interaction| AsperitiesRecipe { interaction, version: ASPERITIES_VERSION });
     recipe.serialize(serializer)
 }
 

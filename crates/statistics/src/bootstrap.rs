@@ -107,7 +107,7 @@ impl Estimate {
     pub fn interval(self, error: f64, quantile: f64) -> Interval {
         match self {
             Estimate::Positive(value) => {
-                let factor = (quantile * error).exp();
+                let factor = libm::exp(quantile * error);
                 Interval {
                     lower: value / factor,
                     upper: value * factor,
@@ -219,7 +219,7 @@ impl Bootstrap {
         let quantile = two_sided_quantile(self.level, freedom as u32);
         let interval = |(parameter, estimate): (usize, &Estimate)| {
             let transform: fn(f64) -> f64 = match estimate {
-                Estimate::Positive(_) => f64::ln,
+                Estimate::Positive(_) => libm::log,
                 Estimate::Real(_) => |value| value,
             };
             let values: Vec<f64> = replicates.iter().map(|fit| transform(fit[parameter])).collect();

@@ -63,7 +63,7 @@ impl MeanDifference {
         if self.error == 0.0 {
             return if self.value == 0.0 { 1.0 } else { 0.0 };
         }
-        let angle = (self.value.abs() / self.error / f64::from(self.freedom).sqrt()).atan();
+        let angle = libm::atan(self.value.abs() / self.error / f64::from(self.freedom).sqrt());
         (1.0 - within(angle, self.freedom)).max(0.0)
     }
 }

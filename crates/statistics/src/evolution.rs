@@ -181,7 +181,7 @@ impl EvolutionProblem {
         }
         let model = self.model(mean, kappa);
         self.first_minimum(kappa, near, |start| {
-            let found = minimize(&model, [start.beta.ln(), start.mu.ln()]);
+            let found = minimize(&model, [libm::log(start.beta), libm::log(start.mu)]);
             (model.law(found.parameters), found.converged)
         })
     }
@@ -195,7 +195,10 @@ impl EvolutionProblem {
         let kappa = 1.2 * self.proportionality(mean).abs().max(f64::MIN_POSITIVE);
         let model = self.model(mean, kappa);
         self.first_minimum(kappa, near, |start| {
-            let found = minimize(&model, [start.beta.ln(), start.mu.ln(), start.kappa.ln()]);
+            let found = minimize(
+                &model,
+                [libm::log(start.beta), libm::log(start.mu), libm::log(start.kappa)],
+            );
             (model.law(found.parameters), found.converged)
         })
     }
@@ -233,7 +236,7 @@ impl EvolutionProblem {
     fn is_curved(&self, law: &ContactEvolution) -> bool {
         let heaviest = self.data.loads.last().copied().unwrap_or(0.0);
         // This is 1 − d ln a/d ln y.
-        let deviation = law.beta * law.area(heaviest).powf(law.mu);
+        let deviation = law.beta * libm::pow(law.area(heaviest), law.mu);
         law.kappa.is_finite() && EXPONENTS.contains(&law.mu) && deviation > LEAST_DEVIATION
     }
 
@@ -289,7 +292,7 @@ impl<const P: usize> Model<'_, P> {
     /// Returns the law with the given free parameters: the first `P` of ln β, ln μ and ln κ.
     pub(super) fn law(&self, logarithms: [f64; P]) -> ContactEvolution {
         let parameter =
-            |index: usize, fixed: f64| logarithms.get(index).map_or(fixed, |ln| ln.exp());
+            |index: usize, fixed: f64| logarithms.get(index).map_or(fixed, |ln| libm::exp(*ln));
         ContactEvolution {
             kappa: parameter(2, self.fixed.kappa),
             beta: parameter(0, self.fixed.beta),

@@ -88,7 +88,7 @@ impl Bound {
     fn interval(&self, probability: f64, surfaces: Option<usize>) -> [f64; 2] {
         let freedom = surfaces.map(|surfaces| surfaces.saturating_sub(1).max(1) as u32);
         let factor = freedom.map_or(0.0, |freedom| two_sided_quantile(probability, freedom));
-        let half = factor * self.error.hypot(self.systematic);
+        let half = factor * libm::hypot(self.error, self.systematic);
         [self.value - half, self.value + half]
     }
 }
@@ -190,7 +190,7 @@ pub fn two_sided_quantile(probability: f64, freedom: u32) -> f64 {
             above = middle;
         }
     }
-    f64::from(freedom).sqrt() * (0.5 * (below + above)).tan()
+    f64::from(freedom).sqrt() * libm::tan(0.5 * (below + above))
 }
 
 /// Returns P(|T| ≤ √ν tan θ) for Student's T with ν = `freedom` and θ = `angle`.
@@ -198,7 +198,7 @@ pub fn two_sided_quantile(probability: f64, freedom: u32) -> f64 {
 /// The finite sums are eqs. 26.7.3 and 26.7.4 of Abramowitz & Stegun, *Handbook of Mathematical
 /// Functions* (1964).
 pub(crate) fn within(angle: f64, freedom: u32) -> f64 {
-    let (sine, cosine) = angle.sin_cos();
+    let (sine, cosine) = libm::sincos(angle);
     // The terms contain every second power of cos θ, from 1 for even ν and from cos θ for odd ν.
     let is_odd = freedom % 2 == 1;
     let mut term = if is_odd { cosine } else { 1.0 };

@@ -23,6 +23,8 @@
 //! | [`random`] | seeded normal random numbers for synthetic data |
 
 #![warn(missing_docs)]
+// Tests compare with tolerances.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 pub mod bootstrap;
 pub mod convexity;

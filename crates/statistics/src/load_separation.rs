@@ -80,7 +80,7 @@ impl LoadSeparationProblem {
         let open = self.gaps.loads.iter().zip(mean);
         let open = open.filter(|&(_, &gap)| gap > 0.0);
         let (ln_loads, gaps): (Vec<f64>, Vec<f64>) =
-            open.map(|(load, &gap)| (load.ln(), gap)).unzip();
+            open.map(|(load, &gap)| (libm::log(*load), gap)).unzip();
         let data = gaps.len();
         if data < LEAST_DATA {
             return Err(FitError::TooFew { window, found: data, needed: LEAST_DATA });
@@ -91,7 +91,7 @@ impl LoadSeparationProblem {
         let quality = Quality::new(&gaps, &predicted, None);
         Ok(LoadSeparation {
             decay_length: -slope,
-            closing_load: (intercept / -slope).exp(),
+            closing_load: libm::exp(intercept / -slope),
             goodness: GoodnessOfFit {
                 rms_residual: quality.rms_residual / -slope,
                 ..GoodnessOfFit::new(&quality, data, mean.len())

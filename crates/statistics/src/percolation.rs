@@ -165,7 +165,8 @@ impl PercolationProblem {
         let widened = |intervals: Vec<Interval>| {
             let all = means.into_iter().zip(rounding).zip(intervals);
             let widen = |((mean, rounding), interval): ((f64, f64), Interval)| {
-                Estimate::Real(mean).interval(interval.standard_error.hypot(rounding), quantile)
+                Estimate::Real(mean)
+                    .interval(libm::hypot(interval.standard_error, rounding), quantile)
             };
             all.map(widen).collect()
         };
@@ -246,7 +247,7 @@ fn rounding_of_the_mean(scatter: f64) -> f64 {
     if scatter == 0.0 {
         return 1.0 / 12.0_f64.sqrt();
     }
-    let wave = |k: f64| (-4.0 * (PI * k * scatter).powi(2)).exp() / (k * k);
+    let wave = |k: f64| libm::exp(-4.0 * (PI * k * scatter).powi(2)) / (k * k);
     let waves = (1..).map(|k| wave(f64::from(k)));
     // The relative truncation error is at most 1e-6.
     let sum: f64 = waves.take_while(|&wave| wave > 1e-12).sum();

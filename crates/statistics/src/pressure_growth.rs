@@ -81,7 +81,7 @@ impl PressureGrowthProblem {
         let quality = Quality::new(&ln_growths, &predicted, None);
         Ok(PressureGrowth {
             exponent,
-            prefactor: intercept.exp(),
+            prefactor: libm::exp(intercept),
             goodness: GoodnessOfFit::new(&quality, data, points.len()),
         })
     }
@@ -97,7 +97,8 @@ fn growth(ends: &Data, areas: &[f64]) -> Vec<Option<(f64, f64)>> {
             let pressure = |end: usize| loads[end] / areas[end];
             let growth = (pressure(1) - pressure(0)) / (loads[1] - loads[0]);
             let in_contact = areas[0] > 0.0 && areas[1] > 0.0;
-            (in_contact && growth > 0.0).then(|| ((0.5 * (areas[0] + areas[1])).ln(), growth.ln()))
+            (in_contact && growth > 0.0)
+                .then(|| (libm::log(0.5 * (areas[0] + areas[1])), libm::log(growth)))
         })
         .collect()
 }

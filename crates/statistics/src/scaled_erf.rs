@@ -77,7 +77,7 @@ impl ScaledErfProblem {
             self.data.loads.iter().zip(mean).filter(|&(_, &area)| 0.0 < area && area < 1.0);
         // Areas are multiples of the area of a cell, so that small values of 1 − a are exact.
         let (x, ln_noncontact): (Vec<f64>, Vec<f64>) =
-            usable.map(|(load, area)| (SQRT_2 * load, (-area).ln_1p())).unzip();
+            usable.map(|(load, area)| (SQRT_2 * load, libm::log1p(-area))).unzip();
         let (window, found) = (self.data.window, x.len());
         if found < LEAST_DATA {
             return Err(FitError::TooFew { window, found, needed: LEAST_DATA });
@@ -98,14 +98,14 @@ impl Approach {
         self.x
             .iter()
             .zip(&self.ln_noncontact)
-            .map(|(x, ln)| erfc_inverse(ln.exp()).expect("the data have partial contact") / x)
+            .map(|(x, ln)| erfc_inverse(libm::exp(*ln)).expect("the data have partial contact") / x)
             .collect()
     }
 
     fn fit(&self, local: &[f64]) -> Result<f64, FitError> {
         let start = local.iter().sum::<f64>() / local.len() as f64;
-        let found = minimize(self, [start.ln()]);
-        let converged = found.converged.then_some(found.parameters[0].exp());
+        let found = minimize(self, [libm::log(start)]);
+        let converged = found.converged.then_some(libm::exp(found.parameters[0]));
         converged.ok_or(FitError::NotConverged)
     }
 }
@@ -117,7 +117,7 @@ impl Residuals<1> for Approach {
     }
 
     fn residuals(&self, [ln_beta]: [f64; 1], into: &mut [f64]) {
-        let beta = ln_beta.exp();
+        let beta = libm::exp(ln_beta);
         for ((residual, x), ln_noncontact) in into.iter_mut().zip(&self.x).zip(&self.ln_noncontact)
         {
             *residual = ln_erfc(beta * x) - ln_noncontact;
@@ -125,7 +125,7 @@ impl Residuals<1> for Approach {
     }
 
     fn gradients(&self, [ln_beta]: [f64; 1], into: &mut [[f64; 1]]) {
-        let beta = ln_beta.exp();
+        let beta = libm::exp(ln_beta);
         for (gradient, x) in into.iter_mut().zip(&self.x) {
             *gradient = [beta * x * ln_erfc_slope(beta * x)];
         }

@@ -144,7 +144,7 @@ impl SelfAffineProblem {
         let residuals = likelihood.residuals(start, &power);
         Ok(SelfAffine {
             hurst: power.exponent / 2.0 - 1.0,
-            rolloff: (position >= LEAST_PLATEAU).then(|| rolloff.exp()),
+            rolloff: (position >= LEAST_PLATEAU).then(|| libm::exp(rolloff)),
             plateau: power.plateau,
             rms_residual: residuals[0],
             reduced_chi_square: residuals[1],
@@ -161,7 +161,7 @@ impl SelfAffineProblem {
         let mut information = DMatrix::zeros(count, count);
         let mut freedom = 0.0;
         for ring in &self.rings {
-            let beyond = (ring.wavenumber / start).ln();
+            let beyond = libm::log(ring.wavenumber / start);
             // The entries are the derivatives of ln C with respect to ln C₀, H and ln q_r.
             let gradient = if beyond > 0.0 {
                 [1.0, -2.0 * beyond, 2.0 * (1.0 + fit.hurst)]
@@ -216,7 +216,7 @@ impl Likelihood {
             sum / surfaces
         };
         Self {
-            logs: rings.iter().map(|ring| ring.wavenumber.ln()).collect(),
+            logs: rings.iter().map(|ring| libm::log(ring.wavenumber)).collect(),
             weights: rings.iter().map(|ring| 0.5 * ring.freedom * surfaces).collect(),
             densities: rings.iter().map(mean).collect(),
         }
@@ -258,7 +258,7 @@ impl Likelihood {
         let sums = |exponent: f64| {
             let mut sums = [0.0; 3];
             for ((x, weight), density) in beyond().zip(&self.weights).zip(&self.densities) {
-                let part = weight * density * (exponent * x).exp();
+                let part = weight * density * libm::exp(exponent * x);
                 sums[0] += part;
                 sums[1] += x * part;
                 sums[2] += x * x * part;
@@ -286,7 +286,7 @@ impl Likelihood {
             exponent = next;
         }
         let plateau = sums(exponent)[0] / total;
-        Power { exponent, plateau, cost: total * plateau.ln() - exponent * first }
+        Power { exponent, plateau, cost: total * libm::log(plateau) - exponent * first }
     }
 
     /// Returns the root mean square of ln(P/C), weighted by the degrees of freedom, and the reduced
@@ -294,9 +294,9 @@ impl Likelihood {
     fn residuals(&self, rolloff: f64, power: &Power) -> [f64; 2] {
         let mut sums = [0.0; 3];
         for ((log, weight), density) in self.logs.iter().zip(&self.weights).zip(&self.densities) {
-            let law = power.plateau * (-power.exponent * (log - rolloff).max(0.0)).exp();
+            let law = power.plateau * libm::exp(-power.exponent * (log - rolloff).max(0.0));
             let ratio = density / law;
-            sums[0] += weight * ratio.ln().powi(2);
+            sums[0] += weight * libm::log(ratio).powi(2);
             sums[1] += weight * (ratio - 1.0).powi(2);
             sums[2] += weight;
         }

@@ -315,11 +315,11 @@ fn near(grid: Grid, alpha: f64) -> Vec<f64> {
     let mut values = vec![0.0; grid.count()];
     for i in -reach[0]..=reach[0] {
         for j in -reach[1]..=reach[1] {
-            let r = (i as f64 * steps[0]).hypot(j as f64 * steps[1]);
+            let r = libm::hypot(i as f64 * steps[0], j as f64 * steps[1]);
             let value = if r > 0.0 {
                 libm::erfc(alpha * r) / (PI * r)
             } else {
-                -2.0 * alpha / PI.powf(1.5)
+                -2.0 * alpha / libm::pow(PI, 1.5)
             };
             let [i, j] = [(i, nodes_x), (j, nodes_y)]
                 .map(|(by, nodes)| by.rem_euclid(nodes as isize) as usize);

@@ -195,7 +195,7 @@ impl Contact {
     ///
     /// Two ellipses overlap if the contact function of Perram & Wertheim (1985) is at most one.
     fn overlaps(&self, other: &Contact, offset: [f64; 2]) -> bool {
-        let distance = offset[0].hypot(offset[1]);
+        let distance = libm::hypot(offset[0], offset[1]);
         if distance > self.axes[0] + other.axes[0] {
             return false;
         }
@@ -322,7 +322,8 @@ pub fn draw(grid: Grid, contacts: &[Contact], pressure: &mut [f64]) {
     for contact in contacts {
         let [major, minor] = contact.axes;
         let [cosine, sine] = contact.direction;
-        let half = [(major * cosine).hypot(minor * sine), (major * sine).hypot(minor * cosine)];
+        let half =
+            [libm::hypot(major * cosine, minor * sine), libm::hypot(major * sine, minor * cosine)];
         let range = |axis: usize| {
             let low = ((contact.position[axis] - half[axis]) / steps[axis]).ceil() as isize;
             let high = ((contact.position[axis] + half[axis]) / steps[axis]).floor() as isize;

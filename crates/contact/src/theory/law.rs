@@ -49,7 +49,7 @@ impl ContactEvolution {
     #[inline]
     pub fn area(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
-        proportional * (-bend.ln_1p() / self.mu).exp()
+        proportional * libm::exp(-libm::log1p(bend) / self.mu)
     }
 
     /// Returns the slope da/dy, eq. (9) of Yastrebov, Anciaux & Molinari 2015. It is κ
@@ -57,7 +57,7 @@ impl ContactEvolution {
     #[inline]
     pub fn slope(&self, load: f64) -> f64 {
         let (_, bend) = self.reduced(load);
-        self.kappa * (-(1.0 + 1.0 / self.mu) * bend.ln_1p()).exp()
+        self.kappa * libm::exp(-(1.0 + 1.0 / self.mu) * libm::log1p(bend))
     }
 
     /// Returns the second derivative d²a/dy².
@@ -65,8 +65,8 @@ impl ContactEvolution {
     /// It is never positive. It diverges at zero load if μ < 1.
     pub fn curvature(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
-        let decay = (-(2.0 + 1.0 / self.mu) * bend.ln_1p()).exp();
-        let bend_per_load = self.beta * proportional.powf(self.mu - 1.0);
+        let decay = libm::exp(-(2.0 + 1.0 / self.mu) * libm::log1p(bend));
+        let bend_per_load = self.beta * libm::pow(proportional, self.mu - 1.0);
         -self.kappa.powi(2) * (1.0 + self.mu) * bend_per_load * decay
     }
 
@@ -74,22 +74,22 @@ impl ContactEvolution {
     /// positive.
     pub fn slope_curvature(&self, load: f64) -> f64 {
         let (proportional, bend) = self.reduced(load);
-        let decay = (-(3.0 + 1.0 / self.mu) * bend.ln_1p()).exp();
-        let scale = (1.0 + self.mu) * self.beta * proportional.powf(self.mu - 2.0);
+        let decay = libm::exp(-(3.0 + 1.0 / self.mu) * libm::log1p(bend));
+        let scale = (1.0 + self.mu) * self.beta * libm::pow(proportional, self.mu - 2.0);
         scale * self.kappa.powi(3) * decay * ((1.0 - self.mu) + (2.0 + self.mu) * bend)
     }
 
     /// Returns the load y at which the area fraction is `area`, or `None` if no load has this area.
     pub fn load(&self, area: f64) -> Option<f64> {
-        let remaining = -self.beta * area.powf(self.mu);
+        let remaining = -self.beta * libm::pow(area, self.mu);
         (area >= 0.0 && remaining > -1.0)
-            .then(|| area / self.kappa * (-remaining.ln_1p() / self.mu).exp())
+            .then(|| area / self.kappa * libm::exp(-libm::log1p(remaining) / self.mu))
     }
 
     /// Returns the mean contact pressure p̄ = y/a in units of E* h′. It is 1/κ at zero load.
     pub fn mean_pressure(&self, load: f64) -> f64 {
         let (_, bend) = self.reduced(load);
-        (bend.ln_1p() / self.mu).exp() / self.kappa
+        libm::exp(libm::log1p(bend) / self.mu) / self.kappa
     }
 
     /// Returns [∂a/∂ln β, ∂a/∂ln μ, ∂a/∂ln κ] of the area a.
@@ -125,7 +125,7 @@ impl ContactEvolution {
     #[inline]
     fn reduced(&self, load: f64) -> (f64, f64) {
         let proportional = self.kappa * load;
-        (proportional, self.beta * proportional.powf(self.mu))
+        (proportional, self.beta * libm::pow(proportional, self.mu))
     }
 
     /// Returns the terms that [`area_gradient`](Self::area_gradient) and
@@ -136,8 +136,8 @@ impl ContactEvolution {
     fn gradient_terms(&self, load: f64) -> Option<GradientTerms> {
         let (proportional, bend) = self.reduced(load);
         (proportional > 0.0).then(|| GradientTerms {
-            log_proportional: proportional.ln(),
-            log_bend: bend.ln_1p(),
+            log_proportional: libm::log(proportional),
+            log_bend: libm::log1p(bend),
             deviation: bend / (1.0 + bend),
         })
     }

@@ -217,7 +217,7 @@ impl Asperities {
     fn find(&self, target: f64, quantity: impl Fn(&Contact) -> (f64, f64)) -> Option<Contact> {
         let newton_step = |contact: &Contact| {
             let (value, decay) = quantity(contact);
-            (value / target).ln() / decay
+            libm::log(value / target) / decay
         };
         let is_beyond = |separation| quantity(&self.at_separation(separation)).0 < target;
         if !(target > 0.0 && target.is_finite() && is_beyond(FARTHEST)) {
@@ -228,7 +228,7 @@ impl Asperities {
             (low, high) = (2.0 * low, low);
         }
         // The start is beyond the solution: the area is about half of the tail of the Gaussian.
-        let start = (-2.0 * (4.0 * target).ln()).max(0.0).sqrt();
+        let start = (-2.0 * libm::log(4.0 * target)).max(0.0).sqrt();
         let mut contact = self.at_separation(start.clamp(low, high));
         for _ in 0..NEWTON_STEPS {
             let step = newton_step(&contact);
@@ -267,7 +267,7 @@ impl Asperities {
         let spread = self.summits.curvature_variance_at_a_height().sqrt();
         let lowest = separation.max(0.0);
         let start = (lowest - REACH * spread).max(0.0);
-        let end = lowest.hypot(REACH) + REACH * spread;
+        let end = libm::hypot(lowest, REACH) + REACH * spread;
         // At the mean curvature `passing`, the mean height of a class equals the separation. If the
         // heights deviate little, the integrand changes abruptly there.
         let heights = self.summits.heights(1.0);
@@ -300,7 +300,7 @@ impl Asperities {
         let (area, load) = ellipticity.at(x);
         // The density of H over all points is exp(−x/2)/√(2π ⟨H²⟩).
         let points =
-            width * (-0.5 * x).exp() / (2.0 * PI * self.summits.curvature_variance()).sqrt();
+            width * libm::exp(-0.5 * x) / (2.0 * PI * self.summits.curvature_variance()).sqrt();
         let summits = points * mean_curvature * mean_curvature / (2.0 * PI);
         Class {
             area: summits * area * sphere_area(mean_curvature),

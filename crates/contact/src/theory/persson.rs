@@ -34,7 +34,7 @@ pub fn noncontact(load: f64) -> f64 {
 ///
 /// As a function of y, it is concave up to y = 1/2 and convex beyond.
 pub fn slope(load: f64) -> f64 {
-    KAPPA_PERSSON * (-2.0 * load * load).exp()
+    KAPPA_PERSSON * libm::exp(-2.0 * load * load)
 }
 
 /// Returns the second derivative d²a/dy².
@@ -66,7 +66,8 @@ pub fn load_at_noncontact(noncontact: f64) -> Option<f64> {
 /// By eq. (10) of Yastrebov, Anciaux & Molinari 2015, F tends to 2y^η near full
 /// contact, with η = 2 in Persson's theory. Returns `None` at zero load and at full contact.
 pub fn approach_to_full_contact(load: f64, noncontact: f64) -> Option<f64> {
-    (noncontact > 0.0 && load > 0.0).then(|| -noncontact.ln() - (load * (2.0 * PI).sqrt()).ln())
+    (noncontact > 0.0 && load > 0.0)
+        .then(|| -libm::log(noncontact) - libm::log(load * (2.0 * PI).sqrt()))
 }
 
 /// Returns F(y) = −ln[(1 − a) y √(2π)] with 1 − a of Persson's theory.
@@ -74,7 +75,7 @@ pub fn approach_to_full_contact(load: f64, noncontact: f64) -> Option<f64> {
 /// At heavy load, F = 2y² + 1/(4y²) − …
 pub fn approach(load: f64) -> f64 {
     let x = SQRT_2 * load;
-    x * x - (x * PI.sqrt() * erfcx(x)).ln()
+    x * x - libm::log(x * PI.sqrt() * erfcx(x))
 }
 
 /// Returns the probability density of the contact pressure p over the nominal area at
@@ -88,8 +89,8 @@ pub fn pressure_density(load: f64, pressure: f64) -> f64 {
     }
     // The density is a Gaussian at +y minus its image at −y. Writing the image as a factor avoids
     // cancellation.
-    let image = -(-8.0 * pressure * load).exp_m1();
-    (2.0 / PI).sqrt() * (-2.0 * (pressure - load).powi(2)).exp() * image
+    let image = -libm::expm1(-8.0 * pressure * load);
+    (2.0 / PI).sqrt() * libm::exp(-2.0 * (pressure - load).powi(2)) * image
 }
 
 /// Returns the fraction of the nominal area with pressures from `low` to `high`.
@@ -123,7 +124,7 @@ const NEWTON_ITERATIONS: usize = 20;
 /// Returns the scaled complementary error function exp(x²) erfc(x) for x ≥ 0.
 pub(crate) fn erfcx(x: f64) -> f64 {
     if x < CONTINUED_FRACTION_FROM {
-        return (x * x).exp() * libm::erfc(x);
+        return libm::exp(x * x) * libm::erfc(x);
     }
     let fraction =
         (1..=CONTINUED_FRACTION_TERMS).rev().fold(x, |tail, term| x + 0.5 * f64::from(term) / tail);
@@ -132,7 +133,7 @@ pub(crate) fn erfcx(x: f64) -> f64 {
 
 /// Returns ln erfc(x) for x ≥ 0, even where erfc(x) underflows.
 pub fn ln_erfc(x: f64) -> f64 {
-    if x < 0.5 { (-libm::erf(x)).ln_1p() } else { erfcx(x).ln() - x * x }
+    if x < 0.5 { libm::log1p(-libm::erf(x)) } else { libm::log(erfcx(x)) - x * x }
 }
 
 /// Returns the derivative d ln erfc(x)/dx for x ≥ 0.
@@ -151,7 +152,7 @@ fn erf_inverse(value: f64) -> Option<f64> {
     // erf is concave and below its tangent at zero, so the iterates increase to the root.
     let mut x = value * PI.sqrt() / 2.0;
     for _ in 0..NEWTON_ITERATIONS {
-        let step = (value - libm::erf(x)) * PI.sqrt() / 2.0 * (x * x).exp();
+        let step = (value - libm::erf(x)) * PI.sqrt() / 2.0 * libm::exp(x * x);
         x += step;
         if step.abs() <= f64::EPSILON * x {
             break;
@@ -169,7 +170,7 @@ pub fn erfc_inverse(value: f64) -> Option<f64> {
         return erf_inverse(1.0 - value);
     }
     // ln erfc is concave and below −x², so the iterates decrease to the root.
-    let target = value.ln();
+    let target = libm::log(value);
     let mut x = (-target).sqrt();
     for _ in 0..NEWTON_ITERATIONS {
         let step = (target - ln_erfc(x)) / ln_erfc_slope(x);

@@ -25,7 +25,7 @@ pub fn tension(load: f64) -> f64 {
 /// Returns F(y) = −ln[(1 − a) y √(2π)] with 1 − a of [`noncontact`]. It exceeds F of Persson's
 /// theory by ln(4/3).
 pub fn approach(load: f64) -> f64 {
-    persson::approach(load) - (0.5 * CRACK_OVER_TENSION).ln()
+    persson::approach(load) - libm::log(0.5 * CRACK_OVER_TENSION)
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ impl Ellipse {
 ///
 /// Up to a logarithm, κ₂/κ₁ is between k^(3/2) and k².
 fn axis_ratio(curvature_ratio: f64) -> f64 {
-    let target = curvature_ratio.ln();
+    let target = libm::log(curvature_ratio);
     if target == 0.0 {
         return 1.0;
     }
@@ -76,7 +76,7 @@ fn axis_ratio(curvature_ratio: f64) -> f64 {
             break;
         }
     }
-    log.exp()
+    libm::exp(log)
 }
 
 /// Complete elliptic integrals for the axis ratio k, with the parameter m = 1 − k².
@@ -117,8 +117,8 @@ impl Integrals {
 
     /// Returns ln(κ₂/κ₁) = ln(k² D/B) for ln k = `log_k` < 0.
     fn log_curvature_ratio(log_k: f64) -> f64 {
-        let Self { skew, .. } = Self::from_axis_ratio(log_k.exp());
-        2.0 * log_k + 2.0 * skew.atanh()
+        let Self { skew, .. } = Self::from_axis_ratio(libm::exp(log_k));
+        2.0 * log_k + 2.0 * libm::atanh(skew)
     }
 }
 
@@ -178,8 +178,8 @@ struct Node {
 impl Node {
     fn new(step: i32, factors: impl Fn(f64) -> (f64, f64)) -> Self {
         let logit = STEP * f64::from(step);
-        let square = 1.0 / (1.0 + (-logit).exp());
-        let complement = 1.0 / (1.0 + logit.exp());
+        let square = 1.0 / (1.0 + libm::exp(-logit));
+        let complement = 1.0 / (1.0 + libm::exp(logit));
         Self {
             square,
             weight: STEP * square * complement * complement,
@@ -191,7 +191,7 @@ impl Node {
 /// Returns (1 + x) W(x) for both functions. It is positive and bounded for all x.
 fn transform(nodes: &[Node], x: f64) -> (f64, f64) {
     let (area, load) = nodes.iter().fold((0.0, 0.0), |(area, load), node| {
-        let weight = node.weight * (-x * node.square).exp();
+        let weight = node.weight * libm::exp(-x * node.square);
         (area + weight * node.factors.0, load + weight * node.factors.1)
     });
     ((1.0 + x) * area, (1.0 + x) * load)

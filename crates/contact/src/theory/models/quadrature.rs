@@ -14,7 +14,7 @@ impl GaussLegendre {
     pub fn new(order: u32) -> Self {
         let node = |index: u32| {
             // The start is close enough to the zero for quadratic convergence.
-            let mut x = (PI * (f64::from(index) + 0.75) / (f64::from(order) + 0.5)).cos();
+            let mut x = libm::cos(PI * (f64::from(index) + 0.75) / (f64::from(order) + 0.5));
             let mut slope = 0.0;
             for _ in 0..8 {
                 let value;
@@ -54,7 +54,7 @@ pub struct Chebyshev {
 impl Chebyshev {
     /// Iterates over the `terms` interpolation nodes in (0, 1) of an expansion with as many terms.
     pub fn nodes(terms: usize) -> impl Iterator<Item = f64> {
-        (0..terms).map(move |node| 0.5 + 0.5 * Self::angle(node, terms).cos())
+        (0..terms).map(move |node| 0.5 + 0.5 * libm::cos(Self::angle(node, terms)))
     }
 
     /// Creates the interpolant of a function from its values at [`Self::nodes`], in the same order.
@@ -62,7 +62,7 @@ impl Chebyshev {
         let terms = values.len();
         let coefficient = |order: usize| {
             let sum: f64 = (0..terms)
-                .map(|node| values[node] * (order as f64 * Self::angle(node, terms)).cos())
+                .map(|node| values[node] * libm::cos(order as f64 * Self::angle(node, terms)))
                 .sum();
             sum * if order == 0 { 1.0 } else { 2.0 } / terms as f64
         };

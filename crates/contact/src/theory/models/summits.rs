@@ -96,9 +96,10 @@ impl Summits {
             return 0.0;
         }
         let heights = self.heights(h);
-        let gaussian =
-            |x: f64, variance: f64| (-0.5 * x * x / variance).exp() / (2.0 * PI * variance).sqrt();
-        let differences = 3.0 * d / self.m4 * (-1.5 * d * d / self.m4).exp();
+        let gaussian = |x: f64, variance: f64| {
+            libm::exp(-0.5 * x * x / variance) / (2.0 * PI * variance).sqrt()
+        };
+        let differences = 3.0 * d / self.m4 * libm::exp(-1.5 * d * d / self.m4);
         let stationary = gaussian(h, self.curvature_variance())
             * gaussian(height - heights.mean, heights.deviation.powi(2))
             * differences;
@@ -222,7 +223,7 @@ fn half_powers_far_below(u: f64) -> (f64, f64) {
 
 /// Returns the standard normal density φ.
 fn density(w: f64) -> f64 {
-    (-0.5 * w * w).exp() / (2.0 * PI).sqrt()
+    libm::exp(-0.5 * w * w) / (2.0 * PI).sqrt()
 }
 
 #[cfg(test)]
