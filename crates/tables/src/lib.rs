@@ -13,6 +13,12 @@
 //! | [`store`] | finished tables by key, each with its recipe |
 //! | [`parallel`] | calls that run on several threads |
 
+#[cfg(not(unix))]
+compile_error!(
+    "asperity needs Linux or macOS, because its store uses the permissions and file names of Unix; \
+     on Windows, use the Windows Subsystem for Linux"
+);
+
 pub mod cells;
 pub mod column;
 pub mod parallel;
