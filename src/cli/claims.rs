@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::slice;
 
 use super::plan::core_hours;
-use super::{Failure, print_answer};
+use super::{Failure, SetArguments, print_answer};
 use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
 use crate::session::claims::{
     Claim, ClaimOutcome, Judgement, LEVEL, Origin, Setting, Verdict, verdict,
@@ -18,6 +18,9 @@ use crate::session::{DataFolder, StudyClaims};
 pub struct ClaimsArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
 
     /// Claim to explain in detail (default: list all claims).
     name: Option<String>,
@@ -42,7 +45,8 @@ struct ClaimPrinter<'a> {
 }
 
 pub fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let study = super::session(&arguments.manifest, data).claims()?;
+    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
+    let study = session.claims()?;
     let printer = ClaimPrinter { manifest: &arguments.manifest, study: &study };
     let claims = match &arguments.name {
         Some(name) => slice::from_ref(study.named(name)?),
@@ -333,6 +337,9 @@ pub struct AdviseArguments {
     /// Manifest of a study with a `fit` stage whose `law` is "limits".
     manifest: PathBuf,
 
+    #[command(flatten)]
+    set: SetArguments,
+
     /// Print the result as JSON.
     ///
     /// Form: `[{"stage", "what", "forms", "limit", "standard_error", "points", "steps": [{"term",
@@ -344,7 +351,8 @@ pub struct AdviseArguments {
 }
 
 pub fn advise(arguments: &AdviseArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let advice = super::session(&arguments.manifest, data).advice()?;
+    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
+    let advice = session.advice()?;
     print_answer(arguments.json, &advice.fits, || advice_text(&advice))
 }
 

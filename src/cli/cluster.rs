@@ -175,6 +175,9 @@ pub struct StatusArguments {
     /// Path of the manifest of the study.
     manifest: PathBuf,
 
+    #[command(flatten)]
+    set: SetArguments,
+
     /// Update every ten seconds until no job is running.
     #[arg(long)]
     watch: bool,
@@ -190,7 +193,7 @@ pub struct StatusArguments {
 }
 
 pub fn status(arguments: &StatusArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data);
+    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
     loop {
         let progress = session.progress()?;
         let mut out = stdout();

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use comfy_table::{CellAlignment, Table as Grid, presets};
 use serde::Serialize;
 
-use super::{Failure, Misused, print_answer};
+use super::{Failure, Misused, SetArguments, print_answer};
 use crate::session::export::{ExportFormat, Exported, ExportedMaps};
 use crate::session::outputs::write_png;
 use crate::session::surface::{self, DescribedChannel, DescribedFile, Quantity};
@@ -22,6 +22,9 @@ pub struct ViewArguments {
     /// the manifest of a study.
     #[arg(value_name = "KEY|MANIFEST")]
     what: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
 
     /// Stage of the task, if a manifest is given.
     stage: Option<String>,
@@ -98,11 +101,11 @@ pub fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitCode, Fa
 }
 
 fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Failure> {
-    let ViewArguments { what, stage, coordinates, map, load, relief, .. } = arguments;
+    let ViewArguments { what, set, stage, coordinates, map, load, relief, .. } = arguments;
     let format = arguments.output.as_deref().map(PictureFormat::from_path).transpose()?;
     let animate = arguments.animate || format.is_some_and(PictureFormat::is_animation);
     let options = ViewOptions { map: *map, load: *load, relief: *relief, animate };
-    let mut maps = maps_of(what, stage.as_deref(), coordinates, *load, data)?;
+    let mut maps = maps_of(what, set, stage.as_deref(), coordinates, *load, data)?;
     // Ctrl-C ends the process, because nothing is written before the picture is drawn.
     Ok(Picture::draw(&mut maps, options, &AtomicBool::new(false))?)
 }
@@ -113,6 +116,9 @@ pub struct ExportArguments {
     /// the manifest of a study.
     #[arg(value_name = "KEY|MANIFEST")]
     what: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
 
     /// Stage of the task, if a manifest is given.
     stage: Option<String>,
@@ -152,9 +158,9 @@ pub struct ExportArguments {
 }
 
 pub fn export(arguments: &ExportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let ExportArguments { what, stage, coordinates, map, load, output, .. } = arguments;
+    let ExportArguments { what, set, stage, coordinates, map, load, output, .. } = arguments;
     ExportFormat::from_path(output)?;
-    let mut maps = maps_of(what, stage.as_deref(), coordinates, *load, data)?;
+    let mut maps = maps_of(what, set, stage.as_deref(), coordinates, *load, data)?;
     // Ctrl-C ends the process, because nothing is written before all maps are computed.
     let exported = ExportedMaps::read(&mut maps, map, *load, &AtomicBool::new(false))?;
     let exported = exported.write(output, arguments.replace)?;
@@ -175,12 +181,13 @@ pub fn export(arguments: &ExportArguments, data: &DataFolder) -> Result<ExitCode
 /// Opens the maps of a task that is given by its key, or by manifest, stage and coordinates.
 fn maps_of(
     what: &Path,
+    set: &SetArguments,
     stage: Option<&str>,
     coordinates: &[Coordinate],
     load: Option<f64>,
     data: &DataFolder,
 ) -> Result<TaskMaps, Failure> {
-    let session = super::session(what, data);
+    let session = super::session(what, data).with_settings(set.settings());
     match stage {
         Some(stage) => Ok(session.maps(stage, coordinates, load)?),
         None if what.is_file() => {
@@ -191,6 +198,10 @@ fn maps_of(
                 what.display(),
                 listed(stages, "or")
             );
+            Err(Misused(message).into())
+        }
+        None if set.settings().next().is_some() => {
+            let message = format!("`--set` needs a manifest, and `{}` is none", what.display());
             Err(Misused(message).into())
         }
         None => Ok(maps::finished_task(&what.to_string_lossy(), data, &super::print_notice)?),

@@ -279,6 +279,9 @@ pub struct ColumnsArguments {
     /// Path of the manifest (default: list the columns of all kinds of stage).
     manifest: Option<PathBuf>,
 
+    #[command(flatten)]
+    set: SetArguments,
+
     /// Stage to describe (default: all stages).
     stage: Option<String>,
 
@@ -291,7 +294,10 @@ pub struct ColumnsArguments {
 
 pub fn columns(arguments: &ColumnsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let described = match &arguments.manifest {
-        Some(manifest) => super::session(manifest, data).columns(arguments.stage.as_deref())?,
+        Some(manifest) => {
+            let session = super::session(manifest, data).with_settings(arguments.set.settings());
+            session.columns(arguments.stage.as_deref())?
+        }
         None => DescribedColumns::for_all_kinds(),
     };
     let mut out = stdout();

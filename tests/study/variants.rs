@@ -89,6 +89,33 @@ fn a_setting_is_an_edit_of_the_manifest() {
 }
 
 #[test]
+fn commands_that_read_results_take_the_settings_of_the_run() {
+    let bench = Bench::new();
+    let path = bench.write(STUDY);
+    let path = path.to_str().unwrap();
+    let with =
+        |words: &[&str]| bench.output(&[words, &["--set", "stage.surfaces.hurst=0.5"]].concat());
+    assert!(with(&["run", path]).status.success());
+    let [picture, maps] = ["light.png", "light.npz"].map(|name| bench.path(name));
+    for words in [
+        &["status", path, "--json"][..],
+        &["columns", path, "area"],
+        &["claims", path, "area-above-persson"],
+        &["view", path, "light", "hurst=0.5", "k_upper=4", "realization=0", "-o"],
+        &["export", path, "light", "hurst=0.5", "k_upper=4", "realization=0", "-o"],
+    ] {
+        let file = if words[0] == "view" { &picture } else { &maps };
+        let file = words.ends_with(&["-o"]).then(|| file.to_str().unwrap());
+        let output = with(&[words, file.as_slice()].concat());
+        assert!(output.status.success(), "{words:?}: {}", text(&output.stderr));
+    }
+    let status = text(&with(&["status", path]).stdout);
+    assert!(status.ends_with("0 core-hours left\n"), "{status}");
+    let key = with(&["view", "0123abcd"]);
+    assert!(text(&key.stderr).contains("`--set` needs a manifest"), "{}", text(&key.stderr));
+}
+
+#[test]
 fn mistakes_point_to_the_file_or_the_option() {
     let bench = Bench::new();
     let manifest = bench.write(STUDY);
