@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 use std::str::FromStr;
 
 use arrow::array::{Array, AsArray};
-use arrow::datatypes::{DataType, Float64Type};
+use arrow::datatypes::{DataType, Field, Float64Type};
 use arrow::util::display::array_value_to_string;
 
 use super::words::{counted, short};
 use super::{SessionError, UnknownName, names};
 use asperity_stages::columns::{LOAD, PRESSURE};
 use asperity_stages::ensemble::load_column;
+use asperity_tables::column::Role;
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::table::Table;
 
@@ -122,13 +123,19 @@ pub fn chosen_task(
         return Ok(ChosenTask { key, loads });
     }
     let columns = rows.coordinates();
-    let columns = columns.names().into_iter().zip(columns.batch().columns());
-    let differing = columns
-        .filter(|(name, _)| ![LOAD.name, PRESSURE.name, "surface"].contains(name))
-        .filter_map(|(name, values)| {
-            let values = distinct(values.as_ref());
-            (values.len() > 1).then(|| format!("\n  {name}={}", values.join(" | ")))
-        });
+    let fields = columns.batch().schema_ref().fields().iter().zip(columns.batch().columns());
+    let is_typed = |field: &Field| {
+        let name = field.name().as_str();
+        // The surfaces of a spectrum are told by their realization, not by a measured slope.
+        let is_measured = Role::from_field(field) == Some(Role::Surface)
+            && *field.data_type() == DataType::Float64;
+        ![LOAD.name, PRESSURE.name, "surface"].contains(&name) && !is_measured
+    };
+    let differing = fields.filter(|(field, _)| is_typed(field)).filter_map(|(field, values)| {
+        let name = field.name();
+        let values = distinct(values.as_ref());
+        (values.len() > 1).then(|| format!("\n  {name}={}", values.join(" | ")))
+    });
     let differing: String = differing.collect();
     let tasks = counted(tasks.len(), "task");
     Err(SessionError::Refused(format!("{tasks} of `{stage}` match; choose one by{differing}")))

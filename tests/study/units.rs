@@ -1,6 +1,6 @@
 //! Results in other units of length and pressure.
 
-use crate::bench::{Bench, STUDY};
+use crate::bench::{Bench, STUDY, text};
 
 /// Returns dimensionless columns of a study in other units: Nayak's parameters and loads at full
 /// contact, and the areas.
@@ -155,6 +155,11 @@ fn every_surface_has_the_given_rms_height_whatever_its_method() {
         // Two surfaces of one spectrum have the same slope only if their amplitudes are fixed.
         let slopes = reals("rms_slope");
         assert_eq!(((slopes[0] / slopes[1]) - 1.0).abs() < 1e-12, method == "random-phase");
+        // A surface is chosen by its realization, not by the digits of its slope.
+        let path = bench.path("study.toml");
+        let refused = bench.output(&["view", path.to_str().unwrap(), "light", "k_upper=4"]);
+        let refused = text(&refused.stderr);
+        assert!(refused.ends_with("choose one by\n  realization=0 | 1\n"), "{refused}");
     }
 }
 
