@@ -3,7 +3,7 @@
 use arrow::array::Array;
 use asperity::tables::table::Table;
 
-use crate::bench::{Bench, is_idle};
+use crate::bench::{Bench, is_idle, text};
 use crate::columns::assert_kept;
 use crate::report::report;
 
@@ -108,6 +108,9 @@ fn distributions_integrate_to_what_is_measured_of_the_map() {
 fn the_gap_stops_percolating_near_two_fifths_of_the_area() {
     let bench = Bench::new();
     bench.run(PRESSED);
+    let printed = bench.output(&["run", bench.path("study.toml").to_str().unwrap()]);
+    let printed = text(&printed.stdout);
+    assert!(printed.contains("· sealed from a load of 0."), "{printed}");
     let fits = bench.table("spread", "threshold");
     assert_eq!(fits.texts("status").unwrap().value(0), "fitted");
     let value = |name: &str| fits.reals(name).unwrap().value(0);

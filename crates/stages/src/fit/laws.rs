@@ -229,7 +229,8 @@ const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
     names!("percolation_load"),
     "load at which the gap stops percolating, averaged over the surfaces and over both directions; \
      null where the surfaces are not drawn from an isotropic spectrum",
-);
+)
+.with_label("sealed from a load of");
 
 /// Defines the three thresholds of the percolation of the gap along one axis: area, corrected area
 /// and load.
