@@ -20,6 +20,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::Layout;
 use super::parameters::Parameters;
+use super::quantity::{Dimension, Unit};
 use super::validation::{alternatives, is_of_type, is_type, words};
 use crate::diagnostics::{Problem, did_you_mean, listed};
 use crate::expression::{Expression, ExpressionError};
@@ -275,10 +276,24 @@ pub fn syntax_problem(
         Some(error) => (error.span_in(text, &written.span()), error.reason.clone()),
         None => (written.span(), "`slope` needs the loads of a surface".to_owned()),
     };
-    Problem::new(message, span, label).help(
-        "an expression has numbers, names of keys and parameters, `+ - * / ^`, parentheses, `ln(…)` \
-         and `sqrt(…)`",
-    )
+    let words = text.split(|letter: char| " *+-/^()\"".contains(letter));
+    let words =
+        words.map(|word| word.trim_start_matches(|letter: char| "0123456789.".contains(letter)));
+    let unit = words.filter_map(Unit::find).next();
+    Problem::new(message, span, label).help(match unit {
+        Some(unit) => format!(
+            "expressions take plain numbers; write the result with its unit, such as \"20 {0}\", or \
+             name the unit by `{1} = \"{0}\"` and leave it out here",
+            unit.symbol,
+            match unit.dimension {
+                Dimension::Length => "unit",
+                Dimension::Pressure => "load_unit",
+            }
+        ),
+        None => "an expression has numbers, names of keys and parameters, `+ - * / ^`, parentheses, \
+                 `ln(…)` and `sqrt(…)`"
+            .to_owned(),
+    })
 }
 
 #[cfg(test)]

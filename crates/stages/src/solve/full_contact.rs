@@ -8,11 +8,13 @@ use std::f64::consts::TAU;
 
 use toml::de::DeValue;
 
+use super::keys;
 use crate::generate::method::SurfacePoints;
 use crate::generate::{Origin, PerAxis, shapes};
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problems;
+use asperity_manifest::keys::bounds;
 use asperity_manifest::keys::derived::Point;
 
 /// Name of the load in expressions.
@@ -33,10 +35,8 @@ pub fn load(
     }
     let is_relative = match point.value("load_unit").map(DeValue::as_str) {
         None | Some(Some("relative")) => true,
-        Some(Some("absolute")) => false,
-        Some(_) => {
-            return Err(format!("`{NAME}` needs the `load_unit` \"relative\" or \"absolute\""));
-        }
+        // Pressures are plain numbers in one unit here, and so are the lengths of each surface.
+        Some(_) => false,
     };
     let mut loads = Vec::new();
     for (stage, surfaces) in inputs {
@@ -60,14 +60,29 @@ pub fn load(
     if is_relative {
         return Ok(first);
     }
-    if point.value("bodies").is_some() {
-        let reason = format!("with `load_unit = \"absolute\"`, `{NAME}` needs `effective_modulus`");
-        return Err(reason);
+    match point.value("bodies") {
+        Some(bodies) => match modulus_of(bodies) {
+            Some(modulus) => Ok(first * modulus),
+            None => Err("the moduli and Poisson ratios of `bodies` are not all numbers".to_owned()),
+        },
+        None => match point.number("effective_modulus") {
+            Some(modulus) => Ok(first * modulus),
+            None => Err("`effective_modulus` is not a number".to_owned()),
+        },
     }
-    match point.number("effective_modulus") {
-        Some(modulus) => Ok(first * modulus),
-        None => Err("`effective_modulus` is not a number".to_owned()),
-    }
+}
+
+/// Returns the effective modulus of bodies, or `None` if one of their keys is no number.
+fn modulus_of(bodies: &DeValue) -> Option<f64> {
+    let compliances = bodies.as_array()?.iter().map(|body| {
+        let body = body.get_ref().as_table()?;
+        let read = |key: &str| match body.get(key)?.get_ref() {
+            value @ (DeValue::Integer(_) | DeValue::Float(_)) => Some(bounds::number(value)),
+            _ => None,
+        };
+        Some(keys::compliance(read("youngs_modulus")?, read("poisson_ratio")?))
+    });
+    Some(1.0 / compliances.sum::<Option<f64>>()?)
 }
 
 /// The full contact of a wave with an effective modulus of 1.

@@ -355,7 +355,10 @@ fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
         checks.report("bodies", problem);
         return None;
     }
-    let compliances = bodies.value.iter().map(|body| compliance(&body.value));
+    let compliances = bodies
+        .value
+        .iter()
+        .map(|body| compliance(body.value.youngs_modulus, body.value.poisson_ratio));
     let modulus = 1.0 / compliances.sum::<f64>();
     if !(modulus.is_finite() && modulus > 0.0) {
         let message = format!("the effective modulus of the bodies is {modulus:?}");
@@ -366,9 +369,9 @@ fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
 }
 
 /// Returns the compliance (1 − ν²)/E of a body.
-fn compliance(body: &Body) -> f64 {
-    let ratio = decimal::nearest(body.poisson_ratio);
-    (1.0 - ratio * ratio) / decimal::nearest(body.youngs_modulus)
+pub(super) fn compliance(youngs_modulus: f64, poisson_ratio: f64) -> f64 {
+    let ratio = decimal::nearest(poisson_ratio);
+    (1.0 - ratio * ratio) / decimal::nearest(youngs_modulus)
 }
 
 /// Refuses a `hardness_unit` other than the default if no parameter point has a hardness.

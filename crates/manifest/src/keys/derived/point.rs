@@ -191,7 +191,10 @@ impl<'a> Point<'a> {
             plain => return Ok(number(plain)),
         };
         if has_unit(text) {
-            let reason = format!("`{name}` is {text:?}, and expressions take plain numbers");
+            let reason = format!(
+                "`{name}` is {text:?}, and expressions take plain numbers; use `{name}` alone, or \
+                 give it as a plain number and name its unit by `unit` or `load_unit`"
+            );
             return Err(Failure::Reason(reason));
         }
         let expression = Expression::parse(text).map_err(|_| Failure::Reported)?;

@@ -149,6 +149,7 @@ fn mistakes_in_expressions_name_the_place_and_the_reason() {
         ("", "nodes = \"2 * factor\"\nfactor = \"pi/8\"", "`factor` is not a single number here"),
         ("n = [1, 2]", "seed = \"n\"", "the parameter `n` is a list, and this key is not swept"),
         ("side = \"10 um\"", "k = \"2 * side\"", "`side` is \"10 um\", and expressions take plain"),
+        ("", "nodes = \"8 * 2 um\"", "write the result with its unit, such as \"20 µm\", or name"),
         ("", "factor = \"pi/9\"", "`factor` cannot be \"pi/9\""),
         ("", "nodes = \"32\"", "write numbers without quotes"),
     ] {
