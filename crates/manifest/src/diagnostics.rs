@@ -155,7 +155,7 @@ pub struct SourceText {
 
 impl SourceText {
     /// Returns line and column of a position in a span, counted from 1 in characters.
-    fn line_and_column(&self, position: usize) -> [usize; 2] {
+    pub fn line_and_column(&self, position: usize) -> [usize; 2] {
         let before = self.text.char_indices();
         let before = before.take_while(|(index, _)| index + self.start < position);
         before.fold([1, 1], |[line, column], (_, character)| match character {

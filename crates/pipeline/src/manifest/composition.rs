@@ -7,6 +7,8 @@
 //! Each text is parsed behind as many spaces as all texts before it are long. The position of a
 //! value in the padded text thus also tells the text that contains the value.
 
+mod plain_loads;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -14,6 +16,7 @@ use std::path::{Component, Path, PathBuf};
 use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeString, DeTable, DeValue};
 
+pub use self::plain_loads::PlainLoads;
 use super::setting::Setting;
 use super::syntax::report_syntax;
 use asperity_manifest::diagnostics::{
@@ -38,6 +41,8 @@ pub struct EffectiveManifest {
     pub bases: Vec<PathBuf>,
     /// Settings of the command line, in TOML.
     pub settings: Vec<String>,
+    /// Loads without a unit that override pressures, for a warning.
+    pub plain_loads: Vec<PlainLoads>,
 }
 
 impl EffectiveManifest {
@@ -146,11 +151,7 @@ impl Composition {
 
     /// Returns problems as errors that show the text of each.
     pub fn errors(&self, problems: Problems) -> ManifestErrors {
-        let sources = self.sources.iter().map(|source| SourceText {
-            name: source.name.clone(),
-            text: source.text().to_owned(),
-            start: source.start,
-        });
+        let sources = self.sources.iter().map(Source::in_messages);
         problems.into_errors_in(&self.file, sources.collect())
     }
 
@@ -216,7 +217,8 @@ impl Composition {
             [only] => only.text().to_owned(),
             _ => self.merged_text(&document, &settings),
         };
-        EffectiveManifest { text, bases: self.bases.clone(), settings }
+        let plain_loads = self.plain_loads(document);
+        EffectiveManifest { text, bases: self.bases.clone(), settings, plain_loads }
     }
 
     /// Writes the merged tables as TOML, with every value as it is written in its source.
@@ -296,6 +298,10 @@ impl Source {
 
     fn text(&self) -> &str {
         &self.padded[self.start..]
+    }
+
+    fn in_messages(&self) -> SourceText {
+        SourceText { name: self.name.clone(), text: self.text().to_owned(), start: self.start }
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use crate::manifest::composition::PlainLoads;
 use crate::study::{Stage, Study, Work};
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::listed;
@@ -110,7 +111,7 @@ impl Study {
     ///
     /// - A mesh overestimates the contact area.
     /// - Lists of `nodes` and `side` are ambiguous.
-    /// - Loads were probably meant in another unit.
+    /// - Loads were probably meant in another unit, or override pressures and have no unit.
     /// - Loads are out of order or repeated.
     /// - Two rough bodies are not pressed against each other.
     /// - The file of a measured surface has several channels or missing points.
@@ -120,7 +121,7 @@ impl Study {
             let messages = [
                 ambiguous_pairs(stage),
                 self.coarse_mesh(index, stage),
-                improbable_loads(stage),
+                self.plain_loads(stage).or_else(|| improbable_loads(stage)),
                 rearranged_loads(stage),
                 self.pressed_alone(stage),
             ];
@@ -192,6 +193,17 @@ impl Study {
                 listed(names, "and")
             )
         })
+    }
+
+    /// Warns of loads without a unit in a variant of a study whose loads are pressures.
+    fn plain_loads(&self, stage: &Stage) -> Option<String> {
+        let plain = self.manifest.plain_loads.iter().find(|plain| plain.stage == stage.name)?;
+        let PlainLoads { key, place, number, pressure, unit, overridden, .. } = plain;
+        Some(format!(
+            "`{key}` ({place}) has no unit and overrides pressures, such as {pressure:?} in \
+             `{overridden}`; {number} is read as {number} × E* × rms slope, not as {number} {unit}; \
+             write \"{number} {unit}\" if it is a pressure, or `load_unit = \"relative\"` if not"
+        ))
     }
 
     /// Returns whether all contact areas of the surfaces of a stage are corrected for the mesh or

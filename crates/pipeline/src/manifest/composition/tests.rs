@@ -211,3 +211,36 @@ fn mistakes_are_shown_in_the_text_that_has_them() {
         assert!(errors.contains(expected), "{expected} in\n{errors}");
     }
 }
+
+#[test]
+fn a_plain_load_that_overrides_pressures_has_a_warning_with_its_place() {
+    let base = BASE.replace("hurst = 0.8", "hurst = 0.8\nside = \"1 mm\"").replace(
+        "loads = { from = 0.1, to = 0.2, steps = 2 }",
+        "effective_modulus = \"70 GPa\"\nloads = [\"10 MPa\", \"0.1 GPa\"]",
+    );
+    assert!(base.contains("10 MPa"), "the base has pressures");
+    let variant = |rest: &str| format!("[study]\nname = \"v\"\nextends = \"base.toml\"\n{rest}");
+    let warnings = |rest: &str, settings: &[&str]| -> Vec<String> {
+        let (_folder, study) = read(&[("v.toml", &variant(rest)), ("base.toml", &base)], settings);
+        let warnings = study.unwrap().warnings().into_iter().map(|warning| warning.message);
+        warnings.filter(|message| message.contains("overrides pressures")).collect()
+    };
+    let found = warnings("[stage.contact]\nloads = [0.02, 0.05]\n", &[]);
+    let [message] = found.as_slice() else { panic!("{found:?}") };
+    for part in [
+        "`loads` (",
+        "v.toml:5:10) has no unit and overrides pressures, such as \"10 MPa\" in `",
+        "base.toml`; 0.02 is read as 0.02 × E* × rms slope, not as 0.02 MPa; write \"0.02 MPa\"",
+    ] {
+        assert!(message.contains(part), "{part} in {message}");
+    }
+    let found = warnings("", &["stage.contact.loads=[0.05]"]);
+    assert!(found[0].contains("`loads` (--set:1:22) has no unit"), "{found:?}");
+    for (rest, setting) in [
+        ("", "stage.contact.loads=[\"5 MPa\"]"),
+        ("[stage.contact]\nload_unit = \"relative\"", "stage.contact.loads=[0.05]"),
+        ("[stage.contact]\nload_unit = \"MPa\"", "stage.contact.loads=[50]"),
+    ] {
+        assert_eq!(warnings(rest, &[setting]), [""; 0], "{rest} {setting}");
+    }
+}
