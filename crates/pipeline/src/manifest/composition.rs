@@ -217,7 +217,7 @@ impl Composition {
             [only] => only.text().to_owned(),
             _ => self.merged_text(&document, &settings),
         };
-        let plain_loads = self.plain_loads(document);
+        let plain_loads = self.plain_loads(&document);
         EffectiveManifest { text, bases: self.bases.clone(), settings, plain_loads }
     }
 
