@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`topography`] | random, simple and measured surfaces, and their statistics |
 //! | [`solver`] | pressure and gap of a surface under a load |
+//! | [`adhesion`] | adhesive contact along a path of loads or mean gaps |
 //! | [`morphology`] | area, perimeter and clusters of the contact |
 //! | [`distribution`] | histograms of pressures and gaps |
 //! | [`flow`] | flow of a fluid through the gap |
@@ -62,6 +63,7 @@
 // Tests compare with tolerances.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
+pub mod adhesion;
 pub mod asperities;
 pub mod distribution;
 pub mod elasticity;

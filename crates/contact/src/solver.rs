@@ -88,7 +88,7 @@ mod conjugate_gradients;
 pub mod cost;
 mod half_space;
 mod initial_guess;
-mod lanes;
+pub(crate) mod lanes;
 mod line_search;
 mod nested;
 mod passes;
@@ -545,4 +545,4 @@ impl<F: Fn() -> bool> Watch for F {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

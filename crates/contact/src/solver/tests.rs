@@ -199,7 +199,7 @@ impl Reference {
 
 /// Reads a two-dimensional array of doubles from a NumPy file. Returns its shape, and its values
 /// row by row.
-fn npy_array(bytes: &[u8]) -> ([usize; 2], Vec<f64>) {
+pub(crate) fn npy_array(bytes: &[u8]) -> ([usize; 2], Vec<f64>) {
     let (header, data) = bytes.split_at(128);
     let header = String::from_utf8_lossy(&header[10..]);
     let shape = header.split(['(', ')']).nth(1).unwrap().split(", ");

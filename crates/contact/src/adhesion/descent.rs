@@ -1,0 +1,332 @@
+//! Descent of the energy by projected, preconditioned conjugate gradients.
+//!
+//! The unknowns are the gaps g of all nodes of the mesh. The *force* at a node is
+//!
+//! λ = S(g + h) + a + p₀, with the attraction a = (w/ρ) exp(−g/ρ).
+//!
+//! It vanishes at open nodes, where g > 0. At closed nodes it is the pressure of the hard wall, and
+//! must not be negative. If the mean gap is prescribed, p₀ is the number for which λ vanishes in
+//! the mean of the open nodes. One iteration is
+//!
+//! ```text
+//! F ← nodes that are open, or whose wall would pull (λ < 0)        the free nodes
+//! r ← λ on F, 0 elsewhere; less its mean on F if the mean gap is prescribed
+//! z ← A r on F, with the compliance A of the body                  first transform pair
+//! β ← Σ z y / Σ d y, with the change y of r by the last step d     not below zero
+//! t ← −z + β d on F
+//! d ← max(g + τ t, 0) − g, with the mean zero if it is prescribed
+//! q ← S d                                                          second transform pair
+//! α ← the lowest energy along d
+//! g ← g + α d
+//! ```
+//!
+//! A pair of transforms is saved by choosing the length τ of the clipped step from the last
+//! iteration. A wrong choice does no harm, because α corrects it, unless further nodes close. If
+//! the load is prescribed, the uniform wave belongs to the unknowns. A has no entry for it, and the
+//! compliance of the free nodes to a uniform displacement takes its place. Nodes of the wall that t
+//! would push into it do not move (`direction`).
+
+use super::body::Body;
+use super::exponential::exponential;
+use super::line_search::{AlongStep, Line};
+use super::passes::visit;
+use super::{Adhesion, Settings, Stop};
+use crate::fft::Scratch;
+use crate::solver::Watch;
+use crate::threads::Threads;
+
+mod direction;
+
+/// Gap, in units of the range, beyond which the attraction does not change the energy of a step.
+const FAR: f64 = 30.0;
+
+/// Bounds of the predicted length τ.
+const LENGTHS: [f64; 2] = [0.2, 1.5];
+
+/// Largest factor by which a step may be extended if no node closes.
+const LONGEST_EXTENSION: f64 = 4.0;
+
+/// Number of iterations after which the compliance to a uniform displacement is computed anew.
+const UNIFORM_EVERY: u32 = 10;
+
+/// Number of consecutive steps that do not lower the energy after which the solver gives up.
+const FAILURES: u32 = 20;
+
+/// Number of consecutive steps that do not lower the energy after which the compliance is not used
+/// for the next one.
+const FAILURES_WITH_COMPLIANCE: u32 = 3;
+
+/// Bodies are apart if no node is in contact, and if attraction is this fraction of the tension.
+const APART: f64 = 0.01;
+
+/// What is prescribed for the nodes of the mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Control {
+    /// The mean gap keeps its value.
+    MeanGap,
+    /// The mean pressure over the mesh has this value.
+    Load(f64),
+}
+
+/// Maps on the mesh that the iteration changes.
+pub struct Fields {
+    pub gap: Vec<f64>,
+    /// Elastic pressure S(g + h), of zero mean.
+    pub pressure: Vec<f64>,
+    /// Attraction a, zero outside the map.
+    pub pull: Vec<f64>,
+    residual: Vec<f64>,
+    last_residual: Vec<f64>,
+    /// Correction z, then the direction t.
+    direction: Vec<f64>,
+    /// Last step d. Between descents, a buffer.
+    pub step: Vec<f64>,
+    step_pressure: Vec<f64>,
+}
+
+impl Fields {
+    pub fn new(nodes: usize) -> Self {
+        let zeros = || vec![0.0; nodes];
+        Self {
+            gap: zeros(),
+            pressure: zeros(),
+            pull: zeros(),
+            residual: zeros(),
+            last_residual: zeros(),
+            direction: zeros(),
+            step: zeros(),
+            step_pressure: zeros(),
+        }
+    }
+}
+
+/// End of a descent.
+#[derive(Debug, Clone, Copy)]
+pub struct End {
+    pub stop: Stop,
+    /// Largest |λ| at open nodes, or −λ at closed ones.
+    pub residual: f64,
+    /// Mean pressure p₀ over the mesh.
+    pub mean_pressure: f64,
+}
+
+/// State of balance of the present gaps.
+struct Balance {
+    error: f64,
+    mean_pressure: f64,
+    free: f64,
+    /// Mean of the residual over the mesh.
+    residual: f64,
+    is_apart: bool,
+}
+
+/// Descent from one state to the next.
+pub struct Descent<'a> {
+    pub threads: &'a Threads,
+    pub body: &'a Body,
+    pub adhesion: Adhesion,
+    pub control: Control,
+    pub fields: &'a mut Fields,
+    pub scratch: &'a mut Scratch<f64>,
+    /// Number of transform pairs so far.
+    pub pairs: u32,
+}
+
+impl Descent<'_> {
+    /// Iterates until the largest error of a force is at most the tolerance.
+    pub fn run(&mut self, settings: &Settings, watch: &dyn Watch) -> End {
+        self.refresh();
+        let (mut is_fresh, mut has_step) = (true, false);
+        let (mut length, mut failures, mut iterations) = (1.0, 0, 0);
+        let mut uniform = 0.0;
+        loop {
+            let balance = self.balance();
+            let end = |stop| End {
+                stop,
+                residual: balance.error.max(0.0),
+                mean_pressure: balance.mean_pressure,
+            };
+            watch.spent(self.pairs);
+            if balance.error <= settings.tolerance {
+                if is_fresh {
+                    return end(Stop::Converged);
+                }
+                self.refresh();
+                (is_fresh, has_step) = (true, false);
+                continue;
+            }
+            if balance.is_apart {
+                return end(Stop::PulledOff);
+            }
+            if self.pairs >= settings.pair_limit || failures >= FAILURES {
+                return end(Stop::PairLimit);
+            }
+            if watch.is_interrupted() {
+                return end(Stop::Interrupted);
+            }
+            if self.control != Control::MeanGap && iterations % UNIFORM_EVERY == 0 {
+                uniform = self.uniform_compliance(balance.mean_pressure);
+            }
+            iterations += 1;
+            self.precondition(failures < FAILURES_WITH_COMPLIANCE);
+            self.find_direction(has_step, &balance, uniform);
+            length = self.limited(length);
+            self.clip(length);
+            self.body.stiffness(&self.fields.step, &mut self.fields.step_pressure, self.scratch);
+            self.pairs += 1;
+            let line = self.line(balance.mean_pressure);
+            is_fresh = false;
+            if line.slope < 0.0 {
+                let best = line.best(self.along());
+                self.take(best);
+                length = (length * best).clamp(LENGTHS[0], LENGTHS[1]);
+                (has_step, failures) = (true, 0);
+            } else {
+                // Clipping turned the step uphill. A shorter step along −z alone is clipped less.
+                length *= if has_step { 1.0 } else { 0.3 };
+                (has_step, failures) = (false, failures + 1);
+                if failures == FAILURES_WITH_COMPLIANCE {
+                    length = 1.0;
+                }
+            }
+        }
+    }
+
+    /// Computes the elastic pressure and the attraction from the gaps.
+    fn refresh(&mut self) {
+        let Fields { gap, pressure, pull, step, .. } = &mut *self.fields;
+        let (threads, domain) = (self.threads, self.body.domain);
+        let heights = &self.body.heights[..];
+        visit(threads, domain, [gap, heights], [step], |_, [gap, height], [_]| {
+            ([gap + height], [0.0; 0], [0.0; 0])
+        });
+        self.body.stiffness(step, pressure, self.scratch);
+        self.pairs += 1;
+        attract(threads, self.body, self.adhesion, gap, pull);
+    }
+
+    /// Computes the residual.
+    fn balance(&mut self) -> Balance {
+        let Fields { gap, pressure, pull, residual, .. } = &mut *self.fields;
+        let (threads, domain) = (self.threads, self.body.domain);
+        let maps = [&gap[..], &pressure[..], &pull[..]];
+        let nodes = domain.mesh_nodes() as f64;
+        let mean_pressure = match self.control {
+            Control::Load(load) => load,
+            Control::MeanGap => {
+                let found = visit(threads, domain, maps, [], |site, [gap, pressure, pull], []| {
+                    let open = f64::from(u8::from(gap > site.floor));
+                    ([], [open * (pressure + pull), open], [-pressure - pull])
+                });
+                let ([sum, open], [closed]) = (found.sums, found.highest);
+                // Full contact bears any load down to the one at which a node would open.
+                if open > 0.0 { -sum / open } else { closed }
+            }
+        };
+        let found = visit(threads, domain, maps, [&mut residual[..]], |site, x, [_]| {
+            let [gap, pressure, pull] = x;
+            let force = pressure + pull + mean_pressure;
+            let is_open = gap > site.floor;
+            let free = f64::from(u8::from(is_open || force < 0.0));
+            let closed = f64::from(u8::from(!is_open));
+            let error = if is_open { force.abs() } else { -force };
+            ([free * force], [free, free * force, pull, closed], [error])
+        });
+        let ([free, sum, pull, closed], [error]) = (found.sums, found.highest);
+        let is_apart =
+            closed == 0.0 && mean_pressure < 0.0 && pull < -APART * mean_pressure * nodes;
+        let is_apart = is_apart && self.control != Control::MeanGap;
+        if self.control != Control::MeanGap || free == 0.0 {
+            return Balance { error, mean_pressure, free, residual: sum / nodes, is_apart };
+        }
+        let mean = sum / free;
+        visit(threads, domain, maps, [residual], |site, [gap, pressure, pull], [residual]| {
+            let is_free = gap > site.floor || pressure + pull + mean_pressure < 0.0;
+            ([if is_free { residual - mean } else { residual }], [0.0; 0], [0.0; 0])
+        });
+        Balance { error, mean_pressure, free, residual: 0.0, is_apart }
+    }
+
+    /// Computes the step d of length τ, clipped where gaps would become negative. If the mean gap
+    /// is prescribed, the opening nodes move less, so that the mean remains.
+    fn clip(&mut self, length: f64) {
+        let Fields { gap, direction, step, .. } = &mut *self.fields;
+        let (threads, domain) = (self.threads, self.body.domain);
+        let maps = [&gap[..], &direction[..]];
+        let found = visit(threads, domain, maps, [&mut step[..]], |site, [gap, direction], [_]| {
+            let end = gap + length * direction;
+            let step = if end > site.floor { length * direction } else { site.floor - gap };
+            let opens = f64::from(u8::from(step > 0.0)) * step;
+            ([step], [opens, opens - step], [0.0; 0])
+        });
+        if self.control != Control::MeanGap {
+            return;
+        }
+        let [opens, closes] = found.sums;
+        let part = if opens > 0.0 { closes / opens } else { 0.0 };
+        visit(threads, domain, [], [&mut step[..]], |_, [], [step]| {
+            ([if step > 0.0 { part * step } else { step }], [0.0; 0], [0.0; 0])
+        });
+    }
+
+    /// Sums up the energy along the step.
+    fn line(&self, mean_pressure: f64) -> Line {
+        let Fields { gap, pressure, pull, step, step_pressure, .. } = &*self.fields;
+        let range = self.adhesion.range();
+        let inputs = [&gap[..], &pressure[..], &pull[..], &step[..], &step_pressure[..]];
+        let far = FAR * range;
+        let found = visit(self.threads, self.body.domain, inputs, [], |site, x, []| {
+            let [gap, pressure, pull, step, step_pressure] = x;
+            let force = pressure + pull + mean_pressure;
+            let part = step / range;
+            let second = pull * step * part;
+            let (third, fourth) = (second * part, second * part * part);
+            let closing = if step < 0.0 && site.weight > 0.0 { -step / gap } else { 0.0 };
+            let is_near = gap < far || gap + step < far;
+            let reach = f64::from(u8::from(is_near)) * site.weight * part.abs();
+            ([], [step * force, step * step_pressure, second, third, fourth], [closing, reach])
+        });
+        let [slope, stiffness, second, third, fourth] = found.sums;
+        let [closing, reach] = found.highest;
+        let longest = if closing > 0.0 { 1.0 / closing } else { LONGEST_EXTENSION };
+        Line {
+            slope,
+            stiffness,
+            attraction: [second, third, fourth],
+            reach,
+            longest: longest.clamp(1.0, LONGEST_EXTENSION),
+        }
+    }
+
+    fn along(&self) -> AlongStep<'_> {
+        AlongStep {
+            threads: self.threads,
+            domain: self.body.domain,
+            range: self.adhesion.range(),
+            pull: &self.fields.pull,
+            step: &self.fields.step,
+        }
+    }
+
+    /// Adds `part` of the step to the gaps.
+    fn take(&mut self, part: f64) {
+        let Fields { gap, pressure, pull, step, step_pressure, .. } = &mut *self.fields;
+        let outputs = [&mut gap[..], &mut pressure[..], &mut step[..]];
+        let (threads, domain) = (self.threads, self.body.domain);
+        visit(threads, domain, [step_pressure], outputs, |site, [added], [gap, pressure, step]| {
+            let step = part * step;
+            let moved = gap + step;
+            let gap = if moved > site.floor { moved } else { site.floor };
+            ([gap, pressure + part * added, step], [0.0; 0], [0.0; 0])
+        });
+        attract(threads, self.body, self.adhesion, gap, pull);
+    }
+}
+
+/// Computes the attraction (w/ρ) exp(−g/ρ) on the map.
+fn attract(threads: &Threads, body: &Body, adhesion: Adhesion, gap: &[f64], pull: &mut [f64]) {
+    let (largest, range) = (adhesion.largest_attraction(), adhesion.range());
+    visit(threads, body.domain, [gap], [pull], |site, [gap], [_]| {
+        ([site.weight * largest * exponential(-gap / range)], [0.0; 0], [0.0; 0])
+    });
+}

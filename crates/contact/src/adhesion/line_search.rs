@@ -1,0 +1,105 @@
+//! Length of a step d of the gap at which the energy along it is lowest.
+//!
+//! With the force λ = dF/dg at the nodes, the elastic pressure S d of the step, and the attraction
+//! a = (w/ρ) exp(−g/ρ), the derivative of the energy at g + αd is
+//!
+//! ```text
+//! f(α) = Σ d λ + α Σ d S d + Σ d a (exp(−αd/ρ) − 1)
+//! ```
+//!
+//! Where steps are short beside ρ, three terms of the series of the last sum are enough. They need
+//! no further pass over the mesh.
+
+use super::exponential::exponential;
+use super::passes::{Domain, visit};
+use crate::threads::Threads;
+
+/// Longest step, in units of the range ρ, for which the series is used.
+const SERIES_REACH: f64 = 0.3;
+
+/// Slope at the end of the search, as a fraction of the slope at the beginning.
+const SLOPE_LEFT: f64 = 1e-3;
+
+/// Maximum number of trials, far more than usual.
+const TRIALS: u32 = 40;
+
+/// Sums that describe the energy along a step, in the units of the solver times the nodes.
+#[derive(Debug, Clone, Copy)]
+pub struct Line {
+    /// Σ d λ, negative for a step that lowers the energy.
+    pub slope: f64,
+    /// Σ d S d.
+    pub stiffness: f64,
+    /// Σ a d² / ρ, Σ a d³ / ρ² and Σ a d⁴ / ρ³.
+    pub attraction: [f64; 3],
+    /// Largest |d|/ρ where attraction matters.
+    pub reach: f64,
+    /// Largest α for which no gap is negative; at least one.
+    pub longest: f64,
+}
+
+/// Attraction and step at the nodes.
+#[derive(Clone, Copy)]
+pub struct AlongStep<'a> {
+    pub threads: &'a Threads,
+    pub domain: Domain,
+    pub range: f64,
+    pub pull: &'a [f64],
+    pub step: &'a [f64],
+}
+
+impl Line {
+    /// Returns the α > 0 of the first minimum of the energy that the search finds. The derivative
+    /// is negative up to there, or a larger α would not be feasible.
+    pub fn best(&self, along: AlongStep) -> f64 {
+        let curvature = self.stiffness - self.attraction[0];
+        let first = if curvature > 0.0 { -self.slope / curvature } else { 1.0 };
+        let mut at = first.clamp(0.1, self.longest);
+        let (mut below, mut above) = (0.0, f64::INFINITY);
+        for _ in 0..TRIALS {
+            let [slope, curvature] = self.derivatives(at, along);
+            if slope.abs() < SLOPE_LEFT * -self.slope {
+                break;
+            }
+            if slope < 0.0 {
+                below = at;
+                if at >= self.longest {
+                    break;
+                }
+            } else {
+                above = at;
+            }
+            let newton = if curvature > 0.0 { at - slope / curvature } else { f64::NAN };
+            at = if newton > below && newton < above {
+                newton.min(2.0 * at)
+            } else if above.is_finite() {
+                0.5 * (below + above)
+            } else {
+                2.0 * at
+            };
+            at = at.min(self.longest);
+        }
+        at
+    }
+
+    /// Returns f(α) and its derivative.
+    fn derivatives(&self, at: f64, along: AlongStep) -> [f64; 2] {
+        let [second, third, fourth] = self.attraction;
+        let [of_slope, of_curvature] = if at * self.reach <= SERIES_REACH {
+            [
+                -at * (second - at * (third / 2.0 - at * fourth / 6.0)),
+                -(second - at * (third - at * fourth / 2.0)),
+            ]
+        } else {
+            let range = along.range;
+            let terms = move |[pull, step]: [f64; 2]| {
+                let exponent = -at * step / range;
+                let factor = exponential(exponent);
+                [pull * step * (factor - 1.0), -pull * step * step * factor / range]
+            };
+            let AlongStep { threads, domain, pull, step, .. } = along;
+            visit(threads, domain, [pull, step], [], |_, x, []| ([], terms(x), [0.0; 0])).sums
+        };
+        [self.slope + at * self.stiffness + of_slope, self.stiffness + of_curvature]
+    }
+}

@@ -1,0 +1,379 @@
+//! States of a path: from the state before to the target, and what a state is described by.
+
+use super::body::{gather, spread};
+use super::descent::{Control, Descent, End, Fields};
+use super::exponential::exponential;
+use super::passes::visit;
+use super::{AdhesivePath, Settings, Stop, Target};
+use crate::solver::Watch;
+
+/// Maximum number of trials to find the mean gap of an isolated patch.
+const TRIALS: u32 = 40;
+
+/// Largest relative error of the mean gap of an isolated patch.
+const GAP_ERROR: f64 = 1e-11;
+
+/// State of an adhesive contact, without its maps.
+///
+/// Energies are per area of the map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdhesiveState {
+    /// Reason why the computation ended.
+    pub stop: Stop,
+    /// Lowest load found under which the bodies hold, if they have been pulled off from a state.
+    pub pull_off_load: Option<f64>,
+    /// Number of transform pairs used.
+    pub pairs: u32,
+    /// Largest violation of balance at a node, as a pressure: |p + (w/ρ) exp(−g/ρ)| outside
+    /// contact, and in contact the tension by which p falls short of −w/ρ.
+    pub residual: f64,
+    /// Mean gap ⟨g⟩ over the map; infinite if the bodies are apart.
+    pub mean_gap: f64,
+    /// Mean net pressure p₀ over the map.
+    pub mean_pressure: f64,
+    /// Mean displacement ⟨u⟩ over the map; zero for a body that a uniform pressure does not
+    /// displace.
+    pub mean_displacement: f64,
+    /// Number of nodes with g = 0.
+    pub contact_nodes: usize,
+    /// Number of nodes with p > 0.
+    pub repulsive_nodes: usize,
+    /// Mean of max(−p, 0) over the map.
+    pub attractive_pressure: f64,
+    /// Largest net pressure.
+    pub peak_pressure: f64,
+    /// Lowest net pressure, at least −w/ρ except for the residual.
+    pub lowest_pressure: f64,
+    /// Elastic energy ½⟨p u⟩.
+    pub elastic_energy: f64,
+    /// Energy of the interaction ⟨φ(g)⟩, which is not positive.
+    pub adhesion_energy: f64,
+}
+
+impl AdhesivePath {
+    /// Computes the state at `target` from the last state of the path.
+    ///
+    /// If the bodies are apart, a state at a mean gap or under a load that is not negative begins
+    /// with the undeformed surface, whose highest node touches the body.
+    ///
+    /// If no state bears the load, the load of pull-off is found by bisection between the load of
+    /// the last state and the target, and the bodies are apart.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the target is not finite, or if a mean gap is not positive.
+    pub fn step(
+        &mut self,
+        target: Target,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> AdhesiveState {
+        match target {
+            Target::MeanGap(gap) => {
+                assert!(gap.is_finite() && gap > 0.0, "the mean gap must be positive and finite");
+                self.step_to_gap(gap, settings, watch)
+            }
+            Target::Load(load) => {
+                assert!(load.is_finite(), "the load must be finite");
+                self.step_to_load(load, settings, watch)
+            }
+        }
+    }
+
+    fn step_to_load(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> AdhesiveState {
+        let is_not_adhesive = self.adhesion.work() == 0.0;
+        if self.is_apart && load < 0.0 || is_not_adhesive && load <= 0.0 {
+            return self.pulled_off(0, None);
+        }
+        let was_apart = self.is_apart;
+        let mut pairs = 0;
+        let end = self.try_load(load, &mut pairs, settings, watch);
+        if end.stop != Stop::PulledOff {
+            return self.stored(end, pairs);
+        }
+        if was_apart {
+            return self.pulled_off(pairs, None);
+        }
+        // At the gaps of the last state, its load follows from balance.
+        pairs += self.restore();
+        let end = self.descend(Control::MeanGap, &mut pairs, settings, watch);
+        let mut holds = end.mean_pressure / self.on_mesh();
+        let mut fails = load;
+        let accuracy = settings.pull_off_tolerance * self.adhesion.largest_attraction();
+        while holds - fails > accuracy {
+            let middle = 0.5 * (holds + fails);
+            if middle >= holds || middle <= fails {
+                break;
+            }
+            let end = self.try_load(middle, &mut pairs, settings, watch);
+            match end.stop {
+                Stop::Converged => {
+                    self.store(end.mean_pressure);
+                    holds = middle;
+                }
+                Stop::PulledOff => fails = middle,
+                Stop::PairLimit | Stop::Interrupted => {
+                    let state = self.pulled_off(pairs, None);
+                    self.is_apart = false;
+                    return AdhesiveState { stop: end.stop, ..state };
+                }
+            }
+        }
+        self.pulled_off(pairs, Some(holds))
+    }
+
+    /// Descends under `load` from the last state of the path, and keeps that state.
+    fn try_load(
+        &mut self,
+        load: f64,
+        pairs: &mut u32,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> End {
+        if load < -self.adhesion.largest_attraction() {
+            return End { stop: Stop::PulledOff, residual: 0.0, mean_pressure: 0.0 };
+        }
+        *pairs += self.restore();
+        self.descend(Control::Load(load * self.on_mesh()), pairs, settings, watch)
+    }
+
+    /// Returns the ratio of the mean pressure over the mesh to that over the map.
+    fn on_mesh(&self) -> f64 {
+        self.body.domain.map_nodes() as f64 / self.body.domain.mesh_nodes() as f64
+    }
+
+    /// Parts the bodies.
+    fn pulled_off(&mut self, pairs: u32, pull_off_load: Option<f64>) -> AdhesiveState {
+        self.is_apart = true;
+        self.pressure.fill(0.0);
+        AdhesiveState {
+            stop: Stop::PulledOff,
+            pull_off_load,
+            pairs,
+            residual: 0.0,
+            mean_gap: f64::INFINITY,
+            mean_pressure: 0.0,
+            mean_displacement: 0.0,
+            contact_nodes: 0,
+            repulsive_nodes: 0,
+            attractive_pressure: 0.0,
+            peak_pressure: 0.0,
+            lowest_pressure: 0.0,
+            elastic_energy: 0.0,
+            adhesion_energy: 0.0,
+        }
+    }
+
+    fn step_to_gap(&mut self, gap: f64, settings: &Settings, watch: &dyn Watch) -> AdhesiveState {
+        let mut pairs = self.restore();
+        let mut change = gap - self.mean_gap();
+        // Mean gaps of two descents, and how far the mesh was moved between them.
+        let mut last: Option<(f64, f64)> = None;
+        let mut trials = 0;
+        loop {
+            self.move_by(change);
+            let end = self.descend(Control::MeanGap, &mut pairs, settings, watch);
+            trials += 1;
+            let found = self.mean_gap();
+            let is_found = (found - gap).abs() <= GAP_ERROR * gap || !self.body.is_padded();
+            if is_found || end.stop != Stop::Converged || trials == TRIALS {
+                return self.stored(end, pairs);
+            }
+            let ratio = last.map_or(1.0, |(before, moved)| moved / (found - before));
+            let ratio = if ratio.is_finite() { ratio.clamp(0.2, 5.0) } else { 1.0 };
+            change = ratio * (gap - found);
+            last = Some((found, change));
+        }
+    }
+
+    fn descend(
+        &mut self,
+        control: Control,
+        pairs: &mut u32,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> End {
+        let mut descent = Descent {
+            threads: &self.threads,
+            body: &self.body,
+            adhesion: self.adhesion,
+            control,
+            fields: &mut self.fields,
+            scratch: &mut self.scratch,
+            pairs: *pairs,
+        };
+        let end = descent.run(settings, watch);
+        *pairs = descent.pairs;
+        end
+    }
+
+    /// Sets the gaps on the mesh to those of the last state, or of the undeformed surface if the
+    /// bodies are apart. Returns the number of transform pairs.
+    ///
+    /// Outside the map of an isolated patch, heights count as zero, so that the gap is the
+    /// displacement of the body less the offset δ. It is estimated there: the displacement on the
+    /// map, less its mean, needs certain pressures if the surroundings do not move. Those on the
+    /// map displace the surroundings.
+    fn restore(&mut self) -> u32 {
+        let domain = self.body.domain;
+        let heights = &self.body.heights[..];
+        if self.is_apart {
+            let outputs = [&mut self.fields.gap[..]];
+            visit(&self.threads, domain, [heights], outputs, |_, [height], [_]| {
+                ([-height], [0.0; 0], [0.0; 0])
+            });
+            return 0;
+        }
+        if !self.body.is_padded() {
+            self.fields.gap.copy_from_slice(&self.gap);
+            return 0;
+        }
+        let gap = spread(domain, &self.gap, 0.0);
+        let Fields { gap: new, step, pressure, pull, .. } = &mut self.fields;
+        let found = visit(&self.threads, domain, [&gap[..], heights], [], |site, [gap, h], []| {
+            ([], [site.weight * (gap + h)], [0.0; 0])
+        });
+        let mean = found.sums[0] / domain.map_nodes() as f64;
+        let inputs = [&gap[..], heights];
+        visit(&self.threads, domain, inputs, [&mut step[..]], |site, [gap, height], [_]| {
+            ([site.weight * (gap + height - mean)], [0.0; 0], [0.0; 0])
+        });
+        self.body.stiffness(step, pressure, &mut self.scratch);
+        visit(&self.threads, domain, [], [&mut pressure[..]], |site, [], [pressure]| {
+            ([site.weight * pressure], [0.0; 0], [0.0; 0])
+        });
+        self.body.compliance(pressure, pull, &mut self.scratch);
+        let moved = self.body.mean_on_map(&self.threads, pull);
+        let inputs = [&gap[..], &pull[..]];
+        visit(&self.threads, domain, inputs, [&mut new[..]], |site, [gap, displacement], [_]| {
+            let outside = displacement - moved + mean;
+            ([if site.weight > 0.0 { gap } else { outside }], [0.0; 0], [0.0; 0])
+        });
+        2
+    }
+
+    fn mean_gap(&self) -> f64 {
+        self.body.mean_on_map(&self.threads, &self.fields.gap)
+    }
+
+    /// Changes the mean gap over the map by `change`: gaps are reduced by the same amount and not
+    /// below zero, or enlarged by the same factor, so that nodes in contact remain so. If all nodes
+    /// are in contact, all gaps rise.
+    fn move_by(&mut self, change: f64) {
+        let domain = self.body.domain;
+        let (threads, gap) = (&self.threads, &mut self.fields.gap);
+        let before = self.body.mean_on_map(threads, gap);
+        let mut shift = 0.0;
+        if change < 0.0 {
+            let nodes = domain.map_nodes() as f64;
+            // Newton's method on a convex function: shifts rise to the solution.
+            loop {
+                let found = visit(threads, domain, [&gap[..]], [], |site, [gap], []| {
+                    let open = if gap > shift { site.weight } else { 0.0 };
+                    ([], [open * gap, open], [0.0; 0])
+                });
+                let [sum, open] = found.sums;
+                let next = (sum - (before + change) * nodes) / open;
+                if next.is_nan() || next <= shift {
+                    break;
+                }
+                shift = next;
+            }
+            visit(threads, domain, [], [&mut gap[..]], |site, [], [gap]| {
+                let moved = gap - shift;
+                ([if moved > site.floor { moved } else { site.floor }], [0.0; 0], [0.0; 0])
+            });
+        }
+        // Also corrects the rounding of the shift.
+        let mean = self.body.mean_on_map(threads, gap);
+        let rest = before + change - mean;
+        let (factor, rise) = if mean > 0.0 { (1.0 + rest / mean, 0.0) } else { (1.0, rest) };
+        visit(threads, domain, [], [&mut gap[..]], |site, [], [gap]| {
+            let on_map = factor * gap + rise;
+            ([if site.weight > 0.0 { on_map } else { gap + rest }], [0.0; 0], [0.0; 0])
+        });
+    }
+
+    /// Stores the gaps and the net pressures of the map.
+    fn store(&mut self, mean_pressure: f64) {
+        self.is_apart = false;
+        let domain = self.body.domain;
+        gather(domain, &self.fields.gap, &mut self.gap);
+        let Self { fields, threads, .. } = self;
+        let inputs = [&fields.gap[..], &fields.pull[..]];
+        let outputs = [&mut fields.pressure[..]];
+        visit(threads, domain, inputs, outputs, |site, [gap, pull], [pressure]| {
+            let in_contact = pressure + mean_pressure;
+            let net = if gap > site.floor { -pull } else { in_contact };
+            ([net], [0.0; 0], [0.0; 0])
+        });
+        gather(domain, &self.fields.pressure, &mut self.pressure);
+    }
+
+    /// Stores the state that a descent has reached, and describes it.
+    fn stored(&mut self, end: End, pairs: u32) -> AdhesiveState {
+        self.store(end.mean_pressure);
+        self.describe(end, pairs)
+    }
+
+    fn describe(&mut self, end: End, pairs: u32) -> AdhesiveState {
+        let domain = self.body.domain;
+        let nodes = domain.map_nodes() as f64;
+        let gap = spread(domain, &self.gap, 0.0);
+        let pressure = spread(domain, &self.pressure, 0.0);
+        // Displacements without their mean, on the map.
+        let displacement = &mut self.fields.step[..];
+        self.body.compliance(&pressure, displacement, &mut self.scratch);
+        let inputs = [&gap[..], &pressure[..], &displacement[..]];
+        let (work, range) = (self.adhesion.work(), self.adhesion.range());
+        let found = visit(&self.threads, domain, inputs, [], |site, [gap, pressure, moved], []| {
+            let counts = |so: bool| if so { site.weight } else { 0.0 };
+            let attractive = if pressure < 0.0 { -pressure } else { 0.0 };
+            let interaction = -site.weight * work * exponential(-gap / range);
+            let closed = counts(gap == 0.0);
+            let repulsive = counts(pressure > 0.0);
+            let high = |value: f64| if site.weight > 0.0 { value } else { f64::NEG_INFINITY };
+            (
+                [],
+                [
+                    site.weight * gap,
+                    closed,
+                    repulsive,
+                    attractive,
+                    pressure * moved,
+                    interaction,
+                    site.weight * moved,
+                ],
+                [high(pressure), high(-pressure)],
+            )
+        });
+        let [gap, closed, repulsive, attractive, energy, interaction, moved] = found.sums;
+        let [peak, lowest] = found.highest;
+        let (mut elastic, mut displacement) = (0.5 * energy / nodes, moved / nodes);
+        let uniform = self.body.uniform_stiffness;
+        if uniform > 0.0 {
+            // The uniform wave of the pressure on the mesh.
+            let mean = end.mean_pressure;
+            elastic += 0.5 * mean * mean / uniform / self.on_mesh();
+            displacement += mean / uniform;
+        } else {
+            displacement = 0.0;
+        }
+        AdhesiveState {
+            stop: end.stop,
+            pull_off_load: None,
+            pairs: pairs + 1,
+            residual: end.residual,
+            mean_gap: gap / nodes,
+            mean_pressure: end.mean_pressure / self.on_mesh(),
+            mean_displacement: displacement,
+            contact_nodes: closed as usize,
+            repulsive_nodes: repulsive as usize,
+            attractive_pressure: attractive / nodes,
+            peak_pressure: peak,
+            lowest_pressure: -lowest,
+            elastic_energy: elastic,
+            adhesion_energy: interaction / nodes,
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Spheres on an isolated patch.
+
+use std::f64::consts::PI;
+
+use super::*;
+use crate::elasticity::FreeHalfSpace;
+
+/// Returns the path of a sphere of unit radius on a square of `side`, with E* = w = 1.
+fn sphere(nodes: usize, side: f64, range: f64) -> AdhesivePath {
+    let at = |index: usize| (index as f64 + 0.5) / nodes as f64 - 0.5;
+    let height = |node: usize| {
+        let (x, y) = (at(node / nodes), at(node % nodes));
+        -0.5 * side * (x * x + y * y)
+    };
+    let heights: Vec<f64> = (0..nodes * nodes).map(height).collect();
+    let body = FreeHalfSpace::new(square(nodes, side));
+    // Vertical lengths are in units of the side as well.
+    let adhesion = Adhesion::new(1.0 / side, range / side).unwrap();
+    AdhesivePath::new(Threads::one(), &body, adhesion, &heights)
+}
+
+/// Returns the pull-off force in units of π w R.
+fn pull_off(nodes: usize, side: f64, range: f64, loads: [f64; 2]) -> f64 {
+    let mut path = sphere(nodes, side, range);
+    let area = side * side;
+    let settings = Settings { tolerance: 1e-7, pull_off_tolerance: 1e-5, ..Settings::default() };
+    for force in [0.0, loads[0]] {
+        let target = Target::Load(force * PI / area);
+        let state = path.step(target, &settings, &|| false);
+        assert_eq!(state.stop, Stop::Converged, "{force}: {state:?}");
+    }
+    let state = path.step(Target::Load(loads[1] * PI / area), &settings, &|| false);
+    assert_eq!(state.stop, Stop::PulledOff);
+    state.pull_off_load.unwrap() * area / PI
+}
+
+#[test]
+fn spheres_pull_off_between_the_limits_of_short_and_long_range() {
+    // reference/adhesion/sphere_pulloff.csv, from rings in axial symmetry.
+    for (tabor, nodes, side, expected) in
+        [(0.2, 64, 28.0, -1.905537), (1.0, 64, 8.0, -1.663798), (3.0, 96, 5.0, -1.541552)]
+    {
+        let loads = [0.9 * expected, 1.1 * expected];
+        let found = pull_off(nodes, side, 1.0 / tabor, loads);
+        assert!((found / expected - 1.0).abs() < 0.01, "{tabor}: {found} for {expected}");
+    }
+}
+
+#[test]
+fn a_sphere_at_a_mean_gap_has_a_known_force_and_can_be_resumed() {
+    // reference/adhesion/sphere_curves.csv: Tabor 1, approach 0.4.
+    let side = 8.0;
+    let mut path = sphere(64, side, 1.0);
+    for force in [0.0, -3.952612] {
+        solved(&mut path, Target::Load(force / side / side));
+    }
+    let gap = path.gap().map(<[f64]>::to_vec);
+    let loaded = solved(&mut path, Target::Load(-3.952612 / side / side));
+    // The gap is g = u − h − δ with the height h of the sphere, zero at its summit.
+    let square = |i: usize| ((i as f64 + 0.5) / 64.0 - 0.5).powi(2);
+    let mean_height = -side * (0..64).map(square).sum::<f64>() / 64.0;
+    let approach = side * (loaded.mean_displacement - loaded.mean_gap - mean_height);
+    assert!((approach - 0.4).abs() < 0.01, "{approach}");
+    // Prescribing the mean gap finds the same state.
+    path.resume(gap);
+    let held = solved(&mut path, Target::MeanGap(loaded.mean_gap));
+    assert!((held.mean_pressure / loaded.mean_pressure - 1.0).abs() < 1e-6, "{held:?}");
+    assert_eq!(held.contact_nodes, loaded.contact_nodes);
+    assert!((held.elastic_energy / loaded.elastic_energy - 1.0).abs() < 1e-6);
+}
