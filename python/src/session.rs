@@ -184,7 +184,8 @@ impl Session {
     ) -> PyResult<(MapArguments<'py>, Notices)> {
         let kind = maps::kind(quantity);
         let (map, notices) = self.call_until(py, move |session, stop| {
-            session.map(&stage, &maps::coordinates(conditions)?, kind, load, stop)
+            let conditions = maps::coordinates(conditions)?;
+            session.map(&stage, &conditions, kind, load.map(Into::into), stop)
         })?;
         Ok((MapArguments::new(py, map)?, notices))
     }

@@ -14,7 +14,7 @@ use crate::session::outputs::write_png;
 use crate::session::surface::{self, DescribedChannel, DescribedFile, Quantity};
 use crate::session::view::{Picture, PictureFormat, ViewOptions};
 use crate::session::words::{counted, listed, short, wrapped};
-use crate::session::{Coordinate, DataFolder, MapKind, PerAxis, TaskMaps, maps};
+use crate::session::{ChosenLoad, Coordinate, DataFolder, MapKind, PerAxis, TaskMaps, maps};
 
 #[derive(clap::Args)]
 pub struct ViewArguments {
@@ -37,13 +37,12 @@ pub struct ViewArguments {
     #[arg(long, value_enum)]
     map: Option<MapKind>,
 
-    /// Load to draw, in the unit of the study: reduced, or in the unit of the moduli if its loads
-    /// are absolute.
+    /// Load to draw: a number in the unit of the study, or a pressure such as `10 MPa`.
     ///
     /// By default, the contacts at all loads are overlaid, from dark (smallest load) to light
     /// (largest load), and other maps are drawn at the largest load.
-    #[arg(long, value_parser = finite)]
-    load: Option<f64>,
+    #[arg(long, value_name = "LOAD")]
+    load: Option<ChosenLoad>,
 
     /// Show the surface in perspective, shaded and with the colours of the map.
     #[arg(long = "3d")]
@@ -70,11 +69,11 @@ pub struct ViewArguments {
 
     /// Print the result as JSON.
     ///
-    /// Form: `{"file", "task", "map", "nodes", "load", "load_column", "pictures", "lowest",
-    /// "highest", "unit"}`.
+    /// Form: `{"file", "task", "map", "nodes", "load", "load_column", "load_unit", "pictures",
+    /// "lowest", "highest", "unit"}`.
     ///
-    /// `load` is in the unit of the column `load_column`. For rectangles, `nodes` is `[x, y]`. In
-    /// perspective, `height_factor` is the factor by which heights are enlarged.
+    /// `load` is in the column `load_column`, in the unit `load_unit`. For rectangles, `nodes` is
+    /// `[x, y]`. In perspective, `height_factor` is the factor by which heights are enlarged.
     #[arg(long)]
     json: bool,
 }
@@ -131,9 +130,10 @@ pub struct ExportArguments {
     #[arg(long, value_enum, value_name = "MAPS", value_delimiter = ',')]
     map: Vec<MapKind>,
 
-    /// Load to export, in the unit of the study (default: all loads).
-    #[arg(long, value_parser = finite)]
-    load: Option<f64>,
+    /// Load to export: a number in the unit of the study, or a pressure such as `10 MPa` (default:
+    /// all loads).
+    #[arg(long, value_name = "LOAD")]
+    load: Option<ChosenLoad>,
 
     /// File to write, whose suffix names the format.
     ///
@@ -184,10 +184,10 @@ fn maps_of(
     set: &SetArguments,
     stage: Option<&str>,
     coordinates: &[Coordinate],
-    load: Option<f64>,
+    load: Option<ChosenLoad>,
     data: &DataFolder,
 ) -> Result<TaskMaps, Failure> {
-    let session = super::session(what, data).with_settings(set.settings());
+    let session = super::session(what, set, data);
     match stage {
         Some(stage) => Ok(session.maps(stage, coordinates, load)?),
         None if what.is_file() => {
@@ -200,17 +200,11 @@ fn maps_of(
             );
             Err(Misused(message).into())
         }
-        None if set.settings().next().is_some() => {
-            let message = format!("`--set` needs a manifest, and `{}` is none", what.display());
-            Err(Misused(message).into())
+        None => {
+            set.refuse()?;
+            Ok(maps::finished_task(&what.to_string_lossy(), data, &super::print_notice)?)
         }
-        None => Ok(maps::finished_task(&what.to_string_lossy(), data, &super::print_notice)?),
     }
-}
-
-fn finite(word: &str) -> Result<f64, String> {
-    let number = word.parse().ok().filter(|number: &f64| number.is_finite());
-    number.ok_or_else(|| "expected a finite number".to_owned())
 }
 
 #[derive(clap::Args)]

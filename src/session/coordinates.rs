@@ -7,9 +7,11 @@ use arrow::array::{Array, AsArray};
 use arrow::datatypes::{DataType, Field, Float64Type};
 use arrow::util::display::array_value_to_string;
 
-use super::words::{counted, short};
+use super::words::{counted, listed, short};
 use super::{SessionError, UnknownName, names};
-use asperity_stages::columns::{LOAD, PRESSURE};
+use asperity_manifest::keys::quantity::{self, Dimension, Unit};
+use asperity_report::assumed_pressure_unit;
+use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, PRESSURE, PRESSURE_UNIT, UNIT};
 use asperity_stages::ensemble::load_column;
 use asperity_tables::column::Role;
 use asperity_tables::store::key::TaskKey;
@@ -60,12 +62,72 @@ pub struct ChosenTask {
     pub loads: Option<Vec<f64>>,
 }
 
+/// Load that a user chooses: a number in the unit of the study, or a mean pressure with a unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ChosenLoad {
+    number: f64,
+    unit: Option<&'static Unit>,
+}
+
+impl From<f64> for ChosenLoad {
+    fn from(number: f64) -> ChosenLoad {
+        ChosenLoad { number, unit: None }
+    }
+}
+
+impl FromStr for ChosenLoad {
+    type Err = InvalidLoad;
+
+    /// Reads a number, or a pressure such as `10 MPa`.
+    fn from_str(text: &str) -> Result<ChosenLoad, InvalidLoad> {
+        let (number, unit) = match quantity::split(text) {
+            Some((number, symbol)) => {
+                let unit = Unit::find(symbol);
+                let unit = unit.filter(|unit| unit.dimension == Dimension::Pressure);
+                (number, Some(unit.ok_or_else(|| InvalidLoad::Unit { symbol: symbol.to_owned() })?))
+            }
+            None => (text.trim(), None),
+        };
+        let number = number.parse().ok().filter(|number: &f64| number.is_finite());
+        Ok(ChosenLoad { number: number.ok_or(InvalidLoad::Form)?, unit })
+    }
+}
+
+/// Error in a load on the command line.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum InvalidLoad {
+    #[error("expected a finite number, or a pressure such as `10 MPa`")]
+    Form,
+    #[error("unknown unit `{symbol}`; units of pressure are {}", known())]
+    Unit { symbol: String },
+}
+
+fn known() -> String {
+    listed(Dimension::Pressure.names(), "and")
+}
+
 /// Returns the elements of `rows` with the load `load`; there is at least one.
 ///
 /// # Errors
 /// Returns an error if no row has this load; the message names the next lower and higher loads.
-pub fn rows_under(table: &Table, rows: &[usize], load: f64) -> Result<Vec<usize>, SessionError> {
-    let column = load_column(table);
+/// Returns an error if the load has a unit, and the pressures of the table have no known unit.
+pub fn rows_under(
+    table: &Table,
+    rows: &[usize],
+    load: ChosenLoad,
+) -> Result<Vec<usize>, SessionError> {
+    let own = pressure_unit(table);
+    let (column, load) = match load.unit {
+        None => (load_column(table), load.number),
+        Some(unit) => {
+            let own = own.as_deref().and_then(Unit::find).ok_or_else(|| {
+                let message = "the manifest names no unit of pressure; give the load as a number in \
+                               the unit of the study";
+                SessionError::Refused(message.to_owned())
+            })?;
+            (PRESSURE.name, load.number * unit.factor_to(own))
+        }
+    };
     let loads = table.reals(column)?;
     let is_meant = |row: &usize| (loads.value(*row) - load).abs() <= ROUNDING * load.abs();
     let found: Vec<usize> = rows.iter().copied().filter(is_meant).collect();
@@ -76,13 +138,33 @@ pub fn rows_under(table: &Table, rows: &[usize], load: f64) -> Result<Vec<usize>
         rows.iter().map(|&row| loads.value(row)).partition(|other| *other < load);
     let lower = lower.into_iter().max_by(f64::total_cmp);
     let higher = higher.into_iter().min_by(f64::total_cmp);
-    let nearest: Vec<String> = lower.into_iter().chain(higher).map(load_as_typed).collect();
-    let requested = format!("no row has `{column}` = {}", load_as_typed(load));
+    let text = |load: f64| match own.as_deref().filter(|_| column == PRESSURE.name) {
+        Some(unit) => format!("{} {unit}", load_as_typed(load)),
+        None => load_as_typed(load),
+    };
+    let nearest: Vec<String> = lower.into_iter().chain(higher).map(text).collect();
+    let requested = format!("no row has `{column}` = {}", text(load));
     Err(SessionError::Refused(match nearest.as_slice() {
         [] => "the task has no loads".to_owned(),
         [nearest] => format!("{requested}; the nearest is {nearest}"),
         [lower, higher, ..] => format!("{requested}; the nearest are {lower} and {higher}"),
     }))
+}
+
+/// Returns the unit of the pressures in a table, if it is known.
+pub fn pressure_unit(table: &Table) -> Option<String> {
+    if let Ok(units) = table.texts(PRESSURE_UNIT.name) {
+        return units.iter().next().flatten().map(str::to_owned);
+    }
+    let modulus = table.reals(EFFECTIVE_MODULUS.name).ok()?.iter().next()??;
+    let length_unit = length_unit(table);
+    assumed_pressure_unit(modulus, length_unit.as_deref()).map(str::to_owned)
+}
+
+/// Returns the unit of length in the first row of a table.
+pub fn length_unit(table: &Table) -> Option<String> {
+    let unit = table.texts(UNIT.name).ok()?.iter().next()?;
+    unit.filter(|unit| !unit.is_empty()).map(str::to_owned)
 }
 
 /// Formats a load as users write it: `0.1`, `1e8`.
@@ -103,7 +185,7 @@ impl FromStr for Coordinate {
 pub fn chosen_task(
     stage: &str,
     coordinates: &[Coordinate],
-    load: Option<f64>,
+    load: Option<ChosenLoad>,
     table: &Table,
 ) -> Result<ChosenTask, SessionError> {
     let mut rows: Vec<usize> = (0..table.rows()).collect();

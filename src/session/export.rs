@@ -15,6 +15,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::SessionError;
+use super::coordinates::ChosenLoad;
 use super::maps::{Map, MapKind, TaskMaps};
 use super::outputs::{has_suffix, write_output};
 use super::words::listed;
@@ -113,7 +114,7 @@ impl ExportedMaps {
     pub fn read(
         maps: &mut TaskMaps,
         kinds: &[MapKind],
-        load: Option<f64>,
+        load: Option<ChosenLoad>,
         stop: &AtomicBool,
     ) -> Result<ExportedMaps, SessionError> {
         let kinds = if kinds.is_empty() { maps.kinds() } else { kinds };
@@ -122,7 +123,7 @@ impl ExportedMaps {
         let under_load = || kinds.iter().filter(|kind| **kind != MapKind::Heights);
         let loads = match load {
             Some(load) => vec![Some(load)],
-            None => maps.loads()?.into_iter().map(Some).collect(),
+            None => maps.loads()?.into_iter().map(|load| Some(load.into())).collect(),
         };
         // Without loads, the map of the first quantity fails with the reason.
         let loads = if loads.is_empty() && under_load().count() > 0 { vec![None] } else { loads };

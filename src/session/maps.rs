@@ -13,17 +13,16 @@ use arrow::datatypes::Float64Type;
 use clap::ValueEnum;
 use serde::Serialize;
 
-use super::coordinates::{Coordinate, chosen_task, rows_under};
+use super::coordinates::{
+    ChosenLoad, Coordinate, chosen_task, length_unit, pressure_unit, rows_under,
+};
 use super::words::listed;
 use super::{DataFolder, Observer, Session, SessionError, names, open_read_only};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
-use asperity_report::assumed_pressure_unit;
-use asperity_stages::columns::{
-    CONTACT, EFFECTIVE_MODULUS, LOAD, PRESSURE_UNIT, PRESSURES, RMS_SLOPE, UNIT,
-};
+use asperity_stages::columns::{CONTACT, EFFECTIVE_MODULUS, LOAD, PRESSURES, RMS_SLOPE};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::generate;
 use asperity_stages::grids::Grids;
@@ -102,7 +101,7 @@ pub struct Map {
 
 impl Session<'_> {
     /// Returns a map of the only task of `stage` that matches all `coordinates`, under the load
-    /// `load` in the unit of the study, or under the largest load.
+    /// `load`, or under the largest load.
     ///
     /// # Errors
     /// Returns an error if not exactly one task matches, if the task has no such map, or on
@@ -112,14 +111,14 @@ impl Session<'_> {
         stage: &str,
         coordinates: &[Coordinate],
         kind: MapKind,
-        load: Option<f64>,
+        load: Option<ChosenLoad>,
         stop: &AtomicBool,
     ) -> Result<Map, SessionError> {
         self.maps(stage, coordinates, load)?.map(kind, load, stop)
     }
 
-    /// Opens the maps of the only task of `stage` that matches all `coordinates`. A load, in the
-    /// unit of the study, restricts the rows that must match.
+    /// Opens the maps of the only task of `stage` that matches all `coordinates`. A load
+    /// restricts the rows that must match.
     ///
     /// # Errors
     /// Returns an error if not exactly one task matches, or if the task has no maps.
@@ -127,7 +126,7 @@ impl Session<'_> {
         &self,
         stage: &str,
         coordinates: &[Coordinate],
-        load: Option<f64>,
+        load: Option<ChosenLoad>,
     ) -> Result<TaskMaps, SessionError> {
         let tables = self.tables()?;
         let chosen = chosen_task(stage, coordinates, load, &tables.table(stage)?)?;
@@ -252,7 +251,7 @@ impl TaskMaps {
 
     /// Returns the unit of length of the surface, if it is known without reading the heights.
     pub fn length_unit(&self) -> Option<String> {
-        unit_of(&self.contact.as_ref()?.table)
+        length_unit(&self.contact.as_ref()?.table)
     }
 
     /// Names the load with its unit: `load`, `mean pressure (MPa)`.
@@ -261,7 +260,7 @@ impl TaskMaps {
         if load_column(&contact.table) == LOAD.name {
             return "load".to_owned();
         }
-        match contact.pressure_unit() {
+        match pressure_unit(&contact.table) {
             Some(unit) => format!("mean pressure ({unit})"),
             None => "mean pressure".to_owned(),
         }
@@ -282,8 +281,7 @@ impl TaskMaps {
         Ok((contact.grid, maps.collect::<Result<_, _>>()?))
     }
 
-    /// Returns the map of a quantity under a load in the unit of the study, or under the largest
-    /// load.
+    /// Returns the map of a quantity under a load, or under the largest load.
     ///
     /// # Errors
     /// Returns an error if the task has no such map or no such load, if a surface file is missing,
@@ -291,7 +289,7 @@ impl TaskMaps {
     pub fn map(
         &mut self,
         kind: MapKind,
-        load: Option<f64>,
+        load: Option<ChosenLoad>,
         stop: &AtomicBool,
     ) -> Result<Map, SessionError> {
         if kind == MapKind::Heights {
@@ -309,8 +307,8 @@ impl TaskMaps {
             None => rows.last().copied().ok_or(SessionError::NoMap { task: self.task })?,
         };
         let load = contact.table.reals(column)?.value(row);
-        let (grid, length_unit) = (contact.grid, unit_of(&contact.table));
-        let pressure_unit = contact.pressure_unit();
+        let (grid, length_unit) = (contact.grid, length_unit(&contact.table));
+        let pressure_unit = pressure_unit(&contact.table);
         let effective_modulus = contact.table.reals(EFFECTIVE_MODULUS.name)?.value(row);
         let load_unit = match column {
             _ if column == LOAD.name => Some(LOAD.unit.to_owned()),
@@ -449,7 +447,7 @@ impl SurfaceTask {
         })?;
         let rms_slope = table.reals(RMS_SLOPE.name)?.value(0);
         let is_periodic = !params.origin.is_open();
-        Ok(DrawnSurface { surface, rms_slope, is_periodic, unit: unit_of(&table) })
+        Ok(DrawnSurface { surface, rms_slope, is_periodic, unit: length_unit(&table) })
     }
 }
 
@@ -468,16 +466,6 @@ impl SolvedTask {
         ContactMap::from_bytes(self.grid.nodes(), bytes).map_err(SessionError::Map)
     }
 
-    /// Returns the unit of pressures, if it is known.
-    fn pressure_unit(&self) -> Option<String> {
-        if let Ok(units) = self.table.texts(PRESSURE_UNIT.name) {
-            return units.iter().next().flatten().map(str::to_owned);
-        }
-        let modulus = self.table.reals(EFFECTIVE_MODULUS.name).ok()?.iter().next()??;
-        let length_unit = unit_of(&self.table);
-        assumed_pressure_unit(modulus, length_unit.as_deref()).map(str::to_owned)
-    }
-
     /// Returns the pressures in a row if they are stored.
     fn stored_pressures(&self, row: usize) -> Option<Vec<f64>> {
         let lists = self.table.lists(PRESSURES.name).ok()?;
@@ -488,12 +476,6 @@ impl SolvedTask {
         let pressures = list.as_primitive::<Float64Type>().iter();
         Some(pressures.map(Option::unwrap_or_default).collect())
     }
-}
-
-/// Returns the unit of length in the first row of a table.
-fn unit_of(table: &Table) -> Option<String> {
-    let unit = table.texts(UNIT.name).ok()?.iter().next()?;
-    unit.filter(|unit| !unit.is_empty()).map(str::to_owned)
 }
 
 /// Returns threads for a mesh on all cores of the machine. Results do not depend on their number.

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-use super::coordinates::{Coordinate, load_as_typed};
+use super::coordinates::{ChosenLoad, Coordinate, load_as_typed};
 use super::maps::{Map, MapKind, TaskMaps};
 use super::outputs::{has_suffix, is_stream, write_output};
 use super::words::{counted, short};
@@ -16,7 +16,7 @@ use asperity_report::map_pictures::{
     NodeValues, Quantity, StillFormat, contacts_panel, pixels, still,
 };
 use asperity_report::relief::Relief;
-use asperity_report::{MapPanel, Raster, Scale, digits};
+use asperity_report::{MapPanel, Raster, Scale, digits, pressure_in_words};
 use asperity_stages::columns::LOAD;
 use asperity_stages::generate::PerAxis;
 use asperity_tables::store::key::TaskKey;
@@ -31,8 +31,8 @@ const MAX_ANIMATED_PIXELS: usize = 1024;
 pub struct ViewOptions {
     /// Map to draw (default: heights for surfaces, contact for loads).
     pub map: Option<MapKind>,
-    /// Load in the unit of the study (default: contacts at all loads, other maps at the largest).
-    pub load: Option<f64>,
+    /// Load (default: contacts at all loads, other maps at the largest).
+    pub load: Option<ChosenLoad>,
     /// Show the surface in perspective, with the colours of the map.
     pub relief: bool,
     /// Draw one picture for each load, with the same colours.
@@ -55,6 +55,8 @@ pub struct Picture {
     /// Name of the column of the load: `load` for reduced loads, `pressure` for loads in the unit
     /// of the moduli.
     pub load_column: Option<&'static str>,
+    /// Unit of the load, or `None` if it is unknown.
+    pub load_unit: Option<String>,
     /// Number of pictures, one for each load of an animation.
     pub pictures: usize,
     /// Smallest value of the colour scale; `None` for contacts.
@@ -172,6 +174,7 @@ impl Picture {
             picture.load = map.load;
         }
         picture.load_column = shown[0].load_column;
+        picture.load_unit.clone_from(&shown[0].load_unit);
         picture.pictures = shown.len();
         if kind != MapKind::Contact {
             let (lowest, highest) = scale.range().into_inner();
@@ -203,6 +206,7 @@ impl Picture {
             nodes: PerAxis(grid.nodes()),
             load: None,
             load_column: None,
+            load_unit: None,
             pictures: 1,
             lowest: None,
             highest: None,
@@ -246,9 +250,11 @@ impl Picture {
 
     /// Describes the picture in one line.
     pub fn caption(&self) -> String {
-        let load = match (self.map, self.load_column.zip(self.load_in_words())) {
+        let load = match (self.map, self.load) {
             (MapKind::Heights, _) => String::new(),
-            (_, Some((column, load))) => format!(" at {column} {load}"),
+            (_, Some(load)) => {
+                format!(" at {}", load_with_unit(load, self.load_column, self.load_unit.as_deref()))
+            }
             (_, None) if self.panels.len() > 1 => {
                 format!(" at {}", counted(self.panels.len(), "load"))
             }
@@ -309,7 +315,7 @@ impl Picture {
         }
     }
 
-    /// Formats the load for captions and file names: `0.1000`, or `1e8` in pascals.
+    /// Formats the load for file names: `0.1000`, or `1e8` in pascals.
     fn load_in_words(&self) -> Option<String> {
         let (load, column) = (self.load?, self.load_column?);
         Some(if column == LOAD.name { format!("{load:.4}") } else { load_as_typed(load) })
@@ -320,7 +326,7 @@ impl Picture {
 fn animated(
     maps: &mut TaskMaps,
     kind: MapKind,
-    load: Option<f64>,
+    load: Option<ChosenLoad>,
     stop: &AtomicBool,
 ) -> Result<Vec<Map>, SessionError> {
     if kind == MapKind::Heights || load.is_some() {
@@ -333,7 +339,7 @@ fn animated(
         // The error says what the task lacks.
         return Ok(vec![maps.map(kind, None, stop)?]);
     }
-    loads.into_iter().map(|load| maps.map(kind, Some(load), stop)).collect()
+    loads.into_iter().map(|load| maps.map(kind, Some(load.into()), stop)).collect()
 }
 
 /// Draws the pictures of an animation.
@@ -367,17 +373,21 @@ impl Map {
     /// Returns quantity and load: `gap at load 0.1`, or `gap at 10 MPa`.
     fn title(&self) -> String {
         let name = self.kind.name();
-        match (self.load, self.load_column) {
-            (Some(load), Some(column)) if column == LOAD.name => {
-                format!("{name} at load {}", digits(load, 4))
+        match self.load {
+            Some(load) => {
+                let unit = self.load_unit.as_deref();
+                format!("{name} at {}", load_with_unit(load, self.load_column, unit))
             }
-            (Some(load), Some(_)) => match self.pressure_unit.as_deref() {
-                Some(unit) => {
-                    format!("{name} at {}", asperity_report::pressure_in_words(load, unit))
-                }
-                None => format!("{name} at pressure {}", load_as_typed(load)),
-            },
-            _ => name.to_owned(),
+            None => name.to_owned(),
         }
+    }
+}
+
+/// Formats a load in the unit of its column: `load 0.1`, or `10 MPa`.
+fn load_with_unit(load: f64, column: Option<&str>, unit: Option<&str>) -> String {
+    match unit {
+        _ if column == Some(LOAD.name) => format!("load {}", digits(load, 4)),
+        Some(unit) => pressure_in_words(load, unit),
+        None => format!("pressure {} in the unit of E*", load_as_typed(load)),
     }
 }

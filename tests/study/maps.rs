@@ -43,7 +43,7 @@ fn found(
     let session = Session::new(bench.path("study.toml"), bench.data());
     let coordinates: Vec<Coordinate> =
         coordinates.iter().map(|word| word.parse().unwrap()).collect();
-    session.map(stage, &coordinates, kind, load, &AtomicBool::new(false))
+    session.map(stage, &coordinates, kind, load.map(Into::into), &AtomicBool::new(false))
 }
 
 #[test]
