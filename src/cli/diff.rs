@@ -8,7 +8,6 @@ use comfy_table::{CellAlignment, Table as Grid, presets};
 
 use super::terminal::stdout;
 use super::{Failure, print_json, print_notice};
-use crate::session::DataFolder;
 use crate::session::diff::columns::ColumnComparison;
 use crate::session::diff::rows::{Lacking, UnmatchedRows};
 use crate::session::diff::{
@@ -16,6 +15,7 @@ use crate::session::diff::{
     StudyName, TableComparison, Test,
 };
 use crate::session::words::{counted, short, wrapped, written};
+use crate::session::{DataFolder, Setting};
 
 /// Maximum number of columns printed per stage without `--all`.
 const MAX_COLUMNS: usize = 8;
@@ -32,8 +32,20 @@ pub struct DiffArguments {
     /// with the parameters that the run recorded.
     a: PathBuf,
 
-    /// Second study, given in the same way. Differences are those of B minus A.
-    b: PathBuf,
+    /// Second study, given in the same way (default with `--set`: A). Differences are those of B
+    /// minus A.
+    #[arg(required_unless_present_any = ["settings_a", "settings"])]
+    b: Option<PathBuf>,
+
+    /// Override a key of the manifest B, such as `stage.contact.tolerance=0.01`. Can be repeated.
+    ///
+    /// The value is in TOML; a word needs no quotes.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<Setting>,
+
+    /// Override a key of the manifest A. Can be repeated.
+    #[arg(long = "set-a", value_name = "KEY=VALUE")]
+    settings_a: Vec<Setting>,
 
     /// Study to compare (default: all studies that both data folders have).
     #[arg(long, value_name = "NAME")]
@@ -66,8 +78,10 @@ pub struct DiffArguments {
 }
 
 pub fn diff(arguments: &DiffArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let a = Studies::open(&arguments.a, data, &print_notice)?;
-    let b = Studies::open(&arguments.b, data, &print_notice)?;
+    let DiffArguments { a, b, settings, settings_a, .. } = arguments;
+    let b = b.as_ref().unwrap_or(a);
+    let a = Studies::open(a, settings_a, data, &print_notice)?;
+    let b = Studies::open(b, settings, data, &print_notice)?;
     let comparison = Comparison::new(&a, &b, arguments.study.as_deref())?;
     if let Some(path) = &arguments.output {
         diff::write(&comparison, path)?;
@@ -139,7 +153,7 @@ fn origin(study: &StudyName) -> String {
         [] => String::new(),
         _ => format!(", tables of asperity {}", programs.join(" and ")),
     };
-    format!("{} (study `{}`{programs})", study.path.display(), study.study)
+    format!("{}{} (study `{}`{programs})", study.path.display(), study.settings, study.study)
 }
 
 /// Lists the stages without results, and says how to compute them.
@@ -154,7 +168,7 @@ fn missing_text(study: &StudyComparison) -> String {
         }
         let mut missing = format!("{side} has no results of {}", shortened(&names));
         if origin.is_manifest {
-            let manifest = origin.path.display();
+            let manifest = format!("{}{}", origin.path.display(), origin.settings);
             missing += &format!(
                 " for its parameters; run `asperity run {manifest}`. If another version of the \
                  manifest or the program made its tables, name their folder `DATA/results/{}` \
@@ -213,6 +227,21 @@ fn stage_text(stage: &StageComparison, tables: &TableComparison, all: bool) -> S
         if !names.is_empty() {
             text += &format!("  columns only in {side}: {}\n", shortened(names));
         }
+    }
+    if let Some(loads) = tables.disjoint_loads {
+        let range = |side: usize| {
+            let [least, most] = loads[side].map(short);
+            let unit = tables.load_units[side].as_ref();
+            let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+            if least == most { least + &unit } else { format!("{least} … {most}{unit}") }
+        };
+        let [of_a, of_b] = [0, 1].map(range);
+        let hint = format!(
+            "no load is in both: `{}` is {of_a} in A and {of_b} in B. Results at different loads \
+             are not compared; give both studies the same `loads`",
+            tables.load_column
+        );
+        text += &format!("  {}\n", wrapped(&hint).replace('\n', "\n    "));
     }
     text + &columns_text(tables, all)
 }
@@ -325,14 +354,21 @@ fn cells(
         Some(true) => "yes",
         Some(false) => "no",
     };
-    let load = mean.load.map(|load| format!("{} {load}", tables.load_column));
+    let load = mean.load.map(|load| match &tables.load_units {
+        [Some(unit), Some(other)] if unit == other => format!("{load} {unit}"),
+        _ => format!("{} {load}", tables.load_column),
+    });
     let row = (mean.row > 1).then(|| format!("row {}", mean.row));
     let varying: Vec<&str> = tables.varying.iter().map(String::as_str).collect();
     let point = mean.point.clone().only(&varying).to_string();
     let point = Some(point).filter(|point| !point.is_empty());
     let place: Vec<String> = [point, load, row].into_iter().flatten().collect();
+    let name = match column.has_named_unit {
+        true => format!("{} [{}]", column.column, column.unit),
+        false => column.column.clone(),
+    };
     [
-        column.column.clone(),
+        name,
         short(mean.mean_a).replace('-', "−"),
         short(mean.mean_b).replace('-', "−"),
         signed(mean.difference),

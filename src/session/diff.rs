@@ -14,8 +14,10 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{Session, SessionError, UnknownName};
+use super::{Session, SessionError, Setting, UnknownName};
 use asperity_pipeline::plan::reasons::differences::{differences, stage_pairs};
+use asperity_stages::columns::PRESSURE;
+use asperity_stages::units::TableUnits;
 use asperity_statistics::differences::holm;
 use asperity_statistics::intervals::LEVEL;
 use asperity_tables::table::Table;
@@ -54,6 +56,9 @@ pub struct StudyComparison {
 #[derive(Debug, Clone, Serialize)]
 pub struct StudyName {
     pub path: PathBuf,
+    /// Settings that override keys of the manifest, as options of the command line.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub settings: String,
     pub study: String,
     /// Whether the path is a manifest, and not a folder or archive of tables.
     pub is_manifest: bool,
@@ -99,6 +104,12 @@ pub struct TableComparison {
     /// Parameters that distinguish the points.
     pub varying: Vec<String>,
     pub load_column: &'static str,
+    /// Units of the loads of A and of B, if their manifests name units.
+    #[serde(skip)]
+    pub load_units: [Option<String>; 2],
+    /// Smallest and largest load of A and of B, if no load is in both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub disjoint_loads: Option<[[f64; 2]; 2]>,
     pub columns_only_in_a: Vec<String>,
     pub columns_only_in_b: Vec<String>,
     pub columns: Vec<ColumnComparison>,
@@ -229,6 +240,7 @@ impl From<&ComparedStudy> for StudyName {
     fn from(study: &ComparedStudy) -> StudyName {
         StudyName {
             path: study.path.clone(),
+            settings: study.settings.iter().map(Setting::option).collect(),
             study: study.name.clone(),
             is_manifest: study.is_of_manifest(),
             programs: study.programs.clone(),
@@ -262,6 +274,9 @@ impl StageComparison {
 impl TableComparison {
     fn new(a: &Table, b: &Table) -> Result<TableComparison, SessionError> {
         let matched = MatchedRows::new(a, b)?;
+        let are_pressures = matched.load_column == PRESSURE.name;
+        let load_units =
+            [a, b].map(|table| TableUnits::from_table(table).pressure.filter(|_| are_pressures));
         let columns = columns::compare(a, b, &matched);
         let [columns_only_in_a, columns_only_in_b] =
             [(a, b), (b, a)].map(|(of, other)| columns::lacking(of, other));
@@ -279,6 +294,8 @@ impl TableComparison {
             across: matched.across,
             varying: matched.varying,
             load_column: matched.load_column,
+            load_units,
+            disjoint_loads: matched.disjoint_loads,
             columns_only_in_a,
             columns_only_in_b,
             columns,

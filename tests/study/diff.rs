@@ -143,7 +143,12 @@ fn surfaces_of_other_seeds_are_independent() {
     let comparison = compare(&bench, &first, &other);
     let study = &comparison.studies[0];
     let parameters = study.parameters.as_ref().unwrap();
-    let seed = Difference::Key { key: "seed".into(), a: vec![7.into()], b: vec![8.into()] };
+    let seed = Difference::Key {
+        key: "seed".into(),
+        a: vec![7.into()],
+        b: vec![8.into()],
+        units: [None, None],
+    };
     assert_eq!(parameters.iter().map(|found| &found.what).collect::<Vec<_>>(), [&seed]);
     let tables = study.stages[2].tables.as_ref().unwrap();
     assert_eq!((tables.common, tables.only_in_a.rows, tables.only_in_b.rows), (0, 6, 6));
@@ -286,4 +291,41 @@ fn a_table_of_all_means_is_written_and_other_files_are_kept() {
     let before = fs::read(&first).unwrap();
     let (printed, code) = diff(&bench, &first, &other, &["-o", first.to_str().unwrap()]);
     assert_eq!((fs::read(&first).unwrap(), code), (before, Some(2)), "{printed}");
+}
+
+#[test]
+fn a_study_is_compared_with_itself_under_a_setting() {
+    let bench = Bench::new();
+    let path = run(&bench, "study.toml", STUDY);
+    let manifest = path.to_str().unwrap();
+    let setting = ["--set", "stage.light.tolerance=0.01"];
+    let computed = bench.output(&[&["run", manifest], &setting[..]].concat());
+    assert!(computed.status.success(), "{}", text(&computed.stderr));
+    let printed = |options: &[&str]| {
+        let output = bench.output(&[&["diff", manifest], options].concat());
+        (text(&output.stdout), text(&output.stderr))
+    };
+    let (compared, _) = printed(&setting);
+    assert!(compared.contains("light: tolerance 5e-5 → 0.01"), "{compared}");
+    assert!(compared.contains("study.toml --set "), "{compared}");
+    let reversed = ["--set-a", "stage.light.tolerance=0.01"];
+    assert!(printed(&reversed).0.contains("light: tolerance 0.01 → 5e-5"));
+    let equal = [&setting[..], &reversed].concat();
+    assert!(printed(&equal).0.ends_with("\nA and B are equal\n"));
+    assert!(printed(&[]).1.contains("required"), "one study and no setting");
+    let of_tables = bench.data().join("results/small");
+    let (_, error) = printed(&[of_tables.to_str().unwrap(), setting[0], setting[1]]);
+    assert!(error.contains("settings override keys of a manifest"), "{error}");
+}
+
+#[test]
+fn studies_without_a_common_load_say_so() {
+    let bench = Bench::new();
+    let a = run(&bench, "a.toml", STUDY);
+    let other = STUDY.replace("\"small\"", "\"other\"");
+    let b = run(&bench, "b.toml", &other.replace("{ to = 0.1, steps = 4 }", "[0.03, 0.07]"));
+    let (printed, _) = diff(&bench, &a, &b, &[]);
+    let hint = "no load is in both: `load` is 0.025 … 0.1 in A and 0.03 … 0.07 in B.";
+    assert!(printed.contains(hint), "{printed}");
+    assert!(printed.contains("give both studies the same"), "{printed}");
 }

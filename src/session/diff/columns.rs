@@ -10,6 +10,7 @@ use super::rows::{Group, MatchedRows};
 use asperity_pipeline::results::OWN_COLUMNS;
 use asperity_stages::columns::{REALIZATION, SEED, SURFACE};
 use asperity_stages::ensemble::ParameterPoint;
+use asperity_stages::units::TableUnits;
 use asperity_statistics::differences::MeanDifference;
 use asperity_statistics::intervals::LEVEL;
 use asperity_tables::column::Role;
@@ -23,6 +24,9 @@ const RESOLUTION: f64 = 1e-12;
 pub struct ColumnComparison {
     pub column: String,
     pub unit: String,
+    /// Whether the unit is made of units that the manifests name.
+    #[serde(skip)]
+    pub has_named_unit: bool,
     /// Number of rows of the same surface, point and load whose values differ.
     pub differing: usize,
     /// Means at each point and load; empty if the column has no numbers.
@@ -111,7 +115,8 @@ impl MeanComparison {
         is_real(self).cmp(&is_real(other)).then(relative(self).total_cmp(&relative(other)))
     }
 
-    fn new(group: &Group, a: &Values, b: &Values) -> Option<MeanComparison> {
+    /// Compares the means of a group. Differences up to `noise` are rounding errors.
+    fn new(group: &Group, a: &Values, b: &Values, noise: f64) -> Option<MeanComparison> {
         let pairs: Vec<(f64, f64)> =
             group.pairs().filter_map(|(row, other)| Some((a[row]?, b[other]?))).collect();
         let test = if group.pairs().next().is_some() { Test::Paired } else { Test::Welch };
@@ -135,11 +140,11 @@ impl MeanComparison {
         let (is_equal, found) = match test {
             Test::Paired => {
                 let differences: Vec<f64> = pairs.iter().map(|(a, b)| b - a).collect();
-                let is_equal = pairs.iter().all(|&(a, b)| is_same(a, b));
+                let is_equal = pairs.iter().all(|&(a, b)| is_same(a, b, noise));
                 (is_equal, MeanDifference::paired(&differences))
             }
             Test::Welch => {
-                (is_same(mean_a, mean_b), MeanDifference::independent(&values_a, &values_b))
+                (is_same(mean_a, mean_b, noise), MeanDifference::independent(&values_a, &values_b))
             }
         };
         let found = found.filter(|_| !is_equal);
@@ -171,6 +176,8 @@ type Values = Vec<Option<f64>>;
 
 /// Compares the columns of two tables, except those that identify rows.
 pub fn compare(a: &Table, b: &Table, matched: &MatchedRows) -> Vec<ColumnComparison> {
+    let units = TableUnits::from_table(a);
+    let units = if units == TableUnits::from_table(b) { units } else { TableUnits::default() };
     let descriptions = a.descriptions().into_iter();
     let columns = descriptions.filter(|column| is_compared(a, &column.name) && b.has(&column.name));
     let compared = columns.map(|column| {
@@ -179,12 +186,14 @@ pub fn compare(a: &Table, b: &Table, matched: &MatchedRows) -> Vec<ColumnCompari
         let pairs = matched.groups.iter().flat_map(Group::pairs);
         let (differing, means) = match (numbers(array_a), numbers(array_b)) {
             (Some(a), Some(b)) => {
+                let noise = RESOLUTION * largest_mean(&matched.groups, [&a, &b]);
                 let is_equal = |pair: (usize, usize)| match (a[pair.0], b[pair.1]) {
-                    (Some(one), Some(other)) => is_same(one, other),
+                    (Some(one), Some(other)) => is_same(one, other, noise),
                     (one, other) => one == other,
                 };
                 let means = matched.groups.iter();
-                let means = means.filter_map(|group| MeanComparison::new(group, &a, &b)).collect();
+                let means = means.filter_map(|group| MeanComparison::new(group, &a, &b, noise));
+                let means = means.collect();
                 (pairs.filter(|&pair| !is_equal(pair)).count(), means)
             }
             _ => {
@@ -193,7 +202,9 @@ pub fn compare(a: &Table, b: &Table, matched: &MatchedRows) -> Vec<ColumnCompari
                 (pairs.filter(differs).count(), Vec::new())
             }
         };
-        ColumnComparison { column: column.name, unit: column.unit, differing, means }
+        let unit = units.name(&column.unit);
+        let has_named_unit = unit != column.unit;
+        ColumnComparison { column: column.name, unit, has_named_unit, differing, means }
     });
     compared.collect()
 }
@@ -231,8 +242,22 @@ pub fn are_identical(a: &Table, b: &Table) -> bool {
     compared(a).batch().columns() == compared(b).batch().columns()
 }
 
-fn is_same(one: f64, other: f64) -> bool {
-    one == other || (one - other).abs() <= RESOLUTION * one.abs().max(other.abs())
+/// Returns the largest magnitude of the means of a column at the points and loads of both tables.
+fn largest_mean(groups: &[Group], values: [&Values; 2]) -> f64 {
+    let means = groups.iter().flat_map(|group| {
+        [0, 1].map(|side| {
+            let own = group.rows[side].values().filter_map(|&row| values[side][row]);
+            let (sum, count) = own.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
+            sum / f64::from(count.max(1))
+        })
+    });
+    means.map(f64::abs).filter(|mean| mean.is_finite()).fold(0.0, f64::max)
+}
+
+/// Returns whether two numbers are equal in twelve digits, or differ by at most `noise`.
+fn is_same(one: f64, other: f64, noise: f64) -> bool {
+    let tolerance = noise.max(RESOLUTION * one.abs().max(other.abs()));
+    one == other || (one - other).abs() <= tolerance
 }
 
 /// Returns whether two cells are equal; lists are equal if their numbers are.
@@ -244,7 +269,7 @@ fn is_same_cell(a: &ArrayRef, row: usize, b: &ArrayRef, other: usize) -> bool {
         return match (numbers(&a.value(row)), numbers(&b.value(other))) {
             (Some(a), Some(b)) if a.len() == b.len() => {
                 a.iter().zip(&b).all(|(one, other)| match (one, other) {
-                    (Some(one), Some(other)) => is_same(*one, *other),
+                    (Some(one), Some(other)) => is_same(*one, *other, 0.0),
                     (one, other) => one == other,
                 })
             }
@@ -257,7 +282,8 @@ fn is_same_cell(a: &ArrayRef, row: usize, b: &ArrayRef, other: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_tables::column::{Column, ColumnKind, integers, optional_reals, texts};
+    use asperity_stages::columns::LOAD;
+    use asperity_tables::column::{Column, ColumnKind, integers, optional_reals, reals, texts};
 
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
     const STATUS: Column = Column::result("status", ColumnKind::Text, "", "status");
@@ -314,6 +340,14 @@ mod tests {
         assert!(compared(&a, &close)[0].is_equal() && !are_identical(&a, &close));
         assert_eq!(compared(&a, &close)[0].means[0].difference, 0.0);
         assert!(!compared(&a, &other)[0].is_equal());
+        // One mean is zero but for rounding, relative to the other mean.
+        let near_zero = |first: f64| {
+            let loads = [0.1, 0.2];
+            table(7, &[Some(first), Some(1.0)]).with(vec![(LOAD, reals(loads))])
+        };
+        let columns = |second: f64| compared(&near_zero(3e-17), &near_zero(second));
+        assert!(columns(-2e-14)[0].is_equal());
+        assert!(!columns(-2e-11)[0].is_equal());
         assert!(are_identical(&a, &a));
     }
 

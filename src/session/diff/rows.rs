@@ -37,6 +37,8 @@ pub struct MatchedRows {
     pub groups: Vec<Group>,
     /// Name of the column of loads.
     pub load_column: &'static str,
+    /// Smallest and largest load of A and of B, if no load is in both.
+    pub disjoint_loads: Option<[[f64; 2]; 2]>,
     /// Parameters that differ between the tables and are therefore not used for matching.
     pub across: Vec<String>,
     /// Parameters that distinguish the points.
@@ -105,8 +107,32 @@ impl MatchedRows {
         }
         let varying = matching.varying();
         let (common, only) = matching.counts(load_column, &varying);
-        Ok(MatchedRows { groups: matching.groups, load_column, across, varying, common, only })
+        Ok(MatchedRows {
+            disjoint_loads: disjoint_loads(&matching.groups),
+            groups: matching.groups,
+            load_column,
+            across,
+            varying,
+            common,
+            only,
+        })
     }
+}
+
+/// Returns the smallest and the largest load of both tables, if they have loads and no load is in
+/// both.
+fn disjoint_loads(groups: &[Group]) -> Option<[[f64; 2]; 2]> {
+    let loads = |side: usize| -> Vec<f64> {
+        let own = groups.iter().filter(|group| !group.rows[side].is_empty());
+        own.filter_map(|group| group.load).collect()
+    };
+    let loads = [loads(0), loads(1)];
+    let is_common = loads[0].iter().any(|load| loads[1].contains(load));
+    let ends = |loads: &[f64]| {
+        let least = loads.iter().copied().reduce(f64::min)?;
+        Some([least, loads.iter().copied().fold(least, f64::max)])
+    };
+    if is_common { None } else { Some([ends(&loads[0])?, ends(&loads[1])?]) }
 }
 
 /// Parameter points of a table with the indices of their rows.
@@ -323,6 +349,15 @@ mod tests {
         assert_eq!((only_b.rows, only_b.surfaces.rows, only_b.loads.rows), (3, 2, 1));
         assert_eq!(only_b.surfaces.first, ["seed 7, realization 1"]);
         assert_eq!(only_b.loads.first, ["load 0.02"]);
+    }
+
+    #[test]
+    fn the_ranges_of_loads_are_known_if_no_load_is_in_both_tables() {
+        let a = table(&[(0.3, 0.1, 0, 0.01), (0.3, 0.1, 0, 0.03)]);
+        let b = table(&[(0.3, 0.1, 0, 0.02)]);
+        let matched = MatchedRows::new(&a, &b).unwrap();
+        assert_eq!(matched.disjoint_loads, Some([[0.01, 0.03], [0.02, 0.02]]));
+        assert_eq!(MatchedRows::new(&a, &a).unwrap().disjoint_loads, None);
     }
 
     #[test]

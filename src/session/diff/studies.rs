@@ -13,7 +13,7 @@ use std::{fs, io};
 use tempfile::TempDir;
 use zip::ZipArchive;
 
-use crate::session::{DataFolder, Observer, Session, SessionError, StudyResults};
+use crate::session::{DataFolder, Observer, Session, SessionError, Setting, StudyResults};
 use crate::share::is_archive;
 use asperity_manifest::names::FAILURES;
 use asperity_pipeline::plan::reasons::record::Record;
@@ -38,6 +38,8 @@ pub struct Studies {
 #[derive(Debug)]
 pub struct ComparedStudy {
     pub path: PathBuf,
+    /// Settings that override keys of the manifest.
+    pub settings: Vec<Setting>,
     pub name: String,
     /// Versions of the program that published the tables.
     pub programs: BTreeSet<String>,
@@ -65,23 +67,33 @@ pub struct StageTable {
 
 impl Studies {
     /// Opens the studies at a path: a manifest, a data folder, the folder of the tables of one
-    /// study, or an archive. `data` is the data folder of a manifest.
+    /// study, or an archive. `data` is the data folder of a manifest, and `settings` override its
+    /// keys.
     ///
     /// # Errors
-    /// Returns an error if the path has no study, if a manifest is invalid, or if a file cannot be
-    /// read.
+    /// Returns an error if the path has no study, if a manifest is invalid, if a file cannot be
+    /// read, or if there are settings and no manifest.
     pub fn open(
         path: &Path,
+        settings: &[Setting],
         data: &DataFolder,
         observer: &dyn Observer,
     ) -> Result<Studies, SessionError> {
+        let is_archive = is_zip(path);
+        if (path.is_dir() || is_archive) && !settings.is_empty() {
+            return Err(SessionError::Refused(format!(
+                "settings override keys of a manifest, and `{}` is none",
+                path.display()
+            )));
+        }
         if path.is_dir() {
             return Studies::of_folder(path);
         }
-        if is_zip(path) {
+        if is_archive {
             return Studies::of_archive(path);
         }
-        Session::with_data(path, data.clone()).observed_by(observer).compared()
+        let session = Session::with_data(path, data.clone()).with_settings(settings.to_vec());
+        session.observed_by(observer).compared()
     }
 
     /// Opens the studies of a data folder, of an unpacked archive, which contains one, or of a
@@ -127,6 +139,7 @@ impl Session<'_> {
         let record = Record::new(&reading.study, &reading.plan, &[]);
         let study = ComparedStudy {
             path: self.manifest().to_owned(),
+            settings: self.settings().to_vec(),
             name: reading.study.name.clone(),
             programs: programs(&published),
             stages: record.stages.iter().map(|stage| stage.name.clone()).collect(),
@@ -154,6 +167,7 @@ impl ComparedStudy {
         let name = folder_name.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Some(ComparedStudy {
             path: path.to_owned(),
+            settings: Vec::new(),
             name,
             programs: programs(folder),
             record,
