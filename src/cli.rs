@@ -237,11 +237,20 @@ impl SetArguments {
     fn settings(&self) -> impl Iterator<Item = Setting> {
         self.settings.iter().cloned()
     }
+
+    /// Refuses settings of a command that was called without a manifest.
+    fn refuse(&self) -> Result<(), Misused> {
+        match self.settings.as_slice() {
+            [] => Ok(()),
+            _ => Err(Misused("`--set` overrides keys of a manifest; name one".to_owned())),
+        }
+    }
 }
 
-/// Opens a session that prints its notices on standard error.
-fn session(manifest: &Path, data: &DataFolder) -> Session<'static> {
-    Session::with_data(manifest, data.clone()).observed_by(&print_notice)
+/// Opens a session with settings that prints its notices on standard error.
+fn session(manifest: &Path, set: &SetArguments, data: &DataFolder) -> Session<'static> {
+    let session = Session::with_data(manifest, data.clone()).with_settings(set.settings());
+    session.observed_by(&print_notice)
 }
 
 /// Returns the path of the user's settings, following the XDG Base Directory Specification.

@@ -45,8 +45,7 @@ struct ClaimPrinter<'a> {
 }
 
 pub fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
-    let study = session.claims()?;
+    let study = super::session(&arguments.manifest, &arguments.set, data).claims()?;
     let printer = ClaimPrinter { manifest: &arguments.manifest, study: &study };
     let claims = match &arguments.name {
         Some(name) => slice::from_ref(study.named(name)?),
@@ -351,8 +350,7 @@ pub struct AdviseArguments {
 }
 
 pub fn advise(arguments: &AdviseArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
-    let advice = session.advice()?;
+    let advice = super::session(&arguments.manifest, &arguments.set, data).advice()?;
     print_answer(arguments.json, &advice.fits, || advice_text(&advice))
 }
 

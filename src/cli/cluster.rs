@@ -58,7 +58,7 @@ pub fn submit(
     data: &DataFolder,
     own: Option<&Path>,
 ) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
+    let session = super::session(&arguments.manifest, &arguments.set, data);
     let program = match arguments.program.as_deref().or(own) {
         Some(program) => program.to_owned(),
         None => env::current_exe()?,
@@ -193,7 +193,7 @@ pub struct StatusArguments {
 }
 
 pub fn status(arguments: &StatusArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
+    let session = super::session(&arguments.manifest, &arguments.set, data);
     loop {
         let progress = session.progress()?;
         let mut out = stdout();
@@ -266,10 +266,13 @@ fn queued(queue: &Queue) -> String {
 pub struct CancelArguments {
     /// Manifest of a submitted study.
     manifest: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
 }
 
 pub fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data);
+    let session = super::session(&arguments.manifest, &arguments.set, data);
     let jobs = session.cancel()?;
     let mut out = stdout();
     match jobs.as_slice() {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use indicatif::{DecimalBytes, ProgressBar};
 
-use super::{Failure, print_answer};
+use super::{Failure, SetArguments, print_answer};
 use crate::session::maintenance::{self, Finding, PruneOptions, Pruned, Verification};
 use crate::session::words::{chain, counted};
 use crate::session::{DataFolder, StoreError};
@@ -14,6 +14,9 @@ use crate::session::{DataFolder, StoreError};
 pub struct VerifyArguments {
     /// Check only the tables of this manifest (default: all tables).
     manifest: Option<PathBuf>,
+
+    #[command(flatten)]
+    set: SetArguments,
 
     /// Also check the tables in the read-only stores that `asperity.toml` lists. Damaged files
     /// there are reported and left in place.
@@ -28,7 +31,11 @@ pub struct VerifyArguments {
 }
 
 pub fn verify(arguments: &VerifyArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = arguments.manifest.as_deref().map(|manifest| super::session(manifest, data));
+    let VerifyArguments { manifest, set, .. } = arguments;
+    if manifest.is_none() {
+        set.refuse()?;
+    }
+    let session = manifest.as_deref().map(|manifest| super::session(manifest, set, data));
     // The bar is hidden unless stderr is a terminal.
     let bar = ProgressBar::new(0);
     let verification = maintenance::verify(data, session.as_ref(), arguments.stores, &|tables| {
@@ -78,6 +85,9 @@ pub struct PruneArguments {
     /// unfinished files).
     manifests: Vec<PathBuf>,
 
+    #[command(flatten)]
+    set: SetArguments,
+
     /// Delete the files instead of listing them.
     #[arg(long)]
     yes: bool,
@@ -96,7 +106,11 @@ pub struct PruneArguments {
 }
 
 pub fn prune(arguments: &PruneArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let sessions = arguments.manifests.iter().map(|manifest| super::session(manifest, data));
+    let PruneArguments { manifests, set, .. } = arguments;
+    if manifests.is_empty() {
+        set.refuse()?;
+    }
+    let sessions = manifests.iter().map(|manifest| super::session(manifest, set, data));
     let options = PruneOptions { delete: arguments.yes, force: arguments.force };
     let pruned = maintenance::prune(data, &sessions.collect::<Vec<_>>(), options)?;
     print_answer(arguments.json, &pruned, || prune_text(&pruned, arguments.manifests.is_empty()))

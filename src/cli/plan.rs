@@ -14,9 +14,7 @@ use super::terminal::stdout;
 use super::{Failure, SetArguments, print_json};
 use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus, TasksFromStore};
 use crate::session::words::{counted, duration};
-use crate::session::{
-    DataFolder, Plan, Session, SessionError, Status, UnknownName, Warning, new_manifest,
-};
+use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, Warning, new_manifest};
 
 /// Maximum number of reasons printed per stage; `--json` prints all.
 const MAX_REASONS: usize = 20;
@@ -42,11 +40,6 @@ pub fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Opens a session with settings that prints its notices on standard error.
-fn session(manifest: &Path, set: &SetArguments, data: &DataFolder) -> Session<'static> {
-    super::session(manifest, data).with_settings(set.settings())
-}
-
 #[derive(clap::Args)]
 pub struct CheckArguments {
     /// Path of the manifest of the study.
@@ -57,7 +50,7 @@ pub struct CheckArguments {
 }
 
 pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let study = session(&arguments.manifest, &arguments.set, data).study()?;
+    let study = super::session(&arguments.manifest, &arguments.set, data).study()?;
     let plan = Plan::new(&study);
     super::print_warnings(&study.warnings());
     let mut out = stdout();
@@ -103,7 +96,7 @@ pub struct PlanArguments {
 }
 
 pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let status = session(&arguments.manifest, &arguments.set, data).status()?;
+    let status = super::session(&arguments.manifest, &arguments.set, data).status()?;
     let stages = status.stages();
     super::print_warnings(&status.warnings);
     let mut out = stdout();
@@ -227,7 +220,7 @@ pub struct ExplainArguments {
 }
 
 pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let status = session(&arguments.manifest, &arguments.set, data).status()?;
+    let status = super::session(&arguments.manifest, &arguments.set, data).status()?;
     let mut stages = status.stages();
     if let Some(wanted) = &arguments.stage {
         let names: Vec<&str> = stages.iter().map(|stage| stage.count.name).collect();

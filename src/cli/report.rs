@@ -67,10 +67,11 @@ enum BarKind {
 
 pub fn report(arguments: &ReportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let Some(manifest) = &arguments.manifest else {
+        arguments.set.refuse()?;
         let index = StudyIndex::write(data, arguments.replace)?;
         return print_answer(arguments.json, &index, || index_text(&index));
     };
-    let session = super::session(manifest, data).with_settings(arguments.set.settings());
+    let session = super::session(manifest, &arguments.set, data);
     let report = session.report(&ReportOptions {
         output: arguments.output.clone(),
         replace: arguments.replace,
@@ -156,7 +157,7 @@ pub struct ShareArguments {
 }
 
 pub fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
+    let session = super::session(&arguments.manifest, &arguments.set, data);
     let shared = session.share(&ShareOptions {
         output: arguments.output.clone(),
         store: arguments.store,

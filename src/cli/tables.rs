@@ -65,7 +65,7 @@ pub struct TableArguments {
 }
 
 pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, data).with_settings(arguments.set.settings());
+    let session = super::session(&arguments.manifest, &arguments.set, data);
     let table: TableSource = match (&arguments.sql, &arguments.stage) {
         (Some(_), Some(stage)) => {
             let manifest = arguments.manifest.display();
@@ -293,12 +293,13 @@ pub struct ColumnsArguments {
 }
 
 pub fn columns(arguments: &ColumnsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let described = match &arguments.manifest {
-        Some(manifest) => {
-            let session = super::session(manifest, data).with_settings(arguments.set.settings());
-            session.columns(arguments.stage.as_deref())?
+    let ColumnsArguments { manifest, set, stage, .. } = arguments;
+    let described = match manifest {
+        Some(manifest) => super::session(manifest, set, data).columns(stage.as_deref())?,
+        None => {
+            set.refuse()?;
+            DescribedColumns::for_all_kinds()
         }
-        None => DescribedColumns::for_all_kinds(),
     };
     let mut out = stdout();
     if arguments.json {

@@ -154,6 +154,18 @@ fn the_load_of_full_contact_is_known_for_waves() {
         assert!((loads.value(0) - 0.5 * load).abs() < 1e-11, "{method}: {loads:?}");
         assert!(areas.value(0) < 1.0 && areas.value(1) == 1.0, "{method}: {areas:?}");
     }
+    // p* = π E* Δ/λ, with the amplitude Δ = 0.02 µm and the wavelength λ = 2 µm.
+    let with_units = manifest("wave", "")
+        .replace("amplitude = 0.01", "side = \"2 um\"\namplitude = \"20 nm\"")
+        .replace("loads", "MODULUS\nload_unit = \"MPa\"\nloads");
+    let bodies = "bodies = [{ youngs_modulus = \"75 GPa\", poisson_ratio = 0.5 }]";
+    for modulus in ["effective_modulus = \"100 GPa\"", bodies] {
+        bench.run(&with_units.replace("MODULUS", modulus));
+        let area = bench.table("wave", "area");
+        let pressure = area.reals("pressure").unwrap().value(0);
+        assert!((pressure / (500.0 * std::f64::consts::PI) - 1.0).abs() < 1e-11, "{pressure}");
+        assert_eq!(area.reals("area_fraction").unwrap().value(1), 1.0);
+    }
     let random = STUDY.replace("to = 0.1", "to = \"0.5 * full_contact\"");
     let path = bench.write(&random);
     let output = bench.output(&["check", path.to_str().unwrap()]);
@@ -182,4 +194,40 @@ fn an_archive_holds_the_extended_manifests() {
         "area",
     ]);
     assert!(output.status.success(), "{}", text(&output.stderr));
+}
+
+#[test]
+fn every_command_that_reads_a_manifest_reads_settings() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let manifest = bench.path("study.toml");
+    let manifest = manifest.to_str().unwrap();
+    let setting = ["--set", "stage.surfaces.hurst=2"];
+    let npz = bench.path("maps.npz");
+    let commands: [&[&str]; 14] = [
+        &["check", manifest],
+        &["plan", manifest],
+        &["explain", manifest],
+        &["run", manifest],
+        &["status", manifest],
+        &["cancel", manifest],
+        &["claims", manifest],
+        &["advise", manifest],
+        &["columns", manifest],
+        &["table", manifest, "area"],
+        &["view", manifest, "light"],
+        &["export", manifest, "light", "-o", npz.to_str().unwrap()],
+        &["verify", manifest],
+        &["prune", manifest],
+    ];
+    for command in commands {
+        let output = bench.output(&[command, &setting].concat());
+        let printed = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {printed}");
+        assert!(printed.contains("`hurst`"), "{command:?}: {printed}");
+    }
+    for command in [&["verify"][..], &["prune"], &["columns"], &["view", "abcd"]] {
+        let printed = text(&bench.output(&[command, &setting].concat()).stderr);
+        assert!(printed.contains("`--set` overrides keys of a manifest"), "{command:?}: {printed}");
+    }
 }
