@@ -242,7 +242,7 @@ impl SetArguments {
     fn refuse(&self) -> Result<(), Misused> {
         match self.settings.as_slice() {
             [] => Ok(()),
-            _ => Err(Misused("`--set` overrides keys of a manifest; name one".to_owned())),
+            _ => Err(Misused("`--set` needs a manifest, whose keys it overrides".to_owned())),
         }
     }
 }

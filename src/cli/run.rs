@@ -11,12 +11,12 @@ use bytesize::ByteSize;
 use super::console::{Console, Patience, StopSignal};
 use super::terminal::stdout;
 use super::{Failure, OTHER_FOLDER, SetArguments, print_json};
-use crate::session::results::{PublishedTable, TableSource};
+use crate::session::results::PublishedTable;
 use crate::session::run::{RunOutcome, TaskError};
 use crate::session::status::TasksFromStore;
 use crate::session::words::counted;
 use crate::session::{
-    DataFolder, Plan, PlannedStage, RunOptions, RunReport, Selection, Session, Shard,
+    DataFolder, PlannedStage, RunOptions, RunReport, SampledStudy, Selection, Session, Shard,
 };
 
 #[derive(clap::Args)]
@@ -107,7 +107,7 @@ pub fn run_text(report: &RunReport, only: Option<&str>) -> Result<String, Failur
     let mut text = String::new();
     if let Some(tables) = &report.tables {
         let only = only.map(|_| report.wanted.as_slice());
-        text += &stage_lines(&report.sampled.plan, tables, only)?;
+        text += &stage_lines(&report.sampled, tables, only)?;
     }
     for TasksFromStore { store, tasks } in &report.stores {
         text += &format!("read from `{}`: {}\n", store.display(), counted(*tasks, "task"));
@@ -179,10 +179,11 @@ pub fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
 /// Returns one line per stage and the folder of the tables. If `only` lists tasks, stages without
 /// any of them are omitted.
 fn stage_lines(
-    plan: &Plan,
+    sampled: &SampledStudy,
     tables: &[PublishedTable],
     only: Option<&[usize]>,
 ) -> Result<String, Failure> {
+    let SampledStudy { study, plan, .. } = sampled;
     let width = plan.stages.iter().map(|stage| stage.name.chars().count()).max().unwrap_or(0);
     let mut text = String::new();
     let left = match only {
@@ -194,11 +195,14 @@ fn stage_lines(
             |only: &[usize]| stage.tasks.iter().any(|task| only.binary_search(task).is_ok());
         only.is_none_or(is_wanted)
     };
-    let stages = plan.stages.iter().zip(tables);
-    for (stage, table) in stages.filter(|(stage, _)| is_requested(stage)) {
+    let stages = plan.stages.iter().zip(tables).enumerate();
+    for (index, (stage, table)) in stages.filter(|(_, (stage, _))| is_requested(stage)) {
         let line = match table.finished {
             0 => "no finished tasks".to_owned(),
-            _ => line(stage, &table.open()?)?,
+            _ => {
+                let summary = stage.kind.definition().summary;
+                summary(&table.open()?, study.absolute_loads_on(index).as_ref())?.join(" · ")
+            }
         };
         let missing = stage.tasks.len() - table.finished;
         let missing = match missing {
@@ -211,10 +215,6 @@ fn stage_lines(
         text += &format!("tables: {}\n", folder.join("*.parquet").display());
     }
     Ok(text)
-}
-
-fn line(stage: &PlannedStage, table: &TableSource) -> Result<String, Failure> {
-    Ok((stage.kind.definition().summary)(table)?.join(" · "))
 }
 
 #[cfg(test)]

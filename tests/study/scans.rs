@@ -232,3 +232,29 @@ fn a_side_that_contradicts_the_file_needs_to_override_it() {
     let stretched = scan.reals("rms_slope").unwrap().value(0);
     assert!((10.0 * stretched / slope - 1.0).abs() < 1e-12);
 }
+
+#[test]
+fn lengths_with_units_prepare_a_map_as_plain_numbers_do() {
+    let stage = STUDY.split("[stage.contact]").next().unwrap();
+    let stage = stage.replace("level = [\"none\", \"plane\"]", "heights = \"keep\"\n");
+    // The unit of the file is the metre.
+    let written = |length: &dyn Fn(f64) -> String| {
+        let [step, corner, sides] = [1.0, 2.0, 16.0].map(|steps| length(steps * STEP));
+        let (long, short) = (length(8.0 * STEP), length(3.0 * STEP));
+        format!(
+            "{stage}crop = {{ from = [{corner}, {step}], size = [{sides}, {sides}] }}\n\
+             high_pass = {long}\nlow_pass = {short}\n"
+        )
+    };
+    let plain = bench();
+    plain.run(&written(&|length| format!("{length:e}")));
+    let heights = kept(&plain);
+    assert_eq!(heights.len(), 16 * 16);
+    for (unit, factor) in [("um", 1e6), ("nm", 1e9)] {
+        let bench = bench();
+        bench.run(&written(&|length| format!("\"{} {unit}\"", length * factor)));
+        for (one, other) in kept(&bench).iter().zip(&heights) {
+            assert!((one - other).abs() <= 1e-12 * other.abs().max(1e-9), "{unit}");
+        }
+    }
+}

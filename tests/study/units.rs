@@ -1,5 +1,7 @@
 //! Results in other units of length and pressure.
 
+use std::fs;
+
 use crate::bench::{Bench, STUDY, text};
 
 /// Returns dimensionless columns of a study in other units: Nayak's parameters and loads at full
@@ -84,9 +86,8 @@ fn steel_on_glass(values: [&str; 11]) -> String {
     names.iter().zip(values).fold(text, |text, (name, value)| text.replace(name, value))
 }
 
-#[test]
-fn quantities_with_units_give_the_numbers_of_converted_plain_numbers() {
-    let with_units = steel_on_glass([
+fn with_units() -> String {
+    steel_on_glass([
         "\"100 um\"",
         "\"50000 nm\"",
         "\"0.0125 mm\"",
@@ -98,7 +99,12 @@ fn quantities_with_units_give_the_numbers_of_converted_plain_numbers() {
         "\"5.5 GPa\"",
         "[\"10 MPa\", \"0.02 GPa\", \"400 bar\"]",
         "\"MPa\"",
-    ]);
+    ])
+}
+
+#[test]
+fn quantities_with_units_give_the_numbers_of_converted_plain_numbers() {
+    let with_units = with_units();
     let plain = steel_on_glass([
         "100",
         "50",
@@ -173,4 +179,140 @@ fn loads_out_of_order_have_the_results_of_the_sorted_list() {
     // Another block of loads is one edit of the list.
     let counts = bench.plan(&loads("[0.1, 0.01, 0.05, 0.02]"));
     assert_eq!((counts["surfaces"].to_run, counts["light"].to_run), (0, 4));
+}
+
+#[test]
+fn all_output_has_the_units_that_the_manifest_names() {
+    let bench = Bench::new();
+    let manifest = bench.write(&with_units());
+    let manifest = manifest.to_str().unwrap();
+    let printed = |arguments: &[&str]| {
+        let output = bench.output(arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let checked = printed(&["check", manifest]);
+    assert!(checked.contains("side 100 µm, rms height Sq = 0.2 … 0.3 µm"), "{checked}");
+    let contact = checked.lines().last().unwrap();
+    assert!(contact.contains(" MPa, 3 loads 10 … 40 MPa") && !contact.contains("GPa"), "{contact}");
+    let run = printed(&["run", manifest]);
+    let surfaces = run.lines().next().unwrap();
+    // The load of full contact is y* E* h′, with y* from 1 to 3.
+    let pressure = surfaces.split(" full contact at ").nth(1).unwrap();
+    let pressure = pressure.split(" · ").next().unwrap();
+    assert!(pressure.ends_with(" MPa"), "{surfaces}");
+    let lowest: f64 = pressure.split(' ').next().unwrap().parse().unwrap();
+    assert!((1e3..1e5).contains(&lowest), "{surfaces}");
+
+    printed(&["report", manifest]);
+    let figures = bench.data().join("results/steel/figures");
+    let drawn = |name: &str| fs::read_to_string(figures.join(name)).unwrap();
+    let pressure = drawn("pressure.svg");
+    assert!(
+        pressure.contains(">mean pressure p₀, in MPa<") && pressure.contains(">mean gap, in µm<")
+    );
+    for file in fs::read_dir(&figures).unwrap() {
+        let name = file.unwrap().file_name().into_string().unwrap();
+        if name.ends_with(".svg") {
+            let drawing = drawn(&name);
+            for unit in [" nm<", "GPa", " m<"] {
+                assert!(!drawing.contains(unit), "{name} has {unit}");
+            }
+        }
+    }
+    let page = fs::read_to_string(bench.data().join("results/steel/report.html")).unwrap();
+    assert!(page.contains("Loads are mean pressures divided by E* h′, which is "));
+}
+
+#[test]
+fn a_map_is_drawn_at_a_pressure_with_any_unit() {
+    let bench = Bench::new();
+    bench.run(&with_units());
+    let manifest = bench.path("study.toml");
+    let picture = bench.path("map.png");
+    let view = |load: &str| {
+        let task = ["contact", "rms_height=0.2", "realization=0", "--map", "pressures"];
+        let options = ["--load", load, "--replace", "-o", picture.to_str().unwrap()];
+        let start = ["view", manifest.to_str().unwrap()];
+        let output = bench.output(&[&start[..], &task, &options].concat());
+        (text(&output.stdout), text(&output.stderr))
+    };
+    let (at_20, _) = view("20");
+    assert!(at_20.contains("pressures at 20 MPa on 32 × 32 nodes, 0 … "), "{at_20}");
+    assert!(at_20.ends_with(" MPa\n"), "{at_20}");
+    for load in ["20 MPa", "0.02 GPa", "200bar", "2e7 Pa"] {
+        assert_eq!(view(load).0, at_20, "{load}");
+    }
+    let (_, error) = view("15 MPa");
+    assert!(error.contains("no row has `pressure` = 15 MPa; the nearest are 10 MPa and 20 MPa"));
+    let (_, error) = view("15 Mpa");
+    assert!(error.contains("unknown unit `Mpa`; units of pressure are `Pa`, "), "{error}");
+    let export = bench.path("maps.npz");
+    let output = bench.output(&[
+        "export",
+        manifest.to_str().unwrap(),
+        "contact",
+        "rms_height=0.2",
+        "realization=0",
+        "--load",
+        "0.04 GPa",
+        "-o",
+        export.to_str().unwrap(),
+        "--json",
+    ]);
+    let exported: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(exported["loads"], serde_json::json!([40.0]));
+}
+
+#[test]
+fn a_pressure_selects_a_reduced_load_and_needs_a_known_unit() {
+    let bench = Bench::new();
+    let contact = "from = \"surfaces\"\neffective_modulus = \"70 GPa\"";
+    bench.run(&STUDY.replace("from = \"surfaces\"", contact));
+    let pressure = bench.table("small", "light").reals("pressure").unwrap().value(1);
+    let view = |load: &str| {
+        let picture = bench.path("map.png");
+        let task = ["study.toml", "light", "k_upper=8", "realization=0", "--load", load];
+        let task = task.map(|word| match word {
+            "study.toml" => bench.path(word).to_str().unwrap().to_owned(),
+            word => word.to_owned(),
+        });
+        let task: Vec<&str> = task.iter().map(String::as_str).collect();
+        let options = ["--replace", "-o", picture.to_str().unwrap()];
+        bench.output(&[&["view"], &task[..], &options].concat())
+    };
+    let drawn = text(&view(&format!("{pressure} GPa")).stdout);
+    assert!(drawn.contains("contact at load 0.05 on"), "{drawn}");
+    bench.run(STUDY);
+    let error = text(&view("1 MPa").stderr);
+    assert!(error.contains("names no unit of pressure; give the load as a number"), "{error}");
+}
+
+#[test]
+fn a_map_without_a_unit_has_the_unit_of_its_side() {
+    let measured = |lengths: &str| {
+        let bench = Bench::new();
+        let shape = "{'descr': '<f8', 'fortran_order': False, 'shape': (16, 16), }";
+        let mut file = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+        file.extend(format!("{shape:117}\n").bytes());
+        let heights = (0..256).map(|node| f64::from(node * 37 % 101) / 1e3);
+        file.extend(heights.flat_map(f64::to_le_bytes));
+        fs::write(bench.path("rough.npy"), file).unwrap();
+        bench.run(&format!(
+            "[study]\nname = \"scan\"\n[stage.scan]\nkind = \"generate\"\nmethod = \"file\"\n\
+             path = \"rough.npy\"\nperiodic = false\n{lengths}"
+        ));
+        bench.table("scan", "scan")
+    };
+    let plain =
+        measured("side = 100\ncrop = { from = [0, 25], size = [50, 50] }\nhigh_pass = 40\n");
+    let written = measured(
+        "side = \"100 um\"\ncrop = { from = [\"0 m\", \"25 um\"], size = [\"0.05 mm\", \"5e4 nm\"] }\n\
+         high_pass = \"0.04 mm\"\n",
+    );
+    for column in ["side", "rms_height", "rms_slope"] {
+        assert_eq!(plain.reals(column).unwrap(), written.reals(column).unwrap(), "{column}");
+    }
+    assert_eq!(written.reals("side").unwrap().value(0), 50.0);
+    assert_eq!(written.texts("unit").unwrap().value(0), "µm");
 }

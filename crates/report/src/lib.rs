@@ -245,10 +245,12 @@ fn draw(
 ) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
     let (title, mut group) = (figure.title(), figure.group());
     Ok(Some(match figure.draw(data)? {
-        Drawn::Figure { mut figure, caption, sliders } => {
+        Drawn::Figure { mut figure, mut caption, sliders } => {
             let name = stem.to_owned();
             if group == Group::Paper {
-                data.loads.on_axes(&mut figure);
+                if let Some(note) = data.loads.on_axes(&mut figure) {
+                    caption = format!("{} {note}", caption.trim_end());
+                }
                 if figure.is_of_maps() {
                     group = Group::Maps;
                 } else if !figure.keep_courses() {

@@ -1,14 +1,12 @@
 //! Unit in which a page shows loads: the unit in which the manifest gives them.
 //!
-//! Reduced loads y = p₀/(E* h′) are pure numbers. Mean pressures p₀ are shown in pascals with a
-//! prefix if their unit is known. If E* h′ is the same for all rows, charts against the reduced
-//! load are drawn against the mean pressure.
+//! Reduced loads y = p₀/(E* h′) are pure numbers. If E* h′ is the same for all rows, charts against
+//! the reduced load are drawn against the mean pressure p₀.
 
 use crate::charts::{Figure, Panel};
 use crate::ensembles;
 use crate::figure_data::{FinishedStages, LOAD_LABEL};
-use crate::units::{LengthUnit, Scaled, Units, are_pascals, digits, in_pascals};
-use asperity_manifest::keys::quantity::{Dimension, Unit};
+use crate::units::{LengthUnit, PressureUnit, Scaled, Units, digits};
 use asperity_stages::Kind;
 use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, PRESSURE, PRESSURE_UNIT};
 use asperity_stages::ensemble::load_column;
@@ -22,11 +20,11 @@ const ROUNDING: f64 = 1e-6;
 pub enum Loads {
     Reduced,
     Pressures {
-        /// Pascals per unit of the pressures in tables, if known.
-        pascals: Option<f64>,
-        /// Mean pressure under the reduced load 1, in the unit of the tables, if it is the same for
-        /// all rows.
-        scale: Option<f64>,
+        /// Unit of the pressures in tables.
+        unit: PressureUnit,
+        /// Smallest and largest mean pressure under the reduced load 1, E* h′, in the unit of the
+        /// tables.
+        scales: [f64; 2],
     },
 }
 
@@ -40,20 +38,27 @@ impl Loads {
         if tables.is_empty() || !tables.iter().all(is_pressure) {
             return Ok(Loads::Reduced);
         }
-        let mut pascals = Vec::new();
-        let mut scales = Vec::new();
+        let mut pressure_units = Vec::new();
+        let mut scales = [f64::INFINITY, 0.0];
         for table in tables {
-            pascals.push(pascals_of(table, units)?);
+            pressure_units.push(unit_of_pressures(table, units)?);
             let (loads, pressures) = (table.reals(LOAD.name)?, table.reals(PRESSURE.name)?);
             let pairs = pressures.values().iter().zip(loads.values());
-            scales.extend(pairs.map(|(pressure, load)| pressure / load));
+            for scale in pairs.map(|(pressure, load)| pressure / load) {
+                scales = [scales[0].min(scale), scales[1].max(scale)];
+            }
         }
-        let scale = scales.first().copied().filter(|first| {
-            first.is_finite() && scales.iter().all(|other| (other / first - 1.0).abs() < ROUNDING)
-        });
-        let first = pascals.first().copied().flatten();
-        let pascals = first.filter(|_| pascals.iter().all(|other| *other == first));
-        Ok(Loads::Pressures { pascals, scale })
+        Ok(Loads::Pressures { unit: PressureUnit::common(pressure_units), scales })
+    }
+
+    /// Returns E* h′ if it is the same for all rows.
+    fn scale(&self) -> Option<f64> {
+        match self {
+            Loads::Pressures { scales: [least, most], .. } => {
+                (most / least - 1.0 < ROUNDING).then_some(*least)
+            }
+            Loads::Reduced => None,
+        }
     }
 
     /// Returns the name of a load in texts.
@@ -68,7 +73,7 @@ impl Loads {
     pub fn text(&self, reduced: f64, pressure: f64) -> String {
         match self {
             Loads::Reduced => digits(reduced, 3),
-            Loads::Pressures { pascals, .. } => pressure_text(pressure, *pascals),
+            Loads::Pressures { unit, .. } => unit.text(pressure, 3),
         }
     }
 
@@ -76,28 +81,40 @@ impl Loads {
     pub fn text_of_reduced(&self, load: f64) -> String {
         match self {
             Loads::Reduced => digits(load, 3),
-            Loads::Pressures { pascals, scale: Some(scale) } => {
-                pressure_text(load * scale, *pascals)
-            }
-            Loads::Pressures { scale: None, .. } => format!("{} E* h′", digits(load, 3)),
+            Loads::Pressures { unit, .. } => match self.scale() {
+                Some(scale) => unit.text(load * scale, 3),
+                None => format!("{} E* h′", digits(load, 3)),
+            },
         }
     }
 
-    /// Converts the axes of a figure that show reduced loads to mean pressures, if possible.
-    pub fn on_axes(&self, figure: &mut Figure) {
-        let Loads::Pressures { pascals, scale: Some(scale) } = *self else {
-            return;
+    /// Converts the axes of a figure that show reduced loads to mean pressures. If E* h′ differs
+    /// between the surfaces, returns a sentence for the caption instead.
+    pub fn on_axes(&self, figure: &mut Figure) -> Option<String> {
+        let Loads::Pressures { unit, scales } = self else {
+            return None;
         };
         let panels = figure.rows.iter_mut().flatten();
-        let charts = panels.filter_map(|panel| match panel {
+        let mut charts = panels.filter_map(|panel| match panel {
             Panel::Chart(chart) => Some(chart),
             Panel::Map(_) => None,
         });
+        let Some(scale) = self.scale() else {
+            let has_loads = charts
+                .any(|chart| [&chart.x, &chart.y].into_iter().any(|axis| axis.label == LOAD_LABEL));
+            let [least, most] = scales.map(|scale| unit.text(scale, 3));
+            return has_loads.then(|| {
+                format!(
+                    "Loads are mean pressures divided by E* h′, which is {least} to {most} on these \
+                     surfaces."
+                )
+            });
+        };
         for chart in charts {
             let points = || chart.series.iter().flat_map(|series| &series.points);
-            let unit = |largest: f64| unit_of(largest * scale, pascals);
             let largest = |values: &mut dyn Iterator<Item = f64>| {
-                unit(values.filter(|value| value.is_finite()).fold(0.0, f64::max))
+                let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+                unit.scaled(largest * scale)
             };
             let along_x = largest(&mut points().map(|point| point.x));
             let along_y = largest(&mut points().map(|point| point.y));
@@ -109,49 +126,25 @@ impl Loads {
                 chart.convert_y(along_y.factor * scale, label(&along_y));
             }
         }
+        None
     }
 }
 
-/// Returns the unit for pressures up to `largest`, which is in the unit of the tables.
-pub fn unit_of(largest: f64, pascals: Option<f64>) -> Scaled {
-    match pascals {
-        Some(pascals) => {
-            let Scaled { factor, unit } = in_pascals(largest * pascals);
-            Scaled { factor: factor * pascals, unit }
-        }
-        None => Scaled { factor: 1.0, unit: "the unit of E*".to_owned() },
-    }
-}
-
-/// Formats a pressure in the unit of the tables.
-fn pressure_text(pressure: f64, pascals: Option<f64>) -> String {
-    let Scaled { factor, unit } = unit_of(pressure, pascals);
-    match pascals {
-        Some(_) => format!("{} {unit}", digits(factor * pressure, 3)),
-        None => digits(pressure, 3),
-    }
-}
-
-/// Returns the pascals per unit of the pressures in a table, if known.
-pub fn pascals_of(table: &Table, units: &Units) -> Result<Option<f64>, TableError> {
+/// Returns the unit of the pressures in a table.
+pub fn unit_of_pressures(table: &Table, units: &Units) -> Result<PressureUnit, TableError> {
     if table.has(PRESSURE_UNIT.name) {
         let written = table.texts(PRESSURE_UNIT.name)?;
-        return Ok(written.iter().flatten().next().and_then(pascals_in));
+        let written = written.iter().flatten().map(PressureUnit::named);
+        return Ok(PressureUnit::common(written));
     }
     if table.rows() == 0 || !table.has(EFFECTIVE_MODULUS.name) {
-        return Ok(None);
+        return Ok(PressureUnit::Unknown);
     }
     let moduli = table.reals(EFFECTIVE_MODULUS.name)?.iter().flatten();
     let least = moduli.fold(f64::INFINITY, f64::min);
     let ends = [0, table.rows() - 1].map(|row| ensembles::point(table, row));
     let lengths = LengthUnit::common(ends.iter().map(|point| units.at(point)));
-    Ok(are_pascals(least, &lengths).then_some(1.0))
-}
-
-/// Returns the pascals in a unit such as `MPa`.
-pub fn pascals_in(unit: &str) -> Option<f64> {
-    let known = Unit::find(unit).filter(|known| known.dimension == Dimension::Pressure)?;
-    Unit::find("Pa").map(|pascal| known.factor_to(pascal))
+    Ok(PressureUnit::assumed(least, &lengths))
 }
 
 #[cfg(test)]
@@ -161,17 +154,17 @@ mod tests {
     use crate::charts::chart::{Chart, Series};
     use crate::charts::style::{self, Colour, Style};
 
-    const PASCALS: Loads = Loads::Pressures { pascals: Some(1.0), scale: Some(2e9) };
+    const PASCALS: Loads = Loads::Pressures { unit: PressureUnit::Pascal, scales: [2e9; 2] };
 
     #[test]
     fn loads_are_written_in_the_unit_of_the_manifest() {
         assert_eq!(Loads::Reduced.text(0.0123456, 5.5e9), "0.0123");
         assert_eq!(PASCALS.text(0.0123456, 5.5e9), "5.5 GPa");
         assert_eq!(PASCALS.text_of_reduced(0.01), "20 MPa");
-        let mixed = Loads::Pressures { pascals: Some(1e6), scale: None };
-        assert_eq!(mixed.text(0.01, 20.0), "20 MPa");
+        let mixed = Loads::Pressures { unit: PressureUnit::named("MPa"), scales: [1e3, 2e3] };
+        assert_eq!(mixed.text(0.01, 2000.0), "2000 MPa");
         assert_eq!(mixed.text_of_reduced(0.01), "0.01 E* h′");
-        let unknown = Loads::Pressures { pascals: None, scale: Some(2.0) };
+        let unknown = Loads::Pressures { unit: PressureUnit::Unknown, scales: [2.0; 2] };
         assert_eq!(unknown.text(0.01, 0.02), "0.02");
     }
 
@@ -183,7 +176,7 @@ mod tests {
         chart.notes.push((0.05, 0.5, "note".to_owned()));
         let figure = Figure::from_chart(chart);
         let mut converted = figure.clone();
-        PASCALS.on_axes(&mut converted);
+        assert_eq!(PASCALS.on_axes(&mut converted), None);
         let Panel::Chart(chart) = &converted.rows[0][0] else { panic!("a chart") };
         assert_eq!(chart.x.label, "mean pressure p₀, in MPa");
         assert_eq!(chart.y.label, "area");
@@ -192,14 +185,18 @@ mod tests {
         assert!((chart.series[0].points[0].x - 20.0).abs() < 1e-9);
         assert_eq!(chart.series[0].points[0].y, 0.2);
         assert!((chart.notes[0].0 - 100.0).abs() < 1e-9);
+        let mut named = figure.clone();
+        let unit = PressureUnit::named("MPa");
+        Loads::Pressures { unit, scales: [2e5; 2] }.on_axes(&mut named);
+        let Panel::Chart(chart) = &named.rows[0][0] else { panic!("a chart") };
+        assert_eq!(chart.x.label, "mean pressure p₀, in MPa");
+        assert!((chart.series[0].points[1].x - 2e4).abs() < 1e-9);
         let mut same = figure.clone();
-        Loads::Reduced.on_axes(&mut same);
+        assert_eq!(Loads::Reduced.on_axes(&mut same), None);
         assert_eq!(same, figure);
-    }
-
-    #[test]
-    fn units_of_pressure_are_converted_to_pascals() {
-        let known = ["Pa", "MPa", "N/mm²", "psi"].map(pascals_in);
-        assert_eq!(known, [Some(1.0), Some(1e6), Some(1e6), None]);
+        let unit = PressureUnit::named("MPa");
+        let note = Loads::Pressures { unit, scales: [1e3, 1.5e3] }.on_axes(&mut same);
+        assert!(note.is_some_and(|note| note.contains("E* h′, which is 1000 MPa to 1500 MPa")));
+        assert_eq!(same, figure);
     }
 }

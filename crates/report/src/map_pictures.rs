@@ -1,13 +1,13 @@
 //! Pictures of single maps with a title, a scale bar and a colour bar, as PNG, SVG or PDF.
 //!
-//! Lengths and pressures with a unit are shown with a suitable prefix. Without a unit, lengths are
-//! shown relative to the longer side L of the map, and pressures relative to E*.
+//! Lengths and pressures have the unit that the manifest names. Without a unit, lengths are shown
+//! relative to the longer side L of the map, and pressures relative to E*.
 
 use crate::charts::map_panel::{BarNumbers, ColourBar, MapPanel, ScaleBar};
 use crate::charts::raster::{CONTACT, GAP, Pixel, Raster, Scale};
 use crate::charts::svg::{self, PixelsError};
 use crate::charts::{Figure, Panel, panel_of_map, pdf};
-use crate::units::{LengthUnit, Scaled, digits, in_pascals, scale_bar};
+use crate::units::{LengthUnit, PressureUnit, Scaled, digits, scale_bar};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::map::ContactMap;
 
@@ -90,11 +90,10 @@ impl NodeValues<'_> {
         let in_unit = |factor: f64, unit: &str| Shown { factor, label: format!("{name} ({unit})") };
         if self.quantity == Quantity::Pressure {
             return match self.unit {
-                Some("Pa") => {
-                    let Scaled { factor, unit } = in_pascals(largest);
+                Some(unit) => {
+                    let Scaled { factor, unit } = PressureUnit::named(unit).scaled(largest);
                     in_unit(factor, &unit)
                 }
-                Some(unit) => in_unit(1.0, unit),
                 None => Shown { factor: 1.0 / self.effective_modulus, label: format!("{name}/E*") },
             };
         }
@@ -237,14 +236,16 @@ mod tests {
     }
 
     #[test]
-    fn values_have_the_prefix_that_suits_them_or_are_relative_to_side_and_modulus() {
+    fn values_have_the_unit_that_is_named_or_are_relative_to_side_and_modulus() {
         let label = |quantity, numbers: &[f64], unit| axis(values(quantity, numbers, unit)).0;
         let heights = [-0.02, 0.0, 0.01, 0.03];
-        assert_eq!(label(Quantity::Height, &heights, Some("µm")), "height h (nm)");
+        assert_eq!(label(Quantity::Height, &heights, Some("µm")), "height h (µm)");
+        assert_eq!(label(Quantity::Height, &heights, Some("m")), "height h (mm)");
         assert_eq!(label(Quantity::Gap, &heights, Some("px")), "gap g (px)");
         assert_eq!(label(Quantity::Displacement, &heights, None), "displacement u/L");
         let pressures = [0.0, 1e7, 2e7, 2.5e7];
         assert_eq!(label(Quantity::Pressure, &pressures, Some("Pa")), "pressure p (MPa)");
+        assert_eq!(label(Quantity::Pressure, &pressures, Some("MPa")), "pressure p (MPa)");
         assert_eq!(label(Quantity::Pressure, &pressures, None), "pressure p/E*");
     }
 

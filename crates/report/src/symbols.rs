@@ -14,7 +14,7 @@ use asperity_tables::table::{Table, TableError};
 use crate::ensembles;
 use crate::figure_data::{AREA_LABEL, FigureData, LOAD_LABEL};
 use crate::loads;
-use crate::units::{LengthUnit, Scaled, digits, in_pascals};
+use crate::units::{LengthUnit, PressureUnit, Scaled, digits};
 
 /// Columns with the labels of their axes and their symbols.
 const KNOWN: [(&str, &str, &str); 28] = [
@@ -98,8 +98,7 @@ pub struct Labels {
     lengths: LengthUnit,
     /// Unit of length of the surfaces, if all have the same.
     length: Option<String>,
-    /// Pascals per unit of the pressures, if known.
-    pascals: Option<f64>,
+    pressure: PressureUnit,
 }
 
 impl Labels {
@@ -114,7 +113,7 @@ impl Labels {
             units: names.map(|name| (name.to_owned(), unit(table, name))).collect(),
             lengths,
             length: units.first().cloned().flatten().filter(|_| units.len() == 1),
-            pascals: loads::pascals_of(table, &data.units)?,
+            pressure: loads::unit_of_pressures(table, &data.units)?,
         })
     }
 
@@ -122,17 +121,10 @@ impl Labels {
     pub fn unit(&self, column: &str, values: impl Iterator<Item = f64>) -> AxisUnit {
         let largest = values.fold(0.0_f64, |most, value| most.max(value.abs()));
         let scaled = match self.units.get(column).map(String::as_str).unwrap_or_default() {
-            "pressure" => match self.pascals {
-                Some(pascals) => {
-                    let scaled = in_pascals(pascals * largest);
-                    Scaled { factor: pascals * scaled.factor, ..scaled }
-                }
-                None => Scaled { factor: 1.0, unit: "the unit of E*".to_owned() },
-            },
+            "pressure" => self.pressure.scaled(largest),
             "length" => {
                 let factor = self.lengths.factor(self.length.as_deref());
-                let scaled = self.lengths.scaled(factor * largest);
-                Scaled { factor: factor * scaled.factor, ..scaled }
+                self.lengths.scaled(factor * largest).times(factor)
             }
             // The label of the load contains its unit.
             _ if column.starts_with(LOAD.name) => Scaled { factor: 1.0, unit: String::new() },
@@ -177,16 +169,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pressures_with_a_written_unit_are_shown_in_pascals_with_a_prefix() {
+    fn pressures_are_shown_in_the_unit_that_the_manifest_names() {
         let labels = Labels {
             units: [("pressure".to_owned(), "pressure".to_owned())].into(),
             lengths: LengthUnit::Unknown,
             length: None,
-            pascals: Some(1e6),
+            pressure: PressureUnit::named("MPa"),
         };
         let unit = labels.unit("pressure", [500.0, 2000.0].into_iter());
-        assert_eq!(unit.label("mean pressure p₀"), "mean pressure p₀, in GPa");
-        assert!((unit.factor * 2000.0 - 2.0).abs() < 1e-12);
+        assert_eq!(unit.label("mean pressure p₀"), "mean pressure p₀, in MPa");
+        assert_eq!(unit.factor, 1.0);
     }
 
     #[test]

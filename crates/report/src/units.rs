@@ -1,9 +1,10 @@
-//! Units of the numbers on a page: lengths in metres with a suitable prefix, and pressures in
-//! pascals if their unit is known.
+//! Units of the numbers on a page: those that the manifest names. Metres and pascals have a
+//! suitable prefix.
 //!
 //! Tables contain lengths in the unit of their surface and pressures in the unit of the modulus.
-//! Lengths are converted to metres if possible. If the unit of the modulus is not recorded, it is
-//! assumed to be the pascal for large numbers. If the unit of length is known, these are E* ≥ 10⁶:
+//! Lengths of surfaces with different units are converted to metres. If the unit of the modulus is
+//! not recorded, it is assumed to be the pascal for large numbers. If the unit of length is known,
+//! these are E* ≥ 10⁶:
 //! no solid has an E* of 10⁶ MPa, and all solids but gels have an E* above 10⁶ Pa. Otherwise they
 //! are E* ≥ 10⁸, which no solid has in pounds per square inch.
 
@@ -32,11 +33,22 @@ pub struct Units {
 /// A unit of length that several surfaces share.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LengthUnit {
-    /// The metre, to which all units can be converted.
+    /// The metre, which is shown with a suitable prefix. All units can be converted to it.
     Metre,
-    /// An unknown unit that all surfaces share.
+    /// Another unit that all surfaces share, which is shown as it is.
     Named(String),
     /// No unit, or several unknown ones.
+    Unknown,
+}
+
+/// A unit of pressure of tables.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PressureUnit {
+    /// The pascal, which is shown with a suitable prefix.
+    Pascal,
+    /// Another unit, which is shown as it is.
+    Named(String),
+    /// No unit, or several.
     Unknown,
 }
 
@@ -78,14 +90,18 @@ impl LengthUnit {
     pub fn common<'a>(units: impl IntoIterator<Item = Option<&'a str>>) -> LengthUnit {
         let units: Option<Vec<&str>> = units.into_iter().collect();
         match units.as_deref() {
-            Some([]) | None => LengthUnit::Unknown,
-            Some(units) if units.iter().all(|unit| in_metres(unit).is_some()) => LengthUnit::Metre,
+            Some(["m", others @ ..]) if others.iter().all(|other| *other == "m") => {
+                LengthUnit::Metre
+            }
             Some([first, others @ ..])
                 if !first.is_empty() && others.iter().all(|other| other == first) =>
             {
                 LengthUnit::Named((*first).to_owned())
             }
-            Some(_) => LengthUnit::Unknown,
+            Some([_, ..]) if units.iter().flatten().all(|unit| in_metres(unit).is_some()) => {
+                LengthUnit::Metre
+            }
+            Some(_) | None => LengthUnit::Unknown,
         }
     }
 
@@ -97,7 +113,7 @@ impl LengthUnit {
         }
     }
 
-    /// Returns the unit with a prefix for lengths up to `largest`.
+    /// Returns the unit of lengths up to `largest`.
     pub fn scaled(&self, largest: f64) -> Scaled {
         match self {
             LengthUnit::Metre => prefixed(largest, "m"),
@@ -120,29 +136,75 @@ impl Scaled {
     fn plain(unit: &str) -> Scaled {
         Scaled { factor: 1.0, unit: unit.to_owned() }
     }
+
+    /// Returns the unit for numbers that `factor` converts before.
+    pub fn times(self, factor: f64) -> Scaled {
+        Scaled { factor: factor * self.factor, ..self }
+    }
 }
 
-/// Returns whether moduli from `least_modulus` up are assumed to be in pascals.
-pub fn are_pascals(least_modulus: f64, lengths: &LengthUnit) -> bool {
-    least_modulus >= LEAST_MODULUS_IN_PASCALS[usize::from(*lengths != LengthUnit::Metre)]
+impl PressureUnit {
+    /// Returns the unit that a table names.
+    pub fn named(unit: &str) -> PressureUnit {
+        match unit {
+            "Pa" => PressureUnit::Pascal,
+            "" => PressureUnit::Unknown,
+            _ => PressureUnit::Named(unit.to_owned()),
+        }
+    }
+
+    /// Returns the unit of the smallest modulus of a table that names no unit.
+    pub fn assumed(least_modulus: f64, lengths: &LengthUnit) -> PressureUnit {
+        let is_known = match lengths {
+            LengthUnit::Metre => true,
+            LengthUnit::Named(unit) => in_metres(unit).is_some(),
+            LengthUnit::Unknown => false,
+        };
+        if least_modulus >= LEAST_MODULUS_IN_PASCALS[usize::from(!is_known)] {
+            PressureUnit::Pascal
+        } else {
+            PressureUnit::Unknown
+        }
+    }
+
+    /// Returns the common unit of several tables or parameter points.
+    pub fn common(units: impl IntoIterator<Item = PressureUnit>) -> PressureUnit {
+        let mut units = units.into_iter();
+        let first = units.next().unwrap_or(PressureUnit::Unknown);
+        if units.all(|other| other == first) { first } else { PressureUnit::Unknown }
+    }
+
+    /// Returns the unit of pressures up to `largest`.
+    pub fn scaled(&self, largest: f64) -> Scaled {
+        match self {
+            PressureUnit::Pascal => prefixed(largest, "Pa"),
+            PressureUnit::Named(unit) => Scaled::plain(unit),
+            PressureUnit::Unknown => Scaled::plain("the unit of E*"),
+        }
+    }
+
+    /// Formats a pressure with this number of digits and its unit, if the unit is known: `10 MPa`.
+    pub fn text(&self, pressure: f64, number: usize) -> String {
+        match self {
+            PressureUnit::Unknown => digits(pressure, number),
+            known => {
+                let Scaled { factor, unit } = known.scaled(pressure);
+                format!("{} {unit}", digits(factor * pressure, number))
+            }
+        }
+    }
 }
 
 /// Returns the unit of the pressures on a surface with this unit of length: `Pa` if the modulus is
 /// assumed to be in pascals, or `None` if the unit is unknown.
 pub fn assumed_pressure_unit(modulus: f64, length_unit: Option<&str>) -> Option<&'static str> {
-    are_pascals(modulus, &LengthUnit::common([length_unit])).then_some("Pa")
+    let assumed = PressureUnit::assumed(modulus, &LengthUnit::common([length_unit]));
+    (assumed == PressureUnit::Pascal).then_some("Pa")
 }
 
 /// Formats a pressure with its unit: `10 MPa`. Pascals get a suitable prefix.
 pub fn pressure_in_words(pressure: f64, unit: &str) -> String {
-    let Scaled { factor, unit } =
-        if unit == "Pa" { in_pascals(pressure) } else { Scaled::plain(unit) };
-    format!("{} {unit}", digits(factor * pressure, 4))
-}
-
-/// Returns pascals with a prefix for pressures up to `largest`.
-pub fn in_pascals(largest: f64) -> Scaled {
-    prefixed(largest, "Pa")
+    PressureUnit::named(unit).text(pressure, 4)
 }
 
 /// Returns a scale bar for a map with this side along x, or `None` if the unit is unknown. Its
@@ -233,10 +295,12 @@ mod tests {
     }
 
     #[test]
-    fn units_that_are_lengths_become_metres_and_others_stay_if_they_are_the_same() {
+    fn a_common_unit_stays_and_different_units_of_length_become_metres() {
         let common = |units: &[Option<&'static str>]| LengthUnit::common(units.iter().copied());
         let mixed = common(&[Some("µm"), Some("m")]);
-        assert_eq!(mixed, LengthUnit::Metre);
+        assert_eq!((mixed.clone(), common(&[Some("m")])), (LengthUnit::Metre, LengthUnit::Metre));
+        let named = common(&[Some("µm"), Some("µm")]);
+        assert_eq!((named.factor(Some("µm")), named.scaled(1e-4)), (1.0, Scaled::plain("µm")));
         assert!((mixed.factor(Some("µm")) * 1e6 - 1.0).abs() < 1e-12);
         let same = LengthUnit::Named("px".to_owned());
         assert_eq!(common(&[Some("px"), Some("px")]), same);
@@ -248,11 +312,27 @@ mod tests {
 
     #[test]
     fn pressures_are_pascals_where_no_other_unit_can_be_meant() {
+        let are_pascals = |modulus, lengths: &LengthUnit| {
+            PressureUnit::assumed(modulus, lengths) == PressureUnit::Pascal
+        };
         let (metre, unknown) = (&LengthUnit::Metre, &LengthUnit::Unknown);
+        assert!(are_pascals(5e6, &LengthUnit::Named("µm".to_owned())));
+        assert!(!are_pascals(5e6, &LengthUnit::Named("px".to_owned())));
         assert!(are_pascals(2.1e11, metre));
         assert!(!are_pascals(2.1e5, metre), "steel in megapascals");
         assert!(are_pascals(5e6, metre), "rubber in pascals");
         assert!(are_pascals(2.1e11, unknown));
         assert!(!are_pascals(3e7, unknown), "steel in pounds per square inch");
+    }
+
+    #[test]
+    fn pressures_keep_the_unit_that_the_manifest_names_and_pascals_get_a_prefix() {
+        let text = |pressure, unit| PressureUnit::named(unit).text(pressure, 3);
+        assert_eq!(text(5500.0, "MPa"), "5500 MPa");
+        assert_eq!(text(5.5e9, "Pa"), "5.5 GPa");
+        assert_eq!(text(5.5, ""), "5.5");
+        let common = |units: [&str; 2]| PressureUnit::common(units.map(PressureUnit::named));
+        assert_eq!(common(["MPa", "MPa"]), PressureUnit::Named("MPa".to_owned()));
+        assert_eq!(common(["MPa", "GPa"]), PressureUnit::Unknown);
     }
 }

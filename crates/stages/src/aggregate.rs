@@ -42,7 +42,7 @@ pub const STAGE: Definition = Definition {
     },
     row_kind: |_| Some(RowKind::Statistics),
     columns,
-    summary: |table| {
+    summary: |table, _| {
         let columns = table.schema().fields().len();
         Ok(vec![counted(table.rows(), "row"), counted(columns, "column")])
     },

@@ -39,7 +39,7 @@ pub const STAGE: Definition = Definition {
     },
     row_kind: |_| Some(RowKind::Corrections),
     columns: || CORRECTED.to_vec(),
-    summary: |table| {
+    summary: |table, _| {
         let corrections = distinct(table, CORRECTION.name)?;
         Ok(vec![counted(table.rows(), "row"), corrections.join(", ")])
     },

@@ -51,7 +51,7 @@ pub const STAGE: Definition = Definition {
     },
     row_kind: |_| Some(RowKind::Fits),
     columns,
-    summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
+    summary: |source, _| Ok(summary(source)?.into_iter().flatten().collect()),
 };
 
 /// Law and data of one fit.

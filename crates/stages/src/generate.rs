@@ -24,7 +24,7 @@ use self::method::Method;
 use self::spectrum::{Source, SpectrumSurface};
 use crate::columns::*;
 use crate::grids::{self, Grids};
-use crate::stage::{distinct, range};
+use crate::stage::{AbsoluteLoads, distinct, range};
 use crate::surface_files::SurfaceFiles;
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
@@ -34,6 +34,7 @@ use asperity_contact::grid::Grid;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::{counted, listed};
+use asperity_manifest::keys::quantity;
 use asperity_tables::column::{self, Column, lists};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
@@ -367,7 +368,7 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
 ///
 /// # Errors
 /// If the table is not one of a `generate` stage.
-fn summary(source: &TableSource) -> Result<Vec<String>, StageError> {
+fn summary(source: &TableSource, loads: Option<&AbsoluteLoads>) -> Result<Vec<String>, StageError> {
     let table = source.table().map_err(StageError::Store)?;
     let methods = distinct(source, METHOD.name)?;
     let shapes = Method::ALL.into_iter().filter(|method| method.is_shape());
@@ -377,10 +378,25 @@ fn summary(source: &TableSource) -> Result<Vec<String>, StageError> {
         Some(counted(table.rows(), "surface")),
         read_from_files(&table, source)?,
         if is_rough { range(source, "nayak", "Nayak α")? } else { None },
-        range(source, "full_contact_load", "full contact at")?,
+        match loads {
+            Some(loads) => full_contact(&table, loads)?,
+            None => range(source, "full_contact_load", "full contact at")?,
+        },
         if is_rough { caveat(&table)? } else { None },
     ];
     Ok(parts.into_iter().flatten().collect())
+}
+
+/// Returns the range of the mean pressures of full contact.
+fn full_contact(table: &Table, loads: &AbsoluteLoads) -> Result<Option<String>, StageError> {
+    if !table.has("full_contact_load") {
+        return Ok(None);
+    }
+    let (reduced, slopes) = (table.reals("full_contact_load")?, table.reals(RMS_SLOPE.name)?);
+    let pairs = reduced.iter().zip(slopes).filter_map(|(load, slope)| load.zip(slope));
+    let pressures = pairs.map(|(load, slope)| load * slope * loads.effective_modulus);
+    let range = quantity::range(pressures, loads.unit);
+    Ok(range.map(|range| format!("full contact at {range}")))
 }
 
 /// Summarises the files of measured surfaces: formats, unit, channels and filled nodes.

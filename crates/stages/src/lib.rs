@@ -53,8 +53,8 @@ use asperity_tables::column::Column;
 
 pub use form::CheckContext;
 pub use stage::{
-    Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope, Reads, Series,
-    Stage, StageError, Work, beside_coordinates, stacked,
+    AbsoluteLoads, Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope,
+    Reads, Series, Stage, StageError, Work, beside_coordinates, stacked,
 };
 
 /// Kind of a stage, as given by `kind =` in a manifest.

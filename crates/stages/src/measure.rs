@@ -60,7 +60,7 @@ pub const STAGE: Definition = Definition {
             [&contacts, &distributions, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..], &of_surfaces];
         lists.concat()
     },
-    summary: |table| {
+    summary: |table, _| {
         let rows = Some(counted(table.rows(), "row"));
         let area = range(table, AREA_FRACTION.name, "contact covers")?;
         let heights = range(table, BIN.name, "heights from")?;

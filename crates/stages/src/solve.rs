@@ -68,7 +68,7 @@ pub const STAGE: Definition = Definition {
         };
         [&rows::columns(all)[..], &heavy].concat()
     },
-    summary: |source| Ok(summary(source)?.into_iter().flatten().collect()),
+    summary: |source, _| Ok(summary(source)?.into_iter().flatten().collect()),
 };
 
 /// Parameters of the loads on one surface.

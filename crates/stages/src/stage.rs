@@ -8,6 +8,7 @@ use crate::aggregate::sql::QueryError;
 use crate::generate::growth::PlannedSurfaces;
 use crate::generate::map_file::MapFileError;
 use crate::surface_files::{SurfaceFileError, SurfaceFiles};
+use crate::units::TableUnits;
 use crate::{Kind, Recipe, RowKind, generate};
 use asperity_contact::asperities::NoSummits;
 use asperity_contact::morphology::map::MapError;
@@ -17,7 +18,8 @@ use asperity_contact::topography::preparation::PreparationError;
 use asperity_contact::topography::spectral_density::SpectralDensityError;
 use asperity_contact::topography::surface::SurfaceError;
 use asperity_manifest::diagnostics::listed;
-use asperity_tables::column::{Column, Value};
+use asperity_manifest::keys::quantity::Unit;
+use asperity_tables::column::{Column, Description, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
@@ -36,8 +38,18 @@ pub struct Definition {
     pub row_kind: fn(Option<RowKind>) -> Option<RowKind>,
     /// Returns all columns that the stage may add to the parameter columns of its inputs.
     pub columns: fn() -> Vec<Column>,
-    /// Returns short statements that summarize a table of the stage.
-    pub summary: fn(&TableSource) -> Result<Vec<String>, StageError>,
+    /// Returns short statements that summarize a table of the stage. The loads are those of the
+    /// contacts of its surfaces, if they are pressures.
+    pub summary: fn(&TableSource, Option<&AbsoluteLoads>) -> Result<Vec<String>, StageError>,
+}
+
+/// Loads of a study that are pressures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AbsoluteLoads {
+    /// Effective modulus E* of all contacts.
+    pub effective_modulus: f64,
+    /// Unit that the manifest names.
+    pub unit: Option<&'static str>,
 }
 
 /// Inputs that a stage accepts. All inputs of one stage must have the same kind of rows.
@@ -389,7 +401,8 @@ fn each_part(
     Ok(true)
 }
 
-/// Formats the range of a column like `κ 2.5066 … 2.7500`; `None` if it has no values.
+/// Formats the range of a column like `κ 2.5066 … 2.7500`, or `Sq 0.2000 µm` if the table names the
+/// unit; `None` if it has no values.
 ///
 /// # Errors
 /// Returns an error if the column holds no numbers or is damaged.
@@ -401,13 +414,30 @@ pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<Str
         most = values()?.fold(most, f64::max);
         Ok(())
     })?;
-    Ok((least <= most).then(|| {
+    if least > most {
+        return Ok(None);
+    }
+    let unit = match named_unit(source, name)? {
+        Some(unit) => format!(" {unit}"),
+        None => String::new(),
+    };
+    Ok(Some({
         if least == most {
-            format!("{label} {}", number(least))
+            format!("{label} {}{unit}", number(least))
         } else {
-            format!("{label} {} … {}", number(least), number(most))
+            format!("{label} {} … {}{unit}", number(least), number(most))
         }
     }))
+}
+
+/// Returns the unit of a column if it is the unit of length or pressure that the table names, or
+/// derives from them.
+fn named_unit(source: &TableSource, name: &str) -> Result<Option<String>, StageError> {
+    let schema = source.schema();
+    let Ok(field) = schema.field_with_name(name) else { return Ok(None) };
+    let unit = Description::from(field).unit;
+    let named = TableUnits::from_source(source).map_err(StageError::Store)?.name(&unit);
+    Ok((named != unit || Unit::find(&unit).is_some()).then_some(named))
 }
 
 /// Formats a number with four decimals, or in scientific notation if it is smaller than 10⁻³.

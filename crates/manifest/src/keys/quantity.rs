@@ -142,7 +142,7 @@ impl<'v> Scalar<'v> {
                 },
             ),
         };
-        let help = format!("units of {dimension} are {}", listed(dimension.symbols(), "and"));
+        let help = format!("units of {dimension} are {}", listed(dimension.names(), "and"));
         Some(Problem::new(message, self.value.span(), label).help(help))
     }
 
@@ -236,7 +236,7 @@ impl ReadUnits {
             let message = format!("`{key}` does not name one unit of {dimension}");
             let problem = Problem::new(message, written.span(), "must be one of these units")
                 .and(first.value.span(), "cannot be converted");
-            let units = listed(dimension.symbols(), "and");
+            let units = listed(dimension.names(), "and");
             problems.push(problem.help(format!("units of {dimension} are {units}")));
             self.reported_keys.extend([key.to_owned(), first.key.to_owned()]);
             return None;
@@ -345,20 +345,38 @@ fn replace_scalars<'n>(
     }
 }
 
-/// Formats a quantity as a person writes it: `10 MPa`, `5.5 GPa`. Numbers below 0.001 or from
-/// 10,000 are written in another unit with an SI prefix, if there is one. Unknown units are
-/// labels. Without a unit, the number alone is formatted.
+/// Formats a quantity in its unit: `10 MPa`, `5500 MPa`. Metres and pascals get a prefix if the
+/// number is below 0.001 or at least 10,000: `5.5 GPa`. Without a unit, the number alone is
+/// formatted.
 pub fn written(value: f64, unit: Option<&str>) -> String {
     let Some(unit) = unit.filter(|unit| !unit.is_empty()) else {
         return decimal::written(value);
     };
     let is_plain = value == 0.0 || (1e-3..1e4).contains(&value.abs());
-    let known = Unit::find(unit).filter(|_| !is_plain);
-    let better = known.and_then(|known| {
+    let base = Unit::find(unit).filter(|unit| unit.power == 0 && !is_plain);
+    let better = base.and_then(|known| {
         let converted = |to: &Unit| decimal::nearest(value * known.factor_to(to));
         let family = UNITS.iter().filter(|to| to.dimension == known.dimension && to.is_si);
         let suitable = family.filter(|to| (1.0..1e3).contains(&converted(to).abs()));
         suitable.map(|to| format!("{} {}", decimal::written(converted(to)), to.symbol)).next()
     });
     better.unwrap_or_else(|| format!("{} {unit}", decimal::written(value)))
+}
+
+/// Formats the smallest and the largest of several quantities with three digits: `1 … 100 MPa`.
+/// Returns `None` if there are none.
+pub fn range(values: impl Iterator<Item = f64>, unit: Option<&str>) -> Option<String> {
+    let rounded = |value: f64| format!("{value:.2e}").parse().unwrap_or(value);
+    let (lowest, highest) = values
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
+    let [low, high] = [lowest, highest].map(|value| written(rounded(value), unit));
+    (lowest <= highest).then(|| match (low.rsplit_once(' '), high.rsplit_once(' ')) {
+        _ if low == high => low,
+        (Some((number, low_unit)), Some((_, high_unit))) if low_unit == high_unit => {
+            format!("{number} … {high}")
+        }
+        _ => format!("{low} … {high}"),
+    })
 }

@@ -14,6 +14,7 @@ use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
 use asperity_stages::Recipe;
 use asperity_stages::columns::{LOAD, PEAK_PRESSURE, PRESSURE};
+use asperity_stages::ensemble::load_column;
 use asperity_tables::table::{Table, TableError};
 
 /// Relative rounding error that is tolerated when a peak pressure is compared with a hardness.
@@ -76,8 +77,8 @@ fn pressure_unit(stage: &Stage) -> Option<&'static str> {
 /// Loads whose peak pressure exceeds a hardness.
 struct Passed {
     loads: usize,
-    /// Smallest of these loads: reduced load and mean pressure.
-    from: (f64, f64),
+    /// Row of the smallest of these loads.
+    lightest: usize,
     peak: f64,
 }
 
@@ -89,38 +90,46 @@ fn messages(
     let tasks = table.texts(TASK.name)?;
     let [loads, means, peaks] = [LOAD, PRESSURE, PEAK_PRESSURE].map(|column| column.name);
     let (loads, means, peaks) = (table.reals(loads)?, table.reals(means)?, table.reals(peaks)?);
+    let are_pressures = load_column(table) == PRESSURE.name;
+    let given = if are_pressures { means } else { loads };
     let (mut rows, mut passed) = (0, BTreeMap::<u64, Passed>::new());
     for row in 0..table.rows() {
         let Some(&hardness) = hardnesses.get(tasks.value(row)) else {
             continue;
         };
         rows += 1;
-        let (load, peak) = ((loads.value(row), means.value(row)), peaks.value(row));
+        let peak = peaks.value(row);
         if peak <= hardness * (1.0 + ROUNDING) {
             continue;
         }
         // Positive numbers are ordered like their bits, which serve as keys.
         let passed =
-            passed.entry(hardness.to_bits()).or_insert(Passed { loads: 0, from: load, peak });
+            passed.entry(hardness.to_bits()).or_insert(Passed { loads: 0, lightest: row, peak });
         passed.loads += 1;
         passed.peak = passed.peak.max(peak);
-        if load.0 < passed.from.0 {
-            passed.from = load;
+        if given.value(row) < given.value(passed.lightest) {
+            passed.lightest = row;
         }
     }
     let lines = passed.into_iter().map(|(hardness, passed)| {
         let hardness = f64::from_bits(hardness);
-        let Passed { loads, from: (load, mean), peak } = passed;
+        let Passed { loads: number, lightest, peak } = passed;
+        let mean = quantity::written(rounded(means.value(lightest)), unit);
+        let load = match are_pressures {
+            true => mean,
+            false => {
+                let load = decimal::written(rounded(loads.value(lightest)));
+                format!("{load} (mean pressure {mean})")
+            }
+        };
         format!(
-            "the peak pressure exceeds the hardness of the bodies, {}, under {loads} of {} and \
-             reaches {}; the lightest of these loads is {} (mean pressure {}); a real material \
-             would yield there, but these results are elastic: set `hardness = {}` in the stage to \
-             limit the pressure",
+            "the peak pressure exceeds the hardness of the bodies, {}, under {number} of {} \
+             and reaches {}; the lightest of these loads is {load}; a real material would yield \
+             there, but these results are elastic: set `hardness = {}` in the stage to limit the \
+             pressure",
             quantity::written(hardness, unit),
             counted(rows, "load"),
             quantity::written(rounded(peak), unit),
-            decimal::written(rounded(load)),
-            quantity::written(rounded(mean), unit),
             match unit {
                 Some(_) => format!("{:?}", quantity::written(hardness, unit)),
                 None => decimal::written(hardness),
@@ -138,25 +147,31 @@ fn rounded(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use asperity_stages::solve::PressureUnit;
     use asperity_tables::column::{reals, texts};
 
     #[test]
     fn the_lightest_load_that_passes_is_named_and_equal_but_for_rounding_is_not_beyond() {
-        let table = Table::new(
-            4,
-            vec![
-                (TASK, texts(["a", "a", "b", "c"])),
-                (LOAD, reals([0.2, 0.1, 0.3, 0.4])),
-                (PRESSURE, reals([2.0, 1.0, 3.0, 4.0])),
-                (PEAK_PRESSURE, reals([7.0, 6.0, 5.0 + 1e-12, 9.0])),
-            ],
-        );
+        let table = |unit: PressureUnit| {
+            let [load, pressure] = unit.load_columns();
+            Table::new(
+                4,
+                vec![
+                    (TASK, texts(["a", "a", "b", "c"])),
+                    (load, reals([0.2, 0.1, 0.3, 0.4])),
+                    (pressure, reals([2.0, 1.0, 3.0, 4.0])),
+                    (PEAK_PRESSURE, reals([7.0, 6.0, 5.0 + 1e-12, 9.0])),
+                ],
+            )
+        };
         let hardnesses = [("a", 5.0), ("b", 5.0)].map(|(task, value)| (task.to_owned(), value));
         let hardnesses = hardnesses.into_iter().collect();
-        let in_unit = messages(&table, &hardnesses, Some("MPa")).unwrap();
-        assert!(in_unit[0].contains("(mean pressure 1 MPa)"), "{in_unit:?}");
+        let absolute = table(PressureUnit::Absolute);
+        let in_unit = messages(&absolute, &hardnesses, Some("MPa")).unwrap();
+        assert!(in_unit[0].contains("the lightest of these loads is 1 MPa;"), "{in_unit:?}");
         assert!(in_unit[0].contains("`hardness = \"5 MPa\"`"), "{in_unit:?}");
-        let lines = messages(&table, &hardnesses, None).unwrap();
+        let reduced = table(PressureUnit::Relative);
+        let lines = messages(&reduced, &hardnesses, None).unwrap();
         let [message] = lines.as_slice() else { panic!("{lines:?}") };
         for part in [
             "under 2 of 3 loads",

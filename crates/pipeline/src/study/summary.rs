@@ -8,8 +8,10 @@ use crate::study::{Stage, Study, Work};
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
 use asperity_stages::Recipe;
+use asperity_stages::generate::spectrum::SpectrumSurface;
 use asperity_stages::generate::{Origin, Params};
 use asperity_stages::solve::{self, PressureUnit};
+use asperity_stages::surface_files::SurfaceFiles;
 
 /// Summary of the surfaces or of the loads of a stage.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -31,7 +33,7 @@ impl Study {
         let summary = |stage: &Stage| {
             let text = match &stage.work {
                 Work::Generate(surfaces) => {
-                    of_surfaces(surfaces.iter().map(|surfaces| &surfaces.params))
+                    of_surfaces(surfaces.iter().map(|surfaces| &surfaces.params), &self.sources)
                 }
                 Work::Evaluate(recipes) => of_loads(recipes),
             }?;
@@ -41,49 +43,68 @@ impl Study {
     }
 }
 
-/// Rms height and rms slope of the surfaces of a parameter point.
+/// Rms height and rms slope of the surfaces of a parameter point, if they follow from the keys.
+#[derive(Debug, Clone, Copy, Default)]
 struct Roughness {
-    height: f64,
-    slope: f64,
-    /// True if every surface has exactly this height or slope. Otherwise it is the value of the
-    /// expected spectrum, around which the surfaces scatter.
-    is_height_exact: bool,
-    is_slope_exact: bool,
+    height: Option<Scale>,
+    slope: Option<Scale>,
+}
+
+/// A rms height or a rms slope.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    value: f64,
+    /// True if every surface has exactly this value. Otherwise it is the value of the expected
+    /// spectrum, around which the surfaces scatter.
+    is_exact: bool,
 }
 
 impl Roughness {
-    /// Returns the roughness of a random self-affine surface.
-    fn from_params(params: &Params) -> Option<Roughness> {
-        let Origin::Random { surface, .. } = &params.origin else {
-            return None;
+    /// Returns the roughness of a random surface, or `None` for other surfaces.
+    fn from_params(params: &Params, sources: &SurfaceFiles) -> Option<Roughness> {
+        let grid = params.grid().ok()?;
+        let expected = match &params.origin {
+            Origin::Random { surface, .. } => {
+                let moments = surface.spectrum.moments(grid.cell());
+                Some([moments.rms_height(), moments.rms_slope()])
+            }
+            Origin::Spectrum { surface, .. } => {
+                let density = surface.density_from_file(sources).ok();
+                density.map(|density| SpectrumSurface::expected_roughness(&density, grid))
+            }
+            Origin::File(_) | Origin::Shape { .. } => return None,
         };
-        let moments = surface.spectrum.moments(params.grid().ok()?.cell());
-        let height_per_slope = moments.rms_height() / moments.rms_slope();
-        let (given_height, slope) = (params.origin.given_rms_height(), surface.rms_slope);
-        Some(Roughness {
-            height: given_height.unwrap_or(slope * height_per_slope),
-            slope,
-            is_height_exact: given_height.is_some(),
-            is_slope_exact: given_height.is_none(),
-        })
+        let given = [params.origin.given_rms_height(), params.origin.given_rms_slope()];
+        let factor = expected.and_then(|expected| {
+            let mut pairs = given.iter().zip(expected);
+            pairs.find_map(|(given, expected)| Some((*given)? / expected))
+        });
+        let scale = |index: usize| {
+            let scattered = || Some(factor.unwrap_or(1.0) * expected?[index]);
+            let value = given[index].or_else(scattered)?;
+            Some(Scale { value, is_exact: given[index].is_some() })
+        };
+        Some(Roughness { height: scale(0), slope: scale(1) })
     }
 }
 
-fn of_surfaces<'a>(params: impl Iterator<Item = &'a Params> + Clone) -> Option<String> {
-    let roughness: Option<Vec<Roughness>> = params.clone().map(Roughness::from_params).collect();
-    let roughness = roughness.filter(|roughness| !roughness.is_empty())?;
+fn of_surfaces<'a>(
+    params: impl Iterator<Item = &'a Params> + Clone,
+    sources: &SurfaceFiles,
+) -> Option<String> {
+    let roughness = params.clone().map(|params| Roughness::from_params(params, sources));
+    let roughness: Vec<Roughness> = roughness.collect::<Option<_>>()?;
     let unit = params.clone().next()?.origin.unit();
-    let sides = params.flat_map(|params| params.size());
-    let sign =
-        |is_exact: fn(&Roughness) -> bool| if roughness.iter().all(is_exact) { "=" } else { "≈" };
-    Some(format!(
-        "side {}, rms height Sq {} {}, rms slope Sdq {} {}",
-        range(sides, Some(unit)),
-        sign(|one| one.is_height_exact),
-        range(roughness.iter().map(|one| one.height), Some(unit)),
-        sign(|one| one.is_slope_exact),
-        range(roughness.iter().map(|one| one.slope), None),
-    ))
+    let sides = quantity::range(params.flat_map(|params| params.size()), Some(unit))?;
+    let text = |name: &str, of: fn(&Roughness) -> Option<Scale>, unit: Option<&str>| {
+        let scales: Vec<Scale> = roughness.iter().map(of).collect::<Option<_>>()?;
+        let sign = if scales.iter().all(|scale| scale.is_exact) { "=" } else { "≈" };
+        let range = quantity::range(scales.iter().map(|scale| scale.value), unit)?;
+        Some(format!(", {name} {sign} {range}"))
+    };
+    let height = text("rms height Sq", |one| one.height, Some(unit)).unwrap_or_default();
+    let slope = text("rms slope Sdq", |one| one.slope, None).unwrap_or_default();
+    Some(format!("side {sides}{height}{slope}"))
 }
 
 fn of_loads(recipes: &[Recipe]) -> Option<String> {
@@ -103,27 +124,10 @@ fn of_loads(recipes: &[Recipe]) -> Option<String> {
     let moduli = blocks.iter().map(|block| block.effective_modulus);
     Some(format!(
         "E* = {}, {} {}{unit}",
-        range(moduli, first.pressure_unit),
+        quantity::range(moduli, first.pressure_unit)?,
         counted(number, "load"),
-        range(loads(), first.unit_of_loads()),
+        quantity::range(loads(), first.unit_of_loads())?,
     ))
-}
-
-/// Formats the smallest and the largest of several quantities with three digits: `1 … 100 MPa`.
-fn range(values: impl Iterator<Item = f64>, unit: Option<&str>) -> String {
-    let rounded = |value: f64| format!("{value:.2e}").parse().unwrap_or(value);
-    let (lowest, highest) = values
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
-    let [low, high] = [lowest, highest].map(|value| quantity::written(rounded(value), unit));
-    match (low.rsplit_once(' '), high.rsplit_once(' ')) {
-        _ if low == high => low,
-        (Some((number, low_unit)), Some((_, high_unit))) if low_unit == high_unit => {
-            format!("{number} … {high}")
-        }
-        _ => format!("{low} … {high}"),
-    }
 }
 
 #[cfg(test)]
@@ -150,9 +154,31 @@ mod tests {
         let [rough, pressed] = &summaries(surface, contact)[..] else { panic!("two stages") };
         assert!(rough.starts_with("rough: side 100 µm, rms height Sq ≈ 0.298 µm,"), "{rough}");
         assert!(rough.ends_with(" µm, rms slope Sdq = 0.1"), "{rough}");
-        assert_eq!(pressed, "contact: E* = 70 GPa, 2 loads 10 … 100 MPa");
+        assert_eq!(pressed, "contact: E* = 70000 MPa, 2 loads 10 … 100 MPa");
         let plain = summaries("", "loads = [0.1]");
         assert_eq!(plain[1], "contact: E* = 1, 1 load 0.1 in units of E* × rms slope");
+    }
+
+    #[test]
+    fn surfaces_with_a_given_spectrum_have_its_roughness() {
+        let summary = |scale: &str| {
+            let text = format!(
+                "[study]\nname = \"s\"\n[stage.rough]\nkind = \"generate\"\nmethod = \"spectrum\"\n\
+                 path = \"spectrum.csv\"\nnodes = 32\nside = 1\n{scale}"
+            );
+            let folder = Path::new("../../tests/manifests/maps");
+            let study = Study::parse(&text, "spectrum.toml", folder, no_claims).unwrap();
+            study.summaries()[0].to_string()
+        };
+        let number = |line: &str, name: &str| -> f64 {
+            let rest = line.split(name).nth(1).unwrap();
+            rest.split([',', ' ']).nth(2).unwrap().parse().unwrap()
+        };
+        let unscaled = summary("");
+        let ratio = number(&unscaled, "Sq") / number(&unscaled, "Sdq");
+        let scaled = summary("rms_slope = 0.1");
+        assert!(scaled.ends_with(", rms slope Sdq = 0.1"), "{scaled}");
+        assert!((number(&scaled, "Sq") / (0.1 * ratio) - 1.0).abs() < 0.01, "{scaled}");
     }
 
     #[test]

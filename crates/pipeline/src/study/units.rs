@@ -1,8 +1,9 @@
 //! Units of length and pressure of the tables of stages.
 
 use crate::study::{Study, Work};
-use asperity_stages::Recipe;
+use asperity_stages::solve::PressureUnit;
 use asperity_stages::units::TableUnits;
+use asperity_stages::{AbsoluteLoads, Recipe};
 
 impl Study {
     /// Returns the units of length and pressure of the table of each stage. A stage has the units
@@ -26,6 +27,20 @@ impl Study {
             units.push(TableUnits { length, pressure });
         }
         units
+    }
+
+    /// Returns the loads of the contacts of the surfaces of a stage, if all of them are pressures
+    /// with the same modulus and unit.
+    pub fn absolute_loads_on(&self, surfaces: usize) -> Option<AbsoluteLoads> {
+        let readers = self.stages.iter().filter(|stage| stage.inputs.contains(&surfaces));
+        let mut loads = readers.flat_map(|stage| stage.work.recipes()).filter_map(|recipe| {
+            let Recipe::Solve(params) = recipe else { return None };
+            let (unit, effective_modulus) = (params.pressure_unit, params.effective_modulus);
+            let is_absolute = params.load_unit == PressureUnit::Absolute;
+            Some(is_absolute.then_some(AbsoluteLoads { effective_modulus, unit }))
+        });
+        let first = loads.next()??;
+        loads.all(|other| other.as_ref() == Some(&first)).then_some(first)
     }
 }
 

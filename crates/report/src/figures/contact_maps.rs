@@ -349,9 +349,9 @@ mod tests {
     }
 
     #[test]
-    fn lengths_are_told_in_their_unit_with_the_prefix_that_suits_them() {
+    fn lengths_are_told_in_their_unit_and_metres_with_a_prefix() {
         assert_eq!(length_text(1.234e-8, Some("m")), "12.3 nm");
-        assert_eq!(length_text(0.25, Some("µm")), "250 nm");
+        assert_eq!(length_text(0.25, Some("µm")), "0.25 µm");
         assert_eq!(length_text(0.25, Some("px")), "0.25 px");
         assert_eq!(length_text(0.25, None), "0.25");
     }

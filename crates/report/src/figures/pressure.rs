@@ -14,8 +14,7 @@ use crate::figure_data::{
     AREA_LABEL, COUNTED_AREA, FigureData, FinishedStage, LOAD_LABEL, texts_if_any,
 };
 use crate::figures::{Definition, Drawn, sample};
-use crate::loads;
-use crate::units::{self, LengthUnit, Scaled, digits};
+use crate::units::{LengthUnit, PressureUnit, Scaled};
 use asperity_contact::theory::persson;
 use asperity_stages::columns::{CORRECTION, EFFECTIVE_MODULUS, MEAN_GAP, PRESSURE, PRESSURE_UNIT};
 use asperity_stages::correct::AS_COUNTED;
@@ -47,10 +46,10 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
     for ensemble in &pressed {
         pressures.push(ensemble.mean(PRESSURE.name)?);
     }
-    let pascals = pascals_of(data, &pressed);
+    let unit = unit_of_pressures(data, &pressed);
     let means = pressures.iter().flatten();
     let largest = means.fold(0.0_f64, |most, pressure| most.max(pressure.mean));
-    let scaled = loads::unit_of(largest, pascals);
+    let scaled = unit.scaled(largest);
     let in_unit = |pressure: &mut Mean| *pressure = pressure.times(scaled.factor);
     pressures.iter_mut().flatten().for_each(in_unit);
     let axis = || Axis::logarithmic(format!("mean pressure p₀, in {}", scaled.unit));
@@ -62,7 +61,7 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
         areas.series.push(data.markers(ensemble, area));
         mean_gaps.series.push(data.markers(ensemble, against(pressures, gaps)));
         areas.series.extend(theory(data, ensemble, pressures));
-        moduli.extend(modulus(ensemble).map(|modulus| modulus_text(modulus, pascals)));
+        moduli.extend(modulus(ensemble).map(|modulus| unit.text(modulus, 5)));
     }
     moduli.dedup();
     // One entry in the legend for all lines of the theory.
@@ -81,28 +80,15 @@ fn draw_against_pressure(data: &FigureData) -> Result<Drawn, ReportError> {
     Ok(Drawn::figure(Figure::side_by_side(areas, mean_gaps), caption))
 }
 
-/// Returns the pascals per unit of the pressures, if it is known and the same for all ensembles.
-fn pascals_of(data: &FigureData, pressed: &[&EnsembleCurves]) -> Option<f64> {
+/// Returns the unit that the pressures of all ensembles have.
+fn unit_of_pressures(data: &FigureData, pressed: &[&EnsembleCurves]) -> PressureUnit {
     let moduli = pressed.iter().filter_map(|one| modulus(one));
     let least_modulus = moduli.fold(f64::INFINITY, f64::min);
-    let assumed = units::are_pascals(least_modulus, &data.unit_of_length()).then_some(1.0);
-    let known = |one: &&EnsembleCurves| match one.point.get(PRESSURE_UNIT.name) {
-        Some(unit) => loads::pascals_in(unit),
-        None => assumed,
-    };
-    let first = known(pressed.first()?);
-    first.filter(|_| pressed.iter().all(|one| known(one) == first))
-}
-
-/// Returns E* with its unit, if known.
-fn modulus_text(modulus: f64, pascals: Option<f64>) -> String {
-    match pascals {
-        Some(pascals) => {
-            let Scaled { factor, unit } = units::in_pascals(modulus * pascals);
-            format!("{} {unit}", digits(factor * modulus * pascals, 5))
-        }
-        None => digits(modulus, 5),
-    }
+    let assumed = PressureUnit::assumed(least_modulus, &data.unit_of_length());
+    PressureUnit::common(pressed.iter().map(|one| match one.point.get(PRESSURE_UNIT.name) {
+        Some(unit) => PressureUnit::named(unit),
+        None => assumed.clone(),
+    }))
 }
 
 /// Returns E* if the manifest gives it. Without a modulus, pressures are in units of E*, as in the
@@ -178,8 +164,7 @@ impl Gaps {
     }
 }
 
-/// Returns the mean gaps of measured contacts, in metres with a prefix if their units can be
-/// converted.
+/// Returns the mean gaps of measured contacts in a common unit.
 pub fn gaps<'a>(
     data: &FigureData,
     ensembles: impl Iterator<Item = &'a EnsembleCurves<'a>>,

@@ -11,10 +11,11 @@ use crate::Subject;
 use crate::ensembles::Point;
 use crate::figure_data::{FigureData, FinishedStages, LIGHT};
 use crate::figures::sample;
-use crate::loads::{Loads, pascals_in, pascals_of};
+use crate::loads::{Loads, unit_of_pressures};
 use crate::styles::ascending;
 use crate::symbols;
-use crate::units::{LengthUnit, Scaled, digits, in_pascals};
+use crate::units::{LengthUnit, PressureUnit, Scaled, digits};
+use asperity_manifest::keys::quantity::{Dimension, Unit};
 use asperity_stages::aggregate::{self, Groups, Statistic};
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, COEFFICIENT, CONTENT, K_ROLLOFF, LOAD, PRESSURE, STOP,
@@ -406,9 +407,8 @@ impl Selection {
 
 /// Units in which the values of a table are written.
 struct Written {
-    lengths: LengthUnit,
     length_unit: Option<String>,
-    pascals: Option<f64>,
+    pressures: PressureUnit,
 }
 
 impl Written {
@@ -416,9 +416,8 @@ impl Written {
         let point = (table.rows() > 0).then(|| crate::ensembles::point(table, 0));
         let unit = point.as_ref().and_then(|point: &Point| data.units.at(point));
         Written {
-            lengths: LengthUnit::common([unit]),
             length_unit: unit.map(str::to_owned),
-            pascals: pascals_of(table, &data.units).ok().flatten(),
+            pressures: unit_of_pressures(table, &data.units).unwrap_or(PressureUnit::Unknown),
         }
     }
 
@@ -426,21 +425,25 @@ impl Written {
     /// for pure numbers.
     fn unit(&self, description: &Description, largest: f64) -> Scaled {
         let unit = description.unit.as_str();
-        let pascals = if unit == "pressure" { self.pascals } else { pascals_in(unit) };
-        if let Some(pascals) = pascals {
-            let Scaled { factor, unit } = in_pascals(pascals * largest);
-            return Scaled { factor: pascals * factor, unit };
-        }
-        let (lengths, own) = match unit {
-            "length" => (self.lengths.clone(), self.length_unit.as_deref()),
-            _ => (LengthUnit::common([Some(unit)]), Some(unit)),
+        let pure = Scaled { factor: 1.0, unit: String::new() };
+        let pressures = match (unit, Unit::find(unit).map(|unit| unit.dimension)) {
+            ("pressure", _) => self.pressures.clone(),
+            (_, Some(Dimension::Pressure)) => PressureUnit::named(unit),
+            ("length", _) | (_, Some(Dimension::Length)) => {
+                let own = if unit == "length" { self.length_unit.as_deref() } else { Some(unit) };
+                let lengths = LengthUnit::common([own]);
+                let factor = lengths.factor(own);
+                return match lengths {
+                    LengthUnit::Unknown => pure,
+                    known => known.scaled(factor * largest).times(factor),
+                };
+            }
+            _ => return pure,
         };
-        if lengths == LengthUnit::Metre || (unit == "length" && lengths != LengthUnit::Unknown) {
-            let own = lengths.factor(own);
-            let Scaled { factor, unit } = lengths.scaled(own * largest);
-            return Scaled { factor: own * factor, unit };
+        match pressures {
+            PressureUnit::Unknown => pure,
+            known => known.scaled(largest),
         }
-        Scaled { factor: 1.0, unit: String::new() }
     }
 }
 

@@ -128,6 +128,31 @@ impl Source {
 }
 
 impl SpectrumSurface {
+    /// Returns the rms height and the rms slope of the expected spectrum of unscaled surfaces on a
+    /// grid: C(q)/(L_x L_y) summed over the modes of the grid.
+    pub fn expected_roughness(density: &SpectralDensity, grid: Grid) -> [f64; 2] {
+        let cell = grid.cell();
+        let step = TAU / cell.longer_side();
+        // Wavenumbers of one quadrant, with the number of modes ±k along each axis.
+        let along = |axis: usize| {
+            let nodes = grid.nodes()[axis];
+            let is_single = move |waves: usize| waves == 0 || 2 * waves == nodes;
+            (0..=nodes / 2).map(move |waves| (waves, if is_single(waves) { 1.0 } else { 2.0 }))
+        };
+        let [mut square_height, mut square_slope] = [0.0; 2];
+        for (waves_x, modes_x) in along(0) {
+            for (waves_y, modes_y) in along(1) {
+                let q = step * cell.wavenumber([waves_x as f64, waves_y as f64]);
+                if q > 0.0 {
+                    let power = modes_x * modes_y * density.at(q) / cell.area();
+                    square_height += power;
+                    square_slope += q * q * power;
+                }
+            }
+        }
+        [square_height, square_slope].map(f64::sqrt)
+    }
+
     /// Draws the surface on a grid.
     ///
     /// # Errors
@@ -370,4 +395,28 @@ fn check_occupied(
     checks.reject(problem.help(
         "wavenumbers are angular, 2π over the wavelength, and in the inverse of the unit of `side`",
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_expected_roughness_of_a_spectrum_is_a_sum_over_the_modes_of_the_mesh() {
+        let c = 1e-6;
+        let near = |waves: f64| {
+            let points = [waves - 0.1, waves + 0.1].map(|waves| [TAU * waves, c]);
+            SpectralDensity::from_points(points.to_vec()).unwrap()
+        };
+        let roughness = |waves: f64, nodes: usize| {
+            SpectrumSurface::expected_roughness(&near(waves), Grid::square(nodes, 1.0).unwrap())
+        };
+        // The waves ±1 along x and along y.
+        let [height, slope] = roughness(1.0, 16);
+        assert!((height * height / (4.0 * c) - 1.0).abs() < 1e-12);
+        assert!((slope / height / TAU - 1.0).abs() < 1e-12);
+        // On four nodes, the waves 2 and −2 are the same.
+        let [height, _] = roughness(2.0, 4);
+        assert!((height * height / (2.0 * c) - 1.0).abs() < 1e-12);
+    }
 }

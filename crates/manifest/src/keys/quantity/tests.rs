@@ -74,11 +74,12 @@ fn texts_of_a_number_and_a_unit_are_quantities_and_others_are_not() {
 }
 
 #[test]
-fn quantities_are_written_as_people_write_them() {
+fn quantities_keep_their_unit_and_metres_and_pascals_get_a_prefix() {
     for (value, unit, text) in [
         (10.0, "MPa", "10 MPa"),
         (5500.0, "MPa", "5500 MPa"),
-        (210_000.0, "MPa", "210 GPa"),
+        (210_000.0, "MPa", "210000 MPa"),
+        (0.000_2, "µm", "0.0002 µm"),
         (5.5e9, "Pa", "5.5 GPa"),
         (1e-6, "m", "1 µm"),
         (2e-4, "px", "0.0002 px"),
@@ -97,6 +98,8 @@ fn a_unit_has_several_spellings() {
     }
     assert_eq!(Unit::find("N/mm2").unwrap().power, Unit::find("MPa").unwrap().power);
     assert_eq!(Unit::find("mpa"), None);
+    let names: Vec<&str> = Dimension::Length.names().collect();
+    assert_eq!(names, ["m", "cm", "mm", "µm", "um", "nm", "Å", "angstrom", "pm"]);
     let [nm, m] = ["nm", "m"].map(|unit| Unit::find(unit).unwrap());
     assert_eq!((nm.factor_to(m), m.factor_to(nm)), (1e-9, 1e9));
 }

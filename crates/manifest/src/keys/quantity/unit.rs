@@ -83,9 +83,14 @@ impl Dimension {
         meant.and_then(Unit::find).map(|unit| unit.symbol)
     }
 
-    /// Returns the symbols of the units of the dimension.
-    pub fn symbols(self) -> impl Iterator<Item = &'static str> {
-        UNITS.iter().filter(move |unit| unit.dimension == self).map(|unit| unit.symbol)
+    /// Returns the names of the units of the dimension: the symbols, and after a symbol that some
+    /// keyboards lack another spelling.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        let units = UNITS.iter().filter(move |unit| unit.dimension == self);
+        units.flat_map(|unit| {
+            let plain = unit.spellings.iter().copied().find(|name| name.is_ascii());
+            [unit.symbol].into_iter().chain(plain.filter(|_| !unit.symbol.is_ascii()))
+        })
     }
 }
 

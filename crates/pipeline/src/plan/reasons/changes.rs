@@ -365,18 +365,22 @@ const LENGTHS: [&str; 6] = ["side", "rms_height", "radius", "amplitude", "depth"
 /// Parameters of recipes that are loads in the unit of the manifest.
 const LOADS: [&str; 2] = ["loads", "pressures"];
 
-/// Formats the value of a parameter of a point, with its unit if the manifest names one.
-fn shown(point: &PointRecord, name: &str, json: &str) -> Shown {
+/// Returns the unit of a parameter of a point, if the manifest names one.
+pub(super) fn unit_of(point: &PointRecord, name: &str) -> Option<String> {
     let text = |name: &str| serde_json::from_str::<String>(point.fields.get(name)?).ok();
     let is_absolute = || text("load_unit").is_some_and(|unit| unit == "absolute");
-    let unit = match name {
+    match name {
         _ if LENGTHS.contains(&name) => text("unit"),
         "effective_modulus" => text("pressure_unit"),
         _ if LOADS.contains(&name) && is_absolute() => text("pressure_unit"),
         _ => None,
-    };
+    }
+}
+
+/// Formats the value of a parameter of a point, with its unit if the manifest names one.
+fn shown(point: &PointRecord, name: &str, json: &str) -> Shown {
     let Shown(value) = Shown::from_json(json);
-    match (unit, json.parse::<f64>()) {
+    match (unit_of(point, name), json.parse::<f64>()) {
         (Some(unit), Ok(number)) => Shown(quantity::written(number, Some(&unit))),
         (Some(unit), Err(_)) if json.starts_with('[') => Shown(format!("{value} {unit}")),
         _ => Shown(value),
@@ -417,7 +421,7 @@ mod tests {
         let point = PointRecord { fields: owned.into(), realizations: 1, identity: String::new() };
         let told = |name: &str| shown(&point, name, &point.fields[name]).0;
         assert_eq!(told("loads"), "7 values, 1 … 7 MPa");
-        assert_eq!(told("effective_modulus"), "210 GPa");
+        assert_eq!(told("effective_modulus"), "210000 MPa");
         assert_eq!(told("side"), "100 µm");
         assert_eq!(told("tolerance"), "1e-5");
     }

@@ -9,7 +9,7 @@ use std::fmt;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::changes::Shown;
+use super::changes::{Shown, unit_of};
 use super::counterparts;
 use super::record::{PointRecord, Record, StageRecord};
 use asperity_manifest::decimal;
@@ -51,6 +51,9 @@ pub enum Difference {
         key: String,
         a: Vec<Value>,
         b: Vec<Value>,
+        /// Units of the values of A and of B, if the manifests name them.
+        #[serde(skip)]
+        units: [Option<String>; 2],
     },
     /// Numbers of parameter points that only one study has, although each key has the same values
     /// in both.
@@ -119,9 +122,10 @@ fn stage_differences<'a>(
     let keys: BTreeSet<&str> =
         points.flat_map(|point| point.fields.keys()).map(String::as_str).collect();
     for key in keys.into_iter().chain([REALIZATIONS]) {
+        let units = [a, b].map(|stage| unit_of(stage.points.first()?, key));
         let [a, b] = [a, b].map(|stage| values(stage, key));
         if !has_same_elements(&a, &b) {
-            found.push(Difference::Key { key: key.to_owned(), a, b });
+            found.push(Difference::Key { key: key.to_owned(), a, b, units });
         }
     }
     if found.len() == before {
@@ -196,8 +200,11 @@ impl fmt::Display for Difference {
             Difference::Reads { a, b } => {
                 write!(formatter, "from {} → {}", a.join(", "), b.join(", "))
             }
-            Difference::Key { key, a, b } => {
-                let (old, new) = (shown(a), shown(b));
+            Difference::Key { key, a, b, units } => {
+                let [old, new] = [(a, &units[0]), (b, &units[1])].map(|(values, unit)| {
+                    let unit = unit.as_ref().filter(|_| !values.is_empty());
+                    shown(values) + &unit.map(|unit| format!(" {unit}")).unwrap_or_default()
+                });
                 if old == new {
                     // The texts of long lists name only their ends.
                     let (only_a, only_b) = (lacking(a, b), lacking(b, a));
@@ -297,6 +304,18 @@ mod tests {
         };
         let expected = "contact: loads 7 values, 0.1 … 0.7; only in A: 0.3; only in B: 0.35";
         assert_eq!(compared(&loads("0.3"), &loads("0.35")), [expected]);
+    }
+
+    #[test]
+    fn values_have_the_unit_that_each_manifest_names() {
+        let loads = |list: &str, unit: &str| {
+            let unit = format!("\"{unit}\"");
+            let fields = [("loads", list), ("load_unit", "\"absolute\""), ("pressure_unit", &unit)];
+            stage("contact", Kind::Solve, &[&fields])
+        };
+        let found = compared(&loads("[10,20]", "MPa"), &loads("[0.01]", "GPa"));
+        let expected = ["contact: loads 10, 20 MPa → 0.01 GPa", "contact: pressure_unit MPa → GPa"];
+        assert_eq!(found, expected);
     }
 
     #[test]
