@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::SystemTime;
 
 use super::{Failure, SetArguments, print_answer};
-use crate::session::results::NotDrawn;
+use crate::session::results::{NotDrawn, Reason};
 use crate::session::words::counted;
 use crate::session::{
     Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy, StudyIndex,
@@ -49,10 +49,11 @@ pub struct ReportArguments {
 
     /// Print the result as JSON.
     ///
-    /// Form: `{"page", "figures", "drawn": [title, …], "missing": [{"figure", "needs"}, …]}`. With
-    /// `--index`: `{"page", "studies": [{"name", "description", "manifest", "written", "surfaces",
-    /// "stages": [{"name", "kind", "finished", "tasks"}, …], "state", "problems", "page",
-    /// "picture"}, …]}`.
+    /// Form: `{"page", "figures", "drawn": [title, …], "missing": [{"figure", "name", "reason",
+    /// "needs"}, …]}`; the reason is `declared`, `lost` or, for figures of the paper that do not
+    /// apply to the study, `does-not-apply`. With `--index`: `{"page", "studies": [{"name",
+    /// "description", "manifest", "written", "surfaces", "stages": [{"name", "kind", "finished",
+    /// "tasks"}, …], "state", "problems", "page", "picture"}, …]}`.
     #[arg(long)]
     json: bool,
 }
@@ -91,9 +92,21 @@ fn report_text(report: &Report) -> String {
         report.figures.display(),
         counted(report.drawn.len(), "figure"),
     );
-    for NotDrawn { figure, needs } in &report.missing {
-        text += &format!("missing  {figure}: needs {needs}\n");
+    for NotDrawn { figure, name, reason, needs } in &report.missing {
+        text += &match reason {
+            Reason::Declared => format!("missing  [figure.{name}] needs {needs}\n"),
+            Reason::Lost => format!("missing  {figure}: needs {needs}\n"),
+            Reason::DoesNotApply => continue,
+        };
     }
+    let others = report.missing.iter().filter(|figure| figure.reason == Reason::DoesNotApply);
+    text += &match others.count() {
+        0 => String::new(),
+        count => format!(
+            "others   {} of the paper would need other data; the page lists them\n",
+            counted(count, "figure"),
+        ),
+    };
     text
 }
 

@@ -25,7 +25,7 @@ use asperity_tables::store::files::{Existing, read_whole};
 use asperity_tables::store::series::FileName;
 
 pub use asperity_pipeline::results::PublishedTable;
-pub use asperity_report::{Bars, NotDrawn, Report};
+pub use asperity_report::{Bars, NotDrawn, Reason, Report};
 pub use asperity_tables::column::Description;
 pub use asperity_tables::source::TableSource;
 pub use asperity_tables::table::Table;

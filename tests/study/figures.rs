@@ -111,5 +111,42 @@ fn a_figure_that_cannot_be_drawn_says_what_it_needs() {
     let output = bench.output(&["report", path.to_str().unwrap()]);
     let printed = text(&output.stdout);
     assert!(output.status.success(), "{printed}");
-    assert!(printed.contains("hurst has the values 0.2, 0.5, 0.8"), "{printed}");
+    for part in ["missing  [figure.negative] needs ", "missing  [figure.nothing] needs "] {
+        assert!(printed.contains(part), "{part} in {printed}");
+    }
+    assert!(printed.contains("`hurst` has the values 0.2, 0.5, 0.8"), "{printed}");
+    // Figures of the paper that do not apply are counted; the page lists them.
+    assert_eq!(printed.matches("missing").count(), 2, "{printed}");
+    assert!(printed.contains(" figures of the paper would need other data"), "{printed}");
+}
+
+#[test]
+fn reasons_name_what_the_study_lacks_and_nothing_that_it_has() {
+    let bench = Bench::new();
+    bench.run(HURST);
+    let needs = |said: &serde_json::Value, name: &str| {
+        let missing = said["missing"].as_array().unwrap();
+        let found = missing.iter().find(|figure| figure["name"] == name);
+        found.map(|figure| figure["needs"].as_str().unwrap().to_owned())
+    };
+    let (said, _) = report(&bench);
+    let cutoffs = "random surfaces with two or more values of `k_upper`";
+    assert_eq!(needs(&said, "nayak").as_deref(), Some(cutoffs));
+    // Three exponents are three spectra, so cutoffs need not vary.
+    let collapse = "areas with the correction \"2017\"; loads near 0.024, 0.06 and 0.14";
+    assert_eq!(needs(&said, "collapse").as_deref(), Some(collapse));
+    let light = "measured contacts at two or more loads up to 0.06";
+    assert_eq!(needs(&said, "area-light").as_deref(), Some(light));
+    let heavy = "measured contacts at loads above 0.06";
+    assert_eq!(needs(&said, "area-full").as_deref(), Some(heavy));
+    let correct =
+        "\n[stage.corrected]\nkind = \"correct\"\nfrom = \"area\"\ncorrection = \"2017\"\n";
+    let one = HURST.replace("hurst = [0.2, 0.5, 0.8]", "hurst = 0.8\nk_upper = [4, 8]");
+    let one = one.replace("k_lower = 2\nk_upper = 8\n", "k_lower = 2\n");
+    bench.run(&format!("{}{correct}", one.replace("[0.05]", "[0.024, 0.06, 0.14]")));
+    let (said, _) = report(&bench);
+    let collapse = needs(&said, "collapse");
+    assert_eq!(collapse.as_deref(), Some("three or more values of `k_upper`"));
+    assert_eq!(needs(&said, "nayak"), None);
+    assert_eq!(needs(&said, "area-full"), None);
 }

@@ -127,19 +127,23 @@ impl Figure {
     }
 
     /// Removes charts that would show their data at one place only, and guides that are not seen.
-    /// Returns false if no panel is left.
-    pub fn keep_courses(&mut self) -> bool {
+    ///
+    /// # Errors
+    /// If no panel is left, returns the label of the horizontal axis of the last one.
+    pub fn keep_courses(&mut self) -> Result<(), String> {
+        let mut label = String::new();
         for row in &mut self.rows {
             row.retain_mut(|panel| match panel {
                 Panel::Chart(chart) => {
                     chart.remove_unseen_guides();
+                    label.clone_from(&chart.x.label);
                     chart.shows_a_course()
                 }
                 Panel::Map(_) => true,
             });
         }
         self.rows.retain(|row| !row.is_empty());
-        !self.rows.is_empty()
+        if self.rows.is_empty() { Err(label) } else { Ok(()) }
     }
 
     fn series(&self) -> impl Iterator<Item = &Series> {

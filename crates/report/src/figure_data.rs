@@ -21,8 +21,8 @@ use asperity_contact::topography::spectrum::Spectrum;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::reader::ResultReader;
 use asperity_stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, LOAD, PERIMETER_MANHATTAN,
-    REALIZATION, SURFACE,
+    AREA_CORRECTED, AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, K_UPPER, LOAD,
+    PERIMETER_MANHATTAN, REALIZATION, SURFACE,
 };
 use asperity_stages::correct::AS_COUNTED;
 use asperity_stages::generate::{self, Origin};
@@ -226,7 +226,7 @@ impl<'a> FigureData<'a> {
         Ok(format!(
             "According to the correction of 2017, {range} % of the counted area at the load \
              nearest to {} is an error of the mesh.",
-            self.loads.text_of_reduced(LIGHT),
+            self.light(),
         ))
     }
 
@@ -238,6 +238,11 @@ impl<'a> FigureData<'a> {
             MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
             MeasuredMaps::There(_) => Drawn::missing(needs, lines),
         }
+    }
+
+    /// Returns the text of [`LIGHT`] in the unit of the loads of the study.
+    pub fn light(&self) -> String {
+        self.loads.text_of_reduced(LIGHT)
     }
 
     /// Returns the lines of a manifest that define a stage: its header and `lines`. If the study
@@ -272,10 +277,19 @@ impl<'a> FigureData<'a> {
         self.stage("corrected", &lines)
     }
 
-    /// Returns a line for the stage of surfaces that gives several spectra.
-    pub fn lines_of_spectra(&self) -> String {
-        let surfaces = self.source(Kind::Generate, "surfaces");
-        format!("k_upper = [8, 16, 32]  # in the stage `{surfaces}`")
+    /// Returns lines that give several spectra: a sweep of a cutoff in the stage that draws
+    /// surfaces or, without such a stage, a new stage.
+    pub fn lines_of_spectra(&self, cutoff: &str) -> String {
+        let mut stages = self.finished.stages.iter();
+        let drawn =
+            stages.find(|stage| stage.kind == Kind::Generate && stage.table.has(K_UPPER.name));
+        match drawn {
+            Some(stage) => {
+                let values = if cutoff == K_UPPER.name { "[8, 16, 32]" } else { "[1, 2, 4]" };
+                format!("{cutoff} = {values}  # in the stage `{}`", stage.name)
+            }
+            None => self.lines_of_surfaces(),
+        }
     }
 
     pub fn lines_of_heights(&self) -> String {

@@ -174,7 +174,7 @@ impl Drawn {
     }
 
     /// Creates a missing figure with lines of a manifest that would add the data.
-    pub fn missing(needs: &'static str, lines: String) -> Drawn {
+    pub fn missing(needs: impl Into<Cow<'static, str>>, lines: String) -> Drawn {
         Drawn::Missing { needs: needs.into(), lines: Some(lines) }
     }
 }
@@ -228,11 +228,20 @@ pub fn file_names(figure: &str) -> [String; 3] {
 /// A figure for which the study has no data or has lost the data.
 #[derive(Debug, Serialize)]
 pub struct MissingFigure {
+    /// Name of the files that the figure would have.
+    pub name: String,
     pub title: String,
     pub group: Group,
     pub needs: Cow<'static, str>,
     /// Lines of a manifest that would add the data; `None` if the data are lost.
     pub lines: Option<String>,
+}
+
+impl MissingFigure {
+    /// Returns true if the data of a figure of the paper are lost.
+    pub fn is_lost(&self) -> bool {
+        self.group == Group::Paper && self.lines.is_none()
+    }
 }
 
 /// Returns text such as `8 surfaces` or `4 surfaces for each of 2 parameter points`.

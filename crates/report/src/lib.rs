@@ -69,6 +69,7 @@ use asperity_pipeline::results::StageRows;
 use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::study::{Study, Warning};
 use asperity_stages::StageError;
+use asperity_stages::columns::K_LOWER;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::parallel;
 use asperity_tables::store::StoreError;
@@ -92,11 +93,39 @@ pub struct Report {
     pub size: usize,
 }
 
-/// Title of a figure that is not drawn, and the data that it needs.
+/// A figure that is not drawn, and the data that it needs.
 #[derive(Debug, Serialize)]
 pub struct NotDrawn {
+    /// Title of the figure.
     pub figure: String,
+    /// Name of the files that the figure would have; NAME of a table `[figure.NAME]`.
+    pub name: String,
+    pub reason: Reason,
     pub needs: String,
+}
+
+/// Reason why a figure is not drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reason {
+    /// The manifest declares the figure, and the table has no values for it.
+    Declared,
+    /// A figure of the paper, whose data are lost.
+    Lost,
+    /// A figure of the paper that does not apply to the study.
+    DoesNotApply,
+}
+
+impl From<MissingFigure> for NotDrawn {
+    fn from(figure: MissingFigure) -> NotDrawn {
+        let reason = match figure.group {
+            Group::Declared => Reason::Declared,
+            _ if figure.is_lost() => Reason::Lost,
+            _ => Reason::DoesNotApply,
+        };
+        let MissingFigure { name, title, needs, .. } = figure;
+        NotDrawn { figure: title, name, reason, needs: needs.into_owned() }
+    }
 }
 
 /// Error in writing a report.
@@ -208,8 +237,7 @@ pub fn write(
     }
     let basis = Basis::new(&subject.plan.study, &there, &finished.stages);
     let page = folder.join(PAGE);
-    let is_lost = |figure: &MissingFigure| figure.group == Group::Paper && figure.lines.is_none();
-    let is_complete = subject.is_complete() && !missing.iter().any(is_lost);
+    let is_complete = subject.is_complete() && !missing.iter().any(MissingFigure::is_lost);
     if existing == Existing::Keep && !is_complete {
         let lacks = basis.lacks_of(&page);
         if !lacks.is_empty() {
@@ -228,10 +256,7 @@ pub fn write(
         page,
         figures: pictures,
         drawn: there.into_iter().map(|figure| figure.title).collect(),
-        missing: missing
-            .into_iter()
-            .map(|figure| NotDrawn { figure: figure.title, needs: figure.needs.into_owned() })
-            .collect(),
+        missing: missing.into_iter().map(NotDrawn::from).collect(),
         size: text.len(),
     })
 }
@@ -243,20 +268,23 @@ fn draw(
     stem: &str,
     data: &FigureData,
 ) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
-    let (title, mut group) = (figure.title(), figure.group());
+    let (name, title, mut group) = (stem.to_owned(), figure.title(), figure.group());
     Ok(Some(match figure.draw(data)? {
         Drawn::Figure { mut figure, mut caption, sliders } => {
-            let name = stem.to_owned();
             if group == Group::Paper {
                 if let Some(note) = data.loads.on_axes(&mut figure) {
                     caption = format!("{} {note}", caption.trim_end());
                 }
                 if figure.is_of_maps() {
                     group = Group::Maps;
-                } else if !figure.keep_courses() {
-                    let lines = Some(data.lines_of_loads("{ to = 0.06, steps = 10 }"));
-                    let needs = "results at two or more loads or parameters".into();
-                    return Ok(Some(Err(MissingFigure { title, group, needs, lines })));
+                } else if let Err(axis) = figure.keep_courses() {
+                    let lines = Some(if axis.contains(K_LOWER.name) {
+                        data.lines_of_spectra(K_LOWER.name)
+                    } else {
+                        data.lines_of_loads("{ to = 0.06, steps = 10 }")
+                    });
+                    let needs = format!("two or more places along the axis `{axis}`").into();
+                    return Ok(Some(Err(MissingFigure { name, title, group, needs, lines })));
                 }
             }
             let alone = svg::alone(&figure.to_svg(&name));
@@ -266,7 +294,7 @@ fn draw(
             let drawing = figure.for_page(&name);
             Ok(DrawnFigure { name, title, group, drawing, alone, png, pdf, caption, sliders })
         }
-        Drawn::Missing { needs, lines } => Err(MissingFigure { title, group, needs, lines }),
+        Drawn::Missing { needs, lines } => Err(MissingFigure { name, title, group, needs, lines }),
         Drawn::NotAsked => return Ok(None),
     }))
 }

@@ -46,7 +46,7 @@ fn draw_area(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     if !chart.has_curves() {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        let needs = "measured contacts at two or more loads up to 0.06";
+        let needs = format!("measured contacts at two or more loads up to {}", data.light());
         return Ok(Drawn::missing(needs, lines));
     }
     let lightest = secants.series.iter().flat_map(|series| &series.points);
@@ -93,7 +93,8 @@ fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     if !chart.has_curves() {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        return Ok(Drawn::missing("measured contacts at several loads up to 0.06", lines));
+        let needs = format!("measured contacts at two or more loads up to {}", data.light());
+        return Ok(Drawn::missing(needs, lines));
     }
     for stage in data.finished.with(&["law", "kappa", "beta", "mu", "fitted_to"]) {
         for fit in fits(&stage.table)? {

@@ -2,6 +2,8 @@
 //! collapse of corrected areas on the bandwidth or, if Hurst exponents or plateaus differ, on
 //! Nayak's parameter. The paper does not show this collapse (compare section 5.2.2).
 
+use std::collections::BTreeSet;
+
 use crate::ReportError;
 use crate::charts::axis::Axis;
 use crate::charts::chart::{Chart, DataPoint, Series};
@@ -52,7 +54,8 @@ fn draw_errors(data: &FigureData) -> Result<Drawn, ReportError> {
         surfaces.push(ensemble.surfaces);
     }
     if surfaces.is_empty() {
-        return Ok(Drawn::missing("areas corrected by π/8", data.lines_of_corrections()));
+        let needs = format!("areas with the correction \"{OF_2015}\"");
+        return Ok(Drawn::missing(needs, data.lines_of_corrections()));
     }
     let caption = format!(
         "Half the distance between the bounds of the true area, relative to the counted area: \
@@ -75,7 +78,8 @@ fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
     let rows = rows.collect::<Result<Vec<_>, ReportError>>()?;
     if rows.is_empty() {
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        return Ok(Drawn::missing("corrected areas at two or more loads up to 0.06", lines));
+        let needs = format!("corrected areas at two or more loads up to {}", data.light());
+        return Ok(Drawn::missing(needs, lines));
     }
     let surfaces: Vec<usize> = data.under(corrections[0]).map(|one| one.surfaces).collect();
     let names = corrections.iter().take(2).map(|name| match *name {
@@ -160,8 +164,11 @@ enum Abscissa {
 
 impl Abscissa {
     fn select(data: &FigureData) -> Abscissa {
-        let spectra = data.under(OF_2017).filter_map(|one| spectrum(&one.point));
-        let spectra: Vec<spectrum::Spectrum> = spectra.collect();
+        let corrected = data.under(OF_2017).filter_map(|one| spectrum(&one.point));
+        let mut spectra: Vec<spectrum::Spectrum> = corrected.collect();
+        if spectra.is_empty() {
+            spectra.extend(data.measured.iter().filter_map(|one| spectrum(&one.point)));
+        }
         let is_alike = |one: &spectrum::Spectrum| {
             one.k_rolloff == one.k_lower && one.hurst == spectra[0].hurst
         };
@@ -206,11 +213,7 @@ fn draw_collapse(data: &FigureData) -> Result<Drawn, ReportError> {
     }
     let is_corrected = data.under(OF_2017).any(|_| true);
     if !is_corrected || charts.is_empty() {
-        let needs = "areas of three or more spectra, corrected as in 2017";
-        let correct = (!is_corrected).then(|| data.lines_of_corrections());
-        let sweep = charts.is_empty().then(|| data.lines_of_spectra());
-        let lines: Vec<String> = correct.into_iter().chain(sweep).collect();
-        return Ok(Drawn::missing(needs, lines.join("\n\n")));
+        return lacking(data, is_corrected, abscissa);
     }
     let (meaning, symbol) = abscissa.meaning();
     let caption = format!(
@@ -222,6 +225,48 @@ fn draw_collapse(data: &FigureData) -> Result<Drawn, ReportError> {
         data.bars,
     );
     Ok(Drawn::figure(Figure::from_charts(in_pairs(charts), [430.0, 320.0]), caption))
+}
+
+/// Returns what the study lacks of areas with the correction of 2017, spectra and loads.
+fn lacking(
+    data: &FigureData,
+    is_corrected: bool,
+    abscissa: Abscissa,
+) -> Result<Drawn, ReportError> {
+    let (mut needs, mut lines) = (Vec::new(), Vec::new());
+    if !is_corrected {
+        needs.push(format!("areas with the correction \"{OF_2017}\""));
+        lines.push(data.lines_of_corrections());
+    }
+    let spectra = data.measured.iter().filter_map(|one| abscissa.value(&spectrum(&one.point)?));
+    let spectra: BTreeSet<u64> = spectra.map(f64::to_bits).collect();
+    if spectra.len() < FEWEST_SPECTRA {
+        needs.push(format!("three or more values of `{}`", K_UPPER.name));
+        lines.push(data.lines_of_spectra(K_UPPER.name));
+    }
+    let mut has_loads = false;
+    for ensemble in &data.measured {
+        has_loads |= at_loads(&ensemble.mean(COUNTED_AREA)?).is_some();
+    }
+    if !has_loads {
+        let [light, moderate, heavy] = LOADS.map(|load| data.loads.text_of_reduced(load));
+        needs.push(format!("loads near {light}, {moderate} and {heavy}"));
+        lines.push(data.lines_of_loads(&format!("{LOADS:?}")));
+    }
+    if needs.is_empty() {
+        needs.push("three or more of its spectra at the same loads".to_owned());
+    }
+    Ok(Drawn::missing(needs.join("; "), lines.join("\n\n")))
+}
+
+/// Returns the secants at all of [`LOADS`], if there are areas near each of them.
+fn at_loads(means: &[Mean]) -> Option<Vec<Mean>> {
+    let at = |load: f64| {
+        let distance = |mean: &Mean| (mean.load / load - 1.0).abs();
+        let nearest = means.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        (distance(nearest) < NEAR).then(|| nearest.secant())
+    };
+    LOADS.into_iter().map(at).collect()
 }
 
 /// Returns the spectra with areas at all of [`LOADS`].
@@ -237,13 +282,7 @@ fn spectra<'a>(
             continue;
         };
         let area = if correction == AS_COUNTED { COUNTED_AREA } else { AREA_CORRECTED.name };
-        let means = ensemble.mean(area)?;
-        let at = |load: f64| {
-            let distance = |mean: &Mean| (mean.load / load - 1.0).abs();
-            let nearest = means.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-            (distance(nearest) < NEAR).then(|| nearest.secant())
-        };
-        let means: Option<Vec<Mean>> = LOADS.into_iter().map(at).collect();
+        let means = at_loads(&ensemble.mean(area)?);
         spectra.extend(means.map(|means| Spectrum { ensemble, abscissa, means }));
     }
     Ok(spectra)

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use asperity_manifest::diagnostics::listed;
 use asperity_pipeline::study::figures::{
     BarSource, EndsMeaning, ErrorBars, FigureSpec, Quantity, Scales, Value as Selected,
 };
@@ -34,7 +35,7 @@ const LOGARITHMIC: f64 = 20.0;
 pub fn draw(data: &FigureData, figure: &FigureSpec) -> Result<Drawn, ReportError> {
     let stage = data.finished.stages.iter().find(|stage| stage.name == figure.from);
     let Some(stage) = stage.filter(|stage| stage.table.rows() > 0) else {
-        return Ok(lacking(format!("rows of the stage {}; run the study", figure.from)));
+        return Ok(lacking(format!("rows of the stage `{}`; run the study", figure.from)));
     };
     let mut drawings = Vec::new();
     for quantity in &figure.y {
@@ -89,7 +90,7 @@ impl Plot<'_> {
         let hidden = self.points().filter(|point| !self.can_show(point)).count();
         if hidden == self.points().count() {
             let needs =
-                "values above zero, because its axis is logarithmic; set scale = \"linear\"";
+                "values above zero, because its axis is logarithmic; set `scale = \"linear\"`";
             return Ok(lacking(needs.to_owned()));
         }
         let key = self.key();
@@ -141,23 +142,23 @@ impl Plot<'_> {
     fn no_rows(&self) -> String {
         let selected = self.figure.selection.keys().map(|name| {
             let known = self.labels.values(&self.stage.table, name);
-            format!("{name} has the values {known}")
+            format!("`{name}` has the values {known}")
         });
         let selected: Vec<String> = selected.collect();
         match selected.as_slice() {
-            [] => format!("values in the table of the stage {}", self.stage.name),
-            _ => format!("rows with the values in where: {}", selected.join("; ")),
+            [] => format!("values in the table of the stage `{}`", self.stage.name),
+            _ => format!("rows with the values in `where`: {}", selected.join("; ")),
         }
     }
 
     fn too_many(&self) -> String {
         let (_, points) = &self.drawings[0];
         let columns = points.colour.iter().chain(&self.figure.facet).chain(&points.others);
-        let columns: Vec<&str> = columns.map(String::as_str).collect();
+        let columns = columns.map(String::as_str);
         format!(
             "fewer series or panels: at most {MOST_SERIES} and {MOST_PANELS} can be told apart. \
-             Points differ in {}; select values of them with where",
-            columns.join(", "),
+             Points differ in {}; select values of them with `where`",
+            listed(columns, "and"),
         )
     }
 

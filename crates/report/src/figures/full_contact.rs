@@ -39,7 +39,8 @@ fn draw_all_loads(data: &FigureData) -> Result<Drawn, ReportError> {
     if heaviest <= LIGHT * (1.0 + 1e-9) {
         let lines =
             data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
-        return Ok(Drawn::missing("measured contacts at loads above 0.06", lines));
+        let needs = format!("measured contacts at loads above {}", data.light());
+        return Ok(Drawn::missing(needs, lines));
     }
     let range = [0.0, heaviest];
     chart.x = chart.x.within(0.0, 1.03 * heaviest);
@@ -119,7 +120,9 @@ fn draw_approach(data: &FigureData) -> Result<Drawn, ReportError> {
     if heaviest < 2.0 * FROM {
         let lines =
             data.lines_of_loads("{ from = 0.06, to = 1.7, steps = 40, spacing = \"geometric\" }");
-        return Ok(Drawn::missing("measured contacts at loads up to 1 or more", lines));
+        let heavy = data.loads.text_of_reduced(2.0 * FROM);
+        let needs = format!("measured contacts at loads up to {heavy} or more");
+        return Ok(Drawn::missing(needs, lines));
     }
     let range = [FROM, heaviest];
     let curve = |of: fn(f64) -> f64, colour, dash, width| {

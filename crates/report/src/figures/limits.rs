@@ -39,8 +39,14 @@ fn draw_mesh(data: &FigureData) -> Result<Drawn, ReportError> {
         coefficients.extend(pooled(&stage.table)?);
     }
     if coefficients.is_empty() {
-        let lines = data.lines_of_meshes();
-        return Ok(Drawn::missing("the same surfaces on two or more meshes", lines));
+        let meshes = data.measured.iter().filter_map(|one| ensembles::grid(&one.point));
+        let meshes: BTreeSet<[usize; 2]> = meshes.map(|grid| grid.nodes()).collect();
+        let needs = if meshes.len() > 1 {
+            "a fit with `law = \"mesh-convergence\"`"
+        } else {
+            "the same surfaces on two or more meshes, and a fit with `law = \"mesh-convergence\"`"
+        };
+        return Ok(Drawn::missing(needs, data.lines_of_meshes()));
     }
     let points = coefficients.iter().map(|coefficient| &coefficient.point);
     let styles = Styles::new(points, &data.files);

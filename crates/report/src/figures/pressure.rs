@@ -128,7 +128,7 @@ fn draw_gap(data: &FigureData) -> Result<Drawn, ReportError> {
     if !chart.has_curves() {
         let lines =
             data.lines_of_loads("{ from = 0.001, to = 1.7, steps = 40, spacing = \"geometric\" }");
-        return Ok(Drawn::missing("measured contacts at several loads", lines));
+        return Ok(Drawn::missing("measured contacts at two or more loads", lines));
     }
     let drawn = chart.series.len();
     for stage in data.finished.with(&["decay_length", "closing_load", "window_lower"]) {
@@ -236,8 +236,17 @@ fn draw_growth(data: &FigureData) -> Result<Drawn, ReportError> {
         chart.series.push(data.markers(ensemble, growth));
     }
     let Some(extent) = Extent::new(&chart.series) else {
+        let needs = if all < FEWEST {
+            "measured contacts at four or more loads, with less than half of the area in contact"
+                .to_owned()
+        } else {
+            format!(
+                "a mean contact pressure that rises with the load in {FEWEST} or more steps of the \
+                 load; here it rises in {rising} of {all}"
+            )
+        };
         let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        return Ok(Drawn::missing("measured contacts at several light loads", lines));
+        return Ok(Drawn::missing(needs, lines));
     };
     let fits = fits(data, extent.areas)?;
     let fits_text = if fits.is_empty() {

@@ -282,7 +282,8 @@ fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
     let curves = curves(data)?;
     if curves.is_empty() {
         let lines = data.lines_of_scales();
-        return Ok(data.missing_surfaces("measured surfaces, or slopes by scale", lines));
+        let needs = "measured surfaces, or a stage of kind `measure` with `what = \"scales\"`";
+        return Ok(data.missing_surfaces(needs, lines));
     }
     let shared = LengthUnit::common(curves.iter().map(|curve| data.units.at(&curve.point)));
     let in_unit = |curve: &SurfaceCurve| -> Vec<(f64, f64)> {

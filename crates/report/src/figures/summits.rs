@@ -1,7 +1,7 @@
 //! Nayak's parameter and the density of summits of the surfaces, compared with closed forms (figs.
 //! A.1 and A.2).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use arrow::array::Array;
 
@@ -84,9 +84,10 @@ fn draw(data: &FigureData, quantity: &Quantity) -> Result<Drawn, ReportError> {
     for stage in data.finished.with(&columns) {
         collect(&stage.table, quantity.column, &mut curves)?;
     }
-    if curves.values().map(BTreeMap::len).sum::<usize>() < 2 {
-        let lines = data.lines_of_surfaces();
-        return Ok(Drawn::missing("random surfaces of two or more spectra", lines));
+    let uppers: BTreeSet<&i64> = curves.values().flat_map(BTreeMap::keys).collect();
+    if uppers.len() < 2 {
+        let needs = format!("random surfaces with two or more values of `{}`", K_UPPER.name);
+        return Ok(Drawn::missing(needs, data.lines_of_spectra(K_UPPER.name)));
     }
     let surfaces = curves.values().flat_map(Curve::values);
     let counts: Vec<usize> = surfaces.map(|one| one.values.len()).collect();
