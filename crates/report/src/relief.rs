@@ -44,11 +44,20 @@ pub struct Relief {
 
 type Vector = [f64; 3];
 
-/// Corner of a triangle: position in the scene, and shaded colour.
+/// Triangle of the top or of a wall.
 #[derive(Debug, Clone, Copy)]
-struct Corner {
-    position: Vector,
-    colour: [f64; 3],
+struct Triangle {
+    /// Positions in the scene.
+    corners: [Vector; 3],
+    face: Face,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Face {
+    /// Part of the top. Each corner has its place on the mesh, in nodes along x and y.
+    Top([[f64; 2]; 3]),
+    /// Part of a wall, with its shaded colour.
+    Wall([f64; 3]),
 }
 
 impl Relief {
@@ -65,8 +74,8 @@ impl Relief {
             size: grid.cell().size().map(|side| side / longer),
             heights: heights.iter().map(|h| factor * (h - lowest) / longer).collect(),
         };
-        let triangles = [block.top(colours), block.walls()].concat();
-        Relief { raster: render(&triangles), factor }
+        let triangles = [block.top(), block.walls()].concat();
+        Relief { raster: render(&triangles, &Top::new(&block, colours)), factor }
     }
 }
 
@@ -115,30 +124,22 @@ impl Block {
     }
 
     /// Returns two triangles for each cell between four nodes.
-    fn top(&self, colours: &Raster) -> Vec<[Corner; 3]> {
+    fn top(&self) -> Vec<Triangle> {
         let [nodes_x, nodes_y] = self.nodes;
-        let [width, height] = colours.size();
-        let corner = |i: usize, j: usize| {
-            // A map has y upwards.
-            let (column, row) = (i * width / nodes_x, (nodes_y - 1 - j) * height / nodes_y);
-            let pixel = colours.as_slice()[row * width + column];
-            let colour = if pixel == GAP { PLAIN } else { pixel.map(f64::from) };
-            let shade = brightness(self.normal(i, j));
-            Corner { position: self.position(i, j), colour: colour.map(|part| part * shade) }
+        let triangle = |nodes: [(usize, usize); 3]| Triangle {
+            corners: nodes.map(|(i, j)| self.position(i, j)),
+            face: Face::Top(nodes.map(|(i, j)| [i as f64, j as f64])),
         };
-        let corners: Vec<Corner> =
-            (0..nodes_x * nodes_y).map(|node| corner(node / nodes_y, node % nodes_y)).collect();
-        let at = |i: usize, j: usize| corners[i * nodes_y + j];
         let cells = (1..nodes_x).flat_map(|i| (1..nodes_y).map(move |j| (i, j)));
         let halves = |(i, j): (usize, usize)| {
-            let [a, b, c, d] = [at(i - 1, j - 1), at(i, j - 1), at(i, j), at(i - 1, j)];
-            [[a, b, c], [a, c, d]]
+            let [a, b, c, d] = [(i - 1, j - 1), (i, j - 1), (i, j), (i - 1, j)];
+            [triangle([a, b, c]), triangle([a, c, d])]
         };
         cells.flat_map(halves).collect()
     }
 
     /// Returns the walls from the edges of the top to the base.
-    fn walls(&self) -> Vec<[Corner; 3]> {
+    fn walls(&self) -> Vec<Triangle> {
         let [last_x, last_y] = self.nodes.map(|nodes| nodes - 1);
         let along_x = |j: usize| (0..=last_x).map(move |i| (i, j)).collect::<Vec<_>>();
         let along_y = |i: usize| (0..=last_y).map(move |j| (i, j)).collect::<Vec<_>>();
@@ -150,20 +151,76 @@ impl Block {
         ];
         let mut triangles = Vec::new();
         for (edge, normal) in sides {
-            let colour = WALL.map(|part| part * brightness(normal));
+            let face = Face::Wall(WALL.map(|part| part * brightness(normal)));
             let corner = |(i, j): (usize, usize), on_top: bool| {
-                let mut position = self.position(i, j);
-                position[2] = if on_top { position[2] } else { 0.0 };
-                Corner { position, colour }
+                let [x, y, z] = self.position(i, j);
+                [x, y, if on_top { z } else { 0.0 }]
             };
             for pair in edge.windows(2) {
                 let [a, b] = [corner(pair[0], true), corner(pair[1], true)];
                 let [c, d] = [corner(pair[1], false), corner(pair[0], false)];
-                triangles.extend([[a, b, c], [a, c, d]]);
+                triangles.extend([[a, b, c], [a, c, d]].map(|corners| Triangle { corners, face }));
             }
         }
         triangles
     }
+}
+
+/// Normals and colours of the top. Both are interpolated in the cell between four nodes and not in
+/// its triangles, whose diagonals would otherwise be seen as fringes of slopes and spots.
+struct Top<'a> {
+    nodes: [usize; 2],
+    normals: Vec<Vector>,
+    colours: &'a Raster,
+}
+
+impl Top<'_> {
+    fn new<'a>(block: &Block, colours: &'a Raster) -> Top<'a> {
+        let [nodes_x, nodes_y] = block.nodes;
+        let nodes = (0..nodes_x).flat_map(|i| (0..nodes_y).map(move |j| (i, j)));
+        let normals = nodes.map(|(i, j)| block.normal(i, j)).collect();
+        Top { nodes: block.nodes, normals, colours }
+    }
+
+    /// Returns the shaded colour at a place on the mesh, in nodes along x and y.
+    fn colour(&self, place: [f64; 2]) -> [f64; 3] {
+        let (cell, weights) = cell_of(place, self.nodes);
+        let normals = cell.map(|[i, j]| self.normals[i * self.nodes[1] + j]);
+        let shade = brightness(mixed(normals, weights));
+        self.colour_in_map(place).map(|part| part * shade)
+    }
+
+    /// Returns the colour of the map. At the edge of nodes without a colour it is that of the
+    /// nearest node, because such an edge is sharp.
+    fn colour_in_map(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let size = self.colours.size();
+        let along = |axis: usize, place: f64| {
+            (place + 0.5) * size[axis] as f64 / self.nodes[axis] as f64 - 0.5
+        };
+        let (cell, weights) = cell_of([along(0, x), along(1, y)], size);
+        // A map has y upwards.
+        let pixels = cell.map(|[i, j]| self.colours.as_slice()[(size[1] - 1 - j) * size[0] + i]);
+        let colour = |pixel: Pixel| if pixel == GAP { PLAIN } else { pixel.map(f64::from) };
+        if pixels.contains(&GAP) {
+            let nearest = (0..4).max_by(|&one, &other| weights[one].total_cmp(&weights[other]));
+            return colour(pixels[nearest.expect("there are four nodes")]);
+        }
+        mixed(pixels.map(colour), weights)
+    }
+}
+
+/// Returns the indices of the four nodes around a place, and their weights in an interpolation.
+fn cell_of(place: [f64; 2], nodes: [usize; 2]) -> ([[usize; 2]; 4], [f64; 4]) {
+    let [x, y] = [0, 1].map(|axis| place[axis].clamp(0.0, (nodes[axis] - 1) as f64));
+    let [i, j] = [x as usize, y as usize];
+    let (u, v) = (x - i as f64, y - j as f64);
+    let [next_i, next_j] = [(i + 1).min(nodes[0] - 1), (j + 1).min(nodes[1] - 1)];
+    let corners = [[i, j], [next_i, j], [i, next_j], [next_i, next_j]];
+    (corners, [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v])
+}
+
+fn mixed<const N: usize>(values: [[f64; 3]; N], weights: [f64; N]) -> [f64; 3] {
+    [0, 1, 2].map(|part| values.iter().zip(weights).map(|(value, w)| w * value[part]).sum())
 }
 
 fn cross(a: Vector, b: Vector) -> Vector {
@@ -190,28 +247,34 @@ fn projected([x, y, z]: Vector) -> Vector {
 }
 
 /// Draws triangles with a depth buffer.
-fn render(triangles: &[[Corner; 3]]) -> Raster {
-    let points = || triangles.iter().flatten().map(|corner| projected(corner.position));
+fn render(triangles: &[Triangle], top: &Top) -> Raster {
+    let points = || triangles.iter().flat_map(|triangle| triangle.corners.map(projected));
     let range = |axis: usize| {
         points().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], point| {
             [low.min(point[axis]), high.max(point[axis])]
         })
     };
-    let ([left, right], [bottom, top]) = (range(0), range(1));
+    let ([left, right], [bottom, highest]) = (range(0), range(1));
     let margin = MARGIN * WIDTH as f64;
     let scale = (WIDTH as f64 - 2.0 * margin) / (right - left);
-    let height = (scale * (top - bottom) + 2.0 * margin).ceil() as usize;
+    let height = (scale * (highest - bottom) + 2.0 * margin).ceil() as usize;
     let height = height.next_multiple_of(SUPERSAMPLING);
     let mut canvas = Canvas {
         size: [WIDTH, height],
         pixels: vec![PAPER; WIDTH * height],
         depths: vec![f64::INFINITY; WIDTH * height],
     };
-    for triangle in triangles {
-        canvas.fill(triangle.map(|Corner { position, colour }| {
+    for Triangle { corners, face } in triangles {
+        let corners = corners.map(|position| {
             let [x, y, depth] = projected(position);
-            ([margin + scale * (x - left), margin + scale * (top - y), depth], colour)
-        }));
+            [margin + scale * (x - left), margin + scale * (highest - y), depth]
+        });
+        canvas.fill(corners, |weights| match face {
+            Face::Wall(colour) => *colour,
+            Face::Top(places) => top.colour([0, 1].map(|axis| {
+                places.iter().zip(weights).map(|(place, weight)| weight * place[axis]).sum()
+            })),
+        });
     }
     let picture = Raster::from_pixels(canvas.size, canvas.pixels);
     picture.at_most(WIDTH.max(height) / SUPERSAMPLING)
@@ -224,9 +287,8 @@ struct Canvas {
 }
 
 impl Canvas {
-    /// Fills a triangle, interpolating depth and colour between its corners.
-    fn fill(&mut self, corners: [(Vector, [f64; 3]); 3]) {
-        let [a, b, c] = corners.map(|(position, _)| position);
+    /// Fills a triangle. `colour` returns the colour of a point, given the weights of the corners.
+    fn fill(&mut self, [a, b, c]: [Vector; 3], colour: impl Fn([f64; 3]) -> [f64; 3]) {
         let area = edge(a, b, c);
         if area == 0.0 {
             return;
@@ -246,15 +308,11 @@ impl Canvas {
                 if weights.iter().any(|weight| *weight < 0.0) {
                     continue;
                 }
-                let mix = |values: [f64; 3]| {
-                    weights.iter().zip(values).map(|(weight, value)| weight * value).sum::<f64>()
-                };
-                let depth = mix([a[2], b[2], c[2]]);
+                let [_, _, depth] = mixed([a, b, c], weights);
                 let index = row * self.size[0] + column;
                 if depth < self.depths[index] {
                     self.depths[index] = depth;
-                    let channel = |of: usize| mix(corners.map(|(_, colour)| colour[of])) as u8;
-                    self.pixels[index] = [channel(0), channel(1), channel(2)];
+                    self.pixels[index] = colour(weights).map(|part| part as u8);
                 }
             }
         }
@@ -291,10 +349,26 @@ mod tests {
         let mean = |slope: f64| {
             let heights: Vec<f64> = (0..81).map(|node| slope * f64::from(node / 9) / 9.0).collect();
             let block = Block { nodes: [9, 9], size: [1.0; 2], heights };
-            let corners = block.top(&colours);
-            corners.iter().flatten().map(|corner| corner.colour[0]).sum::<f64>()
+            Top::new(&block, &colours).colour([4.3, 4.6])[0]
         };
         assert!(mean(0.2) > mean(0.0) && mean(0.0) > mean(-0.2));
+    }
+
+    #[test]
+    fn colours_are_interpolated_in_cells_and_sharp_at_the_edge_of_a_spot() {
+        let block = Block { nodes: [3, 3], size: [1.0; 2], heights: vec![0.0; 9] };
+        let map = |left: Pixel, right: Pixel| {
+            let values: Vec<f64> = (0..9).map(|node| f64::from(u8::from(node >= 6))).collect();
+            Raster::from_values([3, 3], &values, |value| if value > 0.0 { right } else { left })
+        };
+        let red =
+            |colours: &Raster, x: f64, y: f64| Top::new(&block, colours).colour_in_map([x, y])[0];
+        let smooth = map([100, 0, 0], [200, 0, 0]);
+        for y in [0.1, 0.5, 0.9] {
+            assert!((red(&smooth, 1.25, y) - 125.0).abs() < 1e-9, "independent of y");
+        }
+        let spot = map(GAP, [200, 0, 0]);
+        assert_eq!((red(&spot, 1.4, 0.7), red(&spot, 1.6, 0.7)), (PLAIN[0], 200.0));
     }
 
     #[test]
