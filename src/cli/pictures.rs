@@ -9,7 +9,7 @@ use comfy_table::{CellAlignment, Table as Grid, presets};
 use serde::Serialize;
 
 use super::{Failure, Misused, SetArguments, print_answer};
-use crate::session::export::{ExportFormat, Exported, ExportedMaps};
+use crate::session::export::{Export, ExportFormat, Exported};
 use crate::session::outputs::write_png;
 use crate::session::surface::{self, DescribedChannel, DescribedFile, Quantity};
 use crate::session::view::{Picture, PictureFormat, ViewOptions};
@@ -53,6 +53,11 @@ pub struct ViewArguments {
     /// Files that end in `.gif` or `.apng` are always animations.
     #[arg(long, conflicts_with = "load")]
     animate: bool,
+
+    /// Time for each picture of an animation, in seconds (default: 0.08 to 0.8, by the number of
+    /// pictures, and 1.5 for the last one).
+    #[arg(long, value_name = "SECONDS", value_parser = hundredths)]
+    frame_time: Option<u16>,
 
     /// Draw the map alone, one pixel for each node, without title and bars (PNG only).
     #[arg(long, conflicts_with_all = ["animate", "relief"])]
@@ -103,7 +108,13 @@ fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Fail
     let ViewArguments { what, set, stage, coordinates, map, load, relief, .. } = arguments;
     let format = arguments.output.as_deref().map(PictureFormat::from_path).transpose()?;
     let animate = arguments.animate || format.is_some_and(PictureFormat::is_animation);
-    let options = ViewOptions { map: *map, load: *load, relief: *relief, animate };
+    let frame_time = arguments.frame_time;
+    if frame_time.is_some() && !animate {
+        let message = "`--frame-time` is the time for a picture of an animation; add `--animate`, \
+                       or write to a file that ends in `.gif` or `.apng`";
+        return Err(Misused(message.to_owned()).into());
+    }
+    let options = ViewOptions { map: *map, load: *load, relief: *relief, animate, frame_time };
     let mut maps = maps_of(what, set, stage.as_deref(), coordinates, *load, data)?;
     // Ctrl-C ends the process, because nothing is written before the picture is drawn.
     Ok(Picture::draw(&mut maps, options, &AtomicBool::new(false))?)
@@ -161,9 +172,9 @@ pub fn export(arguments: &ExportArguments, data: &DataFolder) -> Result<ExitCode
     let ExportArguments { what, set, stage, coordinates, map, load, output, .. } = arguments;
     ExportFormat::from_path(output)?;
     let mut maps = maps_of(what, set, stage.as_deref(), coordinates, *load, data)?;
-    // Ctrl-C ends the process, because nothing is written before all maps are computed.
-    let exported = ExportedMaps::read(&mut maps, map, *load, &AtomicBool::new(false))?;
-    let exported = exported.write(output, arguments.replace)?;
+    // Ctrl-C ends the process; files appear whole.
+    let stop = AtomicBool::new(false);
+    let exported = Export::new(&mut maps, map, *load, &stop)?.write(output, arguments.replace)?;
     print_answer(arguments.json, &exported, || {
         let Exported { arrays, nodes: PerAxis([x, y]), loads, .. } = &exported;
         let loads = match loads.len() {
@@ -205,6 +216,13 @@ fn maps_of(
             Ok(maps::finished_task(&what.to_string_lossy(), data, &super::print_notice)?)
         }
     }
+}
+
+/// Parses a time in seconds as hundredths of a second, the unit of GIF files.
+fn hundredths(word: &str) -> Result<u16, String> {
+    let seconds = word.parse().ok().filter(|seconds| (0.02..=60.0).contains(seconds));
+    let seconds: f64 = seconds.ok_or_else(|| "expected 0.02 to 60 seconds".to_owned())?;
+    Ok((100.0 * seconds).round() as u16)
 }
 
 #[derive(clap::Args)]

@@ -6,7 +6,8 @@
 //! along z.
 
 use std::fmt::Write as _;
-use std::io::{self, Cursor, Write};
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -17,22 +18,23 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use super::SessionError;
 use super::coordinates::ChosenLoad;
 use super::maps::{Map, MapKind, TaskMaps};
-use super::outputs::{has_suffix, write_output};
+use super::outputs::{folder_of, has_suffix, unwritten, write_output, write_output_with};
 use super::words::listed;
-use asperity_contact::grid::Grid;
 use asperity_stages::generate::PerAxis;
 use asperity_tables::store::key::TaskKey;
 
-/// Maps of a task at one or several loads, for an export.
-pub struct ExportedMaps {
-    task: TaskKey,
-    grid: Grid,
-    length_unit: Option<String>,
-    pressure_unit: Option<String>,
-    load_column: Option<&'static str>,
+/// Maps of a task at one or several loads, for an export. They are computed while the files are
+/// written, one load after the other, so that only the maps of one load are in memory.
+pub struct Export<'m> {
+    maps: &'m mut TaskMaps,
+    stop: &'m AtomicBool,
     heights: Option<Map>,
-    /// Maps under each load, in ascending order.
-    loads: Vec<LoadMaps>,
+    /// Quantities that depend on the load.
+    kinds: Vec<MapKind>,
+    /// Loads in ascending order, in the unit of the study.
+    loads: Vec<f64>,
+    /// Maps at the first load, which give the mesh and the units.
+    first: Option<LoadMaps>,
     /// True if one load was asked for, whose arrays then have no axis of loads.
     is_single: bool,
 }
@@ -42,13 +44,12 @@ struct LoadMaps {
     maps: Vec<Map>,
 }
 
-/// Elements of a NumPy array, little-endian.
+/// NumPy array with elements that follow later, little-endian.
 struct Array {
     name: &'static str,
     /// Type in NumPy's notation, such as `<f8`.
     element: String,
     shape: Vec<usize>,
-    bytes: Vec<u8>,
 }
 
 /// Files of an export with their content.
@@ -105,56 +106,76 @@ impl ExportFormat {
     }
 }
 
-impl ExportedMaps {
-    /// Reads or computes the maps of a task: of the quantities `kinds`, or of all that the task
+impl<'m> Export<'m> {
+    /// Prepares the export of the maps of a task: of the quantities `kinds`, or of all that the task
     /// has, at one load or at all loads.
     ///
     /// # Errors
     /// Returns the same errors as [`TaskMaps::map`].
-    pub fn read(
-        maps: &mut TaskMaps,
+    pub fn new(
+        maps: &'m mut TaskMaps,
         kinds: &[MapKind],
         load: Option<ChosenLoad>,
-        stop: &AtomicBool,
-    ) -> Result<ExportedMaps, SessionError> {
+        stop: &'m AtomicBool,
+    ) -> Result<Export<'m>, SessionError> {
         let kinds = if kinds.is_empty() { maps.kinds() } else { kinds };
         let heights = kinds.contains(&MapKind::Heights);
         let heights = heights.then(|| maps.map(MapKind::Heights, None, stop)).transpose()?;
-        let under_load = || kinds.iter().filter(|kind| **kind != MapKind::Heights);
-        let loads = match load {
-            Some(load) => vec![Some(load)],
-            None => maps.loads()?.into_iter().map(|load| Some(load.into())).collect(),
+        let kinds = kinds.iter().copied().filter(|kind| *kind != MapKind::Heights);
+        let mut export = Export {
+            stop,
+            heights,
+            kinds: kinds.collect(),
+            loads: Vec::new(),
+            first: None,
+            is_single: load.is_some(),
+            maps,
         };
-        // Without loads, the map of the first quantity fails with the reason.
-        let loads = if loads.is_empty() && under_load().count() > 0 { vec![None] } else { loads };
-        let mut exported = Vec::new();
-        for load in loads {
-            let of_load = under_load().map(|kind| maps.map(*kind, load, stop));
-            let of_load: Vec<Map> = of_load.collect::<Result<_, _>>()?;
-            if let Some(load) = of_load.first().and_then(|map| map.load) {
-                exported.push(LoadMaps { load, maps: of_load });
+        if let Some(&kind) = export.kinds.first() {
+            let loads = export.maps.loads()?;
+            // Without loads, the map of the first quantity fails with the reason.
+            let first = load.or(loads.first().map(|load| (*load).into()));
+            let map = export.maps.map(kind, first, stop)?;
+            let found = map.load.ok_or(SessionError::NoMap { task: export.maps.task })?;
+            export.loads = if export.is_single { vec![found] } else { loads };
+            export.first = Some(export.at(found)?);
+        }
+        if export.first.is_none() && export.heights.is_none() {
+            return Err(SessionError::NoMap { task: export.maps.task });
+        }
+        Ok(export)
+    }
+
+    /// Reads or computes the maps at a load.
+    fn at(&mut self, load: f64) -> Result<LoadMaps, SessionError> {
+        let maps = self.kinds.iter().map(|kind| self.maps.map(*kind, Some(load.into()), self.stop));
+        Ok(LoadMaps { load, maps: maps.collect::<Result<_, _>>()? })
+    }
+
+    /// Passes the maps at each load to `with`, with the index of the load.
+    fn for_each_load(
+        &mut self,
+        mut with: impl FnMut(&Self, usize, &LoadMaps) -> Result<(), SessionError>,
+    ) -> Result<(), SessionError> {
+        for index in 0..self.loads.len() {
+            let maps = match self.first.take_if(|_| index == 0) {
+                Some(first) => first,
+                None => self.at(self.loads[index])?,
+            };
+            with(self, index, &maps)?;
+            if index == 0 {
+                self.first = Some(maps);
             }
         }
-        let first = exported.first().map(|of| &of.maps[0]).or(heights.as_ref());
-        let first = first.ok_or(SessionError::NoMap { task: maps.task })?;
-        Ok(ExportedMaps {
-            task: maps.task,
-            grid: first.grid,
-            length_unit: first.length_unit.clone(),
-            pressure_unit: first.pressure_unit.clone(),
-            load_column: first.load_column,
-            heights,
-            loads: exported,
-            is_single: load.is_some(),
-        })
+        Ok(())
     }
 
     /// Writes the maps in the format of the suffix; see [`write_output`].
     ///
     /// # Errors
-    /// Returns an error if the format cannot hold the maps, or if a file must not be overwritten or
-    /// cannot be written.
-    pub fn write(&self, path: &Path, replace: bool) -> Result<Exported, SessionError> {
+    /// Returns an error if the format cannot hold the maps, if a map cannot be computed, or if a
+    /// file must not be overwritten or cannot be written.
+    pub fn write(mut self, path: &Path, replace: bool) -> Result<Exported, SessionError> {
         let mut files = vec![path.to_owned()];
         match ExportFormat::from_path(path)? {
             ExportFormat::Vti => {
@@ -166,13 +187,13 @@ impl ExportedMaps {
                         path.with_extension("pvd").display()
                     )));
                 }
-                write_output(path, &self.vti(self.loads.first()), "VTK", replace)?;
+                write_output(path, &self.vti(self.first.as_ref()), "VTK", replace)?;
             }
             ExportFormat::Pvd => {
                 let folder = path.with_extension("");
                 let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 let mut collection = String::new();
-                for (index, of) in self.loads.iter().enumerate() {
+                self.for_each_load(|export, index, of| {
                     let file = format!("{index:04}.vti");
                     let _ = writeln!(
                         collection,
@@ -181,8 +202,8 @@ impl ExportedMaps {
                         escaped(&name)
                     );
                     files.push(folder.join(&file));
-                    write_output(&folder.join(&file), &self.vti(Some(of)), "VTK", replace)?;
-                }
+                    write_output(&folder.join(&file), &export.vti(Some(of)), "VTK", replace)
+                })?;
                 let collection = format!(
                     "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n  \
                      <Collection>\n{collection}  </Collection>\n</VTKFile>\n"
@@ -199,36 +220,109 @@ impl ExportedMaps {
                         path.with_extension("npz").display()
                     )));
                 };
-                write_output(path, &array.npy(), "NumPy", replace)?;
+                write_output_with(path, "NumPy", &MAGIC[..4], replace, |file| {
+                    let mut file = BufWriter::new(file);
+                    self.write_arrays(&mut [(array, &mut file)], path)?;
+                    Ok(file.flush().map_err(|source| unwritten(path, source))?)
+                })?;
             }
-            ExportFormat::Npz => write_output(path, &self.npz(), "NumPy archive", replace)?,
+            ExportFormat::Npz => {
+                write_output_with(path, "NumPy archive", b"PK\x03\x04", replace, |file| {
+                    self.write_archive(file, path)
+                })?;
+            }
         }
         Ok(self.exported(files))
     }
 
-    fn exported(&self, files: Vec<PathBuf>) -> Exported {
-        Exported {
-            files,
-            task: self.task,
-            arrays: self.kinds().map(array_name).collect(),
-            nodes: PerAxis(self.grid.nodes()),
-            side: PerAxis(self.grid.cell().size()),
-            unit: self.length_unit.clone(),
-            pressure_unit: self.pressure_unit.clone(),
-            loads: self.loads.iter().map(|of| of.load).collect(),
-            load_column: self.load_column,
+    /// Writes arrays, each to its own writer.
+    fn write_arrays<W: Write>(
+        &mut self,
+        arrays: &mut [(&Array, W)],
+        path: &Path,
+    ) -> Result<(), SessionError> {
+        let failed = |source: io::Error| unwritten(path, source);
+        for (array, writer) in arrays.iter_mut() {
+            writer.write_all(&array.header()).map_err(failed)?;
         }
+        let of_loads = usize::from(self.heights.is_some());
+        if let (Some(heights), Some((_, writer))) = (&self.heights, arrays.first_mut()) {
+            writer.write_all(&elements(heights)).map_err(failed)?;
+        }
+        self.for_each_load(|_, _, of| {
+            let writers = arrays[of_loads..].iter_mut();
+            writers.zip(&of.maps).try_for_each(|((_, writer), map)| {
+                writer.write_all(&elements(map)).map_err(failed).map_err(SessionError::from)
+            })
+        })
     }
 
-    fn kinds(&self) -> impl Iterator<Item = MapKind> {
-        let of_load = self.loads.first().map_or(&[][..], |of| &of.maps);
-        self.heights.iter().chain(of_load).map(|map| map.kind)
+    /// Writes an archive of the arrays with the sides, the loads and the units.
+    fn write_archive(&mut self, file: &mut File, path: &Path) -> Result<(), SessionError> {
+        let failed = |source: io::Error| unwritten(path, source);
+        // All quantities of a load are computed together, but an archive has one array after the
+        // other.
+        let folder = folder_of(path);
+        let arrays = self.arrays();
+        let mut parts = Vec::new();
+        for array in &arrays {
+            let part = tempfile::tempfile_in(folder).map_err(failed)?;
+            parts.push((array, BufWriter::new(part)));
+        }
+        self.write_arrays(&mut parts, path)?;
+        let mut archive = ZipWriter::new(file);
+        let mut add = |name: &str, length: u64, content: &mut dyn Read| {
+            // With the earliest date of the format, equal maps give equal bytes.
+            let options = SimpleFileOptions::default()
+                .compression_method(CompressionMethod::Deflated)
+                .last_modified_time(DateTime::default())
+                .large_file(length >= u64::from(u32::MAX));
+            archive.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
+            io::copy(content, &mut archive).map(drop)
+        };
+        for (array, part) in parts {
+            let mut part = part.into_inner().map_err(|error| failed(error.into_error()))?;
+            let written = part.stream_position().and_then(|length| {
+                part.rewind()?;
+                add(array.name, length, &mut part)
+            });
+            written.map_err(failed)?;
+        }
+        for (array, elements) in self.small_arrays() {
+            let bytes = [array.header(), elements].concat();
+            add(array.name, bytes.len() as u64, &mut bytes.as_slice()).map_err(failed)?;
+        }
+        archive.finish().map_err(|error| failed(io::Error::other(error)))?;
+        Ok(())
+    }
+
+    /// Returns a map that shares mesh and units with all others.
+    fn any(&self) -> &Map {
+        let of_load = self.first.as_ref().map(|of| &of.maps[0]);
+        of_load.or(self.heights.as_ref()).expect("an export has a map")
+    }
+
+    fn exported(&self, files: Vec<PathBuf>) -> Exported {
+        let kinds = self.heights.iter().map(|map| map.kind).chain(self.kinds.iter().copied());
+        let map = self.any();
+        Exported {
+            files,
+            task: self.maps.task,
+            arrays: kinds.map(array_name).collect(),
+            nodes: PerAxis(map.grid.nodes()),
+            side: PerAxis(map.grid.cell().size()),
+            unit: map.length_unit.clone(),
+            pressure_unit: map.pressure_unit.clone(),
+            loads: self.loads.clone(),
+            load_column: map.load_column,
+        }
     }
 
     /// Returns VTK image data with the heights and the maps of a load. Nodes are points, of which x
     /// varies fastest.
     fn vti(&self, of: Option<&LoadMaps>) -> Vec<u8> {
-        let ([nodes_x, nodes_y], [step_x, step_y]) = (self.grid.nodes(), self.grid.spacing());
+        let ([nodes_x, nodes_y], [step_x, step_y]) =
+            (self.any().grid.nodes(), self.any().grid.spacing());
         let extent = format!("0 {} 0 {} 0 0", nodes_x - 1, nodes_y - 1);
         let (mut arrays, mut data) = (String::new(), Vec::new());
         for map in self.heights.iter().chain(of.map_or(&[][..], |of| &of.maps)) {
@@ -272,75 +366,45 @@ impl ExportedMaps {
 
     /// Returns the arrays of all quantities.
     fn arrays(&self) -> Vec<Array> {
-        let nodes = self.grid.nodes();
-        let heights = self.heights.iter().map(|map| Array::of_maps(&[map], nodes.to_vec()));
-        let quantities = self.loads.first().map_or(0, |of| of.maps.len());
-        let under_load = (0..quantities).map(|index| {
-            let maps: Vec<&Map> = self.loads.iter().map(|of| &of.maps[index]).collect();
-            let loads = (!self.is_single).then_some(maps.len());
-            Array::of_maps(&maps, loads.into_iter().chain(nodes).collect())
-        });
+        let nodes = self.any().grid.nodes();
+        let of_map = |kind: MapKind, shape: Vec<usize>| {
+            let element = if kind == MapKind::Contact { "|b1" } else { "<f8" };
+            Array { name: array_name(kind), element: element.to_owned(), shape }
+        };
+        let heights = self.heights.iter().map(|_| of_map(MapKind::Heights, nodes.to_vec()));
+        let loads = (!self.is_single).then_some(self.loads.len());
+        let under_load = self.kinds.iter();
+        let under_load =
+            under_load.map(|kind| of_map(*kind, loads.into_iter().chain(nodes).collect()));
         heights.chain(under_load).collect()
     }
 
-    /// Returns an archive of the arrays with the sides, the loads and the units.
-    fn npz(&self) -> Vec<u8> {
-        let mut arrays = self.arrays();
-        arrays.push(Array::of_reals("side", vec![2], self.grid.cell().size()));
+    /// Returns the arrays of the sides, the loads and the units, with their elements.
+    fn small_arrays(&self) -> Vec<(Array, Vec<u8>)> {
+        let map = self.any();
+        let reals = |name, shape: Vec<usize>, values: &[f64]| {
+            let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+            (Array { name, element: "<f8".to_owned(), shape }, bytes)
+        };
+        let mut arrays = vec![reals("side", vec![2], &map.grid.cell().size())];
         if !self.loads.is_empty() {
             let shape = if self.is_single { vec![] } else { vec![self.loads.len()] };
-            arrays.push(Array::of_reals("load", shape, self.loads.iter().map(|of| of.load)));
+            arrays.push(reals("load", shape, &self.loads));
         }
-        let units = [("unit", &self.length_unit), ("pressure_unit", &self.pressure_unit)];
-        let units = units.into_iter().filter_map(|(name, unit)| Some((name, unit.as_deref()?)));
-        arrays.extend(units.map(|(name, unit)| Array::of_text(name, unit)));
-        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-        // With the earliest date of the format, equal maps give equal bytes.
-        let options = |length: usize| {
-            SimpleFileOptions::default()
-                .compression_method(CompressionMethod::Deflated)
-                .last_modified_time(DateTime::default())
-                .large_file(length >= u32::MAX as usize)
-        };
-        for array in arrays {
-            let bytes = array.npy();
-            let name = format!("{}.npy", array.name);
-            let started = archive.start_file(name, options(bytes.len()));
-            let written =
-                started.map_err(io::Error::other).and_then(|()| archive.write_all(&bytes));
-            written.expect("writing to memory cannot fail");
-        }
-        archive.finish().expect("writing to memory cannot fail").into_inner()
+        let units = [("unit", &map.length_unit), ("pressure_unit", &map.pressure_unit)];
+        arrays.extend(units.into_iter().filter_map(|(name, unit)| {
+            let unit = unit.as_deref()?;
+            let bytes = unit.chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
+            let element = format!("<U{}", unit.chars().count());
+            Some((Array { name, element, shape: vec![] }, bytes))
+        }));
+        arrays
     }
 }
 
 impl Array {
-    fn of_maps(maps: &[&Map], shape: Vec<usize>) -> Array {
-        let name = array_name(maps[0].kind);
-        let values = maps.iter().flat_map(|map| map.values.iter().copied());
-        if maps[0].kind == MapKind::Contact {
-            let bytes = values.map(|value| value as u8).collect();
-            return Array { name, element: "|b1".to_owned(), shape, bytes };
-        }
-        Array::of_reals(name, shape, values)
-    }
-
-    fn of_reals(
-        name: &'static str,
-        shape: Vec<usize>,
-        values: impl IntoIterator<Item = f64>,
-    ) -> Array {
-        let bytes = values.into_iter().flat_map(f64::to_le_bytes).collect();
-        Array { name, element: "<f8".to_owned(), shape, bytes }
-    }
-
-    fn of_text(name: &'static str, text: &str) -> Array {
-        let bytes = text.chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
-        Array { name, element: format!("<U{}", text.chars().count()), shape: vec![], bytes }
-    }
-
-    /// Returns the array as a file of NumPy's format 1.0.
-    fn npy(&self) -> Vec<u8> {
+    /// Returns the beginning of a file of NumPy's format 1.0, which the elements follow.
+    fn header(&self) -> Vec<u8> {
         let shape: Vec<String> = self.shape.iter().map(usize::to_string).collect();
         // Python's tuple of one element ends with a comma.
         let end = if shape.len() == 1 { "," } else { "" };
@@ -355,7 +419,16 @@ impl Array {
         }
         header.push('\n');
         let length = (header.len() as u16).to_le_bytes();
-        [MAGIC, &length, header.as_bytes(), &self.bytes].concat()
+        [MAGIC, &length, header.as_bytes()].concat()
+    }
+}
+
+/// Returns the elements of the array of a map.
+fn elements(map: &Map) -> Vec<u8> {
+    let values = map.values.iter();
+    match map.kind {
+        MapKind::Contact => values.map(|value| *value as u8).collect(),
+        _ => values.flat_map(|value| value.to_le_bytes()).collect(),
     }
 }
 

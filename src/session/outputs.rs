@@ -2,12 +2,12 @@
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
 use super::SessionError;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, write_file};
+use asperity_tables::store::files::{Existing, write_file, write_with};
 
 /// Number of first bytes by which two files are of the same kind.
 const SIGNATURE: usize = 4;
@@ -30,8 +30,6 @@ pub fn write_output(
     kind: &str,
     replace: bool,
 ) -> Result<(), SessionError> {
-    let shown = path.display();
-    let refused = |message: String| Err(SessionError::Refused(message));
     if is_stream(path) {
         return Ok(fs::write(path, bytes).map_err(|source| unwritten(path, source))?);
     }
@@ -40,17 +38,96 @@ pub fn write_output(
             return Ok(());
         }
         if !there.starts_with(&bytes[..bytes.len().min(SIGNATURE)]) {
-            return refused(format!(
-                "`{shown}` is not a {kind} file and will not be overwritten; choose another file"
-            ));
+            return Err(not_of_kind(path, kind));
         }
         if !replace {
-            return refused(format!("`{shown}` already exists; use `--replace` to overwrite it"));
+            return Err(exists(path));
         }
     }
+    Ok(write_file(path, bytes, Existing::Replace, folder_of(path))?)
+}
+
+/// Writes a file of the kind `kind` in parts, as [`write_output`] writes one whose bytes are in
+/// memory. `signature` are the first bytes of its kind, and `write` writes the content.
+///
+/// # Errors
+/// Returns an error if the file must not be overwritten or cannot be written, and the errors of
+/// `write`.
+pub fn write_output_with(
+    path: &Path,
+    kind: &str,
+    signature: &[u8],
+    replace: bool,
+    write: impl FnOnce(&mut File) -> Result<(), SessionError>,
+) -> Result<(), SessionError> {
+    let folder = folder_of(path);
+    let failed = |source: io::Error| unwritten(path, source);
+    let there = if is_stream(path) { None } else { beginning(path, signature.len())? };
+    if there.as_ref().is_some_and(|there| there != signature) {
+        return Err(not_of_kind(path, kind));
+    }
+    if there.is_none_or(|_| replace) && !is_stream(path) {
+        let mut error = None;
+        let written = write_with(path, Existing::Replace, folder, |file| {
+            write(file).map_err(|source| {
+                error = Some(source);
+                io::Error::other("the content cannot be computed")
+            })
+        });
+        return match error {
+            Some(error) => Err(error),
+            None => Ok(written?),
+        };
+    }
+    let temporary =
+        if is_stream(path) { tempfile::tempfile() } else { tempfile::tempfile_in(folder) };
+    let mut file = temporary.map_err(failed)?;
+    write(&mut file)?;
+    file.rewind().map_err(failed)?;
+    if is_stream(path) {
+        let copied = File::options().write(true).open(path);
+        let copied = copied.and_then(|mut stream| io::copy(&mut file, &mut stream));
+        return Ok(copied.map(drop).map_err(failed)?);
+    }
+    let there = File::open(path).map_err(failed)?;
+    if is_equal(BufReader::new(file), BufReader::new(there)).map_err(failed)? {
+        return Ok(());
+    }
+    Err(exists(path))
+}
+
+/// Returns whether two readers have the same bytes.
+fn is_equal(mut one: impl BufRead, mut other: impl BufRead) -> io::Result<bool> {
+    loop {
+        let (left, right) = (one.fill_buf()?, other.fill_buf()?);
+        let length = left.len().min(right.len());
+        if length == 0 {
+            return Ok(left.len() == right.len());
+        }
+        if left[..length] != right[..length] {
+            return Ok(false);
+        }
+        one.consume(length);
+        other.consume(length);
+    }
+}
+
+fn not_of_kind(path: &Path, kind: &str) -> SessionError {
+    SessionError::Refused(format!(
+        "`{}` is not a {kind} file and will not be overwritten; choose another file",
+        path.display()
+    ))
+}
+
+fn exists(path: &Path) -> SessionError {
+    let message = format!("`{}` already exists; use `--replace` to overwrite it", path.display());
+    SessionError::Refused(message)
+}
+
+/// Returns the folder of a file.
+pub fn folder_of(path: &Path) -> &Path {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    let folder = folder.unwrap_or(Path::new("."));
-    Ok(write_file(path, bytes, Existing::Replace, folder)?)
+    folder.unwrap_or(Path::new("."))
 }
 
 /// Writes a picture to a file whose name ends in `.png`; see [`write_output`].
@@ -85,6 +162,6 @@ fn beginning(path: &Path, limit: usize) -> Result<Option<Vec<u8>>, StoreError> {
     }
 }
 
-fn unwritten(path: &Path, source: io::Error) -> StoreError {
+pub fn unwritten(path: &Path, source: io::Error) -> StoreError {
     StoreError::writing(path, source)
 }

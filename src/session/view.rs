@@ -37,6 +37,9 @@ pub struct ViewOptions {
     pub relief: bool,
     /// Draw one picture for each load, with the same colours.
     pub animate: bool,
+    /// Time for each picture of an animation, in hundredths of a second (default: by the number of
+    /// pictures).
+    pub frame_time: Option<u16>,
 }
 
 /// Picture of a map with its description.
@@ -45,6 +48,8 @@ pub struct Picture {
     /// One map, or the maps at ascending loads.
     #[serde(skip)]
     panels: Vec<MapPanel>,
+    #[serde(skip)]
+    frame_time: Option<u16>,
     /// Key of the requested task, which may differ from the task that contains the map.
     pub task: TaskKey,
     pub map: MapKind,
@@ -173,6 +178,7 @@ impl Picture {
         if let [map] = shown.as_slice() {
             picture.load = map.load;
         }
+        picture.frame_time = options.frame_time;
         picture.load_column = shown[0].load_column;
         picture.load_unit.clone_from(&shown[0].load_unit);
         picture.pictures = shown.len();
@@ -201,6 +207,7 @@ impl Picture {
     fn new(task: TaskKey, map: MapKind, grid: Grid) -> Picture {
         Picture {
             panels: Vec::new(),
+            frame_time: None,
             task,
             map,
             nodes: PerAxis(grid.nodes()),
@@ -283,9 +290,13 @@ impl Picture {
     pub fn write(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
         let format = PictureFormat::from_path(path)?;
         let bytes = match (format, self.panels.as_slice()) {
-            (PictureFormat::Animation(format), panels) => animation(&frames(panels)?, format),
+            (PictureFormat::Animation(format), panels) => {
+                animation(&frames(panels)?, format, self.frame_time)
+            }
             (PictureFormat::Png, [panel]) => still(panel, StillFormat::Png)?,
-            (PictureFormat::Png, panels) => animation(&frames(panels)?, AnimationFormat::Apng),
+            (PictureFormat::Png, panels) => {
+                animation(&frames(panels)?, AnimationFormat::Apng, self.frame_time)
+            }
             (PictureFormat::Still(format), [panel]) => still(panel, format)?,
             (PictureFormat::Still(_), _) => {
                 return Err(SessionError::Refused(format!(

@@ -99,6 +99,12 @@ fn an_animation_has_a_picture_for_each_load_and_no_vectors() {
     assert_eq!((&printed["pictures"], &printed["load"]), (&4.into(), &Value::Null));
     let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
     assert_eq!(reader.info().animation_control.unwrap().num_frames, 4);
+    let (_, slow) = view(&bench, &[&key, "--map", "gap", "--animate", "--frame-time", "2.5"]);
+    let reader = png::Decoder::new(std::io::Cursor::new(slow)).read_info().unwrap();
+    let frame = reader.info().frame_control.unwrap();
+    assert_eq!((frame.delay_num, frame.delay_den), (250, 100));
+    let printed = refused(&bench, &[&key, "--frame-time", "2.5"]);
+    assert!(printed.contains("add `--animate`"), "{printed}");
     let path = bench.path("gap.svg");
     let printed = refused(&bench, &[&key, "--animate", "--output", path.to_str().unwrap()]);
     assert!(printed.contains("cannot hold an animation"), "{printed}");

@@ -22,27 +22,29 @@ pub enum AnimationFormat {
     Gif,
 }
 
-/// Encodes pictures of the same size as an animation.
+/// Encodes pictures of the same size as an animation. `time` is the time for each picture in
+/// hundredths of a second; by default it follows from the number of pictures, and the last picture
+/// stays longer.
 ///
 /// # Panics
 /// If there is no picture, or if the pictures have different sizes.
-pub fn animation(pictures: &[Raster], format: AnimationFormat) -> Vec<u8> {
+pub fn animation(pictures: &[Raster], format: AnimationFormat, time: Option<u16>) -> Vec<u8> {
     let size = pictures[0].size();
     assert!(pictures.iter().all(|picture| picture.size() == size), "all pictures have one size");
     match format {
-        AnimationFormat::Apng => apng(pictures, size),
-        AnimationFormat::Gif => gif(pictures, size),
+        AnimationFormat::Apng => apng(pictures, size, time),
+        AnimationFormat::Gif => gif(pictures, size, time),
     }
 }
 
 /// Returns the time for each of `count` pictures, in hundredths of a second.
-fn times(count: usize) -> impl Iterator<Item = u16> {
+fn times(count: usize, time: Option<u16>) -> impl Iterator<Item = u16> {
     let [shortest, longest] = TIMES;
-    let time = (DURATION / count).clamp(shortest, longest) as u16;
-    std::iter::repeat_n(time, count - 1).chain([LAST])
+    let usual = (DURATION / count).clamp(shortest, longest) as u16;
+    std::iter::repeat_n(time.unwrap_or(usual), count - 1).chain([time.unwrap_or(LAST)])
 }
 
-fn apng(pictures: &[Raster], size: [usize; 2]) -> Vec<u8> {
+fn apng(pictures: &[Raster], size: [usize; 2], time: Option<u16>) -> Vec<u8> {
     let [width, height] = size.map(|side| side as u32);
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
@@ -50,7 +52,7 @@ fn apng(pictures: &[Raster], size: [usize; 2]) -> Vec<u8> {
     encoder.set_compression(png::Compression::High);
     let written = encoder.set_animated(pictures.len() as u32, 0).and_then(|()| {
         let mut writer = encoder.write_header()?;
-        for (picture, time) in pictures.iter().zip(times(pictures.len())) {
+        for (picture, time) in pictures.iter().zip(times(pictures.len(), time)) {
             writer.set_frame_delay(time, 100)?;
             writer.write_image_data(picture.as_slice().as_flattened())?;
         }
@@ -60,14 +62,14 @@ fn apng(pictures: &[Raster], size: [usize; 2]) -> Vec<u8> {
     bytes
 }
 
-fn gif(pictures: &[Raster], size: [usize; 2]) -> Vec<u8> {
+fn gif(pictures: &[Raster], size: [usize; 2], time: Option<u16>) -> Vec<u8> {
     let [width, height] = size.map(|side| u16::try_from(side).expect("pictures are small"));
     let (palette, bits) = palette(pictures);
     let mut bytes = Vec::new();
     let encoder = Encoder::new(&mut bytes, width, height, palette.as_flattened());
     let written = encoder.and_then(|mut encoder| {
         encoder.set_repeat(Repeat::Infinite)?;
-        for (picture, delay) in pictures.iter().zip(times(pictures.len())) {
+        for (picture, delay) in pictures.iter().zip(times(pictures.len(), time)) {
             let index = |pixel: &Pixel| {
                 let found = palette.binary_search(&rounded(*pixel, bits));
                 found.expect("the palette has all colours") as u8
@@ -123,8 +125,8 @@ mod tests {
     #[test]
     fn an_apng_holds_every_picture_and_repeats() {
         let pictures = pictures();
-        let bytes = animation(&pictures, AnimationFormat::Apng);
-        assert_eq!(bytes, animation(&pictures, AnimationFormat::Apng));
+        let bytes = animation(&pictures, AnimationFormat::Apng, None);
+        assert_eq!(bytes, animation(&pictures, AnimationFormat::Apng, None));
         let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
         let control = reader.info().animation_control.unwrap();
         assert_eq!((control.num_frames, control.num_plays), (3, 0));
@@ -138,7 +140,7 @@ mod tests {
     #[test]
     fn a_gif_holds_every_picture_with_colours_that_differ_by_rounding_only() {
         let pictures = pictures();
-        let bytes = animation(&pictures, AnimationFormat::Gif);
+        let bytes = animation(&pictures, AnimationFormat::Gif, None);
         let mut options = gif::DecodeOptions::new();
         options.set_color_output(gif::ColorOutput::RGBA);
         let mut decoder = options.read_info(bytes.as_slice()).unwrap();
@@ -165,9 +167,10 @@ mod tests {
 
     #[test]
     fn pictures_of_long_sweeps_are_shown_shorter() {
-        let of = |count| times(count).next().unwrap();
+        let of = |count| times(count, None).next().unwrap();
         assert_eq!([of(2), of(20), of(1000)], [80, 40, 8]);
-        assert_eq!(times(5).last(), Some(LAST));
-        assert_eq!(times(1).collect::<Vec<_>>(), [LAST]);
+        assert_eq!(times(5, None).last(), Some(LAST));
+        assert_eq!(times(1, None).collect::<Vec<_>>(), [LAST]);
+        assert_eq!(times(3, Some(25)).collect::<Vec<_>>(), [25; 3]);
     }
 }
