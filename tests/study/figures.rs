@@ -121,6 +121,59 @@ fn a_figure_that_cannot_be_drawn_says_what_it_needs() {
 }
 
 #[test]
+fn a_selection_that_no_row_has_is_a_warning_with_its_place_and_the_values() {
+    let bench = Bench::new();
+    let figure = "\n[figure.nothing]\nfrom = \"area\"\nx = \"hurst\"\ny = \"area_fraction\"\n\
+                  where = { hurst = [0.2, 0.4], load = 0.05 }\n";
+    let path = bench.write(&format!("{HURST}{figure}"));
+    let output = bench.output(&["check", path.to_str().unwrap()]);
+    let printed = text(&output.stderr);
+    assert!(output.status.success(), "{printed}");
+    let line = HURST.lines().count() + 6;
+    for part in [
+        &format!("study.toml:{line}:19: "),
+        "`[figure.nothing]` selects `hurst = 0.4`",
+        "its values are `0.2`, `0.5` and `0.8`",
+    ] {
+        assert!(printed.contains(part), "{part} in {printed}");
+    }
+    // The value that exists and the load give no warning.
+    assert_eq!(printed.matches("selects").count(), 1, "{printed}");
+    let setting = ["check", path.to_str().unwrap(), "--set", "stage.surfaces.hurst=0.4"];
+    let printed = text(&bench.output(&setting).stderr);
+    assert!(
+        printed.contains("selects `hurst = 0.2`") && !printed.contains("hurst = 0.4`, "),
+        "{printed}"
+    );
+}
+
+#[test]
+fn a_figure_has_the_size_the_title_and_the_legend_of_the_manifest() {
+    let bench = Bench::new();
+    let figure = DECLARED.replace(
+        "caption =",
+        "width = 86\nfont_size = 8\nlegend = { persson = \"theory of Persson\", \"this study\" = \
+         \"exact\" }\ncaption =",
+    );
+    bench.run(&format!("{HURST}{figure}"));
+    let (_, page) = report(&bench);
+    let folder = bench.data().join("results/hurst/figures");
+    let svg = fs::read_to_string(folder.join("Poster.svg")).unwrap();
+    // 86 mm are 325.04 pixels of 1/96 inch.
+    for part in [" width=\"325.04\"", ">Area against H<", ">theory of Persson<", ">exact<"] {
+        assert!(svg.contains(part), "{part} in {svg}");
+    }
+    assert!(!svg.contains("Persson 2001"));
+    assert!(page.contains("<span>exact</span>"));
+    let png = fs::File::open(folder.join("Poster.png")).unwrap();
+    let info = png::Decoder::new(std::io::BufReader::new(png)).read_info().unwrap();
+    // 300 pixels to the inch.
+    assert_eq!(info.info().width, (86.0f64 / 25.4 * 300.0).ceil() as u32);
+    let pdf = fs::read(folder.join("Poster.pdf")).unwrap();
+    assert!(pdf.starts_with(b"%PDF-1.7"));
+}
+
+#[test]
 fn reasons_name_what_the_study_lacks_and_nothing_that_it_has() {
     let bench = Bench::new();
     bench.run(HURST);

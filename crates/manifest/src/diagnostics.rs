@@ -223,6 +223,15 @@ impl ManifestErrors {
         Some(self.sources[self.source_index(span.start)].line_and_column(span.start))
     }
 
+    /// Returns the file, the line and the column of a problem: `study.toml:12:9`. Returns `None`
+    /// for a problem without a position.
+    pub fn place(&self, problem: &Problem) -> Option<String> {
+        let (span, _) = problem.labels.first()?;
+        let source = &self.sources[self.source_index(span.start)];
+        let [line, column] = source.line_and_column(span.start);
+        Some(format!("{}:{line}:{column}", source.name))
+    }
+
     /// Returns the index of the text that contains a position.
     fn source_index(&self, position: usize) -> usize {
         self.sources.iter().rposition(|source| source.start <= position).unwrap_or(0)

@@ -12,14 +12,19 @@ mod units;
 mod validate;
 mod warnings;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use self::figures::FigureSpec;
+use toml::de::{DeTable, DeValue};
+
+use self::figures::{EmptySelection, FigureSpec};
 use crate::manifest::Manifest;
 use crate::manifest::composition::{Composition, EffectiveManifest};
 use crate::manifest::setting::Setting;
 use asperity_manifest::diagnostics::Problems;
+use asperity_manifest::expression::Expression;
+use asperity_manifest::keys::quantity;
 use asperity_manifest::names;
 use asperity_stages::StageError;
 use asperity_stages::surface_files::{RecordedFiles, SurfaceFiles};
@@ -53,6 +58,8 @@ pub struct Study {
     pub stages: Vec<Stage>,
     /// Figures that the manifest declares, in its order.
     pub figures: Vec<FigureSpec>,
+    /// Warnings about figures that select rows which the study does not have.
+    empty_selections: Vec<Warning>,
     pub sources: SurfaceFiles,
     /// The manifest after the manifests that it extends and the settings were applied.
     pub manifest: EffectiveManifest,
@@ -162,6 +169,22 @@ impl Study {
         surfaces.sum()
     }
 
+    /// Returns the keys of stages whose value is an expression in other keys or parameters. A key
+    /// whose value is the name of a parameter has the values of this parameter.
+    pub fn derived_keys(&self) -> BTreeSet<String> {
+        let (document, _) = DeTable::parse_recoverable(&self.manifest.text);
+        let stages = document.get_ref().get("stage").and_then(|stages| stages.get_ref().as_table());
+        let keys = stages.into_iter().flat_map(|stages| stages.values());
+        let keys = keys.filter_map(|stage| stage.get_ref().as_table()).flatten();
+        let is_derived = |value: &DeValue<'_>| {
+            let text = value.as_str().filter(|text| quantity::split(text).is_none());
+            let expression = text.and_then(|text| Expression::parse(text).ok());
+            expression.is_some_and(|expression| !matches!(expression, Expression::Column(_)))
+        };
+        let derived = keys.filter(|(_, value)| is_derived(value.get_ref()));
+        derived.map(|(key, _)| key.get_ref().to_string()).collect()
+    }
+
     /// Returns whether the number of surfaces of any stage is determined adaptively.
     pub fn grows(&self) -> bool {
         self.stages.iter().any(|stage| match &stage.work {
@@ -207,15 +230,30 @@ impl Study {
         let study = composition.document(&mut problems).and_then(|document| {
             let inherited = composition.inherited();
             let manifest = Manifest::read(document.clone(), inherited, &mut problems);
-            let study = validate::validate(&manifest, sources, claims, &mut problems)?;
+            let mut empty = Vec::new();
+            let study = validate::validate(&manifest, sources, claims, &mut problems, &mut empty)?;
+            let empty_selections =
+                empty.into_iter().map(|selection| warning(selection, composition)).collect();
             let effective = composition.effective(document, &manifest.unused_parameters);
-            Some(Study { manifest: effective, ..study })
+            Some(Study { manifest: effective, empty_selections, ..study })
         });
         match study {
             Some(study) if problems.is_empty() => Ok(study),
             _ => Err(composition.errors(problems)),
         }
     }
+}
+
+/// Creates the warning about a figure that selects rows which the study does not have, with its
+/// place in the manifest.
+fn warning(selection: EmptySelection, composition: &Composition) -> Warning {
+    let EmptySelection { stage, problem } = selection;
+    let mut problems = Problems::default();
+    problems.push(problem);
+    let errors = composition.errors(problems);
+    let problem = &errors.problems()[0];
+    let place = errors.place(problem).map_or_else(String::new, |place| format!("{place}: "));
+    Warning { stage, message: format!("{place}{}", problem.message()) }
 }
 
 /// Returns the folder of a manifest.

@@ -22,7 +22,7 @@ use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 use crate::charts::chart::{Chart, Series};
 use crate::charts::map_panel::{Frame, MapPanel, WORDS};
 use crate::charts::style::{Colour, Style};
-use crate::charts::svg::{finished, shift, width_of};
+use crate::charts::svg::{finished, lines_of, resized, shift, width_of};
 
 /// Font family of all texts; the font that is part of the program comes first.
 pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
@@ -31,14 +31,21 @@ pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 const MARGIN: f64 = 8.0;
 /// Space between panels, in pixels.
 const GAP: f64 = 10.0;
+/// Size of the letters of a title and height of its lines, in pixels.
+const TITLE: u32 = 15;
+const TITLE_LINE: f64 = 22.0;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
+    /// Title above the panels in files; empty for none. A page has titles of its own.
+    pub title: String,
     pub rows: Vec<Vec<Panel>>,
     /// Width and height of one panel, in pixels.
     pub panel: [f64; 2],
     /// Scale of the colours of series, if they are too many for the legend.
     pub colours: Option<ColourScale>,
+    /// Width and height of the files in pixels, if they differ from those of the drawing.
+    pub sheet: Option<[f64; 2]>,
 }
 
 /// Gradient of the colours of series between two numbers.
@@ -77,33 +84,117 @@ impl Figure {
     pub fn from_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Figure {
         let panels = |row: Vec<Chart>| row.into_iter().map(|c| Panel::Chart(Box::new(c)));
         let rows = rows.into_iter().map(|row| panels(row).collect()).collect();
-        Figure { rows, panel, colours: None }
+        Figure::from_panels(rows, panel)
     }
 
     pub fn from_panels(rows: Vec<Vec<Panel>>, panel: [f64; 2]) -> Figure {
-        Figure { rows, panel, colours: None }
+        Figure { title: String::new(), rows, panel, colours: None, sheet: None }
+    }
+
+    /// Gives the files of the figure a size in pixels, and letters of the size `font`. Without a
+    /// width or a height, the width stays the same, and the height follows from the width. Panels
+    /// that would be too narrow stand below each other.
+    ///
+    /// # Errors
+    /// Returns the smallest height at which the panels hold the labels of their axes, beside title
+    /// and legend.
+    pub fn fit(&mut self, [width, height]: [Option<f64>; 2], font: f64) -> Result<(), f64> {
+        /// Smallest width of panels that stand beside each other, in pixels of the drawing.
+        const NARROWEST: f64 = 250.0;
+        /// Smallest ratio of the height of a panel to its width.
+        const FLATTEST: f64 = 0.25;
+        // The drawing has letters of a fixed size, and the files are scaled.
+        let scale = font / f64::from(WORDS);
+        let width = width.unwrap_or_else(|| self.width());
+        let panel_width = |columns: f64| (width / scale - 2.0 * MARGIN + GAP) / columns - GAP;
+        let mut columns = self.columns();
+        while columns > 1.0 && panel_width(columns) < NARROWEST {
+            columns -= 1.0;
+        }
+        if columns < self.columns() {
+            let panels = std::mem::take(&mut self.rows).into_iter().flatten().collect();
+            self.rows = in_rows(columns as usize, panels);
+        }
+        let panel = panel_width(columns);
+        self.panel = [panel, panel * self.panel[1] / self.panel[0]];
+        let rows = self.rows.len() as f64;
+        let around = self.height(&self.legend()) - rows * self.panel[1];
+        if let Some(height) = height {
+            self.panel[1] = (height / scale - around) / rows;
+            let labels = self.charts().map(|chart| width_of(&chart.y.label, WORDS));
+            let least = labels.fold(FLATTEST * panel, f64::max);
+            if self.panel[1] < least {
+                return Err(scale * (around + rows * least));
+            }
+        }
+        self.sheet = Some([width, scale * (around + rows * self.panel[1])]);
+        Ok(())
+    }
+
+    fn columns(&self) -> f64 {
+        self.rows.iter().map(Vec::len).max().unwrap_or(0) as f64
+    }
+
+    /// Returns the width of the drawing in pixels.
+    fn width(&self) -> f64 {
+        (self.columns() * (self.panel[0] + GAP) - GAP + 2.0 * MARGIN).ceil()
+    }
+
+    /// Returns the height of the drawing with its legend in pixels.
+    fn height(&self, legend: &Legend) -> f64 {
+        (self.below_panels() + self.height_of_colours() + legend.height() + MARGIN).ceil()
+    }
+
+    fn below_panels(&self) -> f64 {
+        self.below_title() + self.rows.len() as f64 * (self.panel[1] + GAP)
+    }
+
+    fn below_title(&self) -> f64 {
+        MARGIN + self.title_lines().len() as f64 * TITLE_LINE
+    }
+
+    fn title_lines(&self) -> Vec<String> {
+        lines_of(&self.title, self.width() - 2.0 * MARGIN, TITLE)
+    }
+
+    fn height_of_colours(&self) -> f64 {
+        self.colours.as_ref().map_or(0.0, |_| ColourScale::HEIGHT)
+    }
+
+    fn legend(&self) -> Legend {
+        Legend::new(entries(self.series()), self.width() - 2.0 * MARGIN, WORDS - 1)
     }
 
     /// Returns the figure as SVG with the colour variables of [`style`]. `name` makes its
     /// identifiers unique on a page.
     pub fn to_svg(&self, name: &str) -> String {
-        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;
         let [panel_width, panel_height] = self.panel;
-        let width = (columns * (panel_width + GAP) - GAP + 2.0 * MARGIN).ceil();
-        let legend = Legend::new(entries(self.series()), width - 2.0 * MARGIN, WORDS - 1);
-        let below = MARGIN + self.rows.len() as f64 * (panel_height + GAP);
-        let top = below + self.colours.as_ref().map_or(0.0, |_| ColourScale::HEIGHT);
-        let mut scene = Scene::new(width, (top + legend.height() + MARGIN).ceil());
+        let (width, legend) = (self.width(), self.legend());
+        let below = self.below_panels();
+        let mut scene = Scene::new(width, self.height(&legend));
         scene.background_color = None;
         scene.text_color = Some(Colour::Text.css());
         scene.font_family = Some(FONT_FAMILY.to_owned());
         let mut pictures = String::new();
+        for (line, content) in self.title_lines().into_iter().enumerate() {
+            let y = MARGIN + (line as f64 + 0.75) * TITLE_LINE;
+            scene.add(Primitive::Text {
+                x: width / 2.0,
+                y,
+                content,
+                size: TITLE,
+                anchor: TextAnchor::Middle,
+                rotate: None,
+                bold: false,
+                color: Some(Colour::Text.css().into()),
+            });
+        }
         let maps = self.rows.iter().flatten().filter_map(Panel::map);
         let frame = Frame::new(maps, panel_width);
         for (row, panels) in self.rows.iter().enumerate() {
             for (column, panel) in panels.iter().enumerate() {
                 let x = MARGIN + column as f64 * (panel_width + GAP);
-                let y = MARGIN + row as f64 * (panel_height + GAP);
+                let y = self.below_title() + row as f64 * (panel_height + GAP);
                 match panel {
                     Panel::Chart(chart) => {
                         add_shifted(&mut scene, chart.draw(self.panel, WORDS), [x, y])
@@ -117,8 +208,9 @@ impl Figure {
         if let Some(colours) = &self.colours {
             colours.draw(&mut scene, below, width);
         }
-        legend.draw(&mut scene, top, width);
-        finished(&scene, &pictures, name, 1.4)
+        legend.draw(&mut scene, below + self.height_of_colours(), width);
+        let svg = finished(&scene, &pictures, name, 1.4);
+        self.sheet.map_or_else(|| svg.clone(), |sheet| resized(&svg, sheet))
     }
 
     /// Returns true if all panels are maps.
@@ -146,14 +238,15 @@ impl Figure {
         if self.rows.is_empty() { Err(label) } else { Ok(()) }
     }
 
+    fn charts(&self) -> impl Iterator<Item = &Chart> {
+        self.rows.iter().flatten().filter_map(|panel| match panel {
+            Panel::Chart(chart) => Some(&**chart),
+            Panel::Map(_) => None,
+        })
+    }
+
     fn series(&self) -> impl Iterator<Item = &Series> {
-        let panels = self.rows.iter().flatten();
-        panels
-            .filter_map(|panel| match panel {
-                Panel::Chart(chart) => Some(chart),
-                Panel::Map(_) => None,
-            })
-            .flat_map(|chart| &chart.series)
+        self.charts().flat_map(|chart| &chart.series)
     }
 }
 
@@ -406,7 +499,24 @@ mod tests {
         chart.series.push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
         let map = Panel::Map(MapPanel::new("heights", heights(), [1.0, 1.0]));
         let rows = vec![vec![Panel::Chart(Box::new(chart)), map]];
-        Figure { rows, panel: [300.0, 200.0], colours: None }
+        Figure::from_panels(rows, [300.0, 200.0])
+    }
+
+    #[test]
+    fn a_figure_fits_a_column_with_its_panels_below_each_other() {
+        let mut figure = figure();
+        figure.fit([Some(325.0), None], 10.0).unwrap();
+        assert_eq!(figure.rows.len(), 2);
+        assert_eq!(figure.sheet.unwrap()[0], 325.0);
+        let svg = figure.to_svg("column");
+        assert!(svg.contains(" width=\"325.00\" "), "{svg}");
+        // Letters of 13 pixels in a drawing of this width have 10 pixels in the file.
+        let inner: f64 =
+            svg.split("viewBox=\"0 0 ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!((325.0 / inner * 13.0 - 10.0).abs() < 0.05, "{inner}");
+        let least = figure.fit([Some(325.0), Some(100.0)], 10.0).unwrap_err();
+        assert!(least > 100.0);
+        figure.fit([Some(325.0), Some(least + 1.0)], 10.0).unwrap();
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The tables of a study in the form that figures use: finished stages, curves of ensembles,
 //! styles, notes for captions, and lines of a manifest that would add a figure.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use arrow::array::{Array, Float64Array, StringArray};
@@ -12,7 +12,7 @@ use crate::ensembles::{self, Bars, EnsembleCurves, Mean, Point};
 use crate::figures::Drawn;
 use crate::loads::Loads;
 use crate::samples::{FILE_IS_GONE, MeasuredMaps};
-use crate::styles::{Files, Styles};
+use crate::styles::{Files, Lengths, Styles};
 use crate::units::{LengthUnit, Units};
 use crate::{ReportError, Subject};
 use asperity_contact::grid::Grid;
@@ -28,6 +28,7 @@ use asperity_stages::correct::AS_COUNTED;
 use asperity_stages::generate::{self, Origin};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Kind, Recipe, caveats};
+use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 
 /// A stage with at least one finished task.
@@ -106,6 +107,8 @@ pub struct FigureData<'a> {
     /// Sentences on assumptions of the theories that the study does not satisfy, or an empty text.
     pub caveat: String,
     pub bars: Bars,
+    /// Keys that the manifest computes from other keys.
+    pub derived: BTreeSet<String>,
 }
 
 impl<'a> FigureData<'a> {
@@ -113,6 +116,7 @@ impl<'a> FigureData<'a> {
     pub fn new(
         finished: &'a FinishedStages<'a>,
         bars: Bars,
+        derived: BTreeSet<String>,
     ) -> Result<FigureData<'a>, ReportError> {
         let files = files(finished)?;
         let units = Units::from_stages(finished)?;
@@ -127,7 +131,7 @@ impl<'a> FigureData<'a> {
         if let Some(like) = points.first().cloned() {
             points.extend(planned_points(finished.plan, &like));
         }
-        let styles = Styles::new(&points, &files);
+        let styles = Styles::new(&points, &files).with_lengths(lengths(finished, &units, &points));
         Ok(FigureData {
             finished,
             maps: MeasuredMaps::read(finished, &units)?,
@@ -139,6 +143,7 @@ impl<'a> FigureData<'a> {
             styles,
             files,
             bars,
+            derived,
         })
     }
 
@@ -190,9 +195,14 @@ impl<'a> FigureData<'a> {
         chart.series.push(self.points(ensemble, some));
     }
 
-    /// Returns the number of surfaces of each measured ensemble.
+    /// Returns the number of surfaces of each parameter point with measured contacts.
     pub fn sample(&self) -> Vec<usize> {
-        self.measured.iter().map(|ensemble| ensemble.surfaces).collect()
+        let mut counts: BTreeMap<&Point, usize> = BTreeMap::new();
+        for ensemble in &self.measured {
+            let count = counts.entry(&ensemble.point).or_default();
+            *count = ensemble.surfaces.max(*count);
+        }
+        counts.into_values().collect()
     }
 
     /// Returns the unit of length that the measured contacts share.
@@ -368,6 +378,20 @@ pub fn up_to(load: f64, means: Vec<Mean>) -> Vec<Mean> {
     // Loads are read as decimals or computed in steps, so the last one may deviate by rounding.
     let is_light = |mean: &Mean| mean.load <= load * (1.0 + 1e-9);
     means.into_iter().filter(is_light).collect()
+}
+
+/// Returns the unit of the parameters that are lengths.
+fn lengths(finished: &FinishedStages, units: &Units, points: &[Point]) -> Lengths {
+    let tables = finished.stages.iter().map(|stage| &stage.table);
+    let columns = tables.flat_map(|table| table.in_role(Role::Parameter).descriptions());
+    let columns = columns.filter(|column| column.unit == "length").map(|column| column.name);
+    let known: BTreeSet<Option<&str>> = points.iter().map(|point| units.at(point)).collect();
+    let own = known.first().copied().flatten().filter(|_| known.len() == 1);
+    Lengths {
+        columns: columns.collect(),
+        shared: LengthUnit::common([own]),
+        own: own.map(str::to_owned),
+    }
 }
 
 /// Returns the names of the files of measured surfaces. If two files have the same name, their

@@ -116,12 +116,17 @@ impl Planned<'_> {
     }
 }
 
-/// Returns the names of the files of figures. A figure whose name an earlier figure has gets a
-/// number, because some file systems do not distinguish case.
+/// Returns the names of the files of figures. An automatic figure whose name another figure has
+/// gets a number; some file systems do not distinguish case.
 pub fn file_stems(figures: &[Planned]) -> Vec<String> {
-    let mut taken: BTreeSet<String> = BTreeSet::new();
+    let is_automatic = |figure: &&Planned| figure.group() == Group::Automatic;
+    let others = figures.iter().filter(|figure| !is_automatic(figure));
+    let mut taken: BTreeSet<String> = others.map(|figure| figure.name().to_lowercase()).collect();
     let stem = |figure: &Planned| {
         let name = figure.name();
+        if !is_automatic(&figure) {
+            return name.to_owned();
+        }
         let numbered = (2..).map(|number| format!("{name}-{number}"));
         let mut names = std::iter::once(name.to_owned()).chain(numbered);
         names.find(|name| taken.insert(name.to_lowercase())).expect("there are always more numbers")
@@ -266,6 +271,12 @@ pub fn sample(surfaces: &[usize]) -> String {
 mod tests {
     use super::*;
     use asperity_claims::{Evidence, all};
+    use asperity_pipeline::study::figures::REPORT_FIGURES;
+
+    #[test]
+    fn no_declared_figure_can_have_the_name_of_another() {
+        assert_eq!(ALL.map(|definition| definition.name), REPORT_FIGURES);
+    }
 
     #[test]
     fn claims_name_figures_that_are_drawn() {

@@ -12,6 +12,7 @@
 //! | `surface_curves` | means against wavenumber or distance |
 //! | `samples` | one surface of each parameter point, and measured maps |
 //! | `styles`, `units`, `loads` | colours, markers and labels; units with prefixes; unit of loads |
+//! | `independent` | parameters that do not follow from others |
 //! | `plotted` | points of declared and automatic figures, from the rows of a table |
 //! | `symbols` | labels of axes and legends for columns of tables |
 //! | `figures` | all figures, in files by subject |
@@ -33,6 +34,7 @@ mod ensembles;
 mod every_consumer;
 mod figure_data;
 mod figures;
+mod independent;
 pub mod index;
 mod loads;
 pub mod map_pictures;
@@ -59,7 +61,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::charts::{pdf, svg};
+use crate::charts::{Figure, pdf, svg};
 use crate::earlier::Basis;
 use crate::figure_data::{FigureData, FinishedStages};
 use crate::figures::{Drawn, DrawnFigure, Group, MissingFigure, Planned};
@@ -221,7 +223,8 @@ pub fn write(
     existing: Existing,
 ) -> Result<Report, ReportError> {
     let finished = FinishedStages::new(subject);
-    let data = FigureData::new(&finished, bars)?;
+    let derived = subject.study.derived_keys();
+    let data = FigureData::new(&finished, bars, derived)?;
     // Draw figures in parallel, one task each.
     let planned = Planned::all(subject.study, &finished);
     let stems = figures::file_stems(&planned);
@@ -288,7 +291,8 @@ fn draw(
                 }
             }
             let alone = svg::alone(&figure.to_svg(&name));
-            let files = svg::to_png(&alone, SCALE).and_then(|png| Ok((png, pdf::to_pdf(&alone)?)));
+            let files = svg::to_png(&alone, pixels(&figure))
+                .and_then(|png| Ok((png, pdf::to_pdf(&alone)?)));
             let (png, pdf) =
                 files.map_err(|source| ReportError::Pixels { name: name.clone(), source })?;
             let drawing = figure.for_page(&name);
@@ -297,6 +301,17 @@ fn draw(
         Drawn::Missing { needs, lines } => Err(MissingFigure { name, title, group, needs, lines }),
         Drawn::NotAsked => return Ok(None),
     }))
+}
+
+/// Returns the number of pixels of a PNG file per pixel of the figure: 300 to the inch if the
+/// figure has a size.
+fn pixels(figure: &Figure) -> f32 {
+    /// Largest number of pixels along a side.
+    const MOST: f64 = 10_000.0;
+    figure.sheet.map_or(SCALE, |[width, height]| {
+        let finest: f64 = 300.0 / 96.0;
+        finest.min(MOST / width.max(height)) as f32
+    })
 }
 
 /// Writes an SVG, a PNG and a PDF file for each figure, and removes the files in `earlier`, those

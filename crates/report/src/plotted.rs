@@ -13,10 +13,7 @@ use arrow::array::Array;
 use arrow::datatypes::DataType;
 use arrow::util::display::array_value_to_string;
 
-use asperity_manifest::decimal;
-use asperity_pipeline::study::figures::{
-    BarSource, ErrorBars, FigureSpec, Quantity, Value as Selected, has_surfaces,
-};
+use asperity_pipeline::study::figures::{BarSource, ErrorBars, FigureSpec, Quantity, has_surfaces};
 use asperity_stages::columns::{CONTENT, CORRECTION, HURST, K_LOWER, K_ROLLOFF, K_UPPER, STOP};
 use asperity_stages::ensemble::{self, grouped};
 use asperity_stages::solve::PAIR_LIMIT;
@@ -121,15 +118,7 @@ fn is_selected(table: &Table, row: usize, figure: &FigureSpec) -> bool {
     figure.selection.iter().all(|(name, wanted)| {
         let column = table.batch().column_by_name(name);
         let found = column.and_then(|column| value(column.as_ref(), row));
-        let is_wanted = |wanted: &Selected| match (wanted, &found) {
-            (Selected::Number(wanted), Some(Value::Real(found))) => {
-                decimal::is_same(*wanted, *found)
-            }
-            (Selected::Number(wanted), Some(Value::Integer(found))) => *wanted == *found as f64,
-            (Selected::Word(wanted), Some(Value::Text(found))) => wanted == found,
-            _ => false,
-        };
-        wanted.iter().any(is_wanted)
+        found.is_some_and(|found| wanted.iter().any(|wanted| wanted.is_same(&found)))
     })
 }
 
@@ -347,7 +336,7 @@ fn reals(table: &Table, name: &str) -> Result<Vec<Option<f64>>, TableError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_pipeline::study::figures::Scales;
+    use asperity_pipeline::study::figures::Value as Selected;
     use asperity_stages::columns::{AREA_FRACTION, LOAD, REALIZATION, SURFACE};
     use asperity_tables::column::{Column, ColumnKind, integers, reals, texts};
 
@@ -386,13 +375,7 @@ mod tests {
             from: "area".to_owned(),
             x: x.to_owned(),
             y: vec![quantity.clone()],
-            colour: None,
-            facet: None,
-            scales: Scales::Linear,
-            theories: Vec::new(),
-            selection: BTreeMap::new(),
-            title: None,
-            caption: None,
+            ..FigureSpec::default()
         };
         change(&mut figure);
         Points::from_table(table, &figure, &quantity).unwrap()

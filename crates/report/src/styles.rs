@@ -3,10 +3,13 @@
 //! Colours stand for lower cutoffs and markers for upper cutoffs, or for other varying parameters.
 //! Labels contain the parameters that vary, and the file of a measured surface.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::charts::style::{self, Colour, Dash, Style};
+use crate::charts::style::{self, Colour, Dash, GRADIENT_STEPS, Style};
 use crate::ensembles::Point;
+use crate::plotted::rank;
+use crate::symbols::symbol;
+use crate::units::{LengthUnit, Scaled, digits};
 use asperity_stages::columns::{
     CONTENT, HARDNESS, HARDNESS_REDUCED, K_LOWER, K_UPPER, METHOD, NODES, NODES_X, NODES_Y,
     RMS_SLOPE,
@@ -23,6 +26,29 @@ pub struct Styles {
     varying: Vec<(String, Vec<String>)>,
     colour: Option<usize>,
     marker: Option<usize>,
+    lengths: Lengths,
+}
+
+/// Parameters that are lengths, and the unit in which labels state them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Lengths {
+    pub columns: BTreeSet<String>,
+    pub shared: LengthUnit,
+    /// Unit of the values of the points.
+    pub own: Option<String>,
+}
+
+impl Lengths {
+    /// Returns the value of a parameter as a person writes it.
+    fn told(&self, name: &str, value: &str) -> String {
+        let number = value.parse::<f64>().ok().filter(|_| self.columns.contains(name));
+        let Some(number) = number.filter(|_| self.shared != LengthUnit::Unknown) else {
+            return value.to_owned();
+        };
+        let length = self.shared.factor(self.own.as_deref()) * number;
+        let Scaled { factor, unit } = self.shared.scaled(length.abs());
+        format!("{} {unit}", digits(factor * length, 4))
+    }
 }
 
 /// Parameters that follow from the file of a measured surface, and are not part of the label.
@@ -53,20 +79,37 @@ impl Styles {
         }
         let varying = values.into_iter().filter(|(_, values)| values.len() > 1);
         let mut varying: Vec<_> = varying.collect();
-        // Cutoffs come first in the name of a spectrum.
+        // Cutoffs come first in the name of a spectrum, and what often follows from them last.
         let rank = |name: &str| match name {
             "k_lower" => 0,
             "k_upper" => 1,
-            _ => 2,
+            _ => 2 + rank(name),
         };
         varying.sort_by_key(|(name, _)| rank(name));
+        varying.retain({
+            let mut known: Vec<String> = Vec::new();
+            let points = &points;
+            move |(name, _)| {
+                let is_new = follows_not(points, &known, name);
+                if is_new {
+                    known.push(name.clone());
+                }
+                is_new
+            }
+        });
         let index_of = |wanted: &str| varying.iter().position(|(name, _)| name == wanted);
         let marker = index_of(K_UPPER.name);
         let colour = index_of(K_LOWER.name);
         let other = |taken: Option<usize>| (0..varying.len()).find(|&at| Some(at) != taken);
         let colour = colour.or_else(|| other(marker));
         let marker = marker.filter(|_| marker != colour).or_else(|| other(colour));
-        Styles { points, files: files.clone(), varying, colour, marker }
+        let lengths = Lengths::default();
+        Styles { points, files: files.clone(), varying, colour, marker, lengths }
+    }
+
+    /// Sets the unit of the parameters that are lengths.
+    pub fn with_lengths(self, lengths: Lengths) -> Styles {
+        Styles { lengths, ..self }
     }
 
     /// Returns the label of a point among the others: `k_lower 4 · k_upper 32`, or `wear.npy` for a
@@ -76,9 +119,15 @@ impl Styles {
         let parts = self.varying.iter().filter_map(|(name, _)| {
             let value = point.get(name)?;
             let follows = file.is_some() && FOLLOW_FROM_A_FILE.contains(&name.as_str());
-            (!follows && self.tells_apart(name, point)).then(|| format!("{name} {value}"))
+            let told = || format!("{} {}", symbol(name), self.lengths.told(name, value));
+            (!follows && self.tells_apart(name, point)).then(told)
         });
-        let words: Vec<String> = file.clone().into_iter().chain(parts).collect();
+        let parts: Vec<String> = parts.collect();
+        // The file is the same for all points.
+        let is_common = self.files.len() == 1
+            && self.points.iter().all(|one| self.file(one) == file.as_deref());
+        let named = file.clone().filter(|_| parts.is_empty() || !is_common);
+        let words: Vec<String> = named.into_iter().chain(parts).collect();
         let method = |of: &Point| of.get(METHOD.name).cloned();
         if words.is_empty() && self.points.iter().any(|other| method(other) != method(point)) {
             // Only the method distinguishes this surface from measured ones.
@@ -105,8 +154,20 @@ impl Styles {
         others.any(|other| other.get(name) != point.get(name))
     }
 
+    /// Returns the colour of a point. Lower cutoffs and words have distinct colours, other numbers
+    /// and many values have ascending ones.
     pub fn colour(&self, point: &Point) -> Colour {
-        Colour::Series(self.index(self.colour, point))
+        const MOST: usize = 7;
+        let index = self.index(self.colour, point);
+        let Some((name, values)) = self.colour.map(|at| &self.varying[at]) else {
+            return Colour::Series(index);
+        };
+        let are_numbers = values.iter().all(|value| value.parse::<f64>().is_ok());
+        if are_numbers && (name != K_LOWER.name || values.len() > MOST) {
+            let last = (values.len() - 1) as f64;
+            return Colour::Gradient((index as f64 / last * (GRADIENT_STEPS - 1) as f64) as usize);
+        }
+        Colour::Series(index)
     }
 
     /// Returns the style of separate markers for a point.
@@ -133,6 +194,22 @@ impl Styles {
         let value = point.get(name).map_or("", String::as_str);
         values.iter().position(|known| known == value).unwrap_or(0)
     }
+}
+
+/// Returns whether a parameter differs between points that agree in all known parameters, or is one
+/// of the cutoffs of a spectrum.
+fn follows_not(points: &[Point], known: &[String], name: &str) -> bool {
+    if [K_LOWER.name, K_UPPER.name].contains(&name) || known.is_empty() {
+        return true;
+    }
+    let values = |point: &Point| -> Vec<Option<String>> {
+        known.iter().map(|name| point.get(name).cloned()).collect()
+    };
+    let mut by_known: BTreeMap<Vec<Option<String>>, Option<&String>> = BTreeMap::new();
+    points.iter().any(|point| {
+        let value = point.get(name);
+        *by_known.entry(values(point)).or_insert(value) != value
+    })
 }
 
 /// Compares numbers by size, and other texts alphabetically.

@@ -31,13 +31,14 @@ pub struct Units {
 }
 
 /// A unit of length that several surfaces share.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub enum LengthUnit {
     /// The metre, which is shown with a suitable prefix. All units can be converted to it.
     Metre,
     /// Another unit that all surfaces share, which is shown as it is.
     Named(String),
     /// No unit, or several unknown ones.
+    #[default]
     Unknown,
 }
 

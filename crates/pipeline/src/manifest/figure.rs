@@ -1,15 +1,18 @@
 //! Keys of the tables `[figure.NAME]`, with which a study declares figures of its results.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeString, DeTable};
 
+use asperity_manifest::decimal;
 use asperity_manifest::keys::declare::{list, required};
 use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
 use asperity_stages::aggregate::Model;
+use asperity_tables::column::Value;
 
 /// A figure of the results of a stage, drawn by `asperity report`. Figures do not influence results
 /// or their keys.
@@ -47,10 +50,26 @@ pub struct FigureTable {
     /// this load and with one of these Hurst exponents. By default all rows are drawn.
     #[serde(rename = "where")]
     pub selection: Key<BTreeMap<String, Spanned<Selected>>>,
-    /// Title of the figure. By default it names the quantities.
+    /// Title of the figure, on the page and in the files. By default the page has a title with the
+    /// quantities, and the files have none.
     pub title: Key<String>,
-    /// Text below the figure, before the sentence on surfaces and error bars.
+    /// Text below the figure on the page, before the sentence on surfaces and error bars.
     pub caption: Key<String>,
+    /// Width of the SVG, PNG and PDF files, in millimetres: 86 for a column of many journals. By
+    /// default it follows from the number of panels.
+    #[schemars(range(min = 40, max = 1200))]
+    pub width: Key<f64>,
+    /// Height of the files, in millimetres, with title and legend. By default it follows from the
+    /// width.
+    #[schemars(range(min = 40, max = 1200))]
+    pub height: Key<f64>,
+    /// Size of the letters in the files, in points. Lines and markers have a size in proportion.
+    #[schemars(range(min = 4, max = 72), extend("default" = 9.75))]
+    pub font_size: Key<f64>,
+    /// Names of entries of the legend and of panels: `{ 0.3 = "rough", persson = "theory" }` by the
+    /// values of parameters (in quotes if they contain a point), the names of theories, or the
+    /// columns in `y`; `"this study"` are the data beside theories.
+    pub legend: Key<BTreeMap<String, Spanned<String>>>,
 }
 
 table!(FigureTable);
@@ -107,6 +126,27 @@ pub enum SelectedValue {
 }
 
 deserialize_either!(SelectedValue { number => Number, word => Word });
+
+impl SelectedValue {
+    /// Returns whether a cell of a table has this value.
+    pub fn is_same(&self, cell: &Value) -> bool {
+        match (self, cell) {
+            (SelectedValue::Number(number), Value::Real(cell)) => decimal::is_same(*number, *cell),
+            (SelectedValue::Number(number), Value::Integer(cell)) => *number == *cell as f64,
+            (SelectedValue::Word(word), Value::Text(cell)) => word == cell,
+            _ => false,
+        }
+    }
+}
+
+impl fmt::Display for SelectedValue {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SelectedValue::Number(number) => write!(formatter, "{number}"),
+            SelectedValue::Word(word) => write!(formatter, "{word:?}"),
+        }
+    }
+}
 
 impl Selected {
     /// Returns the selected values.

@@ -4,7 +4,7 @@ use arrow::datatypes::DataType;
 
 use crate::manifest::composition::EffectiveManifest;
 use crate::manifest::{Manifest, StageTable, StudyTable};
-use crate::study::figures;
+use crate::study::figures::{self, EmptySelection, FigureContext, known_values};
 use crate::study::graph::Graph;
 use crate::study::{ClaimNames, Stage, Study, Work, graph};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
@@ -24,12 +24,14 @@ const MAX_TASKS: usize = 1_000_000;
 /// Maximum number of tasks of a study.
 const MAX_TASKS_OF_STUDY: usize = 2_000_000;
 
-/// Validates a manifest and reports all problems. Returns `None` if it is invalid.
+/// Validates a manifest and reports all problems. Returns `None` if it is invalid. Figures that
+/// select rows which the study does not have are added to `empty_selections`.
 pub fn validate(
     manifest: &Manifest,
     sources: SurfaceFiles,
     claims: ClaimNames,
     problems: &mut Problems,
+    empty_selections: &mut Vec<EmptySelection>,
 ) -> Option<Study> {
     let (name, seed) = validate_study(&manifest.study, problems);
     let graph = Graph::new(&manifest.stages, problems);
@@ -58,8 +60,15 @@ pub fn validate(
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
     check_conditions(&manifest.stages, &graph, (empty, claims), problems);
     let names: Vec<&str> = manifest.stages.iter().map(|stage| stage.name.value.as_str()).collect();
-    let named = |name: &str| empty(index_of(&manifest.stages, name)?);
-    let figures = figures::check(&manifest.figures, &names, named, problems);
+    let context = FigureContext {
+        stages: &names,
+        table: |name: &str| empty(index_of(&manifest.stages, name)?),
+        values: |name: &str, column: &str| {
+            let stage = index_of(&manifest.stages, name)?;
+            known_values(validator.works(stage, &graph)?, column)
+        },
+    };
+    let figures = figures::check(&manifest.figures, &context, problems, empty_selections);
     let mut sorted_index = vec![0; graph.order.len()];
     let sorted = graph.order.iter().enumerate();
     sorted.for_each(|(position, &stage)| sorted_index[stage] = position);
@@ -75,6 +84,7 @@ pub fn validate(
         name: name?,
         stages: stages.collect::<Option<_>>()?,
         figures: figures?,
+        empty_selections: Vec::new(),
         sources: validator.sources,
         manifest: EffectiveManifest::default(),
     })
@@ -122,6 +132,20 @@ struct Validator<'a> {
 }
 
 impl Validator<'_> {
+    /// Returns the works of a stage and of all stages that it reads, directly or not.
+    fn works(&self, stage: usize, graph: &Graph) -> Option<Vec<&Work>> {
+        let mut works = Vec::new();
+        let mut open = vec![stage];
+        let mut seen = vec![false; self.stages.len()];
+        while let Some(stage) = open.pop() {
+            if !std::mem::replace(&mut seen[stage], true) {
+                works.push(self.validated[stage].work.as_ref()?);
+                open.extend(graph.inputs[stage].as_deref()?);
+            }
+        }
+        Some(works)
+    }
+
     fn stage(
         &mut self,
         stage: usize,

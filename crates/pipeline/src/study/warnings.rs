@@ -115,6 +115,7 @@ impl Study {
     /// - Loads are out of order or repeated.
     /// - Two rough bodies are not pressed against each other.
     /// - The file of a measured surface has several channels or missing points.
+    /// - A figure selects rows that the study does not have.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(index, stage)| {
@@ -129,7 +130,7 @@ impl Study {
             let messages = messages.chain(file_warnings(stage, &self.sources));
             messages.map(|message| Warning { stage: stage.name.clone(), message })
         });
-        warnings.collect()
+        warnings.chain(self.empty_selections.iter().cloned()).collect()
     }
 
     /// Warns of the coarsest mesh of a `generate` stage if this mesh causes a large error of the

@@ -10,7 +10,7 @@ use crate::charts::style::Colour;
 use crate::charts::svg::width_of;
 
 /// Font size of all texts, in pixels.
-pub(super) const WORDS: u32 = 13;
+pub const WORDS: u32 = 13;
 /// Height of a line of the title, in pixels.
 const HEAD: f64 = 24.0;
 /// Height of a bar below a map, in pixels.

@@ -29,6 +29,43 @@ pub(super) fn finished(scene: &Scene, maps: &str, name: &str, grow: f64) -> Stri
     format!("{tag} {size}>{maps}{}", &rest[1..])
 }
 
+/// Gives a drawing another width and height in pixels. Its content is scaled.
+pub(super) fn resized(svg: &str, [width, height]: [f64; 2]) -> String {
+    let head = svg.find('>').expect("a drawing begins with its tag");
+    let (tag, rest) = svg.split_at(head);
+    let attributes = tag.split_inclusive('"').collect::<Vec<_>>();
+    let mut resized = String::new();
+    for pair in attributes.chunks(2) {
+        let size = match pair[0].trim() {
+            "width=\"" | "<svg width=\"" => Some(width),
+            "height=\"" => Some(height),
+            // The page limits the width of its drawings.
+            "style=\"" => continue,
+            _ => None,
+        };
+        match (size, pair) {
+            (Some(size), [name, _]) => {
+                let _ = write!(resized, "{name}{size:.2}\"");
+            }
+            _ => resized.extend(pair.iter().copied()),
+        }
+    }
+    resized + rest
+}
+
+/// Breaks a text into lines of at most this width, in pixels. An empty text has no lines.
+pub(super) fn lines_of(text: &str, width: f64, size: u32) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let joined = lines.last().map(|line| format!("{line} {word}"));
+        match joined.filter(|line| width_of(line, size) <= width) {
+            Some(line) => *lines.last_mut().expect("a line was joined") = line,
+            None => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// Renumbers the clip paths of a drawing from zero. The drawing crate numbers clip paths per
 /// process, so that equal figures would differ.
 fn with_own_numbers(svg: &str, name: &str) -> String {
@@ -141,6 +178,21 @@ pub fn width_of(text: &str, size: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_resized_drawing_keeps_its_content_and_every_other_attribute() {
+        let svg = "<svg xmlns=\"x\" width=\"616\" height=\"400\" viewBox=\"0 0 616 400\">a</svg>";
+        let expected =
+            "<svg xmlns=\"x\" width=\"325.04\" height=\"200.00\" viewBox=\"0 0 616 400\">a</svg>";
+        assert_eq!(resized(svg, [325.04, 200.0]), expected);
+    }
+
+    #[test]
+    fn a_title_is_broken_between_words() {
+        let width = width_of("one two", 15) + 1.0;
+        assert_eq!(lines_of("one two three", width, 15), ["one two", "three"]);
+        assert!(lines_of("", width, 15).is_empty());
+    }
 
     #[test]
     fn width_goes_with_size_and_adds_up() {

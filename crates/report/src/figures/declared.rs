@@ -1,23 +1,26 @@
 //! Figures of the tables of stages: those that the study declares, and automatic ones.
 
+mod caption;
+mod legend;
+mod series_key;
+
 use std::collections::BTreeSet;
 
 use asperity_manifest::diagnostics::listed;
-use asperity_pipeline::study::figures::{
-    BarSource, EndsMeaning, ErrorBars, FigureSpec, Quantity, Scales, Value as Selected,
-};
-use asperity_stages::columns::{LOAD, PRESSURE};
+use asperity_pipeline::study::figures::{FigureSize, FigureSpec, Quantity, Scales};
 use asperity_tables::column::Value;
 
 use crate::ReportError;
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, DataPoint, Series};
-use crate::charts::style::{self, Colour, Dash, GRADIENT_STEPS, Line, Style};
+use crate::charts::map_panel::WORDS;
+use crate::charts::style::Style;
 use crate::charts::{ColourScale, Figure, in_rows};
 use crate::figure_data::{AREA_LABEL, FigureData, FinishedStage};
 use crate::figures::Drawn;
+use crate::figures::declared::series_key::{SeriesKey, number};
 use crate::figures::theories::Theories;
-use crate::plotted::{Point, Points, distinct};
+use crate::plotted::{Point, Points};
 use crate::symbols::{self, Labels};
 
 /// Largest number of values of a parameter that the legend lists; a colour scale shows more.
@@ -58,13 +61,34 @@ pub fn title(figure: &FigureSpec) -> String {
             names.push(name);
         }
     }
-    let text = format!("{} against {}", names.join(", "), symbols::name(&figure.x));
+    let quantities = match names.as_slice() {
+        [one] => one.clone(),
+        [one, other] => format!("{one} and {other}"),
+        _ => format!("results of `{}`", figure.from),
+    };
+    let text = format!("{quantities} against {}", symbols::name(&figure.x));
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn lacking(needs: String) -> Drawn {
     Drawn::Missing { needs: needs.into(), lines: None }
+}
+
+/// Gives a figure the size of the manifest, in millimetres and points.
+///
+/// # Errors
+/// Returns the smallest possible height, in millimetres.
+fn fit(figure: &mut Figure, size: &FigureSize) -> Result<(), f64> {
+    /// Pixels of a millimetre and of a point: 96 pixels, 25.4 mm and 72 points are an inch.
+    const MILLIMETRE: f64 = 96.0 / 25.4;
+    const POINT: f64 = 96.0 / 72.0;
+    if *size == FigureSize::default() {
+        return Ok(());
+    }
+    let sides = [size.width, size.height].map(|side| side.map(|side| MILLIMETRE * side));
+    let font = size.font.map_or(f64::from(WORDS), |font| POINT * font);
+    figure.fit(sides, font).map_err(|least| (least / MILLIMETRE).ceil())
 }
 
 struct Plot<'a> {
@@ -102,7 +126,8 @@ impl Plot<'_> {
         for panel in &panels {
             charts.push(self.chart(panel, &key)?);
         }
-        if charts.len() > 1 {
+        // The axes of a declared figure hold its theories, even if they are far from the data.
+        if charts.len() > 1 || !self.figure.theories.is_empty() {
             share_axes(&mut charts);
         }
         self.add_entries(&mut charts, &key);
@@ -116,6 +141,11 @@ impl Plot<'_> {
             Figure::from_charts(in_rows(columns, charts), size)
         };
         figure.colours = self.colour_scale(&key);
+        figure.title = self.figure.title.clone().unwrap_or_default();
+        if let Err(least) = fit(&mut figure, &self.figure.size) {
+            let needs = format!("a `height` of at least {least} mm for its title, axes and legend");
+            return Ok(lacking(needs));
+        }
         Ok(Drawn::figure(figure, self.caption(hidden)))
     }
 
@@ -218,9 +248,10 @@ impl Plot<'_> {
             Axis { spacing: y_spacing, ..Axis::linear(y_unit.label(label)) },
         );
         if let (Some(name), Some(_)) = (&self.figure.facet, facet) {
-            chart = chart.titled(self.labels.told(name, facet.as_ref(), self.data));
+            chart = chart.titled(self.told(name, facet.as_ref()));
         }
-        let theories = Theories::new(&self.figure.theories, &self.figure.x);
+        let name = |model| self.name_of_theory(model);
+        let theories = Theories::new(&self.figure.theories, &self.figure.x, &name);
         let mut curves = Vec::new();
         for (quantity, points) in shown() {
             for (colour, look) in key.colours.iter().enumerate() {
@@ -255,53 +286,6 @@ impl Plot<'_> {
         Ok(chart)
     }
 
-    /// Adds the entries of the legend to the first chart, as series without points.
-    fn add_entries(&self, charts: &mut [Chart], key: &SeriesKey) {
-        let (_, points) = &self.drawings[0];
-        let colour_name = points.colour.as_deref().unwrap_or_default();
-        let told_colour = |index: usize| {
-            let value = key.colours[index].as_ref();
-            (!colour_name.is_empty()).then(|| self.labels.told(colour_name, value, self.data))
-        };
-        let told_further = |index: usize| {
-            let (values, quantity) = &key.further[index];
-            let values = values
-                .iter()
-                .map(|(name, value)| self.labels.told(name, value.as_ref(), self.data));
-            values
-                .chain(quantity.as_ref().map(|name| name.replace('_', " ")))
-                .collect::<Vec<_>>()
-                .join(" · ")
-        };
-        let mut entries = Vec::new();
-        let (colours, further) = (key.colours.len(), key.further.len());
-        let has_scale = self.colour_scale(key).is_some();
-        if key.is_crossed() {
-            for index in 0..if has_scale { 0 } else { colours } {
-                let line = Style::line(key.style(index, 0).colour, Dash::Solid, 3.0);
-                entries.push((line, told_colour(index).unwrap_or_default()));
-            }
-            for index in 0..further {
-                let style = Style { colour: Colour::Muted, ..key.style(0, index) };
-                entries.push((style, told_further(index)));
-            }
-        } else if colours * further > 1 && !has_scale {
-            for colour in 0..colours {
-                for index in 0..further {
-                    let parts = [told_colour(colour), (further > 1).then(|| told_further(index))];
-                    let label: Vec<String> =
-                        parts.into_iter().flatten().filter(|part| !part.is_empty()).collect();
-                    entries.push((key.style(colour, index), label.join(" · ")));
-                }
-            }
-        } else if colours * further == 1 && !self.figure.theories.is_empty() {
-            entries.push((key.style(0, 0), "this study".to_owned()));
-        }
-        let Some(chart) = charts.first_mut() else { return };
-        let entries = entries.into_iter();
-        chart.series.extend(entries.map(|(style, label)| Series::new([], style).named(label)));
-    }
-
     fn colour_scale(&self, key: &SeriesKey) -> Option<ColourScale> {
         let numbers = key.numbers.as_ref().filter(|numbers| numbers.len() > MOST_ENTRIES)?;
         let name = self.drawings[0].1.colour.as_deref()?;
@@ -309,60 +293,6 @@ impl Plot<'_> {
         let [lowest, highest] = [numbers.first()?, numbers.last()?]
             .map(|number| crate::units::digits(unit.factor * number, 4));
         Some(ColourScale { label: unit.label(&symbols::name(name)), lowest, highest })
-    }
-
-    fn caption(&self, hidden: usize) -> String {
-        let mut sentences: Vec<String> = self.figure.caption.iter().cloned().collect();
-        let counts = self.points().filter_map(|point| point.surfaces);
-        let counts: BTreeSet<usize> = counts.collect();
-        sentences.extend(match (counts.first(), counts.last()) {
-            (Some(1), Some(1)) => Some("Each point is one surface, without an error.".to_owned()),
-            (Some(least), Some(most)) if least == most => {
-                Some(format!("Points are means over {most} surfaces."))
-            }
-            (Some(least), Some(most)) => {
-                Some(format!("Points are means over {least} to {most} surfaces."))
-            }
-            _ => None,
-        });
-        let has_bars = self.points().any(|point| point.bar.is_some());
-        sentences.extend(bars_of(self.drawings[0].0).filter(|_| has_bars));
-        sentences.extend(self.conditions());
-        if hidden > 0 {
-            sentences.push(format!(
-                "{hidden} points at or below zero are missing, because the axis is logarithmic."
-            ));
-        }
-        let unconverged = self.drawings[0].1.unconverged;
-        if unconverged > 0 {
-            sentences.push(format!("{unconverged} rows are loads that did not converge."));
-        }
-        let text = sentences.join(" ");
-        if self.figure.theories.is_empty() { text } else { text + &self.data.caveat }
-    }
-
-    /// Returns a sentence with the selected values, and with the load if there is only one.
-    fn conditions(&self) -> Option<String> {
-        let selection = self.figure.selection.iter().map(|(name, values)| {
-            let values = values.iter().map(|value| match value {
-                Selected::Number(number) => Value::Real(*number),
-                Selected::Word(word) => Value::Text(word.clone()),
-            });
-            let told = values.map(|value| self.labels.told(name, Some(&value), self.data));
-            told.collect::<Vec<_>>().join(" or ")
-        });
-        let mut parts: Vec<String> = selection.collect();
-        let table = &self.drawings[0].1.table;
-        for name in [LOAD.name, PRESSURE.name] {
-            let is_told = self.figure.selection.contains_key(name) || self.figure.x == name;
-            if table.has(name) && !is_told && distinct(table, name) == 1 {
-                let column = table.batch().column_by_name(name)?;
-                let value = Value::from_array(column.as_ref(), 0);
-                parts.push(self.labels.told(name, value.as_ref(), self.data));
-                break;
-            }
-        }
-        (!parts.is_empty()).then(|| format!("At {}.", parts.join(", ")))
     }
 }
 
@@ -375,24 +305,6 @@ fn drawn(points: Vec<DataPoint>, style: Style, is_curve: bool) -> Vec<Series> {
     let line = Series { points, style: Style { marker: None, ..style }, label: None };
     let line = (is_curve && line.points.len() > 1).then(|| line.without_bars());
     line.into_iter().chain([markers]).collect()
-}
-
-/// Returns the sentence on the error bars of a quantity.
-fn bars_of(quantity: &Quantity) -> Option<String> {
-    let meaning = match &quantity.bars {
-        BarSource::None => return None,
-        BarSource::Surfaces(kind) | BarSource::Half { meaning: kind, .. } => match kind {
-            ErrorBars::Ci95 => "95 % confidence intervals of the means (Student's t)",
-            ErrorBars::Sem => "standard errors of the means",
-            ErrorBars::Sd => "standard deviations over the surfaces",
-            ErrorBars::None => return None,
-        },
-        BarSource::Ends { meaning: EndsMeaning::OfFit, .. } => "intervals of the fits",
-        BarSource::Ends { .. } | BarSource::Student { .. } => {
-            "95 % confidence intervals of the means (Student's t)"
-        }
-    };
-    Some(format!("Bars are {meaning}."))
 }
 
 /// Gives the panels of a figure the same horizontal axis, and those of one quantity the same
@@ -416,123 +328,5 @@ fn share_axes(charts: &mut [Chart]) {
         let y = ends(&alike, &ys, &chart.y);
         chart.x = chart.x.clone().within(x[0], x[1]);
         chart.y = chart.y.clone().within(y[0], y[1]);
-    }
-}
-
-/// What distinguishes the series of a figure: their colours, and markers or dashes.
-struct SeriesKey {
-    /// Values that have their own colour, in ascending order.
-    colours: Vec<Option<Value>>,
-    /// The same values, if there are several and all are numbers.
-    numbers: Option<Vec<f64>>,
-    further: Vec<Further>,
-}
-
-const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
-
-impl SeriesKey {
-    /// Returns whether colours stand for one parameter, and markers for everything else.
-    fn is_crossed(&self) -> bool {
-        let has_colours = self.numbers.is_some() || (2..=7).contains(&self.colours.len());
-        has_colours && (2..=24).contains(&self.further.len())
-    }
-
-    /// Returns the style of a series. No two series of a figure look alike.
-    fn style(&self, colour: usize, further: usize) -> Style {
-        let look = |colour: Colour, marker: usize, dash: usize| Style {
-            colour,
-            line: Some(Line { dash: DASHES[dash % DASHES.len()], width: 1.2 }),
-            marker: Some(style::marker(marker)),
-        };
-        // These pairs of marker and dash differ for 24 indices.
-        let pair = [further / 4 * 5 + further % 4, further % 4];
-        match &self.numbers {
-            Some(numbers) if self.is_crossed() => {
-                look(Colour::Gradient(step(numbers, colour)), pair[0], pair[1])
-            }
-            Some(numbers) if self.further.len() == 1 => {
-                look(Colour::Gradient(step(numbers, colour)), colour, 0)
-            }
-            _ if self.is_crossed() => look(Colour::Series(colour), pair[0], pair[1]),
-            _ => {
-                // 7 colours and 6 markers give 42 pairs.
-                let index = colour * self.further.len() + further;
-                look(Colour::Series(index), index, index / 42)
-            }
-        }
-    }
-}
-
-/// Returns the step of the gradient for a number. Few numbers have evenly spaced colours; many have
-/// the colours of a linear or logarithmic scale.
-fn step(numbers: &[f64], index: usize) -> usize {
-    let last = (GRADIENT_STEPS - 1) as f64;
-    let (least, most) = (numbers[0], numbers[numbers.len() - 1]);
-    let share = if numbers.len() <= MOST_ENTRIES {
-        index as f64 / (numbers.len() - 1) as f64
-    } else if least > 0.0 && most > LOGARITHMIC * least {
-        (numbers[index] / least).ln() / (most / least).ln()
-    } else {
-        (numbers[index] - least) / (most - least)
-    };
-    (last * share).round() as usize
-}
-
-fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Real(number) => Some(*number),
-        Value::Integer(number) => Some(*number as f64),
-        Value::Text(_) => None,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn key(colours: usize, further: usize, are_numbers: bool) -> SeriesKey {
-        let value = |index: usize| match are_numbers {
-            true => Value::Real(index as f64),
-            false => Value::Text(format!("word {index}")),
-        };
-        let colours: Vec<Option<Value>> = (0..colours).map(|index| Some(value(index))).collect();
-        let numbers: Option<Vec<f64>> =
-            colours.iter().map(|colour| number(colour.as_ref()?)).collect();
-        let further = (0..further)
-            .map(|index| (vec![("k_upper".to_owned(), Some(Value::Integer(index as i64)))], None));
-        let numbers = numbers.filter(|all| all.len() > 1);
-        SeriesKey { colours, numbers, further: further.collect() }
-    }
-
-    #[test]
-    fn no_two_series_look_alike() {
-        for are_numbers in [true, false] {
-            for (colours, further) in [(1, 1), (12, 1), (60, 1), (1, 24), (8, 3), (3, 20), (20, 7)]
-            {
-                let key = key(colours, further, are_numbers);
-                let mut looks = Vec::new();
-                for colour in 0..colours {
-                    for index in 0..further {
-                        let style = key.style(colour, index);
-                        assert!(
-                            !looks.contains(&style),
-                            "{colour}, {index} of {colours} × {further}"
-                        );
-                        looks.push(style);
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn ascending_numbers_have_ascending_colours_to_the_ends_of_the_gradient() {
-        let steps = |numbers: &[f64]| -> Vec<usize> {
-            (0..numbers.len()).map(|index| step(numbers, index)).collect()
-        };
-        assert_eq!(steps(&[0.1, 0.2, 100.0]), [0, 32, 63], "few numbers are evenly spaced");
-        let powers: Vec<f64> = (0..19).map(|power| f64::from(power).exp2()).collect();
-        let found = steps(&powers);
-        assert_eq!((found[0], found[9], found[18]), (0, 32, 63), "a logarithmic scale");
     }
 }

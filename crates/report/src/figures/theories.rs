@@ -20,11 +20,17 @@ pub type SeriesPoints<'a> = (Vec<(f64, usize)>, &'a Points, Colour);
 pub struct Theories<'a> {
     models: &'a [Model],
     is_against_load: bool,
+    /// Name of a theory in the legend.
+    name: &'a dyn Fn(Model) -> String,
 }
 
 impl Theories<'_> {
-    pub fn new<'a>(models: &'a [Model], x: &str) -> Theories<'a> {
-        Theories { models, is_against_load: x == LOAD.name }
+    pub fn new<'a>(
+        models: &'a [Model],
+        x: &str,
+        name: &'a dyn Fn(Model) -> String,
+    ) -> Theories<'a> {
+        Theories { models, is_against_load: x == LOAD.name, name }
     }
 
     /// Returns the curves beside the series of a panel, with entries of the legend. `factor`
@@ -68,7 +74,7 @@ impl Theories<'_> {
                 curves.push(Series::new(scaled(curve, factor), style));
             }
             let entry = Style::line(Colour::Text, dash, width);
-            curves.push(Series::new([], entry).named(name(model)));
+            curves.push(Series::new([], entry).named((self.name)(model)));
         }
         Ok(curves)
     }
@@ -123,8 +129,8 @@ fn curve(
     (0..LOADS).map(load).filter_map(|load| Some((load, area(load)?))).collect()
 }
 
-/// Returns the name of a theory in legends.
-fn name(model: Model) -> &'static str {
+/// Returns the usual name of a theory in legends.
+pub fn name(model: Model) -> &'static str {
     match model {
         Model::Persson => "Persson 2001",
         Model::BushGibsonThomas => "Bush, Gibson & Thomas 1975",

@@ -64,6 +64,19 @@ impl Model {
         Model::PennyCrack,
     ];
 
+    /// Returns the word that names the theory in manifests.
+    pub fn word(self) -> &'static str {
+        match self {
+            Model::Persson => "persson",
+            Model::BushGibsonThomas => "bush-gibson-thomas",
+            Model::Greenwood2006 => "greenwood-2006",
+            Model::MeanCurvature => "mean-curvature",
+            Model::GreenwoodMccool => "greenwood-mccool",
+            Model::BgtAsymptote => "bgt-asymptote",
+            Model::PennyCrack => "penny-crack",
+        }
+    }
+
     /// Returns whether the theory integrates over heights and curvatures of summits for each load,
     /// which takes seconds per table.
     pub fn integrates_over_summits(self) -> bool {

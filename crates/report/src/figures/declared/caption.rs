@@ -1,0 +1,93 @@
+//! The text below a declared or automatic figure.
+
+use std::collections::BTreeSet;
+
+use asperity_pipeline::study::figures::{
+    BarSource, EndsMeaning, ErrorBars, Quantity, Value as Selected,
+};
+use asperity_stages::Kind;
+use asperity_stages::columns::{LOAD, PRESSURE};
+use asperity_tables::column::Value;
+
+use super::Plot;
+use crate::plotted::distinct;
+
+impl Plot<'_> {
+    pub(super) fn caption(&self, hidden: usize) -> String {
+        let mut sentences: Vec<String> = self.figure.caption.iter().cloned().collect();
+        let counts = self.points().filter_map(|point| point.surfaces);
+        let counts: BTreeSet<usize> = counts.collect();
+        let is_fit = self.stage.kind == Kind::Fit;
+        sentences.extend(match (counts.first(), counts.last()) {
+            (Some(least), Some(most)) if is_fit => Some(match (least == most, most) {
+                (true, 1) => "Each point is fitted to one surface.".to_owned(),
+                (true, _) => format!("Each point is fitted to {most} surfaces."),
+                (false, _) => format!("Each point is fitted to {least} to {most} surfaces."),
+            }),
+            (Some(1), Some(1)) => Some("Each point is one surface, without an error.".to_owned()),
+            (Some(least), Some(most)) if least == most => {
+                Some(format!("Points are means over {most} surfaces."))
+            }
+            (Some(least), Some(most)) => {
+                Some(format!("Points are means over {least} to {most} surfaces."))
+            }
+            _ => None,
+        });
+        let has_bars = self.points().any(|point| point.bar.is_some());
+        sentences.extend(bars_of(self.drawings[0].0).filter(|_| has_bars));
+        sentences.extend(self.conditions());
+        if hidden > 0 {
+            sentences.push(format!(
+                "{hidden} points at or below zero are missing, because the axis is logarithmic."
+            ));
+        }
+        let unconverged = self.drawings[0].1.unconverged;
+        if unconverged > 0 {
+            sentences.push(format!("{unconverged} rows are loads that did not converge."));
+        }
+        let text = sentences.join(" ");
+        if self.figure.theories.is_empty() { text } else { text + &self.data.caveat }
+    }
+
+    /// Returns a sentence with the selected values, and with the load if there is only one.
+    fn conditions(&self) -> Option<String> {
+        let selection = self.figure.selection.iter().map(|(name, values)| {
+            let values = values.iter().map(|value| match value {
+                Selected::Number(number) => Value::Real(*number),
+                Selected::Word(word) => Value::Text(word.clone()),
+            });
+            let told = values.map(|value| self.labels.told(name, Some(&value), self.data));
+            told.collect::<Vec<_>>().join(" or ")
+        });
+        let mut parts: Vec<String> = selection.collect();
+        let table = &self.drawings[0].1.table;
+        for name in [LOAD.name, PRESSURE.name] {
+            let is_told = self.figure.selection.contains_key(name) || self.figure.x == name;
+            if table.has(name) && !is_told && distinct(table, name) == 1 {
+                let column = table.batch().column_by_name(name)?;
+                let value = Value::from_array(column.as_ref(), 0);
+                parts.push(self.labels.told(name, value.as_ref(), self.data));
+                break;
+            }
+        }
+        (!parts.is_empty()).then(|| format!("At {}.", parts.join(", ")))
+    }
+}
+
+/// Returns the sentence on the error bars of a quantity.
+fn bars_of(quantity: &Quantity) -> Option<String> {
+    let meaning = match &quantity.bars {
+        BarSource::None => return None,
+        BarSource::Surfaces(kind) | BarSource::Half { meaning: kind, .. } => match kind {
+            ErrorBars::Ci95 => "95 % confidence intervals of the means (Student's t)",
+            ErrorBars::Sem => "standard errors of the means",
+            ErrorBars::Sd => "standard deviations over the surfaces",
+            ErrorBars::None => return None,
+        },
+        BarSource::Ends { meaning: EndsMeaning::OfFit, .. } => "intervals of the fits",
+        BarSource::Ends { .. } | BarSource::Student { .. } => {
+            "95 % confidence intervals of the means (Student's t)"
+        }
+    };
+    Some(format!("Bars are {meaning}."))
+}

@@ -1,0 +1,86 @@
+//! Entries of the legend of a declared or automatic figure.
+
+use asperity_manifest::decimal;
+use asperity_pipeline::study::figures::THIS_STUDY;
+use asperity_stages::aggregate::Model;
+use asperity_tables::column::Value;
+
+use super::Plot;
+use super::series_key::{SeriesKey, number};
+use crate::charts::chart::{Chart, Series};
+use crate::charts::style::{Colour, Dash, Style};
+use crate::figures::theories;
+
+impl Plot<'_> {
+    /// Returns the text of a value in the legend and in titles of panels: its name in the manifest,
+    /// or its symbol with the value.
+    pub(super) fn told(&self, column: &str, value: Option<&Value>) -> String {
+        let is_of = |entry: &str| match value {
+            Some(Value::Text(text)) => {
+                entry == text || self.data.files.get(text).is_some_and(|file| file == entry)
+            }
+            Some(number) => {
+                let entry = entry.parse::<f64>().ok();
+                entry
+                    .zip(self::number(number))
+                    .is_some_and(|(one, other)| decimal::is_same(one, other))
+            }
+            None => false,
+        };
+        let named = self.figure.legend.iter().find(|(entry, _)| is_of(entry));
+        named.map_or_else(|| self.labels.told(column, value, self.data), |(_, name)| name.clone())
+    }
+
+    /// Returns the name of an entry in the manifest, or `otherwise`.
+    fn named(&self, entry: &str, otherwise: impl Into<String>) -> String {
+        self.figure.legend.get(entry).cloned().unwrap_or_else(|| otherwise.into())
+    }
+
+    /// Returns the name of a theory in the legend.
+    pub(super) fn name_of_theory(&self, model: Model) -> String {
+        self.named(model.word(), theories::name(model))
+    }
+
+    /// Adds the entries of the legend to the first chart, as series without points.
+    pub(super) fn add_entries(&self, charts: &mut [Chart], key: &SeriesKey) {
+        let (_, points) = &self.drawings[0];
+        let colour_name = points.colour.as_deref().unwrap_or_default();
+        let told_colour = |index: usize| {
+            let value = key.colours[index].as_ref();
+            (!colour_name.is_empty()).then(|| self.told(colour_name, value))
+        };
+        let told_further = |index: usize| {
+            let (values, quantity) = &key.further[index];
+            let values = values.iter().map(|(name, value)| self.told(name, value.as_ref()));
+            let quantity = quantity.as_ref().map(|name| self.named(name, name.replace('_', " ")));
+            values.chain(quantity).collect::<Vec<_>>().join(" · ")
+        };
+        let mut entries = Vec::new();
+        let (colours, further) = (key.colours.len(), key.further.len());
+        let has_scale = self.colour_scale(key).is_some();
+        if key.is_crossed() {
+            for index in 0..if has_scale { 0 } else { colours } {
+                let line = Style::line(key.style(index, 0).colour, Dash::Solid, 3.0);
+                entries.push((line, told_colour(index).unwrap_or_default()));
+            }
+            for index in 0..further {
+                let style = Style { colour: Colour::Muted, ..key.style(0, index) };
+                entries.push((style, told_further(index)));
+            }
+        } else if colours * further > 1 && !has_scale {
+            for colour in 0..colours {
+                for index in 0..further {
+                    let parts = [told_colour(colour), (further > 1).then(|| told_further(index))];
+                    let label: Vec<String> =
+                        parts.into_iter().flatten().filter(|part| !part.is_empty()).collect();
+                    entries.push((key.style(colour, index), label.join(" · ")));
+                }
+            }
+        } else if colours * further == 1 && !self.figure.theories.is_empty() {
+            entries.push((key.style(0, 0), self.named(THIS_STUDY, THIS_STUDY)));
+        }
+        let Some(chart) = charts.first_mut() else { return };
+        let entries = entries.into_iter();
+        chart.series.extend(entries.map(|(style, label)| Series::new([], style).named(label)));
+    }
+}
