@@ -159,11 +159,20 @@ impl Spacing {
     }
 
     /// Returns the format of the numbers that [`Spacing::drawn_number`] returns.
-    pub(super) fn ticks(self, lift: f64) -> TickFormat {
+    pub(super) fn ticks(self, lift: f64, [from, to]: [f64; 2]) -> TickFormat {
+        /// Largest number of powers of ten that all have a number.
+        const MOST_POWERS: f64 = 8.0;
+        // Of many powers of ten, only multiples of a step have a number.
+        let step = ((to / from).log10() / MOST_POWERS).ceil().max(1.0);
+        let is_written =
+            move |value: f64| step <= 1.0 || (value.log10().round() % step).abs() < 0.5;
         match self {
             Spacing::Linear => TickFormat::Custom(Arc::new(plain)),
             Spacing::Octaves => TickFormat::Custom(Arc::new(|value| plain(value.exp2()))),
-            Spacing::Logarithmic => TickFormat::Custom(Arc::new(move |value| power(value / lift))),
+            Spacing::Logarithmic => TickFormat::Custom(Arc::new(move |value| {
+                let value = value / lift;
+                if is_written(value) { power(value) } else { String::new() }
+            })),
         }
     }
 }
@@ -236,10 +245,11 @@ mod tests {
         assert_eq!(spacing.lift([1e-3, 1.0]), 1.0);
         let lift = spacing.lift([3e-14, 1.0]);
         assert_eq!(lift, 1e14);
-        let TickFormat::Custom(write) = spacing.ticks(lift) else {
+        let TickFormat::Custom(write) = spacing.ticks(lift, [3e-14, 1.0]) else {
             panic!("numbers are written by ourselves")
         };
         assert_eq!(write(100.0), "10⁻¹²");
+        assert_eq!(write(10.0), "", "of 14 powers, every second one has a number");
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Figures that nobody asked for: results of a stage against a swept parameter, or against the
 //! load.
 
+use std::collections::BTreeSet;
+
 use arrow::array::Array;
 
 use asperity_pipeline::study::figures::{FigureSpec, Quantity, Scales, is_number};
@@ -8,14 +10,17 @@ use asperity_pipeline::study::{Stage, Study};
 use asperity_stages::Kind;
 use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION};
 use asperity_stages::ensemble::load_column;
-use asperity_tables::column::Role;
 use asperity_tables::table::Table;
 
 use crate::figure_data::{FinishedStage, FinishedStages};
-use crate::plotted::{distinct, rank};
+use crate::independent::independent;
+use crate::plotted::distinct;
+use crate::symbols;
 
 /// Number of loads from which on results are drawn against the load.
 const MANY_LOADS: usize = 6;
+/// Number of loads from which on results of a single parameter point are drawn against the load.
+const FEW_LOADS: usize = 3;
 /// Smallest ratio of the ends of a logarithmic axis.
 const LOGARITHMIC: f64 = 10.0;
 /// Largest number of quantities of a figure.
@@ -26,12 +31,13 @@ const MEAN: &str = "_mean";
 /// Returns the figures of stages that no declared figure shows: of statistics and fits and, where
 /// no statistics are computed from them, of areas.
 pub fn figures(study: &Study, finished: &FinishedStages) -> Vec<FigureSpec> {
+    let derived = study.derived_keys();
     let stages = finished.stages.iter();
     let is_shown = |stage: &&FinishedStage| {
         let mut declared = study.figures.iter();
         declared.any(|figure| figure.from == stage.name) || is_reduced(study, &stage.name)
     };
-    stages.filter(|stage| !is_shown(stage)).filter_map(figure).collect()
+    stages.filter(|stage| !is_shown(stage)).filter_map(|stage| figure(stage, &derived)).collect()
 }
 
 /// Returns whether a stage computes statistics of the rows of this stage, or corrects its areas.
@@ -42,17 +48,18 @@ fn is_reduced(study: &Study, name: &str) -> bool {
     reductions.any(|stage| stage.inputs.iter().any(|&input| study.stages[input].name == name))
 }
 
-fn figure(stage: &FinishedStage) -> Option<FigureSpec> {
+fn figure(stage: &FinishedStage, derived: &BTreeSet<String>) -> Option<FigureSpec> {
     let FinishedStage { name, kind, table, .. } = stage;
     let quantities: Vec<Quantity> = quantities(*kind, table)
         .into_iter()
+        .filter(|name| varies(table, name))
         .filter_map(|name| Quantity::find(table, &name, None).ok())
-        .take(MOST_QUANTITIES)
         .collect();
+    let quantities = without_repeats(quantities);
     if quantities.is_empty() || table.rows() == 0 {
         return None;
     }
-    let swept = swept(table);
+    let swept = independent(table, derived);
     let numeric = swept.iter().filter(|(name, _)| is_number(table, name));
     let most_values = numeric.min_by_key(|(_, values)| std::cmp::Reverse(*values));
     let load = load_column(table);
@@ -62,6 +69,7 @@ fn figure(stage: &FinishedStage) -> Option<FigureSpec> {
             (load.to_owned(), Some(most_values.unwrap_or(&swept[0]).0.clone()))
         }
         Some((name, _)) => (name.clone(), (loads > 1).then(|| load.to_owned())),
+        None if swept.is_empty() && loads >= FEW_LOADS => (load.to_owned(), None),
         None => return None,
     };
     let is_wide = |column: &str| spans(table, column).is_some_and(|ratio| ratio >= LOGARITHMIC);
@@ -77,12 +85,8 @@ fn figure(stage: &FinishedStage) -> Option<FigureSpec> {
         x,
         y: quantities,
         colour,
-        facet: None,
         scales,
-        theories: Vec::new(),
-        selection: Default::default(),
-        title: None,
-        caption: None,
+        ..FigureSpec::default()
     })
 }
 
@@ -96,11 +100,15 @@ fn quantities(kind: Kind, table: &Table) -> Vec<String> {
         Kind::Fit => {
             let has = |name: &str, end: &str| table.has(&format!("{name}_{end}"));
             let fitted = names().filter(|name| has(name, "lower") && has(name, "upper"));
-            let is_known = |name: &&str| {
-                let column = table.batch().column_by_name(name);
-                column.is_some_and(|column| column.null_count() < column.len())
+            // A parameter that is given and not fitted has no interval.
+            let is_fitted = |name: &&str| {
+                let ends = ["lower", "upper"].map(|end| format!("{name}_{end}"));
+                ends.iter().chain([&(*name).to_owned()]).all(|name| {
+                    let column = table.batch().column_by_name(name);
+                    column.is_some_and(|column| column.null_count() < column.len())
+                })
             };
-            fitted.filter(is_known).map(str::to_owned).collect()
+            fitted.filter(is_fitted).map(str::to_owned).collect()
         }
         Kind::Measure | Kind::Correct => {
             let areas = [AREA_CORRECTED.name, AREA_FRACTION.name].into_iter();
@@ -110,16 +118,26 @@ fn quantities(kind: Kind, table: &Table) -> Vec<String> {
     }
 }
 
-/// Returns the parameters with several values, with the numbers of values. Those that usually
-/// define a study come first.
-fn swept(table: &Table) -> Vec<(String, usize)> {
-    let parameters = table.in_role(Role::Parameter);
-    let names = parameters.names().into_iter();
-    let mut swept: Vec<(String, usize)> =
-        names.map(|name| (name.to_owned(), distinct(table, name))).collect();
-    swept.retain(|(_, values)| *values > 1);
-    swept.sort_by_key(|(name, _)| rank(name));
-    swept
+/// Returns whether a quantity has several values.
+fn varies(table: &Table, name: &str) -> bool {
+    let mean = format!("{name}{MEAN}");
+    distinct(table, if table.has(name) { name } else { &mean }) > 1
+}
+
+/// Keeps one quantity of each label, the last one: of the counted and the corrected area, the
+/// corrected one. Omits quantities along x and y beside their mean.
+fn without_repeats(mut quantities: Vec<Quantity>) -> Vec<Quantity> {
+    let bases: Vec<String> = quantities.iter().map(|one| one.base().to_owned()).collect();
+    let mut labels = BTreeSet::new();
+    quantities.reverse();
+    quantities.retain(|one| {
+        let along = ["_x", "_y"].iter().filter_map(|end| one.base().strip_suffix(end));
+        let has_mean = along.into_iter().any(|base| bases.iter().any(|known| known == base));
+        !has_mean && labels.insert(symbols::name(one.base()))
+    });
+    quantities.reverse();
+    quantities.truncate(MOST_QUANTITIES);
+    quantities
 }
 
 /// Returns the ratio of the largest and the smallest number of a column, if all are positive.

@@ -35,12 +35,15 @@ pub const SHOWN_LOADS: [f64; 5] = [0.012, 0.06, 0.14, 0.32, 0.74];
 const PIXELS: usize = 256;
 
 fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
-    let (mut rows, mut sliders) = (Vec::new(), Vec::new());
+    let (mut by_sample, mut sliders) = (Vec::new(), Vec::new());
     let samples = extremes(samples::first_surfaces(data.finished)?);
-    let which = if samples.iter().all(|sample| sample.random().is_some()) {
-        "parameter points with the smallest and the largest lower cutoff"
-    } else {
-        "first and the last parameter point"
+    let lower = |sample: &Sample| Some(sample.random()?.spectrum.k_lower);
+    let of_points = match samples.as_slice() {
+        [] | [_] => "",
+        [one, other] if lower(one) != lower(other) => {
+            " of the parameter points with the smallest and the largest lower cutoff"
+        }
+        _ => " of the first and the last parameter point",
     };
     for sample in samples {
         let Some(pressed) = Pressed::read(data, &sample)? else {
@@ -53,37 +56,46 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
         }
         let label = data.styles.label(&pressed.point);
         let panels = pressed.panels(label.as_deref(), &data.loads);
-        rows.extend(in_rows(3, panels));
+        by_sample.push(panels);
         if pressed.states.len() > 1 {
             sliders.push(pressed.slider(label.unwrap_or_default(), &data.loads));
         }
     }
-    if rows.is_empty() {
+    if by_sample.is_empty() {
         let lines = data.lines_of_loads("[0.012, 0.06, 0.14, 0.32, 0.74]");
         return Ok(Drawn::missing("solved loads", lines));
     }
-    let caption = format!(
-        "Contact (dark) on the first surface of the {which}, as counted on the mesh. The last map \
-         of each surface shows all loads: the darkest nodes are in contact from the lightest load \
-         on, the brightest nodes only at the heaviest load."
-    );
+    let has_overlay = by_sample.iter().any(|panels| panels.len() > 1);
+    let mut caption =
+        format!("Contact (dark) on the first surface{of_points}, as counted on the mesh.");
+    if has_overlay {
+        caption += " The last map of each surface shows all loads: the darkest nodes are in \
+                    contact from the lightest load on, the brightest nodes only at the heaviest \
+                    load.";
+    }
+    let rows: Vec<Vec<Panel>> = if has_overlay {
+        by_sample.into_iter().flat_map(|panels| in_rows(3, panels)).collect()
+    } else {
+        in_rows(3, by_sample.concat())
+    };
     let panel = panel_of_map(rows.iter().flatten(), 265.0);
     Ok(Drawn::figure(Figure::from_panels(rows, panel), caption).with_sliders(sliders))
 }
 
 /// Keeps the samples with the smallest and the largest lower cutoff, each with its smallest upper
-/// cutoff. Without cutoffs, keeps the first and the last sample.
+/// cutoff. If the lower cutoff does not vary, keeps the first and the last sample.
 fn extremes(mut samples: Vec<Sample>) -> Vec<Sample> {
     let cutoffs = |sample: &Sample| {
         let spectrum = sample.random().map(|surface| surface.spectrum);
         spectrum.map(|spectrum| (spectrum.k_lower, spectrum.k_upper))
     };
     samples.sort_by_key(cutoffs);
-    let largest = samples.last().and_then(cutoffs).map(|(k_lower, _)| k_lower);
-    let has_largest = |sample: &Sample| cutoffs(sample).map(|(k_lower, _)| k_lower) == largest;
-    let last = match largest {
-        Some(_) => samples.iter().position(has_largest).unwrap_or(0),
-        None => samples.len().saturating_sub(1),
+    let lower = |sample: &Sample| cutoffs(sample).map(|(k_lower, _)| k_lower);
+    let [smallest, largest] = [samples.first(), samples.last()].map(|one| one.and_then(lower));
+    let last = if smallest == largest {
+        samples.len().saturating_sub(1)
+    } else {
+        samples.iter().position(|sample| lower(sample) == largest).unwrap_or(0)
     };
     let mut count = 0;
     samples.retain(|_| {
@@ -177,7 +189,8 @@ impl Pressed {
                     Loads::Reduced => format!("load {:.3}", f64::from_bits(*load)),
                     Loads::Pressures { .. } => loads.text(f64::from_bits(*load), state.pressure),
                 };
-                let title = format!("{label}({letter}) {load}");
+                let letter = if shown.len() > 1 { format!("({letter}) ") } else { String::new() };
+                let title = format!("{label}{letter}{load}");
                 self.panel(title, &Raster::from_contact(&state.map))
             })
             .collect();

@@ -11,15 +11,15 @@ use crate::Subject;
 use crate::ensembles::Point;
 use crate::figure_data::{FigureData, FinishedStages, LIGHT};
 use crate::figures::sample;
+use crate::independent::independent;
 use crate::loads::{Loads, unit_of_pressures};
+use crate::plotted::distinct;
 use crate::styles::ascending;
 use crate::symbols;
 use crate::units::{LengthUnit, PressureUnit, Scaled, digits};
 use asperity_manifest::keys::quantity::{Dimension, Unit};
 use asperity_stages::aggregate::{self, Groups, Statistic};
-use asperity_stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, COEFFICIENT, CONTENT, K_ROLLOFF, LOAD, PRESSURE, STOP,
-};
+use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION, CONTENT, LOAD, PRESSURE, STOP};
 use asperity_stages::ensemble::{self, ParameterPoint};
 use asperity_stages::solve::PAIR_LIMIT;
 use asperity_stages::{Kind, Recipe, Work};
@@ -35,10 +35,6 @@ const RESULTS: usize = 4;
 const VALUES: usize = 10;
 /// Coordinates of rows that are points of a curve, which a summary does not show.
 const ALONG_CURVES: [&str; 6] = ["bin", "wavenumber", "lag", "distance", "bearing_level", "along"];
-
-/// Parameters that follow from others: the roll-off of a spectrum without a plateau, and the
-/// coefficient of a correction.
-const FOLLOW: [&str; 2] = [K_ROLLOFF.name, COEFFICIENT.name];
 
 #[derive(Debug, Serialize)]
 pub struct Summary {
@@ -92,12 +88,11 @@ fn varied(finished: &FinishedStages, data: &FigureData) -> String {
         if !matches!(stage.kind, Kind::Generate | Kind::Solve) {
             continue;
         }
-        let table = stage.table.in_role(Role::Parameter);
+        let names = independent(&stage.table, &data.derived);
+        let names: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
+        let table = stage.table.only(&names);
         let written = Written::new(&stage.table, data);
         for description in table.descriptions() {
-            if FOLLOW.contains(&description.name.as_str()) {
-                continue;
-            }
             let column = column_cells(&stage.table, &description, &written);
             let known = parameters.iter().position(|(name, _)| *name == description.name);
             let index = known.unwrap_or_else(|| {
@@ -123,7 +118,14 @@ fn varied(finished: &FinishedStages, data: &FigureData) -> String {
         format!("`{name}` = {}", listed(&values))
     });
     let texts: Vec<String> = texts.collect();
-    if texts.is_empty() { "one parameter point".to_owned() } else { texts.join("; ") }
+    let has_loads = finished.stages.iter().any(|stage| {
+        stage.kind == Kind::Solve && distinct(&stage.table, ensemble::load_column(&stage.table)) > 1
+    });
+    match texts.as_slice() {
+        [] if has_loads => "only the load".to_owned(),
+        [] => "nothing".to_owned(),
+        _ => texts.join("; "),
+    }
 }
 
 /// Lists values; of many values, the first and the last.
@@ -309,6 +311,7 @@ fn shown(
     let written = Written::new(&picked, data);
     let mut columns = Vec::new();
     let mut by_column = Vec::new();
+    let varied = independent(&picked, &data.derived);
     let coordinates = picked.coordinates().not_in_role(Role::Surface);
     for description in coordinates.descriptions() {
         let name = &description.name;
@@ -316,7 +319,9 @@ fn shown(
             && description.role != Role::Load.name();
         let cells = column_cells(&picked, &description, &written);
         let is_constant = cells.iter().all(|cell| *cell == cells[0]);
-        if is_constant || is_other_unit || FOLLOW.contains(&name.as_str()) {
+        let is_dependent = description.role == Role::Parameter.name()
+            && !varied.iter().any(|(varied, _)| varied == name);
+        if is_constant || is_other_unit || is_dependent {
             continue;
         }
         let name = symbols::symbol(name);
@@ -465,7 +470,9 @@ fn column_cells(table: &Table, description: &Description, written: &Written) -> 
 /// Formats a value with half of its interval, `0.1234 ± 0.0014`, or with the ends of the interval
 /// if it is asymmetric. The interval has two significant digits.
 fn with_interval(value: f64, ends: Option<(f64, f64)>) -> String {
-    let Some((lower, upper)) = ends.filter(|(lower, upper)| upper > lower) else {
+    // A quantity that is the same for all surfaces has an interval of rounding errors.
+    let is_wide = |(lower, upper): &(f64, f64)| upper - lower > 1e-9 * value.abs();
+    let Some((lower, upper)) = ends.filter(is_wide) else {
         return digits(value, 4);
     };
     let half = (upper - lower) / 2.0;
@@ -496,6 +503,7 @@ mod tests {
             (1234.4, Some((1200.0, 1268.8)), "1234 ± 34"),
             (0.123456, None, "0.1235"),
             (0.5, Some((0.5, 0.5)), "0.5"),
+            (1.785, Some((1.785 - 1e-15, 1.785 + 1e-15)), "1.785"),
         ];
         for (value, ends, expected) in cases {
             assert_eq!(with_interval(value, ends), expected);
