@@ -107,8 +107,8 @@ impl ExportFormat {
 }
 
 impl<'m> Export<'m> {
-    /// Prepares the export of the maps of a task: of the quantities `kinds`, or of all that the task
-    /// has, at one load or at all loads.
+    /// Prepares the export of the maps of a task: of the quantities `kinds`, or of all that the
+    /// task has, at one load or at all loads.
     ///
     /// # Errors
     /// Returns the same errors as [`TaskMaps::map`].
@@ -158,13 +158,12 @@ impl<'m> Export<'m> {
         mut with: impl FnMut(&Self, usize, &LoadMaps) -> Result<(), SessionError>,
     ) -> Result<(), SessionError> {
         for index in 0..self.loads.len() {
-            let maps = match self.first.take_if(|_| index == 0) {
-                Some(first) => first,
-                None => self.at(self.loads[index])?,
-            };
-            with(self, index, &maps)?;
-            if index == 0 {
-                self.first = Some(maps);
+            match &self.first {
+                Some(first) if index == 0 => with(self, index, first)?,
+                _ => {
+                    let maps = self.at(self.loads[index])?;
+                    with(self, index, &maps)?;
+                }
             }
         }
         Ok(())

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use asperity_stages::columns::{CONTENT, HURST, K_LOWER, K_UPPER};
+use asperity_stages::columns::{CONTENT, HURST, K_LOWER, K_UPPER, RMS_SLOPE};
 use asperity_stages::ensemble::grouped;
 use asperity_tables::column::Role;
 use asperity_tables::table::Table;
@@ -20,7 +20,9 @@ pub fn independent(table: &Table, derived: &BTreeSet<String>) -> Vec<(String, us
     let parameters = table.in_role(Role::Parameter);
     let mut names = parameters.names();
     let is_free = |name: &str| DEFINING.contains(&name) && !derived.contains(name);
-    names.sort_by_key(|name| (!is_free(name), derived.contains(*name), rank(name)));
+    // The rms slope of a measured surface is a result of its preparation.
+    let is_late = |name: &str| name == RMS_SLOPE.name || derived.contains(name);
+    names.sort_by_key(|name| (!is_free(name), is_late(name), rank(name)));
     let groups = |names: &[&str]| grouped(&table.only(names)).len();
     let mut known: Vec<&str> = Vec::new();
     let mut found = Vec::new();

@@ -146,6 +146,8 @@ impl Labels {
             Some(Value::Real(number)) => *number,
         };
         let AxisUnit { factor, unit } = self.unit(column, std::iter::once(number));
+        // A unit without a name is not repeated with every value.
+        let unit = if unit.starts_with("the unit of") { String::new() } else { unit };
         let text = format!("{symbol} = {} {unit}", digits(factor * number, 6));
         text.trim_end().to_owned()
     }

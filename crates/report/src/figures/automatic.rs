@@ -8,7 +8,7 @@ use arrow::array::Array;
 use asperity_pipeline::study::figures::{FigureSpec, Quantity, Scales, is_number};
 use asperity_pipeline::study::{Stage, Study};
 use asperity_stages::Kind;
-use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION};
+use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION, HURST};
 use asperity_stages::ensemble::load_column;
 use asperity_tables::table::Table;
 
@@ -72,7 +72,9 @@ fn figure(stage: &FinishedStage, derived: &BTreeSet<String>) -> Option<FigureSpe
         None if swept.is_empty() && loads >= FEW_LOADS => (load.to_owned(), None),
         None => return None,
     };
-    let is_wide = |column: &str| spans(table, column).is_some_and(|ratio| ratio >= LOGARITHMIC);
+    let is_wide = |column: &str| {
+        column != HURST.name && spans(table, column).is_some_and(|ratio| ratio >= LOGARITHMIC)
+    };
     let is_against_load = x == load;
     let scales = match is_wide(&x) {
         true if is_against_load && quantities.iter().all(|one| is_wide(&one.column)) => Scales::Log,

@@ -67,8 +67,13 @@ pub fn title(figure: &FigureSpec) -> String {
         _ => format!("results of `{}`", figure.from),
     };
     let text = format!("{quantities} against {}", symbols::name(&figure.x));
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    // Symbols such as β stay as they are.
+    match text.chars().next() {
+        Some(first) if first.is_ascii() => {
+            first.to_uppercase().chain(text.chars().skip(1)).collect()
+        }
+        _ => text,
+    }
 }
 
 fn lacking(needs: String) -> Drawn {

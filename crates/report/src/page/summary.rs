@@ -306,6 +306,11 @@ fn shown(
     if estimates.is_empty() {
         return None;
     }
+    let is_known = |row: &usize| {
+        let mut columns = estimates.iter().filter_map(|one| table.reals(&one.columns[0]).ok());
+        columns.any(|values| values.is_valid(*row))
+    };
+    let table = &table.pick(&(0..table.rows()).filter(is_known).collect::<Vec<_>>());
     let Selection { rows, note, points } = Selection::new(table, &data.loads);
     let picked = table.pick(&rows);
     let written = Written::new(&picked, data);
@@ -321,7 +326,8 @@ fn shown(
         let is_constant = cells.iter().all(|cell| *cell == cells[0]);
         let is_dependent = description.role == Role::Parameter.name()
             && !varied.iter().any(|(varied, _)| varied == name);
-        if is_constant || is_other_unit || is_dependent {
+        // Rows of a yielding material have the hardness in two units, which may be equal.
+        if is_constant || is_other_unit || is_dependent || by_column.contains(&cells) {
             continue;
         }
         let name = symbols::symbol(name);

@@ -290,11 +290,8 @@ impl<'a> Columns<'a, '_> {
         let theories = keys.theories.written();
         let theories = theories.iter().flat_map(|theories| &theories.value);
         entries.extend(theories.map(|theory| theory.value.word().to_owned()));
-        let named = [&keys.colour, &keys.facet];
-        let named: Vec<&str> =
-            named.iter().filter_map(|key| Some(key.written()?.value.as_str())).collect();
-        let columns = if named.is_empty() { coordinates(self.table) } else { named };
-        let known: Vec<Option<BTreeSet<Known>>> = columns.into_iter().map(values).collect();
+        let known: Vec<Option<BTreeSet<Known>>> =
+            coordinates(self.table).into_iter().map(values).collect();
         let are_all_known = known.iter().all(Option::is_some);
         entries.extend(known.into_iter().flatten().flatten().map(|value| value.to_string()));
         let mut clear = Some(());
