@@ -51,6 +51,8 @@ pub fn on_threads<R: Send>(name: &str, count: usize, work: &(impl Fn() -> R + Sy
 
 #[cfg(test)]
 mod tests {
+    use std::time::{Duration, Instant};
+
     use super::*;
 
     #[test]
@@ -72,6 +74,11 @@ mod tests {
             names.flatten().filter(|name| name.starts_with("short-lived")).count()
         };
         on_threads("short-lived", 4, &|| std::thread::yield_now());
+        // The system may list a thread for a moment after it was joined.
+        let start = Instant::now();
+        while names() > 0 && start.elapsed() < Duration::from_secs(10) {
+            thread::sleep(Duration::from_millis(1));
+        }
         assert_eq!(names(), 0);
     }
 
