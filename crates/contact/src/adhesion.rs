@@ -145,7 +145,7 @@ impl Adhesion {
     }
 }
 
-/// What is prescribed for a state.
+/// Quantity that is prescribed for a state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// Mean gap over the map, positive.

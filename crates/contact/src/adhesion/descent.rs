@@ -59,7 +59,7 @@ const FAILURES_WITH_COMPLIANCE: u32 = 3;
 /// Bodies are apart if no node is in contact, and if attraction is this fraction of the tension.
 const APART: f64 = 0.01;
 
-/// What is prescribed for the nodes of the mesh.
+/// Quantity that is prescribed for the nodes of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
     /// The mean gap keeps its value.
@@ -227,7 +227,7 @@ impl Descent<'_> {
             let [gap, pressure, pull] = x;
             let force = pressure + pull + mean_pressure;
             let is_open = gap > site.floor;
-            let free = f64::from(u8::from(is_open || force < 0.0));
+            let free = site.free(gap, force);
             let closed = f64::from(u8::from(!is_open));
             let error = if is_open { force.abs() } else { -force };
             ([free * force], [free, free * force, pull, closed], [error])
@@ -241,8 +241,8 @@ impl Descent<'_> {
         }
         let mean = sum / free;
         visit(threads, domain, maps, [residual], |site, [gap, pressure, pull], [residual]| {
-            let is_free = gap > site.floor || pressure + pull + mean_pressure < 0.0;
-            ([if is_free { residual - mean } else { residual }], [0.0; 0], [0.0; 0])
+            let free = site.free(gap, pressure + pull + mean_pressure);
+            ([residual - free * mean], [0.0; 0], [0.0; 0])
         });
         Balance { error, mean_pressure, free, residual: 0.0, is_apart }
     }

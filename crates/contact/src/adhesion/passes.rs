@@ -40,6 +40,14 @@ pub struct Site {
     pub weight: f64,
 }
 
+impl Site {
+    /// Returns 1 for a free node, and 0 for others: an open node is free, and so is a closed one
+    /// whose force, less than zero, would have to pull at it.
+    pub fn free(self, gap: f64, force: f64) -> f64 {
+        f64::from(u8::from(gap > self.floor || force < 0.0))
+    }
+}
+
 const ON_MAP: Site = Site { floor: 0.0, weight: 1.0 };
 const OUTSIDE: Site = Site { floor: f64::NEG_INFINITY, weight: 0.0 };
 

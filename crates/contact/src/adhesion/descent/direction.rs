@@ -1,4 +1,4 @@
-//! Direction of the next step, and its length.
+//! Computes the direction of the next step and predicts its length.
 
 use super::{Balance, Control, Descent, Fields};
 use crate::adhesion::passes::visit;
@@ -20,8 +20,7 @@ impl Descent<'_> {
         let (threads, domain) = (self.threads, self.body.domain);
         let maps = [&gap[..], &pressure[..], &pull[..]];
         visit(threads, domain, maps, [&mut direction[..]], |site, [gap, pressure, pull], [_]| {
-            let is_free = gap > site.floor || pressure + pull + mean_pressure < 0.0;
-            ([f64::from(u8::from(is_free))], [0.0; 0], [0.0; 0])
+            ([site.free(gap, pressure + pull + mean_pressure)], [0.0; 0], [0.0; 0])
         });
         self.body.stiffness(direction, step_pressure, self.scratch);
         self.pairs += 1;
@@ -57,23 +56,16 @@ impl Descent<'_> {
         let (threads, domain) = (self.threads, self.body.domain);
         let mean_pressure = balance.mean_pressure;
         let shift = uniform * balance.residual;
-        let is_free = move |floor: f64, [gap, pressure, pull]: [f64; 3]| {
-            f64::from(u8::from(gap > floor || pressure + pull + mean_pressure < 0.0))
-        };
-        let state = [&gap[..], &pressure[..], &pull[..]];
-        let [gap, pressure, pull] = state;
+        let [gap, pressure, pull] = [&gap[..], &pressure[..], &pull[..]];
         let inputs = [gap, pressure, pull, &residual[..], &step[..]];
         let outputs = [&mut direction[..], &mut last_residual[..]];
         let found = visit(threads, domain, inputs, outputs, |site, x, [z, last]| {
             let [gap, pressure, pull, residual, step] = x;
-            let free = is_free(site.floor, [gap, pressure, pull]);
+            let free = site.free(gap, pressure + pull + mean_pressure);
             let (z, step) = (free * (z + shift), free * step);
             let change = free * (residual - last);
-            let of_z = [z, z * residual, z * change];
-            let of_step = [step, step * residual, step * change];
-            let [a, b, c] = of_z;
-            let [d, e, f] = of_step;
-            ([z, residual], [a, b, c, d, e, f, change], [0.0; 0])
+            let sums = [z, z * residual, z * change, step, step * residual, step * change, change];
+            ([z, residual], sums, [0.0; 0])
         });
         let [z, z_residual, z_change, step_sum, step_residual, step_change, change] = found.sums;
         // The mean over the free nodes is subtracted from z and d if the mean gap is prescribed.
@@ -93,7 +85,7 @@ impl Descent<'_> {
         let inputs = [gap, pressure, pull, &step[..]];
         let found = visit(threads, domain, inputs, [&mut direction[..]], |site, x, [z]| {
             let [gap, pressure, pull, step] = x;
-            let free = is_free(site.floor, [gap, pressure, pull]);
+            let free = site.free(gap, pressure + pull + mean_pressure);
             let moved = free * (z_mean - z + beta * (step - step_mean));
             let is_blocked = gap <= site.floor && moved <= 0.0;
             let moving = if is_blocked { 0.0 } else { free };
