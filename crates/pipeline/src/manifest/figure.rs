@@ -66,9 +66,10 @@ pub struct FigureTable {
     /// Size of the letters in the files, in points. Lines and markers have a size in proportion.
     #[schemars(range(min = 4, max = 72), extend("default" = 9.75))]
     pub font_size: Key<f64>,
-    /// Names of entries of the legend and of panels: `{ "0.3" = "rough", persson = "theory" }` by
-    /// the values of parameters (in quotes if they contain a point), the names of theories, or the
-    /// columns in `y`; `"this study"` are the data beside theories.
+    /// Other names for entries of the legend and for panels: `{ "0.3" = "rough", persson =
+    /// "theory" }`. An entry is given by the value of its parameter, in quotes if it contains a
+    /// point, by its theory, or by its column in `y`. `"this study"` stands for the data beside
+    /// theories.
     pub legend: Key<BTreeMap<String, Spanned<String>>>,
 }
 

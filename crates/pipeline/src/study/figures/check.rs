@@ -28,7 +28,7 @@ fn coordinates(table: &Table) -> Vec<&str> {
     if known.is_empty() { fields.map(|field| field.name().as_str()).collect() } else { known }
 }
 
-/// What the checks of figures know of the stages of a study.
+/// Stages of a study, as far as the checks of its figures need them.
 pub struct FigureContext<'a, T, V> {
     /// Names of the stages.
     pub stages: &'a [&'a str],
@@ -276,8 +276,9 @@ impl<'a> Columns<'a, '_> {
         clear.map(|()| selection)
     }
 
-    /// Returns the names of entries of the legend. If all coordinates of the table are known, each
-    /// must be the name of an entry.
+    /// Returns the names of entries of the legend. Refuses an entry that the legend cannot have. A
+    /// number is not refused if the values of a coordinate with numbers are unknown before the study
+    /// runs, and a word not if those of a coordinate with words are.
     fn legend(
         &mut self,
         keys: &FigureTable,
@@ -290,10 +291,14 @@ impl<'a> Columns<'a, '_> {
         let theories = keys.theories.written();
         let theories = theories.iter().flat_map(|theories| &theories.value);
         entries.extend(theories.map(|theory| theory.value.word().to_owned()));
-        let known: Vec<Option<BTreeSet<Known>>> =
-            coordinates(self.table).into_iter().map(values).collect();
-        let are_all_known = known.iter().all(Option::is_some);
-        entries.extend(known.into_iter().flatten().flatten().map(|value| value.to_string()));
+        // Whether all coordinates with words, and all with numbers, are known.
+        let mut are_known = [true; 2];
+        for column in coordinates(self.table) {
+            match values(column) {
+                Some(known) => entries.extend(known.iter().map(Known::to_string)),
+                None => are_known[usize::from(is_number(self.table, column))] = false,
+            }
+        }
         let mut clear = Some(());
         for (entry, name) in &written.value {
             let number = entry.parse::<f64>().ok();
@@ -301,7 +306,10 @@ impl<'a> Columns<'a, '_> {
                 let known = known.parse::<f64>().ok();
                 number.zip(known).is_some_and(|(one, other)| decimal::is_same(one, other))
             };
-            if are_all_known && !entries.contains(entry) && !entries.iter().any(is_same) {
+            if are_known[usize::from(number.is_some())]
+                && !entries.contains(entry)
+                && !entries.iter().any(is_same)
+            {
                 let message = format!("`legend` names no entry by {entry:?}");
                 let label = "must be the name of a value, of a theory or of a column in `y`";
                 let problem = Problem::new(message, name.span.clone(), label);
