@@ -60,7 +60,7 @@ pub struct StudyName {
     #[serde(skip_serializing_if = "String::is_empty")]
     pub settings: String,
     pub study: String,
-    /// Whether the path is a manifest, and not a folder or archive of tables.
+    /// True if the path is a manifest, and not a folder or archive of tables.
     pub is_manifest: bool,
     /// Versions of the program that published the tables.
     pub programs: BTreeSet<String>,
@@ -93,7 +93,7 @@ pub struct StageSize {
 #[derive(Debug, Serialize)]
 pub struct TableComparison {
     pub equal: bool,
-    /// Whether the tables have the same rows in the same order, with the same bits.
+    /// True if the tables have the same rows in the same order, with the same bits.
     pub identical: bool,
     /// Number of rows that both tables have.
     pub common: usize,

@@ -91,9 +91,9 @@ impl Figure {
         Figure { title: String::new(), rows, panel, colours: None, sheet: None }
     }
 
-    /// Gives the files of the figure a size in pixels, and letters of the size `font`. Without a
-    /// width or a height, the width stays the same, and the height follows from the width. Panels
-    /// that would be too narrow stand below each other.
+    /// Sets the size of the files of the figure in pixels, and the size `font` of their letters. If
+    /// no width is given, the width stays the same. If no height is given, it follows from the
+    /// width. Panels that would be too narrow beside each other are placed below each other.
     ///
     /// # Errors
     /// Returns the smallest height at which the panels hold the labels of their axes, beside title

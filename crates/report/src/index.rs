@@ -32,7 +32,7 @@ pub struct StudyEntry {
     pub surfaces: Option<u64>,
     pub stages: Vec<StageEntry>,
     pub state: StudyState,
-    /// What is damaged or missing, one text for each file.
+    /// Damaged and missing files, one text for each.
     pub problems: Vec<String>,
     /// Path of the report relative to the folder of results.
     pub page: Option<String>,

@@ -306,7 +306,7 @@ fn draw(
 /// Returns the number of pixels of a PNG file per pixel of the figure: 300 to the inch if the
 /// figure has a size.
 fn pixels(figure: &Figure) -> f32 {
-    /// Largest number of pixels along a side.
+    /// Maximum number of pixels along a side of a file.
     const MOST: f64 = 10_000.0;
     figure.sheet.map_or(SCALE, |[width, height]| {
         let finest: f64 = 300.0 / 96.0;

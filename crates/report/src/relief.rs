@@ -190,8 +190,9 @@ impl Top<'_> {
         self.colour_in_map(place).map(|part| part * shade)
     }
 
-    /// Returns the colour of the map. At the edge of nodes without a colour it is that of the
-    /// nearest node, because such an edge is sharp.
+    /// Returns the colour of the map at a place, interpolated between the four nodes around it. If
+    /// one of these nodes has no colour, the colour is that of the nearest node, so that the edge of
+    /// a contact spot is sharp.
     fn colour_in_map(&self, [x, y]: [f64; 2]) -> [f64; 3] {
         let size = self.colours.size();
         let along = |axis: usize, place: f64| {

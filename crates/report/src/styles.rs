@@ -90,7 +90,7 @@ impl Styles {
             let mut known: Vec<String> = Vec::new();
             let points = &points;
             move |(name, _)| {
-                let is_new = follows_not(points, &known, name);
+                let is_new = is_independent(points, &known, name);
                 if is_new {
                     known.push(name.clone());
                 }
@@ -198,7 +198,7 @@ impl Styles {
 
 /// Returns whether a parameter differs between points that agree in all known parameters, or is one
 /// of the cutoffs of a spectrum.
-fn follows_not(points: &[Point], known: &[String], name: &str) -> bool {
+fn is_independent(points: &[Point], known: &[String], name: &str) -> bool {
     if [K_LOWER.name, K_UPPER.name].contains(&name) || known.is_empty() {
         return true;
     }

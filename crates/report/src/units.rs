@@ -49,7 +49,7 @@ pub enum PressureUnit {
     Pascal,
     /// Another unit, which is shown as it is.
     Named(String),
-    /// No unit, or several.
+    /// There is no unit, or several units differ.
     Unknown,
 }
 

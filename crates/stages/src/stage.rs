@@ -421,12 +421,10 @@ pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<Str
         Some(unit) => format!(" {unit}"),
         None => String::new(),
     };
-    Ok(Some({
-        if least == most {
-            format!("{label} {}{unit}", number(least))
-        } else {
-            format!("{label} {} … {}{unit}", number(least), number(most))
-        }
+    Ok(Some(if least == most {
+        format!("{label} {}{unit}", number(least))
+    } else {
+        format!("{label} {} … {}{unit}", number(least), number(most))
     }))
 }
 

@@ -24,7 +24,7 @@ const RESOLUTION: f64 = 1e-12;
 pub struct ColumnComparison {
     pub column: String,
     pub unit: String,
-    /// Whether the unit is made of units that the manifests name.
+    /// True if the unit is made of units that the manifests name.
     #[serde(skip)]
     pub has_named_unit: bool,
     /// Number of rows of the same surface, point and load whose values differ.
@@ -59,7 +59,7 @@ pub struct MeanComparison {
     pub p_value: Option<f64>,
     /// The same probability after Holm's correction for all comparisons of the study.
     pub p_corrected: Option<f64>,
-    /// Whether the corrected probability is below 5 %; `None` without an interval or a difference.
+    /// True if the corrected probability is below 5 %; `None` without an interval or a difference.
     pub is_more_than_noise: Option<bool>,
 }
 

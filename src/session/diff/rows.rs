@@ -67,7 +67,7 @@ pub struct Lacking {
     pub rows: usize,
     /// The first points, surfaces or loads.
     pub first: Vec<String>,
-    /// Whether there are others than the first.
+    /// True if there are others than the first.
     pub more: bool,
 }
 

@@ -82,7 +82,7 @@ impl Studies {
         let is_archive = is_zip(path);
         if (path.is_dir() || is_archive) && !settings.is_empty() {
             return Err(SessionError::Refused(format!(
-                "settings override keys of a manifest, and `{}` is none",
+                "settings override keys of a manifest, and `{}` is not a manifest",
                 path.display()
             )));
         }

@@ -95,7 +95,7 @@ pub struct Units {
     quantities: BTreeSet<(usize, usize)>,
 }
 
-/// What [`Units::read`] found in a table.
+/// Units and numbers that [`Units::read`] found in a table.
 pub struct ReadUnits {
     pub units: Units,
     /// For each scalar of the table, in order, its number if it is a quantity.

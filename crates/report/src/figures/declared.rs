@@ -104,7 +104,7 @@ struct Plot<'a> {
     drawings: Vec<(&'a Quantity, Points)>,
 }
 
-/// What distinguishes series besides the colour: values of further columns, and the column of the
+/// Properties that distinguish series besides the colour: values of further columns, and the column of the
 /// quantity if its panel has several.
 type Further = (Vec<(String, Option<Value>)>, Option<String>);
 

@@ -33,11 +33,8 @@ pub fn load(
     if !matches!(key, "loads" | "pressures") {
         return Err(format!("`{NAME}` has the unit of `loads`; use it in `loads` or `pressures`"));
     }
-    let is_relative = match point.value("load_unit").map(DeValue::as_str) {
-        None | Some(Some("relative")) => true,
-        // Pressures are plain numbers in one unit here, and so are the lengths of each surface.
-        Some(_) => false,
-    };
+    let is_relative =
+        matches!(point.value("load_unit").map(DeValue::as_str), None | Some(Some("relative")));
     let mut loads = Vec::new();
     for (stage, surfaces) in inputs {
         let waves = surfaces.and_then(full_contacts).ok_or_else(|| {
@@ -60,6 +57,8 @@ pub fn load(
     if is_relative {
         return Ok(first);
     }
+    // Quantities are plain numbers here: all pressures of the stage are in one unit, and so are the
+    // lengths of each surface.
     match point.value("bodies") {
         Some(bodies) => match modulus_of(bodies) {
             Some(modulus) => Ok(first * modulus),

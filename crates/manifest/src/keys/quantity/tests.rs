@@ -1,3 +1,5 @@
+//! Tests of quantities: how they are recognised, converted and written.
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 

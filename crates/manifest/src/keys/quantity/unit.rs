@@ -77,8 +77,8 @@ impl Dimension {
             letters.sort_unstable();
             letters
         };
-        let is_twisted = |name: &&str| sorted(name) == sorted(text);
-        let meant = of_dimension().flat_map(names).find(is_twisted);
+        let has_same_letters = |name: &&str| sorted(name) == sorted(text);
+        let meant = of_dimension().flat_map(names).find(has_same_letters);
         let meant = meant.or_else(|| did_you_mean(text, of_dimension().flat_map(names)));
         meant.and_then(Unit::find).map(|unit| unit.symbol)
     }

@@ -13,11 +13,13 @@ pub struct PlainLoads {
     pub key: String,
     /// File, line and column of the numbers.
     pub place: String,
-    /// The first number as it is written.
+    /// The first number, as the manifest writes it.
     pub number: String,
-    /// The first overridden pressure as it is written, its unit and the name of its text.
+    /// The first overridden pressure, as its manifest writes it.
     pub pressure: String,
+    /// Unit of the overridden pressure.
     pub unit: &'static str,
+    /// Name of the manifest with the overridden pressure.
     pub overridden: String,
 }
 

@@ -5,7 +5,7 @@ use asperity_tables::column::Value;
 use super::{Further, LOGARITHMIC, MOST_ENTRIES};
 use crate::charts::style::{self, Colour, Dash, GRADIENT_STEPS, Line, Style};
 
-/// What distinguishes the series of a figure: their colours, and markers or dashes.
+/// Properties that distinguish the series of a figure: colours, markers and dashes.
 pub struct SeriesKey {
     /// Values that have their own colour, in ascending order.
     pub colours: Vec<Option<Value>>,
@@ -49,8 +49,9 @@ impl SeriesKey {
     }
 }
 
-/// Returns the step of the gradient for a number. Few numbers have evenly spaced colours; many have
-/// the colours of a linear or logarithmic scale.
+/// Returns the colour of the number with this index, as a step of the gradient. Up to
+/// [`MOST_ENTRIES`] numbers get evenly spaced colours. The colours of more numbers follow a linear
+/// or a logarithmic scale.
 fn step(numbers: &[f64], index: usize) -> usize {
     let last = (GRADIENT_STEPS - 1) as f64;
     let (least, most) = (numbers[0], numbers[numbers.len() - 1]);
