@@ -25,8 +25,13 @@ ADDRESS = of_workspace("repository")
 VERSION = of_workspace("version")
 RUST = of_workspace("rust-version")
 NAME = ADDRESS.rsplit("/", 1)[1]
-# Addresses of this project under any owner.
-ADDRESSES = (rf"()https://(?:github|gitlab|codeberg)\.(?:com|org)/[\w.-]+/{NAME}(?![\w-])", ADDRESS)
+# The address that the files name so far: that of CITATION.cff.
+NAMED = re.search(r'^repository-code: "?([^"\n]+)', (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.M)[1]
+# Addresses of this project: the one so far, and those of other owners.
+ADDRESSES = (
+    rf"()(?:{re.escape(NAMED)}|https://(?:github|gitlab|codeberg)\.(?:com|org)/[\w.-]+/{NAME})(?![\w-])",
+    ADDRESS,
+)
 # Files, a pattern whose group is the text before the stated value, and the value.
 STATED = [
     (["CITATION.cff"], (r'(^version: "?)\d[\d.]*\d', VERSION)),
