@@ -17,6 +17,7 @@ use crate::figure_data::{FigureData, FinishedStage};
 use crate::figures::{DrawnFigure, Group, MissingFigure};
 use crate::page::stages_picture::StageBox;
 use crate::page::summary::Summary;
+use crate::styles::Styles;
 use asperity_pipeline::forecast;
 use asperity_tables::cells::cells;
 use asperity_tables::column::Description;
@@ -146,7 +147,7 @@ pub fn html(
         machine: machine(),
         summary: Summary::new(subject, data),
         warnings: subject.warnings.iter().map(ToString::to_string).collect(),
-        sections: sections(figures),
+        sections: sections(figures, &data.styles),
         stages: stages.collect(),
         picture: picture(subject),
         manifest: subject.manifest,
@@ -195,15 +196,16 @@ pub fn description(manifest: &str) -> Option<String> {
 }
 
 /// Sorts the figures into sections, in the order of the page.
-fn sections(figures: &[DrawnFigure]) -> Vec<Section<'_>> {
+fn sections<'f>(figures: &'f [DrawnFigure], styles: &Styles) -> Vec<Section<'f>> {
     let notation = "p₀ is the mean pressure, h′ the rms slope, E* the effective modulus. \
                     Dimensionless results for elastic contact depend only on the load y = p₀/(E* \
-                    h′). Colours stand for the lower cutoff `k_lower` and markers for the upper \
-                    cutoff `k_upper` of the spectrum, or for other parameters that vary.";
+                    h′).";
+    let notation = [notation.to_owned()].into_iter().chain(styles.meaning());
+    let notation = notation.collect::<Vec<_>>().join(" ");
     let all = [
         (Group::Declared, "declared", "Figures of the manifest", None),
         (Group::Automatic, "results", "Results against the varied parameters", None),
-        (Group::Paper, "paper", "Comparison with theories", Some(notation.to_owned())),
+        (Group::Paper, "paper", "Comparison with theories", Some(notation)),
         (Group::Maps, "maps", "Maps", None),
     ];
     let sections = all.into_iter().map(|(group, id, title, note)| Section {

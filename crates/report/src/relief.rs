@@ -191,8 +191,8 @@ impl Top<'_> {
     }
 
     /// Returns the colour of the map at a place, interpolated between the four nodes around it. If
-    /// one of these nodes has no colour, the colour is that of the nearest node, so that the edge of
-    /// a contact spot is sharp.
+    /// one of these nodes has no colour, the colour is that of the nearest node, so that the edge
+    /// of a contact spot is sharp.
     fn colour_in_map(&self, [x, y]: [f64; 2]) -> [f64; 3] {
         let size = self.colours.size();
         let along = |axis: usize, place: f64| {

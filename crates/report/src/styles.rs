@@ -1,11 +1,12 @@
 //! Colours, markers and labels of parameter points, the same in all figures of a page.
 //!
 //! Colours stand for lower cutoffs and markers for upper cutoffs, or for other varying parameters.
+//! If more than two parameters vary, every point has its own pair of colour and marker instead.
 //! Labels contain the parameters that vary, and the file of a measured surface.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::charts::style::{self, Colour, Dash, GRADIENT_STEPS, Style};
+use crate::charts::style::{self, Colour, Dash, GRADIENT_STEPS, SERIES_COLOURS, Style};
 use crate::ensembles::Point;
 use crate::plotted::rank;
 use crate::symbols::symbol;
@@ -26,6 +27,9 @@ pub struct Styles {
     varying: Vec<(String, Vec<String>)>,
     colour: Option<usize>,
     marker: Option<usize>,
+    /// Combinations of the varying parameters in ascending order, as indices of their values, if
+    /// more than two parameters vary.
+    combinations: Vec<Vec<usize>>,
     lengths: Lengths,
 }
 
@@ -103,8 +107,35 @@ impl Styles {
         let other = |taken: Option<usize>| (0..varying.len()).find(|&at| Some(at) != taken);
         let colour = colour.or_else(|| other(marker));
         let marker = marker.filter(|_| marker != colour).or_else(|| other(colour));
-        let lengths = Lengths::default();
-        Styles { points, files: files.clone(), varying, colour, marker, lengths }
+        let (files, lengths) = (files.clone(), Lengths::default());
+        let combinations = Vec::new();
+        let mut styles = Styles { points, files, varying, colour, marker, combinations, lengths };
+        if styles.varying.len() > 2 {
+            let all = styles.points.iter().map(|point| styles.combination(point));
+            let all: BTreeSet<Vec<usize>> = all.collect();
+            styles.combinations = all.into_iter().collect();
+        }
+        styles
+    }
+
+    /// Returns the sentence on the meaning of colours and markers, or `None` if no parameter
+    /// varies.
+    pub fn meaning(&self) -> Option<String> {
+        let name = |at: usize| &self.varying[at].0;
+        match (self.colour, self.marker) {
+            _ if !self.combinations.is_empty() => {
+                Some("Every parameter point has its own colour and marker.".to_owned())
+            }
+            (Some(colour), Some(marker)) => Some(format!(
+                "Colours stand for `{}` and markers for `{}`.",
+                name(colour),
+                name(marker)
+            )),
+            (Some(only), None) | (None, Some(only)) => {
+                Some(format!("Colours or markers stand for `{}`.", name(only)))
+            }
+            (None, None) => None,
+        }
     }
 
     /// Sets the unit of the parameters that are lengths.
@@ -158,6 +189,9 @@ impl Styles {
     /// and many values have ascending ones.
     pub fn colour(&self, point: &Point) -> Colour {
         const MOST: usize = 7;
+        if let Some(own) = self.own_index(point) {
+            return Colour::Series(own % SERIES_COLOURS);
+        }
         let index = self.index(self.colour, point);
         let Some((name, values)) = self.colour.map(|at| &self.varying[at]) else {
             return Colour::Series(index);
@@ -172,7 +206,7 @@ impl Styles {
 
     /// Returns the style of separate markers for a point.
     pub fn markers(&self, point: &Point) -> Style {
-        Style::marker(self.colour(point), style::marker(self.index(self.marker, point)))
+        Style::marker(self.colour(point), style::marker(self.marker_index(point)))
     }
 
     /// Returns the style of the thin line that joins the markers of a point.
@@ -183,8 +217,29 @@ impl Styles {
     /// Returns the style of a line for a point, with a dash pattern instead of its marker.
     pub fn line(&self, point: &Point) -> Style {
         const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
-        let dash = DASHES[self.index(self.marker, point) % DASHES.len()];
+        let dash = DASHES[self.marker_index(point) % DASHES.len()];
         Style::line(self.colour(point), dash, 1.5)
+    }
+
+    fn marker_index(&self, point: &Point) -> usize {
+        self.own_index(point)
+            .map_or_else(|| self.index(self.marker, point), |own| own / SERIES_COLOURS)
+    }
+
+    /// Returns the index of a point among all combinations of parameters, if more than two vary. A
+    /// point without some of the parameters, such as a surface without the correction of its area,
+    /// has the index of the first combination with its values.
+    fn own_index(&self, point: &Point) -> Option<usize> {
+        let own = self.combination(point);
+        let is_same = |combination: &&Vec<usize>| {
+            let mut parameters = self.varying.iter().zip(combination.iter().zip(&own));
+            parameters.all(|((name, _), (one, other))| one == other || !point.contains_key(name))
+        };
+        self.combinations.iter().position(|combination| is_same(&combination))
+    }
+
+    fn combination(&self, point: &Point) -> Vec<usize> {
+        (0..self.varying.len()).map(|at| self.index(Some(at), point)).collect()
     }
 
     fn index(&self, coordinate: Option<usize>, point: &Point) -> usize {
@@ -284,6 +339,27 @@ mod tests {
         let mixed = [worn.clone(), random.clone()];
         assert_eq!(label(&mixed, &worn).as_deref(), Some("worn.npy"));
         assert_eq!(label(&mixed, &random).as_deref(), Some("method filter"));
+    }
+
+    #[test]
+    fn points_of_three_varying_parameters_do_not_look_alike() {
+        let points = [0.2, 0.4, 0.6, 0.8].map(|hurst: f64| {
+            [point(1, 8), point(1, 16), point(2, 8), point(2, 16)].map(|mut point| {
+                point.insert("hurst".to_owned(), hurst.to_string());
+                point
+            })
+        });
+        let points = points.concat();
+        let styles = Styles::new(&points, &Files::new());
+        let looks: Vec<[Style; 2]> =
+            points.iter().map(|point| [styles.markers(point), styles.line(point)]).collect();
+        for (index, look) in looks.iter().enumerate() {
+            assert!(looks[..index].iter().all(|other| other[0] != look[0] && other[1] != look[1]));
+        }
+        // A surface has fewer coordinates than its contacts.
+        let mut surface = points[5].clone();
+        surface.remove("nodes");
+        assert_eq!(styles.markers(&surface), looks[5][0]);
     }
 
     #[test]

@@ -99,6 +99,9 @@ pub const GRADIENT_STEPS: usize = 64;
 /// Parts of the gradient that stand out from light and from dark paper.
 const GRADIENT: [[f64; 2]; 2] = [[0.0, 0.63], [0.41, 1.0]];
 
+/// Number of distinct colours of series.
+pub const SERIES_COLOURS: usize = SERIES.len();
+
 const SERIES: [(&str, &str); 7] = [
     ("#0072b2", "#56b4e9"),
     ("#d55e00", "#ff8c42"),

@@ -104,8 +104,8 @@ struct Plot<'a> {
     drawings: Vec<(&'a Quantity, Points)>,
 }
 
-/// Properties that distinguish series besides the colour: values of further columns, and the column of the
-/// quantity if its panel has several.
+/// Properties that distinguish series besides the colour: values of further columns, and the column
+/// of the quantity if its panel has several.
 type Further = (Vec<(String, Option<Value>)>, Option<String>);
 
 /// Panel: the value of the facet, and the label of the vertical axis.
