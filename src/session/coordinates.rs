@@ -10,9 +10,9 @@ use arrow::util::display::array_value_to_string;
 use super::words::{counted, listed, short};
 use super::{SessionError, UnknownName, names};
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
-use asperity_report::assumed_pressure_unit;
-use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, PRESSURE, PRESSURE_UNIT, UNIT};
+use asperity_stages::columns::{LOAD, PRESSURE};
 use asperity_stages::ensemble::load_column;
+use asperity_stages::units::pressure_unit;
 use asperity_tables::column::Role;
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::table::Table;
@@ -149,22 +149,6 @@ pub fn rows_under(
         [nearest] => format!("{requested}; the nearest is {nearest}"),
         [lower, higher, ..] => format!("{requested}; the nearest are {lower} and {higher}"),
     }))
-}
-
-/// Returns the unit of the pressures in a table, if it is known.
-pub fn pressure_unit(table: &Table) -> Option<String> {
-    if let Ok(units) = table.texts(PRESSURE_UNIT.name) {
-        return units.iter().next().flatten().map(str::to_owned);
-    }
-    let modulus = table.reals(EFFECTIVE_MODULUS.name).ok()?.iter().next()??;
-    let length_unit = length_unit(table);
-    assumed_pressure_unit(modulus, length_unit.as_deref()).map(str::to_owned)
-}
-
-/// Returns the unit of length in the first row of a table.
-pub fn length_unit(table: &Table) -> Option<String> {
-    let unit = table.texts(UNIT.name).ok()?.iter().next()?;
-    unit.filter(|unit| !unit.is_empty()).map(str::to_owned)
 }
 
 /// Formats a load as users write it: `0.1`, `1e8`.

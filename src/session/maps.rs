@@ -13,9 +13,7 @@ use arrow::datatypes::Float64Type;
 use clap::ValueEnum;
 use serde::Serialize;
 
-use super::coordinates::{
-    ChosenLoad, Coordinate, chosen_task, length_unit, pressure_unit, rows_under,
-};
+use super::coordinates::{ChosenLoad, Coordinate, chosen_task, rows_under};
 use super::words::listed;
 use super::{DataFolder, Observer, Session, SessionError, names, open_read_only};
 use asperity_contact::grid::Grid;
@@ -28,6 +26,7 @@ use asperity_stages::generate;
 use asperity_stages::grids::Grids;
 use asperity_stages::solve::ContactFields;
 use asperity_stages::surface_files::{SurfaceFileError, SurfaceFiles};
+use asperity_stages::units::{length_unit, pressure_unit};
 use asperity_stages::{Kind, StageError};
 use asperity_tables::store::Store;
 use asperity_tables::store::key::{Provenance, TaskKey};

@@ -52,7 +52,7 @@ pub use charts::raster::{Raster, Scale};
 pub use charts::svg::PixelsError;
 pub use earlier::{changed_files, check_folder};
 pub use ensembles::Bars;
-pub use units::{assumed_pressure_unit, digits, pressure_in_words};
+pub use units::{digits, pressure_in_words};
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -15,11 +15,10 @@ use crate::ensembles::Point;
 use crate::figure_data::FinishedStages;
 use asperity_stages::Kind;
 use asperity_stages::columns::{SPECTRUM_OF, SURFACE, UNIT};
+use asperity_stages::units::assumed_pressure_unit;
 use asperity_tables::table::TableError;
 use asperity_topography_files::length_ratio;
 
-/// Smallest E* that is assumed to be in pascals, with a known unit of length and without.
-const LEAST_MODULUS_IN_PASCALS: [f64; 2] = [1e6, 1e8];
 /// Largest length of a scale bar relative to the side of the map along x.
 const MOST_OF_SIDE: f64 = 0.35;
 
@@ -156,16 +155,12 @@ impl PressureUnit {
 
     /// Returns the unit of the smallest modulus of a table that names no unit.
     pub fn assumed(least_modulus: f64, lengths: &LengthUnit) -> PressureUnit {
-        let is_known = match lengths {
-            LengthUnit::Metre => true,
-            LengthUnit::Named(unit) => in_metres(unit).is_some(),
-            LengthUnit::Unknown => false,
+        let lengths = match lengths {
+            LengthUnit::Metre => Some("m"),
+            LengthUnit::Named(unit) => Some(unit.as_str()),
+            LengthUnit::Unknown => None,
         };
-        if least_modulus >= LEAST_MODULUS_IN_PASCALS[usize::from(!is_known)] {
-            PressureUnit::Pascal
-        } else {
-            PressureUnit::Unknown
-        }
+        assumed_pressure_unit(least_modulus, lengths).map_or(PressureUnit::Unknown, Self::named)
     }
 
     /// Returns the common unit of several tables or parameter points.
@@ -194,13 +189,6 @@ impl PressureUnit {
             }
         }
     }
-}
-
-/// Returns the unit of the pressures on a surface with this unit of length: `Pa` if the modulus is
-/// assumed to be in pascals, or `None` if the unit is unknown.
-pub fn assumed_pressure_unit(modulus: f64, length_unit: Option<&str>) -> Option<&'static str> {
-    let assumed = PressureUnit::assumed(modulus, &LengthUnit::common([length_unit]));
-    (assumed == PressureUnit::Pascal).then_some("Pa")
 }
 
 /// Formats a pressure with its unit: `10 MPa`. Pascals get a suitable prefix.

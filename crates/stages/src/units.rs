@@ -3,10 +3,11 @@
 //! Columns declare their units in terms of `length` and `pressure`: `1/length²`. A table names the
 //! units that these words stand for in the columns `unit` and `pressure_unit`.
 
-use crate::columns::{PRESSURE_UNIT, UNIT};
+use crate::columns::{EFFECTIVE_MODULUS, PRESSURE_UNIT, UNIT};
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
+use asperity_topography_files::length_ratio;
 
 /// The units of length and pressure that all rows of a table share.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -50,6 +51,30 @@ impl TableUnits {
             None => unit,
         })
     }
+}
+
+/// Smallest E* that is assumed to be in pascals, with a known unit of length and without.
+const LEAST_MODULUS_IN_PASCALS: [f64; 2] = [1e6, 1e8];
+
+/// Returns the unit of the pressures in the first row of a table, if it is named or assumed.
+pub fn pressure_unit(table: &Table) -> Option<String> {
+    if let Ok(units) = table.texts(PRESSURE_UNIT.name) {
+        return units.iter().next().flatten().map(str::to_owned);
+    }
+    let modulus = table.reals(EFFECTIVE_MODULUS.name).ok()?.iter().next()??;
+    assumed_pressure_unit(modulus, length_unit(table).as_deref()).map(str::to_owned)
+}
+
+/// Returns the unit of length in the first row of a table.
+pub fn length_unit(table: &Table) -> Option<String> {
+    let unit = table.texts(UNIT.name).ok()?.iter().next()?;
+    unit.filter(|unit| !unit.is_empty()).map(str::to_owned)
+}
+
+/// Returns the pascal if a modulus without a unit is assumed to be in pascals, because it is large.
+pub fn assumed_pressure_unit(modulus: f64, length_unit: Option<&str>) -> Option<&'static str> {
+    let is_known = length_unit.is_some_and(|unit| length_ratio(unit, "m").is_some());
+    (modulus >= LEAST_MODULUS_IN_PASCALS[usize::from(!is_known)]).then_some("Pa")
 }
 
 /// Returns the text that all rows of a column have, if it is not empty.

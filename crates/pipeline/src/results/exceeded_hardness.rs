@@ -13,8 +13,9 @@ use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
 use asperity_stages::Recipe;
-use asperity_stages::columns::{LOAD, PEAK_PRESSURE, PRESSURE};
+use asperity_stages::columns::{LOAD, PEAK_PRESSURE, PRESSURE, PRESSURE_UNIT};
 use asperity_stages::ensemble::load_column;
+use asperity_stages::units::pressure_unit;
 use asperity_tables::table::{Table, TableError};
 
 /// Relative rounding error that is tolerated when a peak pressure is compared with a hardness.
@@ -37,7 +38,7 @@ pub fn warnings<E: From<TableError>>(
             continue;
         }
         let Some(table) = read(index)? else { continue };
-        let messages = messages(&table, &hardnesses, pressure_unit(stage))?;
+        let messages = messages(&table, &hardnesses)?;
         warnings.extend(
             messages.into_iter().map(|message| Warning { stage: stage.name.clone(), message }),
         );
@@ -66,14 +67,6 @@ fn of_tasks(stage: &Stage, planned: &PlannedStage, plan: &Plan) -> HashMap<Strin
     known.flatten().collect()
 }
 
-/// Returns the unit of the pressures of a stage, if the manifest names one.
-fn pressure_unit(stage: &Stage) -> Option<&'static str> {
-    stage.work.recipes().iter().find_map(|recipe| match recipe {
-        Recipe::Solve(params) => params.pressure_unit,
-        _ => None,
-    })
-}
-
 /// Loads whose peak pressure exceeds a hardness.
 struct Passed {
     loads: usize,
@@ -82,11 +75,11 @@ struct Passed {
     peak: f64,
 }
 
-fn messages(
-    table: &Table,
-    hardnesses: &HashMap<String, f64>,
-    unit: Option<&str>,
-) -> Result<Vec<String>, TableError> {
+fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<String>, TableError> {
+    let unit = pressure_unit(table);
+    let unit = unit.as_deref();
+    // A manifest without units takes plain numbers, also if they are assumed to be pascals.
+    let takes_unit = table.has(PRESSURE_UNIT.name);
     let tasks = table.texts(TASK.name)?;
     let [loads, means, peaks] = [LOAD, PRESSURE, PEAK_PRESSURE].map(|column| column.name);
     let (loads, means, peaks) = (table.reals(loads)?, table.reals(means)?, table.reals(peaks)?);
@@ -130,9 +123,9 @@ fn messages(
             quantity::written(hardness, unit),
             counted(rows, "load"),
             quantity::written(rounded(peak), unit),
-            match unit {
-                Some(_) => format!("{:?}", quantity::written(hardness, unit)),
-                None => decimal::written(hardness),
+            match takes_unit {
+                true => format!("{:?}", quantity::written(hardness, unit)),
+                false => decimal::written(hardness),
             },
         )
     });
@@ -147,6 +140,7 @@ fn rounded(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use asperity_stages::columns::EFFECTIVE_MODULUS;
     use asperity_stages::solve::PressureUnit;
     use asperity_tables::column::{reals, texts};
 
@@ -167,11 +161,16 @@ mod tests {
         let hardnesses = [("a", 5.0), ("b", 5.0)].map(|(task, value)| (task.to_owned(), value));
         let hardnesses = hardnesses.into_iter().collect();
         let absolute = table(PressureUnit::Absolute);
-        let in_unit = messages(&absolute, &hardnesses, Some("MPa")).unwrap();
+        let named = absolute.with(vec![(PRESSURE_UNIT, texts(["MPa"; 4]))]);
+        let in_unit = messages(&named, &hardnesses).unwrap();
         assert!(in_unit[0].contains("the lightest of these loads is 1 MPa;"), "{in_unit:?}");
         assert!(in_unit[0].contains("`hardness = \"5 MPa\"`"), "{in_unit:?}");
+        let assumed = absolute.with(vec![(EFFECTIVE_MODULUS, reals([2e11; 4]))]);
+        let in_pascals = messages(&assumed, &hardnesses).unwrap();
+        assert!(in_pascals[0].contains("the lightest of these loads is 1 Pa;"), "{in_pascals:?}");
+        assert!(in_pascals[0].contains("`hardness = 5`"), "{in_pascals:?}");
         let reduced = table(PressureUnit::Relative);
-        let lines = messages(&reduced, &hardnesses, None).unwrap();
+        let lines = messages(&reduced, &hardnesses).unwrap();
         let [message] = lines.as_slice() else { panic!("{lines:?}") };
         for part in [
             "under 2 of 3 loads",

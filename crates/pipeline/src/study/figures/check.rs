@@ -277,8 +277,8 @@ impl<'a> Columns<'a, '_> {
     }
 
     /// Returns the names of entries of the legend. Refuses an entry that the legend cannot have. A
-    /// number is not refused if the values of a coordinate with numbers are unknown before the study
-    /// runs, and a word not if those of a coordinate with words are.
+    /// number is not refused if the values of a coordinate with numbers are unknown before the
+    /// study runs, and a word not if those of a coordinate with words are.
     fn legend(
         &mut self,
         keys: &FigureTable,
