@@ -198,7 +198,11 @@ pub(super) fn write_report(
     let reading = session.reading()?;
     if !options.replace && options.output.is_none() {
         let (study, plan) = (&reading.study, &reading.plan);
-        owner::check(session.manifest(), study, plan, &reading.reader)?;
+        // The page and the figures of the other manifest are replaced, so the user must know of it.
+        if let Some(other) = owner::check(session.manifest(), study, plan, &reading.reader)? {
+            let folder = reading.reader.folder();
+            session.notify(Event::Notice(Notice::OtherManifest { other: &other, folder }));
+        }
     }
     let existing = if options.replace { Existing::Replace } else { Existing::Keep };
     if let Some(folder) = &options.output {

@@ -99,6 +99,20 @@ fn a_copy_that_takes_nothing_away_needs_no_permission() {
 }
 
 #[test]
+fn a_report_of_a_copy_tells_whose_page_it_replaces() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let report = |manifest: &Path| {
+        let output = bench.output(&["report", manifest.to_str().unwrap()]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stderr)
+    };
+    let copy = write(&bench, "copy.toml", STUDY);
+    assert!(report(&copy).contains("also holds results of"));
+    assert!(!report(&bench.path("study.toml")).contains("also holds results of"));
+}
+
+#[test]
 fn a_copy_that_takes_anything_away_is_refused_with_what_would_be_lost() {
     let bench = Bench::new();
     bench.run(STUDY);
