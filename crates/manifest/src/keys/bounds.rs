@@ -88,7 +88,9 @@ fn described((lower, upper): (Bound<f64>, Bound<f64>), value: f64) -> String {
     }
     let lower = match lower {
         Bound::Included(1e-30) => Some("above 0".to_owned()),
-        Bound::Included(lower) if lower == -LARGEST && value.is_finite() => None,
+        Bound::Included(lower) if lower == -LARGEST => {
+            (value < lower && value.is_finite()).then(|| format!("at least {lower:e}"))
+        }
         Bound::Included(lower) => Some(format!("at least {lower}")),
         Bound::Excluded(lower) => Some(format!("above {lower}")),
         Bound::Unbounded => None,
