@@ -3,6 +3,7 @@
 #![allow(clippy::print_stderr)]
 
 mod adaptive_sampling;
+mod adhesion;
 mod asperities;
 mod beginning;
 mod bench;

@@ -33,13 +33,23 @@ const COMPARED: [&str; 9] = [
 /// Parameters of anisotropic surfaces. Null or a ratio of 1 means an isotropic surface.
 const ANISOTROPY_PARAMETERS: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
-/// Parameters that describe rows whose surfaces or asperity models no claim uses.
-const NOT_COMPARED: [&str; 4] =
-    [METHOD.name, ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name, INTERACTION.name];
+/// Parameters that describe rows whose surfaces, asperity models or adhesion no claim uses.
+const NOT_COMPARED: [&str; 9] = [
+    METHOD.name,
+    ANISOTROPY_RATIO.name,
+    ANISOTROPY_ANGLE.name,
+    INTERACTION.name,
+    WORK_OF_ADHESION.name,
+    INTERACTION_RANGE.name,
+    CONTROL.name,
+    BRANCH.name,
+    NODE_SET.name,
+];
 
-/// Columns that exclude a row from claims on areas: anisotropy, and asperity models. Null or an
-/// anisotropy ratio of 1 does not exclude it.
-const EXCLUDING_COLUMNS: [&str; 2] = [ANISOTROPY_RATIO.name, INTERACTION.name];
+/// Columns that exclude a row from claims on areas: anisotropy, asperity models, and adhesion. Null
+/// or an anisotropy ratio of 1 does not exclude it.
+const EXCLUDING_COLUMNS: [&str; 3] =
+    [ANISOTROPY_RATIO.name, INTERACTION.name, WORK_OF_ADHESION.name];
 
 /// Parameters that all rows used by claims share, and the rows left out.
 #[derive(Debug, Clone, Default, PartialEq)]

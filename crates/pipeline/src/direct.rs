@@ -303,6 +303,7 @@ fn loads(keys: &Keys) -> Result<solve::Params, KeyErrors> {
             Err(KeyErrors(vec![only_in_manifests("flow = true")]))
         }
         [Recipe::Solve(params)] => Ok(params.as_ref().clone()),
+        [Recipe::Adhesion(_)] => Err(KeyErrors(vec![only_in_manifests("adhesion")])),
         several => Err(expected_one(several.len(), "parameter points")),
     }
 }

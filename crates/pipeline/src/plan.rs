@@ -157,9 +157,21 @@ impl Plan {
     /// Returns the provenance of a task's table: stage, version, parameters and inputs. The
     /// parameters of a series lack the values of the rows.
     pub fn provenance(&self, task: usize) -> Provenance {
-        let Task { recipe, inputs, table, .. } = &self.tasks[task];
+        let Task { recipe, inputs, .. } = &self.tasks[task];
         let series = series(recipe, inputs, &self.tasks);
-        let shared = series.as_ref().map_or(recipe, |series| &series.recipe);
+        self.provenance_of(task, series.as_ref().map_or(recipe, |series| &series.recipe))
+    }
+
+    /// Returns the provenances of the shorter tables with which the table of a task begins, the
+    /// longest first.
+    pub fn beginnings(&self, task: usize) -> Vec<Provenance> {
+        let recipes = self.tasks[task].recipe.beginnings();
+        recipes.iter().map(|recipe| self.provenance_of(task, recipe)).collect()
+    }
+
+    /// Returns the provenance of a table that `stored` makes from the inputs of a task.
+    fn provenance_of(&self, task: usize, stored: &Recipe) -> Provenance {
+        let Task { recipe, inputs, table, .. } = &self.tasks[task];
         let identity = |&input: &usize| match table.series {
             None => self.tasks[input].identity_for(recipe),
             Some(_) => self.tasks[input].series_identity_for(recipe),
@@ -167,7 +179,7 @@ impl Plan {
         Provenance {
             stage: recipe.kind().name().to_owned(),
             version: recipe.kind().version(),
-            recipe: serde_json::to_string(shared).expect("parameters are plain data"),
+            recipe: serde_json::to_string(stored).expect("parameters are plain data"),
             inputs: inputs.iter().map(|&input| self.tasks[input].table.key).collect(),
             input_identities: inputs.iter().map(identity).collect(),
         }

@@ -6,6 +6,7 @@
 //! tasks nor on their number of cores. If a table in the store turns out to be damaged, it is
 //! quarantined and recomputed.
 
+mod continuation;
 mod outcome;
 mod queue;
 mod row_writer;
@@ -17,8 +18,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bytesize::ByteSize;
+use continuation::Continuation;
 use queue::{BusySeries, MemoryBudget, Ready, ReadyTasks};
-use row_writer::{NoRows, RowWriter};
+use row_writer::RowWriter;
 
 pub use outcome::{Damage, RunOutcome, TaskError};
 
@@ -232,8 +234,12 @@ impl<'a> Run<'a> {
         let (store, planned) = (self.reader.store(), &self.plan.tasks[task]);
         let Some(series) = planned.table.series.as_deref() else {
             let inputs = self.inputs(task, None, threads)?;
-            let table = self.run(task, &planned.recipe, &inputs, &NoRows, None, threads)?;
+            let rows = Continuation::new(store, self.plan, task, self.store_rows_every);
+            let stored = rows.stored();
+            let table =
+                self.run(task, &planned.recipe, &inputs, &rows, stored.as_ref(), threads)?;
             store.publish(&self.plan.provenance(task), &table)?;
+            rows.finish();
             return Ok(());
         };
         for group in missing_rows::to_compute(planned, series, store)? {

@@ -3,6 +3,7 @@
 //! In a [`Study`], the cutoffs are in order and resolved by the mesh, loads ascend, each stage can
 //! read its inputs, and surface files exist. Later code relies on these checks.
 
+mod adhesion;
 pub mod figures;
 mod graph;
 mod summary;

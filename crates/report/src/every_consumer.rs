@@ -18,8 +18,18 @@ const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
 /// Coordinates that rows of measured or corrected contacts do not have.
 const ELSEWHERE: [&str; 7] =
     [BIN.name, ALONG.name, WAVENUMBER.name, LAG.name, DISTANCE.name, BEARING_LEVEL.name, "pooled"];
-/// Coordinates of anisotropic surfaces and asperity models, which claims leave out.
-const LEFT_OUT: [&str; 3] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name, INTERACTION.name];
+/// Coordinates of anisotropic surfaces, of asperity models and of contacts with adhesion, which
+/// claims leave out.
+const LEFT_OUT: [&str; 8] = [
+    ANISOTROPY_RATIO.name,
+    ANISOTROPY_ANGLE.name,
+    INTERACTION.name,
+    WORK_OF_ADHESION.name,
+    INTERACTION_RANGE.name,
+    CONTROL.name,
+    BRANCH.name,
+    NODE_SET.name,
+];
 
 /// Returns all coordinates of measured or corrected contacts.
 fn coordinates() -> Vec<Column> {

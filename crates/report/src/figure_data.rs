@@ -22,7 +22,7 @@ use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::reader::ResultReader;
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, K_UPPER, LOAD,
-    PERIMETER_MANHATTAN, REALIZATION, SURFACE,
+    PERIMETER_MANHATTAN, REALIZATION, SURFACE, WORK_OF_ADHESION,
 };
 use asperity_stages::correct::AS_COUNTED;
 use asperity_stages::generate::{self, Origin};
@@ -427,8 +427,10 @@ fn curves<'a>(
 ) -> Result<Vec<EnsembleCurves<'a>>, TableError> {
     let is_curve =
         |table: &Table| [SURFACE.name, LOAD.name, area].iter().all(|name| table.has(name));
+    let attracts = |table: &Table| table.has(WORK_OF_ADHESION.name);
     let stages = finished.stages.iter();
-    let curves = stages.filter(|stage| stage.kind == kind && is_curve(&stage.table));
+    let curves = stages
+        .filter(|stage| stage.kind == kind && is_curve(&stage.table) && !attracts(&stage.table));
     let mut ensembles = Vec::new();
     for stage in curves {
         ensembles.extend(ensembles::from_table(&stage.table, bars)?);

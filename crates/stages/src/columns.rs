@@ -3,9 +3,11 @@
 use asperity_tables::column::ColumnKind::{Flag, Integer, Real, Text};
 use asperity_tables::column::{Code, Column, Role};
 
+mod adhesion;
 mod contacts;
 mod surfaces;
 
+pub use adhesion::*;
 pub use contacts::*;
 pub use surfaces::*;
 

@@ -17,7 +17,7 @@ use arrow::row::{RowConverter, SortField};
 use serde::Serialize;
 
 use crate::columns::{
-    CHANNEL, CONTENT, CROP_FROM_X, CROP_FROM_Y, CROP_SIZE_X, CROP_SIZE_Y, LOAD, PRESSURE,
+    CHANNEL, CONTENT, CROP_FROM_X, CROP_FROM_Y, CROP_SIZE_X, CROP_SIZE_Y, LOAD, MEAN_GAP, PRESSURE,
     REALIZATION, SEED, SURFACE,
 };
 use asperity_manifest::decimal;
@@ -149,10 +149,12 @@ impl fmt::Display for ParameterPoint {
 }
 
 /// Returns the name of the column that identifies loads: `pressure` if the manifest gives loads in
-/// pascals, and `load` if they are reduced or if tables of both kinds are stacked.
+/// pascals, `mean_gap` if it gives mean gaps, and `load` if loads are reduced or if tables of
+/// several kinds are stacked.
 pub fn load_column(table: &Table) -> &'static str {
     match table.in_role(Role::Load).names()[..] {
         [only] if only == PRESSURE.name => PRESSURE.name,
+        [only] if only == MEAN_GAP.name => MEAN_GAP.name,
         _ => LOAD.name,
     }
 }

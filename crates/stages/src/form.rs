@@ -327,6 +327,12 @@ pub struct Surfaces {
     pub pressures_uncounted: Option<String>,
     /// A `solve` stage without `gap_bins`.
     pub gaps_uncounted: Option<String>,
+    /// Largest mesh step of the surfaces, and the stage that has it.
+    pub coarsest: Option<(String, f64)>,
+    /// A `solve` stage without adhesion.
+    pub without_adhesion: Option<String>,
+    /// A `solve` stage with adhesion.
+    pub with_adhesion: Option<String>,
     /// Smallest and largest rms slope to which surfaces are scaled.
     pub slopes: Option<[f64; 2]>,
 }
@@ -341,14 +347,19 @@ impl Surfaces {
         };
         let params = || surfaces.iter().map(|surfaces| &surfaces.params);
         let is_open = params().any(|params| params.origin.is_open());
+        let steps = params().filter_map(|params| Some(params.grid().ok()?.spacing()));
+        let coarsest = steps.flatten().reduce(f64::max).map(|step| (stage.to_owned(), step));
         let mut grids = params().filter_map(|params| params.grid().ok());
         let non_square = grids.find(|grid| !grid.has_square_cells());
         let slopes = params().filter_map(|params| Some([params.origin.given_rms_slope()?; 2]));
         Surfaces {
+            coarsest,
             slopes: slopes.reduce(spanning),
             open: is_open.then(|| stage.to_owned()),
             pressures_uncounted: None,
             gaps_uncounted: None,
+            without_adhesion: None,
+            with_adhesion: None,
             not_redrawable: params()
                 .any(|params| params.origin.reads_stage())
                 .then(|| stage.to_owned()),
@@ -365,11 +376,16 @@ impl Surfaces {
         let lacks = |bins: fn(&solve::Params) -> Option<EqualBins>| {
             let lacks = |recipe: &Recipe| match recipe {
                 Recipe::Solve(block) => bins(block).is_none(),
+                Recipe::Adhesion(_) => true,
                 _ => false,
             };
             recipes.iter().any(lacks).then(|| stage.to_owned())
         };
+        let named =
+            |is_meant: fn(&Recipe) -> bool| recipes.iter().any(is_meant).then(|| stage.to_owned());
         Surfaces {
+            without_adhesion: named(|recipe| matches!(recipe, Recipe::Solve(_))),
+            with_adhesion: named(|recipe| matches!(recipe, Recipe::Adhesion(_))),
             pressures_uncounted: lacks(|block| block.pressure_bins),
             gaps_uncounted: lacks(|block| block.gap_bins),
             ..Surfaces::default()
@@ -380,13 +396,17 @@ impl Surfaces {
     /// one is named.
     pub fn and(self, other: &Surfaces) -> Surfaces {
         let slopes = self.slopes.into_iter().chain(other.slopes);
+        let steps = self.coarsest.into_iter().chain(other.coarsest.clone());
         Surfaces {
+            coarsest: steps.reduce(|one, next| if next.1 > one.1 { next } else { one }),
             slopes: slopes.reduce(spanning),
             open: self.open.or_else(|| other.open.clone()),
             not_redrawable: self.not_redrawable.or_else(|| other.not_redrawable.clone()),
             pressures_uncounted: self
                 .pressures_uncounted
                 .or_else(|| other.pressures_uncounted.clone()),
+            without_adhesion: self.without_adhesion.or_else(|| other.without_adhesion.clone()),
+            with_adhesion: self.with_adhesion.or_else(|| other.with_adhesion.clone()),
             gaps_uncounted: self.gaps_uncounted.or_else(|| other.gaps_uncounted.clone()),
             non_square: self.non_square.or_else(|| other.non_square.clone()),
         }

@@ -183,6 +183,8 @@ pub enum Recipe {
     Generate(generate::Params),
     /// Parameters for solving the contact of one surface under loads.
     Solve(Arc<solve::Params>),
+    /// Parameters for solving the contact of one surface with adhesion, along a path.
+    Adhesion(Arc<solve::adhesion::Params>),
     /// Parameters for measuring one surface under its loads, one surface, or all surfaces of a
     /// point.
     Measure(measure::Params),
@@ -201,6 +203,7 @@ impl Deref for Recipe {
         match self {
             Recipe::Generate(params) => params,
             Recipe::Solve(params) => params.as_ref(),
+            Recipe::Adhesion(params) => params.as_ref(),
             Recipe::Measure(params) => params,
             Recipe::Correct(params) => params.as_ref(),
             Recipe::Fit(params) => params.as_ref(),

@@ -28,6 +28,7 @@ use asperity_tables::parquet::Columns;
 use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::Table;
 
+pub use contacts::NodeSet;
 use contacts::OptionalColumns;
 pub use distributions::Distribution;
 use statistics::Statistic;
@@ -52,6 +53,7 @@ pub const STAGE: Definition = Definition {
             rectangles: true,
             yields: true,
             flows: true,
+            adhesion: true,
             stiffness: true,
         });
         let of_surfaces = statistics::all_columns();
@@ -84,6 +86,10 @@ pub enum Params {
         /// false, so that existing keys stay valid.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
         stiffness: bool,
+        /// Nodes that are measured. Omitted from the recipe for nodes in contact, so that existing
+        /// keys stay valid.
+        #[serde(skip_serializing_if = "NodeSet::is_contact")]
+        set: NodeSet,
     },
     /// Height distribution of the surfaces of a `generate` stage.
     Heights {
@@ -121,19 +127,20 @@ impl Stage for Params {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
             Params::Distribution(distribution) => distribution.measure(input),
-            Params::Contacts { stiffness } => contacts::measure(&input.table, stiffness),
+            Params::Contacts { stiffness, set } => contacts::measure(&input.table, stiffness, set),
             Params::Pool { .. } => unreachable!("pools are handled above"),
         }
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         Ok(match self {
-            Params::Contacts { stiffness } => {
+            Params::Contacts { stiffness, .. } => {
                 let solved = stacked(inputs)?;
                 let optional = OptionalColumns {
                     rectangles: grids::has_rectangles(&solved),
                     yields: solved.has(SATURATED_NODES.name),
                     flows: solved.has(FLOW_STOP.name),
+                    adhesion: solved.has(WORK_OF_ADHESION.name),
                     stiffness: *stiffness,
                 };
                 beside_coordinates(&contacts::columns(optional), inputs)?
@@ -177,7 +184,7 @@ impl Stage for Params {
     /// which is a difference between loads.
     fn series(&self, input: Option<&SeriesRows>) -> Option<Series> {
         let is_by_load =
-            matches!(self, Params::Contacts { stiffness: false } | Params::Distribution(_));
+            matches!(self, Params::Contacts { stiffness: false, .. } | Params::Distribution(_));
         let input = input.filter(|_| is_by_load)?;
         Some(Series {
             recipe: Recipe::Measure(*self),

@@ -4,6 +4,7 @@
 //! The rows of a table are therefore a series, of which the store keeps single rows. Flow, stored
 //! pressures and counts in bins are parts of the rows, and can be added later.
 
+pub mod adhesion;
 mod asperities;
 mod contact;
 mod fields;
@@ -57,7 +58,7 @@ pub const STAGE: Definition = Definition {
     reads: Reads { rows: &[RowKind::Surfaces], from: Cow::Borrowed("`generate` stages") },
     row_kind: |_| Some(RowKind::Loads),
     columns: || {
-        let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS];
+        let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS, REPULSIVE, GAPS];
         let all = OptionalColumns {
             boundary: Boundary::Free,
             asperities: true,
@@ -66,7 +67,7 @@ pub const STAGE: Definition = Definition {
             pressure_unit: true,
             hardness: Some(PressureUnit::Absolute),
         };
-        [&rows::columns(all)[..], &heavy].concat()
+        [&rows::columns(all)[..], &adhesion::ADDED_COLUMNS, &heavy].concat()
     },
     summary: |source, _| Ok(summary(source)?.into_iter().flatten().collect()),
 };

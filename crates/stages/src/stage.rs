@@ -10,6 +10,7 @@ use crate::generate::map_file::MapFileError;
 use crate::surface_files::{SurfaceFileError, SurfaceFiles};
 use crate::units::TableUnits;
 use crate::{Kind, Recipe, RowKind, generate};
+use asperity_contact::adhesion::AdhesionError;
 use asperity_contact::asperities::NoSummits;
 use asperity_contact::morphology::map::MapError;
 use asperity_contact::solver::HardnessError;
@@ -165,6 +166,13 @@ pub trait Stage {
         None
     }
 
+    /// Returns the recipes of the shorter tables with which this table begins, the longest first.
+    /// The rows of such a table depend on the rows before them. If the store holds one of the
+    /// shorter tables, the task continues from its last row.
+    fn beginnings(&self) -> Vec<Recipe> {
+        Vec::new()
+    }
+
     /// Returns whether the task reads a part of the rows of its inputs. Parts that a task does not
     /// read are not part of its key.
     fn reads_part(&self, part: &Part) -> bool {
@@ -242,8 +250,8 @@ pub struct Context<'a> {
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
     /// Receiver of finished rows while the task is running.
     pub finished: &'a dyn FinishedRows,
-    /// Stored rows of the task with their [source part](Stage::source_part), if the task only adds
-    /// other parts to them.
+    /// Stored rows of the task: those with their [source part](Stage::source_part), if the task only
+    /// adds other parts to them, or those of a [beginning](Stage::beginnings) of its table.
     pub stored: Option<&'a Table>,
     /// Reserves memory, in bytes, for another worker on the same surface until the task ends.
     /// Returns false if the memory is not free.
@@ -480,6 +488,8 @@ pub enum StageError {
         "cannot solve the contact with this hardness (loads and hardness in units of E* × rms slope)"
     )]
     Hardness(#[from] HardnessError),
+    #[error("cannot solve the contact with adhesion")]
+    Adhesion(#[from] AdhesionError),
     #[error("cannot solve the contact of the asperities")]
     NoSummits(#[from] NoSummits),
     #[error("a stored contact map does not fit its mesh")]

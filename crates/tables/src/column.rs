@@ -12,7 +12,7 @@ use arrow::array::{
     Array, ArrayRef, AsArray, BooleanArray, Float64Array, Int64Array, LargeBinaryArray,
     LargeListArray, StringArray,
 };
-use arrow::buffer::OffsetBuffer;
+use arrow::buffer::{NullBuffer, OffsetBuffer};
 use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Metadata};
 use serde::{Deserialize, Serialize};
 
@@ -376,6 +376,15 @@ pub fn bytes<T: AsRef<[u8]>>(values: impl IntoIterator<Item = T>) -> ArrayRef {
 pub fn lists(values: Float64Array, lengths: impl IntoIterator<Item = usize>) -> ArrayRef {
     let offsets = OffsetBuffer::from_lengths(lengths);
     Arc::new(LargeListArray::new(element(), offsets, Arc::new(values), None))
+}
+
+/// Returns a column with one list, or with null.
+pub fn optional_list(values: Option<&[f64]>) -> ArrayRef {
+    let list = values.unwrap_or_default();
+    let offsets = OffsetBuffer::from_lengths([list.len()]);
+    let items = Arc::new(Float64Array::from(list.to_vec()));
+    let is_known = NullBuffer::from_iter([values.is_some()]);
+    Arc::new(LargeListArray::new(element(), offsets, items, Some(is_known)))
 }
 
 fn element() -> Arc<Field> {

@@ -17,7 +17,6 @@ struct Answer {
 const ANSWERS: [Answer; 16] = [
     Answer {
         keys: &[
-            "adhesion",
             "adhesive",
             "adhesion_energy",
             "interaction_range",
@@ -26,10 +25,10 @@ const ANSWERS: [Answer; 16] = [
             "tabor",
             "work_of_adhesion",
         ],
-        instead: &[],
-        label: "adhesion is not modelled",
-        help: "surfaces only push each other, and no pressure is negative. Tamaas and the Python \
-               package Adhesion solve adhesive contacts",
+        instead: &["adhesion"],
+        label: "belongs to a `solve` stage, as `adhesion`",
+        help: "`adhesion = { work = …, range = … }` of a `solve` stage holds the work of adhesion and \
+               the range of the attraction",
     },
     Answer {
         keys: &[

@@ -267,7 +267,7 @@ fn is_used_by_claims(recipe: &Recipe) -> bool {
             let solve::Params { asperities, .. } = params.as_ref();
             asperities.is_some()
         }
-        Recipe::Fit(_) | Recipe::Aggregate(_) => false,
+        Recipe::Adhesion(_) | Recipe::Fit(_) | Recipe::Aggregate(_) => false,
     }
 }
 

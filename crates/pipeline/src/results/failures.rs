@@ -111,6 +111,7 @@ impl Failures<'_> {
             let task = self.plan.task_of(keys.value(row).parse().ok()?)?;
             match &self.plan.tasks[task].recipe {
                 Recipe::Solve(params) => Some(params.max_pairs),
+                Recipe::Adhesion(params) => Some(params.max_pairs),
                 _ => None,
             }
         };

@@ -87,16 +87,3 @@ impl FinishedRows for RowWriter<'_> {
         if values.is_empty() { Ok(()) } else { self.write(values, rows) }
     }
 }
-
-/// Receiver of the finished rows of a task whose table is stored as a whole. It keeps none.
-pub struct NoRows;
-
-impl FinishedRows for NoRows {
-    fn are_due(&self) -> bool {
-        false
-    }
-
-    fn keep(&self, _: &[f64], _: &Table) -> Result<(), StoreError> {
-        Ok(())
-    }
-}

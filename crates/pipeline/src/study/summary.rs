@@ -35,7 +35,9 @@ impl Study {
                 Work::Generate(surfaces) => {
                     of_surfaces(surfaces.iter().map(|surfaces| &surfaces.params), &self.sources)
                 }
-                Work::Evaluate(recipes) => of_loads(recipes),
+                Work::Evaluate(recipes) => {
+                    of_loads(recipes).or_else(|| self.summary_of_path(stage))
+                }
             }?;
             Some(StageSummary { stage: stage.name.clone(), text })
         };

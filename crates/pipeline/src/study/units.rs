@@ -20,6 +20,7 @@ impl Study {
             };
             let own = stage.work.recipes().iter().find_map(|recipe| match recipe {
                 Recipe::Solve(params) => params.pressure_unit,
+                Recipe::Adhesion(params) => params.pressure_unit,
                 _ => None,
             });
             let inherited = || common(read().map(|units| units.pressure.as_deref()));

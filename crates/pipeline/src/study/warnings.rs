@@ -113,6 +113,7 @@ impl Study {
     /// - Lists of `nodes` and `side` are ambiguous.
     /// - Loads were probably meant in another unit, or override pressures and have no unit.
     /// - Loads are out of order or repeated.
+    /// - A mesh resolves the adhesion poorly.
     /// - Two rough bodies are not pressed against each other.
     /// - The file of a measured surface has several channels or missing points.
     /// - A figure selects rows that the study does not have.
@@ -125,6 +126,7 @@ impl Study {
                 self.plain_loads(stage).or_else(|| improbable_loads(stage)),
                 rearranged_loads(stage),
                 self.pressed_alone(stage),
+                self.coarse_for_adhesion(stage),
             ];
             let messages = messages.into_iter().flatten();
             let messages = messages.chain(file_warnings(stage, &self.sources));

@@ -9,6 +9,9 @@
 
 use arrow::array::Array;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::columns::*;
 use crate::grids::Grids;
 use crate::{StageError, grids, solve};
@@ -16,7 +19,7 @@ use asperity_contact::grid::Grid;
 use asperity_contact::morphology::area::ContactArea;
 use asperity_contact::morphology::clusters::Clusters;
 use asperity_contact::morphology::map::ContactMap;
-use asperity_tables::column::{Column, flags, integers, optional_reals, reals};
+use asperity_tables::column::{Column, flags, integers, optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
 /// Maximum relative distance of a neighbouring load, with a margin for the rounding of loads.
@@ -27,12 +30,57 @@ const MAX_LOAD_STEP: f64 = 0.1 + 1e-9;
 const COPIED: [Column; 6] =
     [SATURATED_NODES, SATURATED_FRACTION, MEAN_GAP, MEAN_YIELDED_DEPTH, ENERGY, STOP];
 
+/// Columns that are copied from the states of a path with adhesion, in addition.
+const COPIED_WITH_ADHESION: [Column; 8] = [
+    STEP,
+    REPULSIVE_FRACTION,
+    ATTRACTIVE_PRESSURE,
+    ELASTIC_ENERGY,
+    ADHESION_ENERGY,
+    DISSIPATED_ENERGY,
+    PULL_OFF_LOAD,
+    TABOR,
+];
+
+/// Nodes whose area, edges and clusters are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum NodeSet {
+    /// Nodes in contact.
+    Contact,
+    /// Nodes with positive pressure, for contacts with adhesion, where a node in contact may be
+    /// pulled.
+    Repulsive,
+}
+
+impl NodeSet {
+    /// Returns true for nodes in contact.
+    pub fn is_contact(&self) -> bool {
+        *self == NodeSet::Contact
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            NodeSet::Contact => "contact",
+            NodeSet::Repulsive => "repulsive",
+        }
+    }
+
+    fn column(self) -> Column {
+        match self {
+            NodeSet::Contact => CONTACT,
+            NodeSet::Repulsive => REPULSIVE,
+        }
+    }
+}
+
 /// Choice of the columns that only some tables of contacts have.
 #[derive(Debug, Clone, Copy)]
 pub struct OptionalColumns {
     pub rectangles: bool,
     pub yields: bool,
     pub flows: bool,
+    pub adhesion: bool,
     pub stiffness: bool,
 }
 
@@ -53,6 +101,12 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
         measures.insert(gap + 1, MEAN_YIELDED_DEPTH);
         measures.splice(gap..gap, [SATURATED_NODES, SATURATED_FRACTION]);
     }
+    if optional.adhesion {
+        measures.retain(|column| *column != ENERGY && *column != STOP);
+        measures.insert(0, NODE_SET);
+        measures.extend(COPIED_WITH_ADHESION);
+        measures.push(ADHESIVE_STOP);
+    }
     if optional.rectangles {
         let switches = measures.iter().position(|column| *column == SWITCHES);
         let index = switches.unwrap_or(measures.len());
@@ -61,13 +115,13 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     measures
 }
 
-/// Measures the contact maps of loads, and optionally the stiffness.
+/// Measures the maps of the nodes in `set`, and optionally the stiffness.
 ///
 /// # Errors
 /// Returns an error if a column is missing or a contact map does not fit its mesh.
-pub fn measure(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
+pub fn measure(solved: &Table, stiffness: bool, set: NodeSet) -> Result<Table, StageError> {
     let grids = Grids::new(solved)?;
-    let maps = solved.bytes(CONTACT.name)?;
+    let maps = solved.bytes(set.column().name)?;
     let boundary = solve::boundary_of(solved);
     let measured = (0..solved.rows())
         .map(|row| {
@@ -90,12 +144,16 @@ pub fn measure(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
     let flag = |value: fn(&Contact) -> bool| flags(measured.iter().map(value));
     let load = solved.reals(LOAD.name)?;
     let pressure = solved.reals(PRESSURE.name)?;
-    let mut columns = vec![
+    let mut columns = Vec::new();
+    if solved.has(WORK_OF_ADHESION.name) {
+        columns.push((NODE_SET, texts(measured.iter().map(|_| set.name()))));
+    }
+    columns.extend([
         (AREA_FRACTION, real(&|_, contact| contact.area.fraction())),
         (CONTACT_NODES, area(|area| area.contact_nodes)),
         (SWITCHES_ALONG_ROWS, area(|area| area.switches_along_rows)),
         (SWITCHES_ALONG_COLUMNS, area(|area| area.switches_along_columns)),
-    ];
+    ]);
     if grids::has_rectangles(solved) {
         columns.extend([
             (SWITCHES_X, area(|area| area.switches_along_columns)),
@@ -122,16 +180,24 @@ pub fn measure(solved: &Table, stiffness: bool) -> Result<Table, StageError> {
                 touches.then(|| pressure.value(row) / contact.area.fraction())
             })),
         ),
-        (SECANT, real(&|row, contact| contact.area.fraction() / load.value(row))),
+        (
+            SECANT,
+            optional_reals(measured.iter().enumerate().map(|(row, contact)| {
+                (load.value(row) > 0.0).then(|| contact.area.fraction() / load.value(row))
+            })),
+        ),
     ]);
     if stiffness {
         columns.push((STIFFNESS, optional_reals(stiffnesses(solved, grids)?)));
     }
-    let [copied, flows] = [&COPIED[..], &FLOW].map(|columns| {
-        let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
+    let coordinates = solved.coordinates();
+    let copied = [&COPIED[..], &COPIED_WITH_ADHESION].concat();
+    let [copied, flows] = [&copied[..], &FLOW].map(|columns| {
+        let columns = columns.iter().filter(|column| !coordinates.has(column.name));
+        let names: Vec<&str> = columns.map(|column| column.name).collect();
         solved.only(&names)
     });
-    Ok(solved.coordinates().with(columns).beside(&copied).beside(&flows))
+    Ok(coordinates.with(columns).beside(&copied).beside(&flows))
 }
 
 /// Computes the stiffness at each load of a block, in units of E* over the longer side.
@@ -220,7 +286,7 @@ fn at_middle(three: [Approach; 3]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_tables::column::{bytes, texts};
+    use asperity_tables::column::bytes;
 
     #[test]
     fn the_mean_contact_pressure_is_null_without_contact() {
@@ -237,7 +303,7 @@ mod tests {
             (STOP, texts(["converged"; 2])),
             (CONTACT, bytes(&maps)),
         ];
-        let measured = measure(&Table::new(2, columns), false).unwrap();
+        let measured = measure(&Table::new(2, columns), false, NodeSet::Contact).unwrap();
         let means = measured.reals(MEAN_CONTACT_PRESSURE.name).unwrap();
         assert!(means.is_null(0), "not infinite");
         assert_eq!(means.value(1), 4.0);

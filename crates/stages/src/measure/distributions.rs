@@ -66,13 +66,13 @@ impl Distribution {
     /// # Errors
     /// Returns an error if the block lacks a column or a contact map does not fit its mesh.
     pub fn measure(&self, solved: &Input) -> Result<Table, StageError> {
-        let Recipe::Solve(block) = solved.recipe else {
-            unreachable!("validation accepts only solved loads for distributions")
+        let bins = |of: fn(&solve::Params) -> Option<EqualBins>| match solved.recipe {
+            Recipe::Solve(block) => of(block).expect("validation requires the bins"),
+            _ => unreachable!("validation accepts only counted loads for these distributions"),
         };
-        let bins = |bins: Option<EqualBins>| bins.expect("validation requires the bins");
         let (rows, columns) = match *self {
-            Distribution::Pressures => pressures(&solved.table, bins(block.pressure_bins))?,
-            Distribution::Gaps => gaps(&solved.table, bins(block.gap_bins))?,
+            Distribution::Pressures => pressures(&solved.table, bins(|block| block.pressure_bins))?,
+            Distribution::Gaps => gaps(&solved.table, bins(|block| block.gap_bins))?,
             Distribution::Clusters { bins } => clusters(&solved.table, bins)?,
         };
         Ok(solved.table.coordinates().pick(&rows).with(columns))

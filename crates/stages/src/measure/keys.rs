@@ -5,9 +5,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::Params;
 use super::distributions::Distribution;
 use super::statistics::Statistic;
+use super::{NodeSet, Params};
 use crate::form::Surfaces;
 use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::diagnostics::Problem;
@@ -59,6 +59,10 @@ pub struct MeasureTable {
     /// between neighbouring loads of the stage that differ by at most 10 %. For loads only.
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
+    /// Nodes that `"contacts"` measures: `"contact"`, or `"repulsive"` for the nodes with positive
+    /// pressure of contacts with adhesion.
+    #[schemars(extend("default" = "contact"))]
+    pub set: Key<NodeSet>,
 }
 
 table!(MeasureTable);
@@ -167,13 +171,14 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     check_quantity(table, true, checks)?;
     let what = table.what.value().unwrap_or(What::Contacts);
     let stiffness = checks.value("stiffness", &table.stiffness)?;
+    let set = set(table, what, surfaces, checks)?;
     let why = "for surfaces; this stage reads loads";
     let range = checks.forbidden("range", &table.range, why);
     let pool = checks.forbidden("pool", &table.pool, why);
     let bins = bins_per_decade(table, what, checks)?;
     range.and(pool)?;
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
-        return Some(Params::Contacts { stiffness });
+        return Some(Params::Contacts { stiffness, set });
     };
     if stiffness {
         let why = "needs `what = \"contacts\"`";
@@ -192,6 +197,26 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     let problem = Problem::new(message, table.what.written()?.span.clone(), label);
     let example = format!("add `{key} = {{ count = 100, to = 5.0 }}` to stage `{stage}`");
     checks.reject(problem.help(example))
+}
+
+/// Returns the nodes that are measured. Only contacts with adhesion have nodes in contact without
+/// repulsion.
+fn set(
+    table: &MeasureTable,
+    what: What,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<NodeSet> {
+    let set = checks.value("set", &table.set)?;
+    if what != What::Contacts && !set.is_contact() {
+        checks.forbidden("set", &table.set, "needs `what = \"contacts\"`")?;
+    }
+    let Some(stage) = surfaces.without_adhesion.as_ref().filter(|_| !set.is_contact()) else {
+        return Some(set);
+    };
+    let message = format!("stage `{stage}` has no `adhesion`");
+    let label = "every node in contact is repulsive without adhesion";
+    checks.refuse("set", message, &table.set.written()?.span, label)
 }
 
 /// Returns the number of bins per decade of area, and refuses `bins` for other quantities of loads.
@@ -220,6 +245,9 @@ fn of_surfaces(
     if checks.value("stiffness", &table.stiffness)? {
         let why = "for loads; this stage reads surfaces";
         checks.forbidden("stiffness", &table.stiffness, why)?;
+    }
+    if !checks.value("set", &table.set)?.is_contact() {
+        checks.forbidden("set", &table.set, "for loads; this stage reads surfaces")?;
     }
     let bins = checks.value("bins", &table.bins);
     let range = checks.number("range", &table.range);

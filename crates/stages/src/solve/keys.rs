@@ -7,6 +7,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::adhesion;
+use super::adhesion::keys::{AdhesionTable, Control, Gaps, PathShape};
 use super::loads::{Bins, Loads, StoredPressures};
 use super::units::{LoadUnit, PressureUnit};
 use super::{GivenHardness, Params, loads};
@@ -18,9 +20,7 @@ use asperity_contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
-use asperity_manifest::keys::declare::{
-    pressure, pressure_or_ratio, required, swept, unit_of_pressures,
-};
+use asperity_manifest::keys::declare::{pressure, pressure_or_ratio, swept, unit_of_pressures};
 use asperity_manifest::keys::{Key, Section, Spanned, quantity, table};
 
 /// Maximum value of `max_pairs`.
@@ -35,7 +35,7 @@ pub struct SolveTable {
     /// Loads (mean pressures), in the unit of `load_unit` or with a unit: a list such as `[0.01,
     /// 0.1]` or `["10 MPa", "20 MPa"]`, or a range `{ from, to, steps, spacing }`. A list is
     /// sorted, and repeated loads are solved once.
-    #[schemars(transform = required, transform = pressure_or_ratio)]
+    #[schemars(transform = pressure_or_ratio)]
     pub loads: Key<Loads>,
     /// Effective modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂. All pressures of
     /// the stage have its unit. Give either this key or `bodies`.
@@ -99,6 +99,22 @@ pub struct SolveTable {
     /// `boundary = "periodic"`.
     #[schemars(extend("default" = false))]
     pub flow: Key<bool>,
+    /// Attraction between the surfaces, `{ work, range }`. The states then form a path: each starts
+    /// from the one before. `loads` keep their order, may be negative and may return. By default the
+    /// surfaces do not attract each other.
+    #[schemars(transform = swept)]
+    pub adhesion: Key<AdhesionTable>,
+    /// Quantity that a path with `adhesion` prescribes: `"load"`, the mean pressure of `loads`, or
+    /// `"gap"`, the mean gap of `gaps`.
+    #[schemars(extend("default" = "load"))]
+    pub control: Key<Control>,
+    /// Mean gaps in the order of the path, in the unit of lengths, for `control = "gap"`: a list, or
+    /// a range `{ from, to, steps }` that includes both ends.
+    pub gaps: Key<Gaps>,
+    /// States of a path with `adhesion`: `"as-given"` follows the list, `"there-and-back"` then also
+    /// follows it backwards.
+    #[schemars(extend("default" = "as-given"))]
+    pub path: Key<PathShape>,
 }
 
 table!(SolveTable);
@@ -134,39 +150,62 @@ pub enum Method {
 /// Returns the recipes of a stage, one for each parameter point, or `None` after reporting
 /// problems.
 pub fn recipes(section: &Section<SolveTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
-    let points = points(section, &context.surfaces, context.problems)?;
-    let recipes = points.into_iter().map(|params| Recipe::Solve(Arc::new(params)));
-    Some(recipes.collect())
+    points(section, &context.surfaces, context.problems)
 }
 
 fn points(
     section: &Section<SolveTable>,
     surfaces: &Surfaces,
     problems: &mut Problems,
-) -> Option<Vec<Params>> {
+) -> Option<Vec<Recipe>> {
     check_hardness_unit(section, problems);
     let mut points = Vec::with_capacity(section.points.len());
     let mut loads = 0;
     for point in &section.points {
         let checks = &mut Checks::new(section, point, problems);
         let boundary = boundary(&point.table, surfaces, section, checks);
-        let params = params(&point.table, checks).zip(boundary);
-        let params = params.map(|(params, boundary)| Params { boundary, ..params });
-        if let Some(params) = &params {
-            check_bearing(&point.table, params, surfaces, checks);
-        }
-        loads += params.as_ref().map_or(0, |params| params.loads.len());
+        let recipe = match checks.optional("adhesion", &point.table.adhesion) {
+            None => None,
+            Some(None) => elastic(&point.table, boundary, surfaces, checks),
+            Some(Some(adhesion)) => {
+                adhesion::keys::recipe(&point.table, adhesion.value, boundary, surfaces, checks)
+            }
+        };
+        loads += recipe.as_ref().map_or(0, |recipe| recipe.rows(0));
         if loads > MAX_LOADS_OF_STAGE {
             let message = format!("the stage has more than {MAX_LOADS_OF_STAGE} loads");
             let label = "swept lists are combined with each other";
             problems.push(Problem::new(message, section.span.clone(), label));
             return None;
         }
-        points.push(params);
+        points.push(recipe);
     }
     let points = points.into_iter().collect::<Option<Vec<_>>>()?;
     report_equal_points(section, &points, problems);
     Some(points)
+}
+
+/// Returns the recipe of a point without adhesion.
+fn elastic(
+    table: &SolveTable,
+    boundary: Option<Boundary>,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Recipe> {
+    let why = "needs the key `adhesion`";
+    let control = match table.control.value() {
+        Some(Control::Gap) => checks.forbidden("control", &table.control, why),
+        _ => Some(()),
+    };
+    let gaps = checks.forbidden("gaps", &table.gaps, why);
+    let path = match table.path.value() {
+        Some(PathShape::ThereAndBack) => checks.forbidden("path", &table.path, why),
+        _ => Some(()),
+    };
+    let params = Params { boundary: boundary?, ..params(table, checks)? };
+    check_bearing(table, &params, surfaces, checks);
+    control.and(gaps).and(path)?;
+    Some(Recipe::Solve(Arc::new(params)))
 }
 
 /// Returns the boundary condition of the contact. Refuses a periodic contact of a map that is not
@@ -231,7 +270,7 @@ fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
 
 /// Returns the unit of the loads. Loads with a unit are absolute. Refuses pressures without a unit
 /// beside pressures with one, unless `load_unit` names the unit.
-fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<PressureUnit> {
+pub(super) fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<PressureUnit> {
     let word = checks.value("load_unit", &table.load_unit)?;
     let written = match word {
         LoadUnit::Relative => PressureUnit::Relative,
@@ -343,7 +382,7 @@ fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interact
 }
 
 /// Returns the effective modulus E*, which is given or follows from the bodies.
-fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
+pub(super) fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
     let Some(bodies) = checks.optional("bodies", &table.bodies)? else {
         return checks.number("effective_modulus", &table.effective_modulus);
     };

@@ -25,9 +25,7 @@ const MAX_BINS_OF_POINT: usize = 1 << 24;
 #[schemars(untagged)]
 pub enum Loads {
     /// A list of loads.
-    List(
-        #[schemars(length(min = 1, max = MAX_LOADS), transform = positive_items)] Vec<Spanned<f64>>,
-    ),
+    List(#[schemars(length(min = 1, max = MAX_LOADS))] Vec<Spanned<f64>>),
     /// Evenly spaced loads in a range.
     Range(LoadRange),
 }
@@ -122,6 +120,17 @@ pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<(Vec<f64>, Liste
 
 /// Sorts the loads of a list and removes repeated ones. Refuses loads that differ only by rounding.
 fn listed(list: &[Spanned<f64>], checks: &mut Checks) -> Option<(Vec<f64>, ListedLoads)> {
+    let mut negative = list.iter().filter(|load| load.value <= 0.0).peekable();
+    if negative.peek().is_some() {
+        for load in negative {
+            let message = format!("`loads` holds {}", decimal::written(load.value));
+            let problem = Problem::new(message, load.span.clone(), "must be above 0");
+            checks
+                .problems
+                .push(problem.help("surfaces bear tension only with the key `adhesion`"));
+        }
+        return None;
+    }
     let mut sorted: Vec<&Spanned<f64>> = list.iter().collect();
     sorted.sort_by(|one, other| one.value.total_cmp(&other.value));
     for pair in sorted.windows(2) {

@@ -1,0 +1,112 @@
+//! Adhesion of the surfaces of a stage: its resolution by the mesh, and its Tabor parameter.
+
+use crate::study::{Stage, Study, Work};
+use asperity_contact::topography::shapes::Shape;
+use asperity_manifest::diagnostics::counted;
+use asperity_manifest::keys::quantity;
+use asperity_stages::Recipe;
+use asperity_stages::generate::{Origin, Params};
+use asperity_stages::solve::adhesion::{self, keys, keys::Control};
+
+impl Study {
+    /// Warns that a mesh resolves the adhesion of a stage poorly.
+    pub(super) fn coarse_for_adhesion(&self, stage: &Stage) -> Option<String> {
+        let steps = self.pressed_by(stage).filter_map(|params| Some(params.grid().ok()?.spacing()));
+        let step = steps.flatten().reduce(f64::max)?;
+        let number = |params: &adhesion::Params| {
+            keys::mesh_number(step, params.work, params.range, params.effective_modulus)
+        };
+        let number = of_adhesion(stage).map(number).reduce(f64::max)?;
+        (number > keys::RESOLVED).then(|| {
+            let error = if number > keys::BISTABLE {
+                "single nodes jump into contact, and the hysteresis is one of the mesh".to_owned()
+            } else {
+                let percent = 2.0 * number;
+                format!("expect errors of about {percent:.1} % of the pressure")
+            };
+            let finer = (number / keys::RESOLVED).ceil();
+            format!(
+                "the mesh is coarse for the adhesion, Δx w/(E* ρ²) = {number:.2}: {error}; use \
+                 {finer} times as many nodes along each side, or a longer range"
+            )
+        })
+    }
+
+    /// Returns a summary of the path of a stage with adhesion.
+    pub(super) fn summary_of_path(&self, stage: &Stage) -> Option<String> {
+        let params = of_adhesion(stage).next()?;
+        let (prescribed, unit) = match params.control {
+            Control::Load => ("load", params.unit_of_loads()),
+            Control::Gap => ("mean gap", None),
+        };
+        let path = format!(
+            "E* = {}, work of adhesion {}, range {}, {} with {prescribed} {}",
+            quantity::written(params.effective_modulus, params.pressure_unit),
+            quantity::range(of_adhesion(stage).map(|params| params.work), None)?,
+            quantity::range(of_adhesion(stage).map(|params| params.range), None)?,
+            counted(params.targets.len(), "state"),
+            quantity::range(params.targets.iter().copied(), unit)?,
+        );
+        Some([Some(path), self.tabor(stage)].into_iter().flatten().collect::<Vec<_>>().join("; "))
+    }
+
+    /// Describes the range of the adhesion of a stage beside its elastic deformation, by the Tabor
+    /// parameter. Returns `None` if the curvature of the surfaces is not known beforehand.
+    fn tabor(&self, stage: &Stage) -> Option<String> {
+        let curvatures: Option<Vec<f64>> = self.pressed_by(stage).map(curvature).collect();
+        let curvatures = curvatures.filter(|known| !known.is_empty())?;
+        let numbers = of_adhesion(stage)
+            .flat_map(|params| curvatures.iter().filter_map(|curvature| params.tabor(*curvature)));
+        let (least, most) = numbers.fold((f64::INFINITY, 0.0_f64), |(least, most), number| {
+            (least.min(number), most.max(number))
+        });
+        if most == 0.0 {
+            return None;
+        }
+        let nearest = match (least, most) {
+            (_, most) if most < DMT => "near the limit of Derjaguin, Muller & Toporov",
+            (least, _) if least > JKR => "near the limit of Johnson, Kendall & Roberts",
+            _ => "between the limits of Derjaguin, Muller & Toporov and Johnson, Kendall & Roberts",
+        };
+        let numbers = quantity::range([least, most].into_iter(), None)?;
+        Some(format!("Tabor parameter {numbers}, {nearest}"))
+    }
+
+    /// Returns the surfaces that a stage presses.
+    fn pressed_by(&self, stage: &Stage) -> impl Iterator<Item = &Params> + '_ {
+        let inputs: Vec<usize> = stage.inputs.clone();
+        let surfaces = inputs.into_iter().flat_map(|input| match &self.stages[input].work {
+            Work::Generate(surfaces) => surfaces.as_slice(),
+            Work::Evaluate(_) => &[],
+        });
+        surfaces.map(|surfaces| &surfaces.params)
+    }
+}
+
+/// Tabor parameter below which spheres are near the limit of Derjaguin, Muller & Toporov.
+const DMT: f64 = 0.1;
+/// Tabor parameter above which spheres are near the limit of Johnson, Kendall & Roberts.
+const JKR: f64 = 5.0;
+
+fn of_adhesion(stage: &Stage) -> impl Iterator<Item = &adhesion::Params> + '_ {
+    stage.work.recipes().iter().filter_map(|recipe| match recipe {
+        Recipe::Adhesion(params) => Some(params.as_ref()),
+        _ => None,
+    })
+}
+
+/// Returns the rms curvature √m₄ that surfaces have by their parameters.
+fn curvature(params: &Params) -> Option<f64> {
+    match &params.origin {
+        Origin::Random { surface, .. } => {
+            let moments = surface.spectrum.moments(params.grid().ok()?.cell());
+            let scale = match params.origin.given_rms_height() {
+                Some(height) => height / moments.rms_height(),
+                None => surface.rms_slope / moments.rms_slope(),
+            };
+            Some(scale * moments.fourth().sqrt())
+        }
+        Origin::Shape { shape: Shape::Paraboloid { radius }, .. } => Some(1.0 / radius),
+        _ => None,
+    }
+}

@@ -1,0 +1,117 @@
+//! Columns of the states of a path with adhesion.
+
+use super::{CONTACT_NODES, RESIDUAL, STOP, TOLERANCE, integer, parameter, parameter_text, real};
+use asperity_tables::column::ColumnKind::{Bytes, Reals};
+use asperity_tables::column::{Code, Column};
+
+// Settings.
+pub const WORK_OF_ADHESION: Column = parameter(
+    "work_of_adhesion",
+    "pressure × length",
+    "work of adhesion w: energy per area that separates two flat surfaces in contact",
+);
+pub const INTERACTION_RANGE: Column = parameter(
+    "interaction_range",
+    "length",
+    "range ρ of the attraction: the energy per area at the gap g is −w exp(−g/ρ)",
+);
+pub const CONTROL: Column = parameter_text("control", "quantity that the path prescribes")
+    .with_codes(&[
+        Code { word: "load", meaning: "the mean pressure is prescribed" },
+        Code { word: "gap", meaning: "the mean gap is prescribed" },
+    ]);
+pub const BRANCH: Column = parameter_text(
+    "branch",
+    "direction of the path at the state: `approach` while the load grows or the mean gap falls, \
+     `separation` otherwise. Later branches in the same direction are numbered: `approach-2`",
+);
+pub const ADHESIVE_TOLERANCE: Column = Column {
+    unit: "E* × rms slope",
+    meaning: "largest accepted error of the pressures",
+    ..TOLERANCE
+};
+
+// Results of a state.
+pub const STEP: Column =
+    integer("step", "1", "number of the state along the path; the first state is 1");
+pub const ADHESIVE_CONTACT_NODES: Column =
+    Column { meaning: "number of nodes in contact, whose gap is zero", ..CONTACT_NODES };
+pub const CONTACT_FRACTION: Column =
+    real("contact_fraction", "1", "fraction of the nodes in contact, whose gap is zero");
+pub const REPULSIVE_NODES: Column =
+    integer("repulsive_nodes", "1", "number of nodes with positive pressure");
+pub const REPULSIVE_FRACTION: Column =
+    real("repulsive_fraction", "1", "fraction of the nodes with positive pressure");
+pub const ATTRACTIVE_PRESSURE: Column = real(
+    "attractive_pressure",
+    "pressure",
+    "mean over the nominal area of the negative pressures, as a positive number; `pressure` is the \
+     mean of the positive pressures minus this",
+);
+pub const ELASTIC_ENERGY: Column =
+    real("elastic_energy", "pressure × length", "elastic energy per unit of nominal area");
+pub const ADHESION_ENERGY: Column = real(
+    "adhesion_energy",
+    "pressure × length",
+    "mean interaction energy per unit of nominal area, −w⟨exp(−g/ρ)⟩",
+);
+pub const DISSIPATED_ENERGY: Column = real(
+    "dissipated_energy",
+    "pressure × length",
+    "energy per unit of nominal area that was lost along the path up to this state: the work of \
+     the mean pressure on the approach, minus the change of elastic and adhesion energy. The work \
+     is a sum of trapezoids, whose error falls with the square of the steps of the path",
+);
+pub const PULL_OFF_LOAD: Column = real(
+    "pull_off_load",
+    "E* × rms slope",
+    "largest tension that the contact bears, as a negative load. It is given in the row of the \
+     first load below it; null in all other rows",
+);
+pub const TABOR: Column = real(
+    "tabor",
+    "1",
+    "Tabor parameter (R w²/E*²)^(1/3)/ρ of the surface with the radius of curvature R = 1/√m₄; null \
+     for flat surfaces. Small values are near the limit of Derjaguin, Muller & Toporov, large ones \
+     near that of Johnson, Kendall & Roberts",
+);
+pub const ADHESIVE_RESIDUAL: Column = Column {
+    unit: "E* × rms slope",
+    meaning: "largest error of a pressure: outside contact the difference between elastic and \
+              attractive pressure, in contact a missing repulsion",
+    ..RESIDUAL
+};
+pub const ADHESIVE_STOP: Column = STOP.with_codes(&[
+    Code { word: "converged", meaning: "the residual is within the tolerance" },
+    Code {
+        word: "pulled-off",
+        meaning: "no state bears the tension: the surfaces are apart, and most results are null",
+    },
+    Code {
+        word: "pair-limit",
+        meaning:
+            "`max_pairs` pairs of transforms were not enough: the residual exceeds the tolerance",
+    },
+]);
+pub const REPULSIVE: Column = Column::heavy(
+    "repulsive",
+    Bytes,
+    "",
+    "map of the nodes with positive pressure, in the format of `contact`",
+);
+pub const GAPS: Column = Column::heavy(
+    "gaps",
+    Reals,
+    "length",
+    "gaps of the nodes, row-major, at the last state of the path, from which a longer path \
+     continues; null in all other rows",
+);
+
+pub const NODE_SET: Column = parameter_text(
+    "node_set",
+    "nodes whose area, edges and clusters are measured; only for contacts with adhesion",
+)
+.with_codes(&[
+    Code { word: "contact", meaning: "nodes whose gap is zero" },
+    Code { word: "repulsive", meaning: "nodes with positive pressure" },
+]);

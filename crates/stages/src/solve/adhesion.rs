@@ -1,0 +1,244 @@
+//! Contact of surfaces that attract each other, along a path of loads or mean gaps.
+//!
+//! With adhesion the contact of a surface has several states under one load. Each state of a path
+//! starts from the state before it, so a row depends on the whole path up to it. The table is
+//! therefore stored as a whole. A longer path with the same first states continues from the stored
+//! gaps of the last of them; see [`Stage::beginnings`].
+
+pub mod keys;
+mod path;
+mod rows;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use self::keys::Control;
+use super::units::PressureUnit;
+use crate::columns::*;
+use crate::{
+    Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates,
+};
+use asperity_contact::adhesion::{AdhesivePath, Settings};
+use asperity_contact::grid::Boundary;
+use asperity_tables::column::{Column, Role, Value};
+use asperity_tables::parquet::Columns;
+use asperity_tables::table::Table;
+
+/// Version of the numbers with adhesion. Only recipes with adhesion contain it, so raising it does
+/// not recompute other contacts.
+const VERSION: u32 = 1;
+
+/// Accuracy of the load at which surfaces separate, relative to the largest attraction w/ρ.
+const PULL_OFF_TOLERANCE: f64 = 1e-4;
+
+/// Parameters of a path on one surface.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Params {
+    version: u32,
+    /// Effective elastic modulus E* of the two bodies.
+    pub effective_modulus: f64,
+    /// Unit of the loads.
+    pub load_unit: PressureUnit,
+    /// Symbol of the unit of all pressures, which is a label.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pressure_unit: Option<&'static str>,
+    /// Work of adhesion w in the unit of the modulus times the unit of length; at least zero.
+    pub work: f64,
+    /// Range ρ of the interaction in the unit of length; positive.
+    pub range: f64,
+    pub control: Control,
+    /// Loads, or mean gaps in the unit of length, in the order of the path. There is at least one.
+    pub targets: Vec<f64>,
+    /// Largest accepted error of a pressure, in units of E* × rms slope.
+    pub tolerance: f64,
+    /// Maximum number of pairs of transforms for one state.
+    pub max_pairs: u32,
+    /// True if the pressures and gaps of all states are stored.
+    pub keeps_maps: bool,
+    #[serde(skip_serializing_if = "Boundary::is_periodic")]
+    pub boundary: Boundary,
+}
+
+/// Columns that only paths with adhesion have.
+pub const ADDED_COLUMNS: [Column; 15] = [
+    WORK_OF_ADHESION,
+    INTERACTION_RANGE,
+    CONTROL,
+    BRANCH,
+    STEP,
+    TABOR,
+    CONTACT_FRACTION,
+    REPULSIVE_NODES,
+    REPULSIVE_FRACTION,
+    ATTRACTIVE_PRESSURE,
+    ELASTIC_ENERGY,
+    ADHESION_ENERGY,
+    DISSIPATED_ENERGY,
+    PULL_OFF_LOAD,
+    ADHESIVE_STOP,
+];
+
+/// Choice of the columns that only some tables of paths have.
+#[derive(Debug, Clone, Copy)]
+pub struct OptionalColumns {
+    pub boundary: Boundary,
+    pub control: Control,
+    pub load_unit: PressureUnit,
+    /// True if the unit of pressure has a name.
+    pub pressure_unit: bool,
+}
+
+/// Returns the light columns of the states of a path, without the parameter columns of surfaces.
+pub fn columns(optional: OptionalColumns) -> Vec<Column> {
+    let mut columns = vec![EFFECTIVE_MODULUS, WORK_OF_ADHESION, INTERACTION_RANGE, CONTROL];
+    columns.extend([ADHESIVE_TOLERANCE, MAX_PAIRS]);
+    columns.extend(optional.pressure_unit.then_some(PRESSURE_UNIT));
+    columns.extend((optional.boundary == Boundary::Free).then_some(BOUNDARY));
+    columns.push(BRANCH);
+    columns.extend(state_columns(optional.control, optional.load_unit));
+    columns.extend((optional.boundary == Boundary::Free).then_some(MEAN_DISPLACEMENT));
+    columns.extend([
+        STEP,
+        TABOR,
+        ADHESIVE_CONTACT_NODES,
+        CONTACT_FRACTION,
+        REPULSIVE_NODES,
+        REPULSIVE_FRACTION,
+        ATTRACTIVE_PRESSURE,
+        PEAK_PRESSURE,
+        ELASTIC_ENERGY,
+        ADHESION_ENERGY,
+        DISSIPATED_ENERGY,
+        PULL_OFF_LOAD,
+        PAIRS,
+        ADHESIVE_RESIDUAL,
+        ADHESIVE_STOP,
+    ]);
+    columns
+}
+
+/// Returns the columns `load`, `pressure` and `mean_gap`. The one that the path prescribes
+/// identifies the row.
+fn state_columns(control: Control, unit: PressureUnit) -> [Column; 3] {
+    match control {
+        Control::Load => {
+            let [load, pressure] = unit.load_columns();
+            [load, pressure, MEAN_GAP]
+        }
+        Control::Gap => [
+            LOAD.with_role(Role::Result),
+            PRESSURE.with_role(Role::Result),
+            MEAN_GAP.with_role(Role::Load),
+        ],
+    }
+}
+
+impl Params {
+    fn settings(&self) -> Settings {
+        Settings {
+            tolerance: self.tolerance,
+            pair_limit: self.max_pairs,
+            pull_off_tolerance: PULL_OFF_TOLERANCE,
+        }
+    }
+
+    /// Returns the parameter columns that all rows share, with their values.
+    fn setting(&self) -> Vec<(Column, Value)> {
+        let mut setting = vec![
+            (EFFECTIVE_MODULUS, Value::Real(self.effective_modulus)),
+            (WORK_OF_ADHESION, Value::Real(self.work)),
+            (INTERACTION_RANGE, Value::Real(self.range)),
+            (CONTROL, Value::Text(self.control.name().to_owned())),
+            (ADHESIVE_TOLERANCE, Value::Real(self.tolerance)),
+            (MAX_PAIRS, Value::Integer(i64::from(self.max_pairs))),
+        ];
+        if let Some(unit) = self.pressure_unit {
+            setting.push((PRESSURE_UNIT, Value::Text(unit.to_owned())));
+        }
+        if self.boundary == Boundary::Free {
+            setting.push((BOUNDARY, Value::Text(self.boundary.name().to_owned())));
+        }
+        setting
+    }
+
+    /// Returns the Tabor parameter (R w²/E*²)^(1/3)/ρ with R = 1/√m₄, given the rms curvature √m₄.
+    /// Returns `None` for a flat surface.
+    pub fn tabor(&self, curvature: f64) -> Option<f64> {
+        let stretch = self.work / self.effective_modulus;
+        (curvature > 0.0).then(|| libm::cbrt(stretch * stretch / curvature) / self.range)
+    }
+
+    /// Returns the symbol of the unit of the loads; `None` for reduced loads, for mean gaps, and if
+    /// the manifest names no unit.
+    pub fn unit_of_loads(&self) -> Option<&'static str> {
+        let is_pressure = self.load_unit == PressureUnit::Absolute && self.control == Control::Load;
+        self.pressure_unit.filter(|_| is_pressure)
+    }
+}
+
+impl Stage for Params {
+    fn kind(&self) -> Kind {
+        Kind::Solve
+    }
+
+    fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
+        let [Input { recipe: Recipe::Generate(drawn), table }] = inputs else {
+            unreachable!("the plan gives one surface to each task")
+        };
+        let surface = drawn.surface(table, context.sources, context.threads)?;
+        path::solve(self, surface, table, context)
+    }
+
+    fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        let columns = columns(OptionalColumns {
+            boundary: self.boundary,
+            control: self.control,
+            load_unit: self.load_unit,
+            pressure_unit: self.pressure_unit.is_some(),
+        });
+        Ok(beside_coordinates(&columns, inputs)?)
+    }
+
+    /// Returns true, because the columns depend on control and boundary.
+    fn columns_depend_on_params(&self) -> bool {
+        true
+    }
+
+    fn columns_read(&self) -> Columns {
+        Columns::All
+    }
+
+    /// Returns the memory of the solver and of the maps in the table: two bits per node and state,
+    /// and the stored pressures and gaps.
+    fn footprint(&self) -> Footprint {
+        let states = self.targets.len() as f64;
+        let kept = if self.keeps_maps { 2.0 * states } else { 1.0 };
+        Footprint {
+            work: AdhesivePath::bytes_per_node(self.boundary),
+            table: states / 4.0 + 8.0 * kept,
+        }
+    }
+
+    fn coordinates(&self) -> Vec<(Column, Value)> {
+        self.setting()
+    }
+
+    fn rows(&self, _: usize) -> usize {
+        self.targets.len()
+    }
+
+    fn effort(&self, _: Extent) -> Effort {
+        Effort::pairs(AdhesivePath::PAIRS_PER_STATE * self.targets.len() as f64)
+    }
+
+    fn beginnings(&self) -> Vec<Recipe> {
+        let shorter = |states: usize| {
+            let targets = self.targets[..states].to_vec();
+            Recipe::Adhesion(Arc::new(Params { targets, ..self.clone() }))
+        };
+        (1..self.targets.len()).rev().map(shorter).collect()
+    }
+}

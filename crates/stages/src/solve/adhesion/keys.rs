@@ -1,0 +1,272 @@
+//! Keys of `solve` stages with adhesion, and checks of their values.
+//!
+//! Editors show the doc comments of keys, and messages quote them.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Params, VERSION};
+use crate::Recipe;
+use crate::form::Surfaces;
+use crate::solve::keys::{Method, SolveTable};
+use crate::solve::loads::{Loads, StoredPressures};
+use crate::solve::{Pressures, keys, loads};
+use asperity_contact::grid::Boundary;
+use asperity_manifest::decimal;
+use asperity_manifest::diagnostics::Problem;
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::declare::positive_items;
+use asperity_manifest::keys::{Spanned, deserialize_either};
+
+/// Maximum number of states of a path.
+const MAX_STATES: u32 = 10_000;
+
+/// Attraction between the surfaces, the value of `adhesion`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AdhesionTable {
+    /// Work of adhesion w, the energy per area that separates two flat surfaces in contact. Its
+    /// unit is the unit of pressures times the unit of lengths: with MPa and µm it is J/m².
+    #[schemars(range(min = 0))]
+    pub work: f64,
+    /// Range ρ of the interaction, in the unit of the lengths of the surface.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub range: f64,
+    /// `true` also solves on a mesh that is too coarse for the interaction, Δx w/(E* ρ²) > π/2. On
+    /// such a mesh single nodes jump into contact.
+    #[serde(default, rename = "override")]
+    #[schemars(extend("default" = false))]
+    pub on_coarse_mesh: bool,
+}
+
+/// The quantity that a path prescribes, the value of `control`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Control {
+    /// The mean pressure is prescribed, and the mean gap follows.
+    Load,
+    /// The mean gap is prescribed, and the mean pressure follows.
+    Gap,
+}
+
+impl Control {
+    /// Returns the word in manifests and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Control::Load => "load",
+            Control::Gap => "gap",
+        }
+    }
+}
+
+/// The states of a path, the value of `path`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PathShape {
+    /// The states follow the list.
+    AsGiven,
+    /// The states follow the list, and then the list backwards.
+    ThereAndBack,
+}
+
+/// The mean gaps of a path, the value of `gaps`.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum Gaps {
+    /// A list of mean gaps.
+    List(
+        #[schemars(length(min = 1, max = MAX_STATES), transform = positive_items)]
+        Vec<Spanned<f64>>,
+    ),
+    /// Evenly spaced mean gaps.
+    Range(GapRange),
+}
+
+deserialize_either!(Gaps { list => List, table => Range });
+
+/// Evenly spaced mean gaps, which include both ends.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GapRange {
+    /// First mean gap.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub from: f64,
+    /// Last mean gap.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub to: f64,
+    /// Number of mean gaps, including `from` and `to`.
+    #[schemars(range(min = 2, max = MAX_STATES))]
+    pub steps: u32,
+}
+
+/// Returns the recipe of a point with adhesion, or `None` after reporting problems.
+pub fn recipe(
+    table: &SolveTable,
+    adhesion: AdhesionTable,
+    boundary: Option<Boundary>,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Recipe> {
+    refuse_other_physics(table, checks)?;
+    let effective_modulus = keys::modulus(table, checks);
+    let load_unit = keys::load_unit(table, checks);
+    check_mesh(table, adhesion, effective_modulus?, surfaces, checks)?;
+    let control = checks.value("control", &table.control)?;
+    let listed = match control {
+        Control::Load => {
+            let why = "needs `control = \"gap\"`; with `control = \"load\"` the states are `loads`";
+            checks.forbidden("gaps", &table.gaps, why)?;
+            listed_loads(table, checks)?
+        }
+        Control::Gap => {
+            let why = "with `control = \"gap\"` the states are `gaps`";
+            checks.forbidden("loads", &table.loads, why)?;
+            listed_gaps(table, checks)?
+        }
+    };
+    let mut targets = listed;
+    if checks.value("path", &table.path)? == PathShape::ThereAndBack {
+        let back: Vec<f64> = targets.iter().rev().skip(1).copied().collect();
+        targets.extend(back);
+    }
+    let work = decimal::nearest(adhesion.work);
+    let range = decimal::nearest(adhesion.range);
+    Some(Recipe::Adhesion(Arc::new(Params {
+        version: VERSION,
+        effective_modulus: effective_modulus?,
+        load_unit: load_unit?,
+        pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
+        work,
+        range,
+        control,
+        targets,
+        tolerance: checks.number("tolerance", &table.tolerance)?,
+        max_pairs: checks.value("max_pairs", &table.max_pairs)?,
+        keeps_maps: keeps_maps(table, checks)?,
+        boundary: boundary?,
+    })))
+}
+
+/// Mesh number Δx w/(E* ρ²) above which single nodes have two states.
+///
+/// A wave of the shortest wavelength 2Δx has the stiffness π E*/(2 Δx), and the attraction changes
+/// by at most w/ρ² per length. Above this number the attraction changes faster than the elastic
+/// pressure of the wave.
+pub const BISTABLE: f64 = std::f64::consts::FRAC_PI_2;
+
+/// Refuses a mesh on which single nodes jump into contact.
+fn check_mesh(
+    table: &SolveTable,
+    adhesion: AdhesionTable,
+    modulus: f64,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<()> {
+    let AdhesionTable { work, range, on_coarse_mesh } = adhesion;
+    let Some((stage, step)) = surfaces.coarsest.as_ref().filter(|_| !on_coarse_mesh) else {
+        return Some(());
+    };
+    let number = mesh_number(*step, work, range, modulus);
+    if number <= BISTABLE {
+        return Some(());
+    }
+    let message = format!(
+        "the mesh of stage `{stage}` is too coarse for the adhesion: Δx w/(E* ρ²) = {number:.2} \
+         exceeds π/2"
+    );
+    let label = "single nodes would jump into contact";
+    let problem = Problem::new(message, table.adhesion.written()?.span.clone(), label);
+    let factor = number / RESOLVED;
+    checks.reject(problem.help(format!(
+        "results are accurate to 1 % below {RESOLVED}: use {factor:.0} times as many nodes along \
+         each side, or a range {:.1} times as large; `override = true` in `adhesion` solves anyway",
+        factor.sqrt()
+    )))
+}
+
+/// Mesh number Δx w/(E* ρ²) up to which the mean pressure is accurate to 0.5 %.
+pub const RESOLVED: f64 = 0.3;
+
+/// Returns the mesh number Δx w/(E* ρ²), the ratio of the mesh step to the length over which the
+/// attraction deforms the body.
+pub fn mesh_number(step: f64, work: f64, range: f64, modulus: f64) -> f64 {
+    step * work / (modulus * range * range)
+}
+
+/// Refuses keys of physics that is not combined with adhesion.
+fn refuse_other_physics(table: &SolveTable, checks: &mut Checks) -> Option<()> {
+    let why = "a material with a hardness is not combined with `adhesion`";
+    checks.forbidden("hardness", &table.hardness, why)?;
+    let why = "is not computed together with `adhesion`";
+    checks.forbidden("flow", &table.flow, why)?;
+    checks.forbidden("pressure_bins", &table.pressure_bins, why)?;
+    checks.forbidden("gap_bins", &table.gap_bins, why)?;
+    let why = "asperities have no adhesion here";
+    checks.forbidden("interaction", &table.interaction, why)?;
+    if let Some(written) = table.method.written().filter(|word| word.value == Method::Asperities) {
+        let message = "`method = \"asperities\"` and `adhesion` exclude each other";
+        return checks.refuse("method", message, &written.span, "has no adhesion");
+    }
+    Some(())
+}
+
+/// Returns the loads in the order of the list. Loads may be negative and may repeat.
+fn listed_loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
+    let written = checks.required("loads", &table.loads)?;
+    match &written.value {
+        Loads::List(list) => {
+            check_steps("loads", list, checks)?;
+            Some(list.iter().map(|load| decimal::nearest(load.value)).collect())
+        }
+        Loads::Range(_) => Some(loads::loads(table, checks)?.0),
+    }
+}
+
+fn listed_gaps(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
+    let written = checks.required("gaps", &table.gaps)?;
+    let GapRange { from, to, steps } = match &written.value {
+        Gaps::List(list) => {
+            check_steps("gaps", list, checks)?;
+            return Some(list.iter().map(|gap| decimal::nearest(gap.value)).collect());
+        }
+        Gaps::Range(range) => *range,
+    };
+    let last = f64::from(steps - 1);
+    let gap = |step: u32| decimal::nearest(from + (to - from) * f64::from(step) / last);
+    let gaps: Vec<f64> = (0..steps).map(gap).collect();
+    if gaps.windows(2).any(|pair| decimal::is_same(pair[0], pair[1])) {
+        let message =
+            format!("{steps} gaps from {from:?} to {to:?} differ by no more than rounding");
+        return checks.refuse("gaps", message, &written.span, "too many steps");
+    }
+    Some(gaps)
+}
+
+/// Refuses a state that equals the state before it.
+fn check_steps(name: &str, list: &[Spanned<f64>], checks: &mut Checks) -> Option<()> {
+    let repeated = list.windows(2).find(|pair| decimal::is_same(pair[0].value, pair[1].value));
+    let Some([before, after]) = repeated else {
+        return Some(());
+    };
+    let message = format!("`{name}` holds the same state twice in a row");
+    let problem = Problem::new(message, after.span.clone(), "here again");
+    checks.reject(problem.and(before.span.clone(), "first here").help("remove one of them"))
+}
+
+/// Returns whether the pressures and gaps of all states are stored.
+fn keeps_maps(table: &SolveTable, checks: &mut Checks) -> Option<bool> {
+    let Some(written) = checks.optional("pressures", &table.pressures)? else {
+        return Some(false);
+    };
+    match written.value {
+        StoredPressures::Word(Pressures::None) => Some(false),
+        StoredPressures::Word(_) => Some(true),
+        StoredPressures::At(_) => {
+            let message = "`pressures` cannot list states of a path";
+            let label = "must be \"none\" or \"all\" with `adhesion`";
+            checks.refuse("pressures", message, &written.span, label)
+        }
+    }
+}

@@ -1,0 +1,197 @@
+//! Rows of the states of a path, and their table.
+
+use arrow::array::ArrayRef;
+
+use super::keys::Control;
+use super::{Params, state_columns};
+use crate::StageError;
+use crate::columns::*;
+use crate::solve::units::{PressureUnit, Scales};
+use asperity_contact::adhesion::{AdhesiveState, Stop};
+use asperity_contact::grid::Boundary;
+use asperity_tables::column::{
+    Column, bytes, integers, optional_list, optional_reals, reals, texts,
+};
+use asperity_tables::table::Table;
+
+/// Units of the solver for one surface, and the curvature of the surface.
+pub struct SurfaceScales {
+    pub scales: Scales,
+    /// Root mean square curvature √m₄ in the unit of the surface; zero for a flat surface.
+    pub curvature: f64,
+}
+
+/// A solved state with its maps.
+pub struct Solved<'a> {
+    /// Index of the state along the path.
+    pub index: usize,
+    /// Load or mean gap in the unit of the manifest.
+    pub given: f64,
+    pub branch: &'a str,
+    pub state: AdhesiveState,
+    /// Maps of the nodes in contact and with positive pressure, in the format of `contact`.
+    pub contact: Vec<u8>,
+    pub repulsive: Vec<u8>,
+    /// Gaps in the unit of the solver; `None` if the surfaces are apart.
+    pub gap: Option<&'a [f64]>,
+    /// Pressures in the unit of the solver.
+    pub pressure: &'a [f64],
+}
+
+/// Returns the row of a state. `surface` is the row of the surface in the table of its stage, and
+/// `before` the row of the state before it.
+pub fn row(
+    params: &Params,
+    of_surface: &SurfaceScales,
+    surface: &Table,
+    solved: Solved,
+    before: Option<&Table>,
+) -> Result<Table, StageError> {
+    let Solved { index, given, branch, state, contact, repulsive, gap, pressure } = solved;
+    let scales = &of_surface.scales;
+    let unit = scales.pressure();
+    let nodes = (scales.nodes[0] * scales.nodes[1]) as f64;
+    let is_bound = gap.is_some();
+    let known = |value: f64| optional_reals([is_bound.then_some(value)]);
+    let mean = MeanState::new(params, scales, given, &state, is_bound);
+    let dissipated = mean.dissipated_since(before)?;
+    let mut columns: Vec<(Column, ArrayRef)> =
+        params.setting().into_iter().map(|(column, value)| (column, value.repeated(1))).collect();
+    columns.push((BRANCH, texts([branch])));
+    let [load, absolute, mean_gap] = state_columns(params.control, params.load_unit);
+    columns.extend([
+        (load, reals([mean.load])),
+        (absolute, reals([mean.pressure])),
+        (mean_gap, optional_reals([mean.gap])),
+    ]);
+    if let Some(displacement) = mean.displacement {
+        columns.push((MEAN_DISPLACEMENT, reals([displacement])));
+    }
+    columns.extend([
+        (STEP, integers([index as i64 + 1])),
+        (TABOR, optional_reals([params.tabor(of_surface.curvature)])),
+        (ADHESIVE_CONTACT_NODES, integers([state.contact_nodes as i64])),
+        (CONTACT_FRACTION, reals([state.contact_nodes as f64 / nodes])),
+        (REPULSIVE_NODES, integers([state.repulsive_nodes as i64])),
+        (REPULSIVE_FRACTION, reals([state.repulsive_nodes as f64 / nodes])),
+        (ATTRACTIVE_PRESSURE, known(state.attractive_pressure * unit)),
+        (PEAK_PRESSURE, known(state.peak_pressure * unit)),
+        (ELASTIC_ENERGY, optional_reals([mean.elastic])),
+        (ADHESION_ENERGY, optional_reals([mean.adhesion])),
+        (DISSIPATED_ENERGY, optional_reals([dissipated])),
+        (PULL_OFF_LOAD, optional_reals([state.pull_off_load])),
+        (PAIRS, integers([i64::from(state.pairs)])),
+        (ADHESIVE_RESIDUAL, known(state.residual)),
+        (ADHESIVE_STOP, texts([stop_name(state.stop)])),
+        (CONTACT, bytes([contact])),
+        (REPULSIVE, bytes([repulsive])),
+        (GAPS, optional_list(gap)),
+    ]);
+    if params.keeps_maps {
+        let pressures: Vec<f64> = pressure.iter().map(|pressure| pressure * unit).collect();
+        columns.push((PRESSURES, optional_list(Some(&pressures))));
+    }
+    Ok(surface.coordinates().with(columns))
+}
+
+/// Stacks the rows of a path. Unless `keeps_maps`, only the last row keeps its gaps.
+pub fn table(rows: &[Table], keeps_maps: bool) -> Result<Table, StageError> {
+    let last = rows.len().saturating_sub(1);
+    let rows = rows.iter().enumerate().map(|(index, row)| {
+        if keeps_maps || index == last {
+            row.clone()
+        } else {
+            row.replacing(GAPS.name, optional_list(None))
+        }
+    });
+    Ok(Table::stack(&rows.collect::<Vec<_>>())?)
+}
+
+/// Mean quantities of a state in the units of the manifest.
+struct MeanState {
+    load: f64,
+    pressure: f64,
+    /// Mean gap and energies; `None` if the surfaces are apart.
+    gap: Option<f64>,
+    elastic: Option<f64>,
+    adhesion: Option<f64>,
+    /// Mean displacement of the elastic body; `None` if the boundary is periodic, where it is zero.
+    displacement: Option<f64>,
+}
+
+impl MeanState {
+    /// Converts a state. The prescribed quantity keeps the value of the manifest exactly.
+    fn new(
+        params: &Params,
+        scales: &Scales,
+        given: f64,
+        state: &AdhesiveState,
+        is_bound: bool,
+    ) -> MeanState {
+        let unit = scales.pressure() * scales.length();
+        let [load, pressure] = match (params.control, params.load_unit) {
+            (Control::Gap, _) => [state.mean_pressure, state.mean_pressure * scales.pressure()],
+            (Control::Load, PressureUnit::Relative) => [given, scales.mean_pressure(given)],
+            (Control::Load, PressureUnit::Absolute) => {
+                [scales.reduced_pressure(given, params.load_unit), given]
+            }
+        };
+        let gap = match params.control {
+            Control::Gap => Some(given),
+            Control::Load => is_bound.then(|| state.mean_gap * scales.length()),
+        };
+        let known = |energy: f64| is_bound.then_some(energy * unit);
+        MeanState {
+            load,
+            pressure,
+            gap,
+            elastic: known(state.elastic_energy),
+            adhesion: known(state.adhesion_energy),
+            displacement: (params.boundary == Boundary::Free)
+                .then(|| state.mean_displacement * scales.length()),
+        }
+    }
+
+    /// Returns the energy that was lost along the path up to this state: what was lost before, plus
+    /// the work of the mean pressure since then, by the trapezoidal rule, minus the change of
+    /// energy. Zero where a path begins; `None` if the surfaces are apart.
+    fn dissipated_since(&self, before: Option<&Table>) -> Result<Option<f64>, StageError> {
+        let (Some(gap), Some(energy)) = (self.gap, self.energy()) else {
+            return Ok(None);
+        };
+        let Some(before) = before else {
+            return Ok(Some(0.0));
+        };
+        let value = |column: Column| -> Result<Option<f64>, StageError> {
+            Ok(before.reals(column.name)?.iter().next().flatten())
+        };
+        let (Some(lost), Some(elastic), Some(adhesion), Some(gap_before)) = (
+            value(DISSIPATED_ENERGY)?,
+            value(ELASTIC_ENERGY)?,
+            value(ADHESION_ENERGY)?,
+            value(MEAN_GAP)?,
+        ) else {
+            return Ok(Some(0.0));
+        };
+        let displacement_before = value(MEAN_DISPLACEMENT).ok().flatten().unwrap_or(0.0);
+        let displacement = self.displacement.unwrap_or(0.0) - displacement_before;
+        let pressure_before = before.reals(PRESSURE.name)?.value(0);
+        let approach = displacement - (gap - gap_before);
+        let work = 0.5 * (self.pressure + pressure_before) * approach;
+        Ok(Some(lost + work - (energy - elastic - adhesion)))
+    }
+
+    fn energy(&self) -> Option<f64> {
+        Some(self.elastic? + self.adhesion?)
+    }
+}
+
+/// Returns the code of a state in the column `stop`.
+fn stop_name(stop: Stop) -> &'static str {
+    match stop {
+        Stop::Converged => "converged",
+        Stop::PulledOff => "pulled-off",
+        Stop::PairLimit => crate::solve::PAIR_LIMIT,
+        Stop::Interrupted => "interrupted",
+    }
+}
