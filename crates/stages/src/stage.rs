@@ -250,8 +250,8 @@ pub struct Context<'a> {
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
     /// Receiver of finished rows while the task is running.
     pub finished: &'a dyn FinishedRows,
-    /// Stored rows of the task: those with their [source part](Stage::source_part), if the task only
-    /// adds other parts to them, or those of a [beginning](Stage::beginnings) of its table.
+    /// Stored rows of the task: those with their [source part](Stage::source_part), if the task
+    /// only adds other parts to them, or those of a [beginning](Stage::beginnings) of its table.
     pub stored: Option<&'a Table>,
     /// Reserves memory, in bytes, for another worker on the same surface until the task ends.
     /// Returns false if the memory is not free.

@@ -100,19 +100,19 @@ pub struct SolveTable {
     #[schemars(extend("default" = false))]
     pub flow: Key<bool>,
     /// Attraction between the surfaces, `{ work, range }`. The states then form a path: each starts
-    /// from the one before. `loads` keep their order, may be negative and may return. By default the
-    /// surfaces do not attract each other.
+    /// from the one before. `loads` keep their order, may be negative and may return. By default
+    /// the surfaces do not attract each other.
     #[schemars(transform = swept)]
     pub adhesion: Key<AdhesionTable>,
     /// Quantity that a path with `adhesion` prescribes: `"load"`, the mean pressure of `loads`, or
     /// `"gap"`, the mean gap of `gaps`.
     #[schemars(extend("default" = "load"))]
     pub control: Key<Control>,
-    /// Mean gaps in the order of the path, in the unit of lengths, for `control = "gap"`: a list, or
-    /// a range `{ from, to, steps }` that includes both ends.
+    /// Mean gaps in the order of the path, in the unit of lengths, for `control = "gap"`: a list,
+    /// or a range `{ from, to, steps }` that includes both ends.
     pub gaps: Key<Gaps>,
-    /// States of a path with `adhesion`: `"as-given"` follows the list, `"there-and-back"` then also
-    /// follows it backwards.
+    /// States of a path with `adhesion`: `"as-given"` follows the list, `"there-and-back"` then
+    /// also follows it backwards.
     #[schemars(extend("default" = "as-given"))]
     pub path: Key<PathShape>,
 }
