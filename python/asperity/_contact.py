@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class ContactState:
-    """Contact at one load.
+    """Contact at one load, or at one state of a path with adhesion.
 
     Attributes
     ----------
     index : int
-        Index of the load, from 0.
+        Index of the load or state, from 0.
     """
 
     def __init__(self, pressing: "_asperity.Pressing", index: int) -> None:
@@ -61,6 +61,10 @@ class ContactState:
         """See :meth:`Contact.contact`."""
         return self._pressing.contact(self.index)
 
+    def repulsive(self) -> NDArray[np.bool_]:
+        """See :meth:`Contact.repulsive`."""
+        return self._pressing.repulsive(self.index)
+
     def __repr__(self) -> str:
         row = self.row
         return (
@@ -72,7 +76,8 @@ class ContactState:
 class Contact:
     """Result of pressing a surface: a table row and maps for each load.
 
-    Lengths are in the unit of the surface, and pressures in the unit of `effective_modulus`.
+    With adhesion, the rows and maps are those of the states of the path, in its order. Where this class says
+    load, it then means state. Lengths are in the unit of the surface, and pressures in the unit of `effective_modulus`.
 
     Attributes
     ----------
@@ -107,17 +112,29 @@ class Contact:
         return reals(self._table, "contact_nodes") / (nodes_x * nodes_y)
 
     @property
+    def repulsive_area(self) -> Reals:
+        """Fractions of the nodes with positive pressure, shape (loads,).
+
+        They differ from `area` only with adhesion.
+        """
+        if "repulsive_fraction" in self._table.names:
+            return reals(self._table, "repulsive_fraction")
+        return self.area
+
+    @property
     def mean_gap(self) -> Reals:
-        """Mean gaps in the unit of the surface, shape (loads,)."""
+        """Mean gaps in the unit of the surface, shape (loads,); NaN after pull-off."""
         return reals(self._table, "mean_gap")
 
     @property
     def converged(self) -> bool:
-        """True if all loads have converged or reached full contact."""
-        return all(stop in ("converged", "full-contact") for stop in self._table["stop"])
+        """True if no load has reached the limit of pairs of transforms."""
+        return all(stop != "pair-limit" for stop in self._table["stop"])
 
     def pressure(self, load: int) -> Reals:
         """Returns the contact pressure, shape (n_x, n_y); exactly zero outside the contact.
+
+        With adhesion, it is negative where the surfaces attract each other.
 
         Parameters
         ----------
@@ -135,7 +152,7 @@ class Contact:
         """Returns the gap between the surfaces, shape (n_x, n_y).
 
         The gap is zero in elastic contact. Where the material yields, it is negative, and its magnitude is
-        the depth of the yielding.
+        the depth of the yielding. After pull-off it is infinite.
 
         Raises
         ------
@@ -165,6 +182,18 @@ class Contact:
             If there is no such load.
         """
         return self._pressing.contact(self._index(load))
+
+    def repulsive(self, load: int) -> NDArray[np.bool_]:
+        """Returns the map of the nodes with positive pressure, shape (n_x, n_y).
+
+        It differs from the contact map only with adhesion, under which nodes in contact can pull.
+
+        Raises
+        ------
+        IndexError
+            If there is no such load.
+        """
+        return self._pressing.repulsive(self._index(load))
 
     def _index(self, load: int) -> int:
         index = load + len(self) if load < 0 else load
@@ -196,9 +225,10 @@ class Contact:
         from asperity._picture import picture
 
         def draw(axes: Any) -> None:
-            heaviest = self.contact(len(self) - 1)
-            axes.imshow(heaviest.T, origin="lower", cmap="Greys", interpolation="nearest")
-            axes.set_title(f"contact under {self.load[-1]:g} E* × rms slope", fontsize="small")
+            # The states of a path may end with a separation.
+            heaviest = int(np.argmax(self.load))
+            axes.imshow(self.contact(heaviest).T, origin="lower", cmap="Greys", interpolation="nearest")
+            axes.set_title(f"contact under {self.load[heaviest]:g} E* × rms slope", fontsize="small")
 
         image = picture(draw) if len(self) else ""
         return f"<p>{escape(repr(self))}</p>{image}{self._table._repr_html_()}"

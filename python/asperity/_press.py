@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -11,9 +12,9 @@ from asperity import _asperity
 from asperity._arrays import Size
 from asperity._contact import Contact, ContactState
 from asperity._topography import Topography
-from asperity.errors import ArgumentError, MissingArgumentError, SurfaceError
+from asperity.errors import ArgumentError, MissingArgumentError, StudyWarning, SurfaceError
 
-#: One load, several loads, or ``{"from", "to", "steps", "spacing"}``.
+#: One load or mean gap, several of them, or ``{"from", "to", "steps", "spacing"}``.
 Loads = Union[ArrayLike, Mapping[str, Any]]
 
 
@@ -23,6 +24,9 @@ def press(
     size: Optional[Size] = None,
     loads: Optional[Loads] = None,
     pressures: Optional[Loads] = None,
+    gaps: Optional[Loads] = None,
+    adhesion: Optional[Mapping[str, Any]] = None,
+    path: Optional[str] = None,
     effective_modulus: Optional[float] = None,
     bodies: Optional[Sequence[Mapping[str, float]]] = None,
     boundary: Optional[str] = None,
@@ -35,9 +39,11 @@ def press(
 ) -> Contact:
     """Presses a rigid rough surface into an elastic half-space under a sequence of loads.
 
-    Solves frictionless contact without adhesion by preconditioned conjugate gradients with FFT. The results
-    are bitwise equal to those of a `solve` stage. Other Python threads run during the computation, and Ctrl-C
-    interrupts it.
+    Solves frictionless contact by preconditioned conjugate gradients with FFT. The results are bitwise equal to
+    those of a `solve` stage. Other Python threads run during the computation, and Ctrl-C interrupts it.
+
+    With `adhesion`, the surfaces attract each other. The loads or mean gaps are then the states of a path: each
+    state starts from the one before, and loads may be negative.
 
     Parameters
     ----------
@@ -50,6 +56,17 @@ def press(
         ``{"to": 0.1, "steps": 10, "from": 0, "spacing": "linear"}``.
     pressures : float, array_like or mapping
         Mean pressures in the unit of `effective_modulus`; alternative to `loads`.
+    gaps : float, array_like or mapping
+        Mean gaps in the unit of the heights, in the order of the path: numbers, or
+        ``{"from": 0.2, "to": 0.02, "steps": 10}``. Alternative to `loads` with `adhesion`.
+    adhesion : mapping, optional
+        ``{"work", "range"}``: work of adhesion w in the unit of the modulus × unit of length, and range ρ in the
+        unit of the heights. At the gap g the energy per area is −w exp(−g/ρ); default: no attraction. `loads`
+        and `pressures` then follow the path, may be negative and need not ascend. ``"override": True`` allows
+        a mesh with Δx w/(E* ρ²) > π/2.
+    path : ``"as-given"`` or ``"there-and-back"``, optional
+        With `adhesion`: the states follow the list, or the list and then the list backwards; default:
+        ``"as-given"``.
     effective_modulus : float, optional
         Effective modulus E*, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; default: 1.
     bodies : sequence of mappings, optional
@@ -63,7 +80,7 @@ def press(
         (``"absolute"`` or ``"relative"``); default: no limit.
     tolerance : float, optional
         Maximum error of the gap, in units of rms slope × mesh step: the gap in contact and the penetration
-        outside it; default: 5e-5.
+        outside it; default: 5e-5. With `adhesion`: maximum error of a pressure, in units of E* × rms slope.
     max_pairs : int, optional
         Maximum number of pairs of transforms per load; default: 2000. The column ``stop`` marks loads that
         have not converged.
@@ -76,22 +93,29 @@ def press(
     Returns
     -------
     Contact
-        A table, and maps for each load: ``pressure(i)``, ``gap(i)``, ``displacement(i)``, ``contact(i)``.
+        A table, and maps for each load: ``pressure(i)``, ``gap(i)``, ``displacement(i)``, ``contact(i)``,
+        ``repulsive(i)``.
 
     Raises
     ------
     ArgumentError
         If an argument is invalid.
     MissingArgumentError
-        If `size` or `boundary` is missing for an array, or if both `loads` and `pressures` are missing. It is
-        a TypeError and an ArgumentError.
+        If `size` or `boundary` is missing for an array, or if `loads`, `pressures` and `gaps` are missing. It
+        is a TypeError and an ArgumentError.
     SurfaceError
         If points are missing, or if `boundary` is ``"periodic"`` but the map is not periodic.
+
+    Warns
+    -----
+    StudyWarning
+        If the mesh is coarse for the adhesion.
 
     Notes
     -----
     Method: I. A. Polonsky & L. M. Keer, *Wear* 231 (1999) 206; V. A. Yastrebov, G. Anciaux & J.-F. Molinari,
     *Int. J. Solids Struct.* 52 (2015) 83. With `hardness`: A. Almqvist et al., *Tribol. Int.* 40 (2007) 574.
+    With `adhesion`: V. Rey, G. Anciaux & J.-F. Molinari, *Comput. Mech.* 60 (2017) 69.
 
     Examples
     --------
@@ -108,10 +132,18 @@ def press(
     True
     >>> contact.table["stop"]
     ['converged', 'full-contact']
+
+    Two flat surfaces at the distance G attract each other with the pressure (w/ρ) exp(−G/ρ):
+
+    >>> flat = press(numpy.zeros((16, 16)), size=1.0, boundary="periodic",
+    ...              adhesion={"work": 0.01, "range": 0.1}, gaps=[0.2, 0.1])
+    >>> (flat.mean_pressure / (-0.1 * numpy.exp([-2, -1]))).round(12)
+    array([1., 1.])
     """
-    keys = _keys(
-        loads, pressures, effective_modulus, bodies, boundary, hardness, hardness_unit, tolerance, max_pairs
-    )
+    keys = {
+        **_states(loads, pressures, gaps, adhesion, path),
+        **_setting(effective_modulus, bodies, boundary, hardness, hardness_unit, tolerance, max_pairs),
+    }
     pressing, topography = _pressing(heights, size, boundary, keys, fields, jobs)
     while pressing.press():
         pass
@@ -124,6 +156,9 @@ def press_each(
     size: Optional[Size] = None,
     loads: Optional[Loads] = None,
     pressures: Optional[Loads] = None,
+    gaps: Optional[Loads] = None,
+    adhesion: Optional[Mapping[str, Any]] = None,
+    path: Optional[str] = None,
     effective_modulus: Optional[float] = None,
     bodies: Optional[Sequence[Mapping[str, float]]] = None,
     boundary: Optional[str] = None,
@@ -154,9 +189,10 @@ def press_each(
     >>> state.load
     0.1
     """
-    keys = _keys(
-        loads, pressures, effective_modulus, bodies, boundary, hardness, hardness_unit, tolerance, max_pairs
-    )
+    keys = {
+        **_states(loads, pressures, gaps, adhesion, path),
+        **_setting(effective_modulus, bodies, boundary, hardness, hardness_unit, tolerance, max_pairs),
+    }
     pressing, _ = _pressing(heights, size, boundary, keys, fields, jobs)
 
     def each() -> Iterator[ContactState]:
@@ -166,9 +202,41 @@ def press_each(
     return each()
 
 
-def _keys(
+def _states(
     loads: Optional[Loads],
     pressures: Optional[Loads],
+    gaps: Optional[Loads],
+    adhesion: Optional[Mapping[str, Any]],
+    path: Optional[str],
+) -> Dict[str, Any]:
+    """Returns the keys of a `solve` stage that describe its loads or the states of its path."""
+    given = {"loads": loads, "pressures": pressures, "gaps": gaps}
+    named = [name for name, value in given.items() if value is not None]
+    if len(named) != 1:
+        kind = MissingArgumentError if not named else ArgumentError
+        found = f", not both `{named[0]}` and `{named[1]}`" if named else ""
+        raise kind(
+            "give either `loads` (in units of E* × rms slope) or `pressures` (in the unit of the modulus), or "
+            f"with `adhesion` the mean `gaps` of the path{found}"
+        )
+    if gaps is not None and adhesion is None:
+        raise ArgumentError(
+            "`gaps` are the mean gaps of a path with adhesion: give also "
+            '`adhesion={"work": …, "range": …}`, or give `loads` instead'
+        )
+    if not (adhesion is None or isinstance(adhesion, Mapping)):
+        raise ArgumentError(f'`adhesion` is {adhesion!r}, but must be {{"work": …, "range": …}}')
+    name = named[0]
+    states = {
+        "adhesion": None if adhesion is None else dict(adhesion),
+        "path": path,
+        "loads" if gaps is None else "gaps": _list(name, given[name]),
+        "load_unit": "absolute" if name == "pressures" else "relative",
+    }
+    return states if gaps is None else {**states, "control": "gap"}
+
+
+def _setting(
     effective_modulus: Optional[float],
     bodies: Optional[Sequence[Mapping[str, float]]],
     boundary: Optional[str],
@@ -177,15 +245,8 @@ def _keys(
     tolerance: Optional[float],
     max_pairs: Optional[int],
 ) -> Dict[str, Any]:
-    """Returns the keys of a `solve` stage."""
-    if (loads is None) == (pressures is None):
-        kind = MissingArgumentError if loads is None else ArgumentError
-        raise kind(
-            "give either `loads` (in units of E* × rms slope) or `pressures` (in the unit of the modulus)"
-        )
+    """Returns the keys of a `solve` stage that describe the bodies and the solver."""
     return {
-        "loads": _list(loads if pressures is None else pressures),
-        "load_unit": "relative" if pressures is None else "absolute",
         "effective_modulus": effective_modulus,
         "bodies": None if bodies is None else [dict(body) for body in bodies],
         "boundary": boundary,
@@ -196,16 +257,17 @@ def _keys(
     }
 
 
-def _list(loads: Optional[Loads]) -> Union[List[float], Dict[str, Any]]:
-    if isinstance(loads, Mapping):
-        return dict(loads)
+def _list(name: str, states: Optional[Loads]) -> Union[List[float], Dict[str, Any]]:
+    """Returns the numbers of the argument `name`, or its range."""
+    if isinstance(states, Mapping):
+        return dict(states)
     try:
-        numbers: List[float] = np.asarray(loads, dtype=np.float64).reshape(-1).tolist()
+        numbers: List[float] = np.asarray(states, dtype=np.float64).reshape(-1).tolist()
     except (TypeError, ValueError):
-        raise ArgumentError(
-            f"loads are numbers, not {loads!r}: give `loads` in units of E* × rms slope, or `pressures` in the unit "
-            "of `effective_modulus`"
-        ) from None
+        kind, unit = ("gaps", "the unit of the heights") if name == "gaps" else (
+            "loads", "units of E* × rms slope, or `pressures` in the unit of `effective_modulus`"
+        )
+        raise ArgumentError(f"{kind} are numbers, not {states!r}: give `{kind}` in {unit}") from None
     return numbers
 
 
@@ -244,4 +306,6 @@ def _pressing(
         fields,
         jobs,
     )
+    for message in pressing.warnings():
+        warnings.warn(message, StudyWarning, stacklevel=3)
     return pressing, topography

@@ -109,4 +109,4 @@ class FitError(Error, ArithmeticError):
 
 
 class StudyWarning(UserWarning):
-    """Warning about a study, its tables or a run."""
+    """Warning about a study, its tables or a run, or about a mesh that is coarse for the adhesion."""

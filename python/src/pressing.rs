@@ -24,12 +24,12 @@ impl Pressing {
         self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
-    fn field<'py>(
+    fn field<'py, T: numpy::Element>(
         &self,
         py: Python<'py>,
         load: usize,
-        of: impl FnOnce(&mut direct::Pressing) -> Option<Vec<f64>> + Send,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        of: impl FnOnce(&mut direct::Pressing) -> Option<Vec<T>> + Send,
+    ) -> PyResult<Bound<'py, PyArray2<T>>> {
         let (values, nodes) = py.detach(|| {
             let mut pressing = self.lock();
             (of(&mut pressing), pressing.grid().nodes())
@@ -75,7 +75,7 @@ impl Pressing {
             (pressed, signals.exception())
         });
         match (pressed, signals) {
-            (Ok(outcome), None) => Ok(outcome.is_some()),
+            (Ok(is_solved), None) => Ok(is_solved),
             (Err(StageError::Interrupted), Some(exception)) | (Ok(_), Some(exception)) => {
                 Err(exception)
             }
@@ -88,16 +88,22 @@ impl Pressing {
         py.detach(|| self.lock().count())
     }
 
-    fn table(&self, py: Python<'_>) -> Table {
-        Table::from(py.detach(|| self.lock().table()))
+    fn table(&self, py: Python<'_>) -> PyResult<Table> {
+        let table = py.detach(|| self.lock().table());
+        Ok(Table::from(table.map_err(|error| surface_error(py, &error))?))
+    }
+
+    /// Returns warnings about the mesh of a contact with adhesion.
+    fn warnings(&self, py: Python<'_>) -> Vec<String> {
+        py.detach(|| self.lock().warnings().to_vec())
     }
 
     fn contact<'py>(&self, py: Python<'py>, load: usize) -> PyResult<Bound<'py, PyArray2<bool>>> {
-        let (contact, nodes) = py.detach(|| {
-            let pressing = self.lock();
-            (pressing.contact(load), pressing.grid().nodes())
-        });
-        conversion::map(py, contact.ok_or_else(|| not_available(load))?, nodes)
+        self.field(py, load, |pressing| pressing.contact(load))
+    }
+
+    fn repulsive<'py>(&self, py: Python<'py>, load: usize) -> PyResult<Bound<'py, PyArray2<bool>>> {
+        self.field(py, load, |pressing| pressing.repulsive(load))
     }
 
     fn pressure<'py>(&self, py: Python<'py>, load: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {

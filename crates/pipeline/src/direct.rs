@@ -13,21 +13,25 @@
 //! let (slope, is_periodic) = (Some(drawn.rms_slope), drawn.is_periodic);
 //! let map = Map { surface: drawn.surface, rms_slope: slope, is_periodic };
 //! let mut pressing = Pressing::new(map, &"loads = [0.01, 0.1]".parse()?)?;
-//! while pressing.press(&|| false)?.is_some() {}
-//! let table = pressing.table();
+//! while pressing.press(&|| false)? {}
+//! let table = pressing.table()?;
 //! let nodes = table.integers("contact_nodes")?;
 //! assert!(nodes.value(0) < nodes.value(1));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+
+mod loads;
+mod states;
 
 use std::num::NonZeroUsize;
 use std::path::Path;
 
 use toml::Table as Keys;
 
+use self::loads::Loads;
+use self::states::States;
 use crate::study::{Study, Work};
 use asperity_contact::grid::{Boundary, Grid};
-use asperity_contact::solver::{Outcome, Solver};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::differences;
 use asperity_contact::topography::moments::Moments;
@@ -35,9 +39,8 @@ use asperity_contact::topography::surface::{Surface, SurfaceError};
 use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::columns::RMS_SLOPE;
 use asperity_stages::generate::growth::PlannedSurfaces;
-use asperity_stages::solve::{Contact, SolvedLoad};
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::{Recipe, StageError, grids, solve};
+use asperity_stages::{Recipe, StageError, grids};
 use asperity_tables::column::Value;
 use asperity_tables::table::{Table, TableError};
 
@@ -106,19 +109,36 @@ pub struct Map {
 
 /// Contact of one surface, which is solved under one load after the other.
 ///
+/// With adhesion, the loads or mean gaps are the states of a path, in its order. "Load" then stands
+/// for a state in the methods.
+///
 /// Pressures are in the unit of the effective modulus, lengths in the unit of the sides. The
 /// contact map of every finished load is kept in memory, one bit per node. The pressures are kept
-/// too, unless [`Pressing::without_fields`] was called.
+/// too, and with adhesion the gaps, unless [`Pressing::without_fields`] was called.
 pub struct Pressing {
-    contact: Contact,
-    solver: Solver,
-    /// Finished loads.
-    loads: Vec<SolvedLoad>,
-    row: Table,
-    keeps_fields: bool,
-    /// Pressures of the nodes in contact under each load, in units of E* × rms slope.
-    pressures: Vec<Vec<f64>>,
+    solved: Box<dyn Solved>,
     cores: NonZeroUsize,
+    grid: Grid,
+    keeps_fields: bool,
+    warnings: Vec<String>,
+}
+
+/// Finished loads of a contact, and the solver for the next one. The methods are those of
+/// [`Pressing`].
+trait Solved: Send {
+    fn set_threads(&mut self, threads: Threads);
+    fn press(
+        &mut self,
+        keeps_fields: bool,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<bool, StageError>;
+    fn count(&self) -> usize;
+    fn table(&self) -> Result<Table, StageError>;
+    fn contact(&self, load: usize) -> Option<Vec<bool>>;
+    fn repulsive(&self, load: usize) -> Option<Vec<bool>>;
+    fn pressure(&self, load: usize) -> Option<Vec<f64>>;
+    fn displacement(&mut self, load: usize) -> Option<Vec<f64>>;
+    fn gap(&mut self, load: usize) -> Option<Vec<f64>>;
 }
 
 impl Pressing {
@@ -137,26 +157,28 @@ impl Pressing {
     /// # Errors
     /// Returns the same errors as [`Pressing::new`].
     pub fn new_on(cores: NonZeroUsize, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
-        let params = loads(keys)?;
-        if params.boundary == Boundary::Periodic && !map.is_periodic {
+        let grid = map.surface.grid();
+        let Checked { recipe, warnings } = checked(keys, grid)?;
+        let boundary = match &recipe {
+            Recipe::Adhesion(params) => params.boundary,
+            Recipe::Solve(params) => params.boundary,
+            _ => unreachable!("only `solve` stages are checked"),
+        };
+        if boundary == Boundary::Periodic && !map.is_periodic {
             return Err(DirectError::NotPeriodic);
         }
-        let grid = map.surface.grid();
         let rms_slope = map.rms_slope.unwrap_or_else(|| rms_slope(&map));
         let mut row = grids::coordinates(grid.nodes(), grid.cell().size());
         row.push((RMS_SLOPE, Value::Real(rms_slope)));
+        let row = Table::row(&row);
         let threads = Threads::for_mesh(cores, grid.count());
-        let (contact, mut solver) = Contact::new(&params, map.surface, rms_slope, threads)?;
-        solver.set_threads(Threads::one());
-        Ok(Pressing {
-            contact,
-            solver,
-            loads: Vec::new(),
-            cores,
-            row: Table::row(&row),
-            keeps_fields: true,
-            pressures: Vec::new(),
-        })
+        let mut solved: Box<dyn Solved> = match &recipe {
+            Recipe::Adhesion(params) => Box::new(States::new(params, map.surface, row, threads)?),
+            Recipe::Solve(params) => Box::new(Loads::new(params, map.surface, row, threads)?),
+            _ => unreachable!("only `solve` stages are checked"),
+        };
+        solved.set_threads(Threads::one());
+        Ok(Pressing { solved, cores, grid, keeps_fields: true, warnings })
     }
 
     /// Disables keeping the pressures of finished loads; their contact maps are still kept.
@@ -164,54 +186,57 @@ impl Pressing {
         Pressing { keeps_fields: false, ..self }
     }
 
-    /// Solves the contact under the next load. Returns `None` after the last load.
+    /// Returns warnings about the mesh of a contact with adhesion.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Solves the contact under the next load. Returns false if there is no further load.
     ///
     /// # Errors
     /// Returns an error if `interrupted` returned true. The call can then be repeated.
-    pub fn press(&mut self, interrupted: &dyn Fn() -> bool) -> Result<Option<Outcome>, StageError> {
-        let Some(&load) = self.contact.loads().get(self.count()) else { return Ok(None) };
-        let solved =
-            self.on_threads(|contact, solver| contact.solve(solver, load, &interrupted))?;
-        if self.keeps_fields {
-            let pressure = self.solver.pressure().iter().copied();
-            self.pressures.push(pressure.filter(|p| *p > 0.0).collect());
-        }
-        let outcome = solved.outcome;
-        self.loads.push(solved);
-        Ok(Some(outcome))
+    pub fn press(&mut self, interrupted: &dyn Fn() -> bool) -> Result<bool, StageError> {
+        let keeps_fields = self.keeps_fields;
+        self.on_threads(|solved| solved.press(keeps_fields, interrupted))
     }
 
     /// Returns the number of finished loads.
     pub fn count(&self) -> usize {
-        self.loads.len()
+        self.solved.count()
     }
 
     /// Returns the mesh of the surface.
     pub fn grid(&self) -> Grid {
-        self.contact.grid()
+        self.grid
     }
 
     /// Returns a table with a row for each finished load: the table of a `solve` stage without the
     /// parameter columns of the surface.
-    pub fn table(&self) -> Table {
-        self.contact.table(&self.row, self.loads.clone())
+    ///
+    /// # Errors
+    /// Returns an error if the rows do not form a table, which is a bug.
+    pub fn table(&self) -> Result<Table, StageError> {
+        self.solved.table()
     }
 
     /// Returns the contact map under the load with index `load`, row-major: true for nodes in
-    /// contact. Returns `None` if the load is not finished.
+    /// contact, whose gap is zero. Returns `None` if the load is not finished.
     pub fn contact(&self, load: usize) -> Option<Vec<bool>> {
-        let bytes = &self.loads.get(load)?.contact;
-        let is_set = |node: usize| bytes[node / 8] >> (node % 8) & 1 == 1;
-        Some((0..self.grid().count()).map(is_set).collect())
+        self.solved.contact(load)
     }
 
-    /// Returns the pressures under the load with index `load`, row-major. Returns `None` if the
-    /// load is not finished or its pressures were not kept.
+    /// Returns the map of the nodes with positive pressure under the load with index `load`,
+    /// row-major. It differs from the contact map only with adhesion. Returns `None` if the load is
+    /// not finished.
+    pub fn repulsive(&self, load: usize) -> Option<Vec<bool>> {
+        self.solved.repulsive(load)
+    }
+
+    /// Returns the pressures under the load with index `load`, row-major. With adhesion, they are
+    /// negative where the surfaces attract each other. Returns `None` if the load is not finished
+    /// or its pressures were not kept.
     pub fn pressure(&self, load: usize) -> Option<Vec<f64>> {
-        let unit = self.contact.scales().pressure();
-        let mut pressure = self.reduced_pressure(load)?;
-        pressure.iter_mut().for_each(|p| *p *= unit);
-        Some(pressure)
+        self.solved.pressure(load)
     }
 
     /// Returns the displacements of the elastic body under the load with index `load`, positive
@@ -219,40 +244,31 @@ impl Pressing {
     ///
     /// Returns `None` if the load is not finished or its pressures were not kept.
     pub fn displacement(&mut self, load: usize) -> Option<Vec<f64>> {
-        let pressure = self.reduced_pressure(load)?;
-        let displacement = self.on_threads(|_, solver| solver.displacement_under(&pressure));
-        Some(self.contact.in_length(displacement))
+        self.on_threads(|solved| solved.displacement(load))
     }
 
     /// Returns the gaps under the load with index `load`, row-major, as defined by
-    /// [`Solver::gap_under`](asperity_contact::solver::Solver::gap_under).
+    /// [`Solver::gap_under`](asperity_contact::solver::Solver::gap_under). Surfaces with adhesion
+    /// that are pulled off have infinite gaps.
     ///
     /// Returns `None` if the load is not finished or its pressures were not kept.
     pub fn gap(&mut self, load: usize) -> Option<Vec<f64>> {
-        let pressure = self.reduced_pressure(load)?;
-        let gap = self.on_threads(|_, solver| solver.gap_under(&pressure));
-        Some(self.contact.in_length(gap))
+        self.on_threads(|solved| solved.gap(load))
     }
 
     /// Runs `work` on all cores. The threads end before the method returns, so that the process can
     /// be forked between calls.
-    fn on_threads<T>(&mut self, work: impl FnOnce(&Contact, &mut Solver) -> T) -> T {
-        let nodes = self.grid().count();
-        self.solver.set_threads(Threads::for_mesh(self.cores, nodes));
-        let done = work(&self.contact, &mut self.solver);
-        self.solver.set_threads(Threads::one());
+    fn on_threads<T>(&mut self, work: impl FnOnce(&mut dyn Solved) -> T) -> T {
+        self.solved.set_threads(Threads::for_mesh(self.cores, self.grid.count()));
+        let done = work(self.solved.as_mut());
+        self.solved.set_threads(Threads::one());
         done
     }
+}
 
-    /// Returns the pressures under a load in units of E* × rms slope, row-major.
-    fn reduced_pressure(&self, load: usize) -> Option<Vec<f64>> {
-        let mut kept = self.pressures.get(load)?.iter();
-        let contact = self.contact(load)?.into_iter();
-        let pressure = contact.map(|touches| {
-            if touches { *kept.next().expect("every node in contact has one") } else { 0.0 }
-        });
-        Some(pressure.collect())
-    }
+/// Reads a map of `nodes` bits, row-major, the lowest bit of a byte first.
+fn bits(bytes: &[u8], nodes: usize) -> Vec<bool> {
+    (0..nodes).map(|node| bytes[node / 8] >> (node % 8) & 1 == 1).collect()
 }
 
 fn rms_slope(map: &Map) -> f64 {
@@ -287,33 +303,47 @@ fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
     }
 }
 
-/// Returns the parameters of the loads that these keys of a `solve` stage describe. They do not
-/// depend on the surface.
-fn loads(keys: &Keys) -> Result<solve::Params, KeyErrors> {
-    let mut contact = stage("solve", keys);
-    contact.insert("from".to_owned(), "surface".into());
-    let study =
-        study([("surface", stage("generate", &placeholder_surface())), ("contact", contact)])?;
-    match study.stages[1].work.recipes() {
-        // `Pressing` solves for pressures of nodes and knows no asperity models.
-        [Recipe::Solve(params)] if params.asperities.is_some() => {
-            Err(KeyErrors(vec![only_in_manifests("method = \"asperities\"")]))
-        }
-        [Recipe::Solve(params)] if params.flow => {
-            Err(KeyErrors(vec![only_in_manifests("flow = true")]))
-        }
-        [Recipe::Solve(params)] => Ok(params.as_ref().clone()),
-        [Recipe::Adhesion(_)] => Err(KeyErrors(vec![only_in_manifests("adhesion")])),
-        several => Err(expected_one(several.len(), "parameter points")),
-    }
+/// Checked keys of a `solve` stage.
+#[derive(Debug)]
+struct Checked {
+    /// Parameters of loads, or of a path with adhesion.
+    recipe: Recipe,
+    warnings: Vec<String>,
 }
 
-/// Returns the keys of an arbitrary surface, which the check of a `solve` stage requires. The rms
-/// slope of this surface is unknown until the surface is generated. No check of the loads therefore
-/// depends on the surface.
-fn placeholder_surface() -> Keys {
-    let keys =
-        [("method", toml::Value::from("wave")), ("nodes", 16.into()), ("amplitude", 1.0.into())];
+/// Checks the keys of a `solve` stage for a surface on this grid.
+fn checked(keys: &Keys, grid: Grid) -> Result<Checked, KeyErrors> {
+    let mut contact = stage("solve", keys);
+    contact.insert("from".to_owned(), "surface".into());
+    let surface = stage("generate", &placeholder_surface(grid));
+    let study = study([("surface", surface), ("contact", contact)])?;
+    let contact = &study.stages[1];
+    let recipe = match contact.work.recipes() {
+        // `Pressing` solves for pressures of nodes and knows no asperity models.
+        [Recipe::Solve(params)] if params.asperities.is_some() => {
+            return Err(KeyErrors(vec![only_in_manifests("method = \"asperities\"")]));
+        }
+        [Recipe::Solve(params)] if params.flow => {
+            return Err(KeyErrors(vec![only_in_manifests("flow = true")]));
+        }
+        [recipe @ (Recipe::Solve(_) | Recipe::Adhesion(_))] => recipe.clone(),
+        several => return Err(expected_one(several.len(), "parameter points")),
+    };
+    Ok(Checked { recipe, warnings: study.coarse_for_adhesion(contact).into_iter().collect() })
+}
+
+/// Returns the keys of a surface with the spacing of `grid`, which the check of a `solve` stage
+/// requires. The rms slope of this surface is unknown until the surface is generated. The mesh of
+/// an adhesive contact is therefore checked, but no check depends on the heights.
+fn placeholder_surface(grid: Grid) -> Keys {
+    const NODES: u8 = 16;
+    let [along_x, along_y] = grid.spacing();
+    let keys = [
+        ("method", toml::Value::from("wave")),
+        ("nodes", NODES.into()),
+        ("side", (f64::from(NODES) * along_x.max(along_y)).into()),
+        ("amplitude", 1.0.into()),
+    ];
     keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
 }
 
@@ -361,7 +391,7 @@ mod tests {
 
     fn pressed(keys: &str) -> Pressing {
         let mut pressing = Pressing::new(wave(), &keys.parse().unwrap()).unwrap();
-        while pressing.press(&|| false).unwrap().is_some() {}
+        while pressing.press(&|| false).unwrap() {}
         pressing
     }
 
@@ -394,6 +424,66 @@ mod tests {
         assert!(pressing.gap(0).unwrap().into_iter().all(|gap| gap == 0.0));
     }
 
+    /// Keys of a path with adhesion on the wave, from apart into contact and back.
+    const PATH: &str = "effective_modulus = 3.0\nadhesion = { work = 3e-4, range = 0.005 }\n\
+                        control = \"gap\"\ngaps = [0.02, 0.01, 0.005, 0.01]\ntolerance = 1e-10";
+
+    #[test]
+    #[expect(clippy::disallowed_methods, reason = "exp need not be the same everywhere")]
+    fn maps_of_a_path_fulfil_the_laws_of_wall_and_attraction() {
+        let mut pressing = pressed(PATH);
+        assert!(pressing.warnings().is_empty());
+        let table = pressing.table().unwrap();
+        let heights = wave().surface.into_heights();
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        for (state, asked) in [0.02, 0.01, 0.005, 0.01].into_iter().enumerate() {
+            let (gap, pressure) = (pressing.gap(state).unwrap(), pressing.pressure(state).unwrap());
+            assert!((mean(&gap) / asked - 1.0).abs() < 1e-12);
+            assert!((mean(&pressure) - table.reals("pressure").unwrap().value(state)).abs() < 1e-9);
+            let contact = pressing.contact(state).unwrap();
+            let repulsive = pressing.repulsive(state).unwrap();
+            for node in 0..gap.len() {
+                let attraction = 3e-4 / 0.005 * (-gap[node] / 0.005).exp();
+                assert_eq!(contact[node], gap[node] == 0.0);
+                assert_eq!(repulsive[node], pressure[node] > 0.0);
+                let is_wall = contact[node] && pressure[node] > -attraction - 1e-9;
+                assert!(is_wall || (pressure[node] + attraction).abs() < 1e-9);
+            }
+            // The gap is displacement − height − offset.
+            let displacement = pressing.displacement(state).unwrap();
+            assert!(mean(&displacement).abs() < 1e-15);
+            let offset = |node: usize| displacement[node] - heights[node] - gap[node];
+            assert!((0..gap.len()).all(|node| (offset(node) - offset(0)).abs() < 1e-14));
+        }
+        let nodes = table.integers("repulsive_nodes").unwrap();
+        assert!(nodes.value(0) == 0 && nodes.value(2) > 0);
+    }
+
+    #[test]
+    fn an_interrupted_state_of_a_path_is_solved_again_from_the_state_before() {
+        let whole = pressed(PATH).table().unwrap();
+        let mut pressing = Pressing::new(wave(), &table(PATH)).unwrap();
+        for iterations in [0, 3, 5] {
+            let calls = std::cell::Cell::new(0);
+            let interrupted = || calls.replace(calls.get() + 1) >= iterations;
+            while pressing.press(&interrupted).is_ok_and(|pressed| pressed) {}
+        }
+        while pressing.press(&|| false).unwrap() {}
+        assert_eq!(pressing.table().unwrap(), whole);
+    }
+
+    #[test]
+    fn the_mesh_of_the_surface_and_not_another_is_checked_for_adhesion() {
+        let rho =
+            |range: f64| format!("adhesion = {{ work = 3e-4, range = {range} }}\nloads = [0.1]");
+        // Δx w/(E* ρ²) = 1/32 · 3e-4/ρ².
+        assert!(checked(&rho(0.006)).unwrap().warnings.is_empty());
+        let warnings = checked(&rho(0.005)).unwrap().warnings;
+        assert!(warnings[0].contains("Δx w/(E* ρ²) = 0.37"), "{warnings:?}");
+        let message = checked(&rho(0.002)).unwrap_err().to_string();
+        assert!(message.contains("too coarse for the adhesion"), "{message}");
+    }
+
     #[test]
     fn a_map_that_is_not_periodic_is_not_pressed_as_one_that_is() {
         let map = Map { is_periodic: false, ..wave() };
@@ -407,12 +497,17 @@ mod tests {
         text.parse().unwrap()
     }
 
+    /// Checks the keys of a `solve` stage for the wave of the other tests.
+    fn checked(text: &str) -> Result<Checked, KeyErrors> {
+        super::checked(&table(text), wave().surface.grid())
+    }
+
     #[test]
     fn what_is_wrong_with_keys_is_told_as_in_a_manifest() {
         let keys = table("nodes = 64\nhurst = 1.7\nk_lower = 2\nk_upper = 16");
         let message = surface(&keys).unwrap_err().to_string();
         assert!(message.contains("`hurst`") && message.contains("1.7"), "{message}");
-        let message = loads(&table("loads = [0.1, -0.2]")).unwrap_err().to_string();
+        let message = checked("loads = [0.1, -0.2]").unwrap_err().to_string();
         assert!(message.contains("`loads`") && message.contains("-0.2"), "{message}");
     }
 
@@ -425,14 +520,14 @@ mod tests {
 
     #[test]
     fn asperities_are_not_pressed_as_if_every_node_were_solved() {
-        let keys = table("loads = [0.1]\nmethod = \"asperities\"");
-        let message = loads(&keys).unwrap_err().to_string();
+        let keys = "loads = [0.1]\nmethod = \"asperities\"";
+        let message = checked(keys).unwrap_err().to_string();
         assert!(message.contains("`method = \"asperities\"`"), "{message}");
     }
 
     #[test]
     fn a_hardness_in_either_unit_is_held_against_no_slope() {
-        let keys = table("loads = [0.1]\nhardness = 1e-9");
-        assert!(loads(&keys).unwrap().hardness.is_some());
+        let checked = checked("loads = [0.1]\nhardness = 1e-9").unwrap();
+        assert!(matches!(&checked.recipe, Recipe::Solve(params) if params.hardness.is_some()));
     }
 }

@@ -10,7 +10,7 @@ use asperity_stages::solve::adhesion::{self, keys, keys::Control};
 
 impl Study {
     /// Warns that a mesh resolves the adhesion of a stage poorly.
-    pub(super) fn coarse_for_adhesion(&self, stage: &Stage) -> Option<String> {
+    pub(crate) fn coarse_for_adhesion(&self, stage: &Stage) -> Option<String> {
         let steps = self.pressed_by(stage).filter_map(|params| Some(params.grid().ok()?.spacing()));
         let step = steps.flatten().reduce(f64::max)?;
         let number = |params: &adhesion::Params| {

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use self::keys::Control;
+pub use self::path::ContactPath;
 use super::units::PressureUnit;
 use crate::columns::*;
 use crate::{

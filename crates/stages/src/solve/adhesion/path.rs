@@ -10,11 +10,13 @@ use crate::columns::*;
 use crate::solve::units::Scales;
 use crate::{Context, StageError};
 use asperity_contact::adhesion::{Adhesion, AdhesivePath, Stop, Target};
-use asperity_contact::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
+use asperity_contact::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfSpace};
 use asperity_contact::grid::Boundary;
 use asperity_contact::morphology::map::ContactMap;
+use asperity_contact::threads::Threads;
 use asperity_contact::topography::moments::Moments;
 use asperity_contact::topography::surface::Surface;
+use asperity_tables::column::optional_list;
 use asperity_tables::table::Table;
 
 /// Solves the states of a path, or the states beyond those that are stored. `row` is the row of the
@@ -28,49 +30,56 @@ pub fn solve(
     row: &Table,
     context: &Context,
 ) -> Result<Table, StageError> {
-    let mut path = Path::new(params, surface, row, context)?;
-    let mut rows = match context.stored {
-        Some(stored) => path.resumed(stored)?,
-        None => Vec::new(),
+    let mut path = ContactPath::new(params, surface, row, context.threads.clone())?;
+    if let Some(stored) = context.stored {
+        path.resume(stored)?;
+    }
+    let keep = |path: &ContactPath| {
+        let finished = &params.targets[..path.count()];
+        context.finished.keep(finished, &path.table()?).map_err(StageError::Store)
     };
     let states = params.targets.len();
-    while rows.len() < states {
-        match path.step(rows.len(), rows.last()) {
-            Ok(next) => rows.push(next),
-            Err(error) => {
-                if matches!(error, StageError::Interrupted) && !rows.is_empty() {
-                    path.keep(&rows)?;
-                }
-                return Err(error);
+    while path.count() < states {
+        if let Err(error) = path.step(context.interrupted) {
+            if matches!(error, StageError::Interrupted) && path.count() > 0 {
+                keep(&path)?;
             }
+            return Err(error);
         }
-        (context.advance)(rows.len() as f64 / states as f64);
-        if rows.len() < states && context.finished.are_due() {
-            path.keep(&rows)?;
+        (context.advance)(path.count() as f64 / states as f64);
+        if path.count() < states && context.finished.are_due() {
+            keep(&path)?;
         }
     }
-    path.table(&rows)
+    path.table()
 }
 
-/// A path on one surface.
-struct Path<'a> {
-    params: &'a Params,
-    context: &'a Context<'a>,
-    /// Row of the surface in the table of its stage.
-    surface: &'a Table,
+/// A path on one surface, whose states are solved one after the other.
+pub struct ContactPath {
+    params: Params,
+    /// Coordinates of the surface, a table of one row.
+    surface: Table,
     scales: SurfaceScales,
     solver: AdhesivePath,
+    threads: Threads,
     /// Branch of each state.
     branches: Vec<String>,
+    /// Rows of the solved states. The last row has its gaps. The rows before it have them only if
+    /// the maps of all states are stored.
+    rows: Vec<Table>,
 }
 
-impl<'a> Path<'a> {
-    fn new(
-        params: &'a Params,
+impl ContactPath {
+    /// Prepares a path on a surface. `row` is the row of the surface in the table of its stage.
+    ///
+    /// # Errors
+    /// Returns an error if the adhesion is beyond the range of numbers of the solver.
+    pub fn new(
+        params: &Params,
         surface: Surface,
-        row: &'a Table,
-        context: &'a Context<'a>,
-    ) -> Result<Path<'a>, StageError> {
+        row: &Table,
+        threads: Threads,
+    ) -> Result<ContactPath, StageError> {
         let grid = surface.grid();
         let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
         let scales = Scales::new(grid, rms_slope, params.effective_modulus);
@@ -78,55 +87,101 @@ impl<'a> Path<'a> {
         let adhesion = Adhesion::new(params.work / (pressure * length), params.range / length)?;
         let curvature = Moments::from_surface(&surface).fourth().sqrt();
         let heights = scales.reduced_heights(surface);
-        let threads = context.threads.clone();
-        Ok(Path {
-            params,
-            context,
-            surface: row,
+        let body: &dyn ElasticOperator = match params.boundary {
+            Boundary::Periodic => &PeriodicHalfSpace::new(grid),
+            Boundary::Free => &FreeHalfSpace::new(grid),
+        };
+        Ok(ContactPath {
+            surface: row.coordinates(),
             scales: SurfaceScales { scales, curvature },
-            solver: match params.boundary {
-                Boundary::Periodic => {
-                    AdhesivePath::new(threads, &PeriodicHalfSpace::new(grid), adhesion, &heights)
-                }
-                Boundary::Free => {
-                    AdhesivePath::new(threads, &FreeHalfSpace::new(grid), adhesion, &heights)
-                }
-            },
+            solver: AdhesivePath::new(threads.clone(), body, adhesion, &heights),
+            threads,
             branches: branches(params.control, &params.targets),
+            rows: Vec::with_capacity(params.targets.len()),
+            params: params.clone(),
         })
     }
 
-    /// Takes over the stored rows with which the path begins, and the state of the last of them.
-    fn resumed(&mut self, stored: &Table) -> Result<Vec<Table>, StageError> {
-        let last = stored.rows() - 1;
-        let gaps = stored.lists(GAPS.name)?;
-        let gap = gaps.is_valid(last).then(|| gaps.value(last));
-        self.solver.resume(gap.map(|gap| gap.as_primitive::<Float64Type>().values().to_vec()));
-        Ok((0..=last).map(|row| stored.slice(row..row + 1)).collect())
+    /// Sets the threads that share the work. The rows do not depend on their number.
+    pub fn set_threads(&mut self, threads: Threads) {
+        self.solver.set_threads(threads.clone());
+        self.threads = threads;
     }
 
-    /// Solves the state with this index. Returns its row, given the row of the state before it.
-    fn step(&mut self, index: usize, before: Option<&Table>) -> Result<Table, StageError> {
-        let Params { control, load_unit, .. } = *self.params;
-        let given = self.params.targets[index];
+    /// Returns the number of solved states.
+    pub fn count(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Returns the table of the solved states.
+    ///
+    /// # Errors
+    /// Returns an error if the rows differ in their columns, which is a bug.
+    pub fn table(&self) -> Result<Table, StageError> {
+        Ok(Table::stack(&self.rows)?)
+    }
+
+    /// Returns the row of a solved state.
+    pub fn row(&self, state: usize) -> Option<&Table> {
+        self.rows.get(state)
+    }
+
+    /// Returns the pressures of the last solved state, in the unit of the modulus.
+    pub fn pressure(&self) -> Vec<f64> {
+        let unit = self.scales.scales.pressure();
+        self.solver.pressure().iter().map(|pressure| pressure * unit).collect()
+    }
+
+    /// Returns the gaps of the last solved state in the unit of the surface, or `None` if the
+    /// surfaces are apart.
+    pub fn gap(&self) -> Option<Vec<f64>> {
+        let unit = self.scales.scales.length();
+        Some(self.solver.gap()?.iter().map(|gap| gap * unit).collect())
+    }
+
+    /// Takes over the stored rows with which the path begins, and the state of the last of them.
+    fn resume(&mut self, stored: &Table) -> Result<(), StageError> {
+        self.rows = (0..stored.rows()).map(|row| stored.slice(row..row + 1)).collect();
+        self.return_to_last_state()
+    }
+
+    /// Sets the solver to the state of the last row, or to surfaces that are apart.
+    fn return_to_last_state(&mut self) -> Result<(), StageError> {
+        let gap = match self.rows.last() {
+            Some(row) => {
+                let gaps = row.lists(GAPS.name)?;
+                gaps.is_valid(0).then(|| gaps.value(0))
+            }
+            None => None,
+        };
+        self.solver.resume(gap.map(|gap| gap.as_primitive::<Float64Type>().values().to_vec()));
+        Ok(())
+    }
+
+    /// Solves the next state. Returns false if the path has no further state.
+    ///
+    /// # Errors
+    /// Returns an error if `interrupted` returned true. The call can then be repeated.
+    pub fn step(&mut self, interrupted: &dyn Fn() -> bool) -> Result<bool, StageError> {
+        let Params { control, load_unit, .. } = self.params;
+        let index = self.rows.len();
+        let Some(&given) = self.params.targets.get(index) else { return Ok(false) };
         let target = match control {
             Control::Gap => Target::MeanGap(given / self.scales.scales.length()),
             Control::Load => Target::Load(self.scales.scales.reduced_pressure(given, load_unit)),
         };
-        let watch = || (self.context.interrupted)();
-        let state = self.solver.step(target, &self.params.settings(), &watch);
+        let state = self.solver.step(target, &self.params.settings(), &interrupted);
         if state.stop == Stop::Interrupted {
+            self.return_to_last_state()?;
             return Err(StageError::Interrupted);
         }
-        let [nodes_x, nodes_y] = self.scales.scales.nodes;
-        let map = |values: &[f64]| {
-            let nodes = [nodes_x, nodes_y];
-            ContactMap::from_pressures_on(self.context.threads, nodes, values).to_bytes()
-        };
+        let nodes = self.scales.scales.nodes;
+        let map =
+            |values: &[f64]| ContactMap::from_pressures_on(&self.threads, nodes, values).to_bytes();
         let gap = self.solver.gap();
         let touches: Vec<f64> = match gap {
             Some(gap) => gap.iter().map(|gap| f64::from(u8::from(*gap == 0.0))).collect(),
-            None => vec![0.0; nodes_x * nodes_y],
+            None => vec![0.0; nodes[0] * nodes[1]],
         };
         let solved = rows::Solved {
             index,
@@ -138,19 +193,12 @@ impl<'a> Path<'a> {
             gap,
             pressure: self.solver.pressure(),
         };
-        rows::row(self.params, &self.scales, self.surface, solved, before)
-    }
-
-    /// Stores the finished rows, so that the path can be resumed after the last of them.
-    fn keep(&self, rows: &[Table]) -> Result<(), StageError> {
-        let finished = &self.params.targets[..rows.len()];
-        self.context.finished.keep(finished, &self.table(rows)?).map_err(StageError::Store)
-    }
-
-    /// Returns the table of the finished states. Unless all maps are stored, only the last row
-    /// keeps its gaps.
-    fn table(&self, rows: &[Table]) -> Result<Table, StageError> {
-        rows::table(rows, self.params.keeps_maps)
+        let row = rows::row(&self.params, &self.scales, &self.surface, solved, self.rows.last())?;
+        if let Some(last) = self.rows.last_mut().filter(|_| !self.params.keeps_maps) {
+            *last = last.replacing(GAPS.name, optional_list(None));
+        }
+        self.rows.push(row);
+        Ok(true)
     }
 }
 

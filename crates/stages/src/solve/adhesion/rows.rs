@@ -94,19 +94,6 @@ pub fn row(
     Ok(surface.coordinates().with(columns))
 }
 
-/// Stacks the rows of a path. Unless `keeps_maps`, only the last row keeps its gaps.
-pub fn table(rows: &[Table], keeps_maps: bool) -> Result<Table, StageError> {
-    let last = rows.len().saturating_sub(1);
-    let rows = rows.iter().enumerate().map(|(index, row)| {
-        if keeps_maps || index == last {
-            row.clone()
-        } else {
-            row.replacing(GAPS.name, optional_list(None))
-        }
-    });
-    Ok(Table::stack(&rows.collect::<Vec<_>>())?)
-}
-
 /// Mean quantities of a state in the units of the manifest.
 struct MeanState {
     load: f64,
