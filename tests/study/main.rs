@@ -31,6 +31,7 @@ mod maps;
 mod memory;
 mod nayak;
 mod owners;
+mod partial_slip;
 mod processes;
 mod pruning;
 mod readers;

@@ -72,6 +72,7 @@ pub mod flow;
 pub mod grid;
 pub mod instructions;
 pub mod morphology;
+pub mod partial_slip;
 pub mod solver;
 pub mod theory;
 pub mod threads;

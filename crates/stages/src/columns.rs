@@ -5,10 +5,12 @@ use asperity_tables::column::{Code, Column, Role};
 
 mod adhesion;
 mod contacts;
+mod friction;
 mod surfaces;
 
 pub use adhesion::*;
 pub use contacts::*;
+pub use friction::*;
 pub use surfaces::*;
 
 pub(crate) const fn parameter_text(name: &'static str, meaning: &'static str) -> Column {

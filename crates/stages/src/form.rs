@@ -333,6 +333,11 @@ pub struct Surfaces {
     pub without_adhesion: Option<String>,
     /// A `solve` stage with adhesion.
     pub with_adhesion: Option<String>,
+    /// A `solve` stage whose contacts are not those of elastic half-spaces without adhesion, and
+    /// the physics that it has.
+    pub not_superposable: Option<(String, &'static str)>,
+    /// The `solve` stages and the loads of their parameter points.
+    pub loads: Vec<(String, Vec<f64>)>,
     /// Smallest and largest rms slope to which surfaces are scaled.
     pub slopes: Option<[f64; 2]>,
 }
@@ -360,6 +365,8 @@ impl Surfaces {
             gaps_uncounted: None,
             without_adhesion: None,
             with_adhesion: None,
+            not_superposable: None,
+            loads: Vec::new(),
             not_redrawable: params()
                 .any(|params| params.origin.reads_stage())
                 .then(|| stage.to_owned()),
@@ -383,7 +390,23 @@ impl Surfaces {
         };
         let named =
             |is_meant: fn(&Recipe) -> bool| recipes.iter().any(is_meant).then(|| stage.to_owned());
+        let physics = recipes.iter().find_map(|recipe| match recipe {
+            Recipe::Adhesion(_) => Some("`adhesion`"),
+            Recipe::Solve(params) if params.hardness.is_some() => Some("a `hardness`"),
+            Recipe::Solve(params) if params.asperities.is_some() => {
+                Some("`method = \"asperities\"`")
+            }
+            _ => None,
+        });
+        let loads = recipes.iter().filter_map(|recipe| match recipe {
+            Recipe::Solve(params) => Some((stage.to_owned(), params.loads.clone())),
+            _ => None,
+        });
+        let mut loads: Vec<_> = loads.collect();
+        loads.dedup();
         Surfaces {
+            not_superposable: physics.map(|physics| (stage.to_owned(), physics)),
+            loads,
             without_adhesion: named(|recipe| matches!(recipe, Recipe::Solve(_))),
             with_adhesion: named(|recipe| matches!(recipe, Recipe::Adhesion(_))),
             pressures_uncounted: lacks(|block| block.pressure_bins),
@@ -408,6 +431,8 @@ impl Surfaces {
             without_adhesion: self.without_adhesion.or_else(|| other.without_adhesion.clone()),
             with_adhesion: self.with_adhesion.or_else(|| other.with_adhesion.clone()),
             gaps_uncounted: self.gaps_uncounted.or_else(|| other.gaps_uncounted.clone()),
+            not_superposable: self.not_superposable.or_else(|| other.not_superposable.clone()),
+            loads: [self.loads, other.loads.clone()].concat(),
             non_square: self.non_square.or_else(|| other.non_square.clone()),
         }
     }

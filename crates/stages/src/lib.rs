@@ -118,6 +118,7 @@ pub enum RowKind {
     PressureDistributions,
     GapDistributions,
     ClusterDistributions,
+    PartialSlip,
     Heights,
     PowerSpectra,
     ProfileSpectra,
@@ -131,7 +132,7 @@ pub enum RowKind {
 }
 
 impl RowKind {
-    pub const ALL: [RowKind; 17] = [
+    pub const ALL: [RowKind; 18] = [
         RowKind::Surfaces,
         RowKind::Spectra,
         RowKind::Loads,
@@ -139,6 +140,7 @@ impl RowKind {
         RowKind::PressureDistributions,
         RowKind::GapDistributions,
         RowKind::ClusterDistributions,
+        RowKind::PartialSlip,
         RowKind::Heights,
         RowKind::PowerSpectra,
         RowKind::ProfileSpectra,
@@ -161,6 +163,7 @@ impl RowKind {
             RowKind::PressureDistributions => "distributions of pressures",
             RowKind::GapDistributions => "distributions of gaps",
             RowKind::ClusterDistributions => "distributions of clusters",
+            RowKind::PartialSlip => "partial slip",
             RowKind::Heights => "measured heights",
             RowKind::PowerSpectra => "power spectra",
             RowKind::ProfileSpectra => "power spectra of profiles",

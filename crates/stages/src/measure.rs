@@ -7,6 +7,7 @@
 
 mod contacts;
 pub mod distributions;
+pub mod friction;
 pub mod keys;
 pub mod statistics;
 
@@ -58,8 +59,14 @@ pub const STAGE: Definition = Definition {
         });
         let of_surfaces = statistics::all_columns();
         let distributions = distributions::all_columns();
-        let lists: [&[Column]; 5] =
-            [&contacts, &distributions, &HEIGHT_MEASURES, &POOLED_HEIGHTS[1..], &of_surfaces];
+        let lists: [&[Column]; 6] = [
+            &contacts,
+            &distributions,
+            &PARTIAL_SLIP,
+            &HEIGHT_MEASURES,
+            &POOLED_HEIGHTS[1..],
+            &of_surfaces,
+        ];
         lists.concat()
     },
     summary: |table, _| {
@@ -77,7 +84,7 @@ pub const STAGE: Definition = Definition {
 };
 
 /// Quantities that a task measures.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "of", rename_all = "lowercase")]
 pub enum Params {
     /// Contact maps of a `solve` stage.
@@ -105,6 +112,8 @@ pub enum Params {
         /// Half width of the histograms, in rms heights.
         range: f64,
     },
+    /// Partial slip under tangential loads of the contacts of a `solve` stage.
+    Friction(friction::Params),
     /// Another statistic of each single surface of a `generate` stage.
     #[serde(untagged)]
     Surface(Statistic),
@@ -124,6 +133,7 @@ impl Stage for Params {
         }
         let [input] = inputs else { unreachable!("the plan measures one table at a time") };
         match *self {
+            Params::Friction(ref friction) => friction.measure(&input.table),
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
             Params::Distribution(distribution) => distribution.measure(input),
@@ -145,6 +155,7 @@ impl Stage for Params {
                 };
                 beside_coordinates(&contacts::columns(optional), inputs)?
             }
+            Params::Friction(friction) => beside_coordinates(&friction.columns(), inputs)?,
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
             Params::Surface(statistic) => beside_coordinates(&statistic.columns(), inputs)?,
             Params::Distribution(distribution) => {
@@ -162,6 +173,7 @@ impl Stage for Params {
         match self {
             Params::Contacts { .. }
             | Params::Distribution(_)
+            | Params::Friction(_)
             | Params::Heights { .. }
             | Params::Surface(_) => InputScope::Single,
             Params::Pool { .. } => InputScope::ParameterPoint,
@@ -174,20 +186,21 @@ impl Stage for Params {
         match self {
             Params::Contacts { .. }
             | Params::Distribution(_)
+            | Params::Friction(_)
             | Params::Heights { .. }
             | Params::Surface(_) => Columns::All,
             Params::Pool { .. } => Columns::Light,
         }
     }
 
-    /// Returns the rows of the input: every load is measured by itself, except for the stiffness,
-    /// which is a difference between loads.
+    /// Returns the rows of the input: every load is measured by itself, except for the stiffness
+    /// and partial slip, which are differences between loads.
     fn series(&self, input: Option<&SeriesRows>) -> Option<Series> {
         let is_by_load =
             matches!(self, Params::Contacts { stiffness: false, .. } | Params::Distribution(_));
         let input = input.filter(|_| is_by_load)?;
         Some(Series {
-            recipe: Recipe::Measure(*self),
+            recipe: Recipe::Measure(self.clone()),
             rows: SeriesRows {
                 column: input.column,
                 values: input.values.clone(),
@@ -198,7 +211,7 @@ impl Stage for Params {
 
     /// Returns the same recipe: its rows are those of its input.
     fn restricted(&self, _: &[f64], _: &dyn Fn(&Part) -> bool) -> Option<Recipe> {
-        Some(Recipe::Measure(*self))
+        Some(Recipe::Measure(self.clone()))
     }
 
     /// Returns true for the parts that the measurement copies or counts.
@@ -218,6 +231,7 @@ impl Stage for Params {
             Params::Surface(statistic) => statistic.bytes_per_node(),
             Params::Contacts { .. }
             | Params::Distribution(_)
+            | Params::Friction(_)
             | Params::Heights { .. }
             | Params::Pool { .. } => 0.0,
         };
@@ -228,6 +242,7 @@ impl Stage for Params {
     fn effort(&self, extent: Extent) -> Effort {
         Effort::pairs(match self {
             Params::Contacts { .. } | Params::Distribution(_) => 0.2 * extent.rows as f64,
+            Params::Friction(_) => 0.0,
             Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
             Params::Surface(statistic) => 6.0 + statistic.pairs(),
         })

@@ -33,8 +33,8 @@ const ANSWERS: [Answer; 16] = [
     Answer {
         keys: &[
             "coefficient_of_friction",
-            "friction",
             "friction_coefficient",
+            "partial_slip",
             "shear",
             "shear_stress",
             "sliding",
@@ -43,9 +43,10 @@ const ANSWERS: [Answer; 16] = [
             "tangential_load",
             "tangential_loads",
         ],
-        instead: &[],
-        label: "friction is not modelled",
-        help: "loads are normal to the surface. ASPHER and Tamaas solve contacts with friction",
+        instead: &["friction"],
+        label: "belongs to a `measure` stage, as `friction`",
+        help: "`friction = { coefficient = …, loads = […] }` of a `measure` stage computes the partial \
+               slip of solved contacts under tangential loads",
     },
     Answer {
         keys: &[

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::distributions::Distribution;
+use super::friction::{self, FrictionTable};
 use super::statistics::Statistic;
 use super::{NodeSet, Params};
 use crate::form::Surfaces;
@@ -63,6 +64,10 @@ pub struct MeasureTable {
     /// pressure of contacts with adhesion.
     #[schemars(extend("default" = "contact"))]
     pub set: Key<NodeSet>,
+    /// Friction `{ coefficient, loads }`: measures the partial slip under tangential loads Q/(f N),
+    /// instead of `what`. The `solve` stage must also have the loads N (1 − Q/(f N)). For elastic
+    /// contacts without adhesion.
+    pub friction: Key<FrictionTable>,
 }
 
 table!(MeasureTable);
@@ -98,7 +103,11 @@ pub enum What {
 /// Returns the kind of rows that the stage makes, or `None` if it measures the default quantity,
 /// `"contacts"` or `"heights"`.
 pub fn row_kind(section: &Section<MeasureTable>) -> Option<RowKind> {
-    let what = section.points.first()?.table.what.value()?;
+    let table = &section.points.first()?.table;
+    if table.friction.written().is_some() {
+        return Some(RowKind::PartialSlip);
+    }
+    let what = table.what.value()?;
     match what.quantity(1, 1.0) {
         Quantity::Contacts | Quantity::Heights => None,
         Quantity::Distribution(distribution) => Some(distribution.rows()),
@@ -177,6 +186,9 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     let pool = checks.forbidden("pool", &table.pool, why);
     let bins = bins_per_decade(table, what, checks)?;
     range.and(pool)?;
+    if let Some(written) = checks.optional("friction", &table.friction)? {
+        return friction::params(table, written, surfaces, checks);
+    }
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
         return Some(Params::Contacts { stiffness, set });
     };
@@ -249,6 +261,7 @@ fn of_surfaces(
     if !checks.value("set", &table.set)?.is_contact() {
         checks.forbidden("set", &table.set, "for loads; this stage reads surfaces")?;
     }
+    checks.forbidden("friction", &table.friction, "for loads; this stage reads surfaces")?;
     let bins = checks.value("bins", &table.bins);
     let range = checks.number("range", &table.range);
     check_quantity(table, false, checks)?;

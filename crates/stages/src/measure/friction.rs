@@ -1,0 +1,329 @@
+//! Partial slip of the contacts of a `solve` stage under tangential loads.
+//!
+//! Ciavarella and Jäger's superposition needs the normal contact under the load N and under a few
+//! shares of it; see [`asperity_contact::partial_slip`]. These are other loads of the same `solve`
+//! stage, so nothing is solved again. The table has rows for the loads N of which all shares are
+//! among the loads of the stage.
+
+use schemars::{JsonSchema, Schema};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::Params as MeasureParams;
+use super::keys::MeasureTable;
+use crate::columns::*;
+use crate::ensemble::load_column;
+use crate::form::Surfaces;
+use crate::grids::Grids;
+use crate::{StageError, solve};
+use asperity_contact::partial_slip::{self, NormalContact, State};
+use asperity_manifest::decimal;
+use asperity_manifest::diagnostics::{Problem, Span, listed};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::{Key, Spanned};
+use asperity_tables::column::{Column, optional_reals, reals, texts};
+use asperity_tables::table::Table;
+
+/// Maximum number of tangential loads.
+const MAX_LOADS: u32 = 10_000;
+
+/// Friction between the surfaces, the value of `friction`.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionTable {
+    /// Coefficient f of Coulomb friction.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub coefficient: f64,
+    /// Tangential loads Q/(f N) in the order of the path, each between −1 and 1, where the whole
+    /// contact slips. The path starts without a tangential load.
+    #[schemars(length(min = 1, max = MAX_LOADS), transform = partial_loads)]
+    pub loads: Spanned<Vec<Spanned<f64>>>,
+    /// Poisson's ratio ν of both bodies. It adds the tangential displacement and the dissipated
+    /// energy, which depend on it.
+    #[serde(default)]
+    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
+    pub poisson_ratio: Key<f64>,
+}
+
+/// Declares that no tangential load makes the whole contact slip.
+fn partial_loads(schema: &mut Schema) {
+    if let Some(items) = schema.get_mut("items").and_then(Value::as_object_mut) {
+        items.insert("exclusiveMinimum".to_owned(), (-1).into());
+        items.insert("exclusiveMaximum".to_owned(), 1.into());
+    }
+}
+
+/// Friction and tangential loads.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Params {
+    coefficient: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poisson_ratio: Option<f64>,
+    /// Tangential loads Q/(f N) in the order of the path.
+    loads: Vec<f64>,
+}
+
+/// Returns the task of a stage with the key `friction`, or `None` after reporting problems.
+pub fn params(
+    table: &MeasureTable,
+    friction: &Spanned<FrictionTable>,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<MeasureParams> {
+    if let Some((stage, physics)) = &surfaces.not_superposable {
+        let message = format!("stage `{stage}` has {physics}");
+        let label = "needs elastic half-spaces without adhesion";
+        return checks.refuse("friction", message, &friction.span, label);
+    }
+    let why = "is not measured together with `friction`";
+    checks.forbidden("what", &table.what, why)?;
+    let FrictionTable { coefficient, loads, poisson_ratio } = &friction.value;
+    let mut before = 0.0;
+    for load in &loads.value {
+        if decimal::is_same(load.value, before) {
+            let message = format!("`friction` has the tangential load {} twice", load.value);
+            let label = "differs from the load before it by no more than rounding";
+            return checks.refuse("friction", message, &load.span, label);
+        }
+        before = load.value;
+    }
+    let params = Params {
+        coefficient: decimal::nearest(*coefficient),
+        poisson_ratio: checks.optional_number("poisson_ratio", poisson_ratio)?,
+        loads: loads.value.iter().map(|load| decimal::nearest(load.value)).collect(),
+    };
+    params.check_loads(&loads.span, surfaces, checks)?;
+    Some(MeasureParams::Friction(params))
+}
+
+impl Params {
+    /// Returns the columns, without the parameter columns of the loads.
+    pub fn columns(&self) -> Vec<Column> {
+        let with_ratio = self.poisson_ratio.is_some();
+        let needs_ratio = [POISSON_RATIO, TANGENTIAL_DISPLACEMENT, FRICTIONAL_DISSIPATION];
+        let mut columns = PARTIAL_SLIP.to_vec();
+        columns.retain(|column| with_ratio || !needs_ratio.contains(column));
+        columns
+    }
+
+    /// Returns the shares of the normal load that the path needs, in descending order.
+    fn shares(&self) -> Vec<f64> {
+        let states = partial_slip::states(&self.loads);
+        let mut shares: Vec<f64> = states.iter().flat_map(State::shares).collect();
+        shares.sort_by(|one, other| other.total_cmp(one));
+        shares.dedup_by(|one, other| decimal::is_same(*one, *other));
+        shares
+    }
+
+    /// Refuses a path for which no load has all its shares among the loads of its stage.
+    fn check_loads(&self, span: &Span, surfaces: &Surfaces, checks: &mut Checks) -> Option<()> {
+        let shares = self.shares();
+        for (stage, loads) in &surfaces.loads {
+            if complete(loads, &shares).next().is_some() {
+                continue;
+            }
+            let Some(largest) = loads.iter().copied().reduce(f64::max) else { continue };
+            let missing: Vec<String> = shares
+                .iter()
+                .map(|share| decimal::nearest(share * largest))
+                .filter(|load| find(loads, *load).is_none())
+                .map(decimal::written)
+                .collect();
+            let message = format!("stage `{stage}` lacks loads that partial slip needs");
+            let label = "needs the contacts under smaller loads, too";
+            let problem = Problem::new(message, span.clone(), label);
+            let missing = listed(missing.iter().map(String::as_str), "and");
+            return checks.reject(problem.help(format!(
+                "add {missing} to `loads` of stage `{stage}` for these tangential loads under {}",
+                decimal::written(largest)
+            )));
+        }
+        Some(())
+    }
+
+    /// Measures the path under each load of which all shares are solved.
+    ///
+    /// # Errors
+    /// Returns an error if a column is missing.
+    pub fn measure(&self, solved: &Table) -> Result<Table, StageError> {
+        let grids = Grids::new(solved)?;
+        let contacts = Contacts::new(solved, &grids)?;
+        let states = partial_slip::states(&self.loads);
+        let branches = branches(&self.loads);
+        let mut rows = Rows::default();
+        for (full, normal) in complete(&contacts.loads, &self.shares()) {
+            for (state, branch) in states.iter().zip(&branches) {
+                rows.sources.push(full);
+                rows.branches.push(branch.clone());
+                rows.loads.push(state.load);
+                rows.push(self, &contacts, full, normal, state);
+            }
+        }
+        let repeated = |value: f64| reals(rows.sources.iter().map(|_| value));
+        let mut columns = vec![
+            (FRICTION_COEFFICIENT, repeated(self.coefficient)),
+            (TANGENTIAL_LOAD, reals(rows.loads.iter().copied())),
+            (TANGENTIAL_BRANCH, texts(rows.branches.iter().map(String::as_str))),
+            (STICK_FRACTION, optional_reals(rows.stick)),
+            (SLIP_FRACTION, optional_reals(rows.slip)),
+            (CONTACT_FRACTION, optional_reals(rows.area)),
+            (TANGENTIAL_TRACTION, reals(rows.traction)),
+        ];
+        if let Some(ratio) = self.poisson_ratio {
+            columns.push((POISSON_RATIO, repeated(ratio)));
+            columns.push((TANGENTIAL_DISPLACEMENT, optional_reals(rows.displacement)));
+            columns.push((FRICTIONAL_DISSIPATION, optional_reals(rows.dissipation)));
+        }
+        Ok(solved.coordinates().pick(&rows.sources).with(columns))
+    }
+}
+
+/// Values of the rows of a table.
+#[derive(Default)]
+struct Rows {
+    /// Row of the normal load in the table of the solved loads.
+    sources: Vec<usize>,
+    branches: Vec<String>,
+    loads: Vec<f64>,
+    stick: Vec<Option<f64>>,
+    slip: Vec<Option<f64>>,
+    area: Vec<Option<f64>>,
+    traction: Vec<f64>,
+    displacement: Vec<Option<f64>>,
+    dissipation: Vec<Option<f64>>,
+}
+
+impl Rows {
+    /// Adds the results of a state. They are null where one of the loads did not converge.
+    fn push(
+        &mut self,
+        params: &Params,
+        contacts: &Contacts,
+        full: usize,
+        load: f64,
+        state: &State,
+    ) {
+        let at = |share: f64| find(&contacts.loads, share * load).and_then(|row| contacts.at(row));
+        let friction = params.coefficient;
+        let whole = contacts.at(full);
+        let area = whole.map(|whole| whole.area);
+        let stick = at(state.stick_share()).filter(|_| whole.is_some()).map(|stick| stick.area);
+        self.area.push(area);
+        self.stick.push(stick);
+        self.slip.push(area.zip(stick).map(|(area, stick)| area - stick));
+        self.traction.push(friction * state.load * contacts.pressures[full]);
+        let Some(ratio) = params.poisson_ratio.map(partial_slip::compliance_ratio) else {
+            return;
+        };
+        let displacement = state.terms.iter().map(|term| {
+            let run = whole?.normal.approach - at(term.share)?.normal.approach;
+            Some(term.weight * friction * ratio * run)
+        });
+        self.displacement.push(displacement.sum());
+        let dissipation = state.losses.iter().map(|loss| {
+            let [full, stick] = [whole?.normal, at(loss.share)?.normal];
+            Some(loss.times * partial_slip::dissipated(full, stick, friction, ratio))
+        });
+        self.dissipation.push(dissipation.sum());
+    }
+}
+
+/// Solved contacts under the loads of one surface.
+struct Contacts {
+    /// Loads in the unit of the manifest.
+    loads: Vec<f64>,
+    pressures: Vec<f64>,
+    /// Contact under each load; `None` if it did not converge.
+    solved: Vec<Option<Solved>>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Solved {
+    area: f64,
+    normal: NormalContact,
+}
+
+impl Contacts {
+    fn new(solved: &Table, grids: &Grids) -> Result<Contacts, StageError> {
+        let loads = solved.reals(load_column(solved))?;
+        let pressures = solved.reals(PRESSURE.name)?;
+        let gaps = solved.reals(MEAN_GAP.name)?;
+        let energies = solved.reals(ENERGY.name)?;
+        let nodes = solved.integers(CONTACT_NODES.name)?;
+        let stops = solved.texts(STOP.name)?;
+        let displacements = solved.reals(MEAN_DISPLACEMENT.name).ok();
+        let contact = |row: usize| -> Result<Option<Solved>, StageError> {
+            let displacement = displacements.map_or(0.0, |displacements| displacements.value(row));
+            let normal = NormalContact {
+                load: pressures.value(row),
+                approach: displacement - gaps.value(row),
+                energy: energies.value(row),
+            };
+            let area = nodes.value(row) as f64 / grids.grid(row)?.count() as f64;
+            let is_solved = stops.value(row) != solve::PAIR_LIMIT;
+            Ok(is_solved.then_some(Solved { area, normal }))
+        };
+        Ok(Contacts {
+            loads: loads.values().to_vec(),
+            pressures: pressures.values().to_vec(),
+            solved: (0..solved.rows()).map(contact).collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn at(&self, row: usize) -> Option<Solved> {
+        self.solved[row]
+    }
+}
+
+/// Returns the index and the value of each load of which all shares are among the loads.
+fn complete(loads: &[f64], shares: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+    loads.iter().copied().enumerate().filter(|(_, load)| {
+        shares.iter().all(|share| find(loads, decimal::nearest(share * load)).is_some())
+    })
+}
+
+/// Returns the index of a load that equals `wanted` up to rounding.
+fn find(loads: &[f64], wanted: f64) -> Option<usize> {
+    loads.iter().position(|load| decimal::is_same(*load, wanted))
+}
+
+/// Returns the branch of each tangential load of a path, which starts at zero.
+fn branches(loads: &[f64]) -> Vec<String> {
+    let mut turns = [0_usize; 2];
+    let (mut grew, mut before) = (None, 0.0);
+    let branch = |&load: &f64| {
+        let grows = load > before;
+        if grew != Some(grows) {
+            grew = Some(grows);
+            turns[usize::from(grows)] += 1;
+        }
+        before = load;
+        let word = if grows { "loading" } else { "unloading" };
+        match turns[usize::from(grows)] {
+            1 => word.to_owned(),
+            turn => format!("{word}-{turn}"),
+        }
+    };
+    loads.iter().map(branch).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cycle_needs_one_share_and_has_numbered_branches() {
+        let loads = vec![0.5, -0.5, 0.5, -0.5];
+        let params = Params { coefficient: 0.3, poisson_ratio: None, loads };
+        assert_eq!(params.shares(), [0.5]);
+        let expected = ["loading", "unloading", "loading-2", "unloading-2"];
+        assert_eq!(branches(&params.loads), expected);
+    }
+
+    #[test]
+    fn loads_without_their_shares_are_left_out() {
+        let loads = [0.05, 0.08, 0.1, 0.2];
+        let rows: Vec<usize> = complete(&loads, &[0.8, 0.5]).map(|(row, _)| row).collect();
+        assert_eq!(rows, [2]);
+    }
+}
