@@ -8,6 +8,7 @@ use asperity_stages::columns::{
     UNIT,
 };
 use asperity_stages::ensemble::grouped;
+use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Description, Value};
 use asperity_tables::table::{Table, TableError};
 
@@ -128,9 +129,20 @@ impl Labels {
             }
             // The label of the load contains its unit.
             _ if column.starts_with(LOAD.name) => Scaled { factor: 1.0, unit: String::new() },
-            unit => Scaled { factor: 1.0, unit: unit.to_owned() },
+            unit => Scaled { factor: 1.0, unit: self.named().name(unit) },
         };
         AxisUnit { factor: scaled.factor, unit: scaled.unit }
+    }
+
+    /// Returns the names of the units of length and pressure, for units such as `pressure ×
+    /// length`.
+    fn named(&self) -> TableUnits {
+        let pressure = match &self.pressure {
+            PressureUnit::Pascal => Some("Pa".to_owned()),
+            PressureUnit::Named(unit) => Some(unit.clone()),
+            PressureUnit::Unknown => None,
+        };
+        TableUnits { length: self.length.clone().filter(|unit| !unit.is_empty()), pressure }
     }
 
     /// Returns text such as `H = 0.8`, `p₀ = 5 MPa` or `correction 2017`.
@@ -171,16 +183,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pressures_are_shown_in_the_unit_that_the_manifest_names() {
+    fn pressures_and_energies_are_shown_in_the_units_that_the_manifest_names() {
         let labels = Labels {
-            units: [("pressure".to_owned(), "pressure".to_owned())].into(),
-            lengths: LengthUnit::Unknown,
-            length: None,
+            units: [("pressure", "pressure"), ("energy", "pressure × length")]
+                .map(|(column, unit)| (column.to_owned(), unit.to_owned()))
+                .into(),
+            lengths: LengthUnit::Named("mm".to_owned()),
+            length: Some("mm".to_owned()),
             pressure: PressureUnit::named("MPa"),
         };
         let unit = labels.unit("pressure", [500.0, 2000.0].into_iter());
         assert_eq!(unit.label("mean pressure p₀"), "mean pressure p₀, in MPa");
         assert_eq!(unit.factor, 1.0);
+        let energy = labels.unit("energy", [1.0].into_iter());
+        assert_eq!(energy.label("energy"), "energy, in MPa × mm");
     }
 
     #[test]
