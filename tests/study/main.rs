@@ -52,6 +52,7 @@ mod stores;
 mod tables;
 mod topography;
 mod units;
+mod unloading;
 mod variants;
 mod views;
 mod warnings;

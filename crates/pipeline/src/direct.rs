@@ -326,6 +326,9 @@ fn checked(keys: &Keys, grid: Grid) -> Result<Checked, KeyErrors> {
         [Recipe::Solve(params)] if params.flow => {
             return Err(KeyErrors(vec![only_in_manifests("flow = true")]));
         }
+        [Recipe::Solve(params), ..] if params.branch.is_some() => {
+            return Err(KeyErrors(vec![only_in_manifests("path")]));
+        }
         [recipe @ (Recipe::Solve(_) | Recipe::Adhesion(_))] => recipe.clone(),
         several => return Err(expected_one(several.len(), "parameter points")),
     };

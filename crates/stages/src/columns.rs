@@ -7,11 +7,13 @@ mod adhesion;
 mod contacts;
 mod friction;
 mod surfaces;
+mod unloading;
 
 pub use adhesion::*;
 pub use contacts::*;
 pub use friction::*;
 pub use surfaces::*;
+pub use unloading::*;
 
 pub(crate) const fn parameter_text(name: &'static str, meaning: &'static str) -> Column {
     Column::parameter(name, Text, "", meaning)
@@ -175,7 +177,7 @@ pub const HARDNESS: Column = parameter(
     "pressure",
     "hardness: the largest pressure that the material bears; null for elastic contact. Where the \
      material yields, the surfaces touch and the gap is zero; `energy` is ½⟨p u⟩ of the elastic \
-     displacement u; unloading is not modelled",
+     displacement u; `path` computes unloading",
 );
 pub const HARDNESS_REDUCED: Column = parameter(
     "hardness_reduced",

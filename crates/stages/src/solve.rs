@@ -17,6 +17,7 @@ mod rows;
 #[cfg(test)]
 mod tests;
 pub mod units;
+pub mod unloading;
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -31,6 +32,7 @@ pub use self::loads::ListedLoads;
 use self::rows::OptionalColumns;
 pub use self::rows::SolvedLoad;
 pub use self::units::{GivenHardness, PressureUnit};
+pub use self::unloading::Branch;
 use crate::columns::*;
 use crate::stage::range;
 use crate::{
@@ -66,6 +68,7 @@ pub const STAGE: Definition = Definition {
             load_unit: PressureUnit::Relative,
             pressure_unit: true,
             hardness: Some(PressureUnit::Absolute),
+            branch: Some(Branch::Unloading(1.0)),
         };
         [&rows::columns(all)[..], &adhesion::ADDED_COLUMNS, &heavy].concat()
     },
@@ -102,6 +105,10 @@ pub struct Params {
     /// existing keys stay valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hardness: Option<GivenHardness>,
+    /// Part of a path of loads that goes up and down; `None` without the key `path`. Only a
+    /// material with a hardness has it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub branch: Option<Branch>,
     /// Bins in which the pressures of contact nodes are counted, in units of E* × rms slope.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure_bins: Option<EqualBins>,
@@ -166,6 +173,7 @@ impl Params {
             let name = self.boundary.name().to_owned();
             setting.push((BOUNDARY, Value::Text(name)));
         }
+        setting.extend(self.branch.into_iter().flat_map(|branch| branch.setting(self.load_unit)));
         setting
     }
 
@@ -233,6 +241,7 @@ impl Stage for Params {
             load_unit: self.load_unit,
             pressure_unit: self.pressure_unit.is_some(),
             hardness: self.hardness.map(|given| given.unit),
+            branch: self.branch,
         });
         Ok(beside_coordinates(&columns, inputs)?)
     }

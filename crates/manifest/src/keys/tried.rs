@@ -135,10 +135,10 @@ const ANSWERS: [Answer; 16] = [
     },
     Answer {
         keys: &["cycles", "cyclic", "reload", "reloading", "unload", "unloading"],
-        instead: &[],
-        label: "unloading is not modelled",
-        help: "an elastic contact depends on the load alone, so unloading follows the curve of \
-               loading. With a `hardness`, loads can only increase",
+        instead: &["path"],
+        label: "belongs to a `solve` stage, as `path`",
+        help: "`path = \"as-given\"` of a `solve` stage follows loads up and down, with a `hardness` or \
+               with `adhesion`. Other contacts unload along the curve of loading",
     },
     Answer {
         keys: &[

@@ -29,7 +29,7 @@ impl Loads {
         threads: Threads,
     ) -> Result<Loads, StageError> {
         let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
-        let (contact, solver) = Contact::new(params, surface, rms_slope, threads)?;
+        let (contact, solver) = Contact::new(params, surface, rms_slope, threads, &|| false)?;
         Ok(Loads { contact, solver, row, loads: Vec::new(), pressures: Vec::new() })
     }
 

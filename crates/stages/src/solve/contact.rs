@@ -4,7 +4,7 @@ use super::parallel::LoadTask;
 use super::parts::{AddedParts, LoadParts, StoredLoads, counted};
 use super::rows::{SolvedLoad, contact_map};
 use super::units::{Scales, SurfaceHardness};
-use super::{Params, WORK_BYTES_PER_NODE, parts, rows};
+use super::{Branch, Params, WORK_BYTES_PER_NODE, parts, rows, unloading};
 use crate::columns::RMS_SLOPE;
 use crate::{Context, StageError};
 use asperity_contact::flow;
@@ -28,18 +28,32 @@ pub struct Contact {
     /// Root mean square height in the solver's unit of length. It is 1 for a flat surface, and if
     /// no gaps are counted.
     rms_height: f64,
+    /// Plastic depth that the surface keeps from a larger load.
+    kept: Option<KeptDepth>,
+}
+
+/// Plastic depth that a surface keeps from its largest load.
+#[derive(Debug, Clone, Copy)]
+struct KeptDepth {
+    /// Mean depth in the unit of the solver.
+    mean: f64,
+    /// True if the largest load converged.
+    is_solved: bool,
 }
 
 impl Contact {
-    /// Prepares the contact of a surface with this rms slope, and its first solver.
+    /// Prepares the contact of a surface with this rms slope, and its first solver. On the branch
+    /// of unloading, the largest load is solved for the depth that the surface keeps.
     ///
     /// # Errors
-    /// Returns an error if the heaviest load exceeds the hardness of the material.
+    /// Returns an error if the heaviest load exceeds the hardness of the material, or on
+    /// interruption.
     pub fn new(
         params: &Params,
         surface: Surface,
         rms_slope: f64,
         threads: Threads,
+        watch: &dyn Watch,
     ) -> Result<(Contact, Solver), StageError> {
         let grid = surface.grid();
         let scales = Scales::new(grid, rms_slope, params.effective_modulus);
@@ -48,9 +62,19 @@ impl Contact {
         if let (Some(bound), Some(&heaviest)) = (bound, params.loads.last()) {
             bound.check_load(scales.reduced_pressure(heaviest, params.load_unit))?;
         }
-        let heights = scales.reduced_heights(surface);
+        let mut heights = scales.reduced_heights(surface);
         let body = HalfSpace { boundary: params.boundary, hardness: bound };
-        let mut solver = body.solver_with_threads(threads, grid, &heights);
+        let mut solver = body.solver_with_threads(threads.clone(), grid, &heights);
+        let mut kept = None;
+        if let (Some(Branch::Unloading(largest)), Some(hardness)) = (params.branch, hardness) {
+            let largest = scales.reduced_pressure(largest, params.load_unit);
+            let settings = params.settings();
+            let flattened =
+                unloading::flatten(&mut solver, hardness, heights, largest, &settings, watch)?;
+            heights = flattened.heights;
+            solver = body.solver_with_threads(threads, grid, &heights);
+            kept = Some(KeptDepth { mean: flattened.mean_depth, is_solved: flattened.is_solved });
+        }
         let contact = Contact {
             params: params.clone(),
             grid,
@@ -58,6 +82,7 @@ impl Contact {
             hardness,
             under_unit_pressure: solver.displacement_under_unit_pressure(),
             rms_height: params.gap_bins.map_or(1.0, |_| rms(&heights)),
+            kept,
         };
         Ok((contact, solver))
     }
@@ -87,9 +112,15 @@ impl Contact {
         watch: &dyn Watch,
     ) -> Result<SolvedLoad, StageError> {
         let load = self.scales.reduced_pressure(given, self.params.load_unit);
-        let outcome = solver.press(load, &self.params.settings(), watch);
+        let mut outcome = solver.press(load, &self.params.settings(), watch);
         if outcome.stop == Stop::Interrupted {
             return Err(StageError::Interrupted);
+        }
+        if let Some(kept) = self.kept {
+            outcome.yielded_depth += kept.mean;
+            if !kept.is_solved {
+                outcome.stop = Stop::PairLimit;
+            }
         }
         let pressures = solver.pressure();
         let contact = contact_map(solver.threads(), self.scales.nodes, pressures);
@@ -218,7 +249,9 @@ pub fn solve(
 ) -> Result<Table, StageError> {
     let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
     let count = surface.grid().count() as f64;
-    let (contact, mut solver) = Contact::new(params, surface, rms_slope, context.threads.clone())?;
+    let is_interrupted = || (context.interrupted)();
+    let (contact, mut solver) =
+        Contact::new(params, surface, rms_slope, context.threads.clone(), &is_interrupted)?;
     let per_node = params.body().sibling_bytes_per_node(params.tolerance)
         + params.part_bytes_per_node()
         + WORK_BYTES_PER_NODE;
@@ -265,7 +298,7 @@ mod tests {
         for effective_modulus in [1.0, 1.1, 3.0, 210e9, 1e-7] {
             let params = Params { effective_modulus, hardness: Some(hardness), ..params() };
             let (contact, mut solver) =
-                Contact::new(&params, surface(), 0.7, Threads::one()).unwrap();
+                Contact::new(&params, surface(), 0.7, Threads::one(), &|| false).unwrap();
             let solved = contact.solve(&mut solver, 0.3, &|| false).unwrap();
             let unit = contact.scales().pressure();
             let stored = solver.pressure().iter().map(|p| p * unit).collect();

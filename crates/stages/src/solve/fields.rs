@@ -5,7 +5,7 @@
 //! again, bit for bit.
 
 use super::units::{GivenHardness, PressureUnit, Scales};
-use super::{Contact, ListedLoads, Params, Pressures};
+use super::{Branch, Contact, ListedLoads, Params, Pressures};
 use crate::StageError;
 use crate::columns::*;
 use crate::ensemble::load_column;
@@ -44,7 +44,8 @@ impl ContactFields {
         let params = Params::of_solved(solved)?;
         let model = match params.asperities {
             None => {
-                let (contact, solver) = Contact::new(&params, surface, rms_slope, threads)?;
+                let (contact, solver) =
+                    Contact::new(&params, surface, rms_slope, threads, &|| false)?;
                 Model::EveryNode { contact: Box::new(contact), solver: Box::new(solver) }
             }
             Some(interaction) => {
@@ -121,6 +122,7 @@ impl Params {
             pressures: Pressures::None,
             boundary: super::boundary_of(table),
             hardness: given_hardness(table)?,
+            branch: branch(table)?,
             pressure_bins: None,
             gap_bins: None,
             flow: false,
@@ -129,6 +131,16 @@ impl Params {
             bodies: 0,
         })
     }
+}
+
+/// Returns the part of the path from the columns of the branch.
+fn branch(table: &Table) -> Result<Option<Branch>, TableError> {
+    if !table.has(MAXIMUM_LOAD.name) {
+        return Ok(None);
+    }
+    let largest = table.reals(MAXIMUM_LOAD.name)?.iter().next().flatten();
+    let name = table.texts(BRANCH.name)?.iter().next().flatten();
+    Ok(name.map(|_| largest.map_or(Branch::Loading, Branch::Unloading)))
 }
 
 /// Returns the hardness from the column that the manifest gives, which has the role of a parameter.

@@ -11,7 +11,7 @@ use super::adhesion;
 use super::adhesion::keys::{AdhesionTable, Control, Gaps, PathShape};
 use super::loads::{Bins, Loads, StoredPressures};
 use super::units::{LoadUnit, PressureUnit};
-use super::{GivenHardness, Params, loads};
+use super::{GivenHardness, ListedLoads, Params, loads, unloading};
 use crate::form::Surfaces;
 use crate::{CheckContext, Recipe};
 use asperity_contact::asperities::Interaction;
@@ -52,8 +52,8 @@ pub struct SolveTable {
     #[schemars(extend("default" = "periodic"), transform = swept)]
     pub boundary: Key<Boundary>,
     /// Hardness of the material, in the unit of `hardness_unit`: pressures are limited to it, and
-    /// nodes that reach it yield. Every load must be below it, and loads can only increase. By
-    /// default the material is elastic.
+    /// nodes that reach it yield. Every load must be below it. `path` follows loads
+    /// that decrease. By default the material is elastic.
     #[schemars(extend("exclusiveMinimum" = 0))]
     #[schemars(transform = swept, transform = pressure_or_ratio)]
     pub hardness: Key<f64>,
@@ -111,9 +111,9 @@ pub struct SolveTable {
     /// Mean gaps in the order of the path, in the unit of lengths, for `control = "gap"`: a list,
     /// or a range `{ from, to, steps }` that includes both ends.
     pub gaps: Key<Gaps>,
-    /// States of a path with `adhesion`: `"as-given"` follows the list, `"there-and-back"` then
-    /// also follows it backwards.
-    #[schemars(extend("default" = "as-given"))]
+    /// Order of the states of a path, with `adhesion` or with a `hardness`: `"as-given"` follows
+    /// the list, `"there-and-back"` then also follows it backwards. With a hardness, the surface
+    /// keeps its plastic depth where the load decreases.
     pub path: Key<PathShape>,
 }
 
@@ -164,48 +164,59 @@ fn points(
     for point in &section.points {
         let checks = &mut Checks::new(section, point, problems);
         let boundary = boundary(&point.table, surfaces, section, checks);
-        let recipe = match checks.optional("adhesion", &point.table.adhesion) {
+        let recipes = match checks.optional("adhesion", &point.table.adhesion) {
             None => None,
             Some(None) => elastic(&point.table, boundary, surfaces, checks),
             Some(Some(adhesion)) => {
                 adhesion::keys::recipe(&point.table, adhesion.value, boundary, surfaces, checks)
+                    .map(|recipe| vec![recipe])
             }
         };
-        loads += recipe.as_ref().map_or(0, |recipe| recipe.rows(0));
+        loads += recipes.iter().flatten().map(|recipe| recipe.rows(0)).sum::<usize>();
         if loads > MAX_LOADS_OF_STAGE {
             let message = format!("the stage has more than {MAX_LOADS_OF_STAGE} loads");
             let label = "swept lists are combined with each other";
             problems.push(Problem::new(message, section.span.clone(), label));
             return None;
         }
-        points.push(recipe);
+        points.push(recipes);
     }
     let points = points.into_iter().collect::<Option<Vec<_>>>()?;
     report_equal_points(section, &points, problems);
-    Some(points)
+    Some(points.concat())
 }
 
-/// Returns the recipe of a point without adhesion.
+/// Returns the recipes of a point without adhesion: one, or one for each branch of a path.
 fn elastic(
     table: &SolveTable,
     boundary: Option<Boundary>,
     surfaces: &Surfaces,
     checks: &mut Checks,
-) -> Option<Recipe> {
+) -> Option<Vec<Recipe>> {
     let why = "needs the key `adhesion`";
     let control = match table.control.value() {
         Some(Control::Gap) => checks.forbidden("control", &table.control, why),
         _ => Some(()),
     };
     let gaps = checks.forbidden("gaps", &table.gaps, why);
-    let path = match table.path.value() {
-        Some(PathShape::ThereAndBack) => checks.forbidden("path", &table.path, why),
-        _ => Some(()),
-    };
     let params = Params { boundary: boundary?, ..params(table, checks)? };
     check_bearing(table, &params, surfaces, checks);
-    control.and(gaps).and(path)?;
-    Some(Recipe::Solve(Arc::new(params)))
+    control.and(gaps)?;
+    let Some(path) = checks.optional("path", &table.path)? else {
+        return Some(vec![Recipe::Solve(Arc::new(params))]);
+    };
+    if params.hardness.is_none() {
+        let why = "needs `adhesion` or a `hardness`: other contacts unload along the curve of \
+                   loading";
+        return checks.forbidden("path", &table.path, why).map(|()| Vec::new());
+    }
+    let states = path.value.states(adhesion::keys::listed_loads(table, checks)?);
+    let block = |(branch, loads)| {
+        let branch = Some(branch);
+        let listed = ListedLoads::default();
+        Recipe::Solve(Arc::new(Params { branch, loads, listed, ..params.clone() }))
+    };
+    Some(unloading::branches(&states).into_iter().map(block).collect())
 }
 
 /// Returns the boundary condition of the contact. Refuses a periodic contact of a map that is not
@@ -259,6 +270,7 @@ fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         pressures: pressures?,
         boundary: Boundary::Periodic,
         hardness: hardness?,
+        branch: None,
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
         softest_body: softest_body(table),

@@ -4,7 +4,7 @@ use arrow::array::ArrayRef;
 
 use super::parts::LoadParts;
 use super::units::{PressureUnit, Scales, SurfaceHardness};
-use super::{PAIR_LIMIT, Params, parts};
+use super::{Branch, PAIR_LIMIT, Params, parts, unloading};
 use crate::columns::*;
 use asperity_contact::asperities::AsperityOutcome;
 use asperity_contact::grid::Boundary;
@@ -49,11 +49,13 @@ pub struct OptionalColumns {
     pub pressure_unit: bool,
     /// Unit in which the hardness is given, if the material yields.
     pub hardness: Option<PressureUnit>,
+    /// Branch of a path that goes up and down.
+    pub branch: Option<Branch>,
 }
 
 /// Returns the light columns of solved loads, without the parameter columns of surfaces.
 pub fn columns(optional: OptionalColumns) -> Vec<Column> {
-    let OptionalColumns { boundary, asperities, flow, load_unit, pressure_unit, hardness } =
+    let OptionalColumns { boundary, asperities, flow, load_unit, pressure_unit, hardness, branch } =
         optional;
     let mut columns = SOLVED.to_vec();
     let mut insert_after = |column: Column, new: &[Column]| {
@@ -66,6 +68,11 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     }
     if let Some(unit) = hardness {
         insert_after(MEAN_GAP, &[MEAN_YIELDED_DEPTH]);
+        if let Some(branch) = branch {
+            insert_after(MEAN_YIELDED_DEPTH, &unloading::RESULTS);
+            let own: Vec<_> = branch.setting(load_unit).iter().map(|(column, _)| *column).collect();
+            insert_after(MAX_PAIRS, &own);
+        }
         insert_after(CONTACT_NODES, &[SATURATED_NODES, SATURATED_FRACTION]);
         insert_after(MAX_PAIRS, &unit.hardness_columns());
     }
@@ -139,6 +146,11 @@ pub fn table(
     }
     if hardness.is_some() {
         columns.push((MEAN_YIELDED_DEPTH, real(|outcome| outcome.yielded_depth, length)));
+    }
+    if let (Some(hardness), Some(_)) = (hardness, params.branch) {
+        columns.push((RESIDUAL_DEPTH, real(|outcome| outcome.yielded_depth, length)));
+        let work = hardness.pressure * length;
+        columns.push((PLASTIC_WORK, real(|outcome| outcome.yielded_depth, work)));
     }
     columns.extend([
         (ENERGY, real(|outcome| outcome.energy, pressure * length)),

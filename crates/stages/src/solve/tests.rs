@@ -61,6 +61,7 @@ pub fn params() -> Params {
         pressures: Pressures::None,
         boundary: Boundary::Periodic,
         hardness: None,
+        branch: None,
         pressure_bins: None,
         gap_bins: None,
         flow: false,

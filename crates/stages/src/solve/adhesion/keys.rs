@@ -71,6 +71,17 @@ pub enum PathShape {
     ThereAndBack,
 }
 
+impl PathShape {
+    /// Returns the states of a path, given its list.
+    pub fn states(self, mut listed: Vec<f64>) -> Vec<f64> {
+        if self == PathShape::ThereAndBack {
+            let back: Vec<f64> = listed.iter().rev().skip(1).copied().collect();
+            listed.extend(back);
+        }
+        listed
+    }
+}
+
 /// The mean gaps of a path, the value of `gaps`.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
@@ -126,11 +137,8 @@ pub fn recipe(
             listed_gaps(table, checks)?
         }
     };
-    let mut targets = listed;
-    if checks.value("path", &table.path)? == PathShape::ThereAndBack {
-        let back: Vec<f64> = targets.iter().rev().skip(1).copied().collect();
-        targets.extend(back);
-    }
+    let path = checks.optional("path", &table.path)?;
+    let targets = path.map_or(PathShape::AsGiven, |path| path.value).states(listed);
     let work = decimal::nearest(adhesion.work);
     let range = decimal::nearest(adhesion.range);
     Some(Recipe::Adhesion(Arc::new(Params {
@@ -213,7 +221,7 @@ fn refuse_other_physics(table: &SolveTable, checks: &mut Checks) -> Option<()> {
 }
 
 /// Returns the loads in the order of the list. Loads may be negative and may repeat.
-fn listed_loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
+pub(in crate::solve) fn listed_loads(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
     let written = checks.required("loads", &table.loads)?;
     match &written.value {
         Loads::List(list) => {

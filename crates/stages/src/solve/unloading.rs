@@ -1,0 +1,135 @@
+//! Unloading of a material that has yielded, and loading up to the former maximum again.
+//!
+//! Where the pressure reached the hardness under the largest load so far, the surface keeps the
+//! plastic depth d = −g, with the gap g of the elastic solution under this load. Under smaller
+//! loads the surface h − d is pressed, and no node yields again. The contact under a load therefore
+//! depends on the largest load before it, and on nothing else of the path. Loading again up to this
+//! maximum returns along the curve of unloading.
+//!
+//! A path is thus solved as one block of loads that were never exceeded before, and one block for
+//! each maximum from which it turns back. The rows of all blocks are solved, stored and extended as
+//! the rows of any other loads.
+
+use serde::Serialize;
+
+use super::units::{PressureUnit, SurfaceHardness};
+use crate::StageError;
+use crate::columns::*;
+use asperity_contact::solver::{Settings, Solver, Stop, Watch};
+use asperity_manifest::decimal;
+use asperity_tables::column::{Column, Value};
+
+/// The part of a path to which a load belongs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Branch {
+    /// No load before it was larger.
+    Loading,
+    /// The largest load before it, in the unit of the manifest.
+    Unloading(f64),
+}
+
+impl Branch {
+    /// Returns the word in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Branch::Loading => "loading",
+            Branch::Unloading(_) => "unloading",
+        }
+    }
+
+    /// Returns the parameter columns of the branch with their values.
+    pub fn setting(self, unit: PressureUnit) -> Vec<(Column, Value)> {
+        let branch = (LOADING_BRANCH, Value::Text(self.name().to_owned()));
+        match self {
+            Branch::Loading => vec![branch],
+            Branch::Unloading(load) => vec![branch, (maximum_load(unit), Value::Real(load))],
+        }
+    }
+}
+
+/// Returns the column of the largest load before a load, in the unit of the loads.
+fn maximum_load(unit: PressureUnit) -> Column {
+    match unit {
+        PressureUnit::Relative => MAXIMUM_LOAD,
+        PressureUnit::Absolute => MAXIMUM_PRESSURE,
+    }
+}
+
+/// Returns the columns of a path, without those of its parameters.
+pub const RESULTS: [Column; 2] = [RESIDUAL_DEPTH, PLASTIC_WORK];
+
+/// Divides a path of loads into its branches, each with its loads in ascending order.
+pub fn branches(path: &[f64]) -> Vec<(Branch, Vec<f64>)> {
+    let mut blocks = vec![(Branch::Loading, Vec::new())];
+    let mut largest = 0.0;
+    for &load in path {
+        let branch = if load >= largest { Branch::Loading } else { Branch::Unloading(largest) };
+        largest = load.max(largest);
+        match blocks.iter_mut().find(|(other, _)| *other == branch) {
+            Some((_, loads)) => loads.push(load),
+            None => blocks.push((branch, vec![load])),
+        }
+    }
+    for (_, loads) in &mut blocks {
+        loads.sort_by(f64::total_cmp);
+        loads.dedup_by(|one, other| decimal::is_same(*one, *other));
+    }
+    blocks
+}
+
+/// Plastic depth of a surface under the largest load.
+pub struct Flattened {
+    /// Heights h − d.
+    pub heights: Vec<f64>,
+    /// Mean of the depth d.
+    pub mean_depth: f64,
+    /// True if the largest load converged.
+    pub is_solved: bool,
+}
+
+/// Presses the surface `heights` under its largest load `load`, and returns the surface that
+/// remains. All numbers are in the units of the solver.
+///
+/// # Errors
+/// Returns an error on interruption.
+pub fn flatten(
+    solver: &mut Solver,
+    hardness: SurfaceHardness,
+    mut heights: Vec<f64>,
+    load: f64,
+    settings: &Settings,
+    watch: &dyn Watch,
+) -> Result<Flattened, StageError> {
+    let outcome = solver.press(load, settings, watch);
+    if outcome.stop == Stop::Interrupted {
+        return Err(StageError::Interrupted);
+    }
+    let pressures = solver.pressure().to_vec();
+    let gaps = solver.gap_under(&pressures);
+    let saturated = hardness.reduced.pressure();
+    let mut sum = 0.0;
+    for ((height, gap), pressure) in heights.iter_mut().zip(gaps).zip(pressures) {
+        let depth = if pressure >= saturated { (-gap).max(0.0) } else { 0.0 };
+        *height -= depth;
+        sum += depth;
+    }
+    let mean_depth = sum / heights.len() as f64;
+    Ok(Flattened { heights, mean_depth, is_solved: outcome.stop != Stop::PairLimit })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_has_one_branch_for_each_maximum_from_which_it_turns_back() {
+        let path = [0.02, 0.05, 0.15, 0.1, 0.02, 0.1, 0.15, 0.2, 0.05];
+        let expected = [
+            (Branch::Loading, vec![0.02, 0.05, 0.15, 0.2]),
+            (Branch::Unloading(0.15), vec![0.02, 0.1]),
+            (Branch::Unloading(0.2), vec![0.05]),
+        ];
+        assert_eq!(branches(&path), expected);
+    }
+}
