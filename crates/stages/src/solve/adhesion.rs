@@ -30,10 +30,10 @@ use asperity_tables::table::Table;
 
 /// Version of the numbers with adhesion. Only recipes with adhesion contain it, so raising it does
 /// not recompute other contacts.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Accuracy of the load at which surfaces separate, relative to the largest attraction w/ρ.
-const PULL_OFF_TOLERANCE: f64 = 1e-4;
+const PULL_OFF_TOLERANCE: f64 = 1e-5;
 
 /// Parameters of a path on one surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]

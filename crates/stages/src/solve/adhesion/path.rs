@@ -179,7 +179,7 @@ impl ContactPath {
         let map =
             |values: &[f64]| ContactMap::from_pressures_on(&self.threads, nodes, values).to_bytes();
         let gap = self.solver.gap();
-        let touches: Vec<f64> = match gap {
+        let touches: Vec<f64> = match gap.filter(|_| state.mean_gap.is_finite()) {
             Some(gap) => gap.iter().map(|gap| f64::from(u8::from(*gap == 0.0))).collect(),
             None => vec![0.0; nodes[0] * nodes[1]],
         };

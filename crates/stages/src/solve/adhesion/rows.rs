@@ -51,7 +51,8 @@ pub fn row(
     let scales = &of_surface.scales;
     let unit = scales.pressure();
     let nodes = (scales.nodes[0] * scales.nodes[1]) as f64;
-    let is_bound = gap.is_some();
+    // A search for the load of pull-off that reached the limit of pairs has no state.
+    let is_bound = gap.is_some() && state.mean_gap.is_finite();
     let known = |value: f64| optional_reals([is_bound.then_some(value)]);
     let mean = MeanState::new(params, scales, given, &state, is_bound);
     let dissipated = mean.dissipated_since(before)?;

@@ -142,6 +142,20 @@ fn a_tension_above_the_attraction_pulls_off_and_gives_the_pull_off_load() {
 }
 
 #[test]
+fn a_search_for_pull_off_that_reaches_the_limit_of_pairs_has_no_state() {
+    let pulled = Params { targets: vec![0.0, -1.0, 0.02], ..params() };
+    let pairs = |table: &Table| table.integers(PAIRS.name).unwrap().values().to_vec();
+    let max_pairs = u32::try_from(pairs(&whole(&pulled))[1] / 2).unwrap();
+    let table = whole(&Params { max_pairs, ..pulled });
+    let stops: Vec<_> = table.texts(STOP.name).unwrap().iter().flatten().collect();
+    assert_eq!(stops, ["converged", "pair-limit", "converged"]);
+    assert_eq!(values(&table, MEAN_GAP)[1], None);
+    assert_eq!(values(&table, PULL_OFF_LOAD)[1], None);
+    assert_eq!(table.integers(ADHESIVE_CONTACT_NODES.name).unwrap().value(1), 0);
+    assert!(table.bytes(CONTACT.name).unwrap().value(1).iter().all(|byte| *byte == 0));
+}
+
+#[test]
 fn results_do_not_depend_on_the_units() {
     // Lengths in another unit, which is four times as small, and pressures in one twice as small.
     let table = whole(&at_gaps(&[0.3, 0.1]));
