@@ -32,6 +32,8 @@ def press(
     boundary: Optional[str] = None,
     hardness: Optional[float] = None,
     hardness_unit: Optional[str] = None,
+    layer: Optional[Mapping[str, Any]] = None,
+    substrate: Optional[Mapping[str, float]] = None,
     tolerance: Optional[float] = None,
     max_pairs: Optional[int] = None,
     fields: bool = True,
@@ -78,6 +80,13 @@ def press(
     hardness : float, optional
         Maximum pressure of the material, in the unit of the modulus, or in the unit given by `hardness_unit`
         (``"absolute"`` or ``"relative"``); default: no limit.
+    layer : mapping, optional
+        Elastic layer on a rigid base, ``{"thickness", "poisson_ratio", "base"}`` with the base ``"bonded"`` or
+        ``"frictionless"``, or coating of the half-space `substrate`,
+        ``{"thickness", "poisson_ratio", "modulus_ratio"}`` with the shear modulus of the coating over that of
+        the half-space. The modulus E* is that of the layer. Default: a half-space.
+    substrate : mapping, optional
+        Half-space below a coating, ``{"poisson_ratio"}``.
     tolerance : float, optional
         Maximum error of the gap, in units of rms slope × mesh step: the gap in contact and the penetration
         outside it; default: 5e-5. With `adhesion`: maximum error of a pressure, in units of E* × rms slope.
@@ -142,7 +151,17 @@ def press(
     """
     keys = {
         **_states(loads, pressures, gaps, adhesion, path),
-        **_setting(effective_modulus, bodies, boundary, hardness, hardness_unit, tolerance, max_pairs),
+        **_setting(
+            effective_modulus,
+            bodies,
+            boundary,
+            hardness,
+            hardness_unit,
+            layer,
+            substrate,
+            tolerance,
+            max_pairs,
+        ),
     }
     pressing, topography = _pressing(heights, size, boundary, keys, fields, jobs)
     while pressing.press():
@@ -164,6 +183,8 @@ def press_each(
     boundary: Optional[str] = None,
     hardness: Optional[float] = None,
     hardness_unit: Optional[str] = None,
+    layer: Optional[Mapping[str, Any]] = None,
+    substrate: Optional[Mapping[str, float]] = None,
     tolerance: Optional[float] = None,
     max_pairs: Optional[int] = None,
     fields: bool = True,
@@ -191,7 +212,17 @@ def press_each(
     """
     keys = {
         **_states(loads, pressures, gaps, adhesion, path),
-        **_setting(effective_modulus, bodies, boundary, hardness, hardness_unit, tolerance, max_pairs),
+        **_setting(
+            effective_modulus,
+            bodies,
+            boundary,
+            hardness,
+            hardness_unit,
+            layer,
+            substrate,
+            tolerance,
+            max_pairs,
+        ),
     }
     pressing, _ = _pressing(heights, size, boundary, keys, fields, jobs)
 
@@ -242,6 +273,8 @@ def _setting(
     boundary: Optional[str],
     hardness: Optional[float],
     hardness_unit: Optional[str],
+    layer: Optional[Mapping[str, Any]],
+    substrate: Optional[Mapping[str, float]],
     tolerance: Optional[float],
     max_pairs: Optional[int],
 ) -> Dict[str, Any]:
@@ -252,6 +285,8 @@ def _setting(
         "boundary": boundary,
         "hardness": hardness,
         "hardness_unit": hardness_unit,
+        "layer": None if layer is None else dict(layer),
+        "substrate": None if substrate is None else dict(substrate),
         "tolerance": tolerance,
         "max_pairs": max_pairs,
     }

@@ -1,6 +1,7 @@
 """Tests short programs of users against closed forms."""
 
 import numpy as np
+import pytest
 
 import asperity
 
@@ -62,6 +63,28 @@ def test_tamaas_has_the_same_contacts_node_by_node():
         theirs = np.array(model.traction).reshape(128, 128)
         assert ((theirs > 0) == ours.contact(number)).all()
         assert abs(theirs - ours.pressure(number)).max() < 1e-5 * theirs.max()
+
+
+def test_contactmechanics_has_the_same_contacts_of_bonded_layers_node_by_node():
+    mechanics = pytest.importorskip("ContactMechanics")
+    from SurfaceTopography import Topography
+
+    rough = asperity.surface(nodes=96, hurst=0.8, k_lower=2, k_upper=16, rms_slope=0.05, seed=3)
+    for thickness, poisson_ratio in [(0.2, 0.0), (0.05, 0.3), (0.02, 0.45)]:
+        layer = {"thickness": thickness, "poisson_ratio": poisson_ratio}
+        ours = asperity.press(rough, pressures=[1e-3, 1e-2], layer=layer, tolerance=1e-9)
+        assert ours.converged
+        substrate = mechanics.PeriodicFFTElasticHalfSpace(
+            rough.nodes, 1 - poisson_ratio**2, rough.size, thickness=thickness, poisson=poisson_ratio
+        )
+        surface = Topography(rough.heights.filled(), rough.size, periodic=True)
+        system = mechanics.make_system(substrate=substrate, surface=surface)
+        for number, pressure in enumerate([1e-3, 1e-2]):
+            solved = system.minimize_proxy(external_force=pressure, pentol=1e-13, maxiter=5000)
+            assert solved.success
+            theirs = np.asarray(system.force) * system.force.size
+            assert ((theirs > 0) == ours.contact(number)).all()
+            assert abs(theirs - ours.pressure(number)).max() < 1e-6 * theirs.max()
 
 
 def test_a_law_is_found_again_that_made_the_areas():

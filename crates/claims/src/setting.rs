@@ -33,8 +33,9 @@ const COMPARED: [&str; 9] = [
 /// Parameters of anisotropic surfaces. Null or a ratio of 1 means an isotropic surface.
 const ANISOTROPY_PARAMETERS: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
-/// Parameters that describe rows whose surfaces, asperity models or adhesion no claim uses.
-const NOT_COMPARED: [&str; 9] = [
+/// Parameters that describe rows whose surfaces, asperity models, adhesion or layers no claim
+/// uses.
+const NOT_COMPARED: [&str; 14] = [
     METHOD.name,
     ANISOTROPY_RATIO.name,
     ANISOTROPY_ANGLE.name,
@@ -44,12 +45,17 @@ const NOT_COMPARED: [&str; 9] = [
     CONTROL.name,
     BRANCH.name,
     NODE_SET.name,
+    LAYER_THICKNESS.name,
+    LAYER_POISSON_RATIO.name,
+    LAYER_BASE.name,
+    LAYER_MODULUS_RATIO.name,
+    SUBSTRATE_POISSON_RATIO.name,
 ];
 
-/// Columns that exclude a row from claims on areas: anisotropy, asperity models, and adhesion. Null
-/// or an anisotropy ratio of 1 does not exclude it.
-const EXCLUDING_COLUMNS: [&str; 3] =
-    [ANISOTROPY_RATIO.name, INTERACTION.name, WORK_OF_ADHESION.name];
+/// Columns that exclude a row from claims on areas: anisotropy, asperity models, adhesion and
+/// layers. Null or an anisotropy ratio of 1 does not exclude it.
+const EXCLUDING_COLUMNS: [&str; 4] =
+    [ANISOTROPY_RATIO.name, INTERACTION.name, WORK_OF_ADHESION.name, LAYER_THICKNESS.name];
 
 /// Parameters that all rows used by claims share, and the rows left out.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -9,7 +9,7 @@ use std::time::Instant;
 use asperity_contact::elasticity::{PeriodicHalfSpace, displacement};
 use asperity_contact::fft::Transform;
 use asperity_contact::grid::{Boundary, Grid};
-use asperity_contact::solver::{HalfSpace, Hardness, Settings, Solver};
+use asperity_contact::solver::{Body, Hardness, Settings, Solver};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::spectrum::Spectrum;
@@ -52,15 +52,15 @@ fn main() {
     for count in (1..=cores).filter(|count| count.is_power_of_two() || *count == cores) {
         let threads = NonZeroUsize::new(count).expect("one or more");
         let threads = Threads::new(threads);
-        let (_, seconds) = ten_loads(nodes, HalfSpace::default(), threads);
+        let (_, seconds) = ten_loads(nodes, Body::default(), threads);
         let speed = *alone.get_or_insert(seconds) / seconds;
         println!("{count:8} {seconds:8.2} {speed:6.2}");
     }
 }
 
-fn bodies() -> [(&'static str, HalfSpace); 5] {
-    let body = |boundary, hardness: Option<f64>| HalfSpace {
-        boundary,
+fn bodies() -> [(&'static str, Body); 5] {
+    let body = |boundary: Boundary, hardness: Option<f64>| Body {
+        elastic: boundary.into(),
         hardness: hardness.map(|pressure| Hardness::new(pressure).expect("a pressure")),
     };
     [
@@ -73,7 +73,7 @@ fn bodies() -> [(&'static str, HalfSpace); 5] {
 }
 
 /// Returns the transform pairs and the seconds that ten loads took.
-fn ten_loads(nodes: usize, body: HalfSpace, threads: Threads) -> (u32, f64) {
+fn ten_loads(nodes: usize, body: Body, threads: Threads) -> (u32, f64) {
     let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
     let mut solver = body.solver(grid, &heights(grid, 4, nodes as u32 / 16));
     solver.set_threads(threads);

@@ -26,6 +26,7 @@ mod equilibrium;
 mod summits;
 
 use equilibrium::Body;
+pub(crate) use equilibrium::Body as PointForces;
 use summits::Summit;
 
 /// Elastic interaction of asperities through the half-space.

@@ -3,7 +3,8 @@
 //!
 //! - [`ElasticOperator`]: trait that the solver uses;
 //! - [`PeriodicHalfSpace`]: isotropic half-space under a periodic pressure;
-//! - [`FreeHalfSpace`]: isotropic half-space under a pressure that is zero outside the map.
+//! - [`FreeHalfSpace`]: isotropic half-space under a pressure that is zero outside the map;
+//! - [`PeriodicLayer`]: layer on a rigid base, or coating on a half-space, under a periodic pressure.
 //!
 //! Lengths are in units of the cell's longer side L and pressures in units of E*, so a wavenumber
 //! of the mesh is |q| = 2πk.
@@ -19,8 +20,10 @@ use super::grid::{Grid, magnitude};
 use super::threads::Threads;
 
 pub mod free;
+pub mod layer;
 
 pub use free::FreeHalfSpace;
+pub use layer::{Base, Layer, LayerError, PeriodicLayer, Support};
 
 /// Elastic body under the pressures on a grid.
 ///
@@ -82,6 +85,26 @@ pub trait ElasticOperator: Send + Sync {
         for (waves, stiffness) in stiffnesses.iter_mut().enumerate() {
             *stiffness = self.stiffness(along.waves(waves, across));
         }
+    }
+
+    /// Returns the stiffness of a wave in the preconditioner of the solver.
+    ///
+    /// It differs from [`stiffness`](Self::stiffness) if the solver converges faster with another
+    /// one.
+    fn preconditioner(&self, waves: [usize; 2]) -> f64 {
+        self.stiffness(waves)
+    }
+
+    /// Writes [`preconditioner`](Self::preconditioner) to element n of `stiffnesses` for the wave
+    /// with n periods along axis `along` and `across` periods along the other axis.
+    fn preconditioners(&self, along: Axis, across: usize, stiffnesses: &mut [f64]) {
+        self.stiffnesses(along, across, stiffnesses);
+    }
+
+    /// Returns the displacement under a pressure wave relative to that of a half-space, at a
+    /// wavenumber k > 0 in units of 1/L. The preconditioner of the solver depends on it.
+    fn relative_displacement(&self, _wavenumber: f64) -> f64 {
+        1.0
     }
 
     /// Returns whether p̂/û of [`stiffness`](Self::stiffness) is exactly the inverse of û/p̂ of
@@ -168,6 +191,18 @@ pub(crate) fn stiffness_on<T: Real>(
     let nodes = operator.stiffness_nodes();
     Kernel::from_columns(threads, nodes, |k_y, factors| {
         operator.stiffnesses(Axis::X, k_y, factors);
+    })
+}
+
+/// Returns the convolution kernel of [`ElasticOperator::preconditioner`], on the mesh of
+/// [`ElasticOperator::stiffness_nodes`]. The given threads compute it.
+pub(crate) fn preconditioner_on<T: Real>(
+    threads: &Threads,
+    operator: &dyn ElasticOperator,
+) -> Kernel<T> {
+    let nodes = operator.stiffness_nodes();
+    Kernel::from_columns(threads, nodes, |k_y, factors| {
+        operator.preconditioners(Axis::X, k_y, factors);
     })
 }
 

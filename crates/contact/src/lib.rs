@@ -9,6 +9,7 @@
 //! | [`solver`] | pressure and gap of a surface under a load |
 //! | [`adhesion`] | adhesive contact along a path of loads or mean gaps |
 //! | [`morphology`] | area, perimeter and clusters of the contact |
+//! | [`conductance`] | spots of the contact, and their thermal or electrical conductance |
 //! | [`distribution`] | histograms of pressures and gaps |
 //! | [`flow`] | flow of a fluid through the gap |
 //! | [`theory`] | contact area by Persson's theory, asperity models and the evolution law |
@@ -65,6 +66,7 @@
 
 pub mod adhesion;
 pub mod asperities;
+pub mod conductance;
 pub mod distribution;
 pub mod elasticity;
 pub mod fft;

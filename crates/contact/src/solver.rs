@@ -65,6 +65,8 @@
 //!   chooses m and δ if the hardness bounds the pressures;
 //! - `passes` are the loops over the mesh between two transforms, on the vectors of `lanes`.
 //!
+//! After a load is solved, `stiffness` computes its derivative with respect to the approach.
+//!
 //! Terms that all modules use:
 //!
 //! - A *free* node is one whose pressure may change in the present iteration: it has pressure or
@@ -83,10 +85,10 @@ use super::fft::Scratch;
 use super::threads::Threads;
 
 mod balance;
+mod body;
 mod bounds;
 mod conjugate_gradients;
 pub mod cost;
-mod half_space;
 mod initial_guess;
 pub(crate) mod lanes;
 mod line_search;
@@ -96,8 +98,10 @@ mod preconditioner;
 mod problem;
 mod prolongation;
 mod refinement;
+mod stiffness;
 
-pub use half_space::{HalfSpace, Hardness, HardnessError};
+pub use body::{Body, Elastic, Hardness, HardnessError};
+pub use stiffness::ContactStiffness;
 
 use conjugate_gradients::InnerSolver;
 use nested::Coarser;
@@ -215,7 +219,7 @@ impl Solver {
     /// Several threads can thus solve different loads of one surface at the same time. A load has
     /// the same result with any of the solvers. A sibling needs about two thirds of the memory of
     /// the first solver
-    /// ([`HalfSpace::sibling_bytes_per_node`]).
+    /// ([`Body::sibling_bytes_per_node`]).
     ///
     /// ```
     /// use asperity_contact::elasticity::PeriodicHalfSpace;

@@ -18,9 +18,9 @@ const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
 /// Coordinates that rows of measured or corrected contacts do not have.
 const ELSEWHERE: [&str; 7] =
     [BIN.name, ALONG.name, WAVENUMBER.name, LAG.name, DISTANCE.name, BEARING_LEVEL.name, "pooled"];
-/// Coordinates of anisotropic surfaces, of asperity models and of contacts with adhesion, which
-/// claims leave out.
-const LEFT_OUT: [&str; 8] = [
+/// Coordinates of anisotropic surfaces, of asperity models and of contacts with adhesion or a layer,
+/// which claims leave out.
+const LEFT_OUT: [&str; 13] = [
     ANISOTROPY_RATIO.name,
     ANISOTROPY_ANGLE.name,
     INTERACTION.name,
@@ -29,6 +29,11 @@ const LEFT_OUT: [&str; 8] = [
     CONTROL.name,
     BRANCH.name,
     NODE_SET.name,
+    LAYER_THICKNESS.name,
+    LAYER_POISSON_RATIO.name,
+    LAYER_BASE.name,
+    LAYER_MODULUS_RATIO.name,
+    SUBSTRATE_POISSON_RATIO.name,
 ];
 
 /// Returns all coordinates of measured or corrected contacts.

@@ -21,7 +21,7 @@ use asperity_contact::topography::spectrum::Spectrum;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::reader::ResultReader;
 use asperity_stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, K_UPPER, LOAD,
+    AREA_CORRECTED, AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, K_UPPER, LAYER_THICKNESS, LOAD,
     PERIMETER_MANHATTAN, REALIZATION, SURFACE, WORK_OF_ADHESION,
 };
 use asperity_stages::correct::AS_COUNTED;
@@ -427,10 +427,11 @@ fn curves<'a>(
 ) -> Result<Vec<EnsembleCurves<'a>>, TableError> {
     let is_curve =
         |table: &Table| [SURFACE.name, LOAD.name, area].iter().all(|name| table.has(name));
-    let attracts = |table: &Table| table.has(WORK_OF_ADHESION.name);
+    let is_other =
+        |table: &Table| table.has(WORK_OF_ADHESION.name) || table.has(LAYER_THICKNESS.name);
     let stages = finished.stages.iter();
     let curves = stages
-        .filter(|stage| stage.kind == kind && is_curve(&stage.table) && !attracts(&stage.table));
+        .filter(|stage| stage.kind == kind && is_curve(&stage.table) && !is_other(&stage.table));
     let mut ensembles = Vec::new();
     for stage in curves {
         ensembles.extend(ensembles::from_table(&stage.table, bars)?);

@@ -6,12 +6,14 @@ use asperity_tables::column::{Code, Column, Role};
 mod adhesion;
 mod contacts;
 mod friction;
+mod layers;
 mod surfaces;
 mod unloading;
 
 pub use adhesion::*;
 pub use contacts::*;
 pub use friction::*;
+pub use layers::*;
 pub use surfaces::*;
 pub use unloading::*;
 

@@ -1,6 +1,8 @@
 //! The variants of stages, which determine the keys of their tables, and the checked keys of a
 //! stage.
 
+use std::collections::BTreeSet;
+
 use toml::de::DeTable;
 
 use crate::aggregate::keys::AggregateTable;
@@ -338,6 +340,10 @@ pub struct Surfaces {
     pub not_superposable: Option<(String, &'static str)>,
     /// The `solve` stages and the loads of their parameter points.
     pub loads: Vec<(String, Vec<f64>)>,
+    /// A `solve` stage with a layer.
+    pub with_layer: Option<String>,
+    /// Units of length of the surfaces, each once; empty texts for unknown units.
+    pub length_units: Vec<String>,
     /// Smallest and largest rms slope to which surfaces are scaled.
     pub slopes: Option<[f64; 2]>,
 }
@@ -367,6 +373,8 @@ impl Surfaces {
             with_adhesion: None,
             not_superposable: None,
             loads: Vec::new(),
+            with_layer: None,
+            length_units: distinct(params().map(|params| params.origin.unit().to_owned())),
             not_redrawable: params()
                 .any(|params| params.origin.reads_stage())
                 .then(|| stage.to_owned()),
@@ -392,6 +400,7 @@ impl Surfaces {
             |is_meant: fn(&Recipe) -> bool| recipes.iter().any(is_meant).then(|| stage.to_owned());
         let physics = recipes.iter().find_map(|recipe| match recipe {
             Recipe::Adhesion(_) => Some("`adhesion`"),
+            Recipe::Solve(params) if params.layer.is_some() => Some("a `layer`"),
             Recipe::Solve(params) if params.hardness.is_some() => Some("a `hardness`"),
             Recipe::Solve(params) if params.asperities.is_some() => {
                 Some("`method = \"asperities\"`")
@@ -409,6 +418,9 @@ impl Surfaces {
             loads,
             without_adhesion: named(|recipe| matches!(recipe, Recipe::Solve(_))),
             with_adhesion: named(|recipe| matches!(recipe, Recipe::Adhesion(_))),
+            with_layer: named(
+                |recipe| matches!(recipe, Recipe::Solve(block) if block.layer.is_some()),
+            ),
             pressures_uncounted: lacks(|block| block.pressure_bins),
             gaps_uncounted: lacks(|block| block.gap_bins),
             ..Surfaces::default()
@@ -430,12 +442,21 @@ impl Surfaces {
                 .or_else(|| other.pressures_uncounted.clone()),
             without_adhesion: self.without_adhesion.or_else(|| other.without_adhesion.clone()),
             with_adhesion: self.with_adhesion.or_else(|| other.with_adhesion.clone()),
+            with_layer: self.with_layer.or_else(|| other.with_layer.clone()),
+            length_units: distinct(
+                self.length_units.into_iter().chain(other.length_units.iter().cloned()),
+            ),
             gaps_uncounted: self.gaps_uncounted.or_else(|| other.gaps_uncounted.clone()),
             not_superposable: self.not_superposable.or_else(|| other.not_superposable.clone()),
             loads: [self.loads, other.loads.clone()].concat(),
             non_square: self.non_square.or_else(|| other.non_square.clone()),
         }
     }
+}
+
+/// Returns the distinct texts among these, sorted.
+fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
+    texts.collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 /// Returns the smallest range that contains two ranges.

@@ -54,8 +54,10 @@ pub const STAGE: Definition = Definition {
             rectangles: true,
             yields: true,
             flows: true,
+            conducts: true,
             adhesion: true,
             stiffness: true,
+            rigid_base: true,
         });
         let of_surfaces = statistics::all_columns();
         let distributions = distributions::all_columns();
@@ -149,7 +151,9 @@ impl Stage for Params {
                 let optional = OptionalColumns {
                     rectangles: grids::has_rectangles(&solved),
                     yields: solved.has(SATURATED_NODES.name),
+                    rigid_base: solved.has(APPROACH.name),
                     flows: solved.has(FLOW_STOP.name),
+                    conducts: solved.has(FROZEN_STIFFNESS.name),
                     adhesion: solved.has(WORK_OF_ADHESION.name),
                     stiffness: *stiffness,
                 };
@@ -218,7 +222,7 @@ impl Stage for Params {
     fn reads_part(&self, part: &Part) -> bool {
         let reads = |column: Column| part.columns.contains(&column.name);
         match self {
-            Params::Contacts { .. } => reads(FLOW_STOP),
+            Params::Contacts { .. } => reads(FLOW_STOP) || reads(FROZEN_STIFFNESS),
             Params::Distribution(Distribution::Pressures) => reads(PRESSURE_COUNTS),
             Params::Distribution(Distribution::Gaps) => reads(GAP_COUNTS),
             _ => false,

@@ -10,6 +10,7 @@ mod contact;
 mod fields;
 pub mod full_contact;
 pub mod keys;
+pub mod layer;
 mod loads;
 mod parallel;
 mod parts;
@@ -28,6 +29,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 pub use self::contact::Contact;
 pub use self::fields::ContactFields;
+pub use self::layer::GivenLayer;
 pub use self::loads::ListedLoads;
 use self::rows::OptionalColumns;
 pub use self::rows::SolvedLoad;
@@ -42,7 +44,7 @@ use crate::{
 use asperity_contact::asperities::Interaction;
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Boundary;
-use asperity_contact::solver::{HalfSpace, Hardness, Settings, cost};
+use asperity_contact::solver::{Body, Hardness, Settings, cost};
 use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
@@ -65,6 +67,9 @@ pub const STAGE: Definition = Definition {
             boundary: Boundary::Free,
             asperities: true,
             flow: true,
+            stiffness: true,
+            layer: true,
+            rigid_base: true,
             load_unit: PressureUnit::Relative,
             pressure_unit: true,
             hardness: Some(PressureUnit::Absolute),
@@ -101,6 +106,10 @@ pub struct Params {
     /// existing keys stay valid.
     #[serde(skip_serializing_if = "Boundary::is_periodic", serialize_with = "boundary_recipe")]
     pub boundary: Boundary,
+    /// Layer between the rough surface and the rest of the body. Omitted from the recipe of a
+    /// half-space, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer: Option<GivenLayer>,
     /// Hardness of the material, if it yields. Omitted from the recipe for elastic solves, so that
     /// existing keys stay valid.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -118,6 +127,9 @@ pub struct Params {
     /// True if the flow through the gap is computed under every load.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub flow: bool,
+    /// True if the stiffness of the contact is computed under every load.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub stiffness: bool,
     /// Interaction of asperities, if Hertzian contacts of the summits replace the solved contact.
     /// Omitted from the recipe if the contact of every node is solved, so that existing keys stay
     /// valid.
@@ -141,11 +153,12 @@ impl Params {
         Settings { tolerance: self.tolerance, pair_limit: self.max_pairs }
     }
 
-    /// Returns the elastic body, with the hardness in the unit in which it is given.
-    fn body(&self) -> HalfSpace {
+    /// Returns a body with the costs of the elastic body, with the hardness in the unit in which it
+    /// is given. A layer costs as much as a half-space.
+    fn body(&self) -> Body {
         let hardness = self.hardness.as_ref();
-        HalfSpace {
-            boundary: self.boundary,
+        Body {
+            elastic: self.boundary.into(),
             hardness: hardness.and_then(|given| Hardness::new(given.pressure).ok()),
         }
     }
@@ -174,6 +187,7 @@ impl Params {
             setting.push((BOUNDARY, Value::Text(name)));
         }
         setting.extend(self.branch.into_iter().flat_map(|branch| branch.setting(self.load_unit)));
+        setting.extend(self.layer.iter().flat_map(GivenLayer::coordinates));
         setting
     }
 
@@ -238,6 +252,9 @@ impl Stage for Params {
             boundary: self.boundary,
             asperities: self.asperities.is_some(),
             flow: self.flow,
+            stiffness: self.stiffness,
+            layer: self.layer.is_some(),
+            rigid_base: self.layer.is_some_and(|layer| layer.is_on_rigid_base()),
             load_unit: self.load_unit,
             pressure_unit: self.pressure_unit.is_some(),
             hardness: self.hardness.map(|given| given.unit),

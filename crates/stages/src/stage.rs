@@ -12,6 +12,7 @@ use crate::units::TableUnits;
 use crate::{Kind, Recipe, RowKind, generate};
 use asperity_contact::adhesion::AdhesionError;
 use asperity_contact::asperities::NoSummits;
+use asperity_contact::elasticity::LayerError;
 use asperity_contact::morphology::map::MapError;
 use asperity_contact::solver::HardnessError;
 use asperity_contact::threads::Threads;
@@ -488,6 +489,8 @@ pub enum StageError {
         "cannot solve the contact with this hardness (loads and hardness in units of E* × rms slope)"
     )]
     Hardness(#[from] HardnessError),
+    #[error("cannot solve the contact with this layer (thickness over the longer side)")]
+    Layer(#[from] LayerError),
     #[error("cannot solve the contact with adhesion")]
     Adhesion(#[from] AdhesionError),
     #[error("cannot solve the contact of the asperities")]

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::*;
 use crate::grid::samples::square;
-use crate::solver::{HalfSpace, Stop};
+use crate::solver::{Body, Stop};
 use crate::topography::random::samples;
 
 const SETTINGS: Settings = Settings { tolerance: 1e-12, pair_limit: 500 };
@@ -83,7 +83,7 @@ fn a_lattice_of_spheres_is_what_the_solver_finds_at_light_load() {
     let (bend, load) = (4.0_f64, 2e-4);
     let heights = spheres(grid, bend, &[[0.5, 0.5]]);
     let model = press(grid, &heights, Interaction::Explicit, load);
-    let mut solver = HalfSpace::default().solver(grid, &heights);
+    let mut solver = Body::default().solver(grid, &heights);
     let solved = solver.press(load, &Settings::default(), &|| false);
     let solved_plane = solved.mean_gap + heights.iter().sum::<f64>() / heights.len() as f64;
     let plane = plane(&model, &heights);

@@ -14,7 +14,7 @@ use std::ops::Range;
 use super::map::{ContactMap, mask_tail};
 use crate::grid::Boundary;
 
-pub use each::Cluster;
+pub use each::{Cluster, Spot};
 
 /// Number, largest size and percolation of the clusters of contact or of gap.
 ///

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::{DEFAULT_TOLERANCE, HalfSpace};
+use super::{Body, DEFAULT_TOLERANCE};
 use crate::elasticity;
 use crate::elasticity::PeriodicHalfSpace;
 use crate::fft::Transform;
@@ -45,8 +45,8 @@ const YIELDING: f64 = 1.45;
 const LARGEST_MEASURED: usize = 2048;
 
 /// Returns the time to prepare a body, in core-seconds; it is negligible for a periodic body.
-pub fn preparation_seconds(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
-    match body.boundary {
+pub fn preparation_seconds(body: &Body, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
+    match body.elastic.boundary() {
         Boundary::Periodic => 0.0,
         Boundary::Free => FREE_KERNEL * nodes_x as f64 * nodes_y as f64,
     }
@@ -56,9 +56,9 @@ pub fn preparation_seconds(body: &HalfSpace, [nodes_x, nodes_y]: [usize; 2]) -> 
 /// meshes.
 ///
 /// Other work is converted to pairs of the same duration on the mesh of the map.
-pub fn pairs_per_load(body: &HalfSpace, tolerance: f64) -> f64 {
+pub fn pairs_per_load(body: &Body, tolerance: f64) -> f64 {
     let pairs = elastic_pairs(tolerance) * body.hardness.map_or(1.0, |_| YIELDING);
-    match body.boundary {
+    match body.elastic.boundary() {
         Boundary::Periodic => pairs,
         Boundary::Free => FREE * pairs,
     }
@@ -125,16 +125,16 @@ mod tests {
 
     #[test]
     fn smaller_tolerances_cost_more() {
-        let pairs = |tolerance| pairs_per_load(&HalfSpace::default(), tolerance);
+        let pairs = |tolerance| pairs_per_load(&Body::default(), tolerance);
         assert!(pairs(1e-8) > pairs(5e-5));
         assert!(pairs(1e3) > 0.0);
     }
 
     #[test]
     fn yielding_and_free_boundaries_cost_more() {
-        let cost = |boundary, hardness: Option<f64>| {
+        let cost = |boundary: Boundary, hardness: Option<f64>| {
             let hardness = hardness.map(|pressure| Hardness::new(pressure).unwrap());
-            pairs_per_load(&HalfSpace { boundary, hardness }, 5e-5)
+            pairs_per_load(&Body { elastic: boundary.into(), hardness }, 5e-5)
         };
         let elastic = cost(Boundary::Periodic, None);
         assert!(cost(Boundary::Periodic, Some(0.3)) > elastic);

@@ -80,7 +80,7 @@ impl Preconditioner {
         let larger = mesh.stiffness.larger.as_ref();
         let stiffness_nodes = larger.map_or(mesh.nodes, Transform::nodes);
         Self {
-            extension: Extension::new(mesh.nodes, stiffness_nodes),
+            extension: Extension::new(mesh.nodes, stiffness_nodes, &mesh.relative_displacements),
             blocks: mesh.two_level.buffers(threads),
             larger: larger.map(|transform| LargerMesh {
                 scratch: transform.scratch_on(threads.clone()),
@@ -236,7 +236,7 @@ impl Stiffness {
         let nodes = body.stiffness_nodes();
         let is_larger = nodes != body.grid().nodes();
         Self {
-            kernel: elasticity::stiffness_on(threads, body),
+            kernel: elasticity::preconditioner_on(threads, body),
             larger: is_larger.then(|| Transform::new(nodes)),
         }
     }

@@ -113,6 +113,9 @@ pub struct Mesh {
     pub displacement: Kernel<f32>,
     pub stiffness: Stiffness,
     pub two_level: TwoLevel,
+    /// Displacements of waves relative to a half-space, at wavelengths of twice the sides of the
+    /// blocks of the extension.
+    pub relative_displacements: Vec<f64>,
     pub nodal_stiffness: f64,
     pub nodal_compliance: f64,
 }
@@ -154,6 +157,7 @@ impl Mesh {
             displacement: elasticity::displacement_on(threads, body),
             stiffness: Stiffness::new(threads, body),
             two_level: TwoLevel::new(threads, body, nodal_stiffness, blocks),
+            relative_displacements: Extension::relative_displacements(body),
             nodal_stiffness,
             nodal_compliance: body.nodal_compliance(threads),
         }

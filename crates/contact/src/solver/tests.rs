@@ -13,7 +13,9 @@ use crate::topography::surface::Surface;
 mod closed_forms;
 mod hardness;
 mod invariants;
+mod layers;
 mod loads;
+mod stiffness;
 
 /// Accuracy of double precision on the meshes used here.
 const TIGHT: Settings = Settings { tolerance: 1e-12, pair_limit: 4000 };

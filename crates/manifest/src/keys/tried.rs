@@ -78,16 +78,14 @@ const ANSWERS: [Answer; 16] = [
             "coating",
             "coating_thickness",
             "film_thickness",
-            "layer",
             "layer_thickness",
             "layers",
-            "substrate",
             "thickness",
         ],
-        instead: &[],
-        label: "layers are not modelled",
-        help: "both bodies are homogeneous half-spaces. The Python package ContactMechanics \
-               presses layers of finite thickness",
+        instead: &["layer"],
+        label: "belongs to a `solve` stage, as `layer`",
+        help: "`layer = { thickness = …, poisson_ratio = … }` of a `solve` stage is a layer on a rigid \
+               base, or with `modulus_ratio` a coating of the half-space `substrate`",
     },
     Answer {
         keys: &[

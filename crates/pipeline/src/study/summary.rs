@@ -5,6 +5,8 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::study::{Stage, Study, Work};
+use asperity_contact::elasticity::{Base, Support};
+use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
 use asperity_stages::Recipe;
@@ -12,6 +14,7 @@ use asperity_stages::generate::spectrum::SpectrumSurface;
 use asperity_stages::generate::{Origin, Params};
 use asperity_stages::solve::{self, PressureUnit};
 use asperity_stages::surface_files::SurfaceFiles;
+use asperity_stages::units::TableUnits;
 
 /// Summary of the surfaces or of the loads of a stage.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -30,18 +33,20 @@ impl Study {
     /// Returns a summary of each stage of random surfaces, with side, rms height and rms slope, and
     /// of each stage of loads, with modulus and loads.
     pub fn summaries(&self) -> Vec<StageSummary> {
-        let summary = |stage: &Stage| {
+        let units = self.units();
+        let summary = |(stage, units): (&Stage, &TableUnits)| {
             let text = match &stage.work {
                 Work::Generate(surfaces) => {
                     of_surfaces(surfaces.iter().map(|surfaces| &surfaces.params), &self.sources)
                 }
                 Work::Evaluate(recipes) => {
-                    of_loads(recipes).or_else(|| self.summary_of_path(stage))
+                    let length = units.length.as_deref();
+                    of_loads(recipes, length).or_else(|| self.summary_of_path(stage))
                 }
             }?;
             Some(StageSummary { stage: stage.name.clone(), text })
         };
-        self.stages.iter().filter_map(summary).collect()
+        self.stages.iter().zip(&units).filter_map(summary).collect()
     }
 }
 
@@ -109,7 +114,9 @@ fn of_surfaces<'a>(
     Some(format!("side {sides}{height}{slope}"))
 }
 
-fn of_loads(recipes: &[Recipe]) -> Option<String> {
+/// Describes the loads of a stage. `length` is the unit of the lengths of its surfaces, if it is
+/// known.
+fn of_loads(recipes: &[Recipe], length: Option<&str>) -> Option<String> {
     let blocks = recipes.iter().map(|recipe| match recipe {
         Recipe::Solve(params) => Some(params.as_ref()),
         _ => None,
@@ -125,11 +132,31 @@ fn of_loads(recipes: &[Recipe]) -> Option<String> {
     };
     let moduli = blocks.iter().map(|block| block.effective_modulus);
     Some(format!(
-        "E* = {}, {} {}{unit}",
+        "E* = {}, {} {}{unit}{}",
         quantity::range(moduli, first.pressure_unit)?,
         counted(number, "load"),
         quantity::range(loads(), first.unit_of_loads())?,
+        of_layers(&blocks, length).unwrap_or_default(),
     ))
+}
+
+/// Describes the layers of loads; `None` without a layer.
+fn of_layers(blocks: &[&solve::Params], length: Option<&str>) -> Option<String> {
+    let layers = || blocks.iter().filter_map(|block| block.layer);
+    let first = layers().next()?;
+    let thickness = quantity::range(layers().map(|layer| layer.thickness), length)?;
+    let ratio = quantity::range(layers().map(|layer| layer.poisson_ratio), None)?;
+    let below = match first.support {
+        _ if layers().any(|layer| layer.support != first.support) => String::new(),
+        Support::Rigid(Base::Bonded) => ", bonded to a rigid base".to_owned(),
+        Support::Rigid(Base::Frictionless) => ", on a rigid base without friction".to_owned(),
+        Support::HalfSpace { poisson_ratio, modulus_ratio } => format!(
+            ", on a half-space with G₁/G₂ = {} and ν = {}",
+            decimal::written(modulus_ratio),
+            decimal::written(poisson_ratio)
+        ),
+    };
+    Some(format!("; E* is that of a layer of thickness {thickness} with ν = {ratio}{below}"))
 }
 
 #[cfg(test)]

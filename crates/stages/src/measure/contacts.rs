@@ -7,7 +7,7 @@
 //! grows with the square of the distance of the loads. A load has no stiffness if a neighbour is
 //! missing, did not converge, or differs by more than a tenth of the load.
 
-use arrow::array::Array;
+use arrow::array::{Array, ArrayRef};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,8 @@ use serde::{Deserialize, Serialize};
 use crate::columns::*;
 use crate::grids::Grids;
 use crate::{StageError, grids, solve};
-use asperity_contact::grid::Grid;
+use asperity_contact::conductance::SpotConductance;
+use asperity_contact::grid::{Boundary, Grid};
 use asperity_contact::morphology::area::ContactArea;
 use asperity_contact::morphology::clusters::Clusters;
 use asperity_contact::morphology::map::ContactMap;
@@ -27,8 +28,16 @@ const MAX_LOAD_STEP: f64 = 0.1 + 1e-9;
 
 /// Columns that are copied from the solved loads if they exist, in addition to the columns of the
 /// flow.
-const COPIED: [Column; 6] =
-    [SATURATED_NODES, SATURATED_FRACTION, MEAN_GAP, MEAN_YIELDED_DEPTH, ENERGY, STOP];
+const COPIED: [Column; 8] = [
+    SATURATED_NODES,
+    SATURATED_FRACTION,
+    MEAN_GAP,
+    UNIFORM_COMPRESSION,
+    APPROACH,
+    MEAN_YIELDED_DEPTH,
+    ENERGY,
+    STOP,
+];
 
 /// Columns that are copied from the states of a path with adhesion, in addition.
 const COPIED_WITH_ADHESION: [Column; 8] = [
@@ -79,7 +88,11 @@ impl NodeSet {
 pub struct OptionalColumns {
     pub rectangles: bool,
     pub yields: bool,
+    /// True if the approach to the rigid base of a layer is known.
+    pub rigid_base: bool,
     pub flows: bool,
+    /// True if the stiffness of each contact is known.
+    pub conducts: bool,
     pub adhesion: bool,
     pub stiffness: bool,
 }
@@ -92,6 +105,9 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     if optional.flows {
         measures.extend(FLOW);
     }
+    if optional.conducts {
+        measures.extend(CONDUCTANCE);
+    }
     if optional.stiffness {
         measures.insert(gap, STIFFNESS);
     }
@@ -100,6 +116,11 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
         let gap = gap.expect("the mean gap is a measure");
         measures.insert(gap + 1, MEAN_YIELDED_DEPTH);
         measures.splice(gap..gap, [SATURATED_NODES, SATURATED_FRACTION]);
+    }
+    if optional.rigid_base {
+        let gap = measures.iter().position(|column| *column == MEAN_GAP);
+        let gap = gap.expect("the mean gap is a measure");
+        measures.splice(gap + 1..gap + 1, LAYER_RESULTS);
     }
     if optional.adhesion {
         measures.retain(|column| *column != ENERGY && *column != STOP);
@@ -197,7 +218,44 @@ pub fn measure(solved: &Table, stiffness: bool, set: NodeSet) -> Result<Table, S
         let names: Vec<&str> = columns.map(|column| column.name).collect();
         solved.only(&names)
     });
-    Ok(coordinates.with(columns).beside(&copied).beside(&flows))
+    let measured = coordinates.with(columns).beside(&copied).beside(&flows);
+    if !solved.has(FROZEN_STIFFNESS.name) {
+        return Ok(measured);
+    }
+    Ok(measured.with(conductances(solved, grids, boundary)?))
+}
+
+/// Returns the stiffness of each contact and the conductance that follows from it, beside the
+/// conductance of separate spots.
+fn conductances(
+    solved: &Table,
+    grids: Grids,
+    boundary: Boundary,
+) -> Result<Vec<(Column, ArrayRef)>, StageError> {
+    let maps = solved.bytes(CONTACT.name)?;
+    let stiffness: Vec<Option<f64>> = solved.reals(FROZEN_STIFFNESS.name)?.iter().collect();
+    let mut prepared: Option<(Grid, SpotConductance)> = None;
+    let mut spots = Vec::with_capacity(solved.rows());
+    for row in 0..solved.rows() {
+        let grid = grids.grid(row)?;
+        let map = ContactMap::from_bytes(grid.nodes(), maps.value(row)).map_err(StageError::Map)?;
+        let (_, conductance) = match prepared.take().filter(|(of, _)| *of == grid) {
+            Some(prepared) => prepared,
+            None => (grid, SpotConductance::new(grid, boundary)),
+        };
+        let (grid, conductance) = prepared.insert((grid, conductance));
+        let found = conductance.of_map(&map);
+        let radius = found.mean_radius.map(|radius| radius * grid.cell().longer_side());
+        spots.push((found.count as i64, radius, found.greenwood));
+    }
+    let columns: [ArrayRef; 5] = [
+        optional_reals(stiffness.iter().copied()),
+        optional_reals(stiffness.iter().copied()),
+        integers(spots.iter().map(|(count, ..)| *count)),
+        optional_reals(spots.iter().map(|(_, radius, _)| *radius)),
+        optional_reals(spots.iter().map(|(.., greenwood)| *greenwood)),
+    ];
+    Ok(CONDUCTANCE.into_iter().zip(columns).collect())
 }
 
 /// Computes the stiffness at each load of a block, in units of E* over the longer side.

@@ -75,6 +75,7 @@ pub fn solve(
                 outcome: solved.outcome,
                 contact: contact_map(context.threads, grid.nodes(), pressures),
                 displacement: None,
+                compression: None,
                 asperities: Some(solved),
                 parts: LoadParts { pressures: pressures_kept, ..LoadParts::default() },
             })

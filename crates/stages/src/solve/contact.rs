@@ -9,7 +9,7 @@ use crate::columns::RMS_SLOPE;
 use crate::{Context, StageError};
 use asperity_contact::flow;
 use asperity_contact::grid::Grid;
-use asperity_contact::solver::{HalfSpace, Solver, Stop, Watch};
+use asperity_contact::solver::{Body, Elastic, Solver, Stop, Watch};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::table::Table;
@@ -25,6 +25,9 @@ pub struct Contact {
     hardness: Option<SurfaceHardness>,
     /// Displacement of each node under unit pressure, if displacements are absolute.
     under_unit_pressure: Option<Vec<f64>>,
+    /// Compliance of a layer on a rigid base under a uniform pressure, and the height of the highest
+    /// node above the mean plane, in the solver's units.
+    uniform: Option<UniformCompression>,
     /// Root mean square height in the solver's unit of length. It is 1 for a flat surface, and if
     /// no gaps are counted.
     rms_height: f64,
@@ -39,6 +42,13 @@ struct KeptDepth {
     mean: f64,
     /// True if the largest load converged.
     is_solved: bool,
+}
+
+/// Data from which the uniform compression of a layer and the approach of the bodies follow.
+#[derive(Debug, Clone, Copy)]
+struct UniformCompression {
+    compliance: f64,
+    highest: f64,
 }
 
 impl Contact {
@@ -63,7 +73,14 @@ impl Contact {
             bound.check_load(scales.reduced_pressure(heaviest, params.load_unit))?;
         }
         let mut heights = scales.reduced_heights(surface);
-        let body = HalfSpace { boundary: params.boundary, hardness: bound };
+        let layer = params.layer.map(|layer| layer.below(grid.cell().longer_side())).transpose()?;
+        let elastic = layer.map_or(params.boundary.into(), Elastic::Layer);
+        let uniform = layer.and_then(|layer| layer.uniform_compliance());
+        let uniform = uniform.map(|compliance| UniformCompression {
+            compliance,
+            highest: highest_above_mean(&heights),
+        });
+        let body = Body { elastic, hardness: bound };
         let mut solver = body.solver_with_threads(threads.clone(), grid, &heights);
         let mut kept = None;
         if let (Some(Branch::Unloading(largest)), Some(hardness)) = (params.branch, hardness) {
@@ -81,6 +98,7 @@ impl Contact {
             scales,
             hardness,
             under_unit_pressure: solver.displacement_under_unit_pressure(),
+            uniform,
             rms_height: params.gap_bins.map_or(1.0, |_| rms(&heights)),
             kept,
         };
@@ -129,6 +147,13 @@ impl Contact {
             let sum: f64 = displacement.iter().zip(pressures).map(|(u, p)| u * p).sum();
             sum / pressures.len() as f64
         });
+        let compression = self.uniform.map(|UniformCompression { compliance, highest }| {
+            let compression = compliance * load;
+            // The solver leaves the uniform compression out.
+            outcome.energy += 0.5 * load * compression;
+            let approach = compression + highest - outcome.mean_gap + outcome.yielded_depth;
+            [compression, approach]
+        });
         let keep = self.params.keeps_pressures_at(given);
         let parts = if keep || self.params.reads_pressures() {
             let stored = pressures.iter().map(|p| p * self.scales.pressure()).collect();
@@ -136,7 +161,16 @@ impl Contact {
         } else {
             LoadParts::default()
         };
-        Ok(SolvedLoad { given, load, outcome, contact, displacement, asperities: None, parts })
+        Ok(SolvedLoad {
+            given,
+            load,
+            outcome,
+            contact,
+            displacement,
+            compression,
+            asperities: None,
+            parts,
+        })
     }
 
     /// Computes the parts of a load from its stored pressures, without solving it. `row` is the row
@@ -173,6 +207,13 @@ impl Contact {
             let in_contact = pressures.iter().filter(|pressure| **pressure > 0.0);
             counted(bins, in_contact.copied())
         });
+        if self.params.stiffness {
+            let found = solver.contact_stiffness(&pressures, &self.params.settings(), watch);
+            if found.stop == Stop::Interrupted {
+                return Err(StageError::Interrupted);
+            }
+            parts.stiffness = (found.stop != Stop::PairLimit).then_some(found.stiffness);
+        }
         if !self.params.reads_gap() {
             return Ok(parts);
         }
@@ -284,6 +325,12 @@ fn rms(heights: &[f64]) -> f64 {
     let mean = heights.iter().sum::<f64>() / nodes;
     let squares: f64 = heights.iter().map(|height| (height - mean).powi(2)).sum();
     if squares > 0.0 { (squares / nodes).sqrt() } else { 1.0 }
+}
+
+/// Returns the height of the highest node above the mean plane.
+fn highest_above_mean(heights: &[f64]) -> f64 {
+    let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    highest - heights.iter().sum::<f64>() / heights.len() as f64
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! again, bit for bit.
 
 use super::units::{GivenHardness, PressureUnit, Scales};
-use super::{Branch, Contact, ListedLoads, Params, Pressures};
+use super::{Branch, Contact, GivenLayer, ListedLoads, Params, Pressures};
 use crate::StageError;
 use crate::columns::*;
 use crate::ensemble::load_column;
@@ -121,11 +121,13 @@ impl Params {
             max_pairs: u32::try_from(table.integers(MAX_PAIRS.name)?.value(0)).unwrap_or(u32::MAX),
             pressures: Pressures::None,
             boundary: super::boundary_of(table),
+            layer: GivenLayer::of_solved(table)?,
             hardness: given_hardness(table)?,
             branch: branch(table)?,
             pressure_bins: None,
             gap_bins: None,
             flow: false,
+            stiffness: false,
             asperities: Interaction::ALL.into_iter().find(is_named),
             softest_body: None,
             bodies: 0,

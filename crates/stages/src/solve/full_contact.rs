@@ -33,6 +33,12 @@ pub fn load(
     if !matches!(key, "loads" | "pressures") {
         return Err(format!("`{NAME}` has the unit of `loads`; use it in `loads` or `pressures`"));
     }
+    if point.value("layer").is_some() {
+        return Err(format!(
+            "`{NAME}` is the load of a half-space, and the stage has a `layer`; write the loads as \
+             numbers"
+        ));
+    }
     let is_relative =
         matches!(point.value("load_unit").map(DeValue::as_str), None | Some(Some("relative")));
     let mut loads = Vec::new();

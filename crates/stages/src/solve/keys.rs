@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::adhesion;
 use super::adhesion::keys::{AdhesionTable, Control, Gaps, PathShape};
+use super::layer::{LayerTable, SubstrateTable, layer};
 use super::loads::{Bins, Loads, StoredPressures};
 use super::units::{LoadUnit, PressureUnit};
 use super::{GivenHardness, ListedLoads, Params, loads, unloading};
@@ -99,6 +100,20 @@ pub struct SolveTable {
     /// `boundary = "periodic"`.
     #[schemars(extend("default" = false))]
     pub flow: Key<bool>,
+    /// `true` computes the stiffness of the contact under each load: the derivative of the mean
+    /// pressure with respect to the approach of the bodies, exact on the mesh. It takes up to twelve
+    /// pairs of Fourier transforms per load. It is also the contact conductance; see the guide.
+    #[schemars(extend("default" = false))]
+    pub stiffness: Key<bool>,
+    /// Elastic layer between the rough surface and a rigid base, `{ thickness, poisson_ratio, base
+    /// }`, or a coating of the half-space `substrate`, `{ thickness, poisson_ratio, modulus_ratio }`.
+    /// E* of the stage is then the modulus E/(1 − ν²) of the layer. By default the elastic body is a
+    /// half-space.
+    #[schemars(transform = swept)]
+    pub layer: Key<LayerTable>,
+    /// Half-space below a coating, `{ poisson_ratio }`, for a `layer` with `modulus_ratio`.
+    #[schemars(transform = swept)]
+    pub substrate: Key<SubstrateTable>,
     /// Attraction between the surfaces, `{ work, range }`. The states then form a path: each starts
     /// from the one before. `loads` keep their order, may be negative and may return. By default
     /// the surfaces do not attract each other.
@@ -199,7 +214,12 @@ fn elastic(
         _ => Some(()),
     };
     let gaps = checks.forbidden("gaps", &table.gaps, why);
-    let params = Params { boundary: boundary?, ..params(table, checks)? };
+    let layer = boundary.and_then(|boundary| layer(table, boundary, surfaces, checks))?;
+    let params = Params { boundary: boundary?, layer, ..params(table, checks)? };
+    if layer.is_some() {
+        let why = "unloading is not combined with a `layer`";
+        checks.forbidden("path", &table.path, why)?;
+    }
     check_bearing(table, &params, surfaces, checks);
     control.and(gaps)?;
     let Some(path) = checks.optional("path", &table.path)? else {
@@ -257,6 +277,7 @@ fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     let pressure_bins = loads::bins("pressure_bins", &table.pressure_bins, all, checks);
     let gap_bins = loads::bins("gap_bins", &table.gap_bins, all, checks);
     let flow = flow(table, checks);
+    let stiffness = checks.value("stiffness", &table.stiffness);
     let asperities = asperities(table, checks);
     let (loads, listed) = loads?;
     Some(Params {
@@ -269,6 +290,7 @@ fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         max_pairs: max_pairs?,
         pressures: pressures?,
         boundary: Boundary::Periodic,
+        layer: None,
         hardness: hardness?,
         branch: None,
         pressure_bins: pressure_bins?,
@@ -276,6 +298,7 @@ fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         softest_body: softest_body(table),
         bodies: table.bodies.written().map_or(0, |bodies| bodies.value.len()),
         flow: flow?,
+        stiffness: stiffness?,
         asperities: asperities?,
     })
 }
@@ -383,7 +406,8 @@ fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interact
     let pressures = checks.forbidden("pressure_bins", &table.pressure_bins, why);
     let gaps = checks.forbidden("gap_bins", &table.gap_bins, why);
     let flow = checks.forbidden("flow", &table.flow, why);
-    elastic.and(pressures).and(gaps).and(flow)?;
+    let stiffness = checks.forbidden("stiffness", &table.stiffness, why);
+    elastic.and(pressures).and(gaps).and(flow).and(stiffness)?;
     let free = table.boundary.written().filter(|written| written.value == Boundary::Free);
     if let Some(written) = free {
         let message = "asperities are pressed in a periodic cell, and `boundary` is \"free\"";

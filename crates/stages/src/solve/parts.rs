@@ -1,6 +1,7 @@
 //! Results of a load that are computed only on request, from its pressures: the parts of its row.
 //!
-//! Pressures and gaps are counted in bins, and the flow through the gap is computed. The flow is a
+//! Pressures and gaps are counted in bins, and the flow through the gap and the stiffness of the
+//! contact are computed. The flow is a
 //! key of `solve` and not of `measure`, because the gaps of 56 loads at 512² would take 0.1 GB per
 //! surface.
 //!
@@ -34,6 +35,9 @@ pub struct LoadParts {
     pub pressure_counts: Option<Vec<f64>>,
     /// Number of gaps in each bin, then the number above all bins.
     pub gap_counts: Option<Vec<f64>>,
+    /// Stiffness in units of E* over the longer side; infinite in full contact. `None` also if
+    /// `max_pairs` pairs of transforms were not enough.
+    pub stiffness: Option<f64>,
 }
 
 /// Cost of the gap under one load, in pairs of single-precision transforms. The gap takes one pair
@@ -45,6 +49,14 @@ const PAIRS_OF_GAP: f64 = 2.5;
 /// almost no time.
 const PAIRS_OF_FLOW: f64 = 900.0;
 
+/// Cost of the stiffness under one load, in pairs of transforms. Half of its nine pairs are in
+/// double precision.
+const PAIRS_OF_STIFFNESS: f64 = 18.0;
+
+/// Memory for the stiffness under one load, in bytes per node: two maps, and five numbers for each
+/// node in contact.
+const BYTES_OF_STIFFNESS: f64 = 56.0;
+
 impl Params {
     /// Returns whether a part is computed from the gap under each load.
     pub(super) fn reads_gap(&self) -> bool {
@@ -53,20 +65,22 @@ impl Params {
 
     /// Returns whether a part is computed from the pressures under each load.
     pub(super) fn reads_pressures(&self) -> bool {
-        self.reads_gap() || self.pressure_bins.is_some()
+        self.reads_gap() || self.pressure_bins.is_some() || self.stiffness
     }
 
     /// Returns the memory for computing the parts of one load, in bytes per node.
     pub(super) fn part_bytes_per_node(&self) -> f64 {
         let flow = if self.flow { BYTES_PER_NODE } else { 0.0 };
         let maps = [self.reads_pressures(), self.reads_gap()];
-        flow + maps.map(|is_read| if is_read { 8.0 } else { 0.0 }).iter().sum::<f64>()
+        let stiffness = if self.stiffness { BYTES_OF_STIFFNESS } else { 0.0 };
+        flow + stiffness + maps.map(|is_read| if is_read { 8.0 } else { 0.0 }).iter().sum::<f64>()
     }
 
     /// Returns the expected pairs of transforms for the parts of one load.
     pub(super) fn pairs_of_parts(&self) -> f64 {
         let gap = if self.reads_gap() { PAIRS_OF_GAP } else { 0.0 };
-        if self.flow { gap + PAIRS_OF_FLOW } else { gap }
+        let stiffness = if self.stiffness { PAIRS_OF_STIFFNESS } else { 0.0 };
+        gap + stiffness + if self.flow { PAIRS_OF_FLOW } else { 0.0 }
     }
 
     /// Returns the parameters with only those parts that `wanted` accepts.
@@ -79,6 +93,7 @@ impl Params {
                 Pressures::None
             },
             flow: self.flow && wanted(&flow()),
+            stiffness: self.stiffness && wanted(&stiffness()),
             pressure_bins: self.pressure_bins.filter(|bins| wanted(&pressure_counts(*bins))),
             gap_bins: self.gap_bins.filter(|bins| wanted(&gap_counts(*bins))),
             ..self.clone()
@@ -98,6 +113,11 @@ pub fn flow() -> Part {
         columns: FLOW.map(|column| column.name).to_vec(),
         is_heavy: false,
     }
+}
+
+/// Returns the part with the stiffness of the contact.
+pub fn stiffness() -> Part {
+    Part { name: "stiffness".to_owned(), columns: vec![FROZEN_STIFFNESS.name], is_heavy: false }
 }
 
 /// Returns the part with the counts of pressures in bins.
@@ -124,6 +144,7 @@ pub fn requested(params: &Params) -> Vec<PartRows> {
     let kept: Vec<f64> = kept.collect();
     let parts = [
         params.flow.then(flow),
+        params.stiffness.then(stiffness),
         (!kept.is_empty()).then(pressures),
         params.pressure_bins.map(pressure_counts),
         params.gap_bins.map(gap_counts),
@@ -152,6 +173,10 @@ pub fn columns(
     let mut columns = Vec::new();
     if params.flow {
         columns.extend(flow_columns(length, mean_gaps, &parts));
+    }
+    if params.stiffness {
+        let finite = |of: &LoadParts| of.stiffness.filter(|stiffness| stiffness.is_finite());
+        columns.push((FROZEN_STIFFNESS, optional_reals(parts.iter().map(finite))));
     }
     if params.pressures != Pressures::None {
         let kept = parts.iter_mut().map(|of| of.pressures.take()).collect();

@@ -27,6 +27,9 @@ pub struct SolvedLoad {
     pub contact: Vec<u8>,
     /// Mean displacement over the map in the solver's unit, if displacements are absolute.
     pub displacement: Option<f64>,
+    /// Uniform compression of a layer on a rigid base and approach of the bodies, in the solver's
+    /// unit of length.
+    pub compression: Option<[f64; 2]>,
     /// Further results of an asperity model.
     pub asperities: Option<AsperityOutcome>,
     pub parts: LoadParts,
@@ -43,6 +46,10 @@ pub struct OptionalColumns {
     pub boundary: Boundary,
     pub asperities: bool,
     pub flow: bool,
+    pub stiffness: bool,
+    /// True if the body has a layer, or only layers on a rigid base.
+    pub layer: bool,
+    pub rigid_base: bool,
     /// Unit in which loads are given.
     pub load_unit: PressureUnit,
     /// True if the unit of pressure has a name.
@@ -55,14 +62,25 @@ pub struct OptionalColumns {
 
 /// Returns the light columns of solved loads, without the parameter columns of surfaces.
 pub fn columns(optional: OptionalColumns) -> Vec<Column> {
-    let OptionalColumns { boundary, asperities, flow, load_unit, pressure_unit, hardness, branch } =
-        optional;
+    let OptionalColumns {
+        boundary,
+        asperities,
+        flow,
+        load_unit,
+        pressure_unit,
+        hardness,
+        branch,
+        ..
+    } = optional;
     let mut columns = SOLVED.to_vec();
     let mut insert_after = |column: Column, new: &[Column]| {
         let index = columns.iter().position(|other| *other == column);
         let index = 1 + index.expect("all tables have the column");
         columns.splice(index..index, new.iter().copied());
     };
+    if optional.stiffness {
+        insert_after(STOP, &[FROZEN_STIFFNESS]);
+    }
     if flow {
         insert_after(STOP, &FLOW);
     }
@@ -79,6 +97,12 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     if asperities {
         insert_after(CONTACT_NODES, &ASPERITY_COLUMNS);
         insert_after(MAX_PAIRS, &[INTERACTION]);
+    }
+    if optional.layer {
+        insert_after(MAX_PAIRS, &LAYER_PARAMETERS);
+    }
+    if optional.rigid_base {
+        insert_after(MEAN_GAP, &LAYER_RESULTS);
     }
     if boundary == Boundary::Free {
         insert_after(MEAN_GAP, &[MEAN_DISPLACEMENT]);
@@ -143,6 +167,12 @@ pub fn table(
     if params.boundary == Boundary::Free {
         let displacements = loads.iter().filter_map(|load| load.displacement);
         columns.push((MEAN_DISPLACEMENT, reals(displacements.map(|value| value * length))));
+    }
+    if params.layer.is_some_and(|layer| layer.is_on_rigid_base()) {
+        for (index, column) in LAYER_RESULTS.into_iter().enumerate() {
+            let lengths = loads.iter().filter_map(|load| Some(load.compression?[index] * length));
+            columns.push((column, reals(lengths)));
+        }
     }
     if hardness.is_some() {
         columns.push((MEAN_YIELDED_DEPTH, real(|outcome| outcome.yielded_depth, length)));

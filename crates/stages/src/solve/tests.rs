@@ -65,6 +65,8 @@ pub fn params() -> Params {
         pressure_bins: None,
         gap_bins: None,
         flow: false,
+        stiffness: false,
+        layer: None,
         asperities: None,
         softest_body: None,
         pressure_unit: None,
@@ -79,6 +81,7 @@ fn params_with_parts() -> Params {
         pressure_bins: Some(EqualBins { count: 8, to: 2.5 }),
         gap_bins: Some(EqualBins { count: 6, to: 3.0 }),
         flow: true,
+        stiffness: true,
         ..params()
     }
 }
@@ -268,13 +271,14 @@ fn a_series_names_its_loads_and_parts() {
         parts,
         [
             ("flow", all),
+            ("stiffness", all),
             ("pressures", &[0.1]),
             ("pressure_counts_8_2.5", all),
             ("gap_counts_6_3", all),
         ]
     );
     let keys = serde_json::to_value(&recipe).unwrap();
-    for absent in ["loads", "flow", "pressure_bins", "gap_bins"] {
+    for absent in ["loads", "flow", "stiffness", "pressure_bins", "gap_bins"] {
         assert!(keys.get(absent).is_none(), "{absent}");
     }
     let other = Params { loads: vec![0.5], ..super::tests::params() };

@@ -1,4 +1,4 @@
-//! Size and perimeter of each cluster of contact.
+//! Size, perimeter and centre of each cluster of contact.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -56,6 +56,89 @@ impl Cluster {
     /// directions of edges are equally frequent.
     pub fn euclidean_perimeter(&self, grid: Grid) -> f64 {
         PI / 4.0 * self.manhattan_perimeter(grid)
+    }
+}
+
+/// Contact cluster as a spot with a centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// Number of nodes in the spot.
+    pub nodes: usize,
+    /// Mean indices along x and y of the nodes. On a periodic map they are circular means, from 0
+    /// to the number of nodes along the axis.
+    pub centre: [f64; 2],
+}
+
+impl Spot {
+    /// Returns all contact clusters of a map, in the order of their first nodes.
+    pub fn all(map: &ContactMap) -> Vec<Spot> {
+        let mut joined = JoinedRuns::new(map, |_| ());
+        let [rows, row_nodes] = map.nodes();
+        let means = [Means::new(map.boundary(), rows), Means::new(map.boundary(), row_nodes)];
+        let mut index_of_root = vec![None; joined.runs.len()];
+        let mut sums: Vec<(usize, [[f64; 2]; 2])> = Vec::new();
+        for row in 0..rows {
+            for index in joined.row(row) {
+                let root = joined.forest.root(index).0;
+                let spot = *index_of_root[root].get_or_insert_with(|| {
+                    sums.push((0, [[0.0; 2]; 2]));
+                    sums.len() - 1
+                });
+                let run = &joined.runs[index];
+                let (nodes, [along_x, along_y]) = &mut sums[spot];
+                *nodes += run.len();
+                for column in run.start..run.end {
+                    means[0].add(row, along_x);
+                    means[1].add(column as usize, along_y);
+                }
+            }
+        }
+        let spot = |(nodes, sums): (usize, [[f64; 2]; 2])| Spot {
+            nodes,
+            centre: [0, 1].map(|axis| means[axis].of(sums[axis], nodes)),
+        };
+        sums.into_iter().map(spot).collect()
+    }
+
+    /// Returns the node of a periodic grid that is nearest to the centre.
+    pub fn nearest_node(&self, grid: Grid) -> usize {
+        let nodes = grid.nodes();
+        let [i, j] = [0, 1].map(|axis| self.centre[axis].round() as usize % nodes[axis]);
+        i * nodes[1] + j
+    }
+}
+
+/// Mean of indices along an axis: the usual mean, or a circular one.
+struct Means {
+    nodes: usize,
+    /// Cosine and sine of the angle of each index; empty for the usual mean.
+    angles: Vec<[f64; 2]>,
+}
+
+impl Means {
+    fn new(boundary: Boundary, nodes: usize) -> Self {
+        let angle = |index: usize| {
+            let (sine, cosine) = libm::sincos(2.0 * PI * index as f64 / nodes as f64);
+            [cosine, sine]
+        };
+        let circular = if boundary.is_periodic() { nodes } else { 0 };
+        Self { nodes, angles: (0..circular).map(angle).collect() }
+    }
+
+    /// Adds an index to the sums of a spot.
+    fn add(&self, index: usize, sums: &mut [f64; 2]) {
+        let [x, y] = self.angles.get(index).copied().unwrap_or([index as f64, 0.0]);
+        sums[0] += x;
+        sums[1] += y;
+    }
+
+    /// Returns the mean of `count` indices from their sums.
+    fn of(&self, [x, y]: [f64; 2], count: usize) -> f64 {
+        if self.angles.is_empty() {
+            return x / count as f64;
+        }
+        let turns = libm::atan2(y, x) / (2.0 * PI);
+        self.nodes as f64 * (turns - turns.floor())
     }
 }
 

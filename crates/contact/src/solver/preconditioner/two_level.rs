@@ -65,7 +65,7 @@ impl TwoLevel {
             for (k_x, factor) in factors.iter_mut().enumerate() {
                 let waves = [k_x, k_y];
                 let part = part_in_means(k_x, blocks[0]) * part_in_means(k_y, blocks[1]);
-                *factor = body.stiffness(waves) / part;
+                *factor = body.preconditioner(waves) / part;
             }
         });
         Self { blocks, transform, kernel, stiffness: (SHORT_WAVES * nodal_stiffness) as f32 }
@@ -207,7 +207,7 @@ mod tests {
     impl Body {
         fn new(body: &dyn ElasticOperator, is_free: impl Fn(usize) -> bool) -> Self {
             let (threads, nodes) = (Threads::one(), body.grid().nodes());
-            let extension = Extension::new(nodes, body.stiffness_nodes());
+            let extension = Extension::new(nodes, body.stiffness_nodes(), &[]);
             let stiffness = body.nodal_stiffness(&threads);
             let blocks = Extension::blocks_of(body.stiffness_nodes());
             let marked = |node| f32::from_bits(u32::from(is_free(node)) * FREE);

@@ -67,11 +67,11 @@ fn loads_below_the_hardness_keep_every_bit() {
     for boundary in [Boundary::Periodic, Boundary::Free] {
         let solver = |hardness| {
             let hardness = Some(Hardness::new(hardness).unwrap());
-            HalfSpace { boundary, hardness }.solver(square(48, 1.0), &heights)
+            Body { elastic: boundary.into(), hardness }.solver(square(48, 1.0), &heights)
         };
         let elastic = || {
             let hardness = None;
-            HalfSpace { boundary, hardness }.solver(square(48, 1.0), &heights)
+            Body { elastic: boundary.into(), hardness }.solver(square(48, 1.0), &heights)
         };
         let peak = |load| solved(&mut elastic(), load).peak_pressure;
         // The second surface yields under the last load.
@@ -154,8 +154,8 @@ fn a_ball_yields_first_where_hertz_has_the_peak() {
     });
     let load = 4.0 / 3.0 * a.powi(3) / radius;
     let hertz = 2.0 * a / (PI * radius);
-    let half_space = |hardness| HalfSpace {
-        boundary: Boundary::Free,
+    let half_space = |hardness| Body {
+        elastic: Boundary::Free.into(),
         hardness: Some(Hardness::new(hardness).unwrap()),
     };
     let pressed = |hardness| {
@@ -180,7 +180,10 @@ fn saturation_is_complementary_on_rectangles_and_with_free_boundaries() {
         let heights: Vec<f64> = noise(64, 7)[..grid.count()].to_vec();
         for boundary in [Boundary::Periodic, Boundary::Free] {
             for hardness in [0.003, 0.1, 0.7] {
-                let body = HalfSpace { boundary, hardness: Some(Hardness::new(hardness).unwrap()) };
+                let body = Body {
+                    elastic: boundary.into(),
+                    hardness: Some(Hardness::new(hardness).unwrap()),
+                };
                 let mut solver = body.solver(grid, &heights);
                 for part in [1e-6, 0.01, 0.3, 0.9, 1.0 - 1e-5] {
                     let load = part * hardness;
@@ -255,8 +258,8 @@ proptest! {
     ) {
         let heights = if white { noise(nodes, seed) } else { rough(nodes, seed) };
         let hardness = 10_f64.powf(hardness);
-        let body = HalfSpace {
-            boundary: if free { Boundary::Free } else { Boundary::Periodic },
+        let body = Body {
+            elastic: if free { Boundary::Free } else { Boundary::Periodic }.into(),
             hardness: Some(Hardness::new(hardness).unwrap()),
         };
         let mut solver = body.solver(square(nodes, 1.0), &heights);

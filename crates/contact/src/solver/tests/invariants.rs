@@ -120,7 +120,7 @@ proptest! {
         let heights = rough(nodes, seed);
         let full = super::solver(nodes, &heights).full_contact_load().unwrap();
         let hardness = hardness.map(|part| Hardness::new(part * full).unwrap());
-        let body = HalfSpace { boundary: Boundary::Periodic, hardness };
+        let body = Body { elastic: Boundary::Periodic.into(), hardness };
         let [mut fresh, mut worn] = [0; 2].map(|_| body.solver(square(nodes, 1.0), &heights));
         for part in parts {
             if hardness.is_none_or(|hardness| hardness.check_load(part * full).is_ok()) {
@@ -139,8 +139,8 @@ fn noise_on(grid: Grid, seed: u64) -> Vec<f64> {
     reduced(&Surface::new(grid, square[..nodes].to_vec()).unwrap())
 }
 
-fn yields_at(hardness: f64) -> HalfSpace {
-    HalfSpace { boundary: Boundary::Periodic, hardness: Some(Hardness::new(hardness).unwrap()) }
+fn yields_at(hardness: f64) -> Body {
+    Body { elastic: Boundary::Periodic.into(), hardness: Some(Hardness::new(hardness).unwrap()) }
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn no_loaded_node_is_dropped_on_elongated_cells() {
             for seed in 0..20 {
                 let grid = rectangle([8, 8], size);
                 let heights = noise_on(grid, seed);
-                let mut solver = HalfSpace::default().solver(grid, &heights);
+                let mut solver = Body::default().solver(grid, &heights);
                 let full = solver.full_contact_load().unwrap();
                 for part in [1e-6, 1e-3, 0.03, 0.3] {
                     let load = part * full;
@@ -190,7 +190,7 @@ fn no_loaded_node_is_dropped_on_elongated_cells() {
                         continue;
                     }
                     let found = outcome.contact_nodes;
-                    let mut tight = HalfSpace::default().solver(grid, &heights);
+                    let mut tight = Body::default().solver(grid, &heights);
                     let tight = press(&mut tight, load, &TIGHT);
                     let (exact, is_known) = (tight.contact_nodes, tight.stop == Stop::Converged);
                     assert!(!is_known || found.abs_diff(exact) <= 1, "{found} for {exact} nodes");
@@ -207,7 +207,7 @@ fn cells_up_to_thirty_times_as_long_as_wide_converge() {
             for seed in 0..10 {
                 let grid = rectangle([8, 8], size);
                 let heights = noise_on(grid, seed);
-                let mut solver = HalfSpace::default().solver(grid, &heights);
+                let mut solver = Body::default().solver(grid, &heights);
                 let full = solver.full_contact_load().unwrap();
                 for part in [1e-6, 1e-3, 0.03, 0.3] {
                     let outcome = assert_outcome(&mut solver, &heights, part * full);
@@ -230,8 +230,8 @@ proptest! {
         let grid = rectangle([nodes.0, nodes.1], [10_f64.powf(aspect), 1.0]);
         let heights = noise_on(grid, seed);
         let hardness = hardness.map(|exponent| 10_f64.powf(exponent));
-        let body = HalfSpace {
-            boundary: if free { Boundary::Free } else { Boundary::Periodic },
+        let body = Body {
+            elastic: if free { Boundary::Free } else { Boundary::Periodic }.into(),
             hardness: hardness.map(|pressure| Hardness::new(pressure).unwrap()),
         };
         let settings = Settings {
@@ -298,15 +298,15 @@ fn free_boundaries_and_materials_that_yield_are_solved_to_the_same_bits() {
     same_on_any_threads(6e-5, yielding);
 }
 
-fn random_solver(body: HalfSpace) -> Solver {
+fn random_solver(body: Body) -> Solver {
     let surface = samples::random(1, 16, 3);
     let grid = square(64, 1.0);
     body.solver(grid, surface.draw(grid).heights())
 }
 
-fn half_space(boundary: Boundary, hardness: Option<f64>) -> HalfSpace {
+fn half_space(boundary: Boundary, hardness: Option<f64>) -> Body {
     let hardness = hardness.map(|pressure| Hardness::new(pressure).unwrap());
-    HalfSpace { boundary, hardness }
+    Body { elastic: boundary.into(), hardness }
 }
 
 #[test]
@@ -351,7 +351,7 @@ fn pressed(solver: &mut Solver, (load, tolerance): (f64, f64)) -> (String, Vec<u
 
 /// Asserts that loads below the hardness have the same result alone, after other loads in any
 /// order, after an interruption and an unreachable tolerance, and on siblings.
-fn assert_independent(nodes: usize, body: HalfSpace) {
+fn assert_independent(nodes: usize, body: Body) {
     let heights = rough(nodes, 5);
     let new = || body.solver(square(nodes, 1.0), &heights);
     let is_borne = |load: f64| body.hardness.is_none_or(|bound| bound.check_load(load).is_ok());
@@ -374,7 +374,7 @@ fn assert_independent(nodes: usize, body: HalfSpace) {
     }
 }
 
-fn bodies() -> [HalfSpace; 4] {
+fn bodies() -> [Body; 4] {
     [
         half_space(Boundary::Periodic, None),
         half_space(Boundary::Periodic, Some(0.5)),

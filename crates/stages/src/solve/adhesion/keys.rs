@@ -208,6 +208,9 @@ fn refuse_other_physics(table: &SolveTable, checks: &mut Checks) -> Option<()> {
     let why = "a material with a hardness is not combined with `adhesion`";
     checks.forbidden("hardness", &table.hardness, why)?;
     let why = "is not computed together with `adhesion`";
+    checks.forbidden("layer", &table.layer, why)?;
+    checks.forbidden("stiffness", &table.stiffness, why)?;
+    checks.forbidden("substrate", &table.substrate, why)?;
     checks.forbidden("flow", &table.flow, why)?;
     checks.forbidden("pressure_bins", &table.pressure_bins, why)?;
     checks.forbidden("gap_bins", &table.gap_bins, why)?;

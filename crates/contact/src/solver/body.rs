@@ -1,18 +1,18 @@
-//! Half-spaces with a boundary condition ([`HalfSpace`]) and a hardness ([`Hardness`]), and the
-//! memory that their solvers need.
+//! Elastic bodies with a boundary condition and a hardness ([`Body`]), and the memory that their
+//! solvers need.
 
 use thiserror::Error;
 
 use super::{Solver, bytes_per_node};
-use crate::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfSpace};
+use crate::elasticity::{ElasticOperator, FreeHalfSpace, Layer, PeriodicHalfSpace, PeriodicLayer};
 use crate::grid::{Boundary, Grid};
 use crate::threads::Threads;
 
-/// Elastic half-space with a boundary condition and, if it yields, a hardness.
+/// Elastic body with a boundary condition and, if it yields, a hardness.
 ///
 /// ```
 /// use asperity_contact::grid::{Boundary, Grid};
-/// use asperity_contact::solver::{HalfSpace, Hardness, Settings};
+/// use asperity_contact::solver::{Body, Hardness, Settings};
 ///
 /// // A ball of radius 4 on a material that yields at less than half of Hertz' peak pressure.
 /// let grid = Grid::square(64, 1.0)?;
@@ -20,7 +20,7 @@ use crate::threads::Threads;
 /// let height = |[i, j]: [usize; 2]| -(from_centre(i).powi(2) + from_centre(j).powi(2)) / 8.0;
 /// let heights: Vec<f64> = (0..grid.count()).map(|node| height(grid.indices(node))).collect();
 /// let hardness = Hardness::new(0.012)?;
-/// let body = HalfSpace { boundary: Boundary::Free, hardness: Some(hardness) };
+/// let body = Body { elastic: Boundary::Free.into(), hardness: Some(hardness) };
 /// let mut solver = body.solver(grid, &heights);
 ///
 /// let load = 8e-4;
@@ -29,41 +29,79 @@ use crate::threads::Threads;
 /// assert_eq!(outcome.peak_pressure, hardness.pressure());
 /// assert!(outcome.saturated_nodes > 0 && outcome.yielded_depth > 0.0);
 /// // A material that yields needs a larger contact area.
-/// let elastic = HalfSpace { hardness: None, ..body };
+/// let elastic = Body { hardness: None, ..body };
 /// let without = elastic.solver(grid, &heights).press(load, &Settings::default(), &|| false);
 /// assert!(outcome.contact_nodes > without.contact_nodes);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct HalfSpace {
-    /// Boundary condition, periodic or free (no pressure beyond the edges of the map).
-    pub boundary: Boundary,
+pub struct Body {
+    /// Elastic body, without its hardness.
+    pub elastic: Elastic,
     /// Highest pressure that the material bears; `None` for an elastic material.
     pub hardness: Option<Hardness>,
 }
 
-impl HalfSpace {
+/// Elastic body with a boundary condition.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Elastic {
+    /// Half-space, periodic or with a free boundary (no pressure beyond the edges of the map).
+    HalfSpace(Boundary),
+    /// Layer under a periodic pressure.
+    Layer(Layer),
+}
+
+impl Default for Elastic {
+    /// Returns the periodic half-space.
+    fn default() -> Self {
+        Boundary::Periodic.into()
+    }
+}
+
+impl From<Boundary> for Elastic {
+    /// Returns the half-space with this boundary condition.
+    fn from(boundary: Boundary) -> Self {
+        Elastic::HalfSpace(boundary)
+    }
+}
+
+impl Elastic {
+    /// Returns the operator of the body below a grid.
+    pub fn operator(&self, grid: Grid) -> Box<dyn ElasticOperator> {
+        match *self {
+            Elastic::HalfSpace(Boundary::Periodic) => Box::new(PeriodicHalfSpace::new(grid)),
+            Elastic::HalfSpace(Boundary::Free) => Box::new(FreeHalfSpace::new(grid)),
+            Elastic::Layer(layer) => Box::new(PeriodicLayer::new(grid, layer)),
+        }
+    }
+
+    /// Returns the boundary condition.
+    pub fn boundary(&self) -> Boundary {
+        match *self {
+            Elastic::HalfSpace(boundary) => boundary,
+            Elastic::Layer(_) => Boundary::Periodic,
+        }
+    }
+}
+
+impl Body {
     /// Creates the solver of a surface on this body, with one height for each node of `grid`, as
     /// [`Solver::with_hardness`] does.
     pub fn solver(&self, grid: Grid, heights: &[f64]) -> Solver {
         self.solver_with_threads(Threads::one(), grid, heights)
     }
 
-    /// Creates the solver as [`HalfSpace::solver`] does, with several threads.
+    /// Creates the solver as [`Body::solver`] does, with several threads.
     ///
     /// The threads also share the work of all loads, until [`Solver::set_threads`] replaces them.
     pub fn solver_with_threads(&self, threads: Threads, grid: Grid, heights: &[f64]) -> Solver {
-        let body: Box<dyn ElasticOperator> = match self.boundary {
-            Boundary::Periodic => Box::new(PeriodicHalfSpace::new(grid)),
-            Boundary::Free => Box::new(FreeHalfSpace::new(grid)),
-        };
-        Solver::with_threads(threads, body, self.hardness, heights)
+        Solver::with_threads(threads, self.elastic.operator(grid), self.hardness, heights)
     }
 
     /// Returns the memory that the solver of this body needs for `tolerance`, including its
     /// creation, in bytes per node.
     pub fn bytes_per_node(&self, tolerance: f64) -> f64 {
-        let around = match self.boundary {
+        let around = match self.elastic.boundary() {
             Boundary::Periodic => 0.0,
             Boundary::Free => FREE_BYTES,
         };
@@ -74,7 +112,7 @@ impl HalfSpace {
     /// Returns the memory that each [sibling](Solver::sibling) of a solver of this body needs for
     /// `tolerance`, in bytes per node.
     pub fn sibling_bytes_per_node(&self, tolerance: f64) -> f64 {
-        let shared = match self.boundary {
+        let shared = match self.elastic.boundary() {
             Boundary::Periodic => SHARED_BYTES,
             Boundary::Free => SHARED_BYTES_FREE,
         };

@@ -1,0 +1,146 @@
+//! Studies of contacts with a layer on a rigid base, and with a coating.
+
+use asperity::tables::table::Table;
+
+use crate::bench::{Bench, text};
+
+/// Surface whose contact with layers an independent solver has computed.
+fn reference(name: &str) -> String {
+    format!("{}/crates/contact/tests/data/layer/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Returns a study of the reference surface with further keys of its `solve` stage.
+fn study(keys: &str) -> String {
+    format!(
+        r#"
+[study]
+name = "layered"
+
+[stage.surface]
+kind = "generate"
+method = "file"
+path = "{}"
+side = 1.0
+level = "none"
+periodic = true
+
+[stage.contact]
+kind = "solve"
+from = "surface"
+effective_modulus = 1.0
+load_unit = "absolute"
+loads = [0.02, 0.06, 0.2, 0.5]
+tolerance = 1e-9
+{keys}
+
+[stage.area]
+kind = "measure"
+from = "contact"
+"#,
+        reference("rough96_a.npy")
+    )
+}
+
+fn real(table: &Table, column: &str, row: usize) -> f64 {
+    table.reals(column).unwrap().value(row)
+}
+
+/// Compares the rows of a table with rows of the reference, in the same order.
+fn assert_reference(bench: &Bench, name: &str, keys: &str) {
+    bench.run(&study(keys));
+    let [contact, area] = ["contact", "area"].map(|stage| bench.table("layered", stage));
+    let csv = std::fs::read_to_string(reference("rough_layer.csv")).unwrap();
+    let rows = csv.lines().filter(|row| row.starts_with(name)).map(|row| {
+        let numbers = row.split(',').skip(3);
+        numbers.map(|number| number.parse().unwrap()).collect::<Vec<f64>>()
+    });
+    let rows: Vec<Vec<f64>> = rows.collect();
+    assert_eq!(contact.rows(), rows.len());
+    let mut pairs = 0;
+    for (index, row) in rows.iter().enumerate() {
+        let [load, fraction, switches, gap, compression, peak, energy, _] = row[..] else {
+            panic!("{row:?}")
+        };
+        let is_close = |column: &str, expected: f64| {
+            let found = real(&contact, column, index);
+            assert!((found / expected - 1.0).abs() < 1e-7, "{column}: {found}, {row:?}");
+        };
+        assert_eq!(real(&contact, "pressure", index), load);
+        let nodes = |table: &Table, column| table.integers(column).unwrap().value(index) as f64;
+        assert_eq!(nodes(&contact, "contact_nodes"), (fraction * 9216.0).round());
+        assert_eq!(nodes(&area, "switches"), switches);
+        is_close("mean_gap", gap);
+        is_close("peak_pressure", peak);
+        is_close("energy", energy);
+        if compression > 0.0 {
+            is_close("uniform_compression", compression);
+        }
+        pairs += contact.integers("pairs").unwrap().value(index);
+    }
+    // A half-space takes 24 to 30 pairs at this tolerance.
+    assert!(pairs / rows.len() as i64 <= 60, "{pairs}");
+}
+
+#[test]
+fn rough_layers_and_coatings_touch_as_independent_code_has_it() {
+    let bench = Bench::new();
+    for (name, keys) in [
+        ("bonded,0.05", "layer = { thickness = 0.05, poisson_ratio = 0.3, base = \"bonded\" }"),
+        ("bonded,0.02", "layer = { thickness = 0.02, poisson_ratio = 0.5 }"),
+        ("smooth", "layer = { thickness = 0.05, poisson_ratio = 0.3, base = \"frictionless\" }"),
+        (
+            "coating",
+            "substrate = { poisson_ratio = 0.3 }\nlayer = [\
+             { thickness = 0.03, poisson_ratio = 0.3, modulus_ratio = 4.0 }, \
+             { thickness = 0.03, poisson_ratio = 0.3, modulus_ratio = 0.25 }]",
+        ),
+    ] {
+        assert_reference(&bench, name, keys);
+    }
+}
+
+#[test]
+fn a_thickness_with_a_unit_is_converted_to_the_unit_of_the_surfaces() {
+    let bench = Bench::new();
+    let manifest = |thickness: &str| {
+        format!(
+            r#"
+[study]
+name = "seal"
+
+[stage.surface]
+kind = "generate"
+nodes = 32
+side = "4 mm"
+hurst = 0.8
+k_lower = 2
+k_upper = 8
+rms_slope = 0.1
+
+[stage.contact]
+kind = "solve"
+from = "surface"
+bodies = [{{ youngs_modulus = "6 MPa", poisson_ratio = 0.49 }}]
+layer = {{ thickness = {thickness}, poisson_ratio = 0.49 }}
+loads = ["0.1 MPa", "0.3 MPa"]
+"#
+        )
+    };
+    let check = |thickness: &str| {
+        let path = bench.write(&manifest(thickness));
+        bench.output(&["check", path.to_str().unwrap()])
+    };
+    let checked = check("\"200 um\"");
+    let told = "E* is that of a layer of thickness 0.2 mm with ν = 0.49, bonded to a rigid base";
+    assert!(text(&checked.stdout).contains(told), "{}", text(&checked.stdout));
+    bench.run(&manifest("\"200 um\""));
+    let contact = bench.table("seal", "contact");
+    assert_eq!(real(&contact, "layer_thickness", 0), 0.2);
+    // The compression is p t/M, and it is part of the approach.
+    let modulus = 0.51 / (1.49 * 0.02) * 6.0;
+    let compression = real(&contact, "uniform_compression", 1);
+    assert!((compression / (0.3 * 0.2 / modulus) - 1.0).abs() < 1e-9);
+    assert!(real(&contact, "approach", 1) > real(&contact, "approach", 0));
+    let refused = check("\"200 MPa\"");
+    assert!(text(&refused.stderr).contains("`layer.thickness` is a length"));
+}
