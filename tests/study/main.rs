@@ -53,6 +53,7 @@ mod statistics;
 mod stores;
 mod tables;
 mod topography;
+mod two_bodies;
 mod units;
 mod unloading;
 mod variants;

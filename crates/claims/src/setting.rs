@@ -33,9 +33,9 @@ const COMPARED: [&str; 9] = [
 /// Parameters of anisotropic surfaces. Null or a ratio of 1 means an isotropic surface.
 const ANISOTROPY_PARAMETERS: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
-/// Parameters that describe rows whose surfaces, asperity models, adhesion or layers no claim
-/// uses.
-const NOT_COMPARED: [&str; 14] = [
+/// Parameters that describe rows whose surfaces, asperity models, adhesion, layers or second body no
+/// claim uses.
+const NOT_COMPARED: [&str; 19] = [
     METHOD.name,
     ANISOTROPY_RATIO.name,
     ANISOTROPY_ANGLE.name,
@@ -50,12 +50,22 @@ const NOT_COMPARED: [&str; 14] = [
     LAYER_BASE.name,
     LAYER_MODULUS_RATIO.name,
     SUBSTRATE_POISSON_RATIO.name,
+    AGAINST.name,
+    SHIFT_X.name,
+    SHIFT_Y.name,
+    MIRROR.name,
+    FROM_RMS_SLOPE.name,
 ];
 
-/// Columns that exclude a row from claims on areas: anisotropy, asperity models, adhesion and
-/// layers. Null or an anisotropy ratio of 1 does not exclude it.
-const EXCLUDING_COLUMNS: [&str; 4] =
-    [ANISOTROPY_RATIO.name, INTERACTION.name, WORK_OF_ADHESION.name, LAYER_THICKNESS.name];
+/// Columns that exclude a row from claims on areas: anisotropy, asperity models, adhesion, layers,
+/// and pairs of surfaces. Null or an anisotropy ratio of 1 does not exclude it.
+const EXCLUDING_COLUMNS: [&str; 5] = [
+    ANISOTROPY_RATIO.name,
+    INTERACTION.name,
+    WORK_OF_ADHESION.name,
+    LAYER_THICKNESS.name,
+    AGAINST.name,
+];
 
 /// Parameters that all rows used by claims share, and the rows left out.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -208,10 +218,13 @@ impl Spectrum {
     }
 }
 
-/// Returns the spectrum of a row, or `None` if the surface is on a rectangle or not drawn from a
-/// spectrum.
+/// Returns the spectrum of a row, or `None` if the surface is on a rectangle, a pair of surfaces,
+/// or not drawn from a spectrum.
 pub fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableError> {
     if !table.has(HURST.name) || table.reals(HURST.name)?.is_null(row) {
+        return Ok(None);
+    }
+    if table.has(AGAINST.name) && table.texts(AGAINST.name)?.is_valid(row) {
         return Ok(None);
     }
     let whole = |name: &str| Ok::<_, TableError>(table.integers(name)?.value(row));

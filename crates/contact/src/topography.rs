@@ -13,6 +13,7 @@
 //! | [`preparation`] | steps from a measured map to a surface that the solver accepts |
 //! | [`level`], [`fill`], [`gaussian`] | removal of form, filling of holes, Gaussian filters |
 //! | [`periodic`] | periodic continuation of a map, and resampling |
+//! | [`translation`] | lateral shift of a map, and the sum of two maps |
 //!
 //! | statistics | contents |
 //! |---|---|
@@ -40,3 +41,4 @@ pub mod shapes;
 pub mod spectral_density;
 pub mod spectrum;
 pub mod surface;
+pub mod translation;

@@ -306,10 +306,13 @@ impl Builder {
     /// Adds the tasks that evaluate a recipe on the tables of the tasks `inputs`. Returns their
     /// indices.
     fn evaluate(&mut self, recipe: &Recipe, inputs: &[usize]) -> Vec<usize> {
+        let inputs = inputs.iter().copied();
+        let inputs = inputs.filter(|&input| recipe.reads_input(&self.tasks[input].recipe));
+        let inputs: Vec<usize> = inputs.collect();
         let groups = match recipe.input_scope() {
-            InputScope::Single => inputs.iter().map(|&input| vec![input]).collect(),
-            InputScope::ParameterPoint => self.by_point(inputs),
-            InputScope::All => vec![inputs.to_vec()],
+            InputScope::Single => inputs.into_iter().map(|input| vec![input]).collect(),
+            InputScope::ParameterPoint => self.by_point(&inputs),
+            InputScope::All => vec![inputs],
         };
         let digests = Digests::new(recipe);
         let tasks = groups.into_iter();

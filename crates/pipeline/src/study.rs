@@ -6,6 +6,7 @@
 mod adhesion;
 pub mod figures;
 mod graph;
+mod pairs;
 mod summary;
 #[cfg(test)]
 mod tests;
@@ -55,7 +56,8 @@ pub fn no_claims() -> Vec<&'static str> {
 pub struct Study {
     /// Name of the study and of its folder of results.
     pub name: String,
-    /// Stages, each after the stages that it reads, otherwise in the order of the manifest.
+    /// Stages, each after the stages that it reads, otherwise in the order of the manifest. A stage
+    /// with `against` follows a stage of its own with the pairs of surfaces that it presses.
     pub stages: Vec<Stage>,
     /// Figures that the manifest declares, in its order.
     pub figures: Vec<FigureSpec>,

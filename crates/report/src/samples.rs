@@ -43,7 +43,10 @@ impl Sample<'_> {
     pub fn file(&self) -> Option<&MeasuredSurface> {
         match &self.params.origin {
             Origin::File(file) => Some(file),
-            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => None,
+            Origin::Random { .. }
+            | Origin::Spectrum { .. }
+            | Origin::Shape { .. }
+            | Origin::Pair(_) => None,
         }
     }
 
@@ -85,7 +88,7 @@ impl Sample<'_> {
                 let table = table.map_err(StageError::Store)?;
                 self.params.surface(&table, finished.sources, &Threads::one())
             }
-            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => {
+            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => {
                 self.params.draw(finished.sources, &Threads::one())
             }
         }

@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, CONTENT, EFFECTIVE_MODULUS, HURST,
-    K_LOWER, K_ROLLOFF, K_UPPER, LOAD, MEAN_GAP, NODES, PRESSURE, RMS_SLOPE, SIDE, SPECTRUM_OF,
-    UNIT,
+    AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, CONTENT, EFFECTIVE_MODULUS,
+    FROM_RMS_HEIGHT, FROM_RMS_SLOPE, HURST, K_LOWER, K_ROLLOFF, K_UPPER, LOAD, MEAN_GAP, NODES,
+    PRESSURE, RMS_SLOPE, SHIFT_X, SHIFT_Y, SIDE, SPECTRUM_OF, UNIT,
 };
 use asperity_stages::ensemble::grouped;
 use asperity_stages::units::TableUnits;
@@ -18,7 +18,7 @@ use crate::loads;
 use crate::units::{LengthUnit, PressureUnit, Scaled, digits};
 
 /// Columns with the labels of their axes and their symbols.
-const KNOWN: [(&str, &str, &str); 28] = [
+const KNOWN: [(&str, &str, &str); 32] = [
     (LOAD.name, LOAD_LABEL, "y"),
     (PRESSURE.name, "mean pressure p₀", "p₀"),
     (AREA_FRACTION.name, AREA_LABEL, "A/A₀"),
@@ -30,6 +30,10 @@ const KNOWN: [(&str, &str, &str); 28] = [
     (K_UPPER.name, "upper cutoff k_upper", "k_upper"),
     (RMS_SLOPE.name, "rms slope h′", "h′"),
     ("rms_height", "rms height", "rms height"),
+    (FROM_RMS_SLOPE.name, "rms slope h′ of the first body", "h′ of the first body"),
+    (FROM_RMS_HEIGHT.name, "rms height of the first body", "rms height of the first body"),
+    (SHIFT_X.name, "shift along x, in sides", "shift along x"),
+    (SHIFT_Y.name, "shift along y, in sides", "shift along y"),
     (NODES.name, "nodes per side N", "N"),
     (SIDE.name, "side L", "L"),
     (EFFECTIVE_MODULUS.name, "effective modulus E*", "E*"),

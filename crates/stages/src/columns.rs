@@ -7,6 +7,7 @@ mod adhesion;
 mod contacts;
 mod friction;
 mod layers;
+mod pairs;
 mod surfaces;
 mod unloading;
 
@@ -14,6 +15,7 @@ pub use adhesion::*;
 pub use contacts::*;
 pub use friction::*;
 pub use layers::*;
+pub use pairs::*;
 pub use surfaces::*;
 pub use unloading::*;
 

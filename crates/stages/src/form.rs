@@ -18,7 +18,7 @@ use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, list
 use asperity_manifest::keys::derived::{KnownNumber, Scope};
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::validation::unknown_word;
-use asperity_manifest::keys::{KeyTable, Layout, Section, reader};
+use asperity_manifest::keys::{KeyTable, Layout, Section, Spanned, reader};
 use asperity_tables::table::Table;
 
 /// A kind of stage, with the method or law that determines its keys.
@@ -285,6 +285,15 @@ impl StagePoints {
         match self {
             StagePoints::Generate(points) if points.lack_heights() => Some(RowKind::Spectra),
             StagePoints::Measure(section) => measure::keys::row_kind(section),
+            _ => None,
+        }
+    }
+
+    /// Returns the name of the stage whose surfaces are pressed against those of `from`, if there
+    /// is one.
+    pub fn against(&self) -> Option<&Spanned<String>> {
+        match self {
+            StagePoints::Solve(section) => solve::against::stage(section),
             _ => None,
         }
     }

@@ -7,6 +7,7 @@ pub mod map_file;
 mod mesh;
 pub mod method;
 pub mod origin;
+pub mod pair;
 mod random;
 pub mod shapes;
 pub mod spectrum;
@@ -54,7 +55,7 @@ pub const STAGE: Definition = Definition {
     reads: Reads { rows: &[], from: Cow::Borrowed("nothing") },
     row_kind: |_| Some(RowKind::Surfaces),
     columns: || {
-        let lists: [&[Column]; 10] = [
+        let lists: [&[Column]; 11] = [
             &[SURFACE, METHOD, NODES, SIDE],
             &[NODES_X, NODES_Y, SIDE_X, SIDE_Y, RMS_SLOPE],
             &RANDOM_SURFACE_COORDINATES,
@@ -64,6 +65,7 @@ pub const STAGE: Definition = Definition {
             &DESCRIPTORS,
             &FILE_COLUMNS,
             &SPECTRUM_DESCRIPTORS,
+            &PAIR_COORDINATES,
             &[HEIGHTS],
         ];
         lists.concat()
@@ -117,6 +119,7 @@ impl Params {
         match &mut params.origin {
             Origin::Random { surface, .. } => surface.realization = number,
             Origin::Spectrum { surface, .. } => surface.realization = number,
+            Origin::Pair(pair) => **pair = pair.realization(number),
             Origin::File(_) | Origin::Shape { .. } => {}
         }
         params
@@ -167,6 +170,7 @@ impl Params {
     pub fn size(&self) -> [f64; 2] {
         let PerAxis(size) = match &self.origin {
             Origin::File(file) => file.seen.side,
+            Origin::Pair(pair) => return pair.body.size(),
             Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => {
                 self.side.unwrap_or_default()
             }
@@ -261,7 +265,10 @@ impl Stage for Params {
                 let found = description::found_in_file(file, &read);
                 (self.clone(), read.prepared.surface, found)
             }
-            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => {
+            Origin::Random { .. }
+            | Origin::Spectrum { .. }
+            | Origin::Shape { .. }
+            | Origin::Pair(_) => {
                 let (params, surface) =
                     self.draw_with_inputs(inputs, context.sources, context.threads)?;
                 (params, surface, vec![])
@@ -298,6 +305,8 @@ impl Stage for Params {
                 let modes = 1.6 * f64::from(surface.spectrum.k_upper).powi(2);
                 Effort::seconds(5e-8 * modes)
             }
+            // Both surfaces are drawn, and one of them is shifted.
+            (Origin::Pair(_), _) => Effort::pairs(12.0),
             _ => Effort::pairs(6.0),
         }
     }
@@ -308,6 +317,7 @@ impl Stage for Params {
             work: match (&self.origin, self.heights) {
                 (_, Heights::None) => 0.0,
                 (Origin::File(file), _) => 28.0 + file.seen.extra_bytes_per_node(),
+                (Origin::Pair(pair), _) => 16.0 + pair.bytes_per_node(),
                 (Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. }, _) => 28.0,
             },
             table: match self.heights {
@@ -353,7 +363,9 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     }
     let gives_height = surfaces.iter().any(|surface| surface.origin.given_rms_height().is_some());
     let descriptors = DESCRIPTORS.into_iter();
-    add(descriptors.filter(|column| *column != RMS_HEIGHT || !gives_height).collect());
+    let descriptors = descriptors.filter(|column| *column != RMS_HEIGHT || !gives_height);
+    let origin = surfaces.first().map(|surface| &surface.origin);
+    add(descriptors.map(|column| pair::descriptor(origin, column)).collect());
     for surface in &surfaces {
         add(description::columns_of_file(&surface.origin));
     }

@@ -5,6 +5,7 @@
 //! pressures and counts in bins are parts of the rows, and can be added later.
 
 pub mod adhesion;
+pub mod against;
 mod asperities;
 mod contact;
 mod fields;
@@ -36,6 +37,7 @@ pub use self::rows::SolvedLoad;
 pub use self::units::{GivenHardness, PressureUnit};
 pub use self::unloading::Branch;
 use crate::columns::*;
+use crate::generate::PerAxis;
 use crate::stage::range;
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series,
@@ -135,6 +137,11 @@ pub struct Params {
     /// valid.
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "asperities_recipe")]
     pub asperities: Option<Interaction>,
+    /// Shift of the second surface along x and y in fractions of the sides, if two rough surfaces
+    /// are pressed against each other. Omitted from the recipe if not, so that existing keys stay
+    /// valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shift: Option<PerAxis<f64>>,
     /// Smallest hardness among `bodies`, in the unit of their moduli, for a warning about higher
     /// pressures. It influences no result and is not part of the recipe.
     #[serde(skip)]
@@ -245,6 +252,10 @@ impl Stage for Params {
             Some(interaction) => asperities::solve(self, interaction, surface, table, context),
             None => contact::solve(self, surface, table, context),
         }
+    }
+
+    fn reads_input(&self, input: &Recipe) -> bool {
+        against::is_at(self.shift, input)
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {

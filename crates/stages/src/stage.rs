@@ -96,6 +96,11 @@ pub trait Stage {
         InputScope::Single
     }
 
+    /// Returns whether the stage has a task that reads the table of `input`, one of its inputs.
+    fn reads_input(&self, _input: &Recipe) -> bool {
+        true
+    }
+
     /// Returns which columns of its inputs the task reads: all, or only the light ones, without
     /// heights, maps and other large columns.
     fn columns_read(&self) -> Columns {

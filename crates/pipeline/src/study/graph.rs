@@ -8,13 +8,15 @@ use asperity_manifest::diagnostics::{Problem, Problems, listed, suggestion};
 use asperity_manifest::keys::Spanned;
 use asperity_manifest::names;
 use asperity_manifest::names::{MAX_LENGTH, is_plain};
-use asperity_stages::RowKind;
 use asperity_stages::form::{StagePoints, with_article};
+use asperity_stages::{Kind, RowKind};
 
 /// Directed graph of the stages of a manifest.
 pub struct Graph {
     /// Indices of the inputs of each stage, in the order of the file. `None` if one is invalid.
     pub inputs: Vec<Option<Vec<usize>>>,
+    /// Index of the stage that `against` names.
+    pub against: Vec<Option<usize>>,
     /// Indices of the stages: each stage after its inputs, otherwise in the order of the file.
     pub order: Vec<usize>,
 }
@@ -28,7 +30,20 @@ impl Graph {
         let names: BTreeMap<&str, usize> = names.collect();
         let mut inputs: Vec<Option<Vec<usize>>> =
             stages.iter().map(|stage| resolve(stage, &names, problems)).collect();
-        let mut order = sorted(&inputs);
+        let mut against = vec![None; stages.len()];
+        for (index, stage) in stages.iter().enumerate() {
+            if let Some(name) = stage.points.as_ref().and_then(StagePoints::against) {
+                against[index] = resolve_against(stage, name, stages, &names, problems);
+                if against[index].is_none() {
+                    inputs[index] = None;
+                }
+            }
+        }
+        let read = inputs.iter().zip(&against);
+        let read = read.map(|(inputs, against)| {
+            inputs.as_ref().map(|inputs| inputs.iter().chain(against).copied().collect())
+        });
+        let mut order = sorted(&read.collect::<Vec<_>>());
         if order.len() < stages.len() {
             report_cycle(stages, &inputs, &order, problems);
             let mut is_sorted = vec![false; stages.len()];
@@ -38,7 +53,7 @@ impl Graph {
                 order.push(stage);
             }
         }
-        Graph { inputs, order }
+        Graph { inputs, against, order }
     }
 }
 
@@ -123,6 +138,43 @@ fn resolve(
         }
     }
     complete.then_some(inputs)
+}
+
+/// Returns the index of the stage in `against`, or `None` if it does not generate surfaces on its
+/// own.
+fn resolve_against(
+    stage: &StageTable,
+    name: &Spanned<String>,
+    stages: &[StageTable],
+    names: &BTreeMap<&str, usize>,
+    problems: &mut Problems,
+) -> Option<usize> {
+    let Some(&index) = names.get(name.value.as_str()) else {
+        problems.push(unknown_stage(&name.value, &name.span, stage, names));
+        return None;
+    };
+    let other = &stages[index];
+    let (kind, from) = (other.kind?, other.from.as_ref()?);
+    let is_modal = other.points.as_ref().and_then(StagePoints::row_kind) == Some(RowKind::Spectra);
+    let problem = |label: String| {
+        let message = format!("`{}` has no surfaces to press against", name.value);
+        Problem::new(message, name.span.clone(), label)
+    };
+    let refused = match kind {
+        Kind::Generate if is_modal => problem("its surfaces have no heights".to_owned())
+            .help("set `heights = \"redraw\"` in that stage"),
+        Kind::Generate if !from.is_empty() => problem(
+            "its spectrum is measured in this study".to_owned(),
+        )
+        .help(
+            "its surfaces cannot be drawn again for the pairs; write the spectrum to a file and \
+                 name it by `path` in that stage",
+        ),
+        Kind::Generate => return Some(index),
+        _ => problem(format!("must be a `generate` stage, and is {}", with_article(kind))),
+    };
+    problems.push(refused);
+    None
 }
 
 fn unknown_stage(

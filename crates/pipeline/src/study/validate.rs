@@ -6,7 +6,7 @@ use crate::manifest::composition::EffectiveManifest;
 use crate::manifest::{Manifest, StageTable, StudyTable};
 use crate::study::figures::{self, EmptySelection, FigureContext, known_values};
 use crate::study::graph::Graph;
-use crate::study::{ClaimNames, Stage, Study, Work, graph};
+use crate::study::{ClaimNames, Stage, Study, Work, graph, pairs};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
@@ -54,8 +54,7 @@ pub fn validate(
         validator.is_read[stage] = true;
     }
     for &stage in &graph.order {
-        validator.validated[stage] =
-            validator.stage(stage, graph.inputs[stage].as_deref(), problems);
+        validator.validated[stage] = validator.stage(stage, &graph, problems);
     }
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
     check_conditions(&manifest.stages, &graph, (empty, claims), problems);
@@ -69,20 +68,10 @@ pub fn validate(
         },
     };
     let figures = figures::check(&manifest.figures, &context, problems, empty_selections);
-    let mut sorted_index = vec![0; graph.order.len()];
-    let sorted = graph.order.iter().enumerate();
-    sorted.for_each(|(position, &stage)| sorted_index[stage] = position);
-    let stages = graph.order.iter().map(|&stage| {
-        let inputs = graph.inputs[stage].as_deref()?;
-        Some(Stage {
-            name: manifest.stages[stage].name.value.clone(),
-            inputs: inputs.iter().map(|&input| sorted_index[input]).collect(),
-            work: validator.validated[stage].work.take()?,
-        })
-    });
+    let stages = validator.take_stages(&graph);
     Some(Study {
         name: name?,
-        stages: stages.collect::<Option<_>>()?,
+        stages: stages?,
         figures: figures?,
         empty_selections: Vec::new(),
         sources: validator.sources,
@@ -110,6 +99,9 @@ struct Validated {
     rows: Option<RowKind>,
     surfaces: Surfaces,
     work: Option<Work>,
+    /// Work of the stage with the pairs of surfaces that this stage presses, if it presses two
+    /// rough surfaces against each other.
+    pairs: Option<Work>,
     /// Table of the stage without rows, if another stage reads it.
     empty: Option<Table>,
     /// Indices of the stages on which this stage depends, the nearest first.
@@ -140,21 +132,52 @@ impl Validator<'_> {
         while let Some(stage) = open.pop() {
             if !std::mem::replace(&mut seen[stage], true) {
                 works.push(self.validated[stage].work.as_ref()?);
+                works.extend(&self.validated[stage].pairs);
                 open.extend(graph.inputs[stage].as_deref()?);
             }
         }
         Some(works)
     }
 
-    fn stage(
-        &mut self,
-        stage: usize,
-        inputs: Option<&[usize]>,
-        problems: &mut Problems,
-    ) -> Validated {
+    /// Returns the stages of the study, sorted, and leaves the validator without work. The pairs of
+    /// surfaces of a stage are a stage of their own before it.
+    fn take_stages(&mut self, graph: &Graph) -> Option<Vec<Stage>> {
+        let mut stages = Vec::with_capacity(graph.order.len());
+        let mut sorted_index = vec![0; graph.order.len()];
+        for &stage in &graph.order {
+            let name = self.stages[stage].name.value.clone();
+            let inputs = graph.inputs[stage].as_deref()?;
+            let mut inputs: Vec<usize> = inputs.iter().map(|&input| sorted_index[input]).collect();
+            if let Some(pairs) = self.validated[stage].pairs.take() {
+                inputs = vec![stages.len()];
+                stages.push(Stage { name: pairs::name_of(&name), inputs: vec![], work: pairs });
+            }
+            sorted_index[stage] = stages.len();
+            stages.push(Stage { name, inputs, work: self.validated[stage].work.take()? });
+        }
+        Some(stages)
+    }
+
+    /// Returns the work of the stage with the pairs of surfaces that a stage with `against`
+    /// presses, or `None` after reporting problems.
+    fn pairs(&self, table: &StageTable, problems: &mut Problems) -> Option<Work> {
+        let second = table.points.as_ref()?.against()?;
+        let surfaces = |name: &str| {
+            let stage = index_of(self.stages, name)?;
+            match self.validated[stage].work.as_ref()? {
+                Work::Generate(surfaces) => Some(surfaces.as_slice()),
+                Work::Evaluate(_) => None,
+            }
+        };
+        pairs::work(table, second, self.stages, surfaces, problems)
+    }
+
+    fn stage(&mut self, stage: usize, graph: &Graph, problems: &mut Problems) -> Validated {
         let table = &self.stages[stage];
         let is_read = self.is_read[stage];
-        let inputs = inputs.unwrap_or_default();
+        let inputs = graph.inputs[stage].as_deref().unwrap_or_default();
+        let against = graph.against[stage];
+        let pairs = against.and_then(|_| self.pairs(table, problems));
         let flowing: Vec<_> = inputs
             .iter()
             .map(|&input| (self.stages[input].name.value.as_str(), self.validated[input].rows))
@@ -164,11 +187,20 @@ impl Validator<'_> {
         let (rows_read, rows) = graph::check_flow(table, &flowing, is_query, problems);
         // If the inputs of a stage are unknown, its columns are unknown too.
         let is_fed = !inputs.is_empty() || table.kind == Some(Kind::Generate);
-        let read = self.tables_of(inputs).filter(|_| is_fed);
+        let read = match &pairs {
+            Some(pairs) => {
+                let name = pairs::name_of(&table.name.value);
+                pairs.empty_table(&[]).ok().map(|empty| vec![(name, empty)])
+            }
+            None => self.tables_of(inputs).filter(|_| is_fed),
+        };
         let stacked = read.as_deref().and_then(|read| stacked(read).ok());
         let stacked = stacked.filter(|table| !table.names().is_empty());
-        let above = inputs.iter().map(|&input| &self.validated[input].surfaces);
+        let above = inputs.iter().chain(&against).map(|&input| &self.validated[input].surfaces);
         let above = above.fold(Surfaces::default(), Surfaces::and);
+        // The slope of a sum of two surfaces is not known beforehand.
+        let slopes = above.slopes.filter(|_| against.is_none());
+        let above = Surfaces { slopes, ..above };
         // A surface drawn from a measured spectrum does not inherit properties of the measured one.
         let surfaces = match table.kind {
             Some(Kind::Generate) => Surfaces::default(),
@@ -195,8 +227,13 @@ impl Validator<'_> {
             problems,
         };
         let work = points.and_then(|points| points.work(&mut given));
-        let above = inputs.iter().map(|&input| self.validated[input].tasks);
-        let above = above.fold(0, usize::saturating_add);
+        let above = match &pairs {
+            Some(pairs) => pairs::at_one_shift(pairs),
+            None => {
+                let above = inputs.iter().map(|&input| self.validated[input].tasks);
+                above.fold(0, usize::saturating_add)
+            }
+        };
         let tasks = work.as_ref().map_or(0, |work| work.tasks(above));
         self.count(tasks, above, &table.name.span, problems);
         let empty = work
@@ -209,7 +246,7 @@ impl Validator<'_> {
             .and_then(|((empty, read), points)| points.validate_answer(empty, &read, problems));
         let made = work.as_ref().map(|work| Surfaces::made_by(&table.name.value, work));
         let surfaces = surfaces.and(&made.unwrap_or_default());
-        Validated { rows, surfaces, work, empty, earlier, tasks }
+        Validated { rows, surfaces, work, pairs, empty, earlier, tasks }
     }
 
     /// Adds the larger of `tasks` (of a stage) and `above` (of the inputs of the stage) to the

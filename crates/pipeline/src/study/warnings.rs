@@ -6,11 +6,12 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::manifest::composition::PlainLoads;
-use crate::study::{Stage, Study, Work};
+use crate::study::{Stage, Study, Work, pairs};
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::listed;
 use asperity_manifest::keys::quantity;
 use asperity_stages::fit::laws::{Law, PlainLaw};
+use asperity_stages::generate::pair::Pair;
 use asperity_stages::generate::{MeasuredSurface, Origin, Params, PerAxis};
 use asperity_stages::solve::{self, ListedLoads, PressureUnit};
 use asperity_stages::surface_files::SurfaceFiles;
@@ -75,6 +76,7 @@ impl ShortestWave {
         let steps = grid.larger_steps();
         let PerAxis([nodes_x, nodes_y]) = *match &params.origin {
             Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => nodes,
+            Origin::Pair(pair) => return ShortestWave::from_pair(pair),
             Origin::Spectrum { .. } | Origin::File(_) => return None,
         };
         let [along_x, along_y] = [nodes_x, nodes_y].map(f64::from);
@@ -87,7 +89,7 @@ impl ShortestWave {
                 }
                 Shape::Paraboloid { .. } | Shape::Punch { .. } => return None,
             },
-            Origin::Spectrum { .. } | Origin::File(_) => return None,
+            Origin::Spectrum { .. } | Origin::File(_) | Origin::Pair(_) => return None,
         };
         Some(ShortestWave {
             nodes: [nodes_x, nodes_y],
@@ -96,6 +98,13 @@ impl ShortestWave {
             resolution: nodes / f64::from(wavenumber),
             has_square_cells: grid.has_square_cells(),
         })
+    }
+
+    /// Returns the shorter of the shortest wavelengths of two surfaces.
+    fn from_pair(pair: &Pair) -> Option<ShortestWave> {
+        let both = [&pair.body, &pair.against].map(|params| ShortestWave::from_params(params));
+        let waves = both.into_iter().flatten();
+        waves.min_by(|one, other| one.resolution.total_cmp(&other.resolution))
     }
 
     /// Formats the value of `nodes` for a mesh that is finer by the factor `finer` along both axes.
@@ -114,7 +123,7 @@ impl Study {
     /// - Loads were probably meant in another unit, or override pressures and have no unit.
     /// - Loads are out of order or repeated.
     /// - A mesh resolves the adhesion poorly.
-    /// - Two rough bodies are not pressed against each other.
+    /// - Two rough bodies are not pressed against each other, or both are the same surface.
     /// - The file of a measured surface has several channels or missing points.
     /// - A figure selects rows that the study does not have.
     pub fn warnings(&self) -> Vec<Warning> {
@@ -127,6 +136,7 @@ impl Study {
                 rearranged_loads(stage),
                 self.pressed_alone(stage),
                 self.coarse_for_adhesion(stage),
+                pairs::of_equal_bodies(&stage.work),
             ];
             let messages = messages.into_iter().flatten();
             let messages = messages.chain(file_warnings(stage, &self.sources));
@@ -191,8 +201,8 @@ impl Study {
             let names = stage.inputs.iter().map(|&input| &*self.stages[input].name);
             format!(
                 "each surface of {} is pressed alone against a smooth body, with the E* of both \
-                 `bodies`; to press two rough surfaces against each other, add their height maps \
-                 and press the sum (see docs/how-to/python.md)",
+                 `bodies`; to press the surfaces of one stage against those of another, name one of \
+                 them in `against` instead of `from`",
                 listed(names, "and")
             )
         })
@@ -486,7 +496,7 @@ mod tests {
         let two = format!("{steel}, {steel}");
         let warning = warned("[\"rough\", \"lower\"]", &two).unwrap();
         assert!(warning.starts_with("stage `pressed`: each surface of `rough` and `lower`"));
-        assert!(warning.contains("add their height maps"), "{warning}");
+        assert!(warning.contains("name one of them in `against`"), "{warning}");
         assert_eq!(warned("[\"rough\", \"lower\"]", steel), None);
         assert_eq!(warned("\"rough\"", &two), None);
     }

@@ -4,6 +4,7 @@ use arrow::array::ArrayRef;
 
 use super::method::Method;
 use super::origin::ReadSurface;
+use super::pair::descriptor;
 use super::spectrum::Source;
 use super::{MeasuredSurface, Origin, Params};
 use crate::columns::*;
@@ -18,7 +19,7 @@ use asperity_contact::topography::preparation::{Crop, Preparation};
 use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::Surface;
-use asperity_tables::column::{Column, Value, integers, optional_reals, texts};
+use asperity_tables::column::{Column, Role, Value, integers, optional_reals, texts};
 
 /// Roughness descriptors of a surface, for the row of the surface in a table.
 pub struct Description {
@@ -84,14 +85,16 @@ impl Description {
                 let drawn = origin.random_surface(cell).expect("the origin is random");
                 Description::from_modes(&drawn, cell)
             }
-            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } => Description {
-                moments: seen.moments,
-                // The slope of a scaled surface differs from the given one only by rounding.
-                rms_slope: origin.given_rms_slope().unwrap_or(seen.rms_slope),
-                effective_modes: Some(seen.moments.effective_modes()),
-                expected: None,
-                seen: None,
-            },
+            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => {
+                Description {
+                    moments: seen.moments,
+                    // The slope of a scaled surface differs from the given one only by rounding.
+                    rms_slope: origin.given_rms_slope().unwrap_or(seen.rms_slope),
+                    effective_modes: Some(seen.moments.effective_modes()),
+                    expected: None,
+                    seen: None,
+                }
+            }
         };
         // The slope on the mesh may differ slightly from that of the modes.
         let unit = if known.rms_slope > 0.0 { seen.rms_slope / known.rms_slope } else { 1.0 };
@@ -131,7 +134,9 @@ impl Description {
         let described = described.filter(|(column, _)| {
             *column != RMS_HEIGHT || params.origin.given_rms_height().is_none()
         });
-        columns.extend(described.map(|(column, value)| (column, optional_reals([value]))));
+        columns.extend(described.map(|(column, value)| {
+            (descriptor(Some(&params.origin), column), optional_reals([value]))
+        }));
         if let Some(expected) = &self.expected {
             let values = expected.values(grid.cell()).map(|value| optional_reals([value]));
             columns.extend(SPECTRUM_DESCRIPTORS.into_iter().zip(values));
@@ -203,6 +208,8 @@ pub fn columns_of_grid(params: &Params) -> Vec<Column> {
 pub fn column_of_slope(origin: &Origin) -> Column {
     let is_random = matches!(origin, Origin::Random { .. } | Origin::Spectrum { .. });
     match origin {
+        Origin::Pair(_) if origin.is_open() => RMS_SLOPE_OF_DIFFERENCES.with_role(Role::Surface),
+        Origin::Pair(_) => RMS_SLOPE_OF_SURFACE,
         _ if is_random && origin.given_rms_slope().is_none() => RMS_SLOPE_OF_SURFACE,
         _ if origin.is_open() => RMS_SLOPE_OF_DIFFERENCES,
         _ => RMS_SLOPE,
@@ -336,6 +343,7 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
             columns.extend(preparation_coordinates(&file.preparation));
             columns
         }
+        Origin::Pair(pair) => pair.own_coordinates(),
         Origin::Shape { shape, unit, .. } => {
             let mut columns = height_and_unit(origin, unit);
             columns.extend(match *shape {

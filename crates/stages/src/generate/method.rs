@@ -84,6 +84,7 @@ impl Method {
             Origin::Random { surface, .. } => Method::Random(surface.amplitude),
             Origin::Spectrum { .. } => Method::Spectrum,
             Origin::File(_) => Method::File,
+            Origin::Pair(pair) => Method::from_origin(&pair.body.origin),
             Origin::Shape { shape, .. } => match shape {
                 Shape::Paraboloid { .. } => Method::Paraboloid,
                 Shape::Wave { .. } => Method::Wave(WaveShape::Single),

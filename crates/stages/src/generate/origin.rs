@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::map_file::{ChannelChoice, ChannelRead, MapFile, MapFileError, Reader};
 use super::mesh::PerAxis;
+use super::pair::Pair;
 use super::spectrum::{Source, SpectrumSurface};
 use crate::StageError;
 use crate::grids::grid;
@@ -61,6 +62,8 @@ pub enum Origin {
         #[serde(default, skip_serializing_if = "String::is_empty")]
         unit: String,
     },
+    /// The summed heights of two surfaces that are pressed against each other.
+    Pair(Box<Pair>),
 }
 
 /// The recipe of a measured surface: a height map in a file, and its preparation.
@@ -135,6 +138,7 @@ impl Origin {
             | Origin::Spectrum { nodes, .. }
             | Origin::Shape { nodes, .. } => *nodes,
             Origin::File(file) => file.seen.nodes,
+            Origin::Pair(pair) => return pair.body.nodes(),
         };
         nodes.map(|nodes| nodes as usize)
     }
@@ -160,7 +164,18 @@ impl Origin {
         match self {
             Origin::Random { surface, rms_height: None, .. } => Some(surface.rms_slope),
             Origin::Spectrum { surface, .. } => surface.rms_slope,
-            Origin::Random { .. } | Origin::File(_) | Origin::Shape { .. } => None,
+            Origin::Random { .. } | Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => {
+                None
+            }
+        }
+    }
+
+    /// Returns the seed and the realization of a random surface; `None` for other surfaces.
+    pub fn random_numbers(&self) -> Option<(u64, u32)> {
+        match self {
+            Origin::Random { surface, .. } => Some((surface.seed, surface.realization)),
+            Origin::Spectrum { surface, .. } => Some((surface.seed, surface.realization)),
+            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => None,
         }
     }
 
@@ -169,7 +184,7 @@ impl Origin {
         match self {
             Origin::Random { rms_height, .. } => *rms_height,
             Origin::Spectrum { surface, .. } => surface.rms_height,
-            Origin::File(_) | Origin::Shape { .. } => None,
+            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => None,
         }
     }
 
@@ -182,12 +197,19 @@ impl Origin {
                 Source::Stage { .. } => "",
             },
             Origin::File(file) => &file.unit,
+            Origin::Pair(pair) => pair.body.origin.unit(),
         }
     }
 
-    /// Returns whether the surface is a measured map that is not periodic.
+    /// Returns whether the surface is a measured map that is not periodic, or contains one.
     pub fn is_open(&self) -> bool {
-        matches!(self, Origin::File(file) if file.edges == Edges::Open)
+        match self {
+            Origin::File(file) => file.edges == Edges::Open,
+            Origin::Pair(pair) => {
+                [&pair.body, &pair.against].iter().any(|params| params.origin.is_open())
+            }
+            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => false,
+        }
     }
 
     /// Returns whether the spectrum of the surface is in the table of another task.
@@ -220,6 +242,7 @@ impl Origin {
                 surface.draw(&density, grid()?, threads)
             }
             Origin::File(file) => Ok(file.read(side, sources)?.prepared.surface),
+            Origin::Pair(pair) => pair.draw(sources, threads),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Tests of the recipes of surfaces. Keys are digests of the text of recipes.
 
 use super::map_file::{ChannelChoice, Reader};
+use super::pair::{MirrorAxis, Pair};
 use super::*;
 use crate::surface_files::ContentHash;
 use asperity_contact::topography::fill::Fill;
@@ -72,6 +73,14 @@ fn a_surface_is_known_from_its_recipe() {
             let params = Params { heights: Heights::Redraw, side, origin: origin.clone() };
             let recipe = serde_json::to_string(&params).unwrap();
             assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+            for mirror in [None, Some(MirrorAxis::X)] {
+                let shift = PerAxis([0.1, 0.0]);
+                let pair = Pair::new([&params, &params], shift, mirror, [false; 2]);
+                let origin = Origin::Pair(Box::new(pair));
+                let params = Params { heights: Heights::Redraw, side: None, origin };
+                let recipe = serde_json::to_string(&params).unwrap();
+                assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+            }
         }
     }
 }

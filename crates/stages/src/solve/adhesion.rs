@@ -17,8 +17,10 @@ use serde::Serialize;
 
 use self::keys::Control;
 pub use self::path::ContactPath;
+use super::against;
 use super::units::PressureUnit;
 use crate::columns::*;
+use crate::generate::PerAxis;
 use crate::{
     Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates,
 };
@@ -61,6 +63,10 @@ pub struct Params {
     pub keeps_maps: bool,
     #[serde(skip_serializing_if = "Boundary::is_periodic")]
     pub boundary: Boundary,
+    /// Shift of the second surface along x and y in fractions of the sides, if two rough surfaces
+    /// are pressed against each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shift: Option<PerAxis<f64>>,
 }
 
 /// Columns that only paths with adhesion have.
@@ -233,6 +239,10 @@ impl Stage for Params {
 
     fn effort(&self, _: Extent) -> Effort {
         Effort::pairs(AdhesivePath::PAIRS_PER_STATE * self.targets.len() as f64)
+    }
+
+    fn reads_input(&self, input: &Recipe) -> bool {
+        against::is_at(self.shift, input)
     }
 
     fn beginnings(&self) -> Vec<Recipe> {

@@ -129,6 +129,7 @@ impl Params {
             flow: false,
             stiffness: false,
             asperities: Interaction::ALL.into_iter().find(is_named),
+            shift: None,
             softest_body: None,
             bodies: 0,
         })

@@ -39,6 +39,11 @@ pub fn load(
              numbers"
         ));
     }
+    if point.value("against").is_some() {
+        let why = "it is known before a run only for waves on a smooth body; the column \
+                   `full_contact_load` of the results has it";
+        return Err(why.to_owned());
+    }
     let is_relative =
         matches!(point.value("load_unit").map(DeValue::as_str), None | Some(Some("relative")));
     let mut loads = Vec::new();

@@ -12,8 +12,9 @@ use super::adhesion::keys::{AdhesionTable, Control, Gaps, PathShape};
 use super::layer::{LayerTable, SubstrateTable, layer};
 use super::loads::{Bins, Loads, StoredPressures};
 use super::units::{LoadUnit, PressureUnit};
-use super::{GivenHardness, ListedLoads, Params, loads, unloading};
+use super::{GivenHardness, ListedLoads, Params, against, loads, unloading};
 use crate::form::Surfaces;
+use crate::generate::pair::MirrorAxis;
 use crate::{CheckContext, Recipe};
 use asperity_contact::asperities::Interaction;
 use asperity_contact::grid::Boundary;
@@ -21,8 +22,10 @@ use asperity_contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
-use asperity_manifest::keys::declare::{pressure, pressure_or_ratio, swept, unit_of_pressures};
-use asperity_manifest::keys::{Key, Section, Spanned, quantity, table};
+use asperity_manifest::keys::declare::{
+    always_pair, pressure, pressure_or_ratio, swept, unit_of_pressures,
+};
+use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, quantity, table};
 
 /// Maximum value of `max_pairs`.
 const MAX_PAIRS: u32 = 1_000_000;
@@ -95,6 +98,18 @@ pub struct SolveTable {
     /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it. It
     /// costs one pair of Fourier transforms per load. By default gaps are not counted.
     pub gap_bins: Key<Bins>,
+    /// Name of another `generate` stage whose surfaces are pressed against those of `from`. The gap
+    /// is that between a flat body and the sum of both heights, each towards the other body and in
+    /// common axes. By default the other body is smooth.
+    pub against: Key<String>,
+    /// Lateral shift of the surfaces of `against` along x and y, as fractions of the sides, such as
+    /// `[0.1, 0]`. The maps are continued periodically. By default they are not shifted.
+    #[schemars(transform = always_pair, transform = swept)]
+    pub shift: Key<OnAxes<f64>>,
+    /// Axis along which the maps of `against` are reversed before they are shifted: `"x"` or `"y"`
+    /// for a measured map, which was seen from its own front. By default the maps of both stages
+    /// have common axes.
+    pub mirror: Key<MirrorAxis>,
     /// `true` solves Reynolds' equation for the flow through the gap under each load, along x and
     /// along y. This takes ten to twenty times as long as the contact and needs
     /// `boundary = "periodic"`.
@@ -279,6 +294,7 @@ fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     let flow = flow(table, checks);
     let stiffness = checks.value("stiffness", &table.stiffness);
     let asperities = asperities(table, checks);
+    let shift = against::shift(table, checks);
     let (loads, listed) = loads?;
     Some(Params {
         effective_modulus: effective_modulus?,
@@ -300,6 +316,7 @@ fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         flow: flow?,
         stiffness: stiffness?,
         asperities: asperities?,
+        shift: shift?,
     })
 }
 

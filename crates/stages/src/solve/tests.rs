@@ -68,6 +68,7 @@ pub fn params() -> Params {
         stiffness: false,
         layer: None,
         asperities: None,
+        shift: None,
         softest_body: None,
         pressure_unit: None,
         listed: ListedLoads::default(),

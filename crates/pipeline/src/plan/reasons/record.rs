@@ -14,6 +14,7 @@ use serde_json::Value;
 use crate::plan::Plan;
 use crate::plan::sources::{Sources, TasksFromStore};
 use crate::study::Study;
+use asperity_stages::generate::{Origin, Params};
 use asperity_stages::{Kind, Recipe, Work};
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, write_whole};
@@ -197,12 +198,30 @@ impl PointRecord {
         let mut fields = fields_of(json);
         // The realization distinguishes surfaces of the same point.
         fields.remove("realization");
+        if let Recipe::Generate(Params { origin: Origin::Pair(_), .. }) = recipe {
+            fields = with_single_fields_of(["from", "against"], fields);
+        }
         PointRecord {
             fields,
             realizations,
             identity: Digest::from_params(&read_by_some_stage(recipe)).to_string(),
         }
     }
+}
+
+/// Replaces each of these members, the recipes of two bodies, by its own members: `against` by
+/// `against hurst` and others.
+fn with_single_fields_of(
+    bodies: [&str; 2],
+    mut fields: BTreeMap<String, String>,
+) -> BTreeMap<String, String> {
+    for body in bodies {
+        let recipe = fields.remove(body).and_then(|json| serde_json::from_str(&json).ok());
+        let members = recipe.map(fields_of).unwrap_or_default().into_iter();
+        let members = members.filter(|(name, _)| name != "realization" && name != "heights");
+        fields.extend(members.map(|(name, value)| (format!("{body} {name}"), value)));
+    }
+    fields
 }
 
 /// Returns the recipe without the parameters that no later stage reads. Parts of rows that some

@@ -12,7 +12,7 @@ use crate::Recipe;
 use crate::form::Surfaces;
 use crate::solve::keys::{Method, SolveTable};
 use crate::solve::loads::{Loads, StoredPressures};
-use crate::solve::{Pressures, keys, loads};
+use crate::solve::{Pressures, against, keys, loads};
 use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
@@ -154,6 +154,7 @@ pub fn recipe(
         max_pairs: checks.value("max_pairs", &table.max_pairs)?,
         keeps_maps: keeps_maps(table, checks)?,
         boundary: boundary?,
+        shift: against::shift(table, checks)?,
     })))
 }
 

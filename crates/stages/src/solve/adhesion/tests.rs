@@ -28,6 +28,7 @@ fn params() -> Params {
         max_pairs: 2000,
         keeps_maps: false,
         boundary: Boundary::Periodic,
+        shift: None,
     }
 }
 

@@ -1,0 +1,64 @@
+//! Columns of pairs of surfaces that are pressed against each other.
+
+use super::{RMS_HEIGHT, parameter, parameter_text};
+use asperity_tables::column::{Code, Column, Role};
+
+pub const FROM_RMS_SLOPE: Column = parameter(
+    "from_rms_slope",
+    "1",
+    "root mean square gradient to which the surface of the stage in `from` is scaled, before the \
+     other surface is added; `rms_slope` is that of the sum",
+);
+pub const FROM_RMS_HEIGHT: Column = Column {
+    name: "from_rms_height",
+    meaning: "root mean square height to which the surface of the stage in `from` is scaled, \
+              before the other surface is added; `rms_height` is that of the sum",
+    ..RMS_HEIGHT.with_role(Role::Parameter)
+};
+pub const FROM_SURFACE: Column = parameter_text(
+    "from_surface",
+    "name of the surface of the stage in `from` in the table of this stage; `surface` names the \
+     pair",
+)
+.with_role(Role::Surface);
+pub const AGAINST: Column = parameter_text(
+    "against",
+    "first digits of the name of the first surface of the stage in `against`; the slope, height, Nayak's parameter, \
+     summit density and load of full contact of the row are those of the sum of both surfaces, and \
+     `seed` and `realization` identify the pair",
+);
+pub const AGAINST_SURFACE: Column = parameter_text(
+    "against_surface",
+    "name of the surface of the stage in `against` in the table of this stage",
+)
+.with_role(Role::Surface);
+pub const SHIFT_X: Column = parameter(
+    "shift_x",
+    "1",
+    "lateral shift of the surface of `against` along x, as a fraction of the side",
+);
+pub const SHIFT_Y: Column = parameter(
+    "shift_y",
+    "1",
+    "lateral shift of the surface of `against` along y, as a fraction of the side",
+);
+pub const MIRROR: Column = parameter_text(
+    "mirror",
+    "axis along which the map of `against` is reversed; null where both maps have common axes",
+)
+.with_codes(&[
+    Code { word: "x", meaning: "turned over about the y axis" },
+    Code { word: "y", meaning: "turned over about the x axis" },
+]);
+
+/// Columns that only pairs of surfaces and their contacts have.
+pub const PAIR_COORDINATES: [Column; 8] = [
+    FROM_RMS_SLOPE,
+    FROM_RMS_HEIGHT,
+    FROM_SURFACE,
+    AGAINST,
+    AGAINST_SURFACE,
+    SHIFT_X,
+    SHIFT_Y,
+    MIRROR,
+];

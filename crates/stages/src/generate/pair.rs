@@ -1,0 +1,153 @@
+//! Pairs of surfaces that are pressed against each other.
+//!
+//! The contact of two rough bodies is that of the sum of their heights towards each other with a
+//! flat body: h(x) = h₁(x) + h₂(x − s), both in common axes. The recipe of a pair holds the recipes
+//! of both surfaces, so that the sum can be drawn again without the tables of other tasks.
+
+use serde::{Deserialize, Serialize};
+
+use super::description::own_coordinates;
+use super::{Heights, Origin, Params, PerAxis};
+use crate::columns::*;
+use crate::surface_files::SurfaceFiles;
+use crate::{Stage, StageError};
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::surface::{Axis, Surface};
+use asperity_contact::topography::translation::{reversed, sum, translated};
+use asperity_tables::column::{Column, Role, Value};
+
+/// Number of digits of the column `against`, which figures show.
+const SHORT_NAME: usize = 8;
+
+/// The recipe of the summed heights of two surfaces.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Pair {
+    /// Recipe of the surface of the stage in `from`.
+    #[serde(rename = "from")]
+    pub body: Box<Params>,
+    /// Recipe of the surface of the stage in `against`.
+    pub against: Box<Params>,
+    /// Lateral shift of the surface of `against` along x and y, in fractions of the sides.
+    pub shift: PerAxis<f64>,
+    /// Axis along which the map of `against` is reversed before it is shifted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mirror: Option<MirrorAxis>,
+    /// True for a body with a single surface, which belongs to all pairs. The recipes of both
+    /// surfaces hold everything else, so it is not part of the recipe.
+    #[serde(skip)]
+    pub is_single: [bool; 2],
+}
+
+/// An axis along which the map of a surface is reversed, the value of `mirror`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum MirrorAxis {
+    /// The map is reversed along x: the body was turned over about the y axis.
+    X,
+    /// The map is reversed along y: the body was turned over about the x axis.
+    Y,
+}
+
+impl MirrorAxis {
+    fn axis(self) -> Axis {
+        match self {
+            MirrorAxis::X => Axis::X,
+            MirrorAxis::Y => Axis::Y,
+        }
+    }
+}
+
+impl Pair {
+    /// Creates the first pair of two surfaces. Their heights are drawn again for the sum, so that
+    /// its recipe does not depend on whether they are stored.
+    pub fn new(
+        [body, against]: [&Params; 2],
+        shift: PerAxis<f64>,
+        mirror: Option<MirrorAxis>,
+        is_single: [bool; 2],
+    ) -> Pair {
+        let [body, against] =
+            [body, against].map(|params| Box::new(params.realization(0).with(Heights::Redraw)));
+        Pair { body, against, shift, mirror, is_single }
+    }
+
+    /// Returns the pair of the surfaces with this number, or of the single surface of a body.
+    pub fn realization(&self, number: u32) -> Pair {
+        let of = |params: &Params, is_single: bool| {
+            Box::new(if is_single { params.clone() } else { params.realization(number) })
+        };
+        let [body, against] = self.is_single;
+        Pair { body: of(&self.body, body), against: of(&self.against, against), ..self.clone() }
+    }
+
+    /// Draws or reads both surfaces, and returns the sum of their heights.
+    ///
+    /// # Errors
+    /// If one of the surfaces cannot be drawn or read, or if their maps differ in size.
+    pub fn draw(&self, sources: &SurfaceFiles, threads: &Threads) -> Result<Surface, StageError> {
+        let body = self.body.draw(sources, threads)?;
+        let mut against = self.against.draw(sources, threads)?;
+        if let Some(axis) = self.mirror {
+            against = reversed(&against, axis.axis());
+        }
+        sum(&body, &translated(&against, self.shift.0)).map_err(StageError::Heights)
+    }
+
+    /// Returns the peak memory of drawing the surfaces one after the other, in bytes per node.
+    pub fn bytes_per_node(&self) -> f64 {
+        let work = [&self.body, &self.against].map(|params| params.footprint().work);
+        work[0].max(work[1])
+    }
+
+    /// Returns the parameter columns of the pair with their values: those of the surface in `from`,
+    /// and those that identify the other surface and its position.
+    ///
+    /// `seed` and `realization` identify the pair. A slope or height to which the surface in `from`
+    /// is scaled has a column of its own, because `rms_slope` and `rms_height` are those of the
+    /// sum.
+    pub fn own_coordinates(&self) -> Vec<(Column, Value)> {
+        let [body, against] = [&self.body, &self.against].map(|params| &params.origin);
+        let text = |column: Column, params: &Params| {
+            (column, Value::Text(params.surface_key().to_string()))
+        };
+        let identifies = [SEED.name, REALIZATION.name];
+        let mut columns = own_coordinates(body);
+        columns.retain(|(column, _)| !identifies.contains(&column.name));
+        for (column, _) in &mut columns {
+            if *column == RMS_HEIGHT_GIVEN {
+                *column = FROM_RMS_HEIGHT;
+            }
+        }
+        let slope = body.given_rms_slope();
+        columns.extend(slope.map(|slope| (FROM_RMS_SLOPE, Value::Real(slope))));
+        columns.push(text(FROM_SURFACE, &self.body));
+        let mut ensemble = self.against.realization(0).surface_key().to_string();
+        ensemble.truncate(SHORT_NAME);
+        columns.push((AGAINST, Value::Text(ensemble)));
+        columns.push(text(AGAINST_SURFACE, &self.against));
+        let PerAxis([shift_x, shift_y]) = self.shift;
+        columns.extend([(SHIFT_X, Value::Real(shift_x)), (SHIFT_Y, Value::Real(shift_y))]);
+        let axis = self.mirror.map(|axis| axis.axis().name().to_owned());
+        columns.extend(axis.map(|axis| (MIRROR, Value::Text(axis))));
+        let drawn = [body.random_numbers(), against.random_numbers()];
+        let seed = drawn.iter().flatten().map(|(seed, _)| *seed).next();
+        columns.extend(seed.map(|seed| (SEED, Value::Integer(seed.cast_signed()))));
+        let number = drawn.iter().flatten().map(|(_, realization)| *realization).max();
+        columns.extend(number.map(|number| (REALIZATION, Value::Integer(i64::from(number)))));
+        columns
+    }
+}
+
+/// Names of the descriptors of a pair that the tables of its contacts have, too.
+const OF_CONTACTS: [&str; 4] = ["rms_height", "nayak", "summit_density", "full_contact_load"];
+
+/// Returns the column of a descriptor of surfaces of this origin. Later tables contain some
+/// descriptors of pairs, because only the sum of two surfaces has them.
+pub fn descriptor(origin: Option<&Origin>, column: Column) -> Column {
+    match origin {
+        Some(Origin::Pair(_)) if OF_CONTACTS.contains(&column.name) => {
+            column.with_role(Role::Surface)
+        }
+        _ => column,
+    }
+}
