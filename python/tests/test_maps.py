@@ -85,7 +85,7 @@ def test_maps_and_tables_have_the_units_of_the_manifest(tmp_path):
     assert heights.unit == "µm" and abs(heights.statistics()["rms_height"] - 0.2) < 1e-12
     units = study.table("contact").to_pandas().attrs["units"]
     assert (units["pressure"], units["mean_gap"], units["side"]) == ("MPa", "µm", "µm")
-    assert study.table("contact").column("energy").unit == "MPa × µm"
+    assert study.table("contact").column("energy").unit == "J/m²"
 
 
 def test_what_can_be_chosen_is_listed(finished):

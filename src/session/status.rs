@@ -222,8 +222,8 @@ impl Status {
         let kind = self.plan.tasks[group.tasks[0]].recipe.kind();
         Reason {
             tasks: group.tasks.len(),
-            rows: remaining.rows(&group.tasks),
-            remaining: remaining.phrases(kind, &group.tasks),
+            rows: remaining.rows(&self.plan, &group.tasks),
+            remaining: remaining.phrases(&self.plan, kind, &group.tasks),
             seconds: self.cost.seconds_of(&self.plan, &group.tasks),
             causes: group.causes.iter().map(named).collect(),
             stage,
@@ -242,9 +242,12 @@ impl Status {
         let at_once = counts.iter().map(|count| count.to_run).max();
         let solved = self.missing.iter().map(|&task| &self.plan.tasks[task]);
         let solved = solved.filter(|task| task.recipe.kind() == Kind::Solve);
-        // The loads of a surface are solved in parallel, and so are the parts of a large mesh.
-        let useful =
-            solved.map(|task| Threads::useful_for(task.nodes[0] * task.nodes[1]).max(task.rows));
+        // The loads of a surface are solved in parallel, unless they are a path, and so are the
+        // parts of a large mesh.
+        let useful = solved.map(|task| {
+            let rows = if task.table.series.is_some() { task.rows } else { 1 };
+            Threads::useful_for(task.nodes[0] * task.nodes[1]).max(rows)
+        });
         let each = useful.max().unwrap_or(1);
         Sharing { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
     }

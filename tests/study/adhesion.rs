@@ -1,5 +1,11 @@
 //! Studies of contacts with adhesion.
 
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use arrow::array::Array;
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, assert_same_files, text};
@@ -122,4 +128,176 @@ fn corrections_for_contacts_without_adhesion_are_refused() {
     let path = bench.write(&corrected);
     let output = bench.output(&["check", path.to_str().unwrap()]);
     assert!(text(&output.stderr).contains("is for contacts without adhesion"));
+}
+
+/// Study in micrometres and megapascals, with placeholders for the adhesion and the mean gaps.
+const WITH_UNITS: &str = r#"
+[study]
+name = "units"
+
+[stage.surface]
+kind = "generate"
+nodes = 32
+side = "2 um"
+hurst = 0.8
+k_lower = 2
+k_upper = 8
+rms_slope = 0.1
+
+[stage.contact]
+kind = "solve"
+from = "surface"
+effective_modulus = "10 MPa"
+adhesion = ADHESION
+control = "gap"
+gaps = GAPS
+"#;
+
+fn with_units(adhesion: &str, gaps: &str) -> String {
+    WITH_UNITS.replace("ADHESION", adhesion).replace("GAPS", gaps)
+}
+
+#[test]
+fn works_ranges_and_gaps_with_units_are_converted_to_the_units_of_the_surface() {
+    let bench = Bench::new();
+    let plain = with_units("{ work = 0.002, range = 0.02 }", "[0.05, 0.04]");
+    let files = |manifest: &str| {
+        bench.run(manifest);
+        bench.published("units")
+    };
+    let expected = files(&plain);
+    for (adhesion, gaps) in [
+        ("{ work = \"2 mJ/m^2\", range = \"20 nm\" }", "[\"50 nm\", \"0.04 um\"]"),
+        ("{ work = \"0.002 J/m²\", range = \"0.02 µm\" }", "[\"50 nm\", \"40 nm\"]"),
+        (
+            "{ work = \"2 mN/m\", range = \"200 Å\" }",
+            "{ from = \"50 nm\", to = \"40 nm\", steps = 2 }",
+        ),
+    ] {
+        let manifest = with_units(adhesion, gaps);
+        let output = bench.output(&["check", bench.write(&manifest).to_str().unwrap()]);
+        let told = text(&output.stdout);
+        assert!(told.contains("work of adhesion 0.002 J/m², range 0.02 µm"), "{told}");
+        assert!(told.contains("mean gap 0.04 … 0.05 µm"), "{told}");
+        assert_same_files(&files(&manifest), &expected);
+    }
+    let path = bench.path("study.toml");
+    let table = bench.output(&["table", path.to_str().unwrap(), "contact"]);
+    let told = text(&table.stdout);
+    assert!(told.contains("J/m²"), "{told}");
+}
+
+#[test]
+fn units_that_cannot_be_converted_are_refused() {
+    let bench = Bench::new();
+    let refused = |manifest: &str, part: &str| {
+        let output = bench.output(&["check", bench.write(manifest).to_str().unwrap()]);
+        let told = text(&output.stderr);
+        assert!(!output.status.success() && told.contains(part), "{told}");
+    };
+    let both = "{ work = \"2 mJ/m^2\", range = \"20 nm\" }";
+    let gaps = "[\"50 nm\"]";
+    let valid = with_units(both, gaps);
+    let part = "the lengths of the surfaces have none";
+    refused(&valid.replace("\"2 um\"", "2"), part);
+    refused(&valid.replace("side = \"2 um\"", "side = 2\nunit = \"px\""), "unknown unit `px`");
+    refused(&valid.replace("\"10 MPa\"", "10"), "the modulus of the stage has none");
+    refused(&with_units(both, "[0.05]"), "`gaps` has no unit, but `adhesion.range` has one");
+    let part = "`adhesion.work` has a unit, but `adhesion.range` has none";
+    refused(&with_units("{ work = \"2 mJ/m^2\", range = 0.02 }", "[0.05]"), part);
+    let part = "`adhesion.range` has a unit, but `adhesion.work` has none";
+    refused(&with_units("{ work = 0.002, range = \"20 nm\" }", gaps), part);
+    let part = "`adhesion.work` is a work per area, but `nm` is a unit of length";
+    refused(&with_units("{ work = \"2 nm\", range = \"20 nm\" }", gaps), part);
+}
+
+#[test]
+fn paths_that_cannot_be_are_refused_with_the_reason() {
+    let bench = Bench::new();
+    let refused = |keys: &str, part: &str| {
+        let manifest = study("[0.1]").replace("control = \"gap\"\ngaps = [0.1]", keys);
+        let output = bench.output(&["check", bench.write(&manifest).to_str().unwrap()]);
+        let told = text(&output.stderr);
+        assert!(!output.status.success() && told.contains(part), "{told}");
+    };
+    refused("loads = [0.1, 0.1]", "holds the same state twice in a row");
+    refused("loads = [0.1]\ngaps = [0.1]", "with `control = \"load\"` the states are `loads`");
+    refused("control = \"gap\"\ngaps = [0.1, 0.0]", "must be above 0");
+    refused("loads = []", "loads");
+    let negative = study("[0.1]").replace("work = 0.006", "work = -0.006");
+    let output = bench.output(&["check", bench.write(&negative).to_str().unwrap()]);
+    assert!(text(&output.stderr).contains("`adhesion.work` is -0.006"));
+}
+
+/// Path that takes longer than a test needs to stop it.
+fn long_path() -> String {
+    let states = "{ from = 0.14, to = 0.02, steps = 40 }";
+    study(states).replace("periodic = true", "periodic = true\nresample = 256")
+}
+
+#[test]
+fn a_path_that_is_stopped_or_killed_continues_with_the_same_bytes() {
+    let anew = Bench::new();
+    anew.run_with(&long_path(), &["--jobs", "1"]);
+    for signal in ["-INT", "-KILL"] {
+        let bench = Bench::new();
+        let path = bench.write(&long_path());
+        let arguments = ["run", path.to_str().unwrap(), "--checkpoint-every", "0"];
+        let mut run = bench.asperity(&arguments).stderr(Stdio::null()).spawn().unwrap();
+        // The surface and the first states.
+        let is_table = |path: &&PathBuf| path.starts_with("store") && path.iter().count() > 2;
+        let stored = || bench.files().keys().filter(is_table).count();
+        while stored() < 2 && run.try_wait().unwrap().is_none() {
+            sleep(Duration::from_millis(5));
+        }
+        let id = run.id().to_string();
+        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+        assert!(!run.wait().unwrap().success(), "the path was stopped");
+        let plan = bench.output(&["plan", path.to_str().unwrap()]);
+        assert!(text(&plan.stdout).contains("states to solve after"), "{}", text(&plan.stdout));
+        bench.run_with(&long_path(), &["--jobs", "2"]);
+        assert_same_files(&bench.published("sticky"), &anew.published("sticky"));
+    }
+}
+
+#[test]
+fn a_plan_says_from_how_many_stored_states_a_path_continues() {
+    let bench = Bench::new();
+    bench.run(&study("[0.14, 0.12, 0.10]"));
+    let longer = bench.write(&study("[0.14, 0.12, 0.10, 0.08, 0.06]"));
+    let plan = bench.output(&["plan", longer.to_str().unwrap()]);
+    let told = text(&plan.stdout);
+    assert!(told.contains("2 states to solve after 3 stored"), "{told}");
+}
+
+#[test]
+fn distributions_include_the_attractive_part() {
+    let bench = Bench::new();
+    let bins = "tolerance = 1e-9\npressure_bins = { count = 50, to = 5.0 }\n\
+                gap_bins = { count = 20, to = 4.0 }";
+    let measured = "\n[stage.pressures]\nkind = \"measure\"\nfrom = \"contact\"\nwhat = \"pressures\"\n\
+                    [stage.gaps]\nkind = \"measure\"\nfrom = \"contact\"\nwhat = \"gaps\"\n";
+    bench.run(&(study("[0.14, 0.06]").replace("tolerance = 1e-9", bins) + measured));
+    let [contact, pressures, gaps] =
+        ["contact", "pressures", "gaps"].map(|stage| bench.table("sticky", stage));
+    let per_state = pressures.rows() / 2;
+    for state in 0..2 {
+        let rows = state * per_state..(state + 1) * per_state;
+        let density = |row| 0.1 * real(&pressures, "pressure_density", row);
+        let center = |row| real(&pressures, "contact_pressure", row);
+        let whole: f64 = rows.clone().map(density).sum();
+        assert!((whole - 1.0).abs() < 1e-12, "{whole}");
+        let mean: f64 = rows.clone().map(|row| density(row) * center(row)).sum();
+        // The tolerance covers the positions of the pressures within their bins of width 0.1.
+        assert!((mean - real(&contact, "load", state)).abs() < 0.05);
+        let repulsive: f64 = rows.filter(|row| center(*row) > 0.0).map(density).sum();
+        let nodes = contact.integers("repulsive_nodes").unwrap().value(state) as f64;
+        assert!((repulsive - nodes / 4096.0).abs() < 1e-12);
+        let open: f64 =
+            (20 * state..20 * state + 20).map(|row| 0.2 * real(&gaps, "gap_density", row)).sum();
+        let beyond = gaps.integers("gap_nodes_beyond").unwrap().value(20 * state) as f64 / 4096.0;
+        let contact_nodes = contact.integers("contact_nodes").unwrap().value(state) as f64;
+        assert!((open + beyond - (1.0 - contact_nodes / 4096.0)).abs() < 1e-12, "{open}");
+    }
+    assert_eq!(pressures.reals("pressure_density_persson").unwrap().null_count(), pressures.rows());
 }

@@ -176,7 +176,8 @@ impl Default for Settings {
 pub enum Stop {
     /// The residual is within the tolerance.
     Converged,
-    /// The pair limit was reached, or rounding prevents further progress.
+    /// The pair limit was reached, rounding prevents further progress, or the mean gap of an
+    /// isolated patch was not reached.
     PairLimit,
     /// The caller stopped the computation.
     Interrupted,

@@ -20,6 +20,7 @@ use crate::study::{Stage, Study};
 use asperity_manifest::names;
 use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::{InputScope, Recipe, Series, Work};
+use asperity_tables::store::Store;
 use asperity_tables::store::key::{Digest, Provenance, TaskKey};
 use asperity_tables::store::series::TableRef;
 use asperity_tables::table::{Table, TableError};
@@ -162,11 +163,19 @@ impl Plan {
         self.provenance_of(task, series.as_ref().map_or(recipe, |series| &series.recipe))
     }
 
-    /// Returns the provenances of the shorter tables with which the table of a task begins, the
-    /// longest first.
-    pub fn beginnings(&self, task: usize) -> Vec<Provenance> {
-        let recipes = self.tasks[task].recipe.beginnings();
-        recipes.iter().map(|recipe| self.provenance_of(task, recipe)).collect()
+    /// Returns the provenance of the table of `rows` rows with which the longer table of a task
+    /// begins, if its rows depend on the rows before them.
+    pub fn beginning(&self, task: usize, rows: usize) -> Option<Provenance> {
+        let recipe = self.tasks[task].recipe.beginning(rows)?;
+        Some(self.provenance_of(task, &recipe))
+    }
+
+    /// Returns the longest table in a store with which the table of a task begins, and its number
+    /// of rows.
+    pub fn stored_beginning(&self, task: usize, store: &Store) -> Option<(usize, TableRef)> {
+        let rows = self.tasks[task].rows;
+        let beginning = |rows| Some((rows, TableRef::from(self.beginning(task, rows)?.key())));
+        (1..rows).rev().map_while(beginning).find(|(_, table)| store.has(table))
     }
 
     /// Returns the provenance of a table that `stored` makes from the inputs of a task.

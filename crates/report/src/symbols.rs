@@ -200,7 +200,7 @@ mod tests {
         assert_eq!(unit.label("mean pressure p₀"), "mean pressure p₀, in MPa");
         assert_eq!(unit.factor, 1.0);
         let energy = labels.unit("energy", [1.0].into_iter());
-        assert_eq!(energy.label("energy"), "energy, in MPa × mm");
+        assert_eq!(energy.label("energy"), "energy, in kJ/m²");
     }
 
     #[test]

@@ -397,13 +397,9 @@ impl Surfaces {
     /// Returns the properties of the contacts of a `solve` stage: names `stage` in
     /// `pressures_uncounted` or `gaps_uncounted` if one of its blocks does not count these values.
     fn pressed_by(stage: &str, recipes: &[Recipe]) -> Surfaces {
-        let lacks = |bins: fn(&solve::Params) -> Option<EqualBins>| {
-            let lacks = |recipe: &Recipe| match recipe {
-                Recipe::Solve(block) => bins(block).is_none(),
-                Recipe::Adhesion(_) => true,
-                _ => false,
-            };
-            recipes.iter().any(lacks).then(|| stage.to_owned())
+        let lacks = |bins: fn(&Recipe) -> Option<EqualBins>| {
+            let mut contacts = recipes.iter().filter(|recipe| recipe.kind() == Kind::Solve);
+            contacts.any(|recipe| bins(recipe).is_none()).then(|| stage.to_owned())
         };
         let named =
             |is_meant: fn(&Recipe) -> bool| recipes.iter().any(is_meant).then(|| stage.to_owned());
@@ -430,8 +426,8 @@ impl Surfaces {
             with_layer: named(
                 |recipe| matches!(recipe, Recipe::Solve(block) if block.layer.is_some()),
             ),
-            pressures_uncounted: lacks(|block| block.pressure_bins),
-            gaps_uncounted: lacks(|block| block.gap_bins),
+            pressures_uncounted: lacks(Recipe::pressure_bins),
+            gaps_uncounted: lacks(Recipe::gap_bins),
             ..Surfaces::default()
         }
     }

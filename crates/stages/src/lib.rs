@@ -49,6 +49,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use asperity_contact::distribution::EqualBins;
 use asperity_tables::column::Column;
 
 pub use form::CheckContext;
@@ -224,6 +225,24 @@ impl Recipe {
         match self.identity_recipe() {
             Some(recipe) => Cow::Owned(recipe),
             None => Cow::Borrowed(self),
+        }
+    }
+
+    /// Returns the bins in which a contact counts its pressures, if it counts them.
+    pub fn pressure_bins(&self) -> Option<EqualBins> {
+        match self {
+            Recipe::Solve(params) => params.pressure_bins,
+            Recipe::Adhesion(params) => params.pressure_bins,
+            _ => None,
+        }
+    }
+
+    /// Returns the bins in which a contact counts its gaps, if it counts them.
+    pub fn gap_bins(&self) -> Option<EqualBins> {
+        match self {
+            Recipe::Solve(params) => params.gap_bins,
+            Recipe::Adhesion(params) => params.gap_bins,
+            _ => None,
         }
     }
 

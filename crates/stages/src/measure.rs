@@ -163,7 +163,8 @@ impl Stage for Params {
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
             Params::Surface(statistic) => beside_coordinates(&statistic.columns(), inputs)?,
             Params::Distribution(distribution) => {
-                beside_coordinates(distribution.columns(), inputs)?
+                let attracts = stacked(inputs)?.has(WORK_OF_ADHESION.name);
+                beside_coordinates(distribution.columns(attracts), inputs)?
             }
             Params::Pool { .. } => {
                 let points = stacked(inputs)?.in_role(Role::Parameter);

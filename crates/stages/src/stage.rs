@@ -172,11 +172,12 @@ pub trait Stage {
         None
     }
 
-    /// Returns the recipes of the shorter tables with which this table begins, the longest first.
-    /// The rows of such a table depend on the rows before them. If the store holds one of the
-    /// shorter tables, the task continues from its last row.
-    fn beginnings(&self) -> Vec<Recipe> {
-        Vec::new()
+    /// Returns the recipe of the shorter table with which this table begins, given its number of
+    /// rows, at least one. The rows of such a table depend on the rows before them. If the store
+    /// holds a shorter table, the task continues from its last row. Returns `None` if the table is
+    /// not longer, or if its rows do not depend on each other.
+    fn beginning(&self, _rows: usize) -> Option<Recipe> {
+        None
     }
 
     /// Returns whether the task reads a part of the rows of its inputs. Parts that a task does not
@@ -257,7 +258,7 @@ pub struct Context<'a> {
     /// Receiver of finished rows while the task is running.
     pub finished: &'a dyn FinishedRows,
     /// Stored rows of the task: those with their [source part](Stage::source_part), if the task
-    /// only adds other parts to them, or those of a [beginning](Stage::beginnings) of its table.
+    /// only adds other parts to them, or those of a [beginning](Stage::beginning) of its table.
     pub stored: Option<&'a Table>,
     /// Reserves memory, in bytes, for another worker on the same surface until the task ends.
     /// Returns false if the memory is not free.

@@ -4,10 +4,14 @@
 //! units that these words stand for in the columns `unit` and `pressure_unit`.
 
 use crate::columns::{EFFECTIVE_MODULUS, PRESSURE_UNIT, UNIT};
+use asperity_manifest::keys::quantity::Unit;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
 use asperity_topography_files::length_ratio;
+
+/// Unit of an energy per area in the declarations of columns.
+const WORK: &str = "pressure × length";
 
 /// The units of length and pressure that all rows of a table share.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -43,13 +47,24 @@ impl TableUnits {
     }
 
     /// Returns the unit of a column with the names of the units of length and pressure:
-    /// `1/length²` becomes `1/µm²`.
+    /// `1/length²` becomes `1/µm²`, and `pressure × length` becomes `J/m²`.
     pub fn name(&self, unit: &str) -> String {
+        let unit = match self.work() {
+            Some(work) => unit.replace(WORK, work),
+            None => unit.to_owned(),
+        };
         let named = [("length", &self.length), ("pressure", &self.pressure)];
-        named.into_iter().fold(unit.to_owned(), |unit, (word, name)| match name {
+        named.into_iter().fold(unit, |unit, (word, name)| match name {
             Some(name) => unit.replace(word, name),
             None => unit,
         })
+    }
+
+    /// Returns the unit of the product of a pressure and a length, if it has a name of its own.
+    fn work(&self) -> Option<&'static str> {
+        let pressure = Unit::find(self.pressure.as_deref()?)?;
+        let length = Unit::find(self.length.as_deref()?)?;
+        Unit::of_product(pressure, length).map(|unit| unit.symbol)
     }
 }
 
@@ -97,7 +112,9 @@ mod tests {
         };
         let units = TableUnits::from_table(&table(["µm", "µm"]));
         assert_eq!(units.name("1/length²"), "1/µm²");
-        assert_eq!(units.name("pressure × length"), "MPa × µm");
+        assert_eq!(units.name("pressure × length"), "J/m²");
+        let [length, pressure] = ["cm", "MPa"].map(|unit| Some(unit.to_owned()));
+        assert_eq!(TableUnits { length, pressure }.name("pressure × length"), "MPa × cm");
         assert_eq!(units.name("E* × rms slope"), "E* × rms slope");
         let mixed = TableUnits::from_source(&table(["µm", "nm"]).into()).unwrap();
         assert_eq!((mixed.length, mixed.pressure.as_deref()), (None, Some("MPa")));

@@ -10,6 +10,10 @@ use crate::solver::Watch;
 /// Maximum number of trials to find the mean gap of an isolated patch.
 const TRIALS: u32 = 40;
 
+/// Largest change of the mean gap of an isolated patch between trials towards contact, as a
+/// fraction of the mean gap.
+const LARGEST_APPROACH: f64 = -0.9;
+
 /// Largest relative error of the mean gap of an isolated patch.
 const GAP_ERROR: f64 = 1e-11;
 
@@ -57,7 +61,8 @@ impl AdhesivePath {
     /// with the undeformed surface, whose highest node touches the body.
     ///
     /// If no state bears the load, the load of pull-off is found by bisection between the load of
-    /// the last state and the target, and the bodies are apart.
+    /// the last state and the target, and the bodies are apart. If the pair limit is reached during
+    /// the bisection, the bodies are apart without a load of pull-off.
     ///
     /// # Panics
     ///
@@ -97,6 +102,9 @@ impl AdhesivePath {
         // At the gaps of the last state, its load follows from balance.
         pairs += self.restore();
         let end = self.descend(Control::MeanGap, &mut pairs, settings, watch);
+        if end.stop != Stop::Converged {
+            return AdhesiveState { stop: end.stop, ..self.pulled_off(pairs, None) };
+        }
         let mut holds = end.mean_pressure / self.on_mesh();
         let mut fails = load;
         let accuracy = settings.pull_off_tolerance * self.adhesion.largest_attraction();
@@ -113,9 +121,7 @@ impl AdhesivePath {
                 }
                 Stop::PulledOff => fails = middle,
                 Stop::PairLimit | Stop::Interrupted => {
-                    let state = self.pulled_off(pairs, None);
-                    self.is_apart = false;
-                    return AdhesiveState { stop: end.stop, ..state };
+                    return AdhesiveState { stop: end.stop, ..self.pulled_off(pairs, None) };
                 }
             }
         }
@@ -176,12 +182,16 @@ impl AdhesivePath {
             trials += 1;
             let found = self.mean_gap();
             let is_found = (found - gap).abs() <= GAP_ERROR * gap || !self.body.is_padded();
-            if is_found || end.stop != Stop::Converged || trials == TRIALS {
+            if is_found || end.stop != Stop::Converged {
                 return self.stored(end, pairs);
+            }
+            if trials == TRIALS {
+                return self.stored(End { stop: Stop::PairLimit, ..end }, pairs);
             }
             let ratio = last.map_or(1.0, |(before, moved)| moved / (found - before));
             let ratio = if ratio.is_finite() { ratio.clamp(0.2, 5.0) } else { 1.0 };
-            change = ratio * (gap - found);
+            // The mean gap stays positive.
+            change = (ratio * (gap - found)).max(LARGEST_APPROACH * found);
             last = Some((found, change));
         }
     }

@@ -280,19 +280,24 @@ pub fn syntax_problem(
     let words =
         words.map(|word| word.trim_start_matches(|letter: char| "0123456789.".contains(letter)));
     let unit = words.filter_map(Unit::find).next();
+    let or_name = |key, unit: &Unit| {
+        format!(", or name the unit by `{key} = \"{}\"` and leave it out here", unit.symbol)
+    };
     Problem::new(message, span, label).help(match unit {
         Some(unit) => format!(
-            "expressions take plain numbers; write the result with its unit, such as \"20 {0}\", or \
-             name the unit by `{1} = \"{0}\"` and leave it out here",
+            "expressions take plain numbers; write the result with its unit, such as \"20 {0}\"{1}",
             unit.symbol,
             match unit.dimension {
-                Dimension::Length => "unit",
-                Dimension::Pressure => "load_unit",
+                Dimension::Length => or_name("unit", unit),
+                Dimension::Pressure => or_name("load_unit", unit),
+                Dimension::Work => String::new(),
             }
         ),
-        None => "an expression has numbers, names of keys and parameters, `+ - * / ^`, parentheses, \
+        None => {
+            "an expression has numbers, names of keys and parameters, `+ - * / ^`, parentheses, \
                  `ln(…)` and `sqrt(…)`"
-            .to_owned(),
+                .to_owned()
+        }
     })
 }
 

@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 use super::validation::alternatives;
 
 /// Transforms for `#[schemars(transform = …)]`, which declare that a key is required, how lists are
-/// read, and that a number is a length or a pressure.
+/// read, and that a number is a length, a pressure or a work per area.
 pub mod declare {
     use schemars::Schema;
     use serde_json::{Value, json};
@@ -70,6 +70,11 @@ pub mod declare {
     /// Declares that the numbers of the key are pressures with a unit, or pure numbers without one.
     pub fn pressure_or_ratio(schema: &mut Schema) {
         schema.insert(QUANTITY.to_owned(), "pressure or ratio".into());
+    }
+
+    /// Declares that the numbers of the key are works per area, which may be written with a unit.
+    pub fn work(schema: &mut Schema) {
+        schema.insert(QUANTITY.to_owned(), "work".into());
     }
 
     /// Declares that the key names the unit of the lengths of the table.

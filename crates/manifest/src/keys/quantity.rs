@@ -1,13 +1,13 @@
-//! Lengths and pressures with units: `side = "100 um"`, `youngs_modulus = "210 GPa"`.
+//! Numbers with units: `side = "100 um"`, `youngs_modulus = "210 GPa"`, `work = "50 mJ/m^2"`.
 //!
-//! A key whose numbers are declared as lengths or pressures also accepts texts of a number and a
-//! unit. All lengths of a table are read in one unit, and so are all its pressures. This is the
-//! unit that a key of the table names (`unit = "um"`), otherwise the unit of the first quantity, in
-//! the order in which the keys are declared. [`Units::read`] finds the units and the number of each
+//! A key whose numbers are declared as lengths, pressures or works per area also accepts texts of a
+//! number and a unit. All lengths of a table are read in one unit, and so are its pressures and its
+//! works. This is the unit that a key of the table names (`unit = "um"`), otherwise the unit of the
+//! first quantity, in the order in which the keys are declared. [`Units::read`] finds the units and the number of each
 //! quantity, and [`replace`] puts these numbers into the table. All later steps read plain numbers.
 //!
-//! Every unit is a power of ten of the metre or the pascal. A conversion only moves the decimal
-//! point and is exact.
+//! Every unit is a power of ten of the metre, the pascal or their product. A conversion only moves
+//! the decimal point and is exact.
 
 #[cfg(test)]
 mod tests;
@@ -44,6 +44,7 @@ impl Declared {
         let (dimension, or_ratio) = match schema.get(QUANTITY)?.as_str()? {
             "length" => (Dimension::Length, false),
             "pressure" => (Dimension::Pressure, false),
+            "work" => (Dimension::Work, false),
             _ => (Dimension::Pressure, true),
         };
         Some(Declared { dimension, or_ratio })
@@ -70,11 +71,11 @@ pub fn split(text: &str) -> Option<(&str, &str)> {
     }
     let (number, unit) = (&text[..end], text[end..].trim_start());
     let is_unit = unit.starts_with(char::is_alphabetic)
-        && unit.chars().all(|letter| letter.is_alphanumeric() || "_/^".contains(letter));
+        && unit.chars().all(|letter| letter.is_alphanumeric() || "_/^·".contains(letter));
     (is_unit && number.parse::<f64>().is_ok()).then_some((number, unit))
 }
 
-/// The unit of the lengths or pressures of a table, and the position that determines it.
+/// The unit of the lengths, pressures or works of a table, and the position that determines it.
 #[derive(Debug, Clone)]
 pub struct NamedUnit {
     pub unit: &'static Unit,
@@ -91,6 +92,8 @@ pub struct Units {
     pub length: Option<NamedUnit>,
     /// Unit of the pressures; `None` if no pressure has a unit and no key names one.
     pub pressure: Option<NamedUnit>,
+    /// Unit of the works per area; `None` if none has a unit.
+    pub work: Option<NamedUnit>,
     /// Start and end of each quantity in the text of the manifest.
     quantities: BTreeSet<(usize, usize)>,
 }
@@ -182,12 +185,14 @@ impl Units {
         let keys = [
             (Dimension::Length, layout.unit_of_lengths),
             (Dimension::Pressure, layout.unit_of_pressures),
+            (Dimension::Work, None),
         ];
         for (dimension, key) in keys {
             let named = read.convert(dimension, key, table, &scalars, layout, problems);
             match dimension {
                 Dimension::Length => read.units.length = named,
                 Dimension::Pressure => read.units.pressure = named,
+                Dimension::Work => read.units.work = named,
             }
         }
         read

@@ -10,9 +10,14 @@ use asperity_stages::{Effort, Extent, Kind};
 use asperity_tables::store::Store;
 use asperity_tables::store::series::Listing;
 
-/// Rows that the store lacks, for the missing tasks whose rows are independent.
+/// Rows that the store lacks, for the missing tasks that are stored in part.
 #[derive(Debug, Default)]
-pub struct Remaining(HashMap<usize, Vec<RowGroup>>);
+pub struct Remaining {
+    /// Missing rows of the tasks whose rows are independent.
+    groups: HashMap<usize, Vec<RowGroup>>,
+    /// Number of stored rows of the tasks that continue from a stored beginning of their table.
+    beginnings: HashMap<usize, usize>,
+}
 
 impl Remaining {
     /// Finds the rows that the missing tasks of a plan have to compute. If the store cannot be
@@ -25,7 +30,9 @@ impl Remaining {
             let groups = missing_groups(planned, series, &|table| listing.missing_rows(table));
             Some((task, groups.ok()?))
         });
-        Remaining(groups.collect())
+        let beginnings =
+            missing.iter().filter_map(|&task| Some((task, plan.stored_beginning(task, store)?.0)));
+        Remaining { groups: groups.collect(), beginnings: beginnings.collect() }
     }
 
     /// Returns the expected cost of what remains of a task. If nothing is known about its rows, it
@@ -33,7 +40,13 @@ impl Remaining {
     pub fn effort(&self, plan: &Plan, task: usize) -> Effort {
         let planned = &plan.tasks[task];
         let whole = &planned.recipe;
-        let groups = self.0.get(&task).into_iter().flatten();
+        let beginning = self.beginnings.get(&task).and_then(|rows| whole.beginning(*rows));
+        if let Some(beginning) = beginning {
+            let effort = effort(planned, planned.nodes);
+            let extent = Extent { nodes: planned.nodes, rows: planned.rows, tables: 1 };
+            return Effort { pairs: effort.pairs - beginning.effort(extent).pairs, ..effort };
+        }
+        let groups = self.groups.get(&task).into_iter().flatten();
         let efforts = groups.map(|group| {
             let (nodes, tables) = (planned.nodes, planned.inputs.len());
             let extent = Extent { nodes, rows: group.values.len(), tables };
@@ -52,11 +65,14 @@ impl Remaining {
         sum.unwrap_or_else(|| effort(planned, planned.nodes))
     }
 
-    /// Returns the number of rows that remain of some tasks, or `None` if one of them is stored as
-    /// a whole table.
-    pub fn rows(&self, tasks: &[usize]) -> Option<usize> {
+    /// Returns the number of rows that remain of some tasks, or `None` if one of them computes a
+    /// whole table.
+    pub fn rows(&self, plan: &Plan, tasks: &[usize]) -> Option<usize> {
         let rows = |task: &usize| {
-            let groups = self.0.get(task)?;
+            if let Some(stored) = self.beginnings.get(task) {
+                return Some(plan.tasks[*task].rows - stored);
+            }
+            let groups = self.groups.get(task)?;
             Some(groups.iter().map(|group| group.values.len()).sum::<usize>())
         };
         tasks.iter().map(rows).sum()
@@ -64,9 +80,9 @@ impl Remaining {
 
     /// Describes what remains of some tasks of one kind, one phrase for each way in which rows are
     /// computed.
-    pub fn phrases(&self, kind: Kind, tasks: &[usize]) -> Vec<String> {
+    pub fn phrases(&self, plan: &Plan, kind: Kind, tasks: &[usize]) -> Vec<String> {
         let mut counts: BTreeMap<(bool, bool, Vec<String>), usize> = BTreeMap::new();
-        for group in tasks.iter().filter_map(|task| self.0.get(task)).flatten() {
+        for group in tasks.iter().filter_map(|task| self.groups.get(task)).flatten() {
             let mut columns: Vec<String> = Vec::new();
             if !group.is_new {
                 let parts = group.parts.iter().map(|part| match part.columns[..] {
@@ -90,6 +106,13 @@ impl Remaining {
                 }
             }
         });
-        phrases.collect()
+        let continued = tasks.iter().filter_map(|task| {
+            let stored = *self.beginnings.get(task)?;
+            Some([plan.tasks[*task].rows - stored, stored])
+        });
+        let [left, stored] =
+            continued.fold([0; 2], |sum, rows| [sum[0] + rows[0], sum[1] + rows[1]]);
+        let after = format!("{} to {verb} after {stored} stored", counted(left, "state"));
+        phrases.chain((stored > 0).then_some(after)).collect()
     }
 }

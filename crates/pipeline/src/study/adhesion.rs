@@ -5,6 +5,7 @@ use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
 use asperity_stages::Recipe;
+use asperity_stages::columns::WORK_OF_ADHESION;
 use asperity_stages::generate::{Origin, Params};
 use asperity_stages::solve::adhesion::{self, keys, keys::Control};
 
@@ -24,10 +25,10 @@ impl Study {
                 let percent = 2.0 * number;
                 format!("expect errors of about {percent:.1} % of the pressure")
             };
-            let finer = (number / keys::RESOLVED).ceil();
             format!(
-                "the mesh is coarse for the adhesion, Δx w/(E* ρ²) = {number:.2}: {error}; use \
-                 {finer} times as many nodes along each side, or a longer range"
+                "the mesh is coarse for the adhesion, Δx w/(E* ρ²) = {}: {error}; use {}",
+                keys::short(number),
+                keys::resolution(number)
             )
         })
     }
@@ -35,15 +36,20 @@ impl Study {
     /// Returns a summary of the path of a stage with adhesion.
     pub(super) fn summary_of_path(&self, stage: &Stage) -> Option<String> {
         let params = of_adhesion(stage).next()?;
+        let index = self.stages.iter().position(|one| one.name == stage.name)?;
+        let units = self.units().swap_remove(index);
+        let length_unit = units.length.as_deref();
+        let has_units = length_unit.is_some() && units.pressure.is_some();
+        let work_unit = has_units.then(|| units.name(WORK_OF_ADHESION.unit));
         let (prescribed, unit) = match params.control {
             Control::Load => ("load", params.unit_of_loads()),
-            Control::Gap => ("mean gap", None),
+            Control::Gap => ("mean gap", length_unit),
         };
         let path = format!(
             "E* = {}, work of adhesion {}, range {}, {} with {prescribed} {}",
             quantity::written(params.effective_modulus, params.pressure_unit),
-            quantity::range(of_adhesion(stage).map(|params| params.work), None)?,
-            quantity::range(of_adhesion(stage).map(|params| params.range), None)?,
+            quantity::range(of_adhesion(stage).map(|params| params.work), work_unit.as_deref())?,
+            quantity::range(of_adhesion(stage).map(|params| params.range), length_unit)?,
             counted(params.targets.len(), "state"),
             quantity::range(params.targets.iter().copied(), unit)?,
         );

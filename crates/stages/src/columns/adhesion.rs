@@ -1,6 +1,10 @@
 //! Columns of the states of a path with adhesion.
 
-use super::{CONTACT_NODES, RESIDUAL, STOP, TOLERANCE, integer, parameter, parameter_text, real};
+use super::{
+    CONTACT_NODES, CONTACT_PRESSURE, PRESSURE_BIN_WIDTH, PRESSURE_DENSITY,
+    PRESSURE_DENSITY_PERSSON, PRESSURE_NODES, PRESSURE_NODES_BEYOND, RESIDUAL, STOP, TOLERANCE,
+    integer, parameter, parameter_text, real,
+};
 use asperity_tables::column::ColumnKind::{Bytes, Reals};
 use asperity_tables::column::{Code, Column};
 
@@ -75,6 +79,13 @@ pub const TABOR: Column = real(
      for flat surfaces. Small values are near the limit of Derjaguin, Muller & Toporov, large ones \
      near that of Johnson, Kendall & Roberts",
 );
+pub const STICKINESS: Column = real(
+    "stickiness",
+    "1",
+    "2w/(E* ρ h′) (κ ρ/h′²)^(2/3), the reciprocal of criterion 10 of Pastewka & Robbins (PNAS 111, \
+     2014, 3298) with the rms slope h′ and half the rms Laplacian κ. Above 1, randomly rough \
+     surfaces are expected to stick, if ρ is short beside h′²/κ; null for flat surfaces",
+);
 pub const ADHESIVE_RESIDUAL: Column = Column {
     unit: "E* × rms slope",
     meaning: "largest error of a pressure: outside contact the difference between elastic and \
@@ -90,7 +101,9 @@ pub const ADHESIVE_STOP: Column = STOP.with_codes(&[
     Code {
         word: "pair-limit",
         meaning:
-            "`max_pairs` pairs of transforms were not enough: the residual exceeds the tolerance",
+            "`max_pairs` pairs of transforms were not enough: the residual exceeds the tolerance, \
+             the mean gap of an isolated patch is not the prescribed one, or the search for \
+             `pull_off_load` did not end and most results are null",
     },
 ]);
 pub const REPULSIVE: Column = Column::heavy(
@@ -106,6 +119,32 @@ pub const GAPS: Column = Column::heavy(
     "gaps of the nodes, row-major, at the last state of the path, from which a longer path \
      continues; null in all other rows",
 );
+
+/// Columns of a distribution of pressures with adhesion, which have the names of those without.
+pub const ADHESIVE_PRESSURE_DISTRIBUTION: [Column; 6] = [
+    Column {
+        meaning: "centre of the bin of pressures; bins have equal width, and zero is an end of a \
+                  bin. Negative pressures are attractive",
+        ..CONTACT_PRESSURE
+    },
+    PRESSURE_BIN_WIDTH,
+    Column {
+        meaning: "number of nodes, in contact or not, whose pressure lies in the bin; a bin \
+                  includes its end next to zero",
+        ..PRESSURE_NODES
+    },
+    Column {
+        meaning: "probability density of the pressure over the nominal area. All nodes count, so \
+                  that its integral is 1 and its first moment the load, except for the nodes above \
+                  all bins",
+        ..PRESSURE_DENSITY
+    },
+    Column { meaning: "null, because the theory has no adhesion", ..PRESSURE_DENSITY_PERSSON },
+    Column {
+        meaning: "number of nodes whose pressure lies above all bins, equal in all rows of a load",
+        ..PRESSURE_NODES_BEYOND
+    },
+];
 
 pub const NODE_SET: Column = parameter_text(
     "node_set",

@@ -52,9 +52,11 @@ impl Distribution {
         }
     }
 
-    /// Returns the columns without the parameter columns of the loads.
-    pub fn columns(&self) -> &'static [Column] {
+    /// Returns the columns without the parameter columns of the loads. `attracts` tells that the
+    /// surfaces have adhesion.
+    pub fn columns(&self, attracts: bool) -> &'static [Column] {
         match self {
+            Distribution::Pressures if attracts => &ADHESIVE_PRESSURE_DISTRIBUTION,
             Distribution::Pressures => &PRESSURE_DISTRIBUTION,
             Distribution::Gaps => &GAP_DISTRIBUTION,
             Distribution::Clusters { .. } => &CLUSTER_DISTRIBUTION,
@@ -66,13 +68,15 @@ impl Distribution {
     /// # Errors
     /// Returns an error if the block lacks a column or a contact map does not fit its mesh.
     pub fn measure(&self, solved: &Input) -> Result<Table, StageError> {
-        let bins = |of: fn(&solve::Params) -> Option<EqualBins>| match solved.recipe {
-            Recipe::Solve(block) => of(block).expect("validation requires the bins"),
-            _ => unreachable!("validation accepts only counted loads for these distributions"),
+        let bins = |of: fn(&Recipe) -> Option<EqualBins>| {
+            of(solved.recipe).expect("validation requires the bins")
         };
         let (rows, columns) = match *self {
-            Distribution::Pressures => pressures(&solved.table, bins(|block| block.pressure_bins))?,
-            Distribution::Gaps => gaps(&solved.table, bins(|block| block.gap_bins))?,
+            Distribution::Pressures => {
+                let attracts = matches!(solved.recipe, Recipe::Adhesion(_));
+                pressures(&solved.table, bins(Recipe::pressure_bins), attracts)?
+            }
+            Distribution::Gaps => gaps(&solved.table, bins(Recipe::gap_bins))?,
             Distribution::Clusters { bins } => clusters(&solved.table, bins)?,
         };
         Ok(solved.table.coordinates().pick(&rows).with(columns))
@@ -85,7 +89,8 @@ type Distributed = (Vec<usize>, Vec<(Column, ArrayRef)>);
 /// Number of nodes in one bin under one load.
 struct Counted {
     load: usize,
-    bin: u32,
+    /// Index of the bin, which is negative for bins of negative pressures.
+    bin: i64,
     nodes: u64,
     /// Number of nodes whose values lie above all bins.
     beyond: u64,
@@ -93,7 +98,8 @@ struct Counted {
     unit: f64,
 }
 
-/// Reads the numbers of nodes from a column of counts, by load and bin.
+/// Reads the numbers of nodes from a column of counts, by load and bin. A load without counts has
+/// none, because its surfaces are apart.
 fn counted(solved: &Table, column: Column, bins: EqualBins) -> Result<Vec<Counted>, StageError> {
     let grids = Grids::new(solved)?;
     let lists = solved.lists(column.name)?;
@@ -102,32 +108,42 @@ fn counted(solved: &Table, column: Column, bins: EqualBins) -> Result<Vec<Counte
         let counts = lists.value(load);
         let counts = counts.as_primitive::<Float64Type>().values();
         let unit = bins.width() * grids.grid(load)?.count() as f64;
-        let beyond = counts[bins.count as usize] as u64;
-        counted.extend((0..bins.count).map(|bin| Counted {
+        let Some((beyond, counts)) = counts.split_last().filter(|_| lists.is_valid(load)) else {
+            continue;
+        };
+        let first = i64::from(bins.count) - counts.len() as i64;
+        counted.extend((first..).zip(counts).map(|(bin, nodes)| Counted {
             load,
             bin,
-            nodes: counts[bin as usize] as u64,
-            beyond,
+            nodes: *nodes as u64,
+            beyond: *beyond as u64,
             unit,
         }));
     }
     Ok(counted)
 }
 
-fn pressures(solved: &Table, bins: EqualBins) -> Result<Distributed, StageError> {
+fn pressures(solved: &Table, bins: EqualBins, attracts: bool) -> Result<Distributed, StageError> {
     let counted = counted(solved, PRESSURE_COUNTS, bins)?;
     let loads = solved.reals(LOAD.name)?;
     let persson = |of: &Counted| {
-        let [low, high] = [of.bin, of.bin + 1].map(|edge| bins.edge(edge));
+        let [low, high] = [of.bin, of.bin + 1].map(|edge| bins.edge(edge as u32));
         persson::fraction_between(loads.value(of.load), low, high) / bins.width()
     };
+    let of_theory = if attracts {
+        optional_reals(counted.iter().map(|_| None))
+    } else {
+        reals(counted.iter().map(persson))
+    };
+    let [center, width, nodes, densities, of_persson, above] =
+        if attracts { ADHESIVE_PRESSURE_DISTRIBUTION } else { PRESSURE_DISTRIBUTION };
     let columns = vec![
-        (CONTACT_PRESSURE, reals(counted.iter().map(|of| bins.center(of.bin)))),
-        (PRESSURE_BIN_WIDTH, reals(counted.iter().map(|_| bins.width()))),
-        (PRESSURE_NODES, integers(counted.iter().map(|of| of.nodes as i64))),
-        (PRESSURE_DENSITY, density(&counted)),
-        (PRESSURE_DENSITY_PERSSON, reals(counted.iter().map(persson))),
-        (PRESSURE_NODES_BEYOND, beyond(&counted)),
+        (center, centers(&counted, bins)),
+        (width, reals(counted.iter().map(|_| bins.width()))),
+        (nodes, integers(counted.iter().map(|of| of.nodes as i64))),
+        (densities, density(&counted)),
+        (of_persson, of_theory),
+        (above, beyond(&counted)),
     ];
     Ok((counted.iter().map(|of| of.load).collect(), columns))
 }
@@ -135,13 +151,17 @@ fn pressures(solved: &Table, bins: EqualBins) -> Result<Distributed, StageError>
 fn gaps(solved: &Table, bins: EqualBins) -> Result<Distributed, StageError> {
     let counted = counted(solved, GAP_COUNTS, bins)?;
     let columns = vec![
-        (GAP, reals(counted.iter().map(|of| bins.center(of.bin)))),
+        (GAP, centers(&counted, bins)),
         (GAP_BIN_WIDTH, reals(counted.iter().map(|_| bins.width()))),
         (GAP_NODES, integers(counted.iter().map(|of| of.nodes as i64))),
         (GAP_DENSITY, density(&counted)),
         (GAP_NODES_BEYOND, beyond(&counted)),
     ];
     Ok((counted.iter().map(|of| of.load).collect(), columns))
+}
+
+fn centers(counted: &[Counted], bins: EqualBins) -> ArrayRef {
+    reals(counted.iter().map(|of| (of.bin as f64 + 0.5) * bins.width()))
 }
 
 fn density(counted: &[Counted]) -> ArrayRef {

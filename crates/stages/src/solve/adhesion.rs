@@ -3,13 +3,14 @@
 //! With adhesion the contact of a surface has several states under one load. Each state of a path
 //! starts from the state before it, so a row depends on the whole path up to it. The table is
 //! therefore stored as a whole. A longer path with the same first states continues from the stored
-//! gaps of the last of them; see [`Stage::beginnings`].
+//! gaps of the last of them; see [`Stage::beginning`].
 
 pub mod keys;
 mod path;
 mod rows;
 #[cfg(test)]
 mod tests;
+mod units;
 
 use std::sync::Arc;
 
@@ -25,6 +26,7 @@ use crate::{
     Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates,
 };
 use asperity_contact::adhesion::{AdhesivePath, Settings};
+use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Boundary;
 use asperity_tables::column::{Column, Role, Value};
 use asperity_tables::parquet::Columns;
@@ -33,6 +35,21 @@ use asperity_tables::table::Table;
 /// Version of the numbers with adhesion. Only recipes with adhesion contain it, so raising it does
 /// not recompute other contacts.
 const VERSION: u32 = 2;
+
+/// Number of pairs of transforms by which a state takes fewer pairs if the tolerance is tenfold.
+/// With the default tolerance of the solver, 1e-9, it takes [`AdhesivePath::PAIRS_PER_STATE`].
+const PAIRS_PER_DECADE: f64 = 10.0;
+
+/// Number of additional pairs of transforms to find the pull-off load: 150 to 350 were counted.
+const PAIRS_OF_PULL_OFF: f64 = 300.0;
+
+/// Ratio of the time of a pair to that of a pair without adhesion, measured on 256² and 512² nodes.
+/// The pairs are in double precision, and an iteration makes more passes over the mesh.
+const PAIR_COST: f64 = 5.5;
+
+/// Ratio of the time of a state with a free boundary to the time with a periodic boundary, measured
+/// on 128² and 256² nodes.
+const FREE: f64 = 13.0;
 
 /// Accuracy of the load at which surfaces separate, relative to the largest attraction w/ρ.
 const PULL_OFF_TOLERANCE: f64 = 1e-5;
@@ -61,6 +78,12 @@ pub struct Params {
     pub max_pairs: u32,
     /// True if the pressures and gaps of all states are stored.
     pub keeps_maps: bool,
+    /// Bins of the pressures above zero. Bins of the same width count negative pressures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pressure_bins: Option<EqualBins>,
+    /// Bins of the gaps outside contact, in units of the rms height.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_bins: Option<EqualBins>,
     #[serde(skip_serializing_if = "Boundary::is_periodic")]
     pub boundary: Boundary,
     /// Shift of the second surface along x and y in fractions of the sides, if two rough surfaces
@@ -70,13 +93,14 @@ pub struct Params {
 }
 
 /// Columns that only paths with adhesion have.
-pub const ADDED_COLUMNS: [Column; 15] = [
+pub const ADDED_COLUMNS: [Column; 16] = [
     WORK_OF_ADHESION,
     INTERACTION_RANGE,
     CONTROL,
     BRANCH,
     STEP,
     TABOR,
+    STICKINESS,
     CONTACT_FRACTION,
     REPULSIVE_NODES,
     REPULSIVE_FRACTION,
@@ -110,6 +134,7 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     columns.extend([
         STEP,
         TABOR,
+        STICKINESS,
         ADHESIVE_CONTACT_NODES,
         CONTACT_FRACTION,
         REPULSIVE_NODES,
@@ -178,6 +203,14 @@ impl Params {
         (curvature > 0.0).then(|| libm::cbrt(stretch * stretch / curvature) / self.range)
     }
 
+    /// Returns the reciprocal of criterion 10 of Pastewka & Robbins, 2w/(E* ρ h′) (κ ρ/h′²)^(2/3),
+    /// given the rms slope h′ and half the rms Laplacian κ. Returns `None` for a flat surface.
+    pub fn stickiness(&self, slope: f64, half_laplacian: f64) -> Option<f64> {
+        let pull = 2.0 * self.work / (self.effective_modulus * self.range * slope);
+        let ratio = libm::cbrt(half_laplacian * self.range / (slope * slope));
+        (slope > 0.0 && half_laplacian > 0.0).then_some(pull * ratio * ratio)
+    }
+
     /// Returns the symbol of the unit of the loads; `None` for reduced loads, for mean gaps, and if
     /// the manifest names no unit.
     pub fn unit_of_loads(&self) -> Option<&'static str> {
@@ -238,18 +271,26 @@ impl Stage for Params {
     }
 
     fn effort(&self, _: Extent) -> Effort {
-        Effort::pairs(AdhesivePath::PAIRS_PER_STATE * self.targets.len() as f64)
+        let decades = libm::log10(self.tolerance / Settings::default().tolerance);
+        let of_state = AdhesivePath::PAIRS_PER_STATE - PAIRS_PER_DECADE * decades;
+        let is_pulled =
+            self.control == Control::Load && self.targets.iter().any(|load| *load < 0.0);
+        let of_pull_off = if is_pulled { PAIRS_OF_PULL_OFF } else { 0.0 };
+        let pairs = of_state.max(PAIRS_PER_DECADE) * self.targets.len() as f64 + of_pull_off;
+        let of_boundary = match self.boundary {
+            Boundary::Periodic => 1.0,
+            Boundary::Free => FREE,
+        };
+        Effort::pairs(of_boundary * PAIR_COST * pairs)
     }
 
     fn reads_input(&self, input: &Recipe) -> bool {
         against::is_at(self.shift, input)
     }
 
-    fn beginnings(&self) -> Vec<Recipe> {
-        let shorter = |states: usize| {
-            let targets = self.targets[..states].to_vec();
-            Recipe::Adhesion(Arc::new(Params { targets, ..self.clone() }))
-        };
-        (1..self.targets.len()).rev().map(shorter).collect()
+    fn beginning(&self, rows: usize) -> Option<Recipe> {
+        let targets = self.targets.get(..rows).filter(|shorter| shorter.len() < self.targets.len());
+        let targets = targets?.to_vec();
+        Some(Recipe::Adhesion(Arc::new(Params { targets, ..self.clone() })))
     }
 }

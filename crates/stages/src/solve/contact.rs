@@ -320,7 +320,7 @@ pub fn solve(
 }
 
 /// Returns the root mean square of the heights about their mean, or 1 for a flat surface.
-fn rms(heights: &[f64]) -> f64 {
+pub fn rms(heights: &[f64]) -> f64 {
     let nodes = heights.len() as f64;
     let mean = heights.iter().sum::<f64>() / nodes;
     let squares: f64 = heights.iter().map(|height| (height - mean).powi(2)).sum();

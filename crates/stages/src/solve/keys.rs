@@ -23,7 +23,7 @@ use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::declare::{
-    always_pair, pressure, pressure_or_ratio, swept, unit_of_pressures,
+    always_pair, length, pressure, pressure_or_ratio, swept, unit_of_pressures,
 };
 use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, quantity, table};
 
@@ -91,12 +91,13 @@ pub struct SolveTable {
     #[schemars(extend("default" = "none"), transform = pressure_or_ratio)]
     pub pressures: Key<StoredPressures>,
     /// Histogram of the pressures under each load, `{ count, to }`: `count` equal bins from zero to
-    /// the pressure `to`, in units of E* × rms slope. A `measure` stage with `what = "pressures"`
-    /// reads it and needs no stored pressure fields. By default pressures are not counted.
+    /// the pressure `to`, in units of E* × rms slope. With `adhesion`, bins of the same width also
+    /// extend down to −w/ρ. A `measure` stage with `what = "pressures"` reads it and needs no stored
+    /// pressure fields. By default pressures are not counted.
     pub pressure_bins: Key<Bins>,
     /// Histogram of the gaps under each load, `{ count, to }`: `count` equal bins from zero to the
-    /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it. It
-    /// costs one pair of Fourier transforms per load. By default gaps are not counted.
+    /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it. Without
+    /// `adhesion` it costs one pair of Fourier transforms per load. By default gaps are not counted.
     pub gap_bins: Key<Bins>,
     /// Name of another `generate` stage whose surfaces are pressed against those of `from`. The gap
     /// is that between a flat body and the sum of both heights, each towards the other body and in
@@ -138,8 +139,10 @@ pub struct SolveTable {
     /// `"gap"`, the mean gap of `gaps`.
     #[schemars(extend("default" = "load"))]
     pub control: Key<Control>,
-    /// Mean gaps in the order of the path, in the unit of lengths, for `control = "gap"`: a list,
-    /// or a range `{ from, to, steps }` that includes both ends.
+    /// Mean gaps in the order of the path, for `control = "gap"`: a list such as `["10 nm", "5 nm"]`,
+    /// or a range `{ from, to, steps }` that includes both ends. Plain numbers are in the unit of
+    /// the lengths of the surfaces.
+    #[schemars(transform = length)]
     pub gaps: Key<Gaps>,
     /// Order of the states of a path, with `adhesion` or with a `hardness`: `"as-given"` follows
     /// the list, `"there-and-back"` then also follows it backwards. With a hardness, the surface

@@ -214,3 +214,16 @@ fn paths_may_jump_and_a_single_node_is_a_surface() {
     assert_eq!(state.stop, Stop::PulledOff);
     assert!((state.pull_off_load.unwrap() + 0.1).abs() < 1e-4);
 }
+
+#[test]
+fn a_pair_limit_during_the_search_for_the_pull_off_load_parts_the_bodies() {
+    let mut path = wave(32, Adhesion::new(0.01, 0.1).unwrap());
+    let settings = Settings::default();
+    assert_eq!(path.step(Target::Load(0.05), &settings, &|| false).stop, Stop::Converged);
+    let few = Settings { pair_limit: 1, ..settings };
+    let state = path.step(Target::Load(-10.0), &few, &|| false);
+    assert_eq!(state.stop, Stop::PairLimit);
+    assert!(path.gap().is_none());
+    assert_eq!(state.pull_off_load, None);
+    assert_eq!(path.step(Target::Load(0.05), &settings, &|| false).stop, Stop::Converged);
+}

@@ -1,6 +1,6 @@
 //! Spheres on an isolated patch.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use super::*;
 use crate::elasticity::FreeHalfSpace;
@@ -67,4 +67,25 @@ fn a_sphere_at_a_mean_gap_has_a_known_force_and_can_be_resumed() {
     assert!((held.mean_pressure / loaded.mean_pressure - 1.0).abs() < 1e-6, "{held:?}");
     assert_eq!(held.contact_nodes, loaded.contact_nodes);
     assert!((held.elastic_energy / loaded.elastic_energy - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_patch_may_jump_between_all_mean_gaps() {
+    let grid = square(32, 1.0);
+    let wave = |waves: usize, i: usize| (TAU * (waves * i) as f64 / 32.0).cos();
+    let height = |node: usize| {
+        let (i, j) = (node / 32, node % 32);
+        0.1 * wave(1, i) * wave(1, j) + 0.02 * wave(3, i + j)
+    };
+    let heights: Vec<f64> = (0..grid.count()).map(height).collect();
+    let adhesion = Adhesion::new(0.006, 0.05).unwrap();
+    let body = FreeHalfSpace::new(grid);
+    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &heights);
+    let settings = Settings { tolerance: 5e-5, pair_limit: 2000, ..Settings::default() };
+    for gap in [5.0, 0.01, 0.001, 1e-6, 5.0, 0.001, 5.0] {
+        let state = path.step(Target::MeanGap(gap), &settings, &|| false);
+        assert_eq!(state.stop, Stop::Converged, "{gap}: {state:?}");
+        assert!((state.mean_gap / gap - 1.0).abs() < 1e-10, "{gap}: {state:?}");
+        assert!(state.mean_pressure.is_finite(), "{gap}: {state:?}");
+    }
 }

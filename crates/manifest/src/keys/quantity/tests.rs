@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::*;
 use crate::keys::declare::{
-    length, pair, pressure, pressure_or_ratio, swept, unit_of_lengths, unit_of_pressures,
+    length, pair, pressure, pressure_or_ratio, swept, unit_of_lengths, unit_of_pressures, work,
 };
 use crate::keys::expected_keys::ExpectedKeys;
 use crate::keys::{Key, OnAxes, Section, Spanned, reader, table};
@@ -27,6 +27,8 @@ struct Example {
     #[schemars(transform = unit_of_pressures)]
     load_unit: Key<Word>,
     bodies: Key<Vec<Body>>,
+    #[schemars(transform = work, transform = swept)]
+    energy: Key<f64>,
     hurst: Key<f64>,
 }
 
@@ -140,6 +142,23 @@ fn pairs_cases_and_inner_tables_may_have_units() {
 }
 
 #[test]
+fn works_per_area_are_read_in_the_first_unit_and_are_products_of_pressure_and_length() {
+    let section = valid("energy = [\"50 mJ/m^2\", \"0.1 N/m\", \"2 Pa·m\"]");
+    let works = section.points.iter().map(|point| point.table.energy.value().unwrap());
+    assert_eq!(works.collect::<Vec<_>>(), [50.0, 100.0, 2000.0]);
+    assert_eq!(section.units.work.unwrap().unit.symbol, "mJ/m²");
+    for ([pressure, length], work) in [
+        (["MPa", "µm"], Some("J/m²")),
+        (["MPa", "nm"], Some("mJ/m²")),
+        (["GPa", "µm"], Some("kJ/m²")),
+        (["MPa", "cm"], None),
+    ] {
+        let [pressure, length] = [pressure, length].map(|unit| Unit::find(unit).unwrap());
+        assert_eq!(Unit::of_product(pressure, length).map(|unit| unit.symbol), work);
+    }
+}
+
+#[test]
 fn numbers_without_units_are_ratios_only_where_this_is_declared() {
     let section = valid("loads = [0.1]\nmodulus = \"70 GPa\"\nload_unit = \"Relative\"");
     assert_eq!(section.points[0].table.loads.written().unwrap().value[0].value, 0.1);
@@ -154,6 +173,8 @@ fn mistakes_in_units_are_reported_once_with_a_suggestion() {
         ("side = \"2 micrometer\"", "unknown unit `micrometer` (did you mean `µm`?)"),
         ("side = \"2 inch\"", "unknown unit `inch` (unknown unit)"),
         ("side = \"2 MPa\"", "`side` is a length, but `MPa` is a unit of pressure"),
+        ("energy = \"2 MPa\"", "`energy` is a work per area, but `MPa` is a unit of pressure"),
+        ("energy = \"2 mJ/m\"", "unknown unit `mJ/m` (did you mean `mJ/m²`?)"),
         (
             "side = 2\nwavelength = \"1 um\"",
             "`side` has no unit, but `wavelength` has one (write \"2 µm\"",

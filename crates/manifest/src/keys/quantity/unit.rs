@@ -1,4 +1,4 @@
-//! Units of length and pressure.
+//! Units of length, pressure and work per area.
 
 use std::fmt;
 
@@ -10,17 +10,20 @@ use crate::diagnostics::did_you_mean;
 pub enum Dimension {
     Length,
     Pressure,
+    /// Energy per area, a pressure times a length.
+    Work,
 }
 
-/// A unit of length or pressure.
+/// A unit of length, pressure or work per area.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Unit {
     /// Symbol of the unit in tables and messages.
     pub symbol: &'static str,
     pub dimension: Dimension,
-    /// The unit is 10^`power` metres or pascals.
+    /// The unit is 10^`power` metres, pascals or joules per square metre.
     pub power: i32,
-    /// True for the metre and the pascal, and for their multiples by 1000.
+    /// True for the metre, the pascal and the joule per square metre, and for their multiples by
+    /// 1000.
     pub(super) is_si: bool,
     /// Further spellings of the unit.
     spellings: &'static [&'static str],
@@ -32,12 +35,12 @@ const fn unit(
     power: i32,
     spellings: &'static [&'static str],
 ) -> Unit {
-    let is_si = power % 3 == 0 && !matches!(symbol.as_bytes(), [b'N', ..]);
+    let is_si = power % 3 == 0 && !matches!(symbol.as_bytes(), [b'N', ..] | [b'm', b'N', ..]);
     Unit { symbol, dimension, power, is_si, spellings }
 }
 
 /// All units. Messages list the symbols in this order.
-pub static UNITS: [Unit; 13] = [
+pub static UNITS: [Unit; 19] = [
     unit("m", Dimension::Length, 0, &[]),
     unit("cm", Dimension::Length, -2, &[]),
     unit("mm", Dimension::Length, -3, &[]),
@@ -52,6 +55,12 @@ pub static UNITS: [Unit; 13] = [
     unit("GPa", Dimension::Pressure, 9, &[]),
     unit("N/mm²", Dimension::Pressure, 6, &["N/mm^2", "N/mm2"]),
     unit("bar", Dimension::Pressure, 5, &[]),
+    unit("J/m²", Dimension::Work, 0, &["J/m^2", "J/m2", "Pa·m"]),
+    unit("mJ/m²", Dimension::Work, -3, &["mJ/m^2", "mJ/m2"]),
+    unit("µJ/m²", Dimension::Work, -6, &["uJ/m^2", "uJ/m2", "uJ/m²", "μJ/m²"]),
+    unit("kJ/m²", Dimension::Work, 3, &["kJ/m^2", "kJ/m2"]),
+    unit("N/m", Dimension::Work, 0, &[]),
+    unit("mN/m", Dimension::Work, -3, &[]),
 ];
 
 impl Unit {
@@ -59,6 +68,14 @@ impl Unit {
     pub fn find(text: &str) -> Option<&'static Unit> {
         let text = text.trim();
         UNITS.iter().find(|unit| unit.symbol == text || unit.spellings.contains(&text))
+    }
+
+    /// Returns the unit of the product of a pressure and a length in these units: J/m² for MPa and
+    /// µm. Returns `None` if no unit is this power of ten.
+    pub fn of_product(pressure: &Unit, length: &Unit) -> Option<&'static Unit> {
+        let power = pressure.power + length.power;
+        let mut works = UNITS.iter().filter(|unit| unit.dimension == Dimension::Work);
+        works.find(|unit| unit.power == power)
     }
 
     /// Returns the factor that converts numbers in this unit to numbers in the unit `to`.
@@ -99,6 +116,7 @@ impl fmt::Display for Dimension {
         formatter.write_str(match self {
             Dimension::Length => "length",
             Dimension::Pressure => "pressure",
+            Dimension::Work => "work per area",
         })
     }
 }

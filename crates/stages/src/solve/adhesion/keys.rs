@@ -7,6 +7,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::units::Conversion;
 use super::{Params, VERSION};
 use crate::Recipe;
 use crate::form::Surfaces;
@@ -17,7 +18,7 @@ use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::positive_items;
+use asperity_manifest::keys::declare::{length, positive_items, work};
 use asperity_manifest::keys::{Spanned, deserialize_either};
 
 /// Maximum number of states of a path.
@@ -27,12 +28,14 @@ const MAX_STATES: u32 = 10_000;
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AdhesionTable {
-    /// Work of adhesion w, the energy per area that separates two flat surfaces in contact. Its
-    /// unit is the unit of pressures times the unit of lengths: with MPa and µm it is J/m².
-    #[schemars(range(min = 0))]
+    /// Work of adhesion w, the energy per area that separates two flat surfaces in contact, such as
+    /// `"50 mJ/m^2"`. A plain number has the unit of the modulus times the unit of the surfaces:
+    /// with MPa and µm this is J/m².
+    #[schemars(range(min = 0), transform = work)]
     pub work: f64,
-    /// Range ρ of the interaction, in the unit of the lengths of the surface.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    /// Range ρ of the interaction, such as `"2 nm"`. A plain number is in the unit of the lengths
+    /// of the surfaces.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = length)]
     pub range: f64,
     /// `true` also solves on a mesh that is too coarse for the interaction, Δx w/(E* ρ²) > π/2. On
     /// such a mesh single nodes jump into contact.
@@ -102,10 +105,10 @@ deserialize_either!(Gaps { list => List, table => Range });
 #[serde(deny_unknown_fields)]
 pub struct GapRange {
     /// First mean gap.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = length)]
     pub from: f64,
     /// Last mean gap.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = length)]
     pub to: f64,
     /// Number of mean gaps, including `from` and `to`.
     #[schemars(range(min = 2, max = MAX_STATES))]
@@ -123,6 +126,12 @@ pub fn recipe(
     refuse_other_physics(table, checks)?;
     let effective_modulus = keys::modulus(table, checks);
     let load_unit = keys::load_unit(table, checks);
+    let conversion = Conversion::new(adhesion.work, surfaces, checks)?;
+    let adhesion = AdhesionTable {
+        work: conversion.work(adhesion.work),
+        range: conversion.length(adhesion.range),
+        ..adhesion
+    };
     check_mesh(table, adhesion, effective_modulus?, surfaces, checks)?;
     let control = checks.value("control", &table.control)?;
     let listed = match control {
@@ -134,25 +143,27 @@ pub fn recipe(
         Control::Gap => {
             let why = "with `control = \"gap\"` the states are `gaps`";
             checks.forbidden("loads", &table.loads, why)?;
-            listed_gaps(table, checks)?
+            listed_gaps(table, conversion, checks)?
         }
     };
     let path = checks.optional("path", &table.path)?;
     let targets = path.map_or(PathShape::AsGiven, |path| path.value).states(listed);
-    let work = decimal::nearest(adhesion.work);
-    let range = decimal::nearest(adhesion.range);
+    let pressure_bins = loads::bins("pressure_bins", &table.pressure_bins, Some(&targets), checks);
+    let gap_bins = loads::bins("gap_bins", &table.gap_bins, Some(&targets), checks);
     Some(Recipe::Adhesion(Arc::new(Params {
         version: VERSION,
         effective_modulus: effective_modulus?,
         load_unit: load_unit?,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
-        work,
-        range,
+        work: adhesion.work,
+        range: adhesion.range,
         control,
         targets,
         tolerance: checks.number("tolerance", &table.tolerance)?,
         max_pairs: checks.value("max_pairs", &table.max_pairs)?,
         keeps_maps: keeps_maps(table, checks)?,
+        pressure_bins: pressure_bins?,
+        gap_bins: gap_bins?,
         boundary: boundary?,
         shift: against::shift(table, checks)?,
     })))
@@ -182,17 +193,34 @@ fn check_mesh(
         return Some(());
     }
     let message = format!(
-        "the mesh of stage `{stage}` is too coarse for the adhesion: Δx w/(E* ρ²) = {number:.2} \
-         exceeds π/2"
+        "the mesh of stage `{stage}` is too coarse for the adhesion: Δx w/(E* ρ²) = {} exceeds π/2",
+        short(number)
     );
     let label = "single nodes would jump into contact";
     let problem = Problem::new(message, table.adhesion.written()?.span.clone(), label);
-    let factor = number / RESOLVED;
     checks.reject(problem.help(format!(
-        "results are accurate to 1 % below {RESOLVED}: use {factor:.0} times as many nodes along \
-         each side, or a range {:.1} times as large; `override = true` in `adhesion` solves anyway",
-        factor.sqrt()
+        "results are accurate to 1 % below {RESOLVED}: use {}; `override = true` in `adhesion` \
+         solves anyway",
+        resolution(number)
     )))
+}
+
+/// Largest factor by which a message advises to refine a mesh.
+const LARGEST_REFINEMENT: f64 = 100.0;
+
+/// Describes a mesh or a range for which a mesh number is reduced to [`RESOLVED`].
+pub fn resolution(number: f64) -> String {
+    let factor = number / RESOLVED;
+    let range = format!("a range {} times as large", short(factor.sqrt()));
+    if factor > LARGEST_REFINEMENT {
+        return range;
+    }
+    format!("{} times as many nodes along each side, or {range}", factor.ceil())
+}
+
+/// Formats a number with two decimals, or a large one in scientific notation.
+pub fn short(number: f64) -> String {
+    if number < 1e4 { format!("{number:.2}") } else { format!("{number:.1e}") }
 }
 
 /// Mesh number Δx w/(E* ρ²) up to which the mean pressure is accurate to 0.5 %.
@@ -213,8 +241,6 @@ fn refuse_other_physics(table: &SolveTable, checks: &mut Checks) -> Option<()> {
     checks.forbidden("stiffness", &table.stiffness, why)?;
     checks.forbidden("substrate", &table.substrate, why)?;
     checks.forbidden("flow", &table.flow, why)?;
-    checks.forbidden("pressure_bins", &table.pressure_bins, why)?;
-    checks.forbidden("gap_bins", &table.gap_bins, why)?;
     let why = "asperities have no adhesion here";
     checks.forbidden("interaction", &table.interaction, why)?;
     if let Some(written) = table.method.written().filter(|word| word.value == Method::Asperities) {
@@ -236,17 +262,21 @@ pub(in crate::solve) fn listed_loads(table: &SolveTable, checks: &mut Checks) ->
     }
 }
 
-fn listed_gaps(table: &SolveTable, checks: &mut Checks) -> Option<Vec<f64>> {
+fn listed_gaps(
+    table: &SolveTable,
+    conversion: Conversion,
+    checks: &mut Checks,
+) -> Option<Vec<f64>> {
     let written = checks.required("gaps", &table.gaps)?;
     let GapRange { from, to, steps } = match &written.value {
         Gaps::List(list) => {
             check_steps("gaps", list, checks)?;
-            return Some(list.iter().map(|gap| decimal::nearest(gap.value)).collect());
+            return Some(list.iter().map(|gap| conversion.length(gap.value)).collect());
         }
         Gaps::Range(range) => *range,
     };
     let last = f64::from(steps - 1);
-    let gap = |step: u32| decimal::nearest(from + (to - from) * f64::from(step) / last);
+    let gap = |step: u32| conversion.length(from + (to - from) * f64::from(step) / last);
     let gaps: Vec<f64> = (0..steps).map(gap).collect();
     if gaps.windows(2).any(|pair| decimal::is_same(pair[0], pair[1])) {
         let message =

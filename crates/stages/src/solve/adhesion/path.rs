@@ -7,6 +7,7 @@ use super::Params;
 use super::keys::Control;
 use super::rows::{self, SurfaceScales};
 use crate::columns::*;
+use crate::solve::contact;
 use crate::solve::units::Scales;
 use crate::{Context, StageError};
 use asperity_contact::adhesion::{Adhesion, AdhesivePath, Stop, Target};
@@ -14,6 +15,7 @@ use asperity_contact::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfS
 use asperity_contact::grid::Boundary;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
+use asperity_contact::topography::differences;
 use asperity_contact::topography::moments::Moments;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::optional_list;
@@ -85,7 +87,11 @@ impl ContactPath {
         let scales = Scales::new(grid, rms_slope, params.effective_modulus);
         let (length, pressure) = (scales.length(), scales.pressure());
         let adhesion = Adhesion::new(params.work / (pressure * length), params.range / length)?;
-        let curvature = Moments::from_surface(&surface).fourth().sqrt();
+        let moments = match params.boundary {
+            Boundary::Periodic => Moments::from_surface(&surface),
+            Boundary::Free => differences::moments(&surface),
+        };
+        let half_laplacian = 0.5 * (moments.m40 + 2.0 * moments.m22 + moments.m04).sqrt();
         let heights = scales.reduced_heights(surface);
         let body: &dyn ElasticOperator = match params.boundary {
             Boundary::Periodic => &PeriodicHalfSpace::new(grid),
@@ -93,7 +99,12 @@ impl ContactPath {
         };
         Ok(ContactPath {
             surface: row.coordinates(),
-            scales: SurfaceScales { scales, curvature },
+            scales: SurfaceScales {
+                scales,
+                tabor: params.tabor(moments.fourth().sqrt()),
+                stickiness: params.stickiness(rms_slope, half_laplacian),
+                rms_height: params.gap_bins.map_or(1.0, |_| contact::rms(&heights)),
+            },
             solver: AdhesivePath::new(threads.clone(), body, adhesion, &heights),
             threads,
             branches: branches(params.control, &params.targets),
@@ -179,7 +190,7 @@ impl ContactPath {
         let map =
             |values: &[f64]| ContactMap::from_pressures_on(&self.threads, nodes, values).to_bytes();
         let gap = self.solver.gap();
-        let touches: Vec<f64> = match gap.filter(|_| state.mean_gap.is_finite()) {
+        let touches: Vec<f64> = match gap {
             Some(gap) => gap.iter().map(|gap| f64::from(u8::from(*gap == 0.0))).collect(),
             None => vec![0.0; nodes[0] * nodes[1]],
         };

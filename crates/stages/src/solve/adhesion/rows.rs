@@ -6,19 +6,24 @@ use super::keys::Control;
 use super::{Params, state_columns};
 use crate::StageError;
 use crate::columns::*;
+use crate::solve::parts::counted;
 use crate::solve::units::{PressureUnit, Scales};
 use asperity_contact::adhesion::{AdhesiveState, Stop};
+use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Boundary;
 use asperity_tables::column::{
     Column, bytes, integers, optional_list, optional_reals, reals, texts,
 };
 use asperity_tables::table::Table;
 
-/// Units of the solver for one surface, and the curvature of the surface.
+/// Units of the solver for one surface, and numbers that describe its roughness.
 pub struct SurfaceScales {
     pub scales: Scales,
-    /// Root mean square curvature √m₄ in the unit of the surface; zero for a flat surface.
-    pub curvature: f64,
+    /// Tabor parameter and stickiness; `None` for a flat surface.
+    pub tabor: Option<f64>,
+    pub stickiness: Option<f64>,
+    /// Root mean square height in the unit of the solver, if gaps are counted.
+    pub rms_height: f64,
 }
 
 /// A solved state with its maps.
@@ -51,8 +56,7 @@ pub fn row(
     let scales = &of_surface.scales;
     let unit = scales.pressure();
     let nodes = (scales.nodes[0] * scales.nodes[1]) as f64;
-    // A search for the load of pull-off that reached the limit of pairs has no state.
-    let is_bound = gap.is_some() && state.mean_gap.is_finite();
+    let is_bound = gap.is_some();
     let known = |value: f64| optional_reals([is_bound.then_some(value)]);
     let mean = MeanState::new(params, scales, given, &state, is_bound);
     let dissipated = mean.dissipated_since(before)?;
@@ -70,7 +74,8 @@ pub fn row(
     }
     columns.extend([
         (STEP, integers([index as i64 + 1])),
-        (TABOR, optional_reals([params.tabor(of_surface.curvature)])),
+        (TABOR, optional_reals([of_surface.tabor])),
+        (STICKINESS, optional_reals([of_surface.stickiness])),
         (ADHESIVE_CONTACT_NODES, integers([state.contact_nodes as i64])),
         (CONTACT_FRACTION, reals([state.contact_nodes as f64 / nodes])),
         (REPULSIVE_NODES, integers([state.repulsive_nodes as i64])),
@@ -92,7 +97,41 @@ pub fn row(
         let pressures: Vec<f64> = pressure.iter().map(|pressure| pressure * unit).collect();
         columns.push((PRESSURES, optional_list(Some(&pressures))));
     }
+    if let Some(bins) = params.pressure_bins {
+        let attraction = params.work / params.range / unit;
+        let counts = gap.map(|_| pressure_counts(bins, attraction, pressure));
+        columns.push((PRESSURE_COUNTS, optional_list(counts.as_deref())));
+    }
+    if let Some(bins) = params.gap_bins {
+        let open = |gap: &[f64]| {
+            let open = gap.iter().filter(|gap| **gap > 0.0);
+            counted(bins, open.map(|gap| gap / of_surface.rms_height))
+        };
+        columns.push((GAP_COUNTS, optional_list(gap.map(open).as_deref())));
+    }
     Ok(surface.coordinates().with(columns))
+}
+
+/// Maximum number of bins of negative pressures. The lowest of them also counts all lower
+/// pressures.
+const MAX_BINS_BELOW: f64 = 10_000.0;
+
+/// Counts pressures in bins of equal width, from the bin that holds the largest attraction to the
+/// bins above zero, followed by the count above all bins.
+///
+/// Negative pressures are counted by their size, so that a pressure just below zero is never
+/// rounded into the bin above zero. Most nodes far from contact have such pressures.
+fn pressure_counts(bins: EqualBins, attraction: f64, pressures: &[f64]) -> Vec<f64> {
+    // The pressure of the strongest attraction lies in the lowest bin in spite of rounding.
+    let below = (attraction / bins.width() - 1e-9).ceil().clamp(1.0, MAX_BINS_BELOW);
+    let mirrored = EqualBins { count: below as u32, to: below * bins.width() };
+    let tensions = pressures.iter().filter(|pressure| **pressure < 0.0);
+    let tensions = mirrored.counts(tensions.map(|pressure| -pressure));
+    let mut negative: Vec<f64> = tensions.bins.iter().rev().map(|count| *count as f64).collect();
+    negative[0] += tensions.beyond as f64;
+    let positive = pressures.iter().copied().filter(|pressure| *pressure >= 0.0);
+    negative.extend(counted(bins, positive));
+    negative
 }
 
 /// Mean quantities of a state in the units of the manifest.

@@ -8,8 +8,11 @@ use bytesize::ByteSize;
 
 use super::*;
 use crate::grids;
-use crate::solve::tests::{KeptRows, surface};
+use crate::solve;
+use crate::solve::tests::{KeptRows, params as elastic_params, solved_on, surface};
 use crate::surface_files::SurfaceFiles;
+use arrow::array::{Array, AsArray};
+use arrow::datatypes::Float64Type;
 use asperity_contact::threads::Threads;
 use asperity_tables::column::integers;
 
@@ -27,6 +30,8 @@ fn params() -> Params {
         tolerance: 1e-8,
         max_pairs: 2000,
         keeps_maps: false,
+        pressure_bins: None,
+        gap_bins: None,
         boundary: Boundary::Periodic,
         shift: None,
     }
@@ -79,7 +84,9 @@ fn a_longer_path_continues_from_every_stored_beginning_with_the_same_bytes() {
     let free = Params { boundary: Boundary::Free, ..at_gaps(&[0.3, 0.2]) };
     for params in [params(), periodic, free] {
         let all = whole(&params);
-        for beginning in params.beginnings() {
+        let beginnings = (1..).map_while(|states| params.beginning(states));
+        for (states, beginning) in (1..).zip(beginnings) {
+            assert!(states < params.targets.len());
             let Recipe::Adhesion(shorter) = &beginning else { panic!("{beginning:?}") };
             assert_eq!(from(&params, &whole(shorter)), all, "{shorter:?}");
         }
@@ -176,4 +183,126 @@ fn nothing_is_dissipated_along_a_path_that_returns_without_a_jump() {
     let energy = values(&table, ADHESION_ENERGY)[0].unwrap();
     assert_eq!(lost[0], Some(0.0));
     assert!(lost[16].unwrap().abs() < 1e-6 * energy.abs(), "{:?} of {energy}", lost[16]);
+}
+
+fn counts(table: &Table, column: Column, row: usize) -> Vec<f64> {
+    let lists = table.lists(column.name).unwrap();
+    lists.value(row).as_primitive::<Float64Type>().values().to_vec()
+}
+
+#[test]
+fn far_apart_the_pressures_are_the_attraction_at_the_undeformed_gaps() {
+    // Far apart the surfaces are nearly rigid, so that the nodes have the gaps c - h.
+    let rigid = Params { work: 1e-9, range: 0.2, ..at_gaps(&[2.0]) };
+    let bins = EqualBins { count: 4, to: 1e-10 };
+    let table = whole(&Params { pressure_bins: Some(bins), ..rigid.clone() });
+    let heights = surface().into_heights();
+    let mean = heights.iter().sum::<f64>() / heights.len() as f64;
+    // The unit of pressure is E* × rms slope = 2.1.
+    let pull = |height: &f64| {
+        let gap = 2.0 - (height - mean);
+        rigid.work / rigid.range * libm::exp(-gap / rigid.range) / 2.1
+    };
+    let pulls: Vec<f64> = heights.iter().map(pull).collect();
+    let counted = counts(&table, PRESSURE_COUNTS, 0);
+    let below = counted.len() - 5;
+    let strongest = rigid.work / rigid.range / 2.1;
+    assert!((below as f64 - 1.0) * bins.width() < strongest);
+    assert!(below as f64 * bins.width() >= strongest);
+    for (bin, count) in counted[..below].iter().rev().enumerate() {
+        let [low, high] = [bin, bin + 1].map(|edge| edge as f64 * bins.width());
+        let expected = pulls.iter().filter(|pull| (low..high).contains(*pull)).count();
+        assert_eq!(*count, expected as f64, "bin {bin}");
+    }
+    assert_eq!(counted[below..], [0.0; 5], "no node is repulsive");
+}
+
+#[test]
+fn counts_have_an_edge_at_zero_and_contain_every_node() {
+    let bins = EqualBins { count: 40, to: 2.0 };
+    let gap_bins = EqualBins { count: 30, to: 3.0 };
+    let counting = Params { pressure_bins: Some(bins), gap_bins: Some(gap_bins), ..params() };
+    let table = whole(&counting);
+    let nodes = surface().heights().len() as f64;
+    for row in 0..3 {
+        let pressures = counts(&table, PRESSURE_COUNTS, row);
+        assert_eq!(pressures.iter().sum::<f64>(), nodes);
+        let below = pressures.len() - 41;
+        let repulsive = table.integers(REPULSIVE_NODES.name).unwrap().value(row);
+        assert_eq!(pressures[below..].iter().sum::<f64>(), repulsive as f64);
+        let in_contact = table.integers(ADHESIVE_CONTACT_NODES.name).unwrap().value(row) as f64;
+        assert_eq!(counts(&table, GAP_COUNTS, row).iter().sum::<f64>(), nodes - in_contact);
+    }
+    assert!(table.lists(PRESSURE_COUNTS.name).unwrap().is_null(3), "apart");
+    let plain = whole(&params());
+    let names = [PRESSURE_COUNTS.name, GAP_COUNTS.name];
+    assert_eq!(table.without(&names), plain, "counting changes no other column");
+}
+
+#[test]
+fn without_work_of_adhesion_the_states_are_those_without_adhesion() {
+    for boundary in [Boundary::Periodic, Boundary::Free] {
+        let tolerance = 1e-14;
+        let elastic =
+            solve::Params { loads: vec![0.05, 0.2], tolerance, boundary, ..elastic_params() };
+        let elastic = solved_on(surface(), &elastic, &Threads::one(), None);
+        let at_loads = Params {
+            work: 0.0,
+            targets: vec![-0.1, 0.0, 0.05, 0.2],
+            tolerance,
+            boundary,
+            ..params()
+        };
+        let gaps = values(&elastic, MEAN_GAP).into_iter().flatten().collect();
+        let at_gaps = Params { control: Control::Gap, targets: gaps, ..at_loads.clone() };
+        let at_loads = whole(&at_loads);
+        let stops: Vec<_> = at_loads.texts(STOP.name).unwrap().iter().flatten().collect();
+        assert_eq!(stops, ["pulled-off", "pulled-off", "converged", "converged"]);
+        for adhesive in [at_loads.slice(2..4), whole(&at_gaps)] {
+            for (column, of_elastic) in [
+                (PRESSURE, PRESSURE),
+                (MEAN_GAP, MEAN_GAP),
+                (PEAK_PRESSURE, PEAK_PRESSURE),
+                (ELASTIC_ENERGY, ENERGY),
+            ] {
+                let pairs = values(&adhesive, column).into_iter().zip(values(&elastic, of_elastic));
+                for (value, expected) in pairs {
+                    let error = value.unwrap() / expected.unwrap() - 1.0;
+                    assert!(error.abs() < 1e-12, "{boundary:?} {}: {error:e}", column.name);
+                }
+            }
+            let nodes = [&adhesive, &elastic].map(|table| table.integers("contact_nodes").unwrap());
+            assert_eq!(nodes[0], nodes[1]);
+        }
+    }
+}
+
+#[test]
+fn a_path_with_few_pairs_of_transforms_has_finite_rows_that_say_so() {
+    let targets = [vec![0.0, 0.05, -0.02, -0.5], vec![0.3, 0.1]];
+    for (control, targets) in [Control::Load, Control::Gap].into_iter().zip(targets) {
+        for boundary in [Boundary::Periodic, Boundary::Free] {
+            let targets = targets.clone();
+            let table = whole(&Params { control, targets, max_pairs: 1, boundary, ..params() });
+            let stops: Vec<_> = table.texts(STOP.name).unwrap().iter().flatten().collect();
+            assert!(stops.contains(&"pair-limit"), "{stops:?}");
+        }
+    }
+}
+
+#[test]
+fn stickiness_is_proportional_to_the_work_and_independent_of_units() {
+    let stickiness = |params: &Params| values(&whole(params), STICKINESS)[0].unwrap();
+    let one = at_gaps(&[0.5]);
+    let twice = stickiness(&Params { work: 2.0 * one.work, ..one.clone() });
+    assert!((twice / stickiness(&one) - 2.0).abs() < 1e-12);
+    // Criterion 10 of Pastewka & Robbins, in the form of the article, with d = 4h'/κ.
+    let (slope, curvature) = (0.3, 20.0);
+    let stretch = one.work / one.effective_modulus;
+    let diameter = 4.0 * slope / curvature;
+    let criterion = slope * one.range / (2.0 * stretch)
+        * libm::pow(slope * diameter / (4.0 * one.range), 2.0 / 3.0);
+    let found = one.stickiness(slope, curvature).unwrap();
+    assert!((found * criterion - 1.0).abs() < 1e-12, "{found} {criterion}");
+    assert_eq!(one.stickiness(0.0, 0.0), None);
 }

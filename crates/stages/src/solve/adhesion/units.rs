@@ -1,0 +1,97 @@
+//! Conversion of a work of adhesion, a range and mean gaps with units to the units of the surfaces.
+
+use crate::form::Surfaces;
+use asperity_manifest::decimal;
+use asperity_manifest::diagnostics::{Problem, Span, listed};
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::quantity::{Dimension, Unit};
+
+/// Powers of ten that convert numbers of the manifest to the units of the surfaces. They are zero
+/// for numbers without a unit, which are in these units already.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Conversion {
+    length: i32,
+    work: i32,
+}
+
+impl Conversion {
+    /// Compares the units of a table with those of its surfaces and of its modulus, or returns
+    /// `None` after reporting problems. `work` is the number of the work of adhesion.
+    pub fn new(work: f64, surfaces: &Surfaces, checks: &mut Checks) -> Option<Conversion> {
+        let units = checks.units;
+        let (lengths, works) = match (&units.length, &units.work) {
+            (None, None) => return Some(Conversion::default()),
+            (Some(lengths), works) if works.is_some() || work == 0.0 => (lengths, works),
+            (Some(lengths), _) => return one_has_none(["range", "work"], &lengths.span, checks),
+            (None, Some(works)) => return one_has_none(["work", "range"], &works.span, checks),
+        };
+        let of_surfaces = unit_of(surfaces, &lengths.span, checks)?;
+        let length = lengths.unit.power - of_surfaces.power;
+        let Some(works) = works else {
+            return Some(Conversion { length, work: 0 });
+        };
+        let Some(pressures) = &units.pressure else {
+            let message = "`adhesion.work` has a unit, but the modulus of the stage has none";
+            let problem = Problem::new(message, works.span.clone(), "has a unit");
+            return checks.reject(problem.help(
+                "give E* with a unit, such as `effective_modulus = \"70 GPa\"`, or the `bodies`",
+            ));
+        };
+        let work = works.unit.power - pressures.unit.power - of_surfaces.power;
+        Some(Conversion { length, work })
+    }
+
+    /// Converts a length of the manifest to the unit of the surfaces.
+    pub fn length(self, length: f64) -> f64 {
+        converted(length, self.length)
+    }
+
+    /// Converts a work per area to the unit of the modulus times the unit of the surfaces.
+    pub fn work(self, work: f64) -> f64 {
+        converted(work, self.work)
+    }
+}
+
+/// Multiplies a number by a power of ten and rounds it to twelve digits.
+fn converted(number: f64, power: i32) -> f64 {
+    decimal::nearest(decimal::shifted(&decimal::written(number), power))
+}
+
+/// Reports that the first of two keys of `adhesion` has a unit and the second has none.
+fn one_has_none<T>([with, without]: [&str; 2], span: &Span, checks: &mut Checks) -> Option<T> {
+    let message = format!("`adhesion.{with}` has a unit, but `adhesion.{without}` has none");
+    let problem = Problem::new(message, span.clone(), "has a unit");
+    checks.reject(problem.help(
+        "write both with units, such as `adhesion = { work = \"50 mJ/m^2\", range = \"2 nm\" }`, \
+         or neither",
+    ))
+}
+
+/// Returns the unit of the lengths of the surfaces. Refuses surfaces without a common unit to which
+/// the length at `span` could be converted.
+fn unit_of(surfaces: &Surfaces, span: &Span, checks: &mut Checks) -> Option<&'static Unit> {
+    let mut names = surfaces.length_units.iter().map(String::as_str);
+    let (first, others) = (names.next().unwrap_or(""), names.count());
+    let known = Unit::find(first).filter(|unit| unit.dimension == Dimension::Length);
+    if let (Some(unit), 0) = (known, others) {
+        return Some(unit);
+    }
+    let message = match (first, others) {
+        ("", 0) => "a length has a unit, but the lengths of the surfaces have none".to_owned(),
+        (name, 0) => {
+            format!("a length has a unit, but the surfaces are in the unknown unit `{name}`")
+        }
+        _ => {
+            let names = surfaces.length_units.iter().map(|name| match name.as_str() {
+                "" => "no unit",
+                name => name,
+            });
+            format!("a length has a unit, but the surfaces have several: {}", listed(names, "and"))
+        }
+    };
+    let problem = Problem::new(message, span.clone(), "has a unit");
+    checks.reject(problem.help(
+        "give the side of all surfaces in one unit, such as `side = \"100 um\"`, or write lengths \
+         here as plain numbers in the unit of the side",
+    ))
+}
