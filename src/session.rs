@@ -98,7 +98,7 @@ pub use asperity_stages::aggregate::sql::silence_panics;
 pub use asperity_stages::generate::PerAxis;
 pub use asperity_stages::units::TableUnits;
 pub use claims::StudyClaims;
-pub use coordinates::{ChosenLoad, Coordinate};
+pub use coordinates::{ChosenLoad, Coordinate, InvalidCoordinate};
 pub use error::SessionError;
 pub use events::{Event, Notice, Observer, RunProgress};
 pub use index::StudyIndex;

@@ -29,9 +29,9 @@ impl<'py> MapArguments<'py> {
         let [along_x, along_y] = map.grid.cell().size();
         let nodes = map.grid.nodes();
         let values = match map.kind {
-            MapKind::Contact => {
-                let touches = map.values.iter().map(|value| *value > 0.0).collect();
-                conversion::map::<bool>(py, touches, nodes)?.into_any()
+            kind if kind.is_set() => {
+                let belongs = map.values.iter().map(|value| *value > 0.0).collect();
+                conversion::map::<bool>(py, belongs, nodes)?.into_any()
             }
             _ => conversion::map(py, map.values, nodes)?.into_any(),
         };

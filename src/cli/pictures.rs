@@ -14,7 +14,9 @@ use crate::session::outputs::write_png;
 use crate::session::surface::{self, DescribedChannel, DescribedFile, Quantity};
 use crate::session::view::{Picture, PictureFormat, ViewOptions};
 use crate::session::words::{counted, listed, short, wrapped};
-use crate::session::{ChosenLoad, Coordinate, DataFolder, MapKind, PerAxis, TaskMaps, maps};
+use crate::session::{
+    ChosenLoad, Coordinate, DataFolder, InvalidCoordinate, MapKind, PerAxis, TaskMaps, maps,
+};
 
 #[derive(clap::Args)]
 pub struct ViewArguments {
@@ -29,7 +31,8 @@ pub struct ViewArguments {
     /// Stage of the task, if a manifest is given.
     stage: Option<String>,
 
-    /// Column values that select the task within the stage, such as `k_upper=32 realization=1`.
+    /// Column values that select the task within the stage, such as `k_upper=32 realization=1`, and
+    /// states of a path, such as `branch=separation`.
     #[arg(value_name = "COLUMN=VALUE")]
     coordinates: Vec<Coordinate>,
 
@@ -40,18 +43,25 @@ pub struct ViewArguments {
     /// Load to draw: a number in the unit of the study, or a pressure such as `10 MPa`.
     ///
     /// By default, the contacts at all loads are overlaid, from dark (smallest load) to light
-    /// (largest load), and other maps are drawn at the largest load.
-    #[arg(long, value_name = "LOAD")]
+    /// (largest load), and other maps are drawn at the largest load. Of a path, the contacts of one
+    /// branch are overlaid, and other maps are drawn at the smallest mean gap.
+    #[arg(long, value_name = "LOAD", allow_negative_numbers = true)]
     load: Option<ChosenLoad>,
+
+    /// Mean gap to draw, if the manifest prescribes mean gaps: a number in the unit of the study,
+    /// or a length such as `20 nm`.
+    #[arg(long, value_name = "GAP", conflicts_with = "load", value_parser = ChosenLoad::mean_gap)]
+    gap: Option<ChosenLoad>,
 
     /// Show the surface in perspective, shaded and with the colours of the map.
     #[arg(long = "3d")]
     relief: bool,
 
-    /// Draw an animation with one picture for each load, all with the same colours.
+    /// Draw an animation with one picture for each load, or for each state along a path, all with
+    /// the same colours.
     ///
     /// Files that end in `.gif` or `.apng` are always animations.
-    #[arg(long, conflicts_with = "load")]
+    #[arg(long, conflicts_with_all = ["load", "gap"])]
     animate: bool,
 
     /// Time for each picture of an animation, in seconds (default: 0.08 to 0.8, by the number of
@@ -78,7 +88,8 @@ pub struct ViewArguments {
     /// "lowest", "highest", "unit"}`.
     ///
     /// `load` is in the column `load_column`, in the unit `load_unit`. For rectangles, `nodes` is
-    /// `[x, y]`. In perspective, `height_factor` is the factor by which heights are enlarged.
+    /// `[x, y]`. In perspective, `height_factor` is the factor by which heights are enlarged. For a
+    /// state of a path, `branch` and `step` are its position along the path.
     #[arg(long)]
     json: bool,
 }
@@ -105,7 +116,8 @@ pub fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitCode, Fa
 }
 
 fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Failure> {
-    let ViewArguments { what, set, stage, coordinates, map, load, relief, .. } = arguments;
+    let ViewArguments { what, set, stage, coordinates, map, relief, .. } = arguments;
+    let load = arguments.load.or(arguments.gap);
     let format = arguments.output.as_deref().map(PictureFormat::from_path).transpose()?;
     let animate = arguments.animate || format.is_some_and(PictureFormat::is_animation);
     let frame_time = arguments.frame_time;
@@ -114,8 +126,8 @@ fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Fail
                        or write to a file that ends in `.gif` or `.apng`";
         return Err(Misused(message.to_owned()).into());
     }
-    let options = ViewOptions { map: *map, load: *load, relief: *relief, animate, frame_time };
-    let mut maps = maps_of(what, set, stage.as_deref(), coordinates, *load, data)?;
+    let options = ViewOptions { map: *map, load, relief: *relief, animate, frame_time };
+    let mut maps = maps_of(what, set, stage.as_deref(), coordinates, load, data)?;
     // Ctrl-C ends the process, because nothing is written before the picture is drawn.
     Ok(Picture::draw(&mut maps, options, &AtomicBool::new(false))?)
 }
@@ -133,7 +145,8 @@ pub struct ExportArguments {
     /// Stage of the task, if a manifest is given.
     stage: Option<String>,
 
-    /// Column values that select the task within the stage, such as `k_upper=32 realization=1`.
+    /// Column values that select the task within the stage, such as `k_upper=32 realization=1`, and
+    /// states of a path, such as `branch=separation`.
     #[arg(value_name = "COLUMN=VALUE")]
     coordinates: Vec<Coordinate>,
 
@@ -143,8 +156,13 @@ pub struct ExportArguments {
 
     /// Load to export: a number in the unit of the study, or a pressure such as `10 MPa` (default:
     /// all loads).
-    #[arg(long, value_name = "LOAD")]
+    #[arg(long, value_name = "LOAD", allow_negative_numbers = true)]
     load: Option<ChosenLoad>,
+
+    /// Mean gap to export, if the manifest prescribes mean gaps: a number in the unit of the study,
+    /// or a length such as `20 nm` (default: all mean gaps).
+    #[arg(long, value_name = "GAP", conflicts_with = "load", value_parser = ChosenLoad::mean_gap)]
+    gap: Option<ChosenLoad>,
 
     /// File to write, whose suffix names the format.
     ///
@@ -163,23 +181,26 @@ pub struct ExportArguments {
     /// Form: `{"files", "task", "arrays", "nodes", "side", "unit", "pressure_unit", "loads",
     /// "load_column"}`.
     ///
-    /// For rectangles, `nodes` and `side` are `[x, y]`.
+    /// For rectangles, `nodes` and `side` are `[x, y]`. For a path, `branches` has the branch of
+    /// each state.
     #[arg(long)]
     json: bool,
 }
 
 pub fn export(arguments: &ExportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let ExportArguments { what, set, stage, coordinates, map, load, output, .. } = arguments;
+    let ExportArguments { what, set, stage, coordinates, map, output, .. } = arguments;
+    let load = arguments.load.or(arguments.gap);
     ExportFormat::from_path(output)?;
-    let mut maps = maps_of(what, set, stage.as_deref(), coordinates, *load, data)?;
+    let mut maps = maps_of(what, set, stage.as_deref(), coordinates, load, data)?;
     // Ctrl-C ends the process; files appear whole.
     let stop = AtomicBool::new(false);
-    let exported = Export::new(&mut maps, map, *load, &stop)?.write(output, arguments.replace)?;
+    let exported = Export::new(&mut maps, map, load, &stop)?.write(output, arguments.replace)?;
     print_answer(arguments.json, &exported, || {
         let Exported { arrays, nodes: PerAxis([x, y]), loads, .. } = &exported;
+        let one = if exported.branches.is_empty() { "load" } else { "state" };
         let loads = match loads.len() {
             0 => String::new(),
-            count => format!(" at {}", counted(count, "load")),
+            count => format!(" at {}", counted(count, one)),
         };
         format!(
             "{}: {}{loads} on {x} × {y} nodes\n",
@@ -200,6 +221,14 @@ fn maps_of(
 ) -> Result<TaskMaps, Failure> {
     let session = super::session(what, set, data);
     match stage {
+        // A key is followed by coordinates only.
+        Some(word) if word.contains('=') && !what.is_file() => {
+            set.refuse()?;
+            let first = word.parse().map_err(|error: InvalidCoordinate| Misused(error.to_string()));
+            let coordinates = [&[first?], coordinates].concat();
+            let what = what.to_string_lossy();
+            Ok(maps::finished_task(&what, &coordinates, data, &super::print_notice)?)
+        }
         Some(stage) => Ok(session.maps(stage, coordinates, load)?),
         None if what.is_file() => {
             let study = session.study()?;
@@ -213,7 +242,7 @@ fn maps_of(
         }
         None => {
             set.refuse()?;
-            Ok(maps::finished_task(&what.to_string_lossy(), data, &super::print_notice)?)
+            Ok(maps::finished_task(&what.to_string_lossy(), &[], data, &super::print_notice)?)
         }
     }
 }

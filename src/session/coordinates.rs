@@ -1,4 +1,4 @@
-//! Choice of a task and of its loads by the values of columns.
+//! Choice of a task and of its loads or states by the values of columns.
 
 use std::collections::BTreeSet;
 use std::str::FromStr;
@@ -10,12 +10,12 @@ use arrow::util::display::array_value_to_string;
 use super::words::{counted, listed, short};
 use super::{SessionError, UnknownName, names};
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
-use asperity_stages::columns::{LOAD, PRESSURE};
+use asperity_stages::columns::{BRANCH, LOAD, MEAN_GAP, PRESSURE, STEP};
 use asperity_stages::ensemble::load_column;
-use asperity_stages::units::pressure_unit;
+use asperity_stages::units::{length_unit, pressure_unit};
 use asperity_tables::column::Role;
 use asperity_tables::store::key::TaskKey;
-use asperity_tables::table::Table;
+use asperity_tables::table::{Table, TableError};
 
 /// Relative tolerance between a typed number and a column, because tables show rounded numbers.
 const ROUNDING: f64 = 1e-3;
@@ -28,20 +28,21 @@ pub struct Coordinate {
 }
 
 impl Coordinate {
-    /// Creates a condition on a column that identifies surfaces, such as `k_upper` or
-    /// `realization`.
+    /// Creates a condition on a column that identifies surfaces or states of a path, such as
+    /// `k_upper`, `realization` or `branch`.
     ///
     /// # Errors
-    /// Returns an error for columns of the load, which is chosen separately.
+    /// Returns an error for columns of the load and of the mean gap, which are chosen separately.
     pub fn new(
         column: impl Into<String>,
         value: impl Into<String>,
     ) -> Result<Coordinate, InvalidCoordinate> {
         let (column, value) = (column.into(), value.into());
-        if [LOAD.name, PRESSURE.name].contains(&column.as_str()) {
-            return Err(InvalidCoordinate::Load);
+        match column.as_str() {
+            name if [LOAD.name, PRESSURE.name].contains(&name) => Err(InvalidCoordinate::Load),
+            name if name == MEAN_GAP.name => Err(InvalidCoordinate::MeanGap),
+            _ => Ok(Coordinate { column, value }),
         }
-        Ok(Coordinate { column, value })
     }
 }
 
@@ -52,82 +53,169 @@ pub enum InvalidCoordinate {
     Form,
     #[error("use `--load` to choose the load")]
     Load,
+    #[error("use `--gap` to choose the mean gap")]
+    MeanGap,
 }
 
-/// Task that was chosen, with the loads of its rows.
+/// Task that was chosen, with its rows.
 #[derive(Debug)]
 pub struct ChosenTask {
     pub key: TaskKey,
-    /// Loads in the unit of the study, or `None` if the rows have no load.
-    pub loads: Option<Vec<f64>>,
+    pub rows: ChosenRows,
 }
 
-/// Load that a user chooses: a number in the unit of the study, or a mean pressure with a unit.
+/// Rows of a task that the study has and that the coordinates select.
+#[derive(Debug, PartialEq)]
+pub enum ChosenRows {
+    /// All rows. The rows have no load.
+    All,
+    /// The rows with these loads, in the unit of the study.
+    Loads(Vec<f64>),
+    /// The states of a path with these numbers.
+    Steps(Vec<i64>),
+}
+
+impl ChosenRows {
+    /// Returns the rows of a table of the task that were chosen.
+    pub fn of_table(&self, table: &Table) -> Result<Vec<usize>, TableError> {
+        let rows = 0..table.rows();
+        Ok(match self {
+            ChosenRows::All => rows.collect(),
+            ChosenRows::Loads(loads) => {
+                let all = table.reals(load_column(table))?;
+                rows.filter(|&row| loads.contains(&all.value(row))).collect()
+            }
+            ChosenRows::Steps(steps) => {
+                let all = table.integers(STEP.name)?;
+                rows.filter(|&row| steps.contains(&all.value(row))).collect()
+            }
+        })
+    }
+}
+
+/// Load that a user chooses: a number in the unit of the study, or a mean pressure with a unit. A
+/// state of a path with prescribed mean gaps is chosen by its mean gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChosenLoad {
     number: f64,
     unit: Option<&'static Unit>,
+    quantity: ChosenQuantity,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ChosenQuantity {
+    Load,
+    MeanGap,
+    /// The quantity that the manifest prescribes.
+    Prescribed,
 }
 
 impl From<f64> for ChosenLoad {
+    /// Chooses a load, or a mean gap if the manifest prescribes mean gaps.
     fn from(number: f64) -> ChosenLoad {
-        ChosenLoad { number, unit: None }
+        ChosenLoad { number, unit: None, quantity: ChosenQuantity::Prescribed }
     }
 }
 
 impl FromStr for ChosenLoad {
     type Err = InvalidLoad;
 
-    /// Reads a number, or a pressure such as `10 MPa`.
+    /// Reads a load: a number, or a pressure such as `10 MPa`.
     fn from_str(text: &str) -> Result<ChosenLoad, InvalidLoad> {
+        ChosenLoad::read(text, ChosenQuantity::Load)
+    }
+}
+
+impl ChosenLoad {
+    /// Reads a mean gap: a number, or a length such as `20 nm`.
+    ///
+    /// # Errors
+    /// Returns an error if the text is not a finite number with or without a unit of length.
+    pub fn mean_gap(text: &str) -> Result<ChosenLoad, InvalidLoad> {
+        ChosenLoad::read(text, ChosenQuantity::MeanGap)
+    }
+
+    fn read(text: &str, quantity: ChosenQuantity) -> Result<ChosenLoad, InvalidLoad> {
+        let dimension = match quantity {
+            ChosenQuantity::MeanGap => Dimension::Length,
+            ChosenQuantity::Load | ChosenQuantity::Prescribed => Dimension::Pressure,
+        };
         let (number, unit) = match quantity::split(text) {
             Some((number, symbol)) => {
-                let unit = Unit::find(symbol);
-                let unit = unit.filter(|unit| unit.dimension == Dimension::Pressure);
-                (number, Some(unit.ok_or_else(|| InvalidLoad::Unit { symbol: symbol.to_owned() })?))
+                let unit = Unit::find(symbol).filter(|unit| unit.dimension == dimension);
+                let unknown = || InvalidLoad::Unit { symbol: symbol.to_owned(), dimension };
+                (number, Some(unit.ok_or_else(unknown)?))
             }
             None => (text.trim(), None),
         };
         let number = number.parse().ok().filter(|number: &f64| number.is_finite());
-        Ok(ChosenLoad { number: number.ok_or(InvalidLoad::Form)?, unit })
+        let number = number.ok_or(InvalidLoad::Form { dimension })?;
+        Ok(ChosenLoad { number, unit, quantity })
+    }
+
+    /// Returns the column and the number of the load in the unit of the table.
+    fn in_table(self, table: &Table) -> Result<(&'static str, f64), SessionError> {
+        let given = load_column(table);
+        match self.quantity {
+            ChosenQuantity::Load if given == MEAN_GAP.name => {
+                let message = "the manifest prescribes mean gaps; choose one with `--gap` instead of \
+                               `--load`";
+                return Err(SessionError::Refused(message.to_owned()));
+            }
+            ChosenQuantity::MeanGap if given != MEAN_GAP.name => {
+                let message = "the manifest prescribes loads; choose one with `--load` instead of \
+                               `--gap`";
+                return Err(SessionError::Refused(message.to_owned()));
+            }
+            _ => {}
+        }
+        let Some(unit) = self.unit else { return Ok((given, self.number)) };
+        let (column, own, word) = match unit.dimension {
+            Dimension::Length => (MEAN_GAP.name, length_unit(table), "mean gap"),
+            Dimension::Pressure => (PRESSURE.name, pressure_unit(table), "load"),
+        };
+        let own = own.as_deref().and_then(Unit::find).ok_or_else(|| {
+            SessionError::Refused(format!(
+                "the manifest names no unit of {}; give the {word} as a number in the unit of the \
+                 study",
+                unit.dimension
+            ))
+        })?;
+        Ok((column, self.number * unit.factor_to(own)))
     }
 }
 
-/// Error in a load on the command line.
+/// Error in a load or a mean gap on the command line.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidLoad {
-    #[error("expected a finite number, or a pressure such as `10 MPa`")]
-    Form,
-    #[error("unknown unit `{symbol}`; units of pressure are {}", known())]
-    Unit { symbol: String },
+    #[error("expected a finite number, or a {dimension} such as `{}`", example(*dimension))]
+    Form { dimension: Dimension },
+    #[error(
+        "unknown unit `{symbol}`; units of {dimension} are {}",
+        listed(dimension.names(), "and")
+    )]
+    Unit { symbol: String, dimension: Dimension },
 }
 
-fn known() -> String {
-    listed(Dimension::Pressure.names(), "and")
+fn example(dimension: Dimension) -> &'static str {
+    match dimension {
+        Dimension::Length => "20 nm",
+        Dimension::Pressure => "10 MPa",
+    }
 }
 
 /// Returns the elements of `rows` with the load `load`; there is at least one.
 ///
 /// # Errors
 /// Returns an error if no row has this load; the message names the next lower and higher loads.
-/// Returns an error if the load has a unit, and the pressures of the table have no known unit.
+/// Returns an error if the load has a unit, and the column of the table has no known unit, or if
+/// the manifest prescribes another quantity.
 pub fn rows_under(
     table: &Table,
     rows: &[usize],
     load: ChosenLoad,
 ) -> Result<Vec<usize>, SessionError> {
-    let own = pressure_unit(table);
-    let (column, load) = match load.unit {
-        None => (load_column(table), load.number),
-        Some(unit) => {
-            let own = own.as_deref().and_then(Unit::find).ok_or_else(|| {
-                let message = "the manifest names no unit of pressure; give the load as a number in \
-                               the unit of the study";
-                SessionError::Refused(message.to_owned())
-            })?;
-            (PRESSURE.name, load.number * unit.factor_to(own))
-        }
-    };
+    let (column, load) = load.in_table(table)?;
     let loads = table.reals(column)?;
     let is_meant = |row: &usize| (loads.value(*row) - load).abs() <= ROUNDING * load.abs();
     let found: Vec<usize> = rows.iter().copied().filter(is_meant).collect();
@@ -138,7 +226,12 @@ pub fn rows_under(
         rows.iter().map(|&row| loads.value(row)).partition(|other| *other < load);
     let lower = lower.into_iter().max_by(f64::total_cmp);
     let higher = higher.into_iter().min_by(f64::total_cmp);
-    let text = |load: f64| match own.as_deref().filter(|_| column == PRESSURE.name) {
+    let unit = match column {
+        _ if column == PRESSURE.name => pressure_unit(table),
+        _ if column == MEAN_GAP.name => length_unit(table),
+        _ => None,
+    };
+    let text = |load: f64| match &unit {
         Some(unit) => format!("{} {unit}", load_as_typed(load)),
         None => load_as_typed(load),
     };
@@ -151,9 +244,34 @@ pub fn rows_under(
     }))
 }
 
+/// Returns the only element of `rows`, which have the same load. The rows of a task that is no path
+/// are equal, so the first one is returned.
+///
+/// # Errors
+/// Returns an error if several states of a path have the load; the message names them.
+pub fn only_state(table: &Table, rows: &[usize]) -> Result<usize, SessionError> {
+    if rows.len() == 1 || !table.has(STEP.name) {
+        return Ok(rows[0]);
+    }
+    let (branches, steps) = (table.texts(BRANCH.name)?, table.integers(STEP.name)?);
+    let mut words: Vec<String> = rows.iter().map(|&row| branches.value(row).to_owned()).collect();
+    words.dedup();
+    let choices = if words.len() == rows.len() {
+        format!("branch={}", words.join(" | "))
+    } else {
+        let steps: Vec<String> = rows.iter().map(|&row| steps.value(row).to_string()).collect();
+        format!("step={}", steps.join(" | "))
+    };
+    Err(SessionError::Refused(format!(
+        "{} of the path match; choose one by\n  {choices}",
+        counted(rows.len(), "state")
+    )))
+}
+
 /// Formats a load as users write it: `0.1`, `1e8`.
 pub fn load_as_typed(load: f64) -> String {
-    if (1e-4..1e6).contains(&load) { short(load) } else { format!("{load:e}") }
+    let is_short = load == 0.0 || (1e-4..1e6).contains(&load.abs());
+    if is_short { short(load) } else { format!("{load:e}") }
 }
 
 impl FromStr for Coordinate {
@@ -176,6 +294,7 @@ pub fn chosen_task(
     for coordinate in coordinates {
         rows = coordinate.filter(table, &rows)?;
     }
+    let selected = rows.clone();
     if let Some(load) = load.filter(|_| table.has(LOAD.name)) {
         rows = rows_under(table, &rows, load)?;
     }
@@ -184,9 +303,9 @@ pub fn chosen_task(
     let tasks: BTreeSet<&str> = tasks.iter().flatten().collect();
     if tasks.len() == 1 {
         let word: String = tasks.into_iter().collect();
-        let loads = loads_of(table, &word)?;
+        let rows = rows_of_task(table, &selected, &word)?;
         let key = word.parse().map_err(|_| names::TaskNameError::InvalidKey { word })?;
-        return Ok(ChosenTask { key, loads });
+        return Ok(ChosenTask { key, rows });
     }
     let columns = rows.coordinates();
     let fields = columns.batch().schema_ref().fields().iter().zip(columns.batch().columns());
@@ -195,7 +314,10 @@ pub fn chosen_task(
         // The surfaces of a spectrum are told by their realization, not by a measured slope.
         let is_measured = Role::from_field(field) == Some(Role::Surface)
             && *field.data_type() == DataType::Float64;
-        ![LOAD.name, PRESSURE.name, "surface"].contains(&name) && !is_measured
+        let is_load = [LOAD.name, PRESSURE.name, MEAN_GAP.name].contains(&name);
+        // A task with adhesion has all branches of its path.
+        let is_state = name == BRANCH.name && table.has(STEP.name);
+        !is_load && !is_state && name != "surface" && !is_measured
     };
     let differing = fields.filter(|(field, _)| is_typed(field)).filter_map(|(field, values)| {
         let name = field.name();
@@ -207,23 +329,31 @@ pub fn chosen_task(
     Err(SessionError::Refused(format!("{tasks} of `{stage}` match; choose one by{differing}")))
 }
 
-/// Returns the loads of the rows of a task, or `None` if the table has no loads.
-fn loads_of(table: &Table, task: &str) -> Result<Option<Vec<f64>>, SessionError> {
-    if !table.has(LOAD.name) {
-        return Ok(None);
+/// Returns the elements of `selected` that are rows of a task.
+fn rows_of_task(table: &Table, selected: &[usize], task: &str) -> Result<ChosenRows, SessionError> {
+    let tasks = table.texts("task")?;
+    let rows = selected.iter().copied().filter(|&row| tasks.value(row) == task);
+    if table.has(STEP.name) {
+        let steps = table.integers(STEP.name)?;
+        return Ok(ChosenRows::Steps(rows.map(|row| steps.value(row)).collect()));
     }
-    let tasks = table.texts("task")?.iter();
-    let loads = table.reals(load_column(table))?.iter().zip(tasks);
-    let of_task = loads.filter(|(_, of)| *of == Some(task));
-    Ok(Some(of_task.filter_map(|(load, _)| load).collect()))
+    if !table.has(LOAD.name) {
+        return Ok(ChosenRows::All);
+    }
+    let loads = table.reals(load_column(table))?;
+    let rows = rows.filter(|&row| loads.is_valid(row));
+    Ok(ChosenRows::Loads(rows.map(|row| loads.value(row)).collect()))
 }
 
 impl Coordinate {
     /// Returns the elements of `rows` that have the required value in the column; there is at least
-    /// one.
-    fn filter(&self, table: &Table, rows: &[usize]) -> Result<Vec<usize>, SessionError> {
+    /// one. States of a path may also be selected by their number.
+    pub fn filter(&self, table: &Table, rows: &[usize]) -> Result<Vec<usize>, SessionError> {
         let Coordinate { column, value } = self;
-        let coordinates = table.coordinates();
+        let coordinates = match column.as_str() {
+            name if name == STEP.name && table.has(name) => table.only(&[name]),
+            _ => table.coordinates(),
+        };
         let Some(values) = coordinates.batch().column_by_name(column) else {
             let message = format!("the table has no coordinate `{column}`");
             return Err(UnknownName::new(message, column, &coordinates.names()).into());

@@ -1,9 +1,9 @@
 //! Export of maps: VTK image data for ParaView, and NumPy arrays.
 //!
-//! Arrays are named in the singular: `height`, `contact`, `pressure`, `gap` and `displacement`. The
-//! first axis of a NumPy array is x, and the second is y, as in the library and in Python. With
-//! several loads, the load is the first of three axes. VTK files have x, y and z, with one node
-//! along z.
+//! Arrays are named in the singular: `height`, `contact`, `repulsive`, `pressure`, `gap` and
+//! `displacement`. The first axis of a NumPy array is x, and the second is y, as in the library and
+//! in Python. With several loads or states of a path, the load or the state is the first of three
+//! axes. VTK files have x, y and z, with one node along z.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -17,9 +17,10 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::SessionError;
 use super::coordinates::ChosenLoad;
-use super::maps::{Map, MapKind, TaskMaps};
+use super::maps::{Map, MapKind, PathState, TaskMaps};
 use super::outputs::{folder_of, has_suffix, unwritten, write_output, write_output_with};
 use super::words::listed;
+use asperity_stages::columns::{LOAD, MEAN_GAP};
 use asperity_stages::generate::PerAxis;
 use asperity_tables::store::key::TaskKey;
 
@@ -31,8 +32,8 @@ pub struct Export<'m> {
     heights: Option<Map>,
     /// Quantities that depend on the load.
     kinds: Vec<MapKind>,
-    /// Loads in ascending order, in the unit of the study.
-    loads: Vec<f64>,
+    /// Rows of the loads in ascending order, or of the states in the order of their path.
+    rows: Vec<usize>,
     /// Maps at the first load, which give the mesh and the units.
     first: Option<LoadMaps>,
     /// True if one load was asked for, whose arrays then have no axis of loads.
@@ -40,8 +41,32 @@ pub struct Export<'m> {
 }
 
 struct LoadMaps {
-    load: f64,
     maps: Vec<Map>,
+}
+
+impl LoadMaps {
+    fn load(&self) -> f64 {
+        self.maps[0].load.expect("maps of a contact have a load")
+    }
+
+    fn state(&self) -> Option<&PathState> {
+        self.maps[0].state.as_ref()
+    }
+}
+
+/// Loads of an export, each with its state along a path.
+#[derive(Debug, Default)]
+struct ExportedLoads {
+    loads: Vec<f64>,
+    /// Branches of the states; empty if the contact is no path.
+    branches: Vec<String>,
+}
+
+impl ExportedLoads {
+    fn push(&mut self, of: &LoadMaps) {
+        self.loads.push(of.load());
+        self.branches.extend(of.state().map(|state| state.branch.clone()));
+    }
 }
 
 /// NumPy array with elements that follow later, little-endian.
@@ -64,9 +89,12 @@ pub struct Exported {
     pub side: PerAxis<f64>,
     pub unit: Option<String>,
     pub pressure_unit: Option<String>,
-    /// Exported loads, in the unit of the column `load_column`.
+    /// Exported loads or mean gaps, in the unit of the column `load_column`.
     pub loads: Vec<f64>,
     pub load_column: Option<&'static str>,
+    /// Branches of the exported states of a path.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub branches: Vec<String>,
 }
 
 /// Format of an export, which the suffix of the file names.
@@ -126,19 +154,20 @@ impl<'m> Export<'m> {
             stop,
             heights,
             kinds: kinds.collect(),
-            loads: Vec::new(),
+            rows: Vec::new(),
             first: None,
             is_single: load.is_some(),
             maps,
         };
         if let Some(&kind) = export.kinds.first() {
-            let loads = export.maps.loads()?;
-            // Without loads, the map of the first quantity fails with the reason.
-            let first = load.or(loads.first().map(|load| (*load).into()));
-            let map = export.maps.map(kind, first, stop)?;
-            let found = map.load.ok_or(SessionError::NoMap { task: export.maps.task })?;
-            export.loads = if export.is_single { vec![found] } else { loads };
-            export.first = Some(export.at(found)?);
+            export.rows = match load {
+                Some(load) => vec![export.maps.row(kind, Some(load))?],
+                None => export.maps.rows(),
+            };
+            // Without rows, this fails with the reason.
+            let first = export.rows.first().copied();
+            let first = first.map_or_else(|| export.maps.row(kind, None), Ok)?;
+            export.first = Some(export.at(first)?);
         }
         if export.first.is_none() && export.heights.is_none() {
             return Err(SessionError::NoMap { task: export.maps.task });
@@ -146,27 +175,32 @@ impl<'m> Export<'m> {
         Ok(export)
     }
 
-    /// Reads or computes the maps at a load.
-    fn at(&mut self, load: f64) -> Result<LoadMaps, SessionError> {
-        let maps = self.kinds.iter().map(|kind| self.maps.map(*kind, Some(load.into()), self.stop));
-        Ok(LoadMaps { load, maps: maps.collect::<Result<_, _>>()? })
+    /// Reads or computes the maps in a row.
+    fn at(&mut self, row: usize) -> Result<LoadMaps, SessionError> {
+        let maps = self.kinds.iter().map(|kind| self.maps.map_of_row(*kind, row, self.stop));
+        Ok(LoadMaps { maps: maps.collect::<Result<_, _>>()? })
     }
 
-    /// Passes the maps at each load to `with`, with the index of the load.
+    /// Passes the maps at each load to `with`, with the index of the load. Returns the loads.
     fn for_each_load(
         &mut self,
         mut with: impl FnMut(&Self, usize, &LoadMaps) -> Result<(), SessionError>,
-    ) -> Result<(), SessionError> {
-        for index in 0..self.loads.len() {
+    ) -> Result<ExportedLoads, SessionError> {
+        let mut exported = ExportedLoads::default();
+        for index in 0..self.rows.len() {
             match &self.first {
-                Some(first) if index == 0 => with(self, index, first)?,
+                Some(first) if index == 0 => {
+                    exported.push(first);
+                    with(self, index, first)?;
+                }
                 _ => {
-                    let maps = self.at(self.loads[index])?;
+                    let maps = self.at(self.rows[index])?;
+                    exported.push(&maps);
                     with(self, index, &maps)?;
                 }
             }
         }
-        Ok(())
+        Ok(exported)
     }
 
     /// Writes the maps in the format of the suffix; see [`write_output`].
@@ -176,28 +210,35 @@ impl<'m> Export<'m> {
     /// file must not be overwritten or cannot be written.
     pub fn write(mut self, path: &Path, replace: bool) -> Result<Exported, SessionError> {
         let mut files = vec![path.to_owned()];
+        let mut loads = ExportedLoads::default();
         match ExportFormat::from_path(path)? {
             ExportFormat::Vti => {
-                if self.loads.len() > 1 {
+                if self.rows.len() > 1 {
+                    let (one, options) = match self.maps.is_path() {
+                        true => ("state", "`--load` or `--gap`"),
+                        false => ("load", "`--load`"),
+                    };
                     return Err(SessionError::Refused(format!(
-                        "a `.vti` file holds one load, but the task has {}; choose one with \
-                         `--load`, or write all to `{}`",
-                        self.loads.len(),
+                        "a `.vti` file holds one {one}, but the task has {}; choose one with \
+                         {options}, or write all to `{}`",
+                        self.rows.len(),
                         path.with_extension("pvd").display()
                     )));
                 }
+                self.first.iter().for_each(|first| loads.push(first));
                 write_output(path, &self.vti(self.first.as_ref()), "VTK", replace)?;
             }
             ExportFormat::Pvd => {
                 let folder = path.with_extension("");
                 let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 let mut collection = String::new();
-                self.for_each_load(|export, index, of| {
+                loads = self.for_each_load(|export, index, of| {
                     let file = format!("{index:04}.vti");
+                    // The loads of a path do not ascend.
+                    let time = of.state().map_or(of.load(), |state| state.step as f64);
                     let _ = writeln!(
                         collection,
-                        "    <DataSet timestep=\"{}\" part=\"0\" file=\"{}/{file}\"/>",
-                        of.load,
+                        "    <DataSet timestep=\"{time}\" part=\"0\" file=\"{}/{file}\"/>",
                         escaped(&name)
                     );
                     files.push(folder.join(&file));
@@ -221,25 +262,26 @@ impl<'m> Export<'m> {
                 };
                 write_output_with(path, "NumPy", &MAGIC[..4], replace, |file| {
                     let mut file = BufWriter::new(file);
-                    self.write_arrays(&mut [(array, &mut file)], path)?;
+                    loads = self.write_arrays(&mut [(array, &mut file)], path)?;
                     Ok(file.flush().map_err(|source| unwritten(path, source))?)
                 })?;
             }
             ExportFormat::Npz => {
                 write_output_with(path, "NumPy archive", b"PK\x03\x04", replace, |file| {
-                    self.write_archive(file, path)
+                    loads = self.write_archive(file, path)?;
+                    Ok(())
                 })?;
             }
         }
-        Ok(self.exported(files))
+        Ok(self.exported(files, loads))
     }
 
-    /// Writes arrays, each to its own writer.
+    /// Writes arrays, each to its own writer. Returns the loads.
     fn write_arrays<W: Write>(
         &mut self,
         arrays: &mut [(&Array, W)],
         path: &Path,
-    ) -> Result<(), SessionError> {
+    ) -> Result<ExportedLoads, SessionError> {
         let failed = |source: io::Error| unwritten(path, source);
         for (array, writer) in arrays.iter_mut() {
             writer.write_all(&array.header()).map_err(failed)?;
@@ -256,8 +298,12 @@ impl<'m> Export<'m> {
         })
     }
 
-    /// Writes an archive of the arrays with the sides, the loads and the units.
-    fn write_archive(&mut self, file: &mut File, path: &Path) -> Result<(), SessionError> {
+    /// Writes an archive of the arrays with the sides, the loads and the units. Returns the loads.
+    fn write_archive(
+        &mut self,
+        file: &mut File,
+        path: &Path,
+    ) -> Result<ExportedLoads, SessionError> {
         let failed = |source: io::Error| unwritten(path, source);
         // All quantities of a load are computed together, but an archive has one array after the
         // other.
@@ -268,7 +314,7 @@ impl<'m> Export<'m> {
             let part = tempfile::tempfile_in(folder).map_err(failed)?;
             parts.push((array, BufWriter::new(part)));
         }
-        self.write_arrays(&mut parts, path)?;
+        let loads = self.write_arrays(&mut parts, path)?;
         let mut archive = ZipWriter::new(file);
         let mut add = |name: &str, length: u64, content: &mut dyn Read| {
             // With the earliest date of the format, equal maps give equal bytes.
@@ -287,12 +333,12 @@ impl<'m> Export<'m> {
             });
             written.map_err(failed)?;
         }
-        for (array, elements) in self.small_arrays() {
+        for (array, elements) in self.small_arrays(&loads) {
             let bytes = [array.header(), elements].concat();
             add(array.name, bytes.len() as u64, &mut bytes.as_slice()).map_err(failed)?;
         }
         archive.finish().map_err(|error| failed(io::Error::other(error)))?;
-        Ok(())
+        Ok(loads)
     }
 
     /// Returns a map that shares mesh and units with all others.
@@ -301,7 +347,7 @@ impl<'m> Export<'m> {
         of_load.or(self.heights.as_ref()).expect("an export has a map")
     }
 
-    fn exported(&self, files: Vec<PathBuf>) -> Exported {
+    fn exported(&self, files: Vec<PathBuf>, loads: ExportedLoads) -> Exported {
         let kinds = self.heights.iter().map(|map| map.kind).chain(self.kinds.iter().copied());
         let map = self.any();
         Exported {
@@ -312,8 +358,9 @@ impl<'m> Export<'m> {
             side: PerAxis(map.grid.cell().size()),
             unit: map.length_unit.clone(),
             pressure_unit: map.pressure_unit.clone(),
-            loads: self.loads.clone(),
+            loads: loads.loads,
             load_column: map.load_column,
+            branches: loads.branches,
         }
     }
 
@@ -325,7 +372,7 @@ impl<'m> Export<'m> {
         let extent = format!("0 {} 0 {} 0 0", nodes_x - 1, nodes_y - 1);
         let (mut arrays, mut data) = (String::new(), Vec::new());
         for map in self.heights.iter().chain(of.map_or(&[][..], |of| &of.maps)) {
-            let is_flag = map.kind == MapKind::Contact;
+            let is_flag = map.kind.is_set();
             let element = if is_flag { "UInt8" } else { "Float64" };
             let _ = writeln!(
                 arrays,
@@ -347,9 +394,10 @@ impl<'m> Export<'m> {
         }
         let load = of.map_or_else(String::new, |of| {
             format!(
-                "    <FieldData>\n      <DataArray type=\"Float64\" Name=\"load\" \
+                "    <FieldData>\n      <DataArray type=\"Float64\" Name=\"{}\" \
                  NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>\n    </FieldData>\n",
-                of.load
+                self.load_name(),
+                of.load()
             )
         });
         let head = format!(
@@ -363,15 +411,20 @@ impl<'m> Export<'m> {
         [head.as_bytes(), &data, tail].concat()
     }
 
+    /// Returns the name of the array of the loads.
+    fn load_name(&self) -> &'static str {
+        self.any().load_column.filter(|name| *name == MEAN_GAP.name).unwrap_or(LOAD.name)
+    }
+
     /// Returns the arrays of all quantities.
     fn arrays(&self) -> Vec<Array> {
         let nodes = self.any().grid.nodes();
         let of_map = |kind: MapKind, shape: Vec<usize>| {
-            let element = if kind == MapKind::Contact { "|b1" } else { "<f8" };
+            let element = if kind.is_set() { "|b1" } else { "<f8" };
             Array { name: array_name(kind), element: element.to_owned(), shape }
         };
         let heights = self.heights.iter().map(|_| of_map(MapKind::Heights, nodes.to_vec()));
-        let loads = (!self.is_single).then_some(self.loads.len());
+        let loads = (!self.is_single).then_some(self.rows.len());
         let under_load = self.kinds.iter();
         let under_load =
             under_load.map(|kind| of_map(*kind, loads.into_iter().chain(nodes).collect()));
@@ -379,26 +432,39 @@ impl<'m> Export<'m> {
     }
 
     /// Returns the arrays of the sides, the loads and the units, with their elements.
-    fn small_arrays(&self) -> Vec<(Array, Vec<u8>)> {
+    fn small_arrays(&self, loads: &ExportedLoads) -> Vec<(Array, Vec<u8>)> {
         let map = self.any();
         let reals = |name, shape: Vec<usize>, values: &[f64]| {
             let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
             (Array { name, element: "<f8".to_owned(), shape }, bytes)
         };
+        let of_loads = || if self.is_single { vec![] } else { vec![loads.loads.len()] };
         let mut arrays = vec![reals("side", vec![2], &map.grid.cell().size())];
-        if !self.loads.is_empty() {
-            let shape = if self.is_single { vec![] } else { vec![self.loads.len()] };
-            arrays.push(reals("load", shape, &self.loads));
+        if !loads.loads.is_empty() {
+            arrays.push(reals(self.load_name(), of_loads(), &loads.loads));
+        }
+        if !loads.branches.is_empty() {
+            arrays.push(texts("branch", of_loads(), &loads.branches));
         }
         let units = [("unit", &map.length_unit), ("pressure_unit", &map.pressure_unit)];
-        arrays.extend(units.into_iter().filter_map(|(name, unit)| {
-            let unit = unit.as_deref()?;
-            let bytes = unit.chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
-            let element = format!("<U{}", unit.chars().count());
-            Some((Array { name, element, shape: vec![] }, bytes))
-        }));
+        arrays.extend(
+            units
+                .into_iter()
+                .filter_map(|(name, unit)| Some(texts(name, vec![], &[unit.clone()?]))),
+        );
         arrays
     }
+}
+
+/// Returns an array of texts with its elements, which have the same number of letters in a file.
+fn texts(name: &'static str, shape: Vec<usize>, values: &[String]) -> (Array, Vec<u8>) {
+    let letters = values.iter().map(|text| text.chars().count()).max().unwrap_or(0);
+    let padded = |text: &String| {
+        let text = text.chars().map(u32::from).chain(std::iter::repeat(0)).take(letters);
+        text.flat_map(u32::to_le_bytes).collect::<Vec<_>>()
+    };
+    let bytes = values.iter().flat_map(padded).collect();
+    (Array { name, element: format!("<U{letters}"), shape }, bytes)
 }
 
 impl Array {
@@ -425,9 +491,10 @@ impl Array {
 /// Returns the elements of the array of a map.
 fn elements(map: &Map) -> Vec<u8> {
     let values = map.values.iter();
-    match map.kind {
-        MapKind::Contact => values.map(|value| *value as u8).collect(),
-        _ => values.flat_map(|value| value.to_le_bytes()).collect(),
+    if map.kind.is_set() {
+        values.map(|value| *value as u8).collect()
+    } else {
+        values.flat_map(|value| value.to_le_bytes()).collect()
     }
 }
 
@@ -439,6 +506,7 @@ fn array_name(kind: MapKind) -> &'static str {
     match kind {
         MapKind::Heights => "height",
         MapKind::Contact => "contact",
+        MapKind::Repulsive => "repulsive",
         MapKind::Pressures => "pressure",
         MapKind::Gap => "gap",
         MapKind::Displacement => "displacement",

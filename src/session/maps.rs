@@ -1,36 +1,33 @@
 //! Maps of one task: heights of a surface, and contact, pressures, gaps and displacements under a
-//! load.
+//! load or in a state of a path.
 //!
 //! Heights and pressures that are not stored, gaps and displacements are computed when they are
-//! read. The results are the same as those of a run, because loads do not depend on each other.
+//! read. The results are the same as those of a run: loads do not depend on each other, and a path
+//! with adhesion is followed from its beginning.
 
-use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
+mod solved;
 
-use arrow::array::{Array, AsArray};
-use arrow::datatypes::Float64Type;
+use std::sync::atomic::AtomicBool;
+
 use clap::ValueEnum;
 use serde::Serialize;
 
-use super::coordinates::{ChosenLoad, Coordinate, chosen_task, rows_under};
+use self::solved::SolvedTask;
+use super::coordinates::{ChosenLoad, ChosenRows, Coordinate, chosen_task, only_state, rows_under};
 use super::words::listed;
 use super::{DataFolder, Observer, Session, SessionError, names, open_read_only};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
-use asperity_stages::columns::{CONTACT, EFFECTIVE_MODULUS, LOAD, PRESSURES, RMS_SLOPE};
+use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, MEAN_GAP, RMS_SLOPE};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::generate;
-use asperity_stages::grids::Grids;
-use asperity_stages::solve::ContactFields;
 use asperity_stages::surface_files::{SurfaceFileError, SurfaceFiles};
 use asperity_stages::units::{length_unit, pressure_unit};
 use asperity_stages::{Kind, StageError};
 use asperity_tables::store::Store;
 use asperity_tables::store::key::{Provenance, TaskKey};
-use asperity_tables::table::Table;
 
 /// Quantity that a map shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
@@ -41,7 +38,11 @@ pub enum MapKind {
     Heights,
     /// Nodes in contact.
     Contact,
-    /// Contact pressures, zero outside contact.
+    /// Nodes with positive pressure, only for contacts with adhesion. The other nodes in contact
+    /// are pulled.
+    Repulsive,
+    /// Contact pressures, zero outside contact. With adhesion, they are negative where the surfaces
+    /// attract each other.
     #[value(alias = "pressure")]
     Pressures,
     /// Gaps between the surfaces, zero in elastic contact and negative where the material yields.
@@ -53,19 +54,35 @@ pub enum MapKind {
 }
 
 impl MapKind {
-    pub const ALL: [MapKind; 5] = [
+    /// Maps of contacts without adhesion.
+    const WITHOUT_ADHESION: [MapKind; 5] = [
         MapKind::Heights,
         MapKind::Contact,
         MapKind::Pressures,
         MapKind::Gap,
         MapKind::Displacement,
     ];
+    /// Maps of contacts with adhesion.
+    const WITH_ADHESION: [MapKind; 6] = [
+        MapKind::Heights,
+        MapKind::Contact,
+        MapKind::Repulsive,
+        MapKind::Pressures,
+        MapKind::Gap,
+        MapKind::Displacement,
+    ];
+
+    /// Returns true for maps of nodes that belong to a set or not.
+    pub fn is_set(self) -> bool {
+        matches!(self, MapKind::Contact | MapKind::Repulsive)
+    }
 
     /// Returns the name in options and file names.
     pub fn name(self) -> &'static str {
         match self {
             MapKind::Heights => "heights",
             MapKind::Contact => "contact",
+            MapKind::Repulsive => "repulsive",
             MapKind::Pressures => "pressures",
             MapKind::Gap => "gap",
             MapKind::Displacement => "displacement",
@@ -77,25 +94,37 @@ impl MapKind {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
     pub kind: MapKind,
-    /// Values, row-major: node (i, j) at x = iΔx and y = jΔy is element i·N_y + j. Nodes in contact
-    /// have the value 1 in a map of the contact, and the others 0.
+    /// Values, row-major: node (i, j) at x = iΔx and y = jΔy is element i·N_y + j. In a map of a
+    /// set, such as the nodes in contact, nodes of the set have the value 1, and the others 0. Gaps
+    /// are infinite if the surfaces have pulled off.
     pub values: Vec<f64>,
     pub grid: Grid,
     /// Unit of the sides, or `None` if the study gives none.
     pub length_unit: Option<String>,
     /// Unit of the values, or `None` if it is unknown or the values are numbers.
     pub unit: Option<String>,
-    /// Load in the unit of the study, or `None` for heights.
+    /// Load or mean gap in the unit of the study, or `None` for heights.
     pub load: Option<f64>,
+    /// Branch and number of the state along its path, or `None` if the contact is no path.
+    pub state: Option<PathState>,
     /// Unit of pressures, if it is known.
     pub pressure_unit: Option<String>,
     /// Effective modulus E* in the unit of pressures, or `None` for heights.
     pub effective_modulus: Option<f64>,
     /// Column of the load: `load` for reduced loads, `pressure` for loads in the unit of the
-    /// moduli.
+    /// moduli, and `mean_gap` for prescribed mean gaps.
     pub load_column: Option<&'static str>,
     /// Unit of the load, or `None` if it is unknown.
     pub load_unit: Option<String>,
+}
+
+/// Position of a state along a path.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct PathState {
+    /// Direction of the path at the state: `approach`, `separation`, `approach-2`.
+    pub branch: String,
+    /// Number of the state along the path, from 1.
+    pub step: i64,
 }
 
 impl Session<'_> {
@@ -103,8 +132,8 @@ impl Session<'_> {
     /// `load`, or under the largest load.
     ///
     /// # Errors
-    /// Returns an error if not exactly one task matches, if the task has no such map, or on
-    /// interruption by `stop`.
+    /// Returns an error if not exactly one task or state of a path matches, if the task has no such
+    /// map, or on interruption by `stop`.
     pub fn map(
         &self,
         stage: &str,
@@ -152,24 +181,31 @@ impl Session<'_> {
             }
             other => other,
         })?;
-        maps.only(chosen.loads)
+        maps.only(&chosen.rows)
     }
 }
 
-/// Opens the maps of the finished task whose key begins with `word`. The observer receives a notice
-/// about each listed store that cannot be used.
+/// Opens the maps of the finished task whose key begins with `word`, with the rows that match all
+/// `coordinates`. The observer receives a notice about each listed store that cannot be used.
 ///
 /// # Errors
-/// Returns an error if not exactly one task matches, or if the task has no maps.
+/// Returns an error if not exactly one task matches, if the task has no maps, or if no row matches.
 pub fn finished_task(
     word: &str,
+    coordinates: &[Coordinate],
     data: &DataFolder,
     observer: &dyn Observer,
 ) -> Result<TaskMaps, SessionError> {
     let store = open_read_only(data, observer)?;
     let task = names::finished(word, &store, data)?;
     // The paths of measured surfaces are known from a manifest only.
-    TaskMaps::open(task, store, SurfaceFiles::default())
+    let mut maps = TaskMaps::open(task, store, SurfaceFiles::default())?;
+    if let Some(contact) = &mut maps.contact {
+        for coordinate in coordinates {
+            contact.rows = coordinate.filter(&contact.table, &contact.rows)?;
+        }
+    }
+    Ok(maps)
 }
 
 /// Maps of a task and of the tasks that it reads.
@@ -198,13 +234,15 @@ pub struct DrawnSurface {
     pub unit: Option<String>,
 }
 
-/// Solved loads of a surface.
-struct SolvedTask {
-    table: Table,
-    grid: Grid,
-    fields: Option<ContactFields>,
-    /// Row of the last load that was solved, with its pressures.
-    solved: Option<(usize, Vec<f64>)>,
+/// Contact maps of several loads, for one picture.
+pub struct Overlay {
+    pub grid: Grid,
+    /// Maps at ascending loads, or from the farthest to the nearest state of a branch.
+    pub contacts: Vec<ContactMap>,
+    /// Loads or mean gaps of the maps, in the unit of the study.
+    pub loads: Vec<f64>,
+    /// Branch of the states, or `None` if the contact is no path.
+    pub branch: Option<String>,
 }
 
 impl TaskMaps {
@@ -229,23 +267,42 @@ impl TaskMaps {
         }
     }
 
-    /// Keeps only the rows with these loads, because the store may have more loads than the study.
-    fn only(mut self, loads: Option<Vec<f64>>) -> Result<TaskMaps, SessionError> {
-        if let (Some(loads), Some(contact)) = (loads, &mut self.contact) {
-            let all = contact.loads()?;
-            let is_wanted = |row: &usize| loads.contains(&all[*row]);
-            let rows: Vec<usize> = (0..all.len()).filter(is_wanted).collect();
-            contact.table = contact.table.pick(&rows);
+    /// Keeps only the chosen rows, because the store may have more loads than the study.
+    fn only(mut self, chosen: &ChosenRows) -> Result<TaskMaps, SessionError> {
+        if let Some(contact) = &mut self.contact {
+            contact.rows = chosen.of_table(&contact.table)?;
         }
         Ok(self)
     }
 
-    /// Returns the loads in ascending order, in the unit of the study; none for a surface.
+    /// Returns the rows of the loads in ascending order, or of the states in the order of their
+    /// path; none for a surface.
+    pub fn rows(&self) -> Vec<usize> {
+        self.contact.as_ref().map_or(Vec::new(), |contact| contact.rows.clone())
+    }
+
+    /// Returns the loads or mean gaps of [`TaskMaps::rows`], in the unit of the study; none for a
+    /// surface.
     ///
     /// # Errors
     /// Returns an error if the table is not one of solved loads.
     pub fn loads(&self) -> Result<Vec<f64>, SessionError> {
-        self.contact.as_ref().map_or(Ok(Vec::new()), SolvedTask::loads)
+        let Some(contact) = &self.contact else { return Ok(Vec::new()) };
+        let loads = contact.table.reals(load_column(&contact.table))?;
+        Ok(contact.rows.iter().map(|&row| loads.value(row)).collect())
+    }
+
+    /// Returns true if the task is a path with adhesion.
+    pub fn is_path(&self) -> bool {
+        self.contact.as_ref().is_some_and(SolvedTask::is_path)
+    }
+
+    /// Returns true if the surfaces have pulled off in the state of a row.
+    ///
+    /// # Errors
+    /// Returns an error if the table is not one of solved loads.
+    pub fn is_apart(&self, row: usize) -> Result<bool, SessionError> {
+        self.contact.as_ref().map_or(Ok(false), |contact| contact.is_apart(row))
     }
 
     /// Returns the unit of length of the surface, if it is known without reading the heights.
@@ -253,38 +310,40 @@ impl TaskMaps {
         length_unit(&self.contact.as_ref()?.table)
     }
 
-    /// Names the load with its unit: `load`, `mean pressure (MPa)`.
+    /// Names the load with its unit: `load`, `mean pressure (MPa)`, `mean gap (µm)`.
     pub fn load_in_words(&self) -> String {
         let Some(contact) = &self.contact else { return "load".to_owned() };
-        if load_column(&contact.table) == LOAD.name {
-            return "load".to_owned();
-        }
-        match pressure_unit(&contact.table) {
-            Some(unit) => format!("mean pressure ({unit})"),
-            None => "mean pressure".to_owned(),
-        }
+        let (name, unit) = match load_column(&contact.table) {
+            name if name == LOAD.name => ("load", None),
+            name if name == MEAN_GAP.name => ("mean gap", length_unit(&contact.table)),
+            _ => ("mean pressure", pressure_unit(&contact.table)),
+        };
+        unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
     }
 
     /// Returns the quantities that the task has maps of.
     pub fn kinds(&self) -> &'static [MapKind] {
-        if self.contact.is_some() { &MapKind::ALL } else { &[MapKind::Heights] }
+        match &self.contact {
+            Some(contact) if contact.is_path() => &MapKind::WITH_ADHESION,
+            Some(_) => &MapKind::WITHOUT_ADHESION,
+            None => &[MapKind::Heights],
+        }
     }
 
-    /// Returns the contact map of every load.
+    /// Returns the contact maps of all loads, or of the states of the first branch of a path.
     ///
     /// # Errors
     /// Returns an error if the task generates a surface, or if a map is damaged.
-    pub fn contacts(&self) -> Result<(Grid, Vec<ContactMap>), SessionError> {
-        let contact = self.solved(MapKind::Contact)?;
-        let maps = (0..contact.table.rows()).map(|row| contact.contact(row));
-        Ok((contact.grid, maps.collect::<Result<_, _>>()?))
+    pub fn overlay(&self) -> Result<Overlay, SessionError> {
+        self.solved(MapKind::Contact)?.overlay()
     }
 
-    /// Returns the map of a quantity under a load, or under the largest load.
+    /// Returns the map of a quantity under a load, or under the largest load. Of a path, the state
+    /// with the smallest mean gap is taken if no load is given.
     ///
     /// # Errors
-    /// Returns an error if the task has no such map or no such load, if a surface file is missing,
-    /// or on interruption by `stop`.
+    /// Returns an error if the task has no such map, no such load or several states with this load,
+    /// if a surface file is missing, or on interruption by `stop`.
     pub fn map(
         &mut self,
         kind: MapKind,
@@ -293,41 +352,67 @@ impl TaskMaps {
     ) -> Result<Map, SessionError> {
         if kind == MapKind::Heights {
             if load.is_some() {
-                let message = "heights do not depend on the load; omit `--load`";
+                let message = "heights do not depend on the load; omit `--load` or `--gap`";
                 return Err(SessionError::Refused(message.to_owned()));
             }
             return self.heights();
         }
+        let row = self.row(kind, load)?;
+        self.map_of_row(kind, row, stop)
+    }
+
+    /// Returns the row of the map of a quantity under a load, or under the largest load.
+    ///
+    /// # Errors
+    /// Returns the errors of [`TaskMaps::map`].
+    pub fn row(&self, kind: MapKind, load: Option<ChosenLoad>) -> Result<usize, SessionError> {
+        let contact = self.solved(kind)?;
+        match load {
+            Some(load) => {
+                let rows = rows_under(&contact.table, &contact.rows, load)?;
+                only_state(&contact.table, &rows)
+            }
+            None => contact.heaviest()?.ok_or(SessionError::NoMap { task: self.task }),
+        }
+    }
+
+    /// Returns the map of a quantity in a row of the task.
+    ///
+    /// # Errors
+    /// Returns the errors of [`TaskMaps::map`].
+    pub fn map_of_row(
+        &mut self,
+        kind: MapKind,
+        row: usize,
+        stop: &AtomicBool,
+    ) -> Result<Map, SessionError> {
         let contact = self.solved(kind)?;
         let column = load_column(&contact.table);
-        let rows: Vec<usize> = (0..contact.table.rows()).collect();
-        let row = match load {
-            Some(load) => rows_under(&contact.table, &rows, load)?[0],
-            None => rows.last().copied().ok_or(SessionError::NoMap { task: self.task })?,
-        };
         let load = contact.table.reals(column)?.value(row);
         let (grid, length_unit) = (contact.grid, length_unit(&contact.table));
         let pressure_unit = pressure_unit(&contact.table);
         let effective_modulus = contact.table.reals(EFFECTIVE_MODULUS.name)?.value(row);
         let load_unit = match column {
             _ if column == LOAD.name => Some(LOAD.unit.to_owned()),
+            _ if column == MEAN_GAP.name => length_unit.clone(),
             _ => pressure_unit.clone(),
         };
         let unit = match kind {
-            MapKind::Contact => None,
+            MapKind::Contact | MapKind::Repulsive => None,
             MapKind::Pressures => pressure_unit.clone(),
             MapKind::Heights | MapKind::Gap | MapKind::Displacement => length_unit.clone(),
         };
-        let values = match kind {
-            MapKind::Contact => {
-                let map = contact.contact(row)?;
-                let touches = |node| {
-                    let [i, j] = grid.indices(node);
-                    map.get(i, j)
-                };
-                (0..grid.count()).map(|node| f64::from(u8::from(touches(node)))).collect()
-            }
-            _ => self.field(kind, row, stop)?,
+        let state = contact.path_state(row)?;
+        let values = if kind.is_set() {
+            let map = contact.set(kind, row)?;
+            let has = |node| {
+                let [i, j] = grid.indices(node);
+                map.get(i, j)
+            };
+            (0..grid.count()).map(|node| f64::from(u8::from(has(node)))).collect()
+        } else {
+            let contact = self.contact.as_mut().expect("the row of a load was found");
+            contact.field(kind, row, &mut self.surface, (&self.store, &self.sources), stop)?
         };
         Ok(Map {
             kind,
@@ -336,6 +421,7 @@ impl TaskMaps {
             length_unit,
             unit,
             load: Some(load),
+            state,
             load_column: Some(column),
             load_unit,
             pressure_unit,
@@ -352,13 +438,19 @@ impl TaskMaps {
     }
 
     fn solved(&self, kind: MapKind) -> Result<&SolvedTask, SessionError> {
-        self.contact.as_ref().ok_or_else(|| {
+        let contact = self.contact.as_ref().ok_or_else(|| {
             SessionError::Refused(format!(
                 "task {} generates a surface and has no {}; choose a task of a `solve` stage",
                 self.task,
                 kind.name()
             ))
-        })
+        })?;
+        if kind == MapKind::Repulsive && !contact.is_path() {
+            let message = "without adhesion all nodes in contact are repulsive; choose the map \
+                           `contact`";
+            return Err(SessionError::Refused(message.to_owned()));
+        }
+        Ok(contact)
     }
 
     fn heights(&mut self) -> Result<Map, SessionError> {
@@ -370,53 +462,11 @@ impl TaskMaps {
             length_unit: drawn.unit.clone(),
             unit: drawn.unit.clone(),
             load: None,
+            state: None,
             pressure_unit: None,
             effective_modulus: None,
             load_column: None,
             load_unit: None,
-        })
-    }
-
-    /// Returns pressures, gaps or displacements in the row of a load.
-    fn field(
-        &mut self,
-        kind: MapKind,
-        row: usize,
-        stop: &AtomicBool,
-    ) -> Result<Vec<f64>, SessionError> {
-        let contact = self.contact.as_mut().expect("the row of a load was found");
-        let stored = contact.stored_pressures(row);
-        if let (MapKind::Pressures, Some(stored)) = (kind, &stored) {
-            return Ok(stored.clone());
-        }
-        if contact.fields.is_none() {
-            let drawn = self.surface.draw(&self.store, &self.sources)?;
-            let threads = threads(contact.grid);
-            let (surface, slope) = (drawn.surface.clone(), drawn.rms_slope);
-            contact.fields = Some(ContactFields::new(&contact.table, surface, slope, threads)?);
-        }
-        let load = contact.loads()?[row];
-        let fields = contact.fields.as_mut().expect("the fields were prepared");
-        let pressures = match (stored, &contact.solved) {
-            (Some(stored), _) => stored,
-            (None, Some((solved, pressures))) if *solved == row => pressures.clone(),
-            (None, _) => {
-                let is_interrupted = || stop.load(Ordering::Relaxed);
-                let pressures = fields.pressures(load, &is_interrupted)?;
-                contact.solved = Some((row, pressures.clone()));
-                pressures
-            }
-        };
-        let field = match kind {
-            MapKind::Gap => fields.gap(pressures),
-            MapKind::Displacement => fields.displacement(pressures),
-            MapKind::Heights | MapKind::Contact | MapKind::Pressures => Some(pressures),
-        };
-        field.ok_or_else(|| {
-            SessionError::Refused(format!(
-                "an asperity model has no map of the {}; choose contact or pressures",
-                kind.name()
-            ))
         })
     }
 }
@@ -448,37 +498,4 @@ impl SurfaceTask {
         let is_periodic = !params.origin.is_open();
         Ok(DrawnSurface { surface, rms_slope, is_periodic, unit: length_unit(&table) })
     }
-}
-
-impl SolvedTask {
-    fn new(table: Table) -> Result<SolvedTask, SessionError> {
-        let grid = Grids::new(&table)?.grid(0)?;
-        Ok(SolvedTask { table, grid, fields: None, solved: None })
-    }
-
-    fn loads(&self) -> Result<Vec<f64>, SessionError> {
-        Ok(self.table.reals(load_column(&self.table))?.values().to_vec())
-    }
-
-    fn contact(&self, row: usize) -> Result<ContactMap, SessionError> {
-        let bytes = self.table.bytes(CONTACT.name)?.value(row);
-        ContactMap::from_bytes(self.grid.nodes(), bytes).map_err(SessionError::Map)
-    }
-
-    /// Returns the pressures in a row if they are stored.
-    fn stored_pressures(&self, row: usize) -> Option<Vec<f64>> {
-        let lists = self.table.lists(PRESSURES.name).ok()?;
-        if lists.is_null(row) || lists.value_length(row) == 0 {
-            return None;
-        }
-        let list = lists.value(row);
-        let pressures = list.as_primitive::<Float64Type>().iter();
-        Some(pressures.map(Option::unwrap_or_default).collect())
-    }
-}
-
-/// Returns threads for a mesh on all cores of the machine. Results do not depend on their number.
-fn threads(grid: Grid) -> Threads {
-    let cores = thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    Threads::for_mesh(cores, grid.count())
 }

@@ -1,4 +1,5 @@
-//! Pictures of the maps of one task: plain, shaded in perspective, and animated over the loads.
+//! Pictures of the maps of one task: plain, shaded in perspective, and animated over the loads or
+//! the states of a path.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -6,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 
 use super::coordinates::{ChosenLoad, Coordinate, load_as_typed};
-use super::maps::{Map, MapKind, TaskMaps};
+use super::maps::{Map, MapKind, Overlay, PathState, TaskMaps};
 use super::outputs::{has_suffix, is_stream, write_output};
 use super::words::{counted, short};
 use super::{Session, SessionError};
@@ -16,8 +17,8 @@ use asperity_report::map_pictures::{
     NodeValues, Quantity, StillFormat, contacts_panel, pixels, still,
 };
 use asperity_report::relief::Relief;
-use asperity_report::{MapPanel, Raster, Scale, digits, pressure_in_words};
-use asperity_stages::columns::LOAD;
+use asperity_report::{MapPanel, Raster, Scale, digits, length_in_words, pressure_in_words};
+use asperity_stages::columns::{LOAD, MEAN_GAP};
 use asperity_stages::generate::PerAxis;
 use asperity_tables::store::key::TaskKey;
 
@@ -31,7 +32,8 @@ const MAX_ANIMATED_PIXELS: usize = 1024;
 pub struct ViewOptions {
     /// Map to draw (default: heights for surfaces, contact for loads).
     pub map: Option<MapKind>,
-    /// Load (default: contacts at all loads, other maps at the largest).
+    /// Load (default: contacts at all loads, other maps at the largest load or, along a path, at
+    /// the smallest mean gap).
     pub load: Option<ChosenLoad>,
     /// Show the surface in perspective, with the colours of the map.
     pub relief: bool,
@@ -50,6 +52,11 @@ pub struct Picture {
     panels: Vec<MapPanel>,
     #[serde(skip)]
     frame_time: Option<u16>,
+    #[serde(skip)]
+    is_path: bool,
+    /// Branch of a path whose contacts are drawn in one map.
+    #[serde(skip)]
+    branch: Option<String>,
     /// Key of the requested task, which may differ from the task that contains the map.
     pub task: TaskKey,
     pub map: MapKind,
@@ -58,10 +65,13 @@ pub struct Picture {
     /// Load of the map, or `None` for heights, for contacts at all loads and for animations.
     pub load: Option<f64>,
     /// Name of the column of the load: `load` for reduced loads, `pressure` for loads in the unit
-    /// of the moduli.
+    /// of the moduli, `mean_gap` for prescribed mean gaps.
     pub load_column: Option<&'static str>,
     /// Unit of the load, or `None` if it is unknown.
     pub load_unit: Option<String>,
+    /// State of a path; `None` for several states.
+    #[serde(flatten)]
+    pub state: Option<PathState>,
     /// Number of pictures, one for each load of an animation.
     pub pictures: usize,
     /// Smallest value of the colour scale; `None` for contacts.
@@ -160,13 +170,15 @@ impl Picture {
         let kind = options.map.unwrap_or(default);
         let surface =
             if options.relief { Some(maps.map(MapKind::Heights, None, stop)?) } else { None };
-        if kind == MapKind::Contact && options.load.is_none() && !options.animate {
+        let is_one_state = maps.is_path() && maps.rows().len() == 1;
+        let is_overlay = options.load.is_none() && !options.animate && !is_one_state;
+        if kind == MapKind::Contact && is_overlay {
             return Picture::of_all_contacts(maps, surface.as_ref());
         }
         let shown = if options.animate {
             animated(maps, kind, options.load, stop)?
         } else {
-            vec![maps.map(kind, options.load, stop)?]
+            vec![still_map(maps, kind, options.load, stop)?]
         };
         let scales = shown.iter().map(|map| map.node_values().scale());
         let scale = scales.reduce(Scale::covering).expect("there is a map");
@@ -176,13 +188,14 @@ impl Picture {
             picture.add(panel, surface.as_ref(), map.grid);
         }
         if let [map] = shown.as_slice() {
-            picture.load = map.load;
+            (picture.load, picture.state) = (map.load, map.state.clone());
         }
         picture.frame_time = options.frame_time;
+        picture.is_path = maps.is_path();
         picture.load_column = shown[0].load_column;
         picture.load_unit.clone_from(&shown[0].load_unit);
         picture.pictures = shown.len();
-        if kind != MapKind::Contact {
+        if !kind.is_set() {
             let (lowest, highest) = scale.range().into_inner();
             (picture.lowest, picture.highest) = (Some(lowest), Some(highest));
             picture.unit = Some(shown[0].unit.clone().unwrap_or_default());
@@ -192,15 +205,22 @@ impl Picture {
 
     /// Draws the contacts at all loads in one map.
     fn of_all_contacts(maps: &TaskMaps, surface: Option<&Map>) -> Result<Picture, SessionError> {
-        let (grid, contacts) = maps.contacts()?;
+        let Overlay { grid, contacts, loads, branch } = maps.overlay()?;
         let load = maps.load_in_words();
-        let loads: Vec<String> = maps.loads()?.iter().map(|load| digits(*load, 3)).collect();
-        let label = format!("{load} at which contact begins");
-        let title = "contact at all loads".to_owned();
+        let loads: Vec<String> = loads.iter().map(|load| digits(*load, 3)).collect();
+        let (title, changes) = match &branch {
+            None => ("contact at all loads".to_owned(), "begins"),
+            Some(branch) => (
+                format!("contact along the {branch}"),
+                if branch.starts_with("separation") { "ends" } else { "begins" },
+            ),
+        };
+        let label = format!("{load} at which contact {changes}");
         let unit = maps.length_unit();
         let panel = contacts_panel(title, grid, &contacts, &loads, label, unit.as_deref());
         let mut picture = Picture::new(maps.task, MapKind::Contact, grid);
         picture.add(panel, surface, grid);
+        picture.branch = branch;
         Ok(picture)
     }
 
@@ -208,12 +228,15 @@ impl Picture {
         Picture {
             panels: Vec::new(),
             frame_time: None,
+            is_path: false,
+            branch: None,
             task,
             map,
             nodes: PerAxis(grid.nodes()),
             load: None,
             load_column: None,
             load_unit: None,
+            state: None,
             pictures: 1,
             lowest: None,
             highest: None,
@@ -250,9 +273,12 @@ impl Picture {
     /// Returns a file name that is unique for the picture.
     pub fn file_name(&self) -> String {
         let load = self.load_in_words().map(|load| format!("-{load}"));
+        let branch = self.state.as_ref().map(|state| &state.branch).or(self.branch.as_ref());
+        let branch = branch.map(|branch| format!("-{branch}"));
         let key = &self.task.to_string()[..KEY_DIGITS];
         let relief = if self.height_factor.is_some() { "-3d" } else { "" };
-        format!("{key}-{}{}{relief}.png", self.map.name(), load.unwrap_or_default())
+        let [load, branch] = [load, branch].map(Option::unwrap_or_default);
+        format!("{key}-{}{load}{branch}{relief}.png", self.map.name())
     }
 
     /// Describes the picture in one line.
@@ -260,12 +286,22 @@ impl Picture {
         let load = match (self.map, self.load) {
             (MapKind::Heights, _) => String::new(),
             (_, Some(load)) => {
-                format!(" at {}", load_with_unit(load, self.load_column, self.load_unit.as_deref()))
+                let load = load_with_unit(load, self.load_column, self.load_unit.as_deref());
+                match &self.state {
+                    Some(state) => format!(" at {load} on the {}", state.branch),
+                    None => format!(" at {load}"),
+                }
             }
             (_, None) if self.panels.len() > 1 => {
-                format!(" at {}", counted(self.panels.len(), "load"))
+                format!(
+                    " at {}",
+                    counted(self.panels.len(), if self.is_path { "state" } else { "load" })
+                )
             }
-            (_, None) => " at all loads".to_owned(),
+            (_, None) => match &self.branch {
+                Some(branch) => format!(" along the {branch}"),
+                None => " at all loads".to_owned(),
+            },
         };
         let range = match (self.lowest, self.highest) {
             (Some(lowest), Some(highest)) => {
@@ -333,7 +369,43 @@ impl Picture {
     }
 }
 
-/// Returns the maps of a quantity at all loads.
+/// Returns the map of a quantity under a load.
+fn still_map(
+    maps: &mut TaskMaps,
+    kind: MapKind,
+    load: Option<ChosenLoad>,
+    stop: &AtomicBool,
+) -> Result<Map, SessionError> {
+    if kind == MapKind::Heights {
+        return maps.map(kind, load, stop);
+    }
+    let row = maps.row(kind, load)?;
+    if kind == MapKind::Gap && maps.is_apart(row)? {
+        let message = "the surfaces have pulled off in this state, so they have no gap to draw; \
+                       choose another state, or another map";
+        return Err(SessionError::Refused(message.to_owned()));
+    }
+    drawn_map(maps, kind, row, stop)
+}
+
+/// Returns the map of a quantity in a row. In the contact map of a path, nodes with positive
+/// pressure have the value 2.
+fn drawn_map(
+    maps: &mut TaskMaps,
+    kind: MapKind,
+    row: usize,
+    stop: &AtomicBool,
+) -> Result<Map, SessionError> {
+    let mut map = maps.map_of_row(kind, row, stop)?;
+    if kind == MapKind::Contact && maps.is_path() {
+        let repulsive = maps.map_of_row(MapKind::Repulsive, row, stop)?;
+        map.values.iter_mut().zip(repulsive.values).for_each(|(node, pushed)| *node += pushed);
+    }
+    Ok(map)
+}
+
+/// Returns the maps of a quantity at all loads, or along a path. States without a gap are left out
+/// of an animation of gaps.
 fn animated(
     maps: &mut TaskMaps,
     kind: MapKind,
@@ -342,15 +414,20 @@ fn animated(
 ) -> Result<Vec<Map>, SessionError> {
     if kind == MapKind::Heights || load.is_some() {
         let message = "an animation shows a map of the contact at all loads; choose another map \
-                       than heights, and omit `--load`";
+                       than heights, and omit `--load` and `--gap`";
         return Err(SessionError::Refused(message.to_owned()));
     }
-    let loads = maps.loads()?;
-    if loads.is_empty() {
-        // The error says what the task lacks.
-        return Ok(vec![maps.map(kind, None, stop)?]);
+    let mut rows = Vec::new();
+    for row in maps.rows() {
+        if kind != MapKind::Gap || !maps.is_apart(row)? {
+            rows.push(row);
+        }
     }
-    loads.into_iter().map(|load| maps.map(kind, Some(load.into()), stop)).collect()
+    if rows.is_empty() {
+        // The error says what the task lacks.
+        return Ok(vec![still_map(maps, kind, None, stop)?]);
+    }
+    rows.into_iter().map(|row| drawn_map(maps, kind, row, stop)).collect()
 }
 
 /// Draws the pictures of an animation.
@@ -368,7 +445,9 @@ impl Map {
         NodeValues {
             quantity: match self.kind {
                 MapKind::Heights => Quantity::Height,
+                MapKind::Contact if self.state.is_some() => Quantity::AdhesiveContact,
                 MapKind::Contact => Quantity::Contact,
+                MapKind::Repulsive => Quantity::Repulsive,
                 MapKind::Pressures => Quantity::Pressure,
                 MapKind::Gap => Quantity::Gap,
                 MapKind::Displacement => Quantity::Displacement,
@@ -381,13 +460,18 @@ impl Map {
         }
     }
 
-    /// Returns quantity and load: `gap at load 0.1`, or `gap at 10 MPa`.
+    /// Returns quantity, load and branch: `gap at load 0.1`, `gap at 10 MPa · separation`.
     fn title(&self) -> String {
-        let name = self.kind.name();
+        let name = match self.kind {
+            MapKind::Repulsive => "repulsive nodes",
+            kind => kind.name(),
+        };
         match self.load {
             Some(load) => {
                 let unit = self.load_unit.as_deref();
-                format!("{name} at {}", load_with_unit(load, self.load_column, unit))
+                let load = load_with_unit(load, self.load_column, unit);
+                let branch = self.state.as_ref().map(|state| format!(" · {}", state.branch));
+                format!("{name} at {load}{}", branch.unwrap_or_default())
             }
             None => name.to_owned(),
         }
@@ -398,6 +482,7 @@ impl Map {
 fn load_with_unit(load: f64, column: Option<&str>, unit: Option<&str>) -> String {
     match unit {
         _ if column == Some(LOAD.name) => format!("load {}", digits(load, 4)),
+        _ if column == Some(MEAN_GAP.name) => format!("mean gap {}", length_in_words(load, unit)),
         Some(unit) => pressure_in_words(load, unit),
         None => format!("pressure {} in the unit of E*", load_as_typed(load)),
     }

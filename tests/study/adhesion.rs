@@ -15,7 +15,7 @@ fn reference(name: &str) -> String {
     format!("{}/crates/contact/tests/data/adhesion/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
-fn study(path: &str) -> String {
+pub fn study(path: &str) -> String {
     format!(
         r#"
 [study]
@@ -57,7 +57,7 @@ fn rows_of(file: &str) -> Vec<Vec<f64>> {
     lines.map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect()
 }
 
-fn real(table: &Table, column: &str, row: usize) -> f64 {
+pub fn real(table: &Table, column: &str, row: usize) -> f64 {
     table.reals(column).unwrap().value(row)
 }
 

@@ -4,6 +4,7 @@
 
 mod adaptive_sampling;
 mod adhesion;
+mod adhesion_maps;
 mod asperities;
 mod beginning;
 mod bench;

@@ -381,7 +381,7 @@ pub fn up_to(load: f64, means: Vec<Mean>) -> Vec<Mean> {
 }
 
 /// Returns the unit of the parameters that are lengths.
-fn lengths(finished: &FinishedStages, units: &Units, points: &[Point]) -> Lengths {
+pub fn lengths(finished: &FinishedStages, units: &Units, points: &[Point]) -> Lengths {
     let tables = finished.stages.iter().map(|stage| &stage.table);
     let columns = tables.flat_map(|table| table.in_role(Role::Parameter).descriptions());
     let columns = columns.filter(|column| column.unit == "length").map(|column| column.name);

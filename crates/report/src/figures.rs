@@ -4,6 +4,8 @@
 //! Each figure is a [`Definition`] with a function that draws the figure from the tables of a
 //! study.
 
+mod adhesion;
+mod adhesion_maps;
 mod area;
 mod automatic;
 mod contact_maps;
@@ -33,7 +35,7 @@ use asperity_pipeline::study::Study;
 use asperity_pipeline::study::figures::FigureSpec;
 
 /// All figures that every study can have, in the order of the page.
-pub const ALL: [&Definition; 25] = [
+pub const ALL: [&Definition; 28] = [
     &heights::MAPS,
     &heights::HEIGHTS,
     &spectra::SPECTRUM,
@@ -57,6 +59,9 @@ pub const ALL: [&Definition; 25] = [
     &distributions::CLUSTERS,
     &flow::SEALING,
     &flow::FLOW,
+    &adhesion::LOOP,
+    &adhesion::AREAS,
+    &adhesion_maps::MAPS,
     &area::ASPERITIES,
     &limits::LIMITS,
 ];

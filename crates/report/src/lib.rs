@@ -52,7 +52,7 @@ pub use charts::raster::{Raster, Scale};
 pub use charts::svg::PixelsError;
 pub use earlier::{changed_files, check_folder};
 pub use ensembles::Bars;
-pub use units::{digits, pressure_in_words};
+pub use units::{digits, length_in_words, pressure_in_words};
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -8,7 +8,7 @@ use crate::ensembles;
 use crate::figure_data::{FinishedStages, LOAD_LABEL};
 use crate::units::{LengthUnit, PressureUnit, Scaled, Units, digits};
 use asperity_stages::Kind;
-use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, PRESSURE, PRESSURE_UNIT};
+use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, MEAN_GAP, PRESSURE, PRESSURE_UNIT};
 use asperity_stages::ensemble::load_column;
 use asperity_tables::table::{Table, TableError};
 
@@ -34,8 +34,19 @@ impl Loads {
         let columns = [LOAD.name, PRESSURE.name];
         let solved = finished.with(&columns).filter(|stage| stage.kind == Kind::Solve);
         let tables: Vec<&Table> = solved.map(|stage| &stage.table).collect();
-        let is_pressure = |table: &&Table| load_column(table) == PRESSURE.name;
-        if tables.is_empty() || !tables.iter().all(is_pressure) {
+        let mut are_pressures = !tables.is_empty();
+        for table in &tables {
+            are_pressures &= match load_column(table) {
+                column if column == PRESSURE.name => true,
+                // The loads of prescribed mean gaps are results. They are pressures if the manifest
+                // gives a modulus with a unit.
+                column if column == MEAN_GAP.name => {
+                    unit_of_pressures(table, units)? != PressureUnit::Unknown
+                }
+                _ => false,
+            };
+        }
+        if !are_pressures {
             return Ok(Loads::Reduced);
         }
         let mut pressure_units = Vec::new();
@@ -44,7 +55,10 @@ impl Loads {
             pressure_units.push(unit_of_pressures(table, units)?);
             let (loads, pressures) = (table.reals(LOAD.name)?, table.reals(PRESSURE.name)?);
             let pairs = pressures.values().iter().zip(loads.values());
-            for scale in pairs.map(|(pressure, load)| pressure / load) {
+            // A load of zero has no ratio.
+            let scale =
+                pairs.filter(|(_, load)| **load != 0.0).map(|(pressure, load)| pressure / load);
+            for scale in scale {
                 scales = [scales[0].min(scale), scales[1].max(scale)];
             }
         }
@@ -113,7 +127,8 @@ impl Loads {
         for chart in charts {
             let points = || chart.series.iter().flat_map(|series| &series.points);
             let largest = |values: &mut dyn Iterator<Item = f64>| {
-                let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+                let sizes = values.filter(|value| value.is_finite()).map(f64::abs);
+                let largest = sizes.fold(0.0, f64::max);
                 unit.scaled(largest * scale)
             };
             let along_x = largest(&mut points().map(|point| point.x));

@@ -4,7 +4,7 @@
 //! relative to the longer side L of the map, and pressures relative to E*.
 
 use crate::charts::map_panel::{BarNumbers, ColourBar, MapPanel, ScaleBar};
-use crate::charts::raster::{CONTACT, GAP, Pixel, Raster, Scale};
+use crate::charts::raster::{CONTACT, GAP, PULLED, PUSHED, Pixel, Raster, Scale};
 use crate::charts::svg::{self, PixelsError};
 use crate::charts::{Figure, Panel, panel_of_map, pdf};
 use crate::units::{LengthUnit, PressureUnit, Scaled, digits, scale_bar};
@@ -24,6 +24,11 @@ pub enum Quantity {
     Height,
     /// 1 at nodes in contact and 0 at the others.
     Contact,
+    /// 1 at nodes in contact that are pulled, 2 at nodes with positive pressure, and 0 at the
+    /// others.
+    AdhesiveContact,
+    /// 1 at nodes with positive pressure of a contact with adhesion, and 0 at the others.
+    Repulsive,
     Pressure,
     Gap,
     Displacement,
@@ -48,7 +53,13 @@ impl NodeValues<'_> {
     pub fn scale(&self) -> Scale {
         match self.quantity {
             Quantity::Height => Scale::from_heights(self.values),
-            Quantity::Contact | Quantity::Pressure => Scale::from_pressures(self.values),
+            Quantity::Pressure if self.values.iter().any(|value| *value < 0.0) => {
+                Scale::from_signed_pressures(self.values)
+            }
+            Quantity::Contact
+            | Quantity::AdhesiveContact
+            | Quantity::Repulsive
+            | Quantity::Pressure => Scale::from_pressures(self.values),
             Quantity::Gap => Scale::from_gaps(self.values),
             Quantity::Displacement => Scale::from_displacements(self.values),
         }
@@ -60,7 +71,9 @@ impl NodeValues<'_> {
         let colour = |value: f64| -> Pixel {
             match self.quantity {
                 Quantity::Contact if value > 0.0 => CONTACT,
-                Quantity::Contact => GAP,
+                Quantity::AdhesiveContact if value == 1.0 => PULLED,
+                Quantity::AdhesiveContact | Quantity::Repulsive if value > 0.0 => PUSHED,
+                Quantity::Contact | Quantity::AdhesiveContact | Quantity::Repulsive => GAP,
                 Quantity::Pressure | Quantity::Gap if value == 0.0 => GAP,
                 _ => scale.colour(value),
             }
@@ -68,10 +81,12 @@ impl NodeValues<'_> {
         Raster::from_values(self.grid.nodes(), self.values, colour)
     }
 
-    /// Returns the colour bar of the values, or `None` for contact.
+    /// Returns the colour bar of the values, or `None` for contact without adhesion.
     pub fn colour_bar(&self, scale: &Scale) -> Option<ColourBar> {
-        if self.quantity == Quantity::Contact {
-            return None;
+        match self.quantity {
+            Quantity::Contact | Quantity::Repulsive => return None,
+            Quantity::AdhesiveContact => return Some(adhesive_contact_bar()),
+            Quantity::Height | Quantity::Pressure | Quantity::Gap | Quantity::Displacement => {}
         }
         let (lowest, highest) = scale.range().into_inner();
         let Shown { factor, label } = self.shown(lowest.abs().max(highest.abs()));
@@ -83,7 +98,10 @@ impl NodeValues<'_> {
     fn shown(&self, largest: f64) -> Shown {
         let name = match self.quantity {
             Quantity::Height => "height h",
-            Quantity::Contact | Quantity::Pressure => "pressure p",
+            Quantity::Contact
+            | Quantity::AdhesiveContact
+            | Quantity::Repulsive
+            | Quantity::Pressure => "pressure p",
             Quantity::Gap => "gap g",
             Quantity::Displacement => "displacement u",
         };
@@ -112,6 +130,15 @@ impl NodeValues<'_> {
         let panel = map_panel(title, self.raster(scale), self.grid, self.length_unit);
         MapPanel { colour_bar: self.colour_bar(scale).map(Box::new), ..panel }
     }
+}
+
+/// Returns the legend of the nodes of a contact with adhesion.
+pub fn adhesive_contact_bar() -> ColourBar {
+    let colours = Raster::from_pixels([3, 1], vec![GAP, PULLED, PUSHED]);
+    let words = ["apart", "pulled", "pushed"].into_iter().enumerate();
+    let ticks = words.map(|(index, word)| ((index as f64 + 0.5) / 3.0, word.to_owned()));
+    let numbers = BarNumbers::Axis { ticks: ticks.collect(), label: "state of a node".to_owned() };
+    ColourBar { colours, numbers }
 }
 
 /// Unit in which values are shown.
@@ -247,6 +274,25 @@ mod tests {
         assert_eq!(label(Quantity::Pressure, &pressures, Some("Pa")), "pressure p (MPa)");
         assert_eq!(label(Quantity::Pressure, &pressures, Some("MPa")), "pressure p (MPa)");
         assert_eq!(label(Quantity::Pressure, &pressures, None), "pressure p/E*");
+    }
+
+    #[test]
+    fn pulled_nodes_and_pushed_ones_have_different_colours_and_a_legend() {
+        let map = NodeValues {
+            quantity: Quantity::AdhesiveContact,
+            values: &[0.0, 1.0, 2.0, 0.0],
+            grid: grid([2, 2], [4.0, 4.0]),
+            unit: None,
+            length_unit: None,
+            effective_modulus: 1.0,
+        };
+        let scale = map.scale();
+        // y points upwards, so the first row has the nodes (0, 1) and (1, 1).
+        assert_eq!(map.raster(&scale).as_slice(), [PULLED, GAP, GAP, PUSHED]);
+        let bar = map.colour_bar(&scale).unwrap();
+        assert_eq!(bar.colours.as_slice(), [GAP, PULLED, PUSHED]);
+        let (_, words) = axis(bar);
+        assert_eq!(words[1], (0.5, "pulled".to_owned()));
     }
 
     #[test]

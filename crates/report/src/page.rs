@@ -19,6 +19,7 @@ use crate::page::stages_picture::StageBox;
 use crate::page::summary::Summary;
 use crate::styles::Styles;
 use asperity_pipeline::forecast;
+use asperity_stages::Recipe;
 use asperity_tables::cells::cells;
 use asperity_tables::column::Description;
 use asperity_tables::store::files::from_folder;
@@ -51,6 +52,8 @@ struct Contents<'a> {
     picture: String,
     manifest: &'a str,
     missing: &'a [MissingFigure],
+    /// True if the study has contacts with adhesion, which figures of the paper leave out.
+    has_adhesion: bool,
     tables: Vec<ShownTable<'a>>,
     basis: String,
     style: &'static str,
@@ -152,6 +155,7 @@ pub fn html(
         picture: picture(subject),
         manifest: subject.manifest,
         missing,
+        has_adhesion: plan.tasks.iter().any(|task| matches!(task.recipe, Recipe::Adhesion(_))),
         tables: data.finished.stages.iter().map(|stage| shown(stage, folder)).collect(),
         basis: basis.json(),
         style: STYLE,

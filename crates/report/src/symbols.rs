@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, CONTENT, EFFECTIVE_MODULUS,
-    FROM_RMS_HEIGHT, FROM_RMS_SLOPE, HURST, K_LOWER, K_ROLLOFF, K_UPPER, LOAD, MEAN_GAP, NODES,
-    PRESSURE, RMS_SLOPE, SHIFT_X, SHIFT_Y, SIDE, SPECTRUM_OF, UNIT,
+    AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, CONTACT_FRACTION, CONTENT,
+    EFFECTIVE_MODULUS, FROM_RMS_HEIGHT, FROM_RMS_SLOPE, HURST, INTERACTION_RANGE, K_LOWER,
+    K_ROLLOFF, K_UPPER, LOAD, MEAN_GAP, NODES, PRESSURE, RMS_SLOPE, SHIFT_X, SHIFT_Y, SIDE,
+    SPECTRUM_OF, UNIT, WORK_OF_ADHESION,
 };
 use asperity_stages::ensemble::grouped;
 use asperity_stages::units::TableUnits;
@@ -18,7 +19,7 @@ use crate::loads;
 use crate::units::{LengthUnit, PressureUnit, Scaled, digits};
 
 /// Columns with the labels of their axes and their symbols.
-const KNOWN: [(&str, &str, &str); 32] = [
+const KNOWN: [(&str, &str, &str); 35] = [
     (LOAD.name, LOAD_LABEL, "y"),
     (PRESSURE.name, "mean pressure p₀", "p₀"),
     (AREA_FRACTION.name, AREA_LABEL, "A/A₀"),
@@ -38,6 +39,9 @@ const KNOWN: [(&str, &str, &str); 32] = [
     (SIDE.name, "side L", "L"),
     (EFFECTIVE_MODULUS.name, "effective modulus E*", "E*"),
     (MEAN_GAP.name, "mean gap ū", "ū"),
+    (CONTACT_FRACTION.name, "contact fraction", "contact fraction"),
+    (WORK_OF_ADHESION.name, "work of adhesion w", "w"),
+    (INTERACTION_RANGE.name, "range ρ", "ρ"),
     ("mean_contact_pressure", "mean contact pressure", "mean contact pressure"),
     ("secant", "secant A/(A₀ y)", "A/(A₀ y)"),
     ("nayak", "Nayak's parameter α", "α"),

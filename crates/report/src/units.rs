@@ -196,6 +196,17 @@ pub fn pressure_in_words(pressure: f64, unit: &str) -> String {
     PressureUnit::named(unit).text(pressure, 4)
 }
 
+/// Formats a length with its unit, if it is known: `20 nm`. Metres get a suitable prefix.
+pub fn length_in_words(length: f64, unit: Option<&str>) -> String {
+    let shared = LengthUnit::common([unit]);
+    if shared == LengthUnit::Unknown {
+        return digits(length, 4);
+    }
+    let length = shared.factor(unit) * length;
+    let Scaled { factor, unit } = shared.scaled(length.abs());
+    format!("{} {unit}", digits(factor * length, 4))
+}
+
 /// Returns a scale bar for a map with this side along x, or `None` if the unit is unknown. Its
 /// length is 1, 2 or 5 times a power of ten.
 pub fn scale_bar(side_x: f64, unit: Option<&str>) -> Option<ScaleBar> {

@@ -368,17 +368,19 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
         Ok(stops.iter().filter(|stop| *stop == Some(word)).count())
     };
     let surfaces: BTreeSet<_> = table.texts(SURFACE.name)?.iter().collect();
+    let solved = if table.has(STEP.name) { "state" } else { "load" };
     let unconverged = among(PAIR_LIMIT)?;
-    let full = among("full-contact")?;
+    let [full, apart] = [among("full-contact")?, among(adhesion::PULLED_OFF)?];
     Ok(vec![
-        Some(format!("{} on {}", counted(rows, "load"), counted(surfaces.len(), "surface"))),
+        Some(format!("{} on {}", counted(rows, solved), counted(surfaces.len(), "surface"))),
         Some(match unconverged {
             0 => "all converged".to_owned(),
-            _ => format!("{} not converged", counted(unconverged, "load")),
+            _ => format!("{} not converged", counted(unconverged, solved)),
         }),
         (full > 0).then(|| format!("{full} in full contact")),
+        (apart > 0).then(|| format!("{apart} pulled off")),
         range(source, SATURATED_FRACTION.name, "saturated")?,
-        (rows > 0).then(|| format!("{} pairs of transforms per load", pairs / rows as i64)),
+        (rows > 0).then(|| format!("{} pairs of transforms per {solved}", pairs / rows as i64)),
     ])
 }
 

@@ -20,7 +20,7 @@ pub use known_values::known_values;
 
 /// Names of the figures that the report draws for every study with their data. No declared figure
 /// can have one of these names.
-pub const REPORT_FIGURES: [&str; 25] = [
+pub const REPORT_FIGURES: [&str; 28] = [
     "surfaces",
     "heights",
     "spectrum",
@@ -44,6 +44,9 @@ pub const REPORT_FIGURES: [&str; 25] = [
     "clusters",
     "sealing",
     "flow",
+    "adhesion-path",
+    "adhesion-areas",
+    "adhesion-maps",
     "asperities",
     "limits",
 ];

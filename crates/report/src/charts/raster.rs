@@ -5,7 +5,7 @@
 
 use std::ops::RangeInclusive;
 
-use colorous::{CIVIDIS, Gradient, INFERNO, PLASMA, VIRIDIS, YELLOW_GREEN_BLUE};
+use colorous::{CIVIDIS, Gradient, INFERNO, PLASMA, RED_BLUE, VIRIDIS, YELLOW_GREEN_BLUE};
 
 use asperity_contact::morphology::map::ContactMap;
 
@@ -17,6 +17,10 @@ pub const GAP: Pixel = [255, 255, 255];
 pub const HOLE: Pixel = [213, 46, 35];
 /// Colour of nodes in contact.
 pub const CONTACT: Pixel = [38, 38, 38];
+/// Colours of nodes in contact with adhesion: pulled nodes and pushed ones, like negative and
+/// positive pressures.
+pub const PULLED: Pixel = [67, 147, 195];
+pub const PUSHED: Pixel = [178, 24, 43];
 
 /// Largest number of colours in a file with one byte per pixel.
 const PALETTE: usize = 256;
@@ -35,6 +39,9 @@ pub struct Scale {
     gradient: Gradient,
     lowest: f64,
     highest: f64,
+    /// True if the middle of the gradient stands for zero, and its ends for the two ends of the
+    /// range. Negative and positive numbers then have different colours.
+    diverges: bool,
 }
 
 impl Scale {
@@ -47,6 +54,14 @@ impl Scale {
     pub fn from_pressures(pressures: &[f64]) -> Scale {
         let scale = Scale::over(INFERNO, pressures);
         Scale { lowest: 0.0, ..scale }
+    }
+
+    /// Creates a scale of pressures of both signs, with zero between blue (negative) and red
+    /// (positive).
+    pub fn from_signed_pressures(pressures: &[f64]) -> Scale {
+        let scale = Scale::over(RED_BLUE, pressures);
+        let (lowest, highest) = (scale.lowest.min(0.0), scale.highest.max(0.0));
+        Scale { lowest, highest, diverges: true, ..scale }
     }
 
     /// Creates a scale from zero to the largest gap. If the material yields, the scale begins at
@@ -65,10 +80,11 @@ impl Scale {
 
     /// Extends the scale such that it covers another one.
     pub fn covering(self, other: Scale) -> Scale {
+        let kind = if other.diverges { other } else { self };
         Scale {
             lowest: self.lowest.min(other.lowest),
             highest: self.highest.max(other.highest),
-            ..self
+            ..kind
         }
     }
 
@@ -78,6 +94,7 @@ impl Scale {
             gradient,
             lowest: values().fold(f64::INFINITY, f64::min),
             highest: values().fold(f64::NEG_INFINITY, f64::max),
+            diverges: false,
         }
     }
 
@@ -88,12 +105,24 @@ impl Scale {
 
     /// Returns the colours of the scale, from the lowest to the highest number.
     pub fn bar(&self) -> Raster {
-        let colour = |step| self.gradient.eval_rational(step, PALETTE).into_array();
+        let colour = |step: usize| {
+            if self.diverges {
+                let share = step as f64 / (PALETTE - 1) as f64;
+                return self.colour(self.lowest + share * (self.highest - self.lowest));
+            }
+            self.gradient.eval_rational(step, PALETTE).into_array()
+        };
         Raster { width: PALETTE, height: 1, pixels: (0..PALETTE).map(colour).collect() }
     }
 
     /// Returns the colour of a number. Numbers beyond an end have the colour of the end.
     pub fn colour(&self, value: f64) -> Pixel {
+        if self.diverges {
+            let end = if value < 0.0 { -self.lowest } else { self.highest };
+            let share = if end > 0.0 { (value / end).clamp(-1.0, 1.0) } else { 0.0 };
+            let step = ((PALETTE - 1) as f64 * (0.5 - 0.5 * share)).round();
+            return self.gradient.eval_rational(step as usize, PALETTE).into_array();
+        }
         let share = (value - self.lowest) / (self.highest - self.lowest);
         // A constant map has no range, so it has one colour.
         let share = if share.is_finite() { share } else { 0.5 };
@@ -416,6 +445,29 @@ mod tests {
         let wide = picture().in_proportion([7.5, 2.0]);
         assert_eq!(wide.size(), [8, 2]);
         assert_eq!([wide.pixels[0], wide.pixels[7]], [picture().pixels[0], picture().pixels[2]]);
+    }
+
+    #[test]
+    fn signed_pressures_have_two_colours_and_zero_is_between_them() {
+        let scale = Scale::from_signed_pressures(&[-0.1, 0.0, 2.0]);
+        let is_red = |value: f64| {
+            let [red, _, blue] = scale.colour(value);
+            (red > blue, red < blue)
+        };
+        assert_eq!(
+            [2.0, 0.2, -0.01, -0.1].map(is_red).map(|colour| colour.0),
+            [true, true, false, false]
+        );
+        assert!(is_red(-0.01).1 && scale.colour(0.0).iter().all(|&channel| channel > 235));
+        // The bar is linear in the pressure, so zero lies at its share of the range.
+        let bar = scale.bar();
+        assert_eq!(bar.as_slice()[0], scale.colour(-0.1));
+        assert_eq!(bar.as_slice()[PALETTE - 1], scale.colour(2.0));
+        let zero = (0.1 / 2.1 * (PALETTE - 1) as f64) as usize;
+        assert!(bar.as_slice()[zero].iter().all(|&channel| channel > 200));
+        let both = Scale::from_pressures(&[0.0, 3.0]).covering(scale);
+        assert_eq!(both.range(), -0.1..=3.0);
+        assert_eq!(both.colour(-0.1), scale.colour(-0.1));
     }
 
     #[test]

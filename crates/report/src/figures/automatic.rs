@@ -8,7 +8,7 @@ use arrow::array::Array;
 use asperity_pipeline::study::figures::{FigureSpec, Quantity, Scales, is_number};
 use asperity_pipeline::study::{Stage, Study};
 use asperity_stages::Kind;
-use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION, HURST};
+use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION, HURST, STEP};
 use asperity_stages::ensemble::load_column;
 use asperity_tables::table::Table;
 
@@ -50,6 +50,10 @@ fn is_reduced(study: &Study, name: &str) -> bool {
 
 fn figure(stage: &FinishedStage, derived: &BTreeSet<String>) -> Option<FigureSpec> {
     let FinishedStage { name, kind, table, .. } = stage;
+    // Areas along a path are drawn in the order of its states, by figures of their own.
+    if table.has(STEP.name) {
+        return None;
+    }
     let quantities: Vec<Quantity> = quantities(*kind, table)
         .into_iter()
         .filter(|name| varies(table, name))

@@ -245,6 +245,7 @@ impl Pressed {
         LoadSlider {
             label,
             load_name: loads.name(),
+            one: "load",
             size: self.size.map(|side| side / longer),
             scale: self.scale_bar().map(|bar| SliderScale {
                 percent: 100.0 * bar.length / self.size[0],
@@ -265,6 +266,8 @@ pub struct LoadSlider {
     pub label: String,
     /// Name of the loads in the text below the slider.
     pub load_name: &'static str,
+    /// Word for a step of the slider: `load`, or `state` of a path.
+    pub one: &'static str,
     /// Sides of the maps along x and y, relative to the longer one.
     pub size: [f64; 2],
     /// Scale bar, if the unit of length is known.

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::ShownColumn;
 use crate::Subject;
-use crate::ensembles::Point;
+use crate::ensembles::{self, Point};
 use crate::figure_data::{FigureData, FinishedStages, LIGHT};
 use crate::figures::sample;
 use crate::independent::independent;
@@ -16,10 +16,13 @@ use crate::loads::{Loads, unit_of_pressures};
 use crate::plotted::distinct;
 use crate::styles::ascending;
 use crate::symbols;
-use crate::units::{LengthUnit, PressureUnit, Scaled, digits};
+use crate::units::{LengthUnit, PressureUnit, Scaled, digits, length_in_words};
 use asperity_manifest::keys::quantity::{Dimension, Unit};
 use asperity_stages::aggregate::{self, Groups, Statistic};
-use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION, CONTENT, LOAD, PRESSURE, STOP};
+use asperity_stages::columns::{
+    AREA_CORRECTED, AREA_FRACTION, BRANCH, CONTENT, LOAD, MEAN_GAP, PRESSURE, PULL_OFF_LOAD, STEP,
+    STOP, SURFACE,
+};
 use asperity_stages::ensemble::{self, ParameterPoint};
 use asperity_stages::solve::PAIR_LIMIT;
 use asperity_stages::{Kind, Recipe, Work};
@@ -66,6 +69,7 @@ impl Summary {
         let mut lines = vec![line("varied", varied(finished, data))];
         lines.extend(surfaces(finished).map(|text| line("surfaces", text)));
         lines.extend(loads(finished, &data.loads).map(|text| line("loads", text)));
+        lines.extend(paths(finished, data).into_iter().map(|text| line("path", text)));
         lines.extend(convergence(finished));
         let (done, planned) = subject.tasks();
         lines.push(if done == planned {
@@ -93,6 +97,10 @@ fn varied(finished: &FinishedStages, data: &FigureData) -> String {
         let table = stage.table.only(&names);
         let written = Written::new(&stage.table, data);
         for description in table.descriptions() {
+            // The branch of a state belongs to its path.
+            if description.name == BRANCH.name && stage.table.has(STEP.name) {
+                continue;
+            }
             let column = column_cells(&stage.table, &description, &written);
             let known = parameters.iter().position(|(name, _)| *name == description.name);
             let index = known.unwrap_or_else(|| {
@@ -118,10 +126,12 @@ fn varied(finished: &FinishedStages, data: &FigureData) -> String {
         format!("`{name}` = {}", listed(&values))
     });
     let texts: Vec<String> = texts.collect();
+    let has_path = finished.with(&[STEP.name]).next().is_some();
     let has_loads = finished.stages.iter().any(|stage| {
         stage.kind == Kind::Solve && distinct(&stage.table, ensemble::load_column(&stage.table)) > 1
     });
     match texts.as_slice() {
+        [] if has_path => "only the state along the path".to_owned(),
         [] if has_loads => "only the load".to_owned(),
         [] => "nothing".to_owned(),
         _ => texts.join("; "),
@@ -162,7 +172,8 @@ fn surfaces(finished: &FinishedStages) -> Option<String> {
 /// Returns the number of distinct loads with their range.
 fn loads(finished: &FinishedStages, unit: &Loads) -> Option<String> {
     let mut loads: Vec<(f64, f64)> = Vec::new();
-    for stage in finished.with(&[LOAD.name, PRESSURE.name, "pairs"]) {
+    let solved = finished.with(&[LOAD.name, PRESSURE.name, "pairs"]);
+    for stage in solved.filter(|stage| !stage.table.has(STEP.name)) {
         let reduced = stage.table.reals(LOAD.name).ok()?;
         let pressures = stage.table.reals(PRESSURE.name).ok()?;
         loads.extend(reduced.values().iter().copied().zip(pressures.values().iter().copied()));
@@ -185,17 +196,57 @@ fn loads(finished: &FinishedStages, unit: &Loads) -> Option<String> {
     })
 }
 
+/// Describes the states of each path with adhesion.
+fn paths(finished: &FinishedStages, data: &FigureData) -> Vec<String> {
+    let solved = finished.with(&[STEP.name, "pairs"]);
+    solved.filter_map(|stage| path(&stage.table, data)).collect()
+}
+
+/// Describes the prescribed loads or mean gaps of a path, in their order, and counts the surfaces
+/// that pulled off.
+fn path(table: &Table, data: &FigureData) -> Option<String> {
+    let steps = table.integers(STEP.name).ok()?;
+    let states = steps.iter().flatten().max()?;
+    let row_of = |wanted: i64| steps.iter().position(|step| step == Some(wanted));
+    let column = ensemble::load_column(table);
+    let given = table.reals(column).ok()?;
+    let unit = data.units.at(&ensembles::point(table, 0)).map(str::to_owned);
+    let text = |row: usize| match column {
+        _ if column == MEAN_GAP.name => length_in_words(given.value(row), unit.as_deref()),
+        _ => {
+            let of = |column: &str| table.reals(column).map_or(f64::NAN, |all| all.value(row));
+            data.loads.text(of(LOAD.name), of(PRESSURE.name))
+        }
+    };
+    let first_path: Vec<usize> = (1..=states).filter_map(row_of).collect();
+    let ends = |&one: &usize, &other: &usize| given.value(one).total_cmp(&given.value(other));
+    let least = text(first_path.iter().copied().min_by(ends)?);
+    let most = text(first_path.iter().copied().max_by(ends)?);
+    let name = if column == MEAN_GAP.name { "mean gaps" } else { data.loads.name() };
+    let pulled = table.reals(PULL_OFF_LOAD.name).map_or(0, |loads| loads.iter().flatten().count());
+    let pulled = match pulled {
+        0 => String::new(),
+        count => format!("; {count} pulled off"),
+    };
+    let surfaces: BTreeSet<_> = table.texts(SURFACE.name).ok()?.iter().collect();
+    let each = if surfaces.len() == 1 { "" } else { " on each surface" };
+    let plural = if states == 1 { "" } else { "s" };
+    Some(format!("{states} state{plural}{each}, {name} from {least} to {most}{pulled}"))
+}
+
 /// Returns the line on the convergence of the solver, if loads were solved.
 fn convergence(finished: &FinishedStages) -> Option<Line> {
-    let solved = finished.with(&["pairs", STOP.name]);
-    let stops = solved.filter_map(|stage| stage.table.texts(STOP.name).ok());
+    let solved = || finished.with(&["pairs", STOP.name]);
+    let are_states = solved().all(|stage| stage.table.has(STEP.name));
+    let word = if are_states { "states" } else { "loads" };
+    let stops = solved().filter_map(|stage| stage.table.texts(STOP.name).ok());
     let (loads, given_up) = stops.fold((0, 0), |(loads, given_up), stops| {
         let failed = stops.iter().filter(|stop| *stop == Some(PAIR_LIMIT)).count();
         (loads + stops.len(), given_up + failed)
     });
     let text = match given_up {
-        0 => format!("all {loads} loads converged"),
-        _ => format!("{given_up} of {loads} loads did not converge"),
+        0 => format!("all {loads} {word} converged"),
+        _ => format!("{given_up} of {loads} {word} did not converge"),
     };
     (loads > 0).then_some(Line { name: "solver", text, is_alarming: given_up > 0 })
 }

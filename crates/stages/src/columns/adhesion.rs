@@ -75,9 +75,10 @@ pub const PULL_OFF_LOAD: Column = real(
 pub const TABOR: Column = real(
     "tabor",
     "1",
-    "Tabor parameter (R w²/E*²)^(1/3)/ρ of the surface with the radius of curvature R = 1/√m₄; null \
-     for flat surfaces. Small values are near the limit of Derjaguin, Muller & Toporov, large ones \
-     near that of Johnson, Kendall & Roberts",
+    "Tabor parameter (R w²/E*²)^(1/3)/ρ of the surface with the radius of curvature R = 1/√m₄, where \
+     m₄ is computed from finite differences under a free boundary; null for flat surfaces. Small \
+     values are near the limit of Derjaguin, Muller & Toporov, large ones near that of Johnson, \
+     Kendall & Roberts",
 );
 pub const STICKINESS: Column = real(
     "stickiness",
@@ -115,9 +116,10 @@ pub const REPULSIVE: Column = Column::heavy(
 pub const GAPS: Column = Column::heavy(
     "gaps",
     Reals,
-    "length",
+    "longer side × rms slope",
     "gaps of the nodes, row-major, at the last state of the path, from which a longer path \
-     continues; null in all other rows",
+     continues, or at all states with `pressures = \"all\"`; null in all other rows, and if the \
+     surfaces are apart",
 );
 
 /// Columns of a distribution of pressures with adhesion, which have the names of those without.

@@ -5,6 +5,7 @@
 //! therefore stored as a whole. A longer path with the same first states continues from the stored
 //! gaps of the last of them; see [`Stage::beginning`].
 
+mod fields;
 pub mod keys;
 mod path;
 mod rows;
@@ -16,6 +17,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+pub use self::fields::{PathFields, StateMaps, displacement};
 use self::keys::Control;
 pub use self::path::ContactPath;
 use super::against;
@@ -53,6 +55,9 @@ const FREE: f64 = 13.0;
 
 /// Accuracy of the load at which surfaces separate, relative to the largest attraction w/ρ.
 const PULL_OFF_TOLERANCE: f64 = 1e-5;
+
+/// Code in the column `stop` of states in which the surfaces are apart.
+pub const PULLED_OFF: &str = "pulled-off";
 
 /// Parameters of a path on one surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]

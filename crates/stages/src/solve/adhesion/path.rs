@@ -82,30 +82,24 @@ impl ContactPath {
         row: &Table,
         threads: Threads,
     ) -> Result<ContactPath, StageError> {
-        let grid = surface.grid();
         let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
-        let scales = Scales::new(grid, rms_slope, params.effective_modulus);
-        let (length, pressure) = (scales.length(), scales.pressure());
-        let adhesion = Adhesion::new(params.work / (pressure * length), params.range / length)?;
+        // The edges of an isolated patch do not match.
         let moments = match params.boundary {
             Boundary::Periodic => Moments::from_surface(&surface),
             Boundary::Free => differences::moments(&surface),
         };
         let half_laplacian = 0.5 * (moments.m40 + 2.0 * moments.m22 + moments.m04).sqrt();
-        let heights = scales.reduced_heights(surface);
-        let body: &dyn ElasticOperator = match params.boundary {
-            Boundary::Periodic => &PeriodicHalfSpace::new(grid),
-            Boundary::Free => &FreeHalfSpace::new(grid),
-        };
+        let (solver, scales, rms_height) =
+            prepared(params, surface, rms_slope, threads.clone())?;
         Ok(ContactPath {
             surface: row.coordinates(),
             scales: SurfaceScales {
                 scales,
                 tabor: params.tabor(moments.fourth().sqrt()),
                 stickiness: params.stickiness(rms_slope, half_laplacian),
-                rms_height: params.gap_bins.map_or(1.0, |_| contact::rms(&heights)),
+                rms_height,
             },
-            solver: AdhesivePath::new(threads.clone(), body, adhesion, &heights),
+            solver,
             threads,
             branches: branches(params.control, &params.targets),
             rows: Vec::with_capacity(params.targets.len()),
@@ -174,13 +168,9 @@ impl ContactPath {
     /// # Errors
     /// Returns an error if `interrupted` returned true. The call can then be repeated.
     pub fn step(&mut self, interrupted: &dyn Fn() -> bool) -> Result<bool, StageError> {
-        let Params { control, load_unit, .. } = self.params;
         let index = self.rows.len();
         let Some(&given) = self.params.targets.get(index) else { return Ok(false) };
-        let target = match control {
-            Control::Gap => Target::MeanGap(given / self.scales.scales.length()),
-            Control::Load => Target::Load(self.scales.scales.reduced_pressure(given, load_unit)),
-        };
+        let target = target(&self.params, &self.scales.scales, given);
         let state = self.solver.step(target, &self.params.settings(), &interrupted);
         if state.stop == Stop::Interrupted {
             self.return_to_last_state()?;
@@ -210,6 +200,35 @@ impl ContactPath {
         }
         self.rows.push(row);
         Ok(true)
+    }
+}
+
+/// Returns the solver of a path on a surface, with the bodies apart, the units of the solver, and
+/// the rms height in these units, which is 1 if no gaps are counted.
+pub fn prepared(
+    params: &Params,
+    surface: Surface,
+    rms_slope: f64,
+    threads: Threads,
+) -> Result<(AdhesivePath, Scales, f64), StageError> {
+    let grid = surface.grid();
+    let scales = Scales::new(grid, rms_slope, params.effective_modulus);
+    let (length, pressure) = (scales.length(), scales.pressure());
+    let adhesion = Adhesion::new(params.work / (pressure * length), params.range / length)?;
+    let heights = scales.reduced_heights(surface);
+    let body: &dyn ElasticOperator = match params.boundary {
+        Boundary::Periodic => &PeriodicHalfSpace::new(grid),
+        Boundary::Free => &FreeHalfSpace::new(grid),
+    };
+    let rms_height = params.gap_bins.map_or(1.0, |_| contact::rms(&heights));
+    Ok((AdhesivePath::new(threads, body, adhesion, &heights), scales, rms_height))
+}
+
+/// Converts a load or a mean gap of the manifest to the units of the solver.
+pub fn target(params: &Params, scales: &Scales, given: f64) -> Target {
+    match params.control {
+        Control::Gap => Target::MeanGap(given / scales.length()),
+        Control::Load => Target::Load(scales.reduced_pressure(given, params.load_unit)),
     }
 }
 

@@ -217,7 +217,7 @@ impl MeanState {
 fn stop_name(stop: Stop) -> &'static str {
     match stop {
         Stop::Converged => "converged",
-        Stop::PulledOff => "pulled-off",
+        Stop::PulledOff => super::PULLED_OFF,
         Stop::PairLimit => crate::solve::PAIR_LIMIT,
         Stop::Interrupted => "interrupted",
     }

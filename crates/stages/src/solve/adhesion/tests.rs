@@ -17,7 +17,7 @@ use asperity_contact::threads::Threads;
 use asperity_tables::column::integers;
 
 /// Returns the parameters of an approach and a separation under prescribed loads, with pull-off.
-fn params() -> Params {
+pub(super) fn params() -> Params {
     Params {
         version: VERSION,
         effective_modulus: 3.0,
@@ -37,7 +37,7 @@ fn params() -> Params {
     }
 }
 
-fn at_gaps(targets: &[f64]) -> Params {
+pub(super) fn at_gaps(targets: &[f64]) -> Params {
     Params { control: Control::Gap, targets: targets.to_vec(), ..params() }
 }
 
@@ -66,7 +66,7 @@ fn solved(
     path::solve(params, surface, &Table::row(&row), &context)
 }
 
-fn whole(params: &Params) -> Table {
+pub(super) fn whole(params: &Params) -> Table {
     solved(params, &Threads::one(), None, &|| false, &KeptRows::never_due()).unwrap()
 }
 
