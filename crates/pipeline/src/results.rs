@@ -217,10 +217,12 @@ fn described<'a>(
         .map_err(|source| ResultsError::Columns { stage: stage.to_owned(), source })
 }
 
-/// Adds the columns that only published tables have to a table without rows.
+/// Returns a table without rows, with the columns of `table` and those that only published tables
+/// have.
 pub fn with_own_columns(table: Table) -> Table {
     let own: &[Column] = if table.has(CONTENT.name) { &[PATH, TASK] } else { &[TASK] };
-    table.beside(&Table::empty(own))
+    // A query such as `SELECT max(load)` answers an empty table with a row.
+    table.slice(0..0).beside(&Table::empty(own))
 }
 
 /// Returns the path of a stage's table, which need not exist.
