@@ -29,6 +29,7 @@ from = "surface"
 loads = {loads}
 load_unit = "absolute"
 tolerance = 1e-9
+stiffness = true
 
 [stage.slip]
 kind = "measure"
@@ -50,7 +51,7 @@ fn stick_areas_and_displacements_are_those_of_an_independent_solver() {
         "[0.005, 0.0125, 0.02, 0.025, 0.0375, 0.05, 0.1, 0.15, 0.2]",
         "{ coefficient = 0.3, loads = [0.25, 0.5, 0.75, 0.9], poisson_ratio = 0.0 }",
     ));
-    let slip = bench.table("slip", "slip");
+    let [solved, slip] = ["contact", "slip"].map(|stage| bench.table("slip", stage));
     let file = std::fs::read_to_string(reference("rough64_a_partial_slip.csv")).unwrap();
     let rows: Vec<Vec<f64>> = file
         .lines()
@@ -69,6 +70,12 @@ fn stick_areas_and_displacements_are_those_of_an_independent_solver() {
         assert_eq!(nodes("stick_fraction"), (stick * 4096.0).round());
         assert_eq!(nodes("contact_fraction"), (contact * 4096.0).round());
         assert_eq!(nodes("stick_fraction") + nodes("slip_fraction"), nodes("contact_fraction"));
+        // The stiffness is that of the normal contact under the load of the stick area.
+        let loads = solved.reals("pressure").unwrap();
+        let stick_load = load * (1.0 - tangential);
+        let found = loads.values().iter().position(|load| (load - stick_load).abs() < 1e-12);
+        let normal = real(&solved, "stiffness", found.unwrap());
+        assert_eq!(real(&slip, "tangential_stiffness", index), normal);
         let own = real(&slip, "tangential_displacement", index);
         assert!((own - displacement).abs() < 1e-7 * displacement, "{own} {displacement}");
     }

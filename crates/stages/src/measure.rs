@@ -224,6 +224,7 @@ impl Stage for Params {
         let reads = |column: Column| part.columns.contains(&column.name);
         match self {
             Params::Contacts { .. } => reads(FLOW_STOP) || reads(FROZEN_STIFFNESS),
+            Params::Friction(_) => reads(FROZEN_STIFFNESS),
             Params::Distribution(Distribution::Pressures) => reads(PRESSURE_COUNTS),
             Params::Distribution(Distribution::Gaps) => reads(GAP_COUNTS),
             _ => false,

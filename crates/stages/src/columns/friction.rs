@@ -36,6 +36,13 @@ pub const TANGENTIAL_DISPLACEMENT: Column = real(
     "tangential displacement of the bodies since the path started, for elastically similar bodies \
      and without the coupling through ν (Ciavarella 1998, Jäger 1998)",
 );
+pub const TANGENTIAL_STIFFNESS: Column = real(
+    "tangential_stiffness",
+    "E*/side",
+    "incremental tangential stiffness (side/E*) dQ/(A₀ du) along the branch: the `stiffness` under \
+     the load of the stick area, divided by (2 − ν)/(2(1 − ν)); null unless the `solve` stage has \
+     `stiffness = true`",
+);
 pub const FRICTIONAL_DISSIPATION: Column = real(
     "frictional_dissipation",
     "pressure × length",
@@ -43,8 +50,8 @@ pub const FRICTIONAL_DISSIPATION: Column = real(
      approaches and elastic energies of the loads, without an integral over the path",
 );
 
-/// Columns of partial slip. The last three need Poisson's ratio.
-pub const PARTIAL_SLIP: [Column; 10] = [
+/// Columns of partial slip. The last four need Poisson's ratio.
+pub const PARTIAL_SLIP: [Column; 11] = [
     FRICTION_COEFFICIENT,
     TANGENTIAL_LOAD,
     TANGENTIAL_BRANCH,
@@ -54,5 +61,6 @@ pub const PARTIAL_SLIP: [Column; 10] = [
     TANGENTIAL_TRACTION,
     POISSON_RATIO,
     TANGENTIAL_DISPLACEMENT,
+    TANGENTIAL_STIFFNESS,
     FRICTIONAL_DISSIPATION,
 ];

@@ -100,7 +100,8 @@ impl Params {
     /// Returns the columns, without the parameter columns of the loads.
     pub fn columns(&self) -> Vec<Column> {
         let with_ratio = self.poisson_ratio.is_some();
-        let needs_ratio = [POISSON_RATIO, TANGENTIAL_DISPLACEMENT, FRICTIONAL_DISSIPATION];
+        let needs_ratio =
+            [POISSON_RATIO, TANGENTIAL_DISPLACEMENT, TANGENTIAL_STIFFNESS, FRICTIONAL_DISSIPATION];
         let mut columns = PARTIAL_SLIP.to_vec();
         columns.retain(|column| with_ratio || !needs_ratio.contains(column));
         columns
@@ -172,6 +173,7 @@ impl Params {
         if let Some(ratio) = self.poisson_ratio {
             columns.push((POISSON_RATIO, repeated(ratio)));
             columns.push((TANGENTIAL_DISPLACEMENT, optional_reals(rows.displacement)));
+            columns.push((TANGENTIAL_STIFFNESS, optional_reals(rows.stiffness)));
             columns.push((FRICTIONAL_DISSIPATION, optional_reals(rows.dissipation)));
         }
         Ok(solved.coordinates().pick(&rows.sources).with(columns))
@@ -190,6 +192,7 @@ struct Rows {
     area: Vec<Option<f64>>,
     traction: Vec<f64>,
     displacement: Vec<Option<f64>>,
+    stiffness: Vec<Option<f64>>,
     dissipation: Vec<Option<f64>>,
 }
 
@@ -220,6 +223,8 @@ impl Rows {
             Some(term.weight * friction * ratio * run)
         });
         self.displacement.push(displacement.sum());
+        let stiffness = at(state.stick_share()).and_then(|stick| stick.stiffness);
+        self.stiffness.push(stiffness.map(|stiffness| stiffness / ratio));
         let dissipation = state.losses.iter().map(|loss| {
             let [full, stick] = [whole?.normal, at(loss.share)?.normal];
             Some(loss.times * partial_slip::dissipated(full, stick, friction, ratio))
@@ -241,6 +246,8 @@ struct Contacts {
 struct Solved {
     area: f64,
     normal: NormalContact,
+    /// Normal stiffness, if the stage has it.
+    stiffness: Option<f64>,
 }
 
 impl Contacts {
@@ -251,7 +258,8 @@ impl Contacts {
         let energies = solved.reals(ENERGY.name)?;
         let nodes = solved.integers(CONTACT_NODES.name)?;
         let stops = solved.texts(STOP.name)?;
-        let displacements = solved.reals(MEAN_DISPLACEMENT.name).ok();
+        let [displacements, stiffnesses] =
+            [MEAN_DISPLACEMENT, FROZEN_STIFFNESS].map(|column| solved.reals(column.name).ok());
         let contact = |row: usize| -> Result<Option<Solved>, StageError> {
             let displacement = displacements.map_or(0.0, |displacements| displacements.value(row));
             let normal = NormalContact {
@@ -261,7 +269,8 @@ impl Contacts {
             };
             let area = nodes.value(row) as f64 / grids.grid(row)?.count() as f64;
             let is_solved = stops.value(row) != solve::PAIR_LIMIT;
-            Ok(is_solved.then_some(Solved { area, normal }))
+            let stiffness = stiffnesses.and_then(|stiffnesses| stiffnesses.iter().nth(row)?);
+            Ok(is_solved.then_some(Solved { area, normal, stiffness }))
         };
         Ok(Contacts {
             loads: loads.values().to_vec(),
