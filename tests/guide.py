@@ -75,18 +75,29 @@ def check_outputs(page, said):
 
 def check_manifests(page, asperity):
     """Checks the manifests on a page, as files in `manifests/`. A part whose `from` names a stage that the part
-    does not define is appended to the manifest before it."""
-    manifests = [text for _, text in blocks(page, "toml") if not text.startswith("[cluster]")]
+    does not define is appended to the last manifest before it that defines the stage. That manifest may also be
+    one that a shell block writes."""
+
+    def stages(manifest):
+        return set(re.findall(r"^\[stage\.([\w-]+)\]", manifest, re.M))
+
     with tempfile.TemporaryDirectory() as folder:
         os.symlink(ROOT / "data", Path(folder) / "data")
-        before = ""
-        for number, text in enumerate(manifests):
+        before = []
+        for language, text in blocks(page, "sh", "toml"):
+            if language == "sh":
+                before += re.findall(r"<<'END'\n(\[study\]\n.*?)^END$", text, re.M | re.S)
+                continue
+            if text.startswith("[cluster]"):
+                continue
             read = re.findall(r'"([^"]+)"', " ".join(re.findall(r"^from = .*$", text, re.M)))
-            lacks = set(read) - set(re.findall(r"^\[stage\.([\w-]+)\]", text, re.M))
+            lacks = set(read) - stages(text)
             whole = text if "[study]" in text else f'[study]\nname = "part"\n\n{text}'
-            whole = f"{before}\n{text}" if lacks else whole
-            before = whole
-            path = Path(folder) / "manifests" / f"{page.stem}-{number}.toml"
+            if lacks:
+                base = [manifest for manifest in before if lacks <= stages(manifest)]
+                whole = f"{(base or before or [''])[-1]}\n{text}"
+            before.append(whole)
+            path = Path(folder) / "manifests" / f"{page.stem}-{len(before)}.toml"
             path.parent.mkdir(exist_ok=True)
             path.write_text(whole, encoding="utf-8")
             subprocess.run([asperity, "check", path], check=True)

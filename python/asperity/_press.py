@@ -91,8 +91,8 @@ def press(
         Maximum error of the gap, in units of rms slope × mesh step: the gap in contact and the penetration
         outside it; default: 5e-5. With `adhesion`: maximum error of a pressure, in units of E* × rms slope.
     max_pairs : int, optional
-        Maximum number of pairs of transforms per load; default: 2000. The column ``stop`` marks loads that
-        have not converged.
+        Maximum number of pairs of transforms per load; default: 2000, with `adhesion` 20000. The column
+        ``stop`` marks loads that have not converged.
     fields : bool
         True to store the pressures, which takes 8 bytes per contact node; False to store contact maps only.
     jobs : int, optional

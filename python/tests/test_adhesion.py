@@ -97,6 +97,7 @@ def test_a_tension_that_no_state_bears_pulls_the_surfaces_off(rough):
     path = asperity.press(rough, adhesion=ADHESION, pressures=[0.0, 0.02, 0.0, -1.0])
     assert path.table["stop"] == ["converged", "converged", "converged", "pulled-off"]
     assert path.converged and np.isnan(path.mean_gap[3]) and path.area[0] > 0 == path.area[3]
+    assert set(path.table["max_pairs"]) == {20_000}
     pull_off = path.table["pull_off_load"]
     assert np.isnan(pull_off[:3]).all() and -WORK / RANGE / 0.3 < pull_off[3] < 0
     assert np.isinf(path.gap(3)).all() and not path.pressure(3).any() and not path.displacement(3).any()

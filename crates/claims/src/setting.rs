@@ -33,8 +33,8 @@ const COMPARED: [&str; 9] = [
 /// Parameters of anisotropic surfaces. Null or a ratio of 1 means an isotropic surface.
 const ANISOTROPY_PARAMETERS: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
-/// Parameters that describe rows whose surfaces, asperity models, adhesion, layers or second body no
-/// claim uses.
+/// Parameters that describe rows whose surfaces, asperity models, adhesion, layers or second body
+/// no claim uses.
 const NOT_COMPARED: [&str; 19] = [
     METHOD.name,
     ANISOTROPY_RATIO.name,

@@ -4,7 +4,8 @@
 //! - [`ElasticOperator`]: trait that the solver uses;
 //! - [`PeriodicHalfSpace`]: isotropic half-space under a periodic pressure;
 //! - [`FreeHalfSpace`]: isotropic half-space under a pressure that is zero outside the map;
-//! - [`PeriodicLayer`]: layer on a rigid base, or coating on a half-space, under a periodic pressure.
+//! - [`PeriodicLayer`]: layer on a rigid base, or coating on a half-space, under a periodic
+//!   pressure.
 //!
 //! Lengths are in units of the cell's longer side L and pressures in units of E*, so a wavenumber
 //! of the mesh is |q| = 2πk.

@@ -18,9 +18,9 @@ const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
 /// Coordinates that rows of measured or corrected contacts do not have.
 const ELSEWHERE: [&str; 7] =
     [BIN.name, ALONG.name, WAVENUMBER.name, LAG.name, DISTANCE.name, BEARING_LEVEL.name, "pooled"];
-/// Coordinates of anisotropic surfaces, of asperity models and of contacts with adhesion or a layer,
-/// which claims leave out.
-const LEFT_OUT: [&str; 13] = [
+/// Coordinates of anisotropic surfaces, of asperity models, of contacts with adhesion or a layer,
+/// and of pairs of surfaces, which claims leave out.
+const LEFT_OUT: [&str; 18] = [
     ANISOTROPY_RATIO.name,
     ANISOTROPY_ANGLE.name,
     INTERACTION.name,
@@ -34,6 +34,11 @@ const LEFT_OUT: [&str; 13] = [
     LAYER_BASE.name,
     LAYER_MODULUS_RATIO.name,
     SUBSTRATE_POISSON_RATIO.name,
+    AGAINST.name,
+    SHIFT_X.name,
+    SHIFT_Y.name,
+    MIRROR.name,
+    FROM_RMS_SLOPE.name,
 ];
 
 /// Returns all coordinates of measured or corrected contacts.
@@ -92,8 +97,8 @@ fn swept(column: &Column) -> Table {
 fn states(column: &Column) -> usize {
     match column.name {
         "realization" | "load" => 4,
-        // The name of a surface and coordinates in another unit follow from other coordinates.
-        "surface" => 4,
+        // The names of surfaces and coordinates in another unit follow from other coordinates.
+        "surface" | "from_surface" | "against_surface" => 4,
         _ if column.role == Role::Derived => 4,
         _ => 8,
     }

@@ -1,7 +1,7 @@
 //! Layer on a rigid base, and coating on a half-space, under a periodic pressure.
 //!
-//! A pressure wave displaces the surface by û = 2 f(|q| t) p̂/(E* |q|), where t is the thickness, E*
-//! the modulus of the layer, and f the factor by which the base changes the displacement of a
+//! A pressure wave displaces the surface by û = 2 f(|q| t) p̂/(E* |q|), where t is the thickness,
+//! E* the modulus of the layer, and f the factor by which the base changes the displacement of a
 //! half-space of the material of the layer. f tends to 1 for waves that are shorter than the
 //! thickness. With the shear modulus G₁ and Poisson's ratio ν₁ of the layer, G₂ and ν₂ of the
 //! substrate, μ = G₁/G₂ and θ = exp(−2x),
@@ -281,7 +281,7 @@ impl ElasticOperator for PeriodicLayer {
         if k > 0.0 { PI * k / self.factor(k) } else { 0.0 }
     }
 
-    /// Returns |q|/(2 f) × c f^[`SOFTENING`] with the factor c of [`CAUTION`].
+    /// Returns |q|/(2 f) × c f^`SOFTENING` with the factor c of `CAUTION`.
     fn preconditioner(&self, waves: [usize; 2]) -> f64 {
         let k = self.wavenumber(waves);
         if k == 0.0 {

@@ -3,8 +3,9 @@
 //! A key whose numbers are declared as lengths, pressures or works per area also accepts texts of a
 //! number and a unit. All lengths of a table are read in one unit, and so are its pressures and its
 //! works. This is the unit that a key of the table names (`unit = "um"`), otherwise the unit of the
-//! first quantity, in the order in which the keys are declared. [`Units::read`] finds the units and the number of each
-//! quantity, and [`replace`] puts these numbers into the table. All later steps read plain numbers.
+//! first quantity, in the order in which the keys are declared. [`Units::read`] finds the units and
+//! the number of each quantity, and [`replace`] puts these numbers into the table. All later steps
+//! read plain numbers.
 //!
 //! Every unit is a power of ten of the metre, the pascal or their product. A conversion only moves
 //! the decimal point and is exact.

@@ -25,8 +25,8 @@ pub struct Contact {
     hardness: Option<SurfaceHardness>,
     /// Displacement of each node under unit pressure, if displacements are absolute.
     under_unit_pressure: Option<Vec<f64>>,
-    /// Compliance of a layer on a rigid base under a uniform pressure, and the height of the highest
-    /// node above the mean plane, in the solver's units.
+    /// Compliance of a layer on a rigid base under a uniform pressure, and the height of the
+    /// highest node above the mean plane, in the solver's units.
     uniform: Option<UniformCompression>,
     /// Root mean square height in the solver's unit of length. It is 1 for a flat surface, and if
     /// no gaps are counted.

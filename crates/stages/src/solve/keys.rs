@@ -83,7 +83,8 @@ pub struct SolveTable {
     #[schemars(extend("default" = "absolute"))]
     pub hardness_unit: Key<PressureUnit>,
     /// Maximum number of pairs of Fourier transforms per load. If a load needs more, the solver
-    /// stops before it converges, and the row of the load records this.
+    /// stops before it converges, and the row of the load records this. With `adhesion` the default
+    /// is 20000, because the search for the load of pull-off counts as one load.
     #[schemars(range(min = 1, max = MAX_PAIRS), extend("default" = DEFAULT_PAIR_LIMIT))]
     pub max_pairs: Key<u32>,
     /// Pressure fields that are stored: `"none"`, `"all"`, or a list of loads, which must be among
@@ -92,12 +93,13 @@ pub struct SolveTable {
     pub pressures: Key<StoredPressures>,
     /// Histogram of the pressures under each load, `{ count, to }`: `count` equal bins from zero to
     /// the pressure `to`, in units of E* × rms slope. With `adhesion`, bins of the same width also
-    /// extend down to −w/ρ. A `measure` stage with `what = "pressures"` reads it and needs no stored
-    /// pressure fields. By default pressures are not counted.
+    /// extend down to −w/ρ. A `measure` stage with `what = "pressures"` reads it and needs no
+    /// stored pressure fields. By default pressures are not counted.
     pub pressure_bins: Key<Bins>,
     /// Histogram of the gaps under each load, `{ count, to }`: `count` equal bins from zero to the
-    /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it. Without
-    /// `adhesion` it costs one pair of Fourier transforms per load. By default gaps are not counted.
+    /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it.
+    /// Without `adhesion` it costs one pair of Fourier transforms per load. By default gaps are not
+    /// counted.
     pub gap_bins: Key<Bins>,
     /// Name of another `generate` stage whose surfaces are pressed against those of `from`. The gap
     /// is that between a flat body and the sum of both heights, each towards the other body and in
@@ -105,7 +107,7 @@ pub struct SolveTable {
     pub against: Key<String>,
     /// Lateral shift of the surfaces of `against` along x and y, as fractions of the sides, such as
     /// `[0.1, 0]`. The maps are continued periodically. By default they are not shifted.
-    #[schemars(transform = always_pair, transform = swept)]
+    #[schemars(range(min = -1, max = 1), transform = always_pair, transform = swept)]
     pub shift: Key<OnAxes<f64>>,
     /// Axis along which the maps of `against` are reversed before they are shifted: `"x"` or `"y"`
     /// for a measured map, which was seen from its own front. By default the maps of both stages
@@ -117,14 +119,15 @@ pub struct SolveTable {
     #[schemars(extend("default" = false))]
     pub flow: Key<bool>,
     /// `true` computes the stiffness of the contact under each load: the derivative of the mean
-    /// pressure with respect to the approach of the bodies, exact on the mesh. It takes up to twelve
-    /// pairs of Fourier transforms per load. It is also the contact conductance; see the guide.
+    /// pressure with respect to the approach of the bodies, exact on the mesh. It takes up to
+    /// twelve pairs of Fourier transforms per load. It is also the contact conductance; see the
+    /// guide.
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
     /// Elastic layer between the rough surface and a rigid base, `{ thickness, poisson_ratio, base
-    /// }`, or a coating of the half-space `substrate`, `{ thickness, poisson_ratio, modulus_ratio }`.
-    /// E* of the stage is then the modulus E/(1 − ν²) of the layer. By default the elastic body is a
-    /// half-space.
+    /// }`, or a coating of the half-space `substrate`, `{ thickness, poisson_ratio, modulus_ratio
+    /// }`. E* of the stage is then the modulus E/(1 − ν²) of the layer. By default the elastic body
+    /// is a half-space.
     #[schemars(transform = swept)]
     pub layer: Key<LayerTable>,
     /// Half-space below a coating, `{ poisson_ratio }`, for a `layer` with `modulus_ratio`.
@@ -139,9 +142,9 @@ pub struct SolveTable {
     /// `"gap"`, the mean gap of `gaps`.
     #[schemars(extend("default" = "load"))]
     pub control: Key<Control>,
-    /// Mean gaps in the order of the path, for `control = "gap"`: a list such as `["10 nm", "5 nm"]`,
-    /// or a range `{ from, to, steps }` that includes both ends. Plain numbers are in the unit of
-    /// the lengths of the surfaces.
+    /// Mean gaps in the order of the path, for `control = "gap"`: a list such as `["10 nm", "5
+    /// nm"]`, or a range `{ from, to, steps }` that includes both ends. Plain numbers are in the
+    /// unit of the lengths of the surfaces.
     #[schemars(transform = length)]
     pub gaps: Key<Gaps>,
     /// Order of the states of a path, with `adhesion` or with a `hardness`: `"as-given"` follows

@@ -82,7 +82,7 @@ fn a_patch_may_jump_between_all_mean_gaps() {
     let body = FreeHalfSpace::new(grid);
     let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &heights);
     let settings = Settings { tolerance: 5e-5, pair_limit: 2000, ..Settings::default() };
-    for gap in [5.0, 0.01, 0.001, 1e-6, 5.0, 0.001, 5.0] {
+    for gap in [5.0, 0.01, 0.001, 5.0, 0.001, 5.0] {
         let state = path.step(Target::MeanGap(gap), &settings, &|| false);
         assert_eq!(state.stop, Stop::Converged, "{gap}: {state:?}");
         assert!((state.mean_gap / gap - 1.0).abs() < 1e-10, "{gap}: {state:?}");

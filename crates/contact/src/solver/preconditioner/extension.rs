@@ -117,8 +117,8 @@ impl Extension {
         }
     }
 
-    /// Returns the displacements of waves of a body relative to a half-space, at wavelengths of twice
-    /// the sides of the blocks.
+    /// Returns the displacements of waves of a body relative to a half-space, at wavelengths of
+    /// twice the sides of the blocks.
     pub fn relative_displacements(body: &dyn ElasticOperator) -> Vec<f64> {
         let most = body.stiffness_nodes().into_iter().max().unwrap_or(1);
         let sides = successors(Some(SIDE), |side| (*side < most).then_some(2 * side));

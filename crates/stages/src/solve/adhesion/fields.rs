@@ -114,7 +114,10 @@ impl Params {
             tolerance: number(TOLERANCE.name)?,
             max_pairs: u32::try_from(table.integers(MAX_PAIRS.name)?.value(0)).unwrap_or(u32::MAX),
             keeps_maps: false,
+            pressure_bins: None,
+            gap_bins: None,
             boundary: solve::boundary_of(table),
+            shift: None,
         })
     }
 }

@@ -24,6 +24,10 @@ use asperity_manifest::keys::{Spanned, deserialize_either};
 /// Maximum number of states of a path.
 const MAX_STATES: u32 = 10_000;
 
+/// Default of `max_pairs`. The search for the load of pull-off is one state, and takes about twenty
+/// trials.
+const PAIR_LIMIT: u32 = 20_000;
+
 /// Attraction between the surfaces, the value of `adhesion`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -160,7 +164,7 @@ pub fn recipe(
         control,
         targets,
         tolerance: checks.number("tolerance", &table.tolerance)?,
-        max_pairs: checks.value("max_pairs", &table.max_pairs)?,
+        max_pairs: checks.value_or("max_pairs", &table.max_pairs, PAIR_LIMIT)?,
         keeps_maps: keeps_maps(table, checks)?,
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,

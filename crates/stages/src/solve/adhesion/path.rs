@@ -89,8 +89,7 @@ impl ContactPath {
             Boundary::Free => differences::moments(&surface),
         };
         let half_laplacian = 0.5 * (moments.m40 + 2.0 * moments.m22 + moments.m04).sqrt();
-        let (solver, scales, rms_height) =
-            prepared(params, surface, rms_slope, threads.clone())?;
+        let (solver, scales, rms_height) = prepared(params, surface, rms_slope, threads.clone())?;
         Ok(ContactPath {
             surface: row.coordinates(),
             scales: SurfaceScales {
