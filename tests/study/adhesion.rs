@@ -8,7 +8,7 @@ use std::time::Duration;
 use arrow::array::Array;
 use asperity::tables::table::Table;
 
-use crate::bench::{Bench, assert_same_files, text};
+use crate::bench::{Bench, assert_same_files, real, study_of_map, text};
 
 /// Surface whose contact independent solvers have computed, with its states at prescribed gaps.
 fn reference(name: &str) -> String {
@@ -16,19 +16,8 @@ fn reference(name: &str) -> String {
 }
 
 pub fn study(path: &str) -> String {
-    format!(
+    let stages = format!(
         r#"
-[study]
-name = "sticky"
-
-[stage.surface]
-kind = "generate"
-method = "file"
-path = "{}"
-side = 1.0
-level = "none"
-periodic = true
-
 [stage.contact]
 kind = "solve"
 from = "surface"
@@ -46,19 +35,15 @@ from = "contact"
 kind = "measure"
 from = "contact"
 set = "repulsive"
-"#,
-        reference("rough64_a.npy")
-    )
+"#
+    );
+    study_of_map("sticky", &reference("rough64_a.npy"), &stages)
 }
 
 fn rows_of(file: &str) -> Vec<Vec<f64>> {
     let text = std::fs::read_to_string(reference(file)).unwrap();
     let lines = text.lines().filter(|line| line.starts_with(|first: char| first.is_numeric()));
     lines.map(|line| line.split(',').map(|number| number.parse().unwrap()).collect()).collect()
-}
-
-pub fn real(table: &Table, column: &str, row: usize) -> f64 {
-    table.reals(column).unwrap().value(row)
 }
 
 #[test]

@@ -4,8 +4,8 @@ use std::sync::atomic::AtomicBool;
 
 use asperity::session::{Coordinate, Map, MapKind, Session, SessionError};
 
-use crate::adhesion::{real, study};
-use crate::bench::{Bench, text};
+use crate::adhesion::study;
+use crate::bench::{Bench, real, text};
 
 /// Returns a map of the states that `words` select, such as `branch=separation`.
 fn map(

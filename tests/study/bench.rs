@@ -230,6 +230,29 @@ pub fn left_behind() -> String {
     writer.prefix() + "aB3dEf"
 }
 
+/// Returns a study `name` of the periodic map in a file, with further `stages`.
+pub fn study_of_map(name: &str, map: &str, stages: &str) -> String {
+    format!(
+        r#"
+[study]
+name = "{name}"
+
+[stage.surface]
+kind = "generate"
+method = "file"
+path = "{map}"
+side = 1.0
+level = "none"
+periodic = true
+{stages}"#
+    )
+}
+
+/// Returns a number of a table, which is not null.
+pub fn real(table: &Table, column: &str, row: usize) -> f64 {
+    table.reals(column).unwrap().value(row)
+}
+
 /// Converts the output of a command to text.
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()

@@ -2,7 +2,7 @@
 
 use asperity::tables::table::Table;
 
-use crate::bench::Bench;
+use crate::bench::{Bench, study_of_map};
 
 /// Surface whose stiffness an independent program has computed.
 fn reference(name: &str) -> String {
@@ -10,19 +10,8 @@ fn reference(name: &str) -> String {
 }
 
 fn study(tolerance: &str, keys: &str) -> String {
-    format!(
+    let stages = format!(
         r#"
-[study]
-name = "conducting"
-
-[stage.surface]
-kind = "generate"
-method = "file"
-path = "{}"
-side = 1.0
-level = "none"
-periodic = true
-
 [stage.contact]
 kind = "solve"
 from = "surface"
@@ -35,9 +24,9 @@ tolerance = {tolerance}
 [stage.area]
 kind = "measure"
 from = "contact"
-"#,
-        reference("rough128_a.npy")
-    )
+"#
+    );
+    study_of_map("conducting", &reference("rough128_a.npy"), &stages)
 }
 
 fn reals(table: &Table, column: &str) -> Vec<f64> {

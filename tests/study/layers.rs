@@ -2,7 +2,7 @@
 
 use asperity::tables::table::Table;
 
-use crate::bench::{Bench, text};
+use crate::bench::{Bench, real, study_of_map, text};
 
 /// Surface whose contact with layers an independent solver has computed.
 fn reference(name: &str) -> String {
@@ -11,19 +11,8 @@ fn reference(name: &str) -> String {
 
 /// Returns a study of the reference surface with further keys of its `solve` stage.
 fn study(keys: &str) -> String {
-    format!(
+    let stages = format!(
         r#"
-[study]
-name = "layered"
-
-[stage.surface]
-kind = "generate"
-method = "file"
-path = "{}"
-side = 1.0
-level = "none"
-periodic = true
-
 [stage.contact]
 kind = "solve"
 from = "surface"
@@ -36,13 +25,9 @@ tolerance = 1e-9
 [stage.area]
 kind = "measure"
 from = "contact"
-"#,
-        reference("rough96_a.npy")
-    )
-}
-
-fn real(table: &Table, column: &str, row: usize) -> f64 {
-    table.reals(column).unwrap().value(row)
+"#
+    );
+    study_of_map("layered", &reference("rough96_a.npy"), &stages)
 }
 
 /// Compares the rows of a table with rows of the reference, in the same order.

@@ -1,8 +1,6 @@
 //! Studies of contacts in partial slip.
 
-use asperity::tables::table::Table;
-
-use crate::bench::{Bench, text};
+use crate::bench::{Bench, real, study_of_map, text};
 
 /// Data of an independent solver that minimises the tangential energy under |t| ≤ f p.
 fn reference(name: &str) -> String {
@@ -10,19 +8,8 @@ fn reference(name: &str) -> String {
 }
 
 fn study(loads: &str, friction: &str) -> String {
-    format!(
+    let stages = format!(
         r#"
-[study]
-name = "slip"
-
-[stage.surface]
-kind = "generate"
-method = "file"
-path = "{}"
-side = 1.0
-level = "none"
-periodic = true
-
 [stage.contact]
 kind = "solve"
 from = "surface"
@@ -35,13 +22,9 @@ stiffness = true
 kind = "measure"
 from = "contact"
 friction = {friction}
-"#,
-        reference("rough64_a.npy")
-    )
-}
-
-fn real(table: &Table, column: &str, row: usize) -> f64 {
-    table.reals(column).unwrap().value(row)
+"#
+    );
+    study_of_map("slip", &reference("rough64_a.npy"), &stages)
 }
 
 #[test]

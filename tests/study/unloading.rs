@@ -2,7 +2,7 @@
 
 use asperity::tables::table::Table;
 
-use crate::bench::{Bench, assert_same_files, text};
+use crate::bench::{Bench, assert_same_files, real, study_of_map, text};
 
 /// Data of an independent solver by projected gradients.
 fn reference(name: &str) -> String {
@@ -10,19 +10,8 @@ fn reference(name: &str) -> String {
 }
 
 fn study(loads: &str) -> String {
-    format!(
+    let stages = format!(
         r#"
-[study]
-name = "cycle"
-
-[stage.surface]
-kind = "generate"
-method = "file"
-path = "{}"
-side = 1.0
-level = "none"
-periodic = true
-
 [stage.contact]
 kind = "solve"
 from = "surface"
@@ -35,13 +24,9 @@ tolerance = 1e-9
 [stage.area]
 kind = "measure"
 from = "contact"
-"#,
-        reference("heights.npy")
-    )
-}
-
-fn real(table: &Table, column: &str, row: usize) -> f64 {
-    table.reals(column).unwrap().value(row)
+"#
+    );
+    study_of_map("cycle", &reference("heights.npy"), &stages)
 }
 
 /// Returns the row of a load on the first loading, or after the load `largest`.
