@@ -27,6 +27,7 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 pub mod aggregate;
+mod branches;
 pub mod caveats;
 pub mod columns;
 pub mod correct;

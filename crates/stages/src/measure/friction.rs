@@ -15,7 +15,7 @@ use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::form::Surfaces;
 use crate::grids::Grids;
-use crate::{StageError, solve};
+use crate::{StageError, branches, solve};
 use asperity_contact::partial_slip::{self, NormalContact, State};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span, listed};
@@ -298,22 +298,12 @@ fn find(loads: &[f64], wanted: f64) -> Option<usize> {
 
 /// Returns the branch of each tangential load of a path, which starts at zero.
 fn branches(loads: &[f64]) -> Vec<String> {
-    let mut turns = [0_usize; 2];
-    let (mut grew, mut before) = (None, 0.0);
-    let branch = |&load: &f64| {
-        let grows = load > before;
-        if grew != Some(grows) {
-            grew = Some(grows);
-            turns[usize::from(grows)] += 1;
-        }
-        before = load;
-        let word = if grows { "loading" } else { "unloading" };
-        match turns[usize::from(grows)] {
-            1 => word.to_owned(),
-            turn => format!("{word}-{turn}"),
-        }
-    };
-    loads.iter().map(branch).collect()
+    let before = std::iter::once(&0.0).chain(loads);
+    let words = before.zip(loads).map(|(before, load)| match load > before {
+        true => "loading",
+        false => "unloading",
+    });
+    branches::numbered(words)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::rows::{self, SurfaceScales};
 use crate::columns::*;
 use crate::solve::contact;
 use crate::solve::units::Scales;
-use crate::{Context, StageError};
+use crate::{Context, StageError, branches};
 use asperity_contact::adhesion::{Adhesion, AdhesivePath, Stop, Target};
 use asperity_contact::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfSpace};
 use asperity_contact::grid::Boundary;
@@ -233,26 +233,13 @@ pub fn target(params: &Params, scales: &Scales, given: f64) -> Target {
 
 /// Returns the branch of each state of a path. The first state belongs to the approach.
 fn branches(control: Control, targets: &[f64]) -> Vec<String> {
-    let mut turns = [0_usize; 2];
-    let mut direction = None;
-    let mut before = None;
-    let mut names = Vec::with_capacity(targets.len());
-    for &target in targets {
-        let grows = before.is_none_or(|before| target > before);
-        let is_first = before.is_none();
-        let approaches = is_first || (grows == (control == Control::Load));
-        if direction != Some(approaches) {
-            direction = Some(approaches);
-            turns[usize::from(approaches)] += 1;
-        }
-        let word = if approaches { "approach" } else { "separation" };
-        names.push(match turns[usize::from(approaches)] {
-            1 => word.to_owned(),
-            turn => format!("{word}-{turn}"),
-        });
-        before = Some(target);
-    }
-    names
+    let approaches = |pair: &[f64]| (pair[1] > pair[0]) == (control == Control::Load);
+    let later = targets.windows(2).map(approaches);
+    let words = std::iter::once(true).chain(later).map(|approaches| match approaches {
+        true => "approach",
+        false => "separation",
+    });
+    branches::numbered(words)
 }
 
 #[cfg(test)]
