@@ -198,8 +198,7 @@ pub fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> O
     let checks = &mut Checks::new(section, point, context.problems);
     let corrections = corrections(&point.table, checks)?;
     check_cells(&corrections, section, &context.surfaces, checks)?;
-    check_adhesion(&corrections, section, &context.surfaces, checks)?;
-    check_layer(&corrections, section, &context.surfaces, checks)?;
+    check_physics(&corrections, section, &context.surfaces, checks)?;
     let params = Params { corrections };
     Some(vec![Recipe::Correct(Arc::new(params))])
 }
@@ -229,42 +228,23 @@ fn check_cells(
     ))
 }
 
-/// Refuses corrections of contacts with adhesion, for which the coefficients are not measured.
-fn check_adhesion(
+/// Refuses corrections of contacts with adhesion or with a layer, for which the coefficients are
+/// not measured.
+fn check_physics(
     corrections: &[Correction],
     section: &Section<CorrectTable>,
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<()> {
     let corrects = corrections.iter().find(|correction| correction.coefficient > 0.0);
-    let (Some(correction), Some(stage)) = (corrects, &surfaces.with_adhesion) else {
+    let adhesion = surfaces.with_adhesion.iter().map(|stage| (stage, "adhesion"));
+    let layer = surfaces.with_layer.iter().map(|stage| (stage, "layer"));
+    let (Some(correction), Some((stage, key))) = (corrects, adhesion.chain(layer).next()) else {
         return Some(());
     };
     let message = format!(
-        "the correction {:?} is for contacts without adhesion, but stage `{stage}` has `adhesion`",
-        correction.name
-    );
-    let problem = Problem::new(message, section.span.clone(), "this stage corrects its areas");
-    checks.reject(problem.help(
-        "with adhesion the counted area exceeds the true one by 0.13 to 0.27 × S_d Δx, depending on \
-         the surface and the load; set `correction = \"none\"`, and compare meshes with `law = \
-         \"mesh-convergence\"`",
-    ))
-}
-
-/// Refuses corrections of contacts with a layer, for which the coefficients are not measured.
-fn check_layer(
-    corrections: &[Correction],
-    section: &Section<CorrectTable>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<()> {
-    let corrects = corrections.iter().find(|correction| correction.coefficient > 0.0);
-    let (Some(correction), Some(stage)) = (corrects, &surfaces.with_layer) else {
-        return Some(());
-    };
-    let message = format!(
-        "the correction {:?} is for half-spaces, but stage `{stage}` has `layer`",
+        "the correction {:?} is for contacts without adhesion and layers, but stage `{stage}` has \
+         `{key}`",
         correction.name
     );
     let problem = Problem::new(message, section.span.clone(), "this stage corrects its areas");
