@@ -12,6 +12,7 @@ mod fields;
 pub mod full_contact;
 pub mod keys;
 pub mod layer;
+mod lengths;
 mod loads;
 mod parallel;
 mod parts;

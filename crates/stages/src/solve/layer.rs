@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::keys::{Body, Method, SolveTable};
+use super::lengths::{converted, unit_of};
 use crate::columns::*;
 use crate::form::Surfaces;
 use asperity_contact::elasticity::{Base, Layer, LayerError, Support};
@@ -12,7 +13,6 @@ use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::length;
-use asperity_manifest::keys::quantity::Unit;
 use asperity_manifest::keys::{Key, Spanned};
 use asperity_tables::column::{Column, Value};
 use asperity_tables::table::{Table, TableError};
@@ -255,26 +255,6 @@ fn in_unit_of_surfaces(
     let Some(unit) = named.filter(|_| checks.units.is_quantity(&thickness.span)) else {
         return Some(decimal::nearest(thickness.value));
     };
-    match surfaces.length_units.as_slice() {
-        [known] => match Unit::find(known) {
-            Some(known) => Some(decimal::nearest(thickness.value * unit.factor_to(known))),
-            None => {
-                let symbol = if known.is_empty() { "no unit" } else { "an unknown unit" };
-                let message = format!("the thickness has a unit, but the surfaces have {symbol}");
-                refuse_unit(thickness, message, checks)
-            }
-        },
-        _ => {
-            let message = "the thickness has a unit, but the surfaces have different units";
-            refuse_unit(thickness, message.to_owned(), checks)
-        }
-    }
-}
-
-fn refuse_unit(thickness: &Spanned<f64>, message: String, checks: &mut Checks) -> Option<f64> {
-    let problem = Problem::new(message, thickness.span.clone(), "cannot be converted");
-    checks.reject(problem.help(
-        "set `unit` in the `generate` stage, or write the thickness as a number in the unit of its \
-         lengths",
-    ))
+    let of_surfaces = unit_of(surfaces, &thickness.span, checks)?;
+    Some(converted(thickness.value, unit.power - of_surfaces.power))
 }
