@@ -78,3 +78,15 @@ fn a_stiffness_that_is_added_to_stored_pressures_solves_no_load_again() {
     let together = other.table("conducting", "contact");
     assert_eq!(reals(&added, "stiffness"), reals(&together, "stiffness"));
 }
+
+#[test]
+fn contacts_that_yield_or_lie_on_a_layer_have_a_stiffness_and_no_conductance() {
+    for keys in ["hardness = 0.6", "layer = { thickness = 0.05, poisson_ratio = 0.3 }"] {
+        let bench = Bench::new();
+        bench.run(&study("1e-6", &format!("stiffness = true\n{keys}")));
+        let area = bench.table("conducting", "area");
+        let known = |column| area.reals(column).unwrap().iter().flatten().count();
+        assert!(known("stiffness") > 0, "{keys}");
+        assert_eq!(known("contact_conductance"), 0, "{keys}");
+    }
+}

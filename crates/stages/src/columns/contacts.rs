@@ -177,7 +177,7 @@ pub const CONTACT_CONDUCTANCE: Column = real(
     "k_s/side",
     "conductance of the contact per nominal area, h_c side/k_s, with the conductivity 2/k_s = 1/k₁ + \
      1/k₂ of the bodies. It equals the stiffness (Barber 2003) and excludes films and the gas in the \
-     gap. Null in full contact with a periodic body",
+     gap. Null in full contact with a periodic body, with a layer, and where nodes have yielded",
 );
 pub const SPOTS: Column =
     integer("spots", "1", "number of contact spots: 4-connected clusters of contact nodes");
@@ -190,8 +190,8 @@ pub const GREENWOOD_CONDUCTANCE: Column = real(
     "greenwood_conductance",
     "k_s/side",
     "conductance per nominal area by the formula of Greenwood (1966) for separate circular spots, \
-     with the periodic images of the spots. Null if the spots are so close that the formula gives no \
-     positive number, and for more than 20,000 spots of an isolated map",
+     with the periodic images of the spots. Null with a layer, if the spots are so close that the formula gives \
+     no positive number, and for more than 20,000 spots of an isolated map",
 );
 
 /// Columns that measured contacts have if their stiffness is computed.

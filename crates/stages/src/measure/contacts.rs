@@ -234,23 +234,35 @@ fn conductances(
 ) -> Result<Vec<(Column, ArrayRef)>, StageError> {
     let maps = solved.bytes(CONTACT.name)?;
     let stiffness: Vec<Option<f64>> = solved.reals(FROZEN_STIFFNESS.name)?.iter().collect();
+    // Barber's analogy is one of elastic half-spaces.
+    let layers = solved.reals(LAYER_THICKNESS.name).ok();
+    let saturated = solved.integers(SATURATED_NODES.name).ok();
+    let is_half_space = |row: usize| layers.is_none_or(|layers| layers.is_null(row));
+    let is_elastic =
+        |row: usize| saturated.is_none_or(|nodes| nodes.is_null(row) || nodes.value(row) == 0);
+    let conductance = stiffness
+        .iter()
+        .enumerate()
+        .map(|(row, stiffness)| stiffness.filter(|_| is_half_space(row) && is_elastic(row)));
+    let conductance: Vec<Option<f64>> = conductance.collect();
     let mut prepared: Option<(Grid, SpotConductance)> = None;
     let mut spots = Vec::with_capacity(solved.rows());
     for row in 0..solved.rows() {
         let grid = grids.grid(row)?;
         let map = ContactMap::from_bytes(grid.nodes(), maps.value(row)).map_err(StageError::Map)?;
-        let (_, conductance) = match prepared.take().filter(|(of, _)| *of == grid) {
+        let (_, spot_conductance) = match prepared.take().filter(|(of, _)| *of == grid) {
             Some(prepared) => prepared,
             None => (grid, SpotConductance::new(grid, boundary)),
         };
-        let (grid, conductance) = prepared.insert((grid, conductance));
-        let found = conductance.of_map(&map);
+        let (grid, spot_conductance) = prepared.insert((grid, spot_conductance));
+        let found = spot_conductance.of_map(&map);
         let radius = found.mean_radius.map(|radius| radius * grid.cell().longer_side());
-        spots.push((found.count as i64, radius, found.greenwood));
+        let greenwood = found.greenwood.filter(|_| is_half_space(row));
+        spots.push((found.count as i64, radius, greenwood));
     }
     let columns: [ArrayRef; 5] = [
         optional_reals(stiffness.iter().copied()),
-        optional_reals(stiffness.iter().copied()),
+        optional_reals(conductance),
         integers(spots.iter().map(|(count, ..)| *count)),
         optional_reals(spots.iter().map(|(_, radius, _)| *radius)),
         optional_reals(spots.iter().map(|(.., greenwood)| *greenwood)),
