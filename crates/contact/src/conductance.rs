@@ -61,10 +61,11 @@ impl SpotConductance {
     /// let is_inside = |node: usize| grid.indices(node).iter().all(|index| *index < 4);
     /// let pressure = |node| if is_inside(node) { 1.0 } else { 0.0 };
     /// let pressures: Vec<f64> = (0..grid.count()).map(pressure).collect();
-    /// let map = ContactMap::from_pressures(grid.nodes(),
-    /// &pressures).with_boundary(Boundary::Free); let spots = SpotConductance::new(grid,
-    /// Boundary::Free).of_map(&map); let radius = 4.0 / 32.0 / std::f64::consts::PI.sqrt();
-    /// assert_eq!(spots.count, 1); assert!((spots.mean_radius.unwrap() - radius).abs() < 1e-15);
+    /// let map = ContactMap::from_pressures(grid.nodes(), &pressures);
+    /// let spots = SpotConductance::new(grid, Boundary::Free).of_map(&map);
+    /// let radius = 4.0 / 32.0 / std::f64::consts::PI.sqrt();
+    /// assert_eq!(spots.count, 1);
+    /// assert!((spots.mean_radius.unwrap() - radius).abs() < 1e-15);
     /// assert!((spots.greenwood.unwrap() - 2.0 * radius).abs() < 1e-15);
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
