@@ -1,14 +1,15 @@
-"""Writes docs/findings.md, the results of the shipped studies, from the tables in data/findings/.
+"""Writes the findings, docs/findings.md and docs/findings/, from the tables of the shipped studies in data/findings/.
 
-    python3 tests/findings.py                     check that the page agrees with the tables
-    python3 tests/findings.py --write             write the page
+    python3 tests/findings.py                     check that the pages agree with the tables
+    python3 tests/findings.py --write             write the pages
     python3 tests/findings.py --collect DATA      copy tables, claims and figures of finished studies from the data
                                                   folder DATA
     python3 tests/findings.py --reword            update the texts of claims in data/findings/ after a change of
                                                   wording; numbers stay
 
-The last two use the `asperity` on the PATH, or the program in ASPERITY. Needs polars. The text of the page is in
-findings_page.py, its tables are in findings_tables.py.
+The last two use the `asperity` on the PATH, or the program in ASPERITY. Needs polars. The text of the
+article is in findings_article.py, the pages with its evidence are in findings_evidence.py, and their tables are in
+findings_tables.py.
 """
 
 import json
@@ -19,11 +20,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-import findings_page
+import findings_article
+import findings_evidence
 from findings_tables import CAMPAIGN, ROOT, TABLES
 
 FIGURES = ROOT / "docs/images/findings"
-PAGE = ROOT / "docs/findings.md"
+DOCS = ROOT / "docs"
 
 
 # The texts of a claim, which are the same for nearly all studies.
@@ -43,7 +45,7 @@ def collect(data):
         assert ran.returncode in may_be, f"{command} of {study}"
         return ran.stdout
 
-    plans = {study: json.loads(told(study, "plan", "--json")) for study in findings_page.STUDIES}
+    plans = {study: json.loads(told(study, "plan", "--json")) for study in findings_evidence.STUDIES}
     for study, plan in plans.items():
         assert not any(stage["to_run"] for stage in plan["stages"]), f"{study} is not finished"
     for folder in (TABLES, FIGURES):
@@ -54,7 +56,7 @@ def collect(data):
 
 
 def take(told, data, study, plan):
-    tables, figures = findings_page.STUDIES[study]
+    tables, figures = findings_evidence.STUDIES[study]
     about = {"tasks": {stage["name"]: stage["cached"] for stage in plan["stages"]}}
     told(study, "report")
     results = Path(data) / "results" / study
@@ -97,17 +99,25 @@ def texts_of(claims):
     return {claim["name"]: {key: claim[key] for key in TEXTS} for claim in claims["claims"]}
 
 
+def pages():
+    evidence = {DOCS / "findings" / f"{name}.md": text for name, text in findings_evidence.pages().items()}
+    return {DOCS / "findings.md": findings_article.page(), **evidence}
+
+
 def main(arguments):
     if arguments[:1] == ["--collect"] and len(arguments) == 2:
         collect(arguments[1])
     elif arguments == ["--reword"]:
         reword()
     elif arguments == ["--write"]:
-        PAGE.write_text(findings_page.page(), encoding="utf-8")
+        (DOCS / "findings").mkdir(exist_ok=True)
+        for path, text in pages().items():
+            path.write_text(text, encoding="utf-8")
     elif not arguments:
-        assert PAGE.read_text(encoding="utf-8") == findings_page.page(), (
-            "docs/findings.md does not agree with data/findings: run python3 tests/findings.py --write")
-        print("docs/findings.md agrees with its tables")
+        for path, text in pages().items():
+            assert path.read_text(encoding="utf-8") == text, (
+                f"{path.relative_to(ROOT)} does not agree with data/findings: run python3 tests/findings.py --write")
+        print("the findings agree with their tables")
     else:
         sys.exit(__doc__)
 

@@ -1,4 +1,4 @@
-"""The dependence of the secant in docs/findings.md on the selection of points, from the means in data/findings/."""
+"""The dependence of the secant on the selection of points, from the means in data/findings/."""
 
 import math
 
@@ -11,12 +11,22 @@ def words():
     """Returns sentences on the secant at the narrowest and the widest bandwidth, over all selections and forms."""
     narrow, wide, light = ([kappa[at] for one in of_selections(load) for kappa in one["kappa"]]
                            for at, load in ((0, 0.05), (1, 0.05), (1, 0.01)))
-    disagree = (f"At a load of 0.01 the selections disagree ({between(light)} at 128), so no value is claimed. "
+    disagree = (f"At a load of 0.01 the selections disagree ({span(light)} at 128), so no value is claimed. "
                 if max(light) - min(light) > 0.01 else "")
     return ("In the limits of large cells and fine meshes, the secant (area over load) falls with the logarithm of the "
-            f"bandwidth k_s/k_l. At a load of 0.05, in units of √(2π), it falls from {between(narrow)} at a bandwidth of 2 to "
-            f"{between(wide)} at 128; the ranges cover all selections of points and forms. {disagree}Persson's theory has "
+            f"bandwidth k_s/k_l. At a load of 0.05, in units of √(2π), it falls from {span(narrow)} at a bandwidth of 2 to "
+            f"{span(wide)} at 128; the ranges cover all selections of points and forms. {disagree}Persson's theory has "
             "0.637 at light loads.")
+
+
+def span(values):
+    return between(values).replace(" … ", "–")
+
+
+def about(load):
+    """Returns the secants over √(2π) at the narrowest and the widest bandwidth, in the middle of their ranges."""
+    of = [[kappa[at] for one in of_selections(load) for kappa in one["kappa"]] for at in (0, 1)]
+    return tuple(digits((min(values) + max(values)) / 2, 2) for values in of)
 
 
 SELECTIONS = {

@@ -1,4 +1,4 @@
-"""The tables and generated sentences of docs/findings.md, from the tables in data/findings/."""
+"""The tables and generated sentences of the findings, from the tables in data/findings/."""
 
 import json
 import math
@@ -44,6 +44,11 @@ def between(values, count=3):
     return f"{digits(min(values), count)} … {digits(max(values), count)}"
 
 
+def ranging(values, count=3):
+    """Returns a range in words, for sentences."""
+    return f"{digits(min(values), count)} to {digits(max(values), count)}"
+
+
 def rows(heads, lines):
     text = "| " + " | ".join(heads) + " |\n|" + "---|" * len(heads) + "\n"
     return text + "".join("| " + " | ".join(line) + " |\n" for line in lines)
@@ -64,15 +69,21 @@ def curves(load, correction):
 
 
 def area_at(load):
-    return between(curves(load, "none")["area_corrected_mean"])
+    return ranging(curves(load, "none")["area_corrected_mean"])
 
 
 def persson_at(load):
     return digits(curves(load, "none")["area_persson"][0], 3)
 
 
+def surfaces_per_spectrum():
+    """Returns the number of surfaces of each spectrum of the campaign."""
+    (count,) = set(table(CAMPAIGN, "spectra")["count"])
+    return count
+
+
 def full_contact_range():
-    return between(table(CAMPAIGN, "spectra")["full_contact_load_mean"])
+    return ranging(table(CAMPAIGN, "spectra")["full_contact_load_mean"])
 
 
 def sealing_limit():
@@ -86,11 +97,10 @@ def sealing_words():
             f"{with_interval(sealing_limit(), 'limit', 3)}. Wang & Müser (2020) find an area near 0.415.")
 
 
-def narrow_sealing():
+def narrow_sealing_words():
     fit = sealing_limit()
     octave = fit["limit"] + fit["coefficient_2"] * 0.5 ** fit["exponent_2"]
-    return (f"Spectra of one octave, k_s = 2 k_l, seal at smaller areas than wide spectra: at {digits(octave, 2)}, "
-            "according to the fit in the section on limits. For such a spectrum the first claim does not hold.")
+    return f"Spectra of one octave, k_s = 2 k_l, seal at smaller areas than wide spectra: at {digits(octave, 2)}."
 
 
 def asperities_of_alpha(load):
@@ -118,6 +128,18 @@ def asperities_over_alpha():
               digits(100 * at["none"]["overlapping_share"], 2) + " %"]
              for (alpha, k_lower, k_upper), at in asperities_of_alpha(0.0057)]
     return rows(["α", "k_l", "k_s", "no interaction", "explicit interaction", "area in overlapping contacts"], lines)
+
+
+def overlap_range():
+    """Returns the range over spectra of the share of the model's area in overlapping contacts, at a load of 0.0057."""
+    shares = [100 * at["none"]["overlapping_share"] for _, at in asperities_of_alpha(0.0057)]
+    return f"{ranging(shares, 2)} %"
+
+
+def nayak_scatter(k_lower):
+    """Returns the range of the relative standard deviations of α for the spectra with this lower cutoff."""
+    found = table(CAMPAIGN, "spectra").filter(pl.col("k_lower") == k_lower)
+    return f"{ranging(100 * found['nayak_sd'] / found['nayak_mean'], 2)} %"
 
 
 def least_squares(design, values, weights):
@@ -248,6 +270,14 @@ def pressures():
     return rows(["k_l", "load", "area", "fraction of it below 0.2 E\\* h′", "Persson's area", "Persson's fraction"], lines)
 
 
+def low_pressure_ratio(load=0.01, below=0.2):
+    """Returns the range over spectra of the area under low pressures, over that in Persson's theory."""
+    found = table("distributions", "mean-pressures").filter(
+        ((pl.col("load") - load).abs() < 1e-6) & (pl.col("contact_pressure") < below))
+    sums = found.group_by("k_lower").agg(pl.col("pressure_density_mean", "pressure_density_persson_mean").sum())
+    return ranging(sums["pressure_density_mean"] / sums["pressure_density_persson_mean"], 2)
+
+
 def sealing():
     parameters = [("percolation_area_corrected", "corrected area"), ("percolation_area", "counted area"),
                   ("percolation_load", "load")]
@@ -263,7 +293,7 @@ def sealing_note():
     flows = table("flow-mesh", "over-finest").filter(pl.col("nodes") == pl.col("nodes").min())
     low = [100 * (1 - ratio) for ratio in flows["flow_ratio"]]
     direction = "lower" if shift < 0 else "raise"
-    return ("These meshes have eight nodes to the shortest wavelength. According to the fit in the section on limits, such a "
+    return ("These meshes have eight nodes to the shortest wavelength. According to the [fit of the limits](limits.md), such a "
             f"mesh {direction}s the corrected area at the threshold by {digits(abs(shift), 1)}. This is nearly as much as the "
             f"claim below allows. The flow with eight nodes is {digits(min(low), 1)} to {digits(max(low), 1)} % smaller than "
             "with 64 (`flow-mesh.toml`):")

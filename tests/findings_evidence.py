@@ -1,4 +1,4 @@
-"""The text of docs/findings.md, with the tables of findings_tables.py."""
+"""The pages docs/findings/*.md: the claims and tables behind each section of the article docs/findings.md."""
 
 import re
 import textwrap
@@ -9,7 +9,7 @@ import findings_tables as t
 
 CAMPAIGN = "yastrebov-2015"
 
-# The tables and figures of each study that the page uses.
+# The tables and figures of each study that the findings use.
 STUDIES = {
     CAMPAIGN: (
         ["curves", "law", "least-convex", "pressure-growth", "near-full", "errors", "spectra"],
@@ -34,13 +34,20 @@ STUDIES = {
 
 
 def figure(study, name, caption):
-    return f"![{caption}](images/findings/{study}-{name}.svg)\n\n*{caption}.*\n"
+    return f"![{caption}](../images/findings/{study}-{name}.svg)\n\n*{caption}.*\n"
 
 
-def page():
-    text = "\n".join([introduction(), surfaces(), light(), mesh(), slope(), full_contact(), growth(), limits(),
-                      asperities(), distributions(), sealing(), misprints()])
-    claims.assert_all_told(text, CAMPAIGN)
+def pages():
+    """Returns the text of each page by its name."""
+    written = "<!-- Written by tests/findings.py from the tables under data/findings; do not edit. -->"
+    texts = {"studies": studies(), "surfaces": surfaces(), "light-load": light(), "mesh": mesh(), "slope": slope(),
+             "full-contact": full_contact(), "pressure-growth": growth(), "limits": limits(), "asperities": asperities(),
+             "distributions": distributions(), "sealing": sealing(), "misprints": misprints()}
+    claims.assert_all_told("\n".join(texts.values()), CAMPAIGN)
+    return {name: filled_page(f"{written}\n\n{text.rstrip()}\n\n[Back to the findings](../findings.md)\n") for name, text in texts.items()}
+
+
+def filled_page(text):
     return "\n\n".join(map(filled, text.split("\n\n")))
 
 
@@ -54,27 +61,24 @@ def filled(paragraph):
                                    break_long_words=False, break_on_hyphens=False) for line in lines) + end
 
 
-def introduction():
+def studies():
     return f"""\
-# Findings
+# Studies, terms and verdicts
 
-<!-- Written by tests/findings.py from the tables under data/findings; do not edit. -->
-
-This page compares the claims, tables and figures of the paper (Yastrebov, Anciaux & Molinari 2015) with results of the
-program asperity. It also treats questions that the paper leaves open. `asperity run`, `asperity claims` and
-`asperity report` computed all results, from the manifests in the following table. The page is generated from the tables of
-results in `data/findings/`, which has a folder for each study. You can open these tables in polars, pandas or DuckDB.
+`asperity run`, `asperity claims` and `asperity report` computed all results of the [findings](../findings.md), from the
+manifests in the following table. The tables of results are in `data/findings/`, which has a folder for each study. You can
+open them in polars, pandas or DuckDB.
 
 {t.provenance(STUDIES)}
-The first study repeats the whole *campaign* of the paper: nine spectra with the Hurst exponent H = 0.8, fifty surfaces
-of each on 1024 × 1024 nodes, and ninety loads from light contact to full contact.
+The first study repeats the whole *campaign* of the paper: nine spectra with the Hurst exponent H = 0.8,
+{t.surfaces_per_spectrum()} surfaces of each on 1024 × 1024 nodes, and ninety loads from light contact to full contact.
 
-The page uses these terms and symbols; the [glossary](glossary.md) has more:
+The findings use these terms and symbols; the [glossary](../glossary.md) has more:
 
 - The *load* y is p₀/(E\\* h′), with the nominal pressure p₀, the effective modulus E\\* and the rms slope h′.
 - The *area* is the fraction A/A₀ of the nominal area that is in contact. The *counted* area is the fraction of nodes in
   contact. A *corrected* area is the counted area minus an [estimate of the error of the
-  mesh](theory/corrections.md), with the coefficient of 2015 or of 2017.
+  mesh](../theory/corrections.md), with the coefficient of 2015 or of 2017.
 - The *secant* is area over load.
 - k_l and k_s are the lower and the upper cutoff wavenumber in waves per side of the cell (`k_lower` and `k_upper` in the
   tables). ζ = k_s/k_l is the *bandwidth*.
@@ -82,32 +86,22 @@ The page uses these terms and symbols; the [glossary](glossary.md) has more:
   cell.
 - A number after ± is the standard error of the mean over surfaces.
 
-## Summary
-
 {claims.counted(CAMPAIGN)}
 Each claim is tested by one or more quantities, each with an expected range. A claim **holds** if every quantity is in its
 range with a one-sided confidence of 95 %. It **does not hold** if at least one quantity is outside its range, according to
 intervals that cover all quantities of the claim together with 95 % confidence. Otherwise the study **cannot say**
-([more](how-to/claims.md)). The numbers in brackets after a result are one-sided bounds if the claim holds; otherwise they
-are the joint interval. Where the paper has words and no numbers, the expected range is our interpretation. “Cannot say” means that the study has too few surfaces to decide by this range, or that a
-quantity has no value.
-
-- The counted area at a load of 0.06 is {t.area_at(0.06)}. It exceeds Persson's {t.persson_at(0.06)} for all spectra.
-- Counted areas form groups by k_l. {claims.collapse(CAMPAIGN)}
-- {kappa.words()}
-- Full contact is reached at loads of {t.full_contact_range()}, not at 1.7.
-- {t.asperity_words()}
-- {t.sealing_words()}
+([more](../how-to/claims.md)). The numbers in brackets after a result are one-sided bounds if the claim holds; otherwise
+they are the joint interval. Where the paper has words and no numbers, the expected range is our interpretation. “Cannot
+say” means that the study has too few surfaces to decide by this range, or that a quantity has no value.
 """
 
 
 def surfaces():
     return f"""\
-## Surfaces (section 3, appendices A and B)
+# Surfaces (section 3, appendices A and B)
 
 {claims.table(CAMPAIGN, ["heights-are-gaussian-from-k-lower-4", "heights-are-not-gaussian-for-k-lower-1",
                          "modes-come-from-k-lower", "tabulated-density-of-summits", "asymptote-of-alpha"])}
-{figure("heights", "heights", "Density of heights for a thousand surfaces of each spectrum (figs. 3 and 16)")}
 The paper tabulates Nayak's parameter α and the density of summits D, computed as means over 200 surfaces of 1024 × 1024
 nodes. `nayak.toml` computes both for 200 other surfaces:
 
@@ -117,7 +111,7 @@ the wavevectors of the periodic cell. The mean over surfaces approaches it as th
 
 {t.tabulated("nayak_mean", "nayak_sem", "nayak_lattice", "yastrebov-2015-nayak")}
 The next table gives the density of summits D as printed (table 3) and as found, in integer wavenumbers. The number of
-summits per area L² of the cell is (2π)² D (misprint [T5](theory/misprints.md)).
+summits per area L² of the cell is (2π)² D (misprint [T5](../theory/misprints.md)).
 
 {t.tabulated("summit_density_integer_mean", "summit_density_integer_sem", None, "yastrebov-2015-summit-density")}
 {figure("nayak", "nayak", "Nayak's parameter against the cutoffs (fig. 14)")}
@@ -129,7 +123,7 @@ the fraction of the power in a pair of modes. The full-contact load is the exact
 
 def light():
     return f"""\
-## Contact under light load (section 5, figs. 5, 7 and 8)
+# Contact under light load (section 5, figs. 5, 7 and 8)
 
 {claims.table(CAMPAIGN, ["area-at-0.06", "area-above-persson", "widest-k-lower-is-close-to-bgt-asymptote",
                          "area-grows-with-k-lower", "area-groups-by-k-lower", "no-convergence-in-k-lower",
@@ -139,8 +133,6 @@ def light():
 The next table compares the areas of the nine spectra near three loads with two theories:
 
 {t.areas()}
-{figure(CAMPAIGN, "area-light", "Counted contact area and its secant (fig. 5)")}
-{figure(CAMPAIGN, "contact-maps", "Contact of one surface for each of two spectra (figs. 7 and 8)")}
 `literature.toml` uses the cutoffs of earlier studies (table 1, fig. 1), with eight surfaces each on 512 × 512 nodes. The
 table gives the secant at a load of 0.06, divided by √(2π). At vanishing load this ratio is 0.64 in Persson's theory and 1
 in the asperity model of Bush, Gibson & Thomas (BGT):
@@ -150,7 +142,7 @@ in the asperity model of Bush, Gibson & Thomas (BGT):
 
 def mesh():
     return f"""\
-## Error of the mesh (section 8, figs. 11 to 13)
+# Error of the mesh (section 8, figs. 11 to 13)
 
 The counted area consists of the cells of whole nodes, although cells on the edge of contact are only partly in contact.
 As a correction the paper subtracts (π/8) S_d Δx. Here Δx is the mesh step, and S_d is Δx times the number of *switches*,
@@ -159,7 +151,6 @@ the changes between contact and gap along all rows and columns. In 2017 its auth
 
 {claims.table("mesh-convergence", ["true-area-lies-within-the-bounds", "error-is-smaller-than-estimated",
                                    "correction-of-2017-is-right"])}
-{figure("mesh-convergence", "mesh-convergence", "Area of the same surfaces on finer meshes")}
 The campaign tests these claims on the error of the mesh:
 
 {claims.table(CAMPAIGN, ["largest-estimated-error", "estimated-error-halves-at-30-percent",
@@ -177,7 +168,6 @@ groups of corrected areas by k_s. Areas that are corrected with the coefficient 
                          "corrected-area-collapses-on-bandwidth-rather-than-alpha"])}
 {t.collapse_words()}
 
-{figure(CAMPAIGN, "collapse", "Corrected area under three loads against the bandwidth")}
 At given cutoffs, the area varies by about one per cent as the Hurst exponent H goes from 0.1 to 1 (`hurst.toml`). This is
 too little to show on which parameter of the spectrum the area depends. The table has secants of areas corrected as in 2017:
 
@@ -192,13 +182,12 @@ In `same-nayak.toml`, α is from 1.76 to 33.9, and spectra with different Hurst 
 
 def slope():
     return f"""\
-## Slope of the area and the contact evolution law (sections 5.2 and 9, fig. 6)
+# Slope of the area and the contact evolution law (sections 5.2 and 9, fig. 6)
 
 {claims.table(CAMPAIGN, ["slope-decreases", "slope-is-convex", "corrected-slope-decreases",
                          "corrected-slope-is-convex", "persson-slope-is-concave", "slope-crosses-perssons-near-half",
                          "least-convex-kappa", "least-convex-kappa-depends-on-k-lower", "law-fits-below-a-fifth"])}
-{figure(CAMPAIGN, "slope", "Slope of the contact area (fig. 6)")}
-The next table gives the parameters β and μ of the [contact evolution law](theory/laws.md), eq. (9). As in the
+The next table gives the parameters β and μ of the [contact evolution law](../theory/laws.md), eq. (9). As in the
 paper, the law is fitted to slopes up to a load of 0.06 with κ = 1.1 √(2π). The intervals come from 1000 resamples of whole
 surfaces.
 
@@ -211,13 +200,11 @@ The next table gives, for each spectrum, the smallest κ for which the fitted sl
 
 def full_contact():
     return f"""\
-## Up to full contact (sections 6 and 7, figs. 9 and 10)
+# Up to full contact (sections 6 and 7, figs. 9 and 10)
 
 {claims.table(CAMPAIGN, ["full-contact-at-1.7", "faster-than-persson", "exponent-near-full-contact",
                          "scaled-erf-fits", "groups-by-k-upper-near-full-contact",
                          "faster-to-full-contact-for-smaller-k-lower", "cracks-near-full-contact"])}
-{figure(CAMPAIGN, "area-full", "Contact area and its slope under all loads (fig. 9)")}
-{figure(CAMPAIGN, "near-full-contact", "Approach to full contact (fig. 10)")}
 The *full-contact load*, at which every node touches, follows exactly from the heights alone. Its mean over the surfaces of
 a spectrum is {t.full_contact_range()}, as in the last column of the table of the nine spectra. At 1.7, the last load of the
 paper, some nodes are still open. The next table gives the scale β of erf(β √2 y), fitted to areas at loads from 0.3 to 1.7.
@@ -229,7 +216,7 @@ areas of 0.9 and more:
 
 def growth():
     return f"""\
-## Growth of the mean contact pressure (appendix C, fig. 17)
+# Growth of the mean contact pressure (appendix C, fig. 17)
 
 {claims.table(CAMPAIGN, ["exponent-of-pressure-growth"])}
 The mean contact pressure p̄ = p₀/a, with the area a, grows as dp̄/dp₀ = β a^m. The fits give these parameters:
@@ -240,10 +227,10 @@ The mean contact pressure p̄ = p₀/a, with the area a, grows as dp̄/dp₀ = �
 
 def limits():
     return f"""\
-## Limits of large cells, wide spectra and fine meshes
+# Limits of large cells, wide spectra and fine meshes
 
 A spectrum on a mesh of N nodes per side has three small numbers: 1/k_l, k_l/k_s and k_s/N. Each quantity Q is fitted by a
-constant Q₀ plus one term for each of these numbers ([method](theory/limits.md)). The data are 104 combinations of spectrum
+constant Q₀ plus one term for each of these numbers ([method](../theory/limits.md)). The data are 104 combinations of spectrum
 and mesh in `limits.toml`. Each term is a power or a logarithm of its number. The tables list the combinations of forms with
 an Akaike weight of at least a tenth. A logarithmic term has no limit: Q₀ is then the value at k_s = k_l. If χ² per degree of
 freedom is far above one, the forms do not describe the data within their errors. The intervals are then too narrow, because
@@ -269,17 +256,16 @@ The last two quantities are the corrected area and the load at which the gap sto
 {claims.table("limits", ["kappa-falls-logarithmically-with-bandwidth", "kappa-lies-between-theories-on-fine-meshes",
                          "sixteen-wavelengths-to-the-cell-are-enough",
                          "eight-nodes-to-the-wavelength-are-enough-once-corrected",
-                         "stiffness-is-proportional-to-load", "sublinear-stiffness-is-of-the-finite-cell"])}
-{figure("limits", "limits", "Fitted limits against the load")}"""
+                         "stiffness-is-proportional-to-load", "sublinear-stiffness-is-of-the-finite-cell"])}"""
 
 
 def asperities():
     return f"""\
-## Asperity models compared with the solution
+# Asperity models compared with the solution
 
 Asperity models place a Hertz contact on each summit of a surface. The contacts do not interact (“no interaction”), or the
 mean pressure displaces all summits equally (“mean field”), or each force displaces all other summits (“explicit
-interaction”; [formulas](theory/asperities.md)). *The solution* is the boundary-element solution for the same surfaces. The
+interaction”; [formulas](../theory/asperities.md)). *The solution* is the boundary-element solution for the same surfaces. The
 tables give the area of the model divided by the corrected area of the solution, as median and range over nine spectra. Area
 that two contact ellipses share counts twice in the models; otherwise the ratios would be even smaller. The last column is
 the fraction of the area of the model without interaction in ellipses that intersect another one. The first table is for the
@@ -298,13 +284,12 @@ The third table is for 256² nodes and a quarter of all wavenumbers:
                                   "interaction-brings-asperities-to-the-solution",
                                   "interacting-asperities-agree-up-to-0.01",
                                   "interaction-of-asperities-is-in-the-gap",
-                                  "asperities-stay-apart-under-light-loads"])}
-{figure("asperities-1024", "asperities", "Area of asperity models over the area of the solution, 1024²")}"""
+                                  "asperities-stay-apart-under-light-loads"])}"""
 
 
 def distributions():
     return f"""\
-## Distributions of pressures, gaps and contact spots
+# Distributions of pressures, gaps and contact spots
 
 {claims.table("distributions", ["pressures-are-distributed-as-in-persson",
                                 "middle-pressures-are-as-in-persson", "high-pressures-are-rarer-than-in-persson",
@@ -322,18 +307,17 @@ root of the mesh step:
 
 {t.edges()}
 {claims.table("pressure-edges", ["pressure-density-is-linear-at-zero"])}
-{figure("distributions", "contact-pressures", "Contact pressures compared with Persson's theory")}
 {figure("distributions", "gap-distribution", "Distribution of gaps out of contact")}
 {figure("distributions", "clusters", "Areas of contact spots")}"""
 
 
 def sealing():
     return f"""\
-## Sealing
+# Sealing
 
 The table gives the sealing *threshold*: the area and the load above which no channel of gap leads through the cell. The
 values are means over surfaces and over both directions; the intervals include the error of the spacing of the loads. The
-section on [limits](#limits-of-large-cells-wide-spectra-and-fine-meshes) extrapolates these thresholds to large cells, wide
+page on [limits](limits.md) extrapolates these thresholds to large cells, wide
 spectra and fine meshes.
 
 {t.sealing()}
@@ -342,21 +326,21 @@ spectra and fine meshes.
 {t.flow_mesh()}
 {claims.table("sealing", ["interface-is-sealed-at-0.415-of-the-area"])}
 The campaign has the following results on sealing and stiffness. Its loads are more widely spaced, so its thresholds are less
-precise. {t.narrow_sealing()}
+precise. {t.narrow_sealing_words()} This is according to the [fit of the limits](limits.md). For such a spectrum the first
+claim does not hold.
 
 {claims.table(CAMPAIGN, ["interface-is-sealed-at-0.415-of-the-area",
                          "interface-is-sealed-below-one-half-of-the-area",
                          "sealing-area-does-not-depend-on-k-lower",
                          "sealing-area-scatters-less-in-greater-cells", "stiffness-is-proportional-to-load"])}
-{figure("sealing", "sealing", "Fraction of surfaces whose gap percolates")}
 {figure("sealing", "flow", "Flow through the gap, by the cubic law on a network of resistors")}"""
 
 
 def misprints():
     return f"""\
-## Misprints
+# Misprints
 
 The following sentences and formulas are wrong as printed, so no study can confirm them. The page
-[Misprints](theory/misprints.md) has the complete list, T1 to T20. The sections above treat T2, T5, T9 to T11, T13 and T18.
+[Misprints](../theory/misprints.md) has the complete list, T1 to T20. The sections above treat T2, T5, T9 to T11, T13 and T18.
 
 {claims.misprints(CAMPAIGN)}"""
