@@ -47,7 +47,10 @@ impl Study {
         };
         let path = format!(
             "E* = {}, work of adhesion {}, range {}, {} with {prescribed} {}",
-            quantity::written(params.effective_modulus, params.pressure_unit),
+            quantity::range(
+                of_adhesion(stage).map(|params| params.effective_modulus),
+                params.pressure_unit
+            )?,
             quantity::range(of_adhesion(stage).map(|params| params.work), work_unit.as_deref())?,
             quantity::range(of_adhesion(stage).map(|params| params.range), length_unit)?,
             counted(params.targets.len(), "state"),
