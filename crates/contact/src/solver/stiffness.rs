@@ -4,6 +4,9 @@
 //! all nodes in elastic contact by dδ. Their pressures change by v dδ, where A v = 1 on these nodes
 //! and v = 0 elsewhere; saturated nodes keep their pressure. The stiffness is the mean of v.
 //!
+//! When the bodies separate after that, saturated nodes unload elastically, too. The stiffness of
+//! unloading is therefore that of all nodes in contact.
+//!
 //! Equivalently, the compliance 1/⟨v⟩ is the least energy ⟨w, A w⟩ of all pressures w on these
 //! nodes with mean 1. It is found by conjugate gradients in double precision. They start from the
 //! pressures of the contact, and use the preconditioner Eᵀ K E of the solver, in single precision.
@@ -22,8 +25,8 @@ use crate::fft::{Band, Row};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactStiffness {
     /// Derivative of the mean pressure with respect to the approach of the bodies, in units of E*
-    /// over the longer side. It is infinite in full contact with a periodic body, and zero if all
-    /// nodes in contact are saturated.
+    /// over the longer side. It is infinite in full contact with a periodic body, and zero if no
+    /// node moves elastically.
     ///
     /// The approach excludes the uniform compression of a layer.
     pub stiffness: f64,
@@ -42,7 +45,7 @@ const ROUNDING: f64 = 1e-14;
 
 impl Solver {
     /// Returns the stiffness of the contact under a pressure that solves it, with one pressure per
-    /// node in units of E* × rms slope.
+    /// node in units of E* × rms slope. Saturated nodes keep their pressure.
     ///
     /// It takes 7 to 12 pairs of transforms at the default tolerance.
     ///
@@ -75,9 +78,35 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> ContactStiffness {
-        assert_eq!(pressure.len(), self.pressure.len(), "one pressure per node");
         let hardness = self.problem.hardness.map_or(f64::INFINITY, |bound| bound.pressure());
-        let is_elastic = |pressure: f64| pressure > 0.0 && pressure < hardness;
+        self.frozen_stiffness(pressure, hardness, settings, watch)
+    }
+
+    /// Returns the stiffness of the contact at the beginning of an elastic unloading, from a
+    /// pressure as in [`Solver::contact_stiffness`]. All nodes in contact are displaced together,
+    /// also the saturated ones. It equals the stiffness of loading if no node is saturated.
+    ///
+    /// # Panics
+    /// Panics if the number of pressures differs from the number of nodes.
+    pub fn unloading_stiffness(
+        &mut self,
+        pressure: &[f64],
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> ContactStiffness {
+        self.frozen_stiffness(pressure, f64::INFINITY, settings, watch)
+    }
+
+    /// Returns the stiffness of the nodes in contact whose pressure is below `bound`.
+    fn frozen_stiffness(
+        &mut self,
+        pressure: &[f64],
+        bound: f64,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> ContactStiffness {
+        assert_eq!(pressure.len(), self.pressure.len(), "one pressure per node");
+        let is_elastic = |pressure: f64| pressure > 0.0 && pressure < bound;
         let elastic = pressure.iter().enumerate().filter(|(_, pressure)| is_elastic(**pressure));
         let (nodes, start): (Vec<usize>, Vec<f64>) = elastic.unzip();
         let known = |stiffness, stop| ContactStiffness { stiffness, pairs: 0, stop };
@@ -104,7 +133,8 @@ impl Solver {
     }
 }
 
-/// Contact whose nodes do not change: the elastic nodes are free, and all others have no pressure.
+/// Contact whose nodes do not change: the nodes that move elastically are free, and the pressures
+/// of all others are constant.
 ///
 /// Vectors have one value for each elastic node.
 struct FrozenContact<'a> {

@@ -114,6 +114,65 @@ fn the_stiffness_is_the_slope_of_the_load_over_the_approach() {
     }
 }
 
+/// Returns a body with a hardness, in units of E*.
+fn yielding(elastic: Elastic, hardness: f64) -> Body {
+    Body { elastic, hardness: Some(Hardness::new(hardness).unwrap()) }
+}
+
+#[test]
+fn a_contact_that_yielded_begins_to_unload_with_the_stiffness_of_all_its_nodes() {
+    let layer = Layer::new(0.05, 0.3, Support::Rigid(Base::Bonded)).unwrap();
+    for elastic in [Elastic::default(), Elastic::Layer(layer)] {
+        let (load, step) = (0.1, 1e-5);
+        let mut heights = rough(64, 9);
+        let body = yielding(elastic, 0.5);
+        let mut solver = body.solver(square(64, 1.0), &heights);
+        let outcome = solved(&mut solver, load);
+        assert!(outcome.saturated_nodes > outcome.contact_nodes / 5, "{outcome:?}");
+        let pressure = solver.pressure().to_vec();
+        let loading = solver.contact_stiffness(&pressure, &TIGHT, &|| false);
+        let found = solver.unloading_stiffness(&pressure, &TIGHT, &|| false);
+        assert!(found.stiffness > 1.05 * loading.stiffness, "{found:?}, {loading:?}");
+        let usual = solver.unloading_stiffness(&pressure, &Settings::default(), &|| false);
+        assert!(usual.pairs <= 12, "{usual:?}");
+        assert!((usual.stiffness / found.stiffness - 1.0).abs() < 1e-5, "{usual:?}, {found:?}");
+
+        // The surface keeps its plastic depth, and unloads elastically.
+        let gaps = solver.gap_under(&pressure);
+        for ((height, gap), pressure) in heights.iter_mut().zip(gaps).zip(&pressure) {
+            *height -= if *pressure >= 0.5 { (-gap).max(0.0) } else { 0.0 };
+        }
+        let mut solver = Body { elastic, hardness: None }.solver(square(64, 1.0), &heights);
+        let mut gap = |load| solved(&mut solver, load).mean_gap;
+        let slope = step / (gap(load - step) - gap(load));
+        assert!((found.stiffness / slope - 1.0).abs() < 1e-3, "{elastic:?}: {found:?}, {slope}");
+    }
+}
+
+#[test]
+fn loading_and_unloading_are_equally_stiff_where_nothing_yields() {
+    let mut solver = yielding(Boundary::Free.into(), 1e3).solver(square(64, 1.0), &rough(64, 9));
+    assert_eq!(solved(&mut solver, 0.1).saturated_nodes, 0);
+    let pressure = solver.pressure().to_vec();
+    let loading = solver.contact_stiffness(&pressure, &TIGHT, &|| false);
+    assert_eq!(solver.unloading_stiffness(&pressure, &TIGHT, &|| false), loading);
+}
+
+#[test]
+fn a_saturated_disc_unloads_as_a_flat_punch() {
+    let (nodes, cells) = (96, 12.0);
+    let pressure = discs(nodes, cells, &[[0.0, 0.0]]);
+    let flat = vec![0.0; nodes * nodes];
+    let mut solver = yielding(Boundary::Free.into(), 1.0).solver(square(nodes, 1.0), &flat);
+    let found = solver.contact_stiffness(&pressure, &TIGHT, &|| false);
+    assert_eq!(found.stiffness, 0.0, "every node keeps its pressure");
+    let found = solver.unloading_stiffness(&pressure, &TIGHT, &|| false);
+    let radius = cells / nodes as f64;
+    // 2 E* a, less the 0.112 cells by which a disc on a mesh is smaller, on average.
+    let expected = 2.0 * radius * (1.0 - 0.112 / cells);
+    assert!((found.stiffness / expected - 1.0).abs() < 0.01, "{found:?}, {expected}");
+}
+
 #[test]
 fn a_ball_is_as_stiff_as_hertz_has_it() {
     let (nodes, radius, a) = (192, 4.0, 0.2_f64);
