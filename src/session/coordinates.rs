@@ -173,7 +173,9 @@ impl ChosenLoad {
         let (column, own, word) = match unit.dimension {
             Dimension::Length => (MEAN_GAP.name, length_unit(table), "mean gap"),
             Dimension::Pressure => (PRESSURE.name, pressure_unit(table), "load"),
-            Dimension::Work => unreachable!("states are read as mean gaps or loads"),
+            Dimension::Work | Dimension::Conductivity | Dimension::Resistivity => {
+                unreachable!("states are read as mean gaps or loads")
+            }
         };
         let own = own.as_deref().and_then(Unit::find).ok_or_else(|| {
             SessionError::Refused(format!(
@@ -203,6 +205,8 @@ fn example(dimension: Dimension) -> &'static str {
         Dimension::Length => "20 nm",
         Dimension::Pressure => "10 MPa",
         Dimension::Work => "50 mJ/m²",
+        Dimension::Conductivity => "400 W/(m K)",
+        Dimension::Resistivity => "17 nΩ m",
     }
 }
 

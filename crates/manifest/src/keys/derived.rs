@@ -290,7 +290,7 @@ pub fn syntax_problem(
             match unit.dimension {
                 Dimension::Length => or_name("unit", unit),
                 Dimension::Pressure => or_name("load_unit", unit),
-                Dimension::Work => String::new(),
+                Dimension::Work | Dimension::Conductivity | Dimension::Resistivity => String::new(),
             }
         ),
         None => {

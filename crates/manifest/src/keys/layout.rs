@@ -77,6 +77,18 @@ pub mod declare {
         schema.insert(QUANTITY.to_owned(), "work".into());
     }
 
+    /// Declares that the number of the key is a thermal conductivity, which may be written with a
+    /// unit.
+    pub fn conductivity(schema: &mut Schema) {
+        schema.insert(QUANTITY.to_owned(), "conductivity".into());
+    }
+
+    /// Declares that the number of the key is an electrical resistivity, which may be written with
+    /// a unit.
+    pub fn resistivity(schema: &mut Schema) {
+        schema.insert(QUANTITY.to_owned(), "resistivity".into());
+    }
+
     /// Declares that the key names the unit of the lengths of the table.
     pub fn unit_of_lengths(schema: &mut Schema) {
         schema.insert(UNIT_OF_LENGTHS.to_owned(), true.into());

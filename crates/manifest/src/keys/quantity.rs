@@ -3,12 +3,12 @@
 //! A key whose numbers are declared as lengths, pressures or works per area also accepts texts of a
 //! number and a unit. All lengths of a table are read in one unit, and so are its pressures and its
 //! works. This is the unit that a key of the table names (`unit = "um"`), otherwise the unit of the
-//! first quantity, in the order in which the keys are declared. [`Units::read`] finds the units and
-//! the number of each quantity, and [`replace`] puts these numbers into the table. All later steps
-//! read plain numbers.
+//! first quantity, in the order in which the keys are declared. Conductivities and resistivities are
+//! always read in W/(m K) and Ω m. [`Units::read`] finds the units and the number of each quantity,
+//! and [`replace`] puts these numbers into the table. All later steps read plain numbers.
 //!
-//! Every unit is a power of ten of the metre, the pascal or their product. A conversion only moves
-//! the decimal point and is exact.
+//! Every unit is a power of ten of a unit of the SI. A conversion only moves the decimal point and
+//! is exact.
 
 #[cfg(test)]
 mod tests;
@@ -30,7 +30,10 @@ use unit::UNITS;
 pub use unit::{Dimension, Unit};
 
 /// Regular expression of a number with a unit, for editors.
-pub const PATTERN: &str = r"^\s*[+-]?[0-9.]+([eE][+-]?[0-9]+)?\s*[^\s0-9.+*-]\S*\s*$";
+pub const PATTERN: &str = concat!(
+    r"^\s*[+-]?[0-9.]+([eE][+-]?[0-9]+)?",
+    r"\s*[^\s0-9.+*-]\S*(\s[^\s0-9.+*-]\S*)?\s*$",
+);
 
 /// The declaration that the numbers of a key are quantities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +49,8 @@ impl Declared {
             "length" => (Dimension::Length, false),
             "pressure" => (Dimension::Pressure, false),
             "work" => (Dimension::Work, false),
+            "conductivity" => (Dimension::Conductivity, false),
+            "resistivity" => (Dimension::Resistivity, false),
             _ => (Dimension::Pressure, true),
         };
         Some(Declared { dimension, or_ratio })
@@ -72,7 +77,7 @@ pub fn split(text: &str) -> Option<(&str, &str)> {
     }
     let (number, unit) = (&text[..end], text[end..].trim_start());
     let is_unit = unit.starts_with(char::is_alphabetic)
-        && unit.chars().all(|letter| letter.is_alphanumeric() || "_/^·".contains(letter));
+        && unit.chars().all(|letter| letter.is_alphanumeric() || "_/^·⋅ ()".contains(letter));
     (is_unit && number.parse::<f64>().is_ok()).then_some((number, unit))
 }
 
@@ -187,6 +192,8 @@ impl Units {
             (Dimension::Length, layout.unit_of_lengths),
             (Dimension::Pressure, layout.unit_of_pressures),
             (Dimension::Work, None),
+            (Dimension::Conductivity, None),
+            (Dimension::Resistivity, None),
         ];
         for (dimension, key) in keys {
             let named = read.convert(dimension, key, table, &scalars, layout, problems);
@@ -194,6 +201,7 @@ impl Units {
                 Dimension::Length => read.units.length = named,
                 Dimension::Pressure => read.units.pressure = named,
                 Dimension::Work => read.units.work = named,
+                Dimension::Conductivity | Dimension::Resistivity => {}
             }
         }
         read
@@ -226,6 +234,9 @@ impl ReadUnits {
         let text = common.and_then(|written| written.get_ref().as_str());
         let unit = text.and_then(Unit::find).filter(|unit| unit.dimension == dimension);
         let named = match (unit, written) {
+            _ if dimension.has_fixed_unit() => {
+                NamedUnit { unit: Unit::si(dimension), span: first?.value.span(), by_key: true }
+            }
             (Some(unit), Some(written)) => NamedUnit { unit, span: written.span(), by_key: true },
             _ => {
                 let (_, unit) = first?.quantity(dimension)?;

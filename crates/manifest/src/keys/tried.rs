@@ -14,7 +14,7 @@ struct Answer {
     help: &'static str,
 }
 
-const ANSWERS: [Answer; 16] = [
+const ANSWERS: [Answer; 17] = [
     Answer {
         keys: &[
             "adhesive",
@@ -113,17 +113,28 @@ const ANSWERS: [Answer; 16] = [
         keys: &[
             "conductance",
             "conductivity",
+            "contact_conductance",
+            "contact_resistance",
+            "electrical_conductivity",
             "electrical_resistance",
-            "heat_flux",
-            "temperature",
+            "electrical_resistivity",
+            "resistance",
+            "resistivity",
             "thermal_conductance",
             "thermal_conductivity",
-            "thermal_expansion",
+            "thermal_resistance",
         ],
+        instead: &["stiffness", "bodies"],
+        label: "belongs to the `bodies` of a `solve` stage",
+        help: "the conductance of a contact is proportional to its stiffness (Barber 2003): \
+               `stiffness = true` of a `solve` stage computes it, and `conductivity` or \
+               `resistivity` of the `bodies` adds W/(m² K) and ohms",
+    },
+    Answer {
+        keys: &["heat_flux", "temperature", "thermal_expansion"],
         instead: &[],
-        label: "heat and electric current are not modelled",
-        help: "the conductance of an elastic contact is proportional to its stiffness (Barber \
-               2003), which `stiffness = true` of a `measure` stage computes",
+        label: "temperatures and heat flows are not modelled",
+        help: "`stiffness = true` of a `solve` stage computes the conductance of the contact",
     },
     Answer {
         keys: &["wear", "wear_coefficient", "wear_rate"],

@@ -5,7 +5,8 @@ use serde::Deserialize;
 
 use super::*;
 use crate::keys::declare::{
-    length, pair, pressure, pressure_or_ratio, swept, unit_of_lengths, unit_of_pressures, work,
+    conductivity, length, pair, pressure, pressure_or_ratio, resistivity, swept, unit_of_lengths,
+    unit_of_pressures, work,
 };
 use crate::keys::expected_keys::ExpectedKeys;
 use crate::keys::{Key, OnAxes, Section, Spanned, reader, table};
@@ -30,6 +31,10 @@ struct Example {
     #[schemars(transform = work, transform = swept)]
     energy: Key<f64>,
     hurst: Key<f64>,
+    #[schemars(transform = conductivity, transform = swept)]
+    heat: Key<f64>,
+    #[schemars(transform = resistivity, transform = swept)]
+    current: Key<f64>,
 }
 
 table!(Example);
@@ -69,6 +74,8 @@ fn texts_of_a_number_and_a_unit_are_quantities_and_others_are_not() {
         ("5.5e-3GPa", ("5.5e-3", "GPa")),
         (" -1 N/mm^2 ", ("-1", "N/mm^2")),
         ("2 Mpa", ("2", "Mpa")),
+        ("400 W/(m K)", ("400", "W/(m K)")),
+        ("1.7 uohm cm", ("1.7", "uohm cm")),
     ] {
         assert_eq!(split(text), Some(parts), "{text}");
     }
@@ -159,6 +166,20 @@ fn works_per_area_are_read_in_the_first_unit_and_are_products_of_pressure_and_le
 }
 
 #[test]
+fn conductivities_and_resistivities_are_read_in_units_of_the_si() {
+    let section = valid("heat = [\"4 W/(cm·K)\", 390]\ncurrent = [\"17 nohm m\", 2e-8]");
+    let points = section.points.iter().map(|point| &point.table);
+    let heat: Vec<f64> = points.clone().filter_map(|table| table.heat.value()).collect();
+    let current: Vec<f64> = points.filter_map(|table| table.current.value()).collect();
+    assert_eq!(heat, [400.0, 400.0, 390.0, 390.0]);
+    assert_eq!(current, [17e-9, 2e-8, 17e-9, 2e-8]);
+    for text in ["1.7 µΩ cm", "1.7 uOhm·cm", "1.7 μ\u{2126} cm", "1.7 uohm cm"] {
+        let (number, unit) = split(text).unwrap();
+        assert_eq!((number, Unit::find(unit).unwrap().symbol), ("1.7", "µΩ cm"), "{text}");
+    }
+}
+
+#[test]
 fn numbers_without_units_are_ratios_only_where_this_is_declared() {
     let section = valid("loads = [0.1]\nmodulus = \"70 GPa\"\nload_unit = \"Relative\"");
     assert_eq!(section.points[0].table.loads.written().unwrap().value[0].value, 0.1);
@@ -175,6 +196,11 @@ fn mistakes_in_units_are_reported_once_with_a_suggestion() {
         ("side = \"2 MPa\"", "`side` is a length, but `MPa` is a unit of pressure"),
         ("energy = \"2 MPa\"", "`energy` is a work per area, but `MPa` is a unit of pressure"),
         ("energy = \"2 mJ/m\"", "unknown unit `mJ/m` (did you mean `mJ/m²`?)"),
+        ("heat = \"2 W/(m k)\"", "unknown unit `W/(m k)` (did you mean `W/(m K)`?)"),
+        (
+            "current = \"2 W/(m K)\"",
+            "`current` is a resistivity, but `W/(m K)` is a unit of conductivity",
+        ),
         (
             "side = 2\nwavelength = \"1 um\"",
             "`side` has no unit, but `wavelength` has one (write \"2 µm\"",

@@ -1,4 +1,4 @@
-//! Units of length, pressure and work per area.
+//! Units of length, pressure, work per area, conductivity and resistivity.
 
 use std::fmt;
 
@@ -12,15 +12,19 @@ pub enum Dimension {
     Pressure,
     /// Energy per area, a pressure times a length.
     Work,
+    /// Thermal conductivity. Numbers without a unit are in W/(m K).
+    Conductivity,
+    /// Electrical resistivity. Numbers without a unit are in Ω m.
+    Resistivity,
 }
 
-/// A unit of length, pressure or work per area.
+/// A unit of a physical quantity.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Unit {
     /// Symbol of the unit in tables and messages.
     pub symbol: &'static str,
     pub dimension: Dimension,
-    /// The unit is 10^`power` metres, pascals or joules per square metre.
+    /// The unit is 10^`power` units of the SI: metres, pascals, J/m², W/(m K) or Ω m.
     pub power: i32,
     /// True for the metre, the pascal and the joule per square metre, and for their multiples by
     /// 1000.
@@ -35,12 +39,14 @@ const fn unit(
     power: i32,
     spellings: &'static [&'static str],
 ) -> Unit {
-    let is_si = power % 3 == 0 && !matches!(symbol.as_bytes(), [b'N', ..] | [b'm', b'N', ..]);
+    let is_prefixed = matches!(dimension, Dimension::Length | Dimension::Pressure | Dimension::Work);
+    let is_newton = matches!(symbol.as_bytes(), [b'N', ..] | [b'm', b'N', ..]);
+    let is_si = is_prefixed && power % 3 == 0 && !is_newton;
     Unit { symbol, dimension, power, is_si, spellings }
 }
 
 /// All units. Messages list the symbols in this order.
-pub static UNITS: [Unit; 19] = [
+pub static UNITS: [Unit; 27] = [
     unit("m", Dimension::Length, 0, &[]),
     unit("cm", Dimension::Length, -2, &[]),
     unit("mm", Dimension::Length, -3, &[]),
@@ -61,13 +67,30 @@ pub static UNITS: [Unit; 19] = [
     unit("kJ/m²", Dimension::Work, 3, &["kJ/m^2", "kJ/m2"]),
     unit("N/m", Dimension::Work, 0, &[]),
     unit("mN/m", Dimension::Work, -3, &[]),
+    unit("W/(m K)", Dimension::Conductivity, 0, &["W/m/K", "W/mK", "W/(mK)"]),
+    unit("mW/(m K)", Dimension::Conductivity, -3, &["mW/m/K", "mW/mK", "mW/(mK)"]),
+    unit("W/(cm K)", Dimension::Conductivity, 2, &["W/cm/K", "W/cmK", "W/(cmK)"]),
+    unit("Ω m", Dimension::Resistivity, 0, &["ohm m", "Ωm"]),
+    unit("Ω cm", Dimension::Resistivity, -2, &["ohm cm", "Ωcm"]),
+    unit("µΩ m", Dimension::Resistivity, -6, &["uohm m", "µΩm"]),
+    unit("µΩ cm", Dimension::Resistivity, -8, &["uohm cm", "µΩcm"]),
+    unit("nΩ m", Dimension::Resistivity, -9, &["nohm m", "nΩm"]),
 ];
 
 impl Unit {
     /// Returns the unit with this symbol or spelling.
     pub fn find(text: &str) -> Option<&'static Unit> {
-        let text = text.trim();
-        UNITS.iter().find(|unit| unit.symbol == text || unit.spellings.contains(&text))
+        let has = |text: &str| {
+            UNITS.iter().find(|unit| unit.symbol == text || unit.spellings.contains(&text))
+        };
+        has(text.trim()).or_else(|| has(&respelt(text)))
+    }
+
+    /// Returns the unit of the SI of the dimension.
+    pub fn si(dimension: Dimension) -> &'static Unit {
+        let mut units = UNITS.iter();
+        let unit = units.find(|unit| unit.dimension == dimension && unit.power == 0);
+        unit.expect("each dimension has a unit of the SI")
     }
 
     /// Returns the unit of the product of a pressure and a length in these units: J/m² for MPa and
@@ -84,7 +107,20 @@ impl Unit {
     }
 }
 
+/// Returns a product of units in the spelling of the list: `µΩ cm` for `uOhm·cm`.
+fn respelt(text: &str) -> String {
+    let text = text.replace(['·', '⋅'], " ").replace(['\u{2126}'], "Ω").replace(['μ'], "µ");
+    let text = text.replace("ohm", "Ω").replace("Ohm", "Ω").replace("uΩ", "µΩ");
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 impl Dimension {
+    /// Returns whether numbers without a unit have the unit of the SI, also beside numbers with a
+    /// unit.
+    pub fn has_fixed_unit(self) -> bool {
+        matches!(self, Dimension::Conductivity | Dimension::Resistivity)
+    }
+
     /// Returns the symbol of the unit that a text probably means.
     pub fn did_you_mean(self, text: &str) -> Option<&'static str> {
         let of_dimension = || UNITS.iter().filter(move |unit| unit.dimension == self);
@@ -117,6 +153,8 @@ impl fmt::Display for Dimension {
             Dimension::Length => "length",
             Dimension::Pressure => "pressure",
             Dimension::Work => "work per area",
+            Dimension::Conductivity => "conductivity",
+            Dimension::Resistivity => "resistivity",
         })
     }
 }
