@@ -2,12 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use asperity_stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, CONTACT_FRACTION, CONTENT,
-    EFFECTIVE_MODULUS, FROM_RMS_HEIGHT, FROM_RMS_SLOPE, HURST, INTERACTION_RANGE, K_LOWER,
-    K_ROLLOFF, K_UPPER, LOAD, MEAN_GAP, NODES, PRESSURE, RMS_SLOPE, SHIFT_X, SHIFT_Y, SIDE,
-    SPECTRUM_OF, UNIT, WORK_OF_ADHESION,
-};
+use asperity_stages::columns::*;
 use asperity_stages::ensemble::grouped;
 use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Description, Value};
@@ -16,10 +11,10 @@ use asperity_tables::table::{Table, TableError};
 use crate::ensembles;
 use crate::figure_data::{AREA_LABEL, FigureData, LOAD_LABEL};
 use crate::loads;
-use crate::units::{LengthUnit, PressureUnit, Scaled, digits};
+use crate::units::{LengthUnit, PressureUnit, Scaled, digits, prefixed};
 
 /// Columns with the labels of their axes and their symbols.
-const KNOWN: [(&str, &str, &str); 35] = [
+const KNOWN: [(&str, &str, &str); 68] = [
     (LOAD.name, LOAD_LABEL, "y"),
     (PRESSURE.name, "mean pressure p₀", "p₀"),
     (AREA_FRACTION.name, AREA_LABEL, "A/A₀"),
@@ -55,7 +50,45 @@ const KNOWN: [(&str, &str, &str); 35] = [
     ("percolation_area", "area A/A₀ at percolation", "A/A₀"),
     ("percolation_load", "load y at percolation", "y"),
     ("full_contact_load", "load y of full contact", "y"),
+    (HARDNESS.name, "hardness H", "H"),
+    (MEAN_YIELDED_DEPTH.name, "yielded depth d", "d"),
+    (RESIDUAL_DEPTH.name, "residual depth d", "d"),
+    (PLASTIC_WORK.name, "plastic work w_p", "w_p"),
+    (MAXIMUM_LOAD.name, "largest load before", "largest load"),
+    (LAYER_THICKNESS.name, "layer thickness t", "t"),
+    (LAYER_POISSON_RATIO.name, "Poisson's ratio ν of the layer", "ν"),
+    (LAYER_MODULUS_RATIO.name, "shear modulus of the coating over that below", "modulus ratio"),
+    (SUBSTRATE_POISSON_RATIO.name, "Poisson's ratio ν below the coating", "ν below the coating"),
+    (UNIFORM_COMPRESSION.name, "uniform compression of the layer", "uniform compression"),
+    (APPROACH.name, "approach δ", "δ"),
+    (STIFFNESS.name, STIFFNESS_LABEL, "K"),
+    (FROZEN_STIFFNESS.name, STIFFNESS_LABEL, "K"),
+    (UNLOADING_STIFFNESS.name, STIFFNESS_LABEL, "K"),
+    (CONTACT_CONDUCTANCE.name, CONDUCTANCE_LABEL, "h_c"),
+    (GREENWOOD_CONDUCTANCE.name, CONDUCTANCE_LABEL, "h_c"),
+    (SPOTS.name, "number of contact spots n", "n"),
+    (MEAN_SPOT_RADIUS.name, "mean spot radius a", "a"),
+    (FORCE.name, "normal force F", "F"),
+    (PAIR_CONDUCTIVITY.name, "thermal conductivity k_s", "k_s"),
+    (THERMAL_CONDUCTANCE.name, "thermal conductance h_c", "h_c"),
+    (THERMAL_RESISTANCE.name, "thermal resistance R", "R"),
+    (PAIR_RESISTIVITY.name, "resistivity ρ_s", "ρ_s"),
+    (SPECIFIC_RESISTANCE.name, "specific contact resistance ρ_c", "ρ_c"),
+    (ELECTRICAL_RESISTANCE.name, RESISTANCE_LABEL, "R"),
+    (GREENWOOD_RESISTANCE.name, RESISTANCE_LABEL, "R"),
+    (HOLM_RESISTANCE.name, RESISTANCE_LABEL, "R"),
+    (FRICTION_COEFFICIENT.name, "friction coefficient f", "f"),
+    (TANGENTIAL_LOAD.name, "tangential load Q/(f N)", "Q/(f N)"),
+    (TANGENTIAL_TRACTION.name, "tangential traction Q/A₀", "Q/A₀"),
+    (TANGENTIAL_DISPLACEMENT.name, "tangential displacement u", "u"),
+    (TANGENTIAL_STIFFNESS.name, "tangential stiffness K_t", "K_t"),
+    (FRICTIONAL_DISSIPATION.name, "dissipated energy D", "D"),
 ];
+
+/// Labels of columns that are compared in one panel.
+const STIFFNESS_LABEL: &str = "stiffness K";
+const CONDUCTANCE_LABEL: &str = "contact conductance h_c";
+const RESISTANCE_LABEL: &str = "contact resistance R";
 
 /// Returns the label of an axis of a column, without its unit.
 pub fn name(column: &str) -> String {
@@ -135,8 +168,11 @@ impl Labels {
                 let factor = self.lengths.factor(self.length.as_deref());
                 self.lengths.scaled(factor * largest).times(factor)
             }
-            // The label of the load contains its unit.
-            _ if column.starts_with(LOAD.name) => Scaled { factor: 1.0, unit: String::new() },
+            // The labels of these loads contain their units.
+            _ if column.starts_with(LOAD.name) || column == TANGENTIAL_LOAD.name => {
+                Scaled { factor: 1.0, unit: String::new() }
+            }
+            unit @ ("N" | "Ω" | "Ω m") => prefixed(largest, unit),
             unit => Scaled { factor: 1.0, unit: self.named().name(unit) },
         };
         AxisUnit { factor: scaled.factor, unit: scaled.unit }
@@ -213,6 +249,7 @@ mod tests {
         assert_eq!(name("area_fraction"), "contact area A/A₀");
         assert_eq!(name("area_fraction_q05"), "contact area A/A₀, q05");
         assert_eq!(name("largest_cluster"), "largest cluster");
+        assert_eq!(name("electrical_resistance"), name("greenwood_resistance"));
         assert_eq!([symbol("load"), symbol("correction")], ["y", "correction"]);
     }
 }

@@ -239,7 +239,7 @@ pub fn digits(value: f64, digits: usize) -> String {
 }
 
 /// Returns the unit with the prefix for which `largest` is between 1 and 1000.
-fn prefixed(largest: f64, unit: &str) -> Scaled {
+pub fn prefixed(largest: f64, unit: &str) -> Scaled {
     const PREFIXES: [(f64, &str); 8] = [
         (1e9, "G"),
         (1e6, "M"),
