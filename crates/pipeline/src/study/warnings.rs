@@ -43,6 +43,10 @@ const ENOUGH_CORRECTED: f64 = 3.0;
 /// per shortest wavelength. Divide by the nodes per wavelength to get per cent.
 const MESH_ERROR_RANGE: [f64; 2] = [50.0, 80.0];
 
+/// Largest magnitude of Dundurs' constant β of bodies that count as elastically similar. Tractions of
+/// this relative size are smaller than the coupling through ν, which is neglected, too.
+const SIMILAR: f64 = 0.01;
+
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Warning {
     pub stage: String,
@@ -125,6 +129,7 @@ impl Study {
     /// - A mesh resolves the adhesion poorly.
     /// - Two rough bodies are not pressed against each other, or both are the same surface.
     /// - The file of a measured surface has several channels or missing points.
+    /// - Partial slip is computed for bodies that are not elastically similar.
     /// - A figure selects rows that the study does not have.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
@@ -136,6 +141,7 @@ impl Study {
                 rearranged_loads(stage),
                 self.pressed_alone(stage),
                 self.coarse_for_adhesion(stage),
+                self.dissimilar_bodies(stage),
                 pairs::of_equal_bodies(&stage.work),
             ];
             let messages = messages.into_iter().flatten();
@@ -193,7 +199,7 @@ impl Study {
     /// these surfaces against each other.
     fn pressed_alone(&self, stage: &Stage) -> Option<String> {
         let is_of_two = |recipe: &Recipe| match recipe {
-            Recipe::Solve(params) => params.bodies == 2,
+            Recipe::Solve(params) => params.bodies.count == 2,
             _ => false,
         };
         let is_meant = stage.inputs.len() > 1 && stage.work.recipes().iter().any(is_of_two);
@@ -206,6 +212,32 @@ impl Study {
                 listed(names, "and")
             )
         })
+    }
+
+    /// Warns that a stage computes partial slip of bodies that are not elastically similar.
+    fn dissimilar_bodies(&self, stage: &Stage) -> Option<String> {
+        let slips =
+            |recipe: &Recipe| matches!(recipe, Recipe::Measure(measure::Params::Friction(_)));
+        if !stage.work.recipes().iter().any(slips) {
+            return None;
+        }
+        let read = stage.inputs.iter().map(|&input| &self.stages[input]);
+        read.flat_map(|solved| solved.work.recipes().iter().map(move |recipe| (solved, recipe)))
+            .find_map(|(solved, recipe)| {
+                let Recipe::Solve(params) = recipe else { return None };
+                let beta = params.bodies.dundurs.filter(|beta| beta.abs() > SIMILAR)?;
+                let bodies = match params.bodies.count {
+                    1 => "elastic body and its rigid counterpart",
+                    _ => "two `bodies`",
+                };
+                Some(format!(
+                    "the {bodies} of stage `{}` are not elastically similar: Dundurs' constant β, \
+                     the normalised difference of (1 − 2ν)/G, is {beta:.2}. The normal pressure \
+                     then causes tangential tractions, which partial slip neglects, so that all its \
+                     results are approximate",
+                    solved.name
+                ))
+            })
     }
 
     /// Warns of loads without a unit in a variant of a study whose loads are pressures.
@@ -499,6 +531,29 @@ mod tests {
         assert!(warning.contains("name one of them in `against`"), "{warning}");
         assert_eq!(warned("[\"rough\", \"lower\"]", steel), None);
         assert_eq!(warned("\"rough\"", &two), None);
+    }
+
+    #[test]
+    fn partial_slip_of_steel_on_glass_is_approximate() {
+        let slip = |bodies: &str| {
+            let friction = "[stage.slip]\nkind = \"measure\"\nfrom = \"loads\"\n\
+                            friction = { coefficient = 0.3, loads = [0.5] }\n";
+            let loads = format!("loads = [0.03, 0.06]\nbodies = [{bodies}]");
+            let manifest = PRESSED.replace("loads = [0.06]", &loads);
+            let warnings = warnings(&format!("{manifest}{friction}"));
+            warnings.into_iter().filter(|warning| warning.contains("elastically similar"))
+        };
+        let steel = "{ youngs_modulus = 210, poisson_ratio = 0.3 }";
+        let glass = "{ youngs_modulus = 72, poisson_ratio = 0.17 }";
+        let rubber = "{ youngs_modulus = 0.003, poisson_ratio = 0.5 }";
+        let warned: Vec<String> = slip(&format!("{steel}, {glass}")).collect();
+        let [warning] = warned.as_slice() else { panic!("{warned:?}") };
+        assert!(warning.starts_with("stage `slip`: the two `bodies` of stage `loads`"));
+        assert!(warning.contains("is -0.23"), "{warning}");
+        assert_eq!(slip(steel).count(), 1, "on a rigid body");
+        for similar in [format!("{steel}, {steel}"), format!("{steel}, {rubber}"), rubber.into()] {
+            assert_eq!(slip(&similar).count(), 0, "{similar}");
+        }
     }
 
     /// Returns the warnings about a `solve` stage with these keys.
