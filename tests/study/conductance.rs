@@ -2,7 +2,7 @@
 
 use asperity::tables::table::Table;
 
-use crate::bench::{Bench, study_of_map};
+use crate::bench::{Bench, real, study_of_map};
 
 /// Surface whose stiffness an independent program has computed.
 fn reference(name: &str) -> String {
@@ -80,13 +80,130 @@ fn a_stiffness_that_is_added_to_stored_pressures_solves_no_load_again() {
 }
 
 #[test]
-fn contacts_that_yield_or_lie_on_a_layer_have_a_stiffness_and_no_conductance() {
-    for keys in ["hardness = 0.6", "layer = { thickness = 0.05, poisson_ratio = 0.3 }"] {
-        let bench = Bench::new();
-        bench.run(&study("1e-6", &format!("stiffness = true\n{keys}")));
-        let area = bench.table("conducting", "area");
-        let known = |column| area.reals(column).unwrap().iter().flatten().count();
-        assert!(known("stiffness") > 0, "{keys}");
-        assert_eq!(known("contact_conductance"), 0, "{keys}");
+fn contacts_on_a_layer_have_a_stiffness_and_no_conductance() {
+    let bench = Bench::new();
+    let keys = "stiffness = true\nlayer = { thickness = 0.05, poisson_ratio = 0.3 }";
+    bench.run(&study("1e-6", keys));
+    let area = bench.table("conducting", "area");
+    let known = |column| area.reals(column).unwrap().iter().flatten().count();
+    assert!(known("stiffness") > 0);
+    assert_eq!(known("contact_conductance"), 0);
+    assert!(!area.has("unloading_stiffness"));
+}
+
+#[test]
+fn yielded_contacts_conduct_as_stiffly_as_they_begin_to_unload() {
+    let bench = Bench::new();
+    let loads = "loads = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4]";
+    let keys = "stiffness = true\nhardness = 0.6\npath = \"as-given\"";
+    let path = "loads = [0.02, 0.2, 0.1999, 0.1998, 0.05]";
+    bench.run(&study("1e-9", keys).replace(loads, path));
+    let [contact, area] = ["contact", "area"].map(|stage| bench.table("conducting", stage));
+    let branches = contact.texts("branch").unwrap();
+    let row = |load: f64, branch: &str| {
+        let is_wanted = |row: &usize| {
+            real(&contact, "pressure", *row) == load && branches.value(*row) == branch
+        };
+        (0..contact.rows()).find(is_wanted).unwrap()
+    };
+    let largest = row(0.2, "loading");
+    assert!(contact.integers("saturated_nodes").unwrap().value(largest) > 100);
+    let [stiffness, unloading] =
+        ["stiffness", "unloading_stiffness"].map(|column| real(&contact, column, largest));
+    assert!(unloading > 1.05 * stiffness, "{unloading}, {stiffness}");
+    // The approach on the way back is −mean_gap plus the constant plastic depth.
+    let gap = |load, branch| real(&contact, "mean_gap", row(load, branch));
+    let slope = 1e-4 / (gap(0.1999, "unloading") - gap(0.2, "loading"));
+    assert!((unloading / slope - 1.0).abs() < 2e-3, "{unloading}, {slope}");
+    // The unloaded contact is elastic: loading and unloading are equally stiff.
+    let unloaded = row(0.05, "unloading");
+    let [one, other] =
+        ["stiffness", "unloading_stiffness"].map(|column| real(&contact, column, unloaded));
+    assert_eq!(one, other);
+    assert_eq!(reals(&area, "contact_conductance"), reals(&contact, "unloading_stiffness"));
+    let small = row(0.02, "loading");
+    assert!(real(&area, "greenwood_conductance", small) > 0.0);
+}
+
+/// A study in physical units whose numbers can be computed from its dimensionless columns.
+fn copper(keys: &str) -> String {
+    let body = "{ youngs_modulus = \"120 GPa\", poisson_ratio = 0.34 KEYS }";
+    format!(
+        r#"
+[study]
+name = "copper"
+
+[stage.surface]
+kind = "generate"
+nodes = [64, 32]
+side = ["200 um", "100 um"]
+hurst = 0.8
+k_lower = 2
+k_upper = 8
+rms_height = "0.5 um"
+
+[stage.contact]
+kind = "solve"
+from = "surface"
+bodies = [{}, {}]
+hardness = "900 MPa"
+loads = ["10 MPa", "50 MPa"]
+{keys}
+
+[stage.resistance]
+kind = "measure"
+from = "contact"
+
+[stage.mean]
+kind = "aggregate"
+from = "resistance"
+over = ["electrical_resistance"]
+statistics = ["mean"]
+"#,
+        body.replace("KEYS", ", conductivity = \"4 W/(cm K)\", resistivity = 17e-9"),
+        body.replace("KEYS", ", conductivity = 100, resistivity = \"3.3 uohm cm\"")
+    )
+}
+
+#[test]
+fn conductances_and_resistances_are_in_units_of_the_si() {
+    let bench = Bench::new();
+    bench.run(&copper("stiffness = true"));
+    let table = bench.table("copper", "resistance");
+    let (k, rho, side, area) = (160.0, 25e-9, 200e-6, 200e-6 * 100e-6);
+    let near = |column: &str, row: usize, expected: f64| {
+        let found = real(&table, column, row);
+        assert!((found / expected - 1.0).abs() < 1e-12, "{column}: {found}, {expected}");
+    };
+    for row in 0..2 {
+        let force = real(&table, "pressure", row) * 1e6 * area;
+        let [conductance, greenwood] =
+            ["contact_conductance", "greenwood_conductance"].map(|name| real(&table, name, row));
+        near("force", row, force);
+        near("pair_conductivity", row, k);
+        near("thermal_conductance", row, conductance * k / side);
+        near("thermal_resistance", row, side / (conductance * k * area));
+        near("pair_resistivity", row, rho);
+        near("specific_resistance", row, rho * side / conductance);
+        near("electrical_resistance", row, rho * side / (conductance * area));
+        near("greenwood_resistance", row, rho * side / (greenwood * area));
+        let radius = (force / (std::f64::consts::PI * 900e6)).sqrt();
+        near("holm_resistance", row, rho / (2.0 * radius));
     }
+    let mean = bench.table("copper", "mean");
+    assert_eq!(reals(&mean, "force"), reals(&table, "force"));
+}
+
+#[test]
+fn conductivities_solve_no_load_again() {
+    let bench = Bench::new();
+    let keys = "stiffness = true\npressures = \"all\"";
+    let conducting = copper(keys);
+    let plain = conducting
+        .replace(", conductivity = \"4 W/(cm K)\", resistivity = 17e-9", "")
+        .replace(", conductivity = 100, resistivity = \"3.3 uohm cm\"", "")
+        .replace("electrical_resistance", "contact_conductance");
+    bench.run(&plain);
+    let counts = bench.run(&conducting);
+    assert_eq!((counts["contact"].computed, counts["resistance"].computed), (0, 1));
 }

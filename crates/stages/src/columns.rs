@@ -4,6 +4,7 @@ use asperity_tables::column::ColumnKind::{Flag, Integer, Real, Text};
 use asperity_tables::column::{Code, Column, Role};
 
 mod adhesion;
+mod conduction;
 mod contacts;
 mod friction;
 mod layers;
@@ -12,6 +13,7 @@ mod surfaces;
 mod unloading;
 
 pub use adhesion::*;
+pub use conduction::*;
 pub use contacts::*;
 pub use friction::*;
 pub use layers::*;

@@ -10,6 +10,7 @@ use crate::correct::CorrectTable;
 use crate::fit::keys::{FitPoints, LawWord};
 use crate::generate::method::{Method, SurfacePoints};
 use crate::measure::keys::MeasureTable;
+use crate::solve::Conduction;
 use crate::solve::keys::SolveTable;
 use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Reads, Recipe, RowKind, StageError, Work, aggregate, correct, measure, solve};
@@ -349,6 +350,8 @@ pub struct Surfaces {
     pub not_superposable: Option<(String, &'static str)>,
     /// The `solve` stages and the loads of their parameter points.
     pub loads: Vec<(String, Vec<f64>)>,
+    /// The `solve` stages and the conductivities of their bodies.
+    pub conduction: Vec<(String, Option<Conduction>)>,
     /// A `solve` stage with a layer.
     pub with_layer: Option<String>,
     /// Units of length of the surfaces, each once; empty texts for unknown units.
@@ -382,6 +385,7 @@ impl Surfaces {
             with_adhesion: None,
             not_superposable: None,
             loads: Vec::new(),
+            conduction: Vec::new(),
             with_layer: None,
             length_units: distinct(params().map(|params| params.origin.unit().to_owned())),
             not_redrawable: params()
@@ -418,7 +422,12 @@ impl Surfaces {
         });
         let mut loads: Vec<_> = loads.collect();
         loads.dedup();
+        let conduction = recipes.iter().filter_map(|recipe| match recipe {
+            Recipe::Solve(params) => Some((stage.to_owned(), params.bodies.conduction)),
+            _ => None,
+        });
         Surfaces {
+            conduction: conduction.take(1).collect(),
             not_superposable: physics.map(|physics| (stage.to_owned(), physics)),
             loads,
             without_adhesion: named(|recipe| matches!(recipe, Recipe::Solve(_))),
@@ -454,6 +463,7 @@ impl Surfaces {
             gaps_uncounted: self.gaps_uncounted.or_else(|| other.gaps_uncounted.clone()),
             not_superposable: self.not_superposable.or_else(|| other.not_superposable.clone()),
             loads: [self.loads, other.loads.clone()].concat(),
+            conduction: [self.conduction, other.conduction.clone()].concat(),
             non_square: self.non_square.or_else(|| other.non_square.clone()),
         }
     }

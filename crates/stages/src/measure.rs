@@ -5,6 +5,7 @@
 //! point in one task that stores only sums. If a study is extended, all surfaces are measured
 //! again, which takes seconds because no contact is solved.
 
+mod conduction;
 mod contacts;
 pub mod distributions;
 pub mod friction;
@@ -16,6 +17,7 @@ use std::borrow::Cow;
 use serde::Serialize;
 
 use super::columns::*;
+use super::solve::Conduction;
 use super::stage::range;
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe,
@@ -54,7 +56,7 @@ pub const STAGE: Definition = Definition {
             rectangles: true,
             yields: true,
             flows: true,
-            conducts: true,
+            conductance: conduction::all_columns(),
             adhesion: true,
             stiffness: true,
             rigid_base: true,
@@ -99,6 +101,10 @@ pub enum Params {
         /// keys stay valid.
         #[serde(skip_serializing_if = "NodeSet::is_contact")]
         set: NodeSet,
+        /// Conductivities of the bodies. Omitted from the recipe if the manifest gives none, so
+        /// that existing keys stay valid.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        conduction: Option<Conduction>,
     },
     /// Height distribution of the surfaces of a `generate` stage.
     Heights {
@@ -139,21 +145,23 @@ impl Stage for Params {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
             Params::Distribution(distribution) => distribution.measure(input),
-            Params::Contacts { stiffness, set } => contacts::measure(&input.table, stiffness, set),
+            Params::Contacts { stiffness, set, conduction } => {
+                contacts::measure(&input.table, stiffness, set, conduction)
+            }
             Params::Pool { .. } => unreachable!("pools are handled above"),
         }
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         Ok(match self {
-            Params::Contacts { stiffness, .. } => {
+            Params::Contacts { stiffness, conduction, .. } => {
                 let solved = stacked(inputs)?;
                 let optional = OptionalColumns {
                     rectangles: grids::has_rectangles(&solved),
                     yields: solved.has(SATURATED_NODES.name),
                     rigid_base: solved.has(APPROACH.name),
                     flows: solved.has(FLOW_STOP.name),
-                    conducts: solved.has(FROZEN_STIFFNESS.name),
+                    conductance: conduction::columns(&solved, *conduction),
                     adhesion: solved.has(WORK_OF_ADHESION.name),
                     stiffness: *stiffness,
                 };

@@ -7,6 +7,7 @@
 pub mod adhesion;
 pub mod against;
 mod asperities;
+pub mod bodies;
 mod contact;
 mod fields;
 pub mod full_contact;
@@ -29,6 +30,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
+pub use self::bodies::{Bodies, Conduction};
 pub use self::contact::Contact;
 pub use self::fields::ContactFields;
 pub use self::layer::GivenLayer;
@@ -130,9 +132,9 @@ pub struct Params {
     /// True if the flow through the gap is computed under every load.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub flow: bool,
-    /// True if the stiffness of the contact is computed under every load.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub stiffness: bool,
+    /// Stiffness of the contact that is computed under every load.
+    #[serde(skip_serializing_if = "Stiffness::is_none", serialize_with = "stiffness_recipe")]
+    pub stiffness: Stiffness,
     /// Interaction of asperities, if Hertzian contacts of the summits replace the solved contact.
     /// Omitted from the recipe if the contact of every node is solved, so that existing keys stay
     /// valid.
@@ -143,13 +145,9 @@ pub struct Params {
     /// valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shift: Option<PerAxis<f64>>,
-    /// Smallest hardness among `bodies`, in the unit of their moduli, for a warning about higher
-    /// pressures. It influences no result and is not part of the recipe.
+    /// Properties of `bodies` that change no solved load. They are not part of the recipe.
     #[serde(skip)]
-    pub softest_body: Option<f64>,
-    /// Number of entries of `bodies`, for a warning. It is not part of the recipe.
-    #[serde(skip)]
-    pub bodies: usize,
+    pub bodies: Bodies,
     /// Differences between the list in the manifest and `loads`, for a warning. They are not part
     /// of the recipe.
     #[serde(skip)]
@@ -223,6 +221,22 @@ impl Params {
     }
 }
 
+/// Stiffness of the contact that is computed under every load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stiffness {
+    None,
+    /// The stiffness under a further increase of the load.
+    Loading,
+    /// Also the stiffness under a decrease of the load, for a material with a hardness.
+    LoadingAndUnloading,
+}
+
+impl Stiffness {
+    fn is_none(&self) -> bool {
+        *self == Stiffness::None
+    }
+}
+
 /// Pressure fields that are stored.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -264,7 +278,7 @@ impl Stage for Params {
             boundary: self.boundary,
             asperities: self.asperities.is_some(),
             flow: self.flow,
-            stiffness: self.stiffness,
+            stiffness: !self.stiffness.is_none(),
             layer: self.layer.is_some(),
             rigid_base: self.layer.is_some_and(|layer| layer.is_on_rigid_base()),
             load_unit: self.load_unit,
@@ -399,6 +413,17 @@ struct BoundaryRecipe {
 fn boundary_recipe<S: Serializer>(boundary: &Boundary, serializer: S) -> Result<S::Ok, S::Error> {
     let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION };
     recipe.serialize(serializer)
+}
+
+/// Serializes the stiffness for a recipe, as `true` for elastic contacts.
+fn stiffness_recipe<S: Serializer>(
+    stiffness: &Stiffness,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    match stiffness {
+        Stiffness::LoadingAndUnloading => serializer.serialize_str("loading and unloading"),
+        other => serializer.serialize_bool(!other.is_none()),
+    }
 }
 
 /// Version of the numbers of asperity models. Only their recipes contain it.

@@ -56,7 +56,7 @@ fn of_tasks(stage: &Stage, planned: &PlannedStage, plan: &Plan) -> HashMap<Strin
     let tasks_of_each = planned.tasks.len() / recipes.len().max(1);
     let tasks = planned.tasks.chunks(tasks_of_each.max(1));
     let softest = recipes.iter().map(|recipe| match recipe {
-        Recipe::Solve(params) => params.softest_body,
+        Recipe::Solve(params) => params.bodies.softest,
         _ => None,
     });
     let known = tasks.zip(softest).filter_map(|(tasks, softest)| {

@@ -14,7 +14,7 @@ use super::sql::engine;
 use super::statistics::{self, SAMPLING_UNIT};
 use super::{Groups, Statistic, theory};
 use crate::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, HARDNESS, HARDNESS_REDUCED, LOAD,
+    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, FORCE, HARDNESS, HARDNESS_REDUCED, LOAD,
     PRESSURE, STOP, integer, real,
 };
 use crate::fit::rows::STATUS;
@@ -216,8 +216,8 @@ const IN_TWO_UNITS: [[&str; 2]; 2] =
 
 /// Columns that define the groups.
 ///
-/// A derived column (see [`Role::Derived`]) repeats another column in a different unit. If loads
-/// are given in pascals, the reduced load is derived: it differs between surfaces and must not
+/// A derived column (see [`Role::Derived`]) repeats another column in a different unit, as the force
+/// does. If loads are given in pascals, the reduced load is derived: it differs between surfaces and must not
 /// split groups. Groups are then distinguished by the pressure, from which the reduced load is
 /// derived.
 struct GroupNames {
@@ -311,12 +311,15 @@ impl GroupNames {
 
 /// Returns the column from which a derived column is computed.
 fn coordinate_of(table: &Table, derived: &str) -> Option<&'static str> {
+    if derived == FORCE.name {
+        return Some(ensemble::load_column(table));
+    }
     let pair = IN_TWO_UNITS.iter().find(|pair| pair.contains(&derived))?;
     pair.iter().copied().find(|&name| name != derived && table.has(name))
 }
 
 fn is_of_a_load(name: &str) -> bool {
-    IN_TWO_UNITS[0].contains(&name)
+    IN_TWO_UNITS[0].contains(&name) || name == FORCE.name
 }
 
 /// Returns the common value of the rows of a group, or their mean if they differ by more than

@@ -162,42 +162,6 @@ pub const STIFFNESS: Column = real(
      three loads did not converge",
 );
 
-pub const FROZEN_STIFFNESS: Column = real(
-    "stiffness",
-    "E*/side",
-    "incremental stiffness of the interface, (side/E*) dp₀/dδ, exact on the mesh: nodes in contact \
-     stay in contact, and saturated nodes keep their pressure. The approach δ is mean_displacement + \
-     mean_yielded_depth − mean_gap and excludes the uniform compression of a layer; the side of a \
-     rectangle is its longer side. Null in full contact with a periodic body, which is \
-     rigid, and if `max_pairs` pairs of transforms were not enough",
-);
-
-pub const CONTACT_CONDUCTANCE: Column = real(
-    "contact_conductance",
-    "k_s/side",
-    "conductance of the contact per nominal area, h_c side/k_s, with the conductivity 2/k_s = 1/k₁ + \
-     1/k₂ of the bodies. It equals the stiffness (Barber 2003) and excludes films and the gas in the \
-     gap. Null in full contact with a periodic body, with a layer, and where nodes have yielded",
-);
-pub const SPOTS: Column =
-    integer("spots", "1", "number of contact spots: 4-connected clusters of contact nodes");
-pub const MEAN_SPOT_RADIUS: Column = real(
-    "mean_spot_radius",
-    "length",
-    "mean radius √(A/π) of circles with the areas A of the contact spots",
-);
-pub const GREENWOOD_CONDUCTANCE: Column = real(
-    "greenwood_conductance",
-    "k_s/side",
-    "conductance per nominal area by the formula of Greenwood (1966) for separate circular spots, \
-     with the periodic images of the spots. Null with a layer, if the spots are so close that the formula gives \
-     no positive number, and for more than 20,000 spots of an isolated map",
-);
-
-/// Columns that measured contacts have if their stiffness is computed.
-pub const CONDUCTANCE: [Column; 5] =
-    [FROZEN_STIFFNESS, CONTACT_CONDUCTANCE, SPOTS, MEAN_SPOT_RADIUS, GREENWOOD_CONDUCTANCE];
-
 /// Columns that only contact maps on rectangular meshes have.
 pub const SWITCHES_ALONG_AXES: [Column; 2] = [SWITCHES_X, SWITCHES_Y];
 

@@ -7,16 +7,17 @@
 //! grows with the square of the distance of the loads. A load has no stiffness if a neighbour is
 //! missing, did not converge, or differs by more than a tenth of the load.
 
-use arrow::array::{Array, ArrayRef};
+use arrow::array::Array;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::conduction::conductances;
 use crate::columns::*;
 use crate::grids::Grids;
+use crate::solve::Conduction;
 use crate::{StageError, grids, solve};
-use asperity_contact::conductance::SpotConductance;
-use asperity_contact::grid::{Boundary, Grid};
+use asperity_contact::grid::Grid;
 use asperity_contact::morphology::area::ContactArea;
 use asperity_contact::morphology::clusters::Clusters;
 use asperity_contact::morphology::map::ContactMap;
@@ -84,15 +85,15 @@ impl NodeSet {
 }
 
 /// Choice of the columns that only some tables of contacts have.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct OptionalColumns {
     pub rectangles: bool,
     pub yields: bool,
     /// True if the approach to the rigid base of a layer is known.
     pub rigid_base: bool,
     pub flows: bool,
-    /// True if the stiffness of each contact is known.
-    pub conducts: bool,
+    /// Columns of the conductance, if the stiffness of each contact is known.
+    pub conductance: Vec<Column>,
     pub adhesion: bool,
     pub stiffness: bool,
 }
@@ -105,9 +106,7 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     if optional.flows {
         measures.extend(FLOW);
     }
-    if optional.conducts {
-        measures.extend(CONDUCTANCE);
-    }
+    measures.extend(optional.conductance);
     if optional.stiffness {
         measures.insert(gap, STIFFNESS);
     }
@@ -136,11 +135,17 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     measures
 }
 
-/// Measures the maps of the nodes in `set`, and optionally the stiffness.
+/// Measures the maps of the nodes in `set`, and optionally the stiffness as a finite difference.
+/// `conduction` are the conductivities of the bodies, if they are known.
 ///
 /// # Errors
 /// Returns an error if a column is missing or a contact map does not fit its mesh.
-pub fn measure(solved: &Table, stiffness: bool, set: NodeSet) -> Result<Table, StageError> {
+pub fn measure(
+    solved: &Table,
+    stiffness: bool,
+    set: NodeSet,
+    conduction: Option<Conduction>,
+) -> Result<Table, StageError> {
     let grids = Grids::new(solved)?;
     let maps = solved.bytes(set.column().name)?;
     let boundary = solve::boundary_of(solved);
@@ -222,52 +227,7 @@ pub fn measure(solved: &Table, stiffness: bool, set: NodeSet) -> Result<Table, S
     if !solved.has(FROZEN_STIFFNESS.name) {
         return Ok(measured);
     }
-    Ok(measured.with(conductances(solved, grids, boundary)?))
-}
-
-/// Returns the stiffness of each contact and the conductance that follows from it, beside the
-/// conductance of separate spots.
-fn conductances(
-    solved: &Table,
-    grids: Grids,
-    boundary: Boundary,
-) -> Result<Vec<(Column, ArrayRef)>, StageError> {
-    let maps = solved.bytes(CONTACT.name)?;
-    let stiffness: Vec<Option<f64>> = solved.reals(FROZEN_STIFFNESS.name)?.iter().collect();
-    // Barber's analogy is one of elastic half-spaces.
-    let layers = solved.reals(LAYER_THICKNESS.name).ok();
-    let saturated = solved.integers(SATURATED_NODES.name).ok();
-    let is_half_space = |row: usize| layers.is_none_or(|layers| layers.is_null(row));
-    let is_elastic =
-        |row: usize| saturated.is_none_or(|nodes| nodes.is_null(row) || nodes.value(row) == 0);
-    let conductance = stiffness
-        .iter()
-        .enumerate()
-        .map(|(row, stiffness)| stiffness.filter(|_| is_half_space(row) && is_elastic(row)));
-    let conductance: Vec<Option<f64>> = conductance.collect();
-    let mut prepared: Option<(Grid, SpotConductance)> = None;
-    let mut spots = Vec::with_capacity(solved.rows());
-    for row in 0..solved.rows() {
-        let grid = grids.grid(row)?;
-        let map = ContactMap::from_bytes(grid.nodes(), maps.value(row)).map_err(StageError::Map)?;
-        let (_, spot_conductance) = match prepared.take().filter(|(of, _)| *of == grid) {
-            Some(prepared) => prepared,
-            None => (grid, SpotConductance::new(grid, boundary)),
-        };
-        let (grid, spot_conductance) = prepared.insert((grid, spot_conductance));
-        let found = spot_conductance.of_map(&map);
-        let radius = found.mean_radius.map(|radius| radius * grid.cell().longer_side());
-        let greenwood = found.greenwood.filter(|_| is_half_space(row));
-        spots.push((found.count as i64, radius, greenwood));
-    }
-    let columns: [ArrayRef; 5] = [
-        optional_reals(stiffness.iter().copied()),
-        optional_reals(conductance),
-        integers(spots.iter().map(|(count, ..)| *count)),
-        optional_reals(spots.iter().map(|(_, radius, _)| *radius)),
-        optional_reals(spots.iter().map(|(.., greenwood)| *greenwood)),
-    ];
-    Ok(CONDUCTANCE.into_iter().zip(columns).collect())
+    Ok(measured.with(conductances(solved, grids, boundary, conduction)?))
 }
 
 /// Computes the stiffness at each load of a block, in units of E* over the longer side.
@@ -373,7 +333,7 @@ mod tests {
             (STOP, texts(["converged"; 2])),
             (CONTACT, bytes(&maps)),
         ];
-        let measured = measure(&Table::new(2, columns), false, NodeSet::Contact).unwrap();
+        let measured = measure(&Table::new(2, columns), false, NodeSet::Contact, None).unwrap();
         let means = measured.reals(MEAN_CONTACT_PRESSURE.name).unwrap();
         assert!(means.is_null(0), "not infinite");
         assert_eq!(means.value(1), 4.0);

@@ -10,8 +10,9 @@ use super::friction::{self, FrictionTable};
 use super::statistics::Statistic;
 use super::{NodeSet, Params};
 use crate::form::Surfaces;
+use crate::solve::Conduction;
 use crate::{CheckContext, Recipe, RowKind};
-use asperity_manifest::diagnostics::Problem;
+use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Key, Section, table};
 
@@ -155,7 +156,7 @@ pub fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> O
     let params = if context.read? == RowKind::Surfaces {
         of_surfaces(&point.table, context.surfaces.not_redrawable.as_deref(), checks)
     } else {
-        of_loads(&point.table, &context.surfaces, checks)
+        of_loads(&point.table, &section.span, &context.surfaces, checks)
     };
     Some(vec![Recipe::Measure(params?)])
 }
@@ -176,7 +177,12 @@ fn check_quantity(table: &MeasureTable, reads_loads: bool, checks: &mut Checks) 
     checks.refuse("what", message, &written.span, format!("must be {words}"))
 }
 
-fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
+fn of_loads(
+    table: &MeasureTable,
+    span: &Span,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Params> {
     check_quantity(table, true, checks)?;
     let what = table.what.value().unwrap_or(What::Contacts);
     let stiffness = checks.value("stiffness", &table.stiffness)?;
@@ -190,7 +196,8 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
         return friction::params(table, written, surfaces, checks);
     }
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
-        return Some(Params::Contacts { stiffness, set });
+        let conduction = conduction(span, surfaces, checks)?;
+        return Some(Params::Contacts { stiffness, set, conduction });
     };
     if stiffness {
         let why = "needs `what = \"contacts\"`";
@@ -209,6 +216,25 @@ fn of_loads(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     let problem = Problem::new(message, table.what.written()?.span.clone(), label);
     let example = format!("add `{key} = {{ count = 100, to = 5.0 }}` to stage `{stage}`");
     checks.reject(problem.help(example))
+}
+
+/// Returns the conductivities of the bodies of all stages that are read. Refuses stages whose bodies
+/// differ in them. `span` is the position of the stage.
+fn conduction(
+    span: &Span,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Option<Conduction>> {
+    let mut stages = surfaces.conduction.iter();
+    let Some((first, conduction)) = stages.next() else {
+        return Some(None);
+    };
+    let Some((other, _)) = stages.find(|(_, other)| other != conduction) else {
+        return Some(*conduction);
+    };
+    let message = format!("stages `{first}` and `{other}` have bodies of different conductivities");
+    let problem = Problem::new(message, span.clone(), "reads both stages");
+    checks.reject(problem.help("measure each of them in a stage of its own"))
 }
 
 /// Returns the nodes that are measured. Only contacts with adhesion have nodes in contact without

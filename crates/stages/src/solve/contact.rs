@@ -9,7 +9,7 @@ use crate::columns::RMS_SLOPE;
 use crate::{Context, StageError};
 use asperity_contact::flow;
 use asperity_contact::grid::Grid;
-use asperity_contact::solver::{Body, Elastic, Solver, Stop, Watch};
+use asperity_contact::solver::{Body, ContactStiffness, Elastic, Solver, Stop, Watch};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::table::Table;
@@ -207,12 +207,17 @@ impl Contact {
             let in_contact = pressures.iter().filter(|pressure| **pressure > 0.0);
             counted(bins, in_contact.copied())
         });
-        if self.params.stiffness {
-            let found = solver.contact_stiffness(&pressures, &self.params.settings(), watch);
-            if found.stop == Stop::Interrupted {
-                return Err(StageError::Interrupted);
-            }
-            parts.stiffness = (found.stop != Stop::PairLimit).then_some(found.stiffness);
+        if !self.params.stiffness.is_none() {
+            let settings = self.params.settings();
+            let found = solver.contact_stiffness(&pressures, &settings, watch);
+            parts.stiffness = converged(found)?;
+            parts.unloading_stiffness = match self.hardness {
+                Some(hardness) if pressures.iter().any(|p| *p >= hardness.reduced.pressure()) => {
+                    converged(solver.unloading_stiffness(&pressures, &settings, watch))?
+                }
+                // Where nothing yields, both are the same.
+                _ => parts.stiffness,
+            };
         }
         if !self.params.reads_gap() {
             return Ok(parts);
@@ -317,6 +322,18 @@ pub fn solve(
         |solver, index, watch| contact.solve(solver, params.loads[index], watch),
         |loads| contact.table(row, loads),
     )
+}
+
+/// Returns a stiffness, or `None` if the pairs of transforms were not enough.
+///
+/// # Errors
+/// Returns an error on interruption.
+fn converged(found: ContactStiffness) -> Result<Option<f64>, StageError> {
+    match found.stop {
+        Stop::Interrupted => Err(StageError::Interrupted),
+        Stop::PairLimit => Ok(None),
+        Stop::Converged | Stop::FullContact => Ok(Some(found.stiffness)),
+    }
 }
 
 /// Returns the root mean square of the heights about their mean, or 1 for a flat surface.

@@ -5,7 +5,7 @@
 //! again, bit for bit.
 
 use super::units::{GivenHardness, PressureUnit, Scales};
-use super::{Branch, Contact, GivenLayer, ListedLoads, Params, Pressures};
+use super::{Bodies, Branch, Contact, GivenLayer, ListedLoads, Params, Pressures, Stiffness};
 use crate::StageError;
 use crate::columns::*;
 use crate::ensemble::load_column;
@@ -127,11 +127,10 @@ impl Params {
             pressure_bins: None,
             gap_bins: None,
             flow: false,
-            stiffness: false,
+            stiffness: Stiffness::None,
             asperities: Interaction::ALL.into_iter().find(is_named),
             shift: None,
-            softest_body: None,
-            bodies: 0,
+            bodies: Bodies::default(),
         })
     }
 }

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use toml::de::DeValue;
 
-use super::keys;
+use super::bodies;
 use crate::generate::method::SurfacePoints;
 use crate::generate::{Origin, PerAxis, shapes};
 use asperity_contact::topography::shapes::Shape;
@@ -90,7 +90,7 @@ fn modulus_of(bodies: &DeValue) -> Option<f64> {
             value @ (DeValue::Integer(_) | DeValue::Float(_)) => Some(bounds::number(value)),
             _ => None,
         };
-        Some(keys::compliance(read("youngs_modulus")?, read("poisson_ratio")?))
+        Some(bodies::compliance(read("youngs_modulus")?, read("poisson_ratio")?))
     });
     Some(1.0 / compliances.sum::<Option<f64>>()?)
 }

@@ -9,10 +9,11 @@ use serde::Deserialize;
 
 use super::adhesion;
 use super::adhesion::keys::{AdhesionTable, Control, Gaps, PathShape};
+use super::bodies::{Body, bodies, modulus};
 use super::layer::{LayerTable, SubstrateTable, layer};
 use super::loads::{Bins, Loads, StoredPressures};
 use super::units::{LoadUnit, PressureUnit};
-use super::{GivenHardness, ListedLoads, Params, against, loads, unloading};
+use super::{GivenHardness, ListedLoads, Params, Stiffness, against, loads, unloading};
 use crate::form::Surfaces;
 use crate::generate::pair::MirrorAxis;
 use crate::{CheckContext, Recipe};
@@ -65,8 +66,9 @@ pub struct SolveTable {
     /// `"explicit"`.
     #[schemars(transform = swept)]
     pub interaction: Key<Interaction>,
-    /// Elastic constants of the two bodies, or of one elastic body that is pressed against a rigid
-    /// one. Give either this key or `effective_modulus`.
+    /// Materials of the two bodies, or of one elastic body that is pressed against a rigid one: `{
+    /// youngs_modulus, poisson_ratio }`, optionally with `hardness`, `conductivity` and
+    /// `resistivity`. Give either this key or `effective_modulus`.
     #[schemars(length(min = 1, max = 2))]
     pub bodies: Key<Vec<Spanned<Body>>>,
     /// Contact model of the stage: `"boundary-elements"` solves the contact of every node,
@@ -119,9 +121,9 @@ pub struct SolveTable {
     #[schemars(extend("default" = false))]
     pub flow: Key<bool>,
     /// `true` computes the stiffness of the contact under each load: the derivative of the mean
-    /// pressure with respect to the approach of the bodies, exact on the mesh. It takes up to
-    /// twelve pairs of Fourier transforms per load. It is also the contact conductance; see the
-    /// guide.
+    /// pressure with respect to the approach of the bodies, exact on the mesh. With a `hardness`,
+    /// also the stiffness of unloading. Each takes up to twelve pairs of Fourier transforms per
+    /// load. The stiffness is also the contact conductance; see the guide.
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
     /// Elastic layer between the rough surface and a rigid base, `{ thickness, poisson_ratio, base
@@ -154,24 +156,6 @@ pub struct SolveTable {
 }
 
 table!(SolveTable);
-
-/// Elastic constants and hardness of one body.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Body {
-    /// Young's modulus E of the body. All pressures of the stage have its unit.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = pressure)]
-    pub youngs_modulus: f64,
-    /// Poisson's ratio ν, above −1 and at most 0.5.
-    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
-    pub poisson_ratio: f64,
-    /// Hardness of the body, in the unit of its modulus. Unlike the key `hardness` of the stage, it
-    /// changes no result: a run only reports where the peak pressure exceeds it. By default nothing
-    /// is reported.
-    #[serde(default)]
-    #[schemars(extend("exclusiveMinimum" = 0), transform = pressure)]
-    pub hardness: Key<f64>,
-}
 
 /// A contact model, the value of `method`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -236,7 +220,7 @@ fn elastic(
     };
     let gaps = checks.forbidden("gaps", &table.gaps, why);
     let layer = boundary.and_then(|boundary| layer(table, boundary, surfaces, checks))?;
-    let params = Params { boundary: boundary?, layer, ..params(table, checks)? };
+    let params = Params { boundary: boundary?, layer, ..params(table, surfaces, checks)? };
     if layer.is_some() {
         let why = "unloading is not combined with a `layer`";
         checks.forbidden("path", &table.path, why)?;
@@ -286,7 +270,7 @@ fn boundary(
     )))
 }
 
-fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
+fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
     let effective_modulus = modulus(table, checks);
     let loads = loads::loads(table, checks);
     let load_unit = load_unit(table, checks);
@@ -299,9 +283,16 @@ fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
     let gap_bins = loads::bins("gap_bins", &table.gap_bins, all, checks);
     let flow = flow(table, checks);
     let stiffness = checks.value("stiffness", &table.stiffness);
+    let bodies = bodies(table, surfaces, checks);
     let asperities = asperities(table, checks);
     let shift = against::shift(table, checks);
     let (loads, listed) = loads?;
+    let hardness = hardness?;
+    let stiffness = match (stiffness?, hardness) {
+        (false, _) => Stiffness::None,
+        (true, None) => Stiffness::Loading,
+        (true, Some(_)) => Stiffness::LoadingAndUnloading,
+    };
     Some(Params {
         effective_modulus: effective_modulus?,
         load_unit: load_unit?,
@@ -313,14 +304,13 @@ fn params(table: &SolveTable, checks: &mut Checks) -> Option<Params> {
         pressures: pressures?,
         boundary: Boundary::Periodic,
         layer: None,
-        hardness: hardness?,
+        hardness,
         branch: None,
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
-        softest_body: softest_body(table),
-        bodies: table.bodies.written().map_or(0, |bodies| bodies.value.len()),
+        bodies: bodies?,
         flow: flow?,
-        stiffness: stiffness?,
+        stiffness,
         asperities: asperities?,
         shift: shift?,
     })
@@ -440,38 +430,6 @@ fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interact
     Some(Some(table.interaction.value().unwrap_or(Interaction::Explicit)))
 }
 
-/// Returns the effective modulus E*, which is given or follows from the bodies.
-pub(super) fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
-    let Some(bodies) = checks.optional("bodies", &table.bodies)? else {
-        return checks.number("effective_modulus", &table.effective_modulus);
-    };
-    if let Some(modulus) = table.effective_modulus.written() {
-        let message = "`effective_modulus` and `bodies` exclude each other";
-        let problem = Problem::new(message, modulus.span.clone(), "gives the effective modulus")
-            .and(bodies.span.clone(), "also determines the effective modulus")
-            .help("remove one of the two keys");
-        checks.report("bodies", problem);
-        return None;
-    }
-    let compliances = bodies
-        .value
-        .iter()
-        .map(|body| compliance(body.value.youngs_modulus, body.value.poisson_ratio));
-    let modulus = 1.0 / compliances.sum::<f64>();
-    if !(modulus.is_finite() && modulus > 0.0) {
-        let message = format!("the effective modulus of the bodies is {modulus:?}");
-        let label = "out of the range of numbers";
-        return checks.refuse("bodies", message, &bodies.span, label);
-    }
-    Some(modulus)
-}
-
-/// Returns the compliance (1 − ν²)/E of a body.
-pub(super) fn compliance(youngs_modulus: f64, poisson_ratio: f64) -> f64 {
-    let ratio = decimal::nearest(poisson_ratio);
-    (1.0 - ratio * ratio) / decimal::nearest(youngs_modulus)
-}
-
 /// Refuses a `hardness_unit` other than the default if no parameter point has a hardness.
 fn check_hardness_unit(section: &Section<SolveTable>, problems: &mut Problems) {
     let is_given = |table: &SolveTable| table.hardness.written().is_some();
@@ -497,13 +455,6 @@ fn hardness(table: &SolveTable, checks: &mut Checks) -> Option<Option<GivenHardn
         check_unit_of_hardness(written, unit, checks)?;
     }
     Some(pressure.map(|pressure| GivenHardness { pressure, unit }))
-}
-
-/// Returns the smallest hardness of the bodies, if one is given.
-fn softest_body(table: &SolveTable) -> Option<f64> {
-    let bodies = table.bodies.written().into_iter().flat_map(|bodies| &bodies.value);
-    let hardnesses = bodies.filter_map(|body| body.value.hardness.value());
-    hardnesses.map(decimal::nearest).reduce(f64::min)
 }
 
 /// Reports a largest load that is not below the hardness. Hardness and load in different units are

@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::keys::{Body, Method, SolveTable};
+use super::bodies::Body;
+use super::keys::{Method, SolveTable};
 use super::lengths::{converted, unit_of};
 use crate::columns::*;
 use crate::form::Surfaces;

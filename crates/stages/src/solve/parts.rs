@@ -15,7 +15,7 @@ use arrow::array::{ArrayRef, AsArray, Float64Array, Float64Builder, LargeListArr
 use arrow::buffer::NullBuffer;
 use arrow::datatypes::Float64Type;
 
-use super::{Params, Pressures};
+use super::{Params, Pressures, Stiffness};
 use crate::StageError;
 use crate::columns::*;
 use asperity_contact::distribution::EqualBins;
@@ -38,6 +38,8 @@ pub struct LoadParts {
     /// Stiffness in units of E* over the longer side; infinite in full contact. `None` also if
     /// `max_pairs` pairs of transforms were not enough.
     pub stiffness: Option<f64>,
+    /// Stiffness of unloading, in the same form.
+    pub unloading_stiffness: Option<f64>,
 }
 
 /// Cost of the gap under one load, in pairs of single-precision transforms. The gap takes one pair
@@ -49,7 +51,7 @@ const PAIRS_OF_GAP: f64 = 2.5;
 /// almost no time.
 const PAIRS_OF_FLOW: f64 = 900.0;
 
-/// Cost of the stiffness under one load, in pairs of transforms. Half of its nine pairs are in
+/// Cost of a stiffness under one load, in pairs of transforms. Half of its nine pairs are in
 /// double precision.
 const PAIRS_OF_STIFFNESS: f64 = 18.0;
 
@@ -65,21 +67,25 @@ impl Params {
 
     /// Returns whether a part is computed from the pressures under each load.
     pub(super) fn reads_pressures(&self) -> bool {
-        self.reads_gap() || self.pressure_bins.is_some() || self.stiffness
+        self.reads_gap() || self.pressure_bins.is_some() || !self.stiffness.is_none()
     }
 
     /// Returns the memory for computing the parts of one load, in bytes per node.
     pub(super) fn part_bytes_per_node(&self) -> f64 {
         let flow = if self.flow { BYTES_PER_NODE } else { 0.0 };
         let maps = [self.reads_pressures(), self.reads_gap()];
-        let stiffness = if self.stiffness { BYTES_OF_STIFFNESS } else { 0.0 };
+        let stiffness = if self.stiffness.is_none() { 0.0 } else { BYTES_OF_STIFFNESS };
         flow + stiffness + maps.map(|is_read| if is_read { 8.0 } else { 0.0 }).iter().sum::<f64>()
     }
 
     /// Returns the expected pairs of transforms for the parts of one load.
     pub(super) fn pairs_of_parts(&self) -> f64 {
         let gap = if self.reads_gap() { PAIRS_OF_GAP } else { 0.0 };
-        let stiffness = if self.stiffness { PAIRS_OF_STIFFNESS } else { 0.0 };
+        let stiffness = match self.stiffness {
+            Stiffness::None => 0.0,
+            Stiffness::Loading => PAIRS_OF_STIFFNESS,
+            Stiffness::LoadingAndUnloading => 2.0 * PAIRS_OF_STIFFNESS,
+        };
         gap + stiffness + if self.flow { PAIRS_OF_FLOW } else { 0.0 }
     }
 
@@ -93,7 +99,10 @@ impl Params {
                 Pressures::None
             },
             flow: self.flow && wanted(&flow()),
-            stiffness: self.stiffness && wanted(&stiffness()),
+            stiffness: match stiffness(self.stiffness) {
+                Some(part) if wanted(&part) => self.stiffness,
+                _ => Stiffness::None,
+            },
             pressure_bins: self.pressure_bins.filter(|bins| wanted(&pressure_counts(*bins))),
             gap_bins: self.gap_bins.filter(|bins| wanted(&gap_counts(*bins))),
             ..self.clone()
@@ -115,9 +124,17 @@ pub fn flow() -> Part {
     }
 }
 
-/// Returns the part with the stiffness of the contact.
-pub fn stiffness() -> Part {
-    Part { name: "stiffness".to_owned(), columns: vec![FROZEN_STIFFNESS.name], is_heavy: false }
+/// Returns the part with the stiffness of the contact, if it is computed. A part with the stiffness
+/// of unloading has another name, so that stored parts without it are computed again.
+pub fn stiffness(stiffness: Stiffness) -> Option<Part> {
+    let (name, columns) = match stiffness {
+        Stiffness::None => return None,
+        Stiffness::Loading => ("stiffness", vec![FROZEN_STIFFNESS.name]),
+        Stiffness::LoadingAndUnloading => {
+            ("stiffnesses", vec![FROZEN_STIFFNESS.name, UNLOADING_STIFFNESS.name])
+        }
+    };
+    Some(Part { name: name.to_owned(), columns, is_heavy: false })
 }
 
 /// Returns the part with the counts of pressures in bins.
@@ -144,7 +161,7 @@ pub fn requested(params: &Params) -> Vec<PartRows> {
     let kept: Vec<f64> = kept.collect();
     let parts = [
         params.flow.then(flow),
-        params.stiffness.then(stiffness),
+        stiffness(params.stiffness),
         (!kept.is_empty()).then(pressures),
         params.pressure_bins.map(pressure_counts),
         params.gap_bins.map(gap_counts),
@@ -174,9 +191,14 @@ pub fn columns(
     if params.flow {
         columns.extend(flow_columns(length, mean_gaps, &parts));
     }
-    if params.stiffness {
-        let finite = |of: &LoadParts| of.stiffness.filter(|stiffness| stiffness.is_finite());
-        columns.push((FROZEN_STIFFNESS, optional_reals(parts.iter().map(finite))));
+    let finite = |stiffness: fn(&LoadParts) -> Option<f64>| {
+        optional_reals(parts.iter().map(|of| stiffness(of).filter(|value| value.is_finite())))
+    };
+    if !params.stiffness.is_none() {
+        columns.push((FROZEN_STIFFNESS, finite(|of| of.stiffness)));
+    }
+    if params.stiffness == Stiffness::LoadingAndUnloading {
+        columns.push((UNLOADING_STIFFNESS, finite(|of| of.unloading_stiffness)));
     }
     if params.pressures != Pressures::None {
         let kept = parts.iter_mut().map(|of| of.pressures.take()).collect();

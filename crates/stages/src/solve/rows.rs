@@ -79,6 +79,8 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
         columns.splice(index..index, new.iter().copied());
     };
     if optional.stiffness {
+        let unloading = hardness.map(|_| UNLOADING_STIFFNESS);
+        insert_after(STOP, unloading.as_slice());
         insert_after(STOP, &[FROZEN_STIFFNESS]);
     }
     if flow {

@@ -65,14 +65,13 @@ pub fn params() -> Params {
         pressure_bins: None,
         gap_bins: None,
         flow: false,
-        stiffness: false,
+        stiffness: Stiffness::None,
         layer: None,
         asperities: None,
         shift: None,
-        softest_body: None,
         pressure_unit: None,
         listed: ListedLoads::default(),
-        bodies: 0,
+        bodies: Bodies::default(),
     }
 }
 
@@ -82,7 +81,7 @@ fn params_with_parts() -> Params {
         pressure_bins: Some(EqualBins { count: 8, to: 2.5 }),
         gap_bins: Some(EqualBins { count: 6, to: 3.0 }),
         flow: true,
-        stiffness: true,
+        stiffness: Stiffness::Loading,
         ..params()
     }
 }

@@ -13,7 +13,7 @@ use crate::Recipe;
 use crate::form::Surfaces;
 use crate::solve::keys::{Method, SolveTable};
 use crate::solve::loads::{Loads, StoredPressures};
-use crate::solve::{Pressures, against, keys, loads};
+use crate::solve::{Pressures, against, bodies, keys, loads};
 use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
@@ -128,7 +128,8 @@ pub fn recipe(
     checks: &mut Checks,
 ) -> Option<Recipe> {
     refuse_other_physics(table, checks)?;
-    let effective_modulus = keys::modulus(table, checks);
+    bodies::bodies(table, surfaces, checks)?;
+    let effective_modulus = bodies::modulus(table, checks);
     let load_unit = keys::load_unit(table, checks);
     let conversion = Conversion::new(adhesion.work, surfaces, checks)?;
     let adhesion = AdhesionTable {
