@@ -3,9 +3,9 @@
 //! A key whose numbers are declared as lengths, pressures or works per area also accepts texts of a
 //! number and a unit. All lengths of a table are read in one unit, and so are its pressures and its
 //! works. This is the unit that a key of the table names (`unit = "um"`), otherwise the unit of the
-//! first quantity, in the order in which the keys are declared. Conductivities and resistivities are
-//! always read in W/(m K) and Ω m. [`Units::read`] finds the units and the number of each quantity,
-//! and [`replace`] puts these numbers into the table. All later steps read plain numbers.
+//! first quantity, in the order in which the keys are declared. Conductivities and resistivities
+//! are always read in W/(m K) and Ω m. [`Units::read`] finds the units and the number of each
+//! quantity, and [`replace`] puts these numbers into the table. All later steps read plain numbers.
 //!
 //! Every unit is a power of ten of a unit of the SI. A conversion only moves the decimal point and
 //! is exact.
@@ -30,10 +30,8 @@ use unit::UNITS;
 pub use unit::{Dimension, Unit};
 
 /// Regular expression of a number with a unit, for editors.
-pub const PATTERN: &str = concat!(
-    r"^\s*[+-]?[0-9.]+([eE][+-]?[0-9]+)?",
-    r"\s*[^\s0-9.+*-]\S*(\s[^\s0-9.+*-]\S*)?\s*$",
-);
+pub const PATTERN: &str =
+    concat!(r"^\s*[+-]?[0-9.]+([eE][+-]?[0-9]+)?", r"\s*[^\s0-9.+*-]\S*(\s[^\s0-9.+*-]\S*)?\s*$",);
 
 /// The declaration that the numbers of a key are quantities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

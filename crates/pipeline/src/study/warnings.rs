@@ -43,8 +43,8 @@ const ENOUGH_CORRECTED: f64 = 3.0;
 /// per shortest wavelength. Divide by the nodes per wavelength to get per cent.
 const MESH_ERROR_RANGE: [f64; 2] = [50.0, 80.0];
 
-/// Largest magnitude of Dundurs' constant β of bodies that count as elastically similar. Tractions of
-/// this relative size are smaller than the coupling through ν, which is neglected, too.
+/// Largest magnitude of Dundurs' constant β of bodies that count as elastically similar. Tractions
+/// of this relative size are smaller than the coupling through ν, which is neglected, too.
 const SIMILAR: f64 = 0.01;
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -216,10 +216,10 @@ const IN_TWO_UNITS: [[&str; 2]; 2] =
 
 /// Columns that define the groups.
 ///
-/// A derived column (see [`Role::Derived`]) repeats another column in a different unit, as the force
-/// does. If loads are given in pascals, the reduced load is derived: it differs between surfaces and must not
-/// split groups. Groups are then distinguished by the pressure, from which the reduced load is
-/// derived.
+/// A derived column (see [`Role::Derived`]) repeats another column in a different unit, as the
+/// force does. If loads are given in pascals, the reduced load is derived: it differs between
+/// surfaces and must not split groups. Groups are then distinguished by the pressure, from which
+/// the reduced load is derived.
 struct GroupNames {
     /// Columns of the reduced table that describe a group, in order.
     shown: Vec<String>,

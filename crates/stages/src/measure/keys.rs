@@ -218,13 +218,9 @@ fn of_loads(
     checks.reject(problem.help(example))
 }
 
-/// Returns the conductivities of the bodies of all stages that are read. Refuses stages whose bodies
-/// differ in them. `span` is the position of the stage.
-fn conduction(
-    span: &Span,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Option<Conduction>> {
+/// Returns the conductivities of the bodies of all stages that are read. Refuses stages whose
+/// bodies differ in them. `span` is the position of the stage.
+fn conduction(span: &Span, surfaces: &Surfaces, checks: &mut Checks) -> Option<Option<Conduction>> {
     let mut stages = surfaces.conduction.iter();
     let Some((first, conduction)) = stages.next() else {
         return Some(None);

@@ -39,7 +39,8 @@ const fn unit(
     power: i32,
     spellings: &'static [&'static str],
 ) -> Unit {
-    let is_prefixed = matches!(dimension, Dimension::Length | Dimension::Pressure | Dimension::Work);
+    let is_prefixed =
+        matches!(dimension, Dimension::Length | Dimension::Pressure | Dimension::Work);
     let is_newton = matches!(symbol.as_bytes(), [b'N', ..] | [b'm', b'N', ..]);
     let is_si = is_prefixed && power % 3 == 0 && !is_newton;
     Unit { symbol, dimension, power, is_si, spellings }
