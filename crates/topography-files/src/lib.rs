@@ -56,6 +56,7 @@ mod npy;
 mod raster;
 mod text;
 mod text_headers;
+mod tiff;
 mod unit;
 mod x3p;
 

@@ -1,0 +1,522 @@
+//! Images of TIFF files, in which several instruments store maps and their own tags.
+//!
+//! A file is a chain of directories, one for each image. [`directories`] reads their entries, and
+//! [`Directory::image`] decodes an image with one sample per pixel: strips or tiles, uncompressed
+//! or compressed with LZW, deflate or `PackBits`. Damaged offsets and counts are errors.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+
+use flate2::read::ZlibDecoder;
+
+use super::FormatError;
+use super::input::{inflate, utf8_or_latin1};
+use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
+
+// Tags of the TIFF specification.
+const WIDTH: u16 = 256;
+const LENGTH: u16 = 257;
+const BITS: u16 = 258;
+const COMPRESSION: u16 = 259;
+const STRIP_OFFSETS: u16 = 273;
+const SAMPLES: u16 = 277;
+const ROWS_PER_STRIP: u16 = 278;
+const STRIP_BYTES: u16 = 279;
+const PREDICTOR: u16 = 317;
+const TILE_WIDTH: u16 = 322;
+const TILE_LENGTH: u16 = 323;
+const TILE_OFFSETS: u16 = 324;
+const TILE_BYTES: u16 = 325;
+const SAMPLE_FORMAT: u16 = 339;
+
+/// Directory of a file: the entries of one image, by their tags.
+#[derive(Debug, Clone)]
+pub struct Directory<'a> {
+    file: &'a [u8],
+    order: ByteOrder,
+    entries: BTreeMap<u16, Entry<'a>>,
+}
+
+/// Values of one entry, which are text or numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry<'a> {
+    kind: u16,
+    order: ByteOrder,
+    bytes: &'a [u8],
+}
+
+/// Reads the directories of all images. There is at least one.
+pub fn directories(file: &[u8]) -> Result<Vec<Directory<'_>>, FormatError> {
+    let order = match file {
+        [b'I', b'I', 42, 0, ..] => ByteOrder::Little,
+        [b'M', b'M', 0, 42, ..] => ByteOrder::Big,
+        _ => return Err(FormatError::Signature),
+    };
+    let mut directories = Vec::new();
+    let mut visited = BTreeSet::new();
+    let mut next = u32_at(file, 4, order)?;
+    while next != 0 {
+        // A chain that returns to an earlier directory would never end.
+        if !visited.insert(next) {
+            return Err(FormatError::damaged("the chain of TIFF directories", "it is a loop"));
+        }
+        let (directory, after) = Directory::read(file, order, next as usize)?;
+        directories.push(directory);
+        next = after;
+    }
+    if directories.is_empty() {
+        Err(FormatError::missing("TIFF directory"))
+    } else {
+        Ok(directories)
+    }
+}
+
+impl<'a> Directory<'a> {
+    /// Reads the directory at an offset, and the offset of the next directory.
+    fn read(
+        file: &'a [u8],
+        order: ByteOrder,
+        offset: usize,
+    ) -> Result<(Directory<'a>, u32), FormatError> {
+        let count = usize::from(u16_at(file, offset, order)?);
+        let mut entries = BTreeMap::new();
+        for start in (0..count).map(|entry| offset + 2 + 12 * entry) {
+            let [tag, kind] = [u16_at(file, start, order)?, u16_at(file, start + 2, order)?];
+            let count = u32_at(file, start + 4, order)? as usize;
+            // The specification tells readers to skip entries of unknown types.
+            let Some(size) = value_size(kind) else { continue };
+            let length = count.saturating_mul(size);
+            let at = if length <= 4 { start + 8 } else { u32_at(file, start + 8, order)? as usize };
+            entries.insert(tag, Entry { kind, order, bytes: slice(file, at, length)? });
+        }
+        let next = u32_at(file, offset + 2 + 12 * count, order)?;
+        Ok((Directory { file, order, entries }, next))
+    }
+
+    /// Returns the entry with a tag.
+    pub fn entry(&self, tag: u16) -> Option<Entry<'a>> {
+        self.entries.get(&tag).copied()
+    }
+
+    /// Returns the first value of a tag as an integer.
+    pub fn whole(&self, tag: u16) -> Option<i64> {
+        self.entry(tag)?.wholes()?.next()
+    }
+
+    /// Returns the first value of a tag as a number.
+    pub fn number(&self, tag: u16) -> Option<f64> {
+        self.entry(tag)?.numbers()?.next()
+    }
+
+    /// Returns the text of a tag up to its first zero byte, without outer spaces.
+    pub fn text(&self, tag: u16) -> Option<String> {
+        let bytes = self.entry(tag).filter(|entry| entry.kind == 2)?.bytes;
+        let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
+        Some(utf8_or_latin1(text).trim().to_owned())
+    }
+
+    /// Returns the numbers of pixels along x and y.
+    pub fn nodes(&self) -> Result<[usize; 2], FormatError> {
+        checked_nodes([self.required(WIDTH)?, self.required(LENGTH)?])
+    }
+
+    /// Decodes the image into a raster whose first line is the first line of the image.
+    pub fn image(&self) -> Result<Raster<'a>, FormatError> {
+        let samples = self.whole(SAMPLES).unwrap_or(1);
+        if samples != 1 {
+            return Err(FormatError::value("samples per pixel", samples, "1"));
+        }
+        let nodes = self.nodes()?;
+        let element = self.element()?;
+        Raster::rows(nodes, element, self.order, self.pixels(nodes, element)?)
+    }
+
+    fn required(&self, tag: u16) -> Result<i64, FormatError> {
+        self.whole(tag).ok_or_else(|| FormatError::missing(format!("TIFF tag {tag}")))
+    }
+
+    fn element(&self) -> Result<Element, FormatError> {
+        let bits = self.whole(BITS).unwrap_or(1);
+        // Unsigned integers are the default of the specification.
+        match (self.whole(SAMPLE_FORMAT).unwrap_or(1), bits) {
+            (1, 8) => Ok(Element::U8),
+            (1, 16) => Ok(Element::U16),
+            (1, 32) => Ok(Element::U32),
+            (2, 8) => Ok(Element::I8),
+            (2, 16) => Ok(Element::I16),
+            (2, 32) => Ok(Element::I32),
+            (3, 32) => Ok(Element::F32),
+            (3, 64) => Ok(Element::F64),
+            (format, bits) => {
+                let found = format!("format {format} of {bits} bits");
+                let allowed = "integers of 8, 16 or 32 bits, or floats of 32 or 64 bits";
+                Err(FormatError::value("TIFF sample", found, allowed))
+            }
+        }
+    }
+
+    /// Returns the pixels of the image line by line.
+    fn pixels(&self, nodes: [usize; 2], element: Element) -> Result<Cow<'a, [u8]>, FormatError> {
+        let [width, length] = nodes;
+        let blocks = if self.entries.contains_key(&TILE_OFFSETS) {
+            let size = [self.required(TILE_WIDTH)?, self.required(TILE_LENGTH)?];
+            Blocks { size: checked_nodes(size)?, offsets: TILE_OFFSETS, bytes: TILE_BYTES }
+        } else {
+            let rows = self.whole(ROWS_PER_STRIP).unwrap_or(i64::MAX).clamp(1, length as i64);
+            let size = [width, rows as usize];
+            Blocks { size, offsets: STRIP_OFFSETS, bytes: STRIP_BYTES }
+        };
+        let [across, down] = [width.div_ceil(blocks.size[0]), length.div_ceil(blocks.size[1])];
+        let stored = self.stored_blocks(&blocks, across * down)?;
+        if let [only] = stored[..]
+            && self.whole(COMPRESSION).unwrap_or(1) == 1
+            && self.whole(PREDICTOR).unwrap_or(1) == 1
+            && blocks.size[0] == width
+        {
+            return Ok(Cow::Borrowed(only));
+        }
+        let needed = map_bytes(nodes, element);
+        if needed > self.file.len().saturating_mul(self.max_expansion()) {
+            let (element, found) = (element.size(), self.file.len());
+            return Err(FormatError::Heights { nodes, element, needed: needed as u128, found });
+        }
+        let line = width * element.size();
+        let mut pixels = vec![0; needed];
+        for (block, stored) in stored.into_iter().enumerate() {
+            let (column, row) = (block % across, block / across);
+            let [x, y] = [column * blocks.size[0], row * blocks.size[1]];
+            // The last strip has fewer lines; tiles are always whole.
+            let lines = (length - y).min(blocks.size[1]);
+            let block_line = blocks.size[0] * element.size();
+            let decoded = self.decode(stored, lines * block_line)?;
+            let decoded = self.undo_prediction(decoded, block_line, element)?;
+            let copied = (width - x).min(blocks.size[0]) * element.size();
+            for (index, from) in decoded.chunks_exact(block_line).take(lines).enumerate() {
+                let start = (y + index) * line + x * element.size();
+                pixels[start..start + copied].copy_from_slice(&from[..copied]);
+            }
+        }
+        Ok(Cow::Owned(pixels))
+    }
+
+    /// Returns an upper limit of the number of bytes to which one stored byte can expand. It keeps a
+    /// damaged size from allocating memory.
+    fn max_expansion(&self) -> usize {
+        if self.whole(COMPRESSION).unwrap_or(1) == 1 { 1 } else { 4096 }
+    }
+
+    /// Returns the stored bytes of all strips or tiles.
+    fn stored_blocks(&self, blocks: &Blocks, count: usize) -> Result<Vec<&'a [u8]>, FormatError> {
+        let wholes = |tag| {
+            let missing = || FormatError::missing(format!("TIFF tag {tag}"));
+            let values = self.entry(tag).and_then(Entry::wholes).ok_or_else(missing)?;
+            Ok(values.map(|value| usize::try_from(value).unwrap_or(usize::MAX)))
+        };
+        let stored = wholes(blocks.offsets)?.zip(wholes(blocks.bytes)?).take(count);
+        let stored: Vec<&[u8]> = stored
+            .map(|(offset, length)| slice(self.file, offset, length))
+            .collect::<Result<_, _>>()?;
+        if stored.len() < count {
+            let allowed = format!("{count}, as the size of the image requires");
+            return Err(FormatError::value(
+                "number of TIFF strips or tiles",
+                stored.len(),
+                &allowed,
+            ));
+        }
+        Ok(stored)
+    }
+
+    /// Decompresses a strip or tile to at least `expected` bytes.
+    fn decode(&self, stored: &'a [u8], expected: usize) -> Result<Cow<'a, [u8]>, FormatError> {
+        let part = "a strip or tile of the TIFF image";
+        let decoded = match self.whole(COMPRESSION).unwrap_or(1) {
+            1 => Cow::Borrowed(stored),
+            5 => Cow::Owned(lzw(stored, expected)?),
+            8 | 32946 => {
+                Cow::Owned(inflate(part, ZlibDecoder::new(stored), stored.len(), expected)?)
+            }
+            32773 => Cow::Owned(pack_bits(stored, expected)),
+            other => {
+                let allowed = "1 (none), 5 (LZW), 8 (deflate) or 32773 (PackBits)";
+                return Err(FormatError::value("TIFF compression", other, allowed));
+            }
+        };
+        if decoded.len() < expected {
+            let reason = format!("it has {} bytes, {expected} are needed", decoded.len());
+            return Err(FormatError::damaged(part, reason));
+        }
+        Ok(decoded)
+    }
+
+    /// Undoes the prediction, which stores the differences between neighbours of a line.
+    fn undo_prediction(
+        &self,
+        bytes: Cow<'a, [u8]>,
+        line: usize,
+        element: Element,
+    ) -> Result<Cow<'a, [u8]>, FormatError> {
+        let is_integer = !matches!(element, Element::F32 | Element::F64);
+        match self.whole(PREDICTOR).unwrap_or(1) {
+            1 => Ok(bytes),
+            2 if is_integer => {
+                let mut bytes = bytes.into_owned();
+                let size = element.size();
+                for line in bytes.chunks_exact_mut(line) {
+                    let mut sum = 0_u32;
+                    for stored in line.chunks_exact_mut(size) {
+                        let mut wide = [0; 4];
+                        wide[..size].copy_from_slice(stored);
+                        if self.order == ByteOrder::Big {
+                            wide[..size].reverse();
+                        }
+                        sum = sum.wrapping_add(u32::from_le_bytes(wide));
+                        stored.copy_from_slice(&sum.to_le_bytes()[..size]);
+                        if self.order == ByteOrder::Big {
+                            stored.reverse();
+                        }
+                    }
+                }
+                Ok(Cow::Owned(bytes))
+            }
+            other => Err(FormatError::value("TIFF predictor", other, "1, or 2 for integers")),
+        }
+    }
+}
+
+/// Strips or tiles of an image: their size in pixels and the tags of their offsets and lengths.
+struct Blocks {
+    size: [usize; 2],
+    offsets: u16,
+    bytes: u16,
+}
+
+impl<'a> Entry<'a> {
+    /// Returns the values if they are integers.
+    pub fn wholes(self) -> Option<impl Iterator<Item = i64>> {
+        let is_signed = match self.kind {
+            1 | 3 | 4 | 7 => false,
+            6 | 8 | 9 => true,
+            _ => return None,
+        };
+        let size = value_size(self.kind)?;
+        Some(self.bytes.chunks_exact(size).map(move |stored| {
+            let bits = integer(stored, self.order);
+            // The shift moves the sign bit of the stored integer to the top.
+            let unused = 64 - 8 * size as u32;
+            if is_signed { (bits << unused) as i64 >> unused } else { bits as i64 }
+        }))
+    }
+
+    /// Returns the values as numbers.
+    pub fn numbers(self) -> Option<Box<dyn Iterator<Item = f64> + 'a>> {
+        let order = self.order;
+        let bits = move |stored: &[u8]| integer(stored, order);
+        match self.kind {
+            5 => Some(Box::new(
+                self.bytes
+                    .chunks_exact(8)
+                    .map(move |ratio| bits(&ratio[..4]) as f64 / bits(&ratio[4..]) as f64),
+            )),
+            11 => {
+                let number = move |stored| f32::from_bits(bits(stored) as u32).into();
+                Some(Box::new(self.bytes.chunks_exact(4).map(number)))
+            }
+            12 => {
+                let number = move |stored| f64::from_bits(bits(stored));
+                Some(Box::new(self.bytes.chunks_exact(8).map(number)))
+            }
+            _ => Some(Box::new(self.wholes()?.map(|value| value as f64))),
+        }
+    }
+}
+
+/// Returns the size of one value in bytes, or `None` if the type of the entry is unknown.
+fn value_size(kind: u16) -> Option<usize> {
+    match kind {
+        1 | 2 | 6 | 7 => Some(1),
+        3 | 8 => Some(2),
+        4 | 9 | 11 => Some(4),
+        5 | 10 | 12 => Some(8),
+        _ => None,
+    }
+}
+
+fn slice(file: &[u8], start: usize, length: usize) -> Result<&[u8], FormatError> {
+    let end = start.saturating_add(length);
+    file.get(start..end).ok_or(FormatError::CutOff { needed: end, found: file.len() })
+}
+
+/// Reads an unsigned integer of up to eight bytes.
+fn integer(stored: &[u8], order: ByteOrder) -> u64 {
+    let add = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
+    match order {
+        ByteOrder::Little => stored.iter().rev().fold(0, add),
+        ByteOrder::Big => stored.iter().fold(0, add),
+    }
+}
+
+fn u16_at(file: &[u8], start: usize, order: ByteOrder) -> Result<u16, FormatError> {
+    Ok(integer(slice(file, start, 2)?, order) as u16)
+}
+
+fn u32_at(file: &[u8], start: usize, order: ByteOrder) -> Result<u32, FormatError> {
+    Ok(integer(slice(file, start, 4)?, order) as u32)
+}
+
+/// Decodes LZW with codes of 9 to 12 bits, up to `expected` bytes.
+fn lzw(stored: &[u8], expected: usize) -> Result<Vec<u8>, FormatError> {
+    const CLEAR: usize = 256;
+    const END: usize = 257;
+    let damaged = || FormatError::damaged("a strip or tile of the TIFF image", "wrong LZW code");
+    let mut decoded = Vec::new();
+    // Start and length in `decoded` of the string of each code above `END`.
+    let mut table: Vec<(usize, usize)> = Vec::new();
+    let mut previous: Option<(usize, usize)> = None;
+    let (mut position, mut width) = (0, 9);
+    while decoded.len() < expected {
+        let Some(code) = bits(stored, position, width) else { break };
+        position += width;
+        if code == END {
+            break;
+        }
+        if code == CLEAR {
+            (width, previous) = (9, None);
+            table.clear();
+            continue;
+        }
+        let start = decoded.len();
+        // A new string is the previous one with the first byte of the current one.
+        if let Some((start, length)) = previous
+            && table.len() < 4096 - 258
+        {
+            table.push((start, length + 1));
+        }
+        if code < CLEAR {
+            decoded.push(code as u8);
+        } else {
+            let &(from, length) = table.get(code - 258).ok_or_else(damaged)?;
+            // The string may overlap the bytes that it produces.
+            for index in from..from + length {
+                let byte = decoded[index];
+                decoded.push(byte);
+            }
+        }
+        previous = Some((start, decoded.len() - start));
+        // TIFF widens the codes one code early.
+        width = match table.len() + 258 {
+            ..511 => 9,
+            511..1023 => 10,
+            1023..2047 => 11,
+            _ => 12,
+        };
+    }
+    Ok(decoded)
+}
+
+/// Returns the `width` bits from a position, most significant bit first.
+fn bits(stored: &[u8], position: usize, width: usize) -> Option<usize> {
+    let bytes = stored.get(position / 8..(position + width).div_ceil(8))?;
+    let all = bytes.iter().fold(0, |sum, &byte| sum << 8 | usize::from(byte));
+    let unused = 8 * bytes.len() - width - position % 8;
+    Some(all >> unused & ((1 << width) - 1))
+}
+
+/// Decodes `PackBits`, a run-length code, up to `expected` bytes.
+fn pack_bits(mut stored: &[u8], expected: usize) -> Vec<u8> {
+    let mut decoded = Vec::new();
+    while let [header, rest @ ..] = stored
+        && decoded.len() < expected
+    {
+        let count = usize::from(*header);
+        let used = match count {
+            ..128 => {
+                let literal = &rest[..rest.len().min(count + 1)];
+                decoded.extend(literal);
+                literal.len()
+            }
+            128 => 0,
+            _ => {
+                let repeated = rest.first().map(|&byte| vec![byte; 257 - count]);
+                decoded.extend(repeated.unwrap_or_default());
+                1
+            }
+        };
+        stored = rest.get(used..).unwrap_or_default();
+    }
+    decoded
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Builds a little-endian file of one directory after the stored image, which starts at byte 8.
+    fn file(stored: &[u8], entries: &[(u16, u16, u32, u32)]) -> Vec<u8> {
+        let directory = 8 + stored.len() as u32;
+        let mut file = [b"II*\0".as_slice(), &directory.to_le_bytes(), stored].concat();
+        file.extend((entries.len() as u16).to_le_bytes());
+        for (tag, kind, count, value) in entries {
+            file.extend([tag.to_le_bytes(), kind.to_le_bytes()].concat());
+            file.extend([count.to_le_bytes(), value.to_le_bytes()].concat());
+        }
+        file.extend([0; 4]);
+        file
+    }
+
+    /// Decodes an image of 3 × 2 bytes in one strip.
+    fn decoded(stored: &[u8], compression: u32, predictor: u32) -> Result<Vec<f64>, FormatError> {
+        let bytes = stored.len() as u32;
+        let short = |tag, value| (tag, 3, 1, value);
+        let entries = [
+            [short(WIDTH, 3), short(LENGTH, 2), short(BITS, 8), short(PREDICTOR, predictor)],
+            [
+                short(COMPRESSION, compression),
+                (STRIP_OFFSETS, 4, 1, 8),
+                short(ROWS_PER_STRIP, 2),
+                (STRIP_BYTES, 4, 1, bytes),
+            ],
+        ];
+        let file = file(stored, &entries.concat());
+        Ok(directories(&file)?[0].image()?.decode())
+    }
+
+    const EXPECTED: [f64; 6] = [1.0, 4.0, 1.0, 5.0, 1.0, 6.0];
+
+    #[test]
+    fn all_compressions_give_the_same_image() {
+        assert_eq!(decoded(&[1, 1, 1, 4, 5, 6], 1, 1).unwrap(), EXPECTED);
+        assert_eq!(decoded(&[254, 1, 2, 4, 5, 6], 32773, 1).unwrap(), EXPECTED);
+        // The codes 256, 1, 258 (the string 1 1), 4, 5, 6 and 257 of nine bits each.
+        let codes = [256_u64, 1, 258, 4, 5, 6, 257].iter().fold(0, |all, code| all << 9 | code);
+        assert_eq!(decoded(&(codes << 1).to_be_bytes(), 5, 1).unwrap(), EXPECTED);
+        let deflated = [0x78, 0x01, 1, 6, 0, 0xf9, 0xff, 1, 1, 1, 4, 5, 6, 0, 49, 0, 19];
+        assert_eq!(decoded(&deflated, 8, 1).unwrap(), EXPECTED);
+        assert_eq!(decoded(&[1, 0, 0, 4, 1, 1], 1, 2).unwrap(), EXPECTED);
+    }
+
+    #[test]
+    fn damaged_images_are_refused() {
+        for (stored, compression) in
+            [(&[1, 1, 1, 4, 5][..], 1), (&[254, 1], 32773), (&[0x80, 0x7f, 0xff], 5), (&[1; 6], 7)]
+        {
+            assert!(decoded(stored, compression, 1).is_err(), "{compression}");
+        }
+        assert_eq!(directories(b"GIF89a").unwrap_err(), FormatError::Signature);
+        // The next directory of the first directory is the first directory.
+        let looped = b"II*\0\x08\0\0\0\0\0\x08\0\0\0";
+        assert!(directories(looped).unwrap_err().to_string().contains("loop"));
+    }
+
+    #[test]
+    fn entries_are_numbers_or_text() {
+        let entries =
+            [(1, 9, 1, (-3_i32) as u32), (2, 11, 1, 0.5_f32.to_bits()), (3, 2, 3, 0x6d6e)];
+        let file = file(&[], &entries);
+        let directory = &directories(&file).unwrap()[0];
+        assert_eq!(directory.whole(1), Some(-3));
+        assert_eq!((directory.whole(2), directory.number(2)), (None, Some(0.5)));
+        assert_eq!(directory.text(3).as_deref(), Some("nm"));
+        assert_eq!(directory.text(1), None);
+    }
+}
