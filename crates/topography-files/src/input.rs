@@ -19,7 +19,7 @@ pub struct Entries {
 }
 
 /// Maximum number of bytes to which one deflated byte can expand.
-const MAX_INFLATION: usize = 1032;
+pub const MAX_INFLATION: usize = 1032;
 
 impl<'a> Cursor<'a> {
     pub fn new(bytes: &'a [u8]) -> Cursor<'a> {

@@ -25,6 +25,8 @@
 //! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `mi`, `sdf` |
 //! | `binary_headers` | formats with a binary header: `frt`, `metropro`, `opd`, `plu`, `sur` |
 //! | `text` | text files with a matrix, or with triplets of x, y and height |
+//! | `hdf5` | maps in HDF5 files; `datx` and `netcdf4` are formats built on it |
+//! | `tiff` | images of TIFF files; `jpk` is a format built on it |
 //! | `gwy`, `igor`, `nanoscope`, `netcdf`, `npy`, `x3p` | one format each |
 //!
 //! ```
@@ -47,11 +49,15 @@
 
 mod binary_headers;
 mod channel;
+mod datx;
 mod gwy;
+mod hdf5;
 mod igor;
 mod input;
+mod jpk;
 mod nanoscope;
 mod netcdf;
+mod netcdf4;
 mod npy;
 mod raster;
 mod text;
@@ -69,7 +75,7 @@ pub use self::npy::{NpyError, npy_array};
 pub use self::unit::{is_metre, length_ratio};
 
 /// All formats, in the order in which [`read`] tries them.
-static FORMATS: [Format; 17] = [
+static FORMATS: [Format; 21] = [
     x3p::FORMAT,
     binary_headers::SUR,
     gwy::FORMAT,
@@ -81,6 +87,10 @@ static FORMATS: [Format; 17] = [
     igor::FORMAT,
     binary_headers::METROPRO,
     netcdf::FORMAT,
+    datx::FORMAT,
+    netcdf4::FORMAT,
+    hdf5::FORMAT,
+    jpk::FORMAT,
     text_headers::MI,
     binary_headers::FRT,
     text_headers::BCR,

@@ -20,36 +20,82 @@ pub const FORMAT: Format = Format {
     read,
 };
 
+/// Surface of a file of SurfaceTopography, in the classic format or in netCDF-4.
+pub struct Surface<'a> {
+    pub heights: Raster<'a>,
+    pub unit: Option<String>,
+    /// Numbers that are nonzero at missing points.
+    pub mask: Option<Raster<'a>>,
+    /// Attributes of the variables `x` and `y`.
+    pub axes: [Axis; 2],
+}
+
+/// Attributes of the variable of an axis.
+#[derive(Default)]
+pub struct Axis {
+    pub length: Option<f64>,
+    pub unit: Option<String>,
+}
+
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let dataset = Dataset::read(bytes)?;
     let heights = dataset.variable("heights")?;
-    let mut raster = raster(&dataset, heights, bytes)?;
-    if let Ok(mask) = dataset.variable("mask") {
-        let mask = self::raster(&dataset, mask, bytes)?;
-        if mask.nodes() != raster.nodes() {
-            let found = format!("{:?}", mask.nodes());
-            return Err(FormatError::value("size of `mask`", found, "the size of `heights`"));
-        }
-        raster = raster.masked(mask);
-    }
-    let axis = |name| dataset.variable(name).ok();
-    let length = |name| axis(name)?.number("length");
-    let unit = |variable: &Variable<'_>| variable.text("unit");
-    let lateral = axis("x").and_then(unit);
-    let other = axis("y").and_then(unit);
-    if let (Some(x), Some(y)) = (&lateral, &other)
-        && x != y
-    {
-        return Err(FormatError::value("unit of `y`", y, &format!("the unit of `x`, {x}")));
-    }
-    let size = match (length("x"), length("y")) {
-        (Some(x), Some(y)) => {
-            Size::new([x, y], &Unit::parse(lateral.as_deref().unwrap_or_default()))?
-        }
-        _ => Size::Unknown,
+    let mask = dataset.variable("mask").ok();
+    let axis = |name| {
+        let axis = dataset.variable(name).ok()?;
+        Some(Axis { length: axis.number("length"), unit: axis.text("unit") })
     };
-    let unit = unit(heights).or(lateral).unwrap_or_default();
-    Ok(vec![Channel::new("heights", Unit::parse(&unit), size, raster)])
+    let surface = Surface {
+        heights: raster(&dataset, heights, bytes)?,
+        unit: heights.text("unit"),
+        mask: mask.map(|mask| raster(&dataset, mask, bytes)).transpose()?,
+        axes: ["x", "y"].map(|name| axis(name).unwrap_or_default()),
+    };
+    Ok(vec![surface.channel()?])
+}
+
+impl<'a> Surface<'a> {
+    /// Converts the surface to a channel.
+    pub fn channel(self) -> Result<Channel<'a>, FormatError> {
+        let mut raster = self.heights;
+        if let Some(mask) = self.mask {
+            if mask.nodes() != raster.nodes() {
+                let found = format!("{:?}", mask.nodes());
+                return Err(FormatError::value("size of `mask`", found, "the size of `heights`"));
+            }
+            raster = raster.masked(mask);
+        }
+        let [x, y] = self.axes;
+        if let (Some(x), Some(y)) = (&x.unit, &y.unit)
+            && x != y
+        {
+            return Err(FormatError::value("unit of `y`", y, &format!("the unit of `x`, {x}")));
+        }
+        let size = match (x.length, y.length) {
+            (Some(x_length), Some(y_length)) => {
+                let unit = Unit::parse(x.unit.as_deref().unwrap_or_default());
+                Size::new([x_length, y_length], &unit)?
+            }
+            _ => Size::Unknown,
+        };
+        let unit = self.unit.or(x.unit).unwrap_or_default();
+        Ok(Channel::new("heights", Unit::parse(&unit), size, raster))
+    }
+}
+
+/// Applies the attributes of a variable that mark missing points and scale numbers.
+pub fn unpacked<'a>(
+    raster: Raster<'a>,
+    number: impl Fn(&str) -> Option<f64>,
+) -> Result<Raster<'a>, FormatError> {
+    let missing = number("_FillValue").or_else(|| number("missing_value"));
+    let scale = factor("scale_factor", number("scale_factor").unwrap_or(1.0))?;
+    let offset = finite("add_offset", number("add_offset").unwrap_or(0.0))?;
+    let raster = raster.scaled(scale, offset);
+    Ok(match missing {
+        Some(missing) => raster.missing(Missing::Value(missing)),
+        None => raster,
+    })
 }
 
 fn raster<'a>(
@@ -69,11 +115,7 @@ fn raster<'a>(
             return Err(FormatError::value("dimensions", names.join(", "), allowed));
         }
     }?;
-    let fill = variable.number("_FillValue");
-    let missing = fill.or_else(|| variable.number("missing_value"));
-    let scale = factor("scale_factor", variable.number("scale_factor").unwrap_or(1.0))?;
-    let offset = finite("add_offset", variable.number("add_offset").unwrap_or(0.0))?;
-    Ok(raster.missing(missing.map_or(Missing::None, Missing::Value)).scaled(scale, offset))
+    unpacked(raster, |name| variable.number(name))
 }
 
 /// Header of a file: dimensions, each with name and length, and variables.

@@ -69,6 +69,25 @@ fn channels_of_other_quantities_are_listed_with_their_unit() {
 }
 
 #[test]
+fn a_channel_of_a_jpk_image_names_its_direction() {
+    let jpk = samples().into_iter().find(|sample| sample.format == "jpk").unwrap();
+    let file = read(&jpk.bytes).unwrap();
+    assert_eq!(file.channels().len(), 1);
+    assert_eq!(file.channels()[0].name(), "Height (measured, retrace)");
+}
+
+#[test]
+fn maps_in_groups_of_an_hdf5_file_have_the_path_as_their_name() {
+    let nested = include_bytes!("samples/nested.h5");
+    assert_eq!(read(nested).unwrap().channels()[0].name(), "scan/heights");
+    let chunks = include_bytes!("samples/chunks.h5");
+    let file = read(chunks).unwrap();
+    let names: Vec<&str> = file.channels().iter().map(|channel| channel.name()).collect();
+    // The other dataset has one dimension.
+    assert_eq!(names, ["surface"]);
+}
+
+#[test]
 fn the_folder_that_an_archive_is_packed_in_does_not_matter() {
     let archive = Archive { folder: "scan 1/", ..Archive::default() };
     let bytes = x3p(&archive);

@@ -45,16 +45,17 @@ pub struct Entry<'a> {
     bytes: &'a [u8],
 }
 
+/// Reads the directory of the first image, which tells formats apart.
+pub fn first_directory(file: &[u8]) -> Result<Directory<'_>, FormatError> {
+    let (order, offset) = header(file)?;
+    Ok(Directory::read(file, order, offset as usize)?.0)
+}
+
 /// Reads the directories of all images. There is at least one.
 pub fn directories(file: &[u8]) -> Result<Vec<Directory<'_>>, FormatError> {
-    let order = match file {
-        [b'I', b'I', 42, 0, ..] => ByteOrder::Little,
-        [b'M', b'M', 0, 42, ..] => ByteOrder::Big,
-        _ => return Err(FormatError::Signature),
-    };
     let mut directories = Vec::new();
     let mut visited = BTreeSet::new();
-    let mut next = u32_at(file, 4, order)?;
+    let (order, mut next) = header(file)?;
     while next != 0 {
         // A chain that returns to an earlier directory would never end.
         if !visited.insert(next) {
@@ -69,6 +70,16 @@ pub fn directories(file: &[u8]) -> Result<Vec<Directory<'_>>, FormatError> {
     } else {
         Ok(directories)
     }
+}
+
+/// Returns the byte order of a file and the offset of its first directory.
+fn header(file: &[u8]) -> Result<(ByteOrder, u32), FormatError> {
+    let order = match file {
+        [b'I', b'I', 42, 0, ..] => ByteOrder::Little,
+        [b'M', b'M', 0, 42, ..] => ByteOrder::Big,
+        _ => return Err(FormatError::Signature),
+    };
+    Ok((order, u32_at(file, 4, order)?))
 }
 
 impl<'a> Directory<'a> {

@@ -1,0 +1,99 @@
+//! Images of JPK instruments (now Bruker), which are TIFF files with the extension `jpk`.
+//!
+//! Each image after the thumbnail is a channel. Lines run along x; the first line has y = 0. The
+//! tags of the first image give the sides of the grid in metres. A channel has several slots, each
+//! with a calibration from the stored integers to a unit. The default slot is read, as in
+//! SurfaceTopography. Files with force curves (`jpk-force`, `jpk-qi-data`) are not read.
+
+use super::channel::{Channel, Size};
+use super::input::finite;
+use super::raster::Raster;
+use super::tiff::{Directory, directories, first_directory};
+use super::unit::Unit;
+use super::{Format, FormatError, at_least_one};
+
+pub const FORMAT: Format =
+    Format { name: "jpk", title: "JPK image", version: 1, has_signature: true, read };
+
+// Tags of the first image.
+const VERSION: u16 = 0x8000;
+const GRID_SIDES: [u16; 2] = [0x8042, 0x8043];
+// Tags of each image.
+const CHANNEL: u16 = 0x8050;
+const IS_RETRACE: u16 = 0x8051;
+const TITLE: u16 = 0x8052;
+const SLOTS: u16 = 0x8080;
+const DEFAULT_SLOT: u16 = 0x8081;
+// Tags of the first slot, followed by those of the next slots.
+const SLOT_NAME: u16 = 0x8090;
+const SLOT_UNIT: u16 = 0x80a2;
+const SLOT_SCALING: u16 = 0x80a3;
+const SLOT_FACTOR: u16 = 0x80a4;
+const SLOT_OFFSET: u16 = 0x80a5;
+const SLOT_TAGS: u16 = 0x30;
+/// Maximum number of slots whose tags have 16 bits.
+const MAX_SLOTS: i64 = 600;
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    // Other TIFF files, also damaged ones, are not files of this format.
+    let first = first_directory(bytes).map_err(|_| FormatError::Signature)?;
+    if first.entry(VERSION).is_none() || first.entry(CHANNEL).is_none() {
+        return Err(FormatError::Signature);
+    }
+    let sides = GRID_SIDES.map(|tag| {
+        let side = first.number(tag);
+        side.ok_or_else(|| FormatError::missing(format!("side of the grid, tag {tag:#x}")))
+    });
+    let [x, y] = sides;
+    let size = Size::metres([x?, y?])?;
+    let images = directories(bytes)?;
+    let is_channel = |image: &&Directory<'_>| {
+        image.text(CHANNEL).is_some_and(|name| !name.is_empty() && name != "thumbnail")
+    };
+    let channels = images.iter().filter(is_channel).map(|image| channel(image, size));
+    at_least_one(channels, "image other than the thumbnail")
+}
+
+fn channel<'a>(image: &Directory<'a>, size: Size) -> Result<Channel<'a>, FormatError> {
+    let (unit, raster) = calibrated(image)?;
+    Ok(Channel::new(name(image), unit, size, raster))
+}
+
+/// Returns the name of a channel with its scan direction, in the style of JPK's programs.
+fn name(image: &Directory<'_>) -> String {
+    let title = image.text(TITLE).filter(|title| !title.is_empty());
+    let name = title.or_else(|| image.text(CHANNEL)).unwrap_or_default();
+    match (image.whole(IS_RETRACE), name.strip_suffix(')')) {
+        (None | Some(0), _) => name,
+        (_, Some(start)) => format!("{start}, retrace)"),
+        (_, None) => format!("{name} (retrace)"),
+    }
+}
+
+/// Decodes an image by the calibration of its default slot.
+fn calibrated<'a>(image: &Directory<'a>) -> Result<(Unit, Raster<'a>), FormatError> {
+    let default = image.text(DEFAULT_SLOT);
+    let default = default.ok_or_else(|| FormatError::missing("name of the default slot"))?;
+    let slots = image.whole(SLOTS).unwrap_or(0).clamp(0, MAX_SLOTS) as u16;
+    let mut shifts = (0..slots).map(|slot| slot * SLOT_TAGS);
+    let shift = shifts.find(|shift| image.text(SLOT_NAME + shift).as_ref() == Some(&default));
+    let shift = shift.ok_or_else(|| FormatError::missing(format!("slot {default}")))?;
+    let unit = Unit::parse(&image.text(SLOT_UNIT + shift).unwrap_or_default());
+    let required = |tag: u16| {
+        let entry = format!("calibration of slot {default}, tag {:#x}", tag + shift);
+        let number = image.number(tag + shift).ok_or_else(|| FormatError::missing(&*entry))?;
+        finite(&entry, number)
+    };
+    match image.text(SLOT_SCALING + shift).as_deref() {
+        Some("NullScaling") => Ok((unit, image.image()?)),
+        Some("LinearScaling") => {
+            let (factor, offset) = (required(SLOT_FACTOR)?, required(SLOT_OFFSET)?);
+            Ok((unit, image.image()?.scaled(factor, offset)))
+        }
+        other => {
+            let entry = format!("scaling of slot {default}");
+            let allowed = "LinearScaling or NullScaling";
+            Err(FormatError::value(&entry, other.unwrap_or("missing"), allowed))
+        }
+    }
+}

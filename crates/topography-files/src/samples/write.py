@@ -1,0 +1,78 @@
+"""Writes the small HDF5 files that `samples.rs` includes.
+
+    python3 write.py         in this folder, with h5py 3.16 and netCDF4 1.7
+
+All files contain the map of `samples.rs`: heights [x, y] at three nodes along x and two along y.
+"""
+
+import h5py
+import netCDF4
+import numpy as np
+
+HEIGHTS = np.array([[1.0, 4.0], [2.0, 5.0], [3.0, 6.0]])
+TEXT = h5py.string_dtype()
+
+
+def plain():
+    """A map in chunks, compressed, with the newest layout of the file."""
+    with h5py.File("chunks.h5", "w", libver="latest") as file:
+        file["profile"] = np.arange(3.0)
+        file.create_dataset(
+            "surface", data=HEIGHTS.astype(">i8"), chunks=(2, 1), compression="gzip", shuffle=True, fletcher32=True
+        )
+    with h5py.File("nested.h5", "w", libver="earliest") as file:
+        file["scan/heights"] = HEIGHTS.astype("f4")
+
+
+def topostats():
+    """An image as TopoStats stores it, whose first line has the largest y."""
+    with h5py.File("topostats.h5", "w", libver="latest") as file:
+        file["image"] = HEIGHTS.T[::-1]
+        file["pixel_to_nm_scaling"] = 1000.0
+
+
+def datx():
+    """The layout of Zygo's Mx. Converters are those of a test of SurfaceTopography."""
+    converter = np.dtype([("Category", TEXT), ("BaseUnit", TEXT), ("Parameters", h5py.vlen_dtype("f8"))])
+
+    def write(name, surface, unit, scale):
+        with h5py.File(name, "w", libver="latest") as file:
+            rows = HEIGHTS.T / scale
+            rows[1, 2] = np.finfo("f8").max
+            file[surface] = rows
+            attributes = file[surface].attrs
+            for axis, step in (("X", 1e-6), ("Y", 2e-6)):
+                value = np.empty(1, converter)
+                value[0] = ("LateralCat", "Pixels", np.array([0, step, 0, 0]))
+                attributes[f"{axis} Converter"] = value
+            attributes.create("Unit", [unit], dtype=TEXT)
+            attributes["No Data"] = [np.finfo("f8").max]
+            attributes["Wavelength"] = [600e-9]
+            attributes["Interferometric Scale Factor"] = [0.5]
+            attributes["Obliquity Factor"] = [1.0]
+
+    write("nanometers.datx", "Data/Surface/{01234567-89AB-CDEF-0123-456789ABCDEF}", "NanoMeters", 1.0)
+    write("fringes.datx", "Measurement/Surface", "Fringes", 300.0)
+
+
+def netcdf4():
+    """The variables of `to_netcdf` of SurfaceTopography."""
+    with netCDF4.Dataset("surface.nc", "w", format="NETCDF4") as file:
+        for axis, nodes, side in (("x", 3, 3e3), ("y", 2, 4e3)):
+            file.createDimension(axis, nodes)
+            variable = file.createVariable(axis, "f8", (axis,))
+            variable.length = side
+            variable.periodic = 0
+            variable.unit = "nm"
+            variable[...] = np.arange(nodes) / nodes * side
+        heights = file.createVariable("heights", "f8", ("x", "y"))
+        heights[...] = HEIGHTS
+        heights.unit = "nm"
+        mask = file.createVariable("mask", "b", ("x", "y"))
+        mask[...] = np.isin(HEIGHTS, 6.0)
+
+
+plain()
+topostats()
+datx()
+netcdf4()
