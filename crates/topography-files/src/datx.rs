@@ -7,8 +7,7 @@
 //! `Interferometric Scale Factor` and `Obliquity Factor`. Numbers from `No Data` on mark missing
 //! points.
 //!
-//! The layout was taken from the readers of prysm, Gwyddion, SurfaceTopography and datxpy.
-//! SurfaceTopography up to version 1.27 takes the lines for columns.
+//! The layout was taken from the readers of SurfaceTopography, prysm, Gwyddion and datxpy.
 
 use hdf5_reader::{Attribute, Dataset, Datatype};
 
@@ -36,7 +35,7 @@ fn surfaces(container: &Container) -> Option<Vec<Dataset>> {
         Ok(group) => members(&group, "Data/Surface").ok()?.1,
         Err(_) => vec![root.group("Measurement").ok()?.dataset("Surface").ok()?],
     };
-    let is_surface = |dataset: &Dataset| attribute(&dataset.attributes(), "No Data").is_some();
+    let is_surface = |dataset: &Dataset| attribute(&dataset.attributes(), "Unit").is_some();
     let surfaces: Vec<Dataset> = datasets.into_iter().filter(is_surface).collect();
     (!surfaces.is_empty()).then_some(surfaces)
 }
@@ -44,8 +43,10 @@ fn surfaces(container: &Container) -> Option<Vec<Dataset>> {
 fn channel(container: &Container, dataset: &Dataset) -> Result<Channel<'static>, FormatError> {
     let attributes = dataset.attributes();
     let raster = container.raster(dataset, Lines::AlongX)?;
-    let missing = required(&attributes, "No Data")?;
-    let raster = raster.missing(Missing::From(missing));
+    let raster = match number(&attributes, "No Data") {
+        Some(marker) => raster.missing(Missing::From(marker)),
+        None => raster,
+    };
     let unit = text(&attributes, "Unit").ok_or_else(|| FormatError::missing("Unit"))?;
     let (unit, scale) = if unit == "Fringes" {
         let names = ["Wavelength", "Interferometric Scale Factor", "Obliquity Factor"];

@@ -10,7 +10,7 @@
 //! challenge. The attribute `unit` or `units` of a dataset is its unit. The size is unknown.
 //!
 //! Files of TopoStats have a dataset `pixel_to_nm_scaling`, which is the step in nanometres. Lines
-//! of their images run along x, the first line has the largest y, and heights are in nanometres.
+//! of their images run along x, the first line has y = 0, and heights are in nanometres.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -60,7 +60,7 @@ fn topostats(
     let images = datasets.iter().filter(|dataset| is_map(dataset));
     let images = images.filter(|dataset| dataset.name().starts_with("image"));
     let channels = images.map(|dataset| {
-        let raster = container.raster(dataset, Lines::AlongX)?.upside_down();
+        let raster = container.raster(dataset, Lines::AlongX)?;
         let nanometres = Unit::parse("nm");
         let size = Size::new(raster.nodes().map(|nodes| nodes as f64 * step), &nanometres)?;
         Ok(Channel::new(dataset.name(), nanometres, size, raster))
@@ -144,14 +144,33 @@ impl Container {
         };
         let nodes = checked_nodes(nodes)?;
         let (stored, order, bytes) = self.bytes(dataset)?;
-        match (stored, lines) {
-            (Stored::Element(element), Lines::AlongX) => Raster::rows(nodes, element, order, bytes),
-            (Stored::Element(element), Lines::AlongY) => {
-                Raster::columns(nodes, element, order, bytes)
-            }
-            (_, Lines::AlongX) => Ok(Raster::from_rows(nodes, wide(stored, order, &bytes))),
-            (_, Lines::AlongY) => Ok(Raster::from_columns(nodes, wide(stored, order, &bytes))),
+        match lines {
+            Lines::AlongX => rows(nodes, stored, order, bytes),
+            Lines::AlongY => match stored {
+                Stored::Element(element) => Raster::columns(nodes, element, order, bytes),
+                _ => Ok(Raster::from_columns(nodes, wide(stored, order, &bytes))),
+            },
         }
+    }
+
+    /// Reads the frames of a two-dimensional dataset with a row for each node, in lines along x,
+    /// and a column for each frame.
+    pub fn frames(
+        &self,
+        dataset: &Dataset,
+        nodes: [usize; 2],
+    ) -> Result<Vec<Raster<'static>>, FormatError> {
+        let (stored, order, bytes) = self.bytes(dataset)?;
+        let size = match stored {
+            Stored::Element(element) => element.size(),
+            Stored::I64 | Stored::U64 => size_of::<u64>(),
+        };
+        let count = bytes.len() / size / (nodes[0] * nodes[1]);
+        let frames = (0..count).map(|frame| {
+            let column = bytes.chunks_exact(size).skip(frame).step_by(count);
+            rows(nodes, stored, order, column.flatten().copied().collect())
+        });
+        frames.collect()
     }
 
     /// Reads the numbers of a dataset of any shape.
@@ -264,6 +283,19 @@ fn stored(datatype: &Datatype) -> Option<(Stored, ByteOrder)> {
         hdf5_reader::ByteOrder::BigEndian => ByteOrder::Big,
     };
     Some((stored, order))
+}
+
+/// Creates a raster of lines along x.
+fn rows(
+    nodes: [usize; 2],
+    stored: Stored,
+    order: ByteOrder,
+    bytes: Vec<u8>,
+) -> Result<Raster<'static>, FormatError> {
+    match stored {
+        Stored::Element(element) => Raster::rows(nodes, element, order, bytes),
+        Stored::I64 | Stored::U64 => Ok(Raster::from_rows(nodes, wide(stored, order, &bytes))),
+    }
 }
 
 /// Decodes integers of 64 bits.

@@ -1,9 +1,11 @@
 //! Images of JPK instruments (now Bruker), which are TIFF files with the extension `jpk`.
 //!
-//! Each image after the thumbnail is a channel. Lines run along x; the first line has y = 0. The
-//! tags of the first image give the sides of the grid in metres. A channel has several slots, each
+//! Each image after the thumbnail is a channel. Lines run along x; the first line has the largest y
+//! unless the image has a tag that the grid is reflected. The tags of the first image give the sides
+//! of the grid in metres. A channel has several slots, each
 //! with a calibration from the stored integers to a unit. The default slot is read, as in
-//! SurfaceTopography. Files with force curves (`jpk-force`, `jpk-qi-data`) are not read.
+//! SurfaceTopography. The images of a force map (`jpk-qi-image`) have the same layout. Files with
+//! force curves (`jpk-force`, `jpk-qi-data`) are not read.
 
 use super::channel::{Channel, Size};
 use super::input::finite;
@@ -22,6 +24,7 @@ const GRID_SIDES: [u16; 2] = [0x8042, 0x8043];
 const CHANNEL: u16 = 0x8050;
 const IS_RETRACE: u16 = 0x8051;
 const TITLE: u16 = 0x8052;
+const IS_REFLECTED: u16 = 0x8045;
 const SLOTS: u16 = 0x8080;
 const DEFAULT_SLOT: u16 = 0x8081;
 // Tags of the first slot, followed by those of the next slots.
@@ -37,7 +40,7 @@ const MAX_SLOTS: i64 = 600;
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     // Other TIFF files, also damaged ones, are not files of this format.
     let first = first_directory(bytes).map_err(|_| FormatError::Signature)?;
-    if first.entry(VERSION).is_none() || first.entry(CHANNEL).is_none() {
+    if first.entry(VERSION).is_none() || first.entry(GRID_SIDES[0]).is_none() {
         return Err(FormatError::Signature);
     }
     let sides = GRID_SIDES.map(|tag| {
@@ -55,18 +58,25 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 }
 
 fn channel<'a>(image: &Directory<'a>, size: Size) -> Result<Channel<'a>, FormatError> {
-    let (unit, raster) = calibrated(image)?;
+    let (unit, mut raster) = calibrated(image)?;
+    if matches!(image.whole(IS_REFLECTED), None | Some(0)) {
+        raster = raster.upside_down();
+    }
     Ok(Channel::new(name(image), unit, size, raster))
 }
 
-/// Returns the name of a channel with its scan direction, in the style of JPK's programs.
 fn name(image: &Directory<'_>) -> String {
     let title = image.text(TITLE).filter(|title| !title.is_empty());
     let name = title.or_else(|| image.text(CHANNEL)).unwrap_or_default();
-    match (image.whole(IS_RETRACE), name.strip_suffix(')')) {
-        (None | Some(0), _) => name,
-        (_, Some(start)) => format!("{start}, retrace)"),
-        (_, None) => format!("{name} (retrace)"),
+    directed(name, image.whole(IS_RETRACE).is_some_and(|flag| flag != 0))
+}
+
+/// Returns the name of a channel with its scan direction, as SurfaceTopography writes it.
+pub fn directed(name: String, is_retrace: bool) -> String {
+    match name.strip_suffix(')') {
+        _ if !is_retrace => name,
+        Some(start) => format!("{start}, retrace)"),
+        None => format!("{name} (retrace)"),
     }
 }
 

@@ -25,9 +25,9 @@
 //! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `mi`, `sdf` |
 //! | `binary_headers` | formats with a binary header: `frt`, `metropro`, `opd`, `plu`, `sur` |
 //! | `text` | text files with a matrix, or with triplets of x, y and height |
-//! | `hdf5` | maps in HDF5 files; `datx` and `netcdf4` are formats built on it |
-//! | `tiff` | images of TIFF files; `jpk` is a format built on it |
-//! | `gwy`, `igor`, `nanoscope`, `netcdf`, `npy`, `x3p` | one format each |
+//! | `hdf5` | maps in HDF5 files; `datx`, `jpk_hdf5` and `netcdf4` are built on it |
+//! | `tiff` | images of TIFF files; `jpk` is built on it |
+//! | `gwy`, `igor`, `nanoscope`, `netcdf`, `npy`, `wsxm`, `x3p` | one format each |
 //!
 //! ```
 //! use asperity_topography_files::{Quantity, Size, Statistics, read};
@@ -55,6 +55,7 @@ mod hdf5;
 mod igor;
 mod input;
 mod jpk;
+mod jpk_hdf5;
 mod nanoscope;
 mod netcdf;
 mod netcdf4;
@@ -64,6 +65,7 @@ mod text;
 mod text_headers;
 mod tiff;
 mod unit;
+mod wsxm;
 mod x3p;
 
 use thiserror::Error;
@@ -75,7 +77,7 @@ pub use self::npy::{NpyError, npy_array};
 pub use self::unit::{is_metre, length_ratio};
 
 /// All formats, in the order in which [`read`] tries them.
-static FORMATS: [Format; 21] = [
+static FORMATS: [Format; 23] = [
     x3p::FORMAT,
     binary_headers::SUR,
     gwy::FORMAT,
@@ -89,8 +91,10 @@ static FORMATS: [Format; 21] = [
     netcdf::FORMAT,
     datx::FORMAT,
     netcdf4::FORMAT,
+    jpk_hdf5::FORMAT,
     hdf5::FORMAT,
     jpk::FORMAT,
+    wsxm::FORMAT,
     text_headers::MI,
     binary_headers::FRT,
     text_headers::BCR,

@@ -52,6 +52,7 @@ pub fn samples() -> Vec<Sample> {
         },
         Sample::with_missing("netcdf", netcdf()),
         Sample::new("jpk", jpk()),
+        Sample::new("wsxm", wsxm()),
         Sample::with_missing("frt", frt()),
         Sample::with_missing("plu", plu()),
         Sample::new("nanoscope", nanoscope()),
@@ -74,6 +75,7 @@ fn hdf5() -> Vec<Sample> {
         Sample::with_missing("datx", include_bytes!("samples/nanometers.datx").to_vec()),
         Sample::with_missing("datx", include_bytes!("samples/fringes.datx").to_vec()),
         Sample::with_missing("netcdf4", include_bytes!("samples/surface.nc").to_vec()),
+        Sample::new("h5-jpk", include_bytes!("samples/frames.h5-jpk").to_vec()),
         unitless(include_bytes!("samples/chunks.h5")),
         unitless(include_bytes!("samples/nested.h5")),
         // The format has square pixels.
@@ -581,8 +583,8 @@ fn jpk() -> Vec<u8> {
     let double = |tag: u16, value: f64| (tag, 12, value.to_be_bytes().to_vec());
     let text = |tag: u16, text: &str| (tag, 2, format!("{text}\0").into_bytes());
     // The lines of the map follow the header. They are 10 × height − 20.
-    let lines = ROWS.as_flattened().iter().flat_map(|h| (10 * i32::from(*h) - 20).to_be_bytes());
-    let lines: Vec<u8> = lines.collect();
+    let number = |height: &i16| (10 * i32::from(*height) - 20).to_be_bytes();
+    let lines: Vec<u8> = upside_down().as_flattened().iter().flat_map(number).collect();
     let start = 8 + lines.len();
     let thumbnail = [
         vec![short(256, 1), short(257, 1), short(258, 8), long(273, 8), long(279, 1)],
@@ -605,4 +607,15 @@ fn jpk() -> Vec<u8> {
     let map = directory(start + thumbnail.len(), &map.concat(), true);
     let header = [b"MM\0*".as_slice(), &(start as u32).to_be_bytes()].concat();
     [header, lines, thumbnail, map].concat()
+}
+
+fn wsxm() -> Vec<u8> {
+    let header = "WSxM file copyright UAM\r\nSxM Image file\r\nImage header size: 260\r\n\
+                  [Control]\r\n X Amplitude: 3 µm\r\n Y Amplitude: 4000 nm\r\n\
+                  [General Info]\r\n Image Data Type: short\r\n Number of columns: 3\r\n \
+                  Number of rows: 2\r\n Z Amplitude: 5 nm\r\n\
+                  [Miscellaneous]\r\n Maximum: 60\r\n Minimum: 10\r\n[Header end]\r\n";
+    let header: Vec<u8> = header.chars().map(|c| c as u8).collect();
+    let rows = upside_down().map(|row| [row[2], row[1], row[0]]);
+    Fields::default().bytes(&header).rows(rows, |height| (10 * height).to_le_bytes()).0
 }

@@ -69,11 +69,15 @@ fn channels_of_other_quantities_are_listed_with_their_unit() {
 }
 
 #[test]
-fn a_channel_of_a_jpk_image_names_its_direction() {
-    let jpk = samples().into_iter().find(|sample| sample.format == "jpk").unwrap();
-    let file = read(&jpk.bytes).unwrap();
-    assert_eq!(file.channels().len(), 1);
-    assert_eq!(file.channels()[0].name(), "Height (measured, retrace)");
+fn channels_of_jpk_name_their_direction_and_their_frame() {
+    let names = |format| {
+        let sample = samples().into_iter().find(|sample| sample.format == format).unwrap();
+        let file = read(&sample.bytes).unwrap();
+        file.channels().iter().map(|channel| channel.name().to_owned()).collect::<Vec<_>>()
+    };
+    let name = "Height (measured, retrace)";
+    assert_eq!(names("jpk"), [name]);
+    assert_eq!(names("h5-jpk"), [1, 2].map(|frame| format!("{name}, frame {frame}")));
 }
 
 #[test]

@@ -25,9 +25,9 @@ def plain():
 
 
 def topostats():
-    """An image as TopoStats stores it, whose first line has the largest y."""
+    """An image as TopoStats stores it, in lines along x."""
     with h5py.File("topostats.h5", "w", libver="latest") as file:
-        file["image"] = HEIGHTS.T[::-1]
+        file["image"] = HEIGHTS.T
         file["pixel_to_nm_scaling"] = 1000.0
 
 
@@ -55,6 +55,23 @@ def datx():
     write("fringes.datx", "Measurement/Surface", "Fringes", 300.0)
 
 
+def jpk():
+    """Two frames of a fast scan, of which the second is zero. The first line has the largest y."""
+    with h5py.File("frames.h5-jpk", "w", libver="latest") as file:
+        scan = file.create_group("Measurement_000")
+        for name, value in (("ilength", 3), ("jlength", 2), ("ulength", 3e-6), ("vlength", 4e-6)):
+            scan.attrs[f"position-pattern.grid.{name}"] = value
+        channel = scan.create_group("Channel_000")
+        heights = (100 * HEIGHTS.T[::-1].ravel() - 50).astype("i4")
+        channel["Height"] = np.stack([heights, np.zeros_like(heights)], axis=1)
+        channel["thumbnail"] = np.zeros((1, 1), "i4")
+        channel.attrs["channel.fancy-name"] = np.bytes_("Height (measured)")
+        channel.attrs["retrace"] = np.bytes_("true")
+        channel.attrs["net-encoder.scaling.multiplier"] = 1e-11
+        channel.attrs["net-encoder.scaling.offset"] = 5e-10
+        channel.attrs["net-encoder.scaling.unit.unit"] = np.bytes_("m")
+
+
 def netcdf4():
     """The variables of `to_netcdf` of SurfaceTopography."""
     with netCDF4.Dataset("surface.nc", "w", format="NETCDF4") as file:
@@ -75,4 +92,5 @@ def netcdf4():
 plain()
 topostats()
 datx()
+jpk()
 netcdf4()

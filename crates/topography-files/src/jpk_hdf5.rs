@@ -1,0 +1,115 @@
+//! HDF5 files of JPK instruments (now Bruker) with the extension `h5-jpk`, which hold the images of
+//! a fast scan.
+//!
+//! A group `Measurement_000` has the sides of the grid in metres and a group for each channel. The
+//! dataset of a channel has a row for each node and a column for each frame. Nodes follow each other
+//! along x. The first line has the largest y unless the grid is reflected. The attributes `net-encoder` convert the stored integers
+//! to the unit of the default calibration. Each frame is a channel here.
+
+use hdf5_reader::group::Group;
+use hdf5_reader::{Attribute, Dataset};
+
+use super::channel::{Channel, Size};
+use super::hdf5::{Container, members, number, text};
+use super::input::finite;
+use super::jpk::directed;
+use super::raster::checked_nodes;
+use super::unit::Unit;
+use super::{Format, FormatError, at_least_one};
+
+pub const FORMAT: Format =
+    Format { name: "h5-jpk", title: "JPK HDF5 images", version: 1, has_signature: true, read };
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let container = Container::of_format(bytes)?;
+    let root = container.root().map_err(|_| FormatError::Signature)?;
+    let groups = root.groups().map_err(|_| FormatError::Signature)?;
+    let measurements: Vec<Measurement> = groups.into_iter().filter_map(Measurement::new).collect();
+    if measurements.is_empty() {
+        return Err(FormatError::Signature);
+    }
+    let mut channels = Vec::new();
+    for measurement in &measurements {
+        let prefix = match measurements.len() {
+            1 => String::new(),
+            _ => format!("{}/", measurement.group.name()),
+        };
+        channels.extend(measurement.channels(&container, &prefix)?);
+    }
+    at_least_one(channels.into_iter().map(Ok), "channel")
+}
+
+/// Group of the channels of one scan.
+struct Measurement {
+    group: Group,
+    attributes: Vec<Attribute>,
+}
+
+impl Measurement {
+    /// Returns `None` if the group is not a measurement of JPK.
+    fn new(group: Group) -> Option<Measurement> {
+        let attributes = group.attributes().ok()?;
+        number(&attributes, "position-pattern.grid.ilength")?;
+        Some(Measurement { group, attributes })
+    }
+
+    fn channels(
+        &self,
+        container: &Container,
+        prefix: &str,
+    ) -> Result<Vec<Channel<'static>>, FormatError> {
+        let pair = |names: [&str; 2]| -> Result<[f64; 2], FormatError> {
+            let [x, y] = names.map(|name| {
+                let name = format!("position-pattern.grid.{name}");
+                let number = number(&self.attributes, &name);
+                number.ok_or_else(|| FormatError::missing(&*name))
+            });
+            Ok([x?, y?])
+        };
+        let nodes = checked_nodes(pair(["ilength", "jlength"])?.map(|count| count as i64))?;
+        let reflect = text(&self.attributes, "position-pattern.grid.reflect");
+        let is_reflected = reflect.is_some_and(|text| text == "true");
+        let size = Size::metres(pair(["ulength", "vlength"])?)?;
+        let mut channels = Vec::new();
+        for group in members(&self.group, self.group.name())?.0 {
+            let attributes = group.attributes();
+            let attributes = attributes.map_err(|e| FormatError::damaged(group.name(), e))?;
+            let Some(name) = name(&attributes) else { continue };
+            let datasets = members(&group, group.name())?.1;
+            let mut datasets = datasets.iter().filter(|dataset| has_frames(dataset, nodes));
+            let Some(dataset) = datasets.next() else { continue };
+            let text = |name: &str| text(&attributes, &format!("net-encoder.scaling.{name}"));
+            let number = |name: &str, default: f64| {
+                let name = format!("net-encoder.scaling.{name}");
+                finite(&name, number(&attributes, &name).unwrap_or(default))
+            };
+            let (factor, offset) = (number("multiplier", 1.0)?, number("offset", 0.0)?);
+            let unit = Unit::parse(&text("unit.unit").unwrap_or_default());
+            let frames = container.frames(dataset, nodes)?;
+            let count = frames.len();
+            channels.extend(frames.into_iter().enumerate().map(|(index, frame)| {
+                let name = match count {
+                    1 => format!("{prefix}{name}"),
+                    _ => format!("{prefix}{name}, frame {}", index + 1),
+                };
+                let frame = if is_reflected { frame } else { frame.upside_down() };
+                Channel::new(name, unit.clone(), size, frame.scaled(factor, offset))
+            }));
+        }
+        Ok(channels)
+    }
+}
+
+/// Returns the name of a channel with its direction, or `None` if the group is not a channel.
+fn name(attributes: &[Attribute]) -> Option<String> {
+    let name =
+        text(attributes, "channel.fancy-name").or_else(|| text(attributes, "channel.name"))?;
+    let is_retrace = text(attributes, "retrace").is_some_and(|text| text == "true");
+    Some(directed(name, is_retrace))
+}
+
+/// Returns true if a dataset has a row for each node. The thumbnail of a channel has none.
+fn has_frames(dataset: &Dataset, nodes: [usize; 2]) -> bool {
+    let &[rows, frames] = dataset.shape() else { return false };
+    dataset.name() != "thumbnail" && rows == (nodes[0] * nodes[1]) as u64 && frames > 0
+}
