@@ -24,7 +24,7 @@ def read(
     """Reads a height map from a topography file.
 
     The content of the file determines its format: X3P, SUR, GWY, GSF, SDF, OPD, AL3D, NanoScope, Igor,
-    MetroPro, netCDF, MI, FRT, BCR, NumPy, PLU and text.
+    MetroPro, netCDF, HDF5, DATX, JPK, WSxM, MI, FRT, BCR, NumPy, PLU and text.
 
     Parameters
     ----------

@@ -38,12 +38,12 @@ fn agrees(row: &[&str], before: usize) {
     let statistics = Statistics::new(&map);
     let heights = statistics.heights.unwrap();
     let corners = statistics.corners;
-    let sides = channel.size().sides().unwrap();
+    let sides = channel.size().sides();
     let found = [
         Some(map.nodes()[0] as f64),
         Some(map.nodes()[1] as f64),
-        Some(sides[0]),
-        Some(sides[1]),
+        sides.map(|[x, _]| x),
+        sides.map(|[_, y]| y),
         Some(statistics.missing as f64),
         Some(heights.rms_height),
         Some(heights.lowest),

@@ -3,6 +3,8 @@
     python3 write.py         in this folder, with h5py 3.16 and netCDF4 1.7
 
 All files contain the map of `samples.rs`: heights [x, y] at three nodes along x and two along y.
+Some have the earliest layout, which has no checksums, so that damage reaches the readers of all its
+parts.
 """
 
 import h5py
@@ -17,9 +19,8 @@ def plain():
     """A map in chunks, compressed, with the newest layout of the file."""
     with h5py.File("chunks.h5", "w", libver="latest") as file:
         file["profile"] = np.arange(3.0)
-        file.create_dataset(
-            "surface", data=HEIGHTS.astype(">i8"), chunks=(2, 1), compression="gzip", shuffle=True, fletcher32=True
-        )
+        filters = {"compression": "gzip", "shuffle": True, "fletcher32": True}
+        file.create_dataset("surface", data=HEIGHTS.astype(">i8"), chunks=(2, 1), **filters)
     with h5py.File("nested.h5", "w", libver="earliest") as file:
         file["scan/heights"] = HEIGHTS.astype("f4")
 
@@ -33,10 +34,11 @@ def topostats():
 
 def datx():
     """The layout of Zygo's Mx. Converters are those of a test of SurfaceTopography."""
-    converter = np.dtype([("Category", TEXT), ("BaseUnit", TEXT), ("Parameters", h5py.vlen_dtype("f8"))])
+    numbers = h5py.vlen_dtype("f8")
+    converter = np.dtype([("Category", TEXT), ("BaseUnit", TEXT), ("Parameters", numbers)])
 
-    def write(name, surface, unit, scale):
-        with h5py.File(name, "w", libver="latest") as file:
+    def write(name, surface, unit, scale, layout):
+        with h5py.File(name, "w", libver=layout) as file:
             rows = HEIGHTS.T / scale
             rows[1, 2] = np.finfo("f8").max
             file[surface] = rows
@@ -51,13 +53,14 @@ def datx():
             attributes["Interferometric Scale Factor"] = [0.5]
             attributes["Obliquity Factor"] = [1.0]
 
-    write("nanometers.datx", "Data/Surface/{01234567-89AB-CDEF-0123-456789ABCDEF}", "NanoMeters", 1.0)
-    write("fringes.datx", "Measurement/Surface", "Fringes", 300.0)
+    measured = "Data/Surface/{01234567-89AB-CDEF-0123-456789ABCDEF}"
+    write("nanometers.datx", measured, "NanoMeters", 1.0, "latest")
+    write("fringes.datx", "Measurement/Surface", "Fringes", 300.0, "earliest")
 
 
 def jpk():
-    """Two frames of a fast scan, of which the second is zero. The first line has the largest y."""
-    with h5py.File("frames.h5-jpk", "w", libver="latest") as file:
+    """Two frames of a fast scan, the second of zeros. The first line has the largest y."""
+    with h5py.File("frames.h5-jpk", "w", libver="earliest") as file:
         scan = file.create_group("Measurement_000")
         for name, value in (("ilength", 3), ("jlength", 2), ("ulength", 3e-6), ("vlength", 4e-6)):
             scan.attrs[f"position-pattern.grid.{name}"] = value
