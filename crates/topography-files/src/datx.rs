@@ -4,8 +4,7 @@
 //! Lines run along x; the first line has y = 0. The sides are nodes × step; the step is the second
 //! parameter of the attributes `X Converter` and `Y Converter`, in metres per pixel. The attribute
 //! `Unit` names a unit of length or `Fringes`. A fringe is the product of `Wavelength` in metres,
-//! `Interferometric Scale Factor` and `Obliquity Factor`. Numbers from `No Data` on mark missing
-//! points.
+//! `Interferometric Scale Factor` and `Obliquity Factor`. The number `No Data` marks missing points.
 //!
 //! The layout was taken from the readers of SurfaceTopography, prysm, Gwyddion and datxpy.
 
@@ -44,7 +43,7 @@ fn channel(container: &Container, dataset: &Dataset) -> Result<Channel<'static>,
     let attributes = dataset.attributes();
     let raster = container.raster(dataset, Lines::AlongX)?;
     let raster = match number(&attributes, "No Data") {
-        Some(marker) => raster.missing(Missing::From(marker)),
+        Some(marker) => raster.missing(Missing::Around(marker)),
         None => raster,
     };
     let unit = text(&attributes, "Unit").ok_or_else(|| FormatError::missing("Unit"))?;

@@ -34,6 +34,8 @@ const SLOT_SCALING: u16 = 0x80a3;
 const SLOT_FACTOR: u16 = 0x80a4;
 const SLOT_OFFSET: u16 = 0x80a5;
 const SLOT_TAGS: u16 = 0x30;
+/// Maximum number of pixels for each byte of the file. JPK does not compress pixels of 2 or 4 bytes.
+const MAX_PIXELS_PER_BYTE: usize = 8;
 /// Maximum number of slots whose tags have 16 bits.
 const MAX_SLOTS: i64 = 600;
 
@@ -53,7 +55,13 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let is_channel = |image: &&Directory<'_>| {
         image.text(CHANNEL).is_some_and(|name| !name.is_empty() && name != "thumbnail")
     };
-    let channels = images.iter().filter(is_channel).map(|image| channel(image, size));
+    let images: Vec<&Directory<'_>> = images.iter().filter(is_channel).collect();
+    let pixels = images.iter().map(|image| image.nodes().map_or(0, |[x, y]| x * y));
+    // Images that share their pixels would need memory without limit.
+    if pixels.sum::<usize>() > bytes.len().saturating_mul(MAX_PIXELS_PER_BYTE) {
+        return Err(FormatError::damaged("the TIFF file", "it is too short for its images"));
+    }
+    let channels = images.into_iter().map(|image| channel(image, size));
     at_least_one(channels, "image other than the thumbnail")
 }
 

@@ -4,11 +4,14 @@
 //! [`Directory::image`] decodes an image with one sample per pixel: strips or tiles, uncompressed
 //! or compressed with LZW, deflate or `PackBits`. Damaged offsets and counts are errors.
 
+mod compression;
+
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use flate2::read::ZlibDecoder;
 
+use self::compression::{lzw, pack_bits};
 use super::FormatError;
 use super::input::{inflate, utf8_or_latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
@@ -28,6 +31,9 @@ const TILE_LENGTH: u16 = 323;
 const TILE_OFFSETS: u16 = 324;
 const TILE_BYTES: u16 = 325;
 const SAMPLE_FORMAT: u16 = 339;
+
+/// Length of an entry in the file.
+const ENTRY_BYTES: usize = 12;
 
 /// Directory of a file: the entries of one image, by their tags.
 #[derive(Debug, Clone)]
@@ -55,6 +61,7 @@ pub fn first_directory(file: &[u8]) -> Result<Directory<'_>, FormatError> {
 pub fn directories(file: &[u8]) -> Result<Vec<Directory<'_>>, FormatError> {
     let mut directories = Vec::new();
     let mut visited = BTreeSet::new();
+    let mut entries = 0;
     let (order, mut next) = header(file)?;
     while next != 0 {
         // A chain that returns to an earlier directory would never end.
@@ -62,6 +69,11 @@ pub fn directories(file: &[u8]) -> Result<Vec<Directory<'_>>, FormatError> {
             return Err(FormatError::damaged("the chain of TIFF directories", "it is a loop"));
         }
         let (directory, after) = Directory::read(file, order, next as usize)?;
+        // Directories do not overlap, which bounds the number of entries.
+        entries += directory.entries.len();
+        if entries * ENTRY_BYTES > file.len() {
+            return Err(FormatError::damaged("the chain of TIFF directories", "they overlap"));
+        }
         directories.push(directory);
         next = after;
     }
@@ -91,7 +103,7 @@ impl<'a> Directory<'a> {
     ) -> Result<(Directory<'a>, u32), FormatError> {
         let count = usize::from(u16_at(file, offset, order)?);
         let mut entries = BTreeMap::new();
-        for start in (0..count).map(|entry| offset + 2 + 12 * entry) {
+        for start in (0..count).map(|entry| offset + 2 + ENTRY_BYTES * entry) {
             let [tag, kind] = [u16_at(file, start, order)?, u16_at(file, start + 2, order)?];
             let count = u32_at(file, start + 4, order)? as usize;
             // The specification tells readers to skip entries of unknown types.
@@ -100,7 +112,7 @@ impl<'a> Directory<'a> {
             let at = if length <= 4 { start + 8 } else { u32_at(file, start + 8, order)? as usize };
             entries.insert(tag, Entry { kind, order, bytes: slice(file, at, length)? });
         }
-        let next = u32_at(file, offset + 2 + 12 * count, order)?;
+        let next = u32_at(file, offset + 2 + ENTRY_BYTES * count, order)?;
         Ok((Directory { file, order, entries }, next))
     }
 
@@ -373,89 +385,6 @@ fn u16_at(file: &[u8], start: usize, order: ByteOrder) -> Result<u16, FormatErro
 
 fn u32_at(file: &[u8], start: usize, order: ByteOrder) -> Result<u32, FormatError> {
     Ok(integer(slice(file, start, 4)?, order) as u32)
-}
-
-/// Decodes LZW with codes of 9 to 12 bits, up to `expected` bytes.
-fn lzw(stored: &[u8], expected: usize) -> Result<Vec<u8>, FormatError> {
-    const CLEAR: usize = 256;
-    const END: usize = 257;
-    let damaged = || FormatError::damaged("a strip or tile of the TIFF image", "wrong LZW code");
-    let mut decoded = Vec::new();
-    // Start and length in `decoded` of the string of each code above `END`.
-    let mut table: Vec<(usize, usize)> = Vec::new();
-    let mut previous: Option<(usize, usize)> = None;
-    let (mut position, mut width) = (0, 9);
-    while decoded.len() < expected {
-        let Some(code) = bits(stored, position, width) else { break };
-        position += width;
-        if code == END {
-            break;
-        }
-        if code == CLEAR {
-            (width, previous) = (9, None);
-            table.clear();
-            continue;
-        }
-        let start = decoded.len();
-        // A new string is the previous one with the first byte of the current one.
-        if let Some((start, length)) = previous
-            && table.len() < 4096 - 258
-        {
-            table.push((start, length + 1));
-        }
-        if code < CLEAR {
-            decoded.push(code as u8);
-        } else {
-            let &(from, length) = table.get(code - 258).ok_or_else(damaged)?;
-            // The string may overlap the bytes that it produces.
-            for index in from..from + length {
-                let byte = decoded[index];
-                decoded.push(byte);
-            }
-        }
-        previous = Some((start, decoded.len() - start));
-        // TIFF widens the codes one code early.
-        width = match table.len() + 258 {
-            ..511 => 9,
-            511..1023 => 10,
-            1023..2047 => 11,
-            _ => 12,
-        };
-    }
-    Ok(decoded)
-}
-
-/// Returns the `width` bits from a position, most significant bit first.
-fn bits(stored: &[u8], position: usize, width: usize) -> Option<usize> {
-    let bytes = stored.get(position / 8..(position + width).div_ceil(8))?;
-    let all = bytes.iter().fold(0, |sum, &byte| sum << 8 | usize::from(byte));
-    let unused = 8 * bytes.len() - width - position % 8;
-    Some(all >> unused & ((1 << width) - 1))
-}
-
-/// Decodes `PackBits`, a run-length code, up to `expected` bytes.
-fn pack_bits(mut stored: &[u8], expected: usize) -> Vec<u8> {
-    let mut decoded = Vec::new();
-    while let [header, rest @ ..] = stored
-        && decoded.len() < expected
-    {
-        let count = usize::from(*header);
-        let used = match count {
-            ..128 => {
-                let literal = &rest[..rest.len().min(count + 1)];
-                decoded.extend(literal);
-                literal.len()
-            }
-            128 => 0,
-            _ => {
-                let repeated = rest.first().map(|&byte| vec![byte; 257 - count]);
-                decoded.extend(repeated.unwrap_or_default());
-                1
-            }
-        };
-        stored = rest.get(used..).unwrap_or_default();
-    }
-    decoded
 }
 
 #[cfg(test)]

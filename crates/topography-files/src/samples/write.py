@@ -76,7 +76,7 @@ def jpk():
 
 
 def netcdf4():
-    """The variables of `to_netcdf` of SurfaceTopography."""
+    """The variables of `to_netcdf` of SurfaceTopography, and a packed map in lines along x."""
     with netCDF4.Dataset("surface.nc", "w", format="NETCDF4") as file:
         for axis, nodes, side in (("x", 3, 3e3), ("y", 2, 4e3)):
             file.createDimension(axis, nodes)
@@ -90,6 +90,18 @@ def netcdf4():
         heights.unit = "nm"
         mask = file.createVariable("mask", "b", ("x", "y"))
         mask[...] = np.isin(HEIGHTS, 6.0)
+    with h5py.File("transposed.nc", "w", libver="earliest") as file:
+        for axis, nodes, side in (("x", 3, 3e3), ("y", 2, 4e3)):
+            file[axis] = np.arange(nodes) / nodes * side
+            file[axis].make_scale(axis)
+            file[axis].attrs["length"] = side
+            file[axis].attrs.create("unit", "nm", dtype=TEXT)
+        packed = np.where(HEIGHTS.T == 6.0, -1, 2 * HEIGHTS.T - 2)
+        heights = file.create_dataset("heights", data=packed.astype("i2"))
+        for index, axis in enumerate("yx"):
+            heights.dims[index].attach_scale(file[axis])
+        attributes = {"scale_factor": 0.5, "add_offset": 1.0, "_FillValue": np.int16(-1)}
+        heights.attrs.update(attributes)
 
 
 plain()
