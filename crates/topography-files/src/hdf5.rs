@@ -12,12 +12,15 @@
 //! Files of TopoStats have a dataset `pixel_to_nm_scaling`, which is the step in nanometres. Lines
 //! of their images run along x, the first line has y = 0, and heights are in nanometres.
 
+mod lzf;
+
 use std::cell::Cell;
 use std::collections::BTreeSet;
 
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
 
+use self::lzf::filters;
 use super::channel::{Channel, Size};
 use super::input::MAX_INFLATION;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
@@ -101,8 +104,10 @@ impl Container {
             return Err(FormatError::Signature);
         }
         let budget = bytes.len().saturating_mul(MAX_INFLATION);
-        let options =
-            OpenOptions::default().with_max_chunk_bytes(budget).with_max_read_bytes(budget);
+        let options = OpenOptions::default()
+            .with_filter_registry(filters())
+            .with_max_chunk_bytes(budget)
+            .with_max_read_bytes(budget);
         let file = Hdf5File::from_vec_with_options(bytes.to_vec(), options);
         let file = file.map_err(|error| FormatError::damaged("the HDF5 file", error))?;
         let needed = usize::try_from(file.superblock().eof_address).unwrap_or(usize::MAX);

@@ -22,7 +22,8 @@ def plain():
         filters = {"compression": "gzip", "shuffle": True, "fletcher32": True}
         file.create_dataset("surface", data=HEIGHTS.astype(">i8"), chunks=(2, 1), **filters)
     with h5py.File("nested.h5", "w", libver="earliest") as file:
-        file["scan/heights"] = HEIGHTS.astype("f4")
+        chunks = {"chunks": (3, 2), "compression": "lzf"}
+        file.create_dataset("scan/heights", data=HEIGHTS.astype("i8"), **chunks)
 
 
 def topostats():
