@@ -4,7 +4,8 @@
 //! Lines run along x; the first line has y = 0. The sides are nodes × step; the step is the second
 //! parameter of the attributes `X Converter` and `Y Converter`, in metres per pixel. The attribute
 //! `Unit` names a unit of length or `Fringes`. A fringe is the product of `Wavelength` in metres,
-//! `Interferometric Scale Factor` and `Obliquity Factor`. The number `No Data` marks missing points.
+//! `Interferometric Scale Factor` and `Obliquity Factor`. The number `No Data` marks missing
+//! points.
 //!
 //! The layout was taken from the readers of SurfaceTopography, prysm, Gwyddion and datxpy.
 

@@ -1,8 +1,8 @@
 //! Images of JPK instruments (now Bruker), which are TIFF files with the extension `jpk`.
 //!
 //! Each image after the thumbnail is a channel. Lines run along x; the first line has the largest y
-//! unless the image has a tag that the grid is reflected. The tags of the first image give the sides
-//! of the grid in metres. A channel has several slots, each
+//! unless the image has a tag that the grid is reflected. The tags of the first image give the
+//! sides of the grid in metres. A channel has several slots, each
 //! with a calibration from the stored integers to a unit. The default slot is read, as in
 //! SurfaceTopography. The images of a force map (`jpk-qi-image`) have the same layout. Files with
 //! force curves (`jpk-force`, `jpk-qi-data`) are not read.
@@ -34,7 +34,8 @@ const SLOT_SCALING: u16 = 0x80a3;
 const SLOT_FACTOR: u16 = 0x80a4;
 const SLOT_OFFSET: u16 = 0x80a5;
 const SLOT_TAGS: u16 = 0x30;
-/// Maximum number of pixels for each byte of the file. JPK does not compress pixels of 2 or 4 bytes.
+/// Maximum number of pixels for each byte of the file. JPK does not compress its pixels, which have
+/// two or four bytes.
 const MAX_PIXELS_PER_BYTE: usize = 8;
 /// Maximum number of slots whose tags have 16 bits.
 const MAX_SLOTS: i64 = 600;

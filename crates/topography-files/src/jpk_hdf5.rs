@@ -2,9 +2,10 @@
 //! a fast scan.
 //!
 //! A group `Measurement_000` has the sides of the grid in metres and a group for each channel. The
-//! dataset of a channel has a row for each node and a column for each frame. Nodes follow each other
-//! along x. The first line has the largest y unless the grid is reflected. The attributes `net-encoder` convert the stored integers
-//! to the unit of the default calibration. Each frame is a channel here.
+//! dataset of a channel has a row for each node and a column for each frame. Lines of nodes run
+//! along x; the first line has the largest y unless the grid is reflected. The attributes
+//! `net-encoder` convert the stored integers to the unit of the default calibration. Each frame is
+//! a channel here.
 
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset};

@@ -222,8 +222,8 @@ impl<'a> Directory<'a> {
         Ok(Cow::Owned(pixels))
     }
 
-    /// Returns an upper limit of the number of bytes to which one stored byte can expand. It keeps a
-    /// damaged size from allocating memory.
+    /// Returns an upper limit of the number of bytes to which one stored byte can expand. It keeps
+    /// a damaged size from allocating memory.
     fn max_expansion(&self) -> usize {
         if self.whole(COMPRESSION).unwrap_or(1) == 1 { 1 } else { 4096 }
     }

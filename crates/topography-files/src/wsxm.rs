@@ -1,9 +1,9 @@
 //! Images of WSxM (`top`, `stp`), a program for scanning probe microscopes.
 //!
 //! A text header with sections precedes the numbers. Lines run along x; the first number has the
-//! largest x and the largest y. The sides are `X Amplitude` and `Y Amplitude`. Floats are in the unit
-//! of `Z Amplitude`. For integers, `Z Amplitude` is the difference of the largest and the smallest
-//! height, and the header gives the two integers that are stored for them.
+//! largest x and the largest y. The sides are `X Amplitude` and `Y Amplitude`. Floats are in the
+//! unit of `Z Amplitude`. For integers, `Z Amplitude` is the difference of the largest and the
+//! smallest height, and the header gives the two integers that are stored for them.
 
 use std::collections::BTreeMap;
 
