@@ -24,10 +24,14 @@
 //! | `input` | helpers for headers: a cursor over bytes, named values, decompression |
 //! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `mi`, `sdf` |
 //! | `binary_headers` | formats with a binary header: `frt`, `metropro`, `opd`, `plu`, `sur` |
+//! | `text_exports` | text exports with a header of their own: `wyko-asc`, `zygo-asc`, `keyence-csv` |
 //! | `text` | text files with a matrix, or with triplets of x, y and height |
 //! | `hdf5` | maps in HDF5 files; `datx`, `jpk_hdf5` and `netcdf4` are built on it |
-//! | `tiff` | images of TIFF files; `jpk` is built on it |
-//! | `gwy`, `igor`, `nanoscope`, `netcdf`, `npy`, `wsxm`, `x3p` | one format each |
+//! | `tiff` | images of TIFF files; `jpk` and `lext` are built on it |
+//! | `archive` | zip archives; `keyence`, `nmm` and `x3p` are built on it |
+//! | `grid` | maps assembled from points x, y and height |
+//! | `gwy`, `gxyzf`, `igor`, `nanoscope`, `nanosurf`, `netcdf` | one format each |
+//! | `npy`, `opdx`, `wsxm` | one format each |
 //!
 //! ```
 //! use asperity_topography_files::{Quantity, Size, Statistics, read};
@@ -47,21 +51,30 @@
 
 #![warn(missing_docs)]
 
+mod archive;
 mod binary_headers;
 mod channel;
 mod datx;
+mod grid;
 mod gwy;
+mod gxyzf;
 mod hdf5;
 mod igor;
 mod input;
 mod jpk;
 mod jpk_hdf5;
+mod keyence;
+mod lext;
 mod nanoscope;
+mod nanosurf;
 mod netcdf;
 mod netcdf4;
+mod nmm;
 mod npy;
+mod opdx;
 mod raster;
 mod text;
+mod text_exports;
 mod text_headers;
 mod tiff;
 mod unit;
@@ -77,29 +90,37 @@ pub use self::npy::{NpyError, npy_array};
 pub use self::unit::{is_metre, length_ratio};
 
 /// All formats, in the order in which [`read`] tries them.
-static FORMATS: [Format; 23] = [
+static FORMATS: [Format; 31] = [
+    nmm::FORMAT,
     x3p::FORMAT,
     binary_headers::SUR,
     gwy::FORMAT,
     text_headers::GSF,
+    gxyzf::FORMAT,
     text_headers::SDF,
     binary_headers::OPD,
-    text_headers::AL3D,
     nanoscope::FORMAT,
     igor::FORMAT,
     binary_headers::METROPRO,
+    keyence::FORMAT,
+    opdx::FORMAT,
+    lext::FORMAT,
+    nanosurf::FORMAT,
+    wsxm::FORMAT,
     netcdf::FORMAT,
     datx::FORMAT,
     netcdf4::FORMAT,
     jpk_hdf5::FORMAT,
     hdf5::FORMAT,
     jpk::FORMAT,
-    wsxm::FORMAT,
     text_headers::MI,
     binary_headers::FRT,
     text_headers::BCR,
     npy::FORMAT,
     binary_headers::PLU,
+    text_exports::WYKO,
+    text_exports::ZYGO,
+    text_exports::KEYENCE,
     text::FORMAT,
 ];
 

@@ -1,6 +1,7 @@
 //! Small files of every format, all of which contain the map [`EXPECTED`].
 
 mod jpk;
+mod vendors;
 
 use std::io::{Cursor, Write};
 
@@ -68,6 +69,7 @@ pub fn samples() -> Vec<Sample> {
     ];
     samples.extend(texts());
     samples.extend(hdf5());
+    samples.extend(vendors::samples());
     samples
 }
 

@@ -6,12 +6,15 @@
 //!   size. The sides of a grid of triplets are nodes × step.
 //! - Numbers have a decimal point or comma and are separated by spaces, tabs, semicolons or commas.
 //! - `nan`, `bad`, `inf`, empty cells and grid points without a triplet are missing points.
+//! - A line of column titles with units, such as `X[nm] Y[nm] Z[nm]`, may precede triplets. WSxM
+//!   exports such files.
 //! - Three columns are triplets unless the header gives sides or numbers of nodes.
 
 mod header;
 
 use self::header::Header;
 use super::channel::{Channel, Size};
+use super::grid::Grid;
 use super::input::utf8_or_latin1;
 use super::raster::{Raster, checked_nodes};
 use super::{Format, FormatError};
@@ -21,10 +24,6 @@ pub const FORMAT: Format =
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = decoded(bytes)?;
-    if text.starts_with("Wyko ASCII") {
-        let what = "Wyko ASCII files are not supported; export the map as a binary `.opd` file";
-        return Err(FormatError::unsupported(what));
-    }
     // If every notation fails, report the error of the one that reached the farthest line.
     let mut farthest: Option<(usize, FormatError)> = None;
     for notation in Notation::ALL {
@@ -41,7 +40,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 }
 
 /// Decodes text in UTF-16 with a byte order mark, in UTF-8 or in ISO-8859-1.
-fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
+pub fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
     let wide = |order: fn([u8; 2]) -> u16| {
         let (letters, _) = bytes[2..].as_chunks::<2>();
         let letters: Vec<u16> = letters.iter().map(|bytes| order(*bytes)).collect();
@@ -142,7 +141,8 @@ impl Block {
             }
         };
         let description = self.header.describe(raster.nodes())?;
-        let size = match sides.or(description.sides) {
+        let of_grid = sides.map(|[x, y]| [x, y * description.y_ratio]);
+        let size = match of_grid.or(description.sides) {
             Some(sides) => Size::new(sides, &description.lateral)?,
             None => Size::Unknown,
         };
@@ -215,128 +215,6 @@ impl Notation {
             Notation::DecimalCommas if word.contains('.') || word.ends_with(',') => None,
             Notation::DecimalCommas => word.replacen(',', ".", 1).parse().ok(),
             Notation::Points | Notation::CommasBetween => word.parse().ok(),
-        }
-    }
-}
-
-/// Maximum distance of a coordinate from its node, in steps. Coordinates in files may be rounded.
-const TOLERANCE: f64 = 0.1;
-/// Maximum gap between coordinates that are considered equal, as a fraction of the largest gap.
-const EQUAL: f64 = 0.01;
-/// Minimum fraction of the grid points that must have a triplet.
-const MIN_FILLED: f64 = 0.05;
-
-/// Map assembled from triplets of x, y and height.
-struct Grid {
-    nodes: [usize; 2],
-    /// Sides (nodes × step) in the unit of the coordinates.
-    sides: [f64; 2],
-    /// Heights with x along the first axis; NaN at nodes without a triplet.
-    heights: Vec<f64>,
-}
-
-/// Evenly spaced coordinates along one axis.
-struct Axis {
-    first: f64,
-    step: f64,
-    nodes: usize,
-    /// Number of different coordinates among the triplets.
-    different: usize,
-}
-
-impl Grid {
-    /// Assembles a map from triplets in any order. `triplets` has x, y and height of the first
-    /// triplet, then of the second, and so on.
-    ///
-    /// # Errors
-    /// Returns an error if the triplets do not lie on a grid, or if two of them lie on the same
-    /// node.
-    fn from_triplets(triplets: &[f64]) -> Result<Grid, FormatError> {
-        let (points, _) = triplets.as_chunks::<3>();
-        let x = Axis::from_coordinates("x", points.iter().map(|point| point[0]).collect())?;
-        let y = Axis::from_coordinates("y", points.iter().map(|point| point[1]).collect())?;
-        if x.different.max(y.different) == points.len() {
-            let count = points.len();
-            let what = format!("{count} triplets along a line are a profile, not a map");
-            return Err(FormatError::unsupported(what));
-        }
-        let nodes = [x.nodes, y.nodes];
-        let nodes = checked_nodes(nodes.map(|nodes| i64::try_from(nodes).unwrap_or(i64::MAX)))?;
-        let count = nodes[0] * nodes[1];
-        if (points.len() as f64) < MIN_FILLED * count as f64 {
-            return Err(FormatError::unsupported(format!(
-                "the {} triplets do not lie on a grid: a grid through them has {} × {} nodes",
-                points.len(),
-                nodes[0],
-                nodes[1]
-            )));
-        }
-        let mut heights = vec![f64::NAN; count];
-        let mut is_taken = vec![false; count];
-        for point in points {
-            let (i, j) = (x.index_of("x", point[0])?, y.index_of("y", point[1])?);
-            let node = i * nodes[1] + j;
-            if is_taken[node] {
-                let [x, y, _] = point;
-                let what = format!("two triplets have x = {x}, y = {y}");
-                return Err(FormatError::unsupported(what));
-            }
-            is_taken[node] = true;
-            heights[node] = point[2];
-        }
-        Ok(Grid { nodes, sides: [x, y].map(|axis| axis.nodes as f64 * axis.step), heights })
-    }
-}
-
-impl Axis {
-    /// Finds an evenly spaced axis that contains the given coordinates.
-    ///
-    /// The step is the range divided by the number of different coordinates minus one. If the
-    /// coordinates do not fit this step because whole lines are missing, the step is about the
-    /// smallest gap.
-    fn from_coordinates(name: &str, mut coordinates: Vec<f64>) -> Result<Axis, FormatError> {
-        if let Some(wrong) = coordinates.iter().find(|x| !x.is_finite()) {
-            return Err(FormatError::value(name, wrong, "a finite number"));
-        }
-        coordinates.sort_by(f64::total_cmp);
-        let (Some(&first), Some(&last)) = (coordinates.first(), coordinates.last()) else {
-            return Err(FormatError::missing(name));
-        };
-        let range = last - first;
-        let gaps = |coordinates: &[f64]| -> Vec<f64> {
-            let pairs = coordinates.windows(2);
-            pairs.map(|pair| pair[1] - pair[0]).collect()
-        };
-        let largest = gaps(&coordinates).into_iter().fold(0.0, f64::max);
-        if largest == 0.0 || !range.is_finite() {
-            let what = format!("all triplets have the same {name}: they are a profile, not a map");
-            return Err(FormatError::unsupported(what));
-        }
-        coordinates.dedup_by(|x, before| *x - *before <= EQUAL * largest);
-        let smallest = gaps(&coordinates).into_iter().fold(f64::INFINITY, f64::min);
-        let different = coordinates.len();
-        let whole = (range / smallest).round();
-        let axes = [(different - 1) as f64, whole].map(|steps| Axis {
-            first,
-            step: range / steps,
-            nodes: steps as usize + 1,
-            different,
-        });
-        let fits = |axis: &Axis| coordinates.iter().all(|&x| axis.index_of(name, x).is_ok());
-        axes.into_iter().find(fits).ok_or_else(|| {
-            let what = format!("the {name} coordinates of the triplets are not evenly spaced");
-            FormatError::unsupported(what)
-        })
-    }
-
-    /// Returns the index of the node at a coordinate, or an error if there is no node.
-    fn index_of(&self, name: &str, coordinate: f64) -> Result<usize, FormatError> {
-        let steps = (coordinate - self.first) / self.step;
-        let node = steps.round();
-        if (steps - node).abs() <= TOLERANCE && node >= 0.0 && node < self.nodes as f64 {
-            Ok(node as usize)
-        } else {
-            Err(FormatError::value(name, coordinate, "a node of the grid"))
         }
     }
 }

@@ -133,7 +133,8 @@ impl<'a> Directory<'a> {
 
     /// Returns the text of a tag up to its first zero byte, without outer spaces.
     pub fn text(&self, tag: u16) -> Option<String> {
-        let bytes = self.entry(tag).filter(|entry| entry.kind == 2)?.bytes;
+        // Some programs store text as bytes without type.
+        let bytes = self.entry(tag).filter(|entry| matches!(entry.kind, 2 | 7))?.bytes;
         let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
         Some(utf8_or_latin1(text).trim().to_owned())
     }
@@ -152,6 +153,36 @@ impl<'a> Directory<'a> {
         let nodes = self.nodes()?;
         let element = self.element()?;
         Raster::rows(nodes, element, self.order, self.pixels(nodes, element)?)
+    }
+
+    /// Returns the directory to which a tag points, such as the directory of the Exif entries.
+    pub fn directory(&self, tag: u16) -> Result<Option<Directory<'a>>, FormatError> {
+        let offset = self.whole(tag).map(|offset| usize::try_from(offset).unwrap_or(usize::MAX));
+        let directory = offset.map(|offset| Directory::read(self.file, self.order, offset));
+        Ok(directory.transpose()?.map(|(directory, _)| directory))
+    }
+
+    /// Decodes a mask with one bit per pixel in strips, or an image with more bits.
+    pub fn bitmap(&self) -> Result<Raster<'a>, FormatError> {
+        if self.whole(BITS).unwrap_or(1) != 1 {
+            return self.image();
+        }
+        let nodes = self.nodes()?;
+        let [width, length] = nodes;
+        let rows = self.whole(ROWS_PER_STRIP).unwrap_or(i64::MAX).clamp(1, length as i64) as usize;
+        let strips = Blocks { size: [width, rows], offsets: STRIP_OFFSETS, bytes: STRIP_BYTES };
+        let line = width.div_ceil(8);
+        let mut pixels = Vec::new();
+        let stored = self.stored_blocks(&strips, length.div_ceil(rows))?;
+        for (index, stored) in stored.into_iter().enumerate() {
+            let lines = (length - index * rows).min(rows);
+            let decoded = self.decode(stored, lines * line)?;
+            for bits in decoded.chunks_exact(line).take(lines) {
+                // The first pixel is the most significant bit.
+                pixels.extend((0..width).map(|x| bits[x / 8] >> (7 - x % 8) & 1));
+            }
+        }
+        Raster::rows(nodes, Element::U8, self.order, pixels)
     }
 
     fn required(&self, tag: u16) -> Result<i64, FormatError> {

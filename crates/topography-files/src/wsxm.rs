@@ -1,107 +1,89 @@
-//! Images of WSxM (`top`, `stp`), a program for scanning probe microscopes.
+//! Image files of WSxM, such as `.top` and `.stp`, with a text header in sections and a map.
 //!
-//! A text header with sections precedes the numbers. Lines run along x; the first number has the
-//! largest x and the largest y. The sides are `X Amplitude` and `Y Amplitude`. Floats are in the
-//! unit of `Z Amplitude`. For integers, `Z Amplitude` is the difference of the largest and the
-//! smallest height, and the header gives the two integers that are stored for them.
-
-use std::collections::BTreeMap;
+//! The header gives the sides of the map, as `X Amplitude` and `Y Amplitude`. Floats are in the unit
+//! of the `Z Amplitude`. Integers are multiplied by the Z amplitude over their range, `Maximum` −
+//! `Minimum`. The map is turned by 180°: lines run along x, and the first number has the largest x
+//! and the largest y. The format has no marker of missing points.
 
 use super::channel::{Channel, Size};
-use super::input::{factor, finite, latin1};
+use super::input::{Entries, factor, latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
-use super::unit::Unit;
+use super::unit::{Unit, ratio};
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
     Format { name: "wsxm", title: "WSxM image", version: 1, has_signature: true, read };
 
-const SIGNATURE: &[u8] = b"WSxM file copyright";
-const HEADER_END: &[u8] = b"[Header end]";
-
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(SIGNATURE) {
+    let start = latin1(&bytes[..bytes.len().min(400)]);
+    let mut lines = start.lines();
+    // The text exports of WSxM have the same first line; the reader of text files reads them.
+    let is_image = lines.next().is_some_and(|line| line.starts_with("WSxM file copyright"))
+        && lines.next() == Some("SxM Image file");
+    if !is_image {
         return Err(FormatError::Signature);
     }
-    let missing = || FormatError::missing("[Header end]");
-    let end = bytes.windows(HEADER_END.len()).position(|window| window == HEADER_END);
-    let (header, rest) = bytes.split_at(end.ok_or_else(missing)?);
-    // The numbers start after the line end.
-    let start = rest.iter().position(|&byte| byte == b'\n').ok_or_else(missing)? + 1;
-    let header = Header::new(&latin1(header))?;
-    let count = |name| header.number("General Info", name).map(|count| count as i64);
-    let nodes = checked_nodes([count("Number of columns")?, count("Number of rows")?])?;
-    let element = match header.text("General Info", "Image Data Type").unwrap_or("short") {
-        "short" | "integer" => Element::I16,
-        "float" => Element::F32,
-        "double" => Element::F64,
-        other => {
+    let size = lines.next().and_then(|line| line.strip_prefix("Image header size:"));
+    let size = size.ok_or_else(|| FormatError::missing("Image header size"))?.trim();
+    let length = size.parse().ok().filter(|length| *length <= bytes.len());
+    let length: usize = length
+        .ok_or_else(|| FormatError::value("Image header size", size, "a position in the file"))?;
+    let entries = entries(&latin1(&bytes[..length]));
+    let nodes = checked_nodes([
+        entries.whole("General Info/Number of columns")?,
+        entries.whole("General Info/Number of rows")?,
+    ])?;
+    let (amplitude, unit) = quantity(&entries, "General Info/Z Amplitude")?;
+    let (element, scale) = match entries.get("General Info/Image Data Type") {
+        None | Some("short" | "integer") => {
+            let limit = |name: &str| entries.number(&format!("Miscellaneous/{name}"));
+            let range = limit("Maximum")? - limit("Minimum")?;
+            // Any scale is right for a flat map, whose range is zero.
+            (Element::I16, if range == 0.0 { 1.0 } else { amplitude / range })
+        }
+        Some("float") => (Element::F32, 1.0),
+        Some("double") => (Element::F64, 1.0),
+        Some(other) => {
             let allowed = "short, integer, float or double";
             return Err(FormatError::value("Image Data Type", other, allowed));
         }
     };
-    let raster = Raster::rows(nodes, element, ByteOrder::Little, &rest[start..])?;
-    let raster = raster.upside_down().mirrored();
-    let (amplitude, unit) = header.quantity("General Info", "Z Amplitude")?;
-    let raster = if element == Element::I16 {
-        let stored = |name| header.number("Miscellaneous", name);
-        let range = factor("Maximum − Minimum", stored("Maximum")? - stored("Minimum")?)?;
-        raster.scaled(finite("Z Amplitude", amplitude)? / range, 0.0)
-    } else {
-        raster
+    let (x, unit_x) = quantity(&entries, "Control/X Amplitude")?;
+    let (y, unit_y) = match entries.get("Control/Y Amplitude") {
+        // The scan is a square.
+        None => (x, unit_x.clone()),
+        Some(_) => quantity(&entries, "Control/Y Amplitude")?,
     };
-    let (x, x_unit) = header.quantity("Control", "X Amplitude")?;
-    // A scan without an amplitude along y is square.
-    let (y, y_unit) = match header.text("Control", "Y Amplitude") {
-        Some(_) => header.quantity("Control", "Y Amplitude")?,
-        None => (x, x_unit.clone()),
-    };
-    let size = match (x_unit.per_metre(), y_unit.per_metre()) {
-        (Some(per_x), Some(per_y)) => Size::metres([x / per_x, y / per_y])?,
-        _ => Size::Unknown,
-    };
-    let name = header.text("General Info", "Acquisition channel").unwrap_or("heights");
-    Ok(vec![Channel::new(name, unit, size, raster)])
+    let y = y * ratio(&unit_y, &unit_x).ok_or_else(|| {
+        let allowed = format!("a unit like that of x, `{unit_x}`");
+        FormatError::value("unit of the Y Amplitude", &unit_y, &allowed)
+    })?;
+    let size = Size::new([x, y], &Unit::parse(&unit_x))?;
+    let raster = Raster::rows(nodes, element, ByteOrder::Little, &bytes[length..])?;
+    let raster = raster.upside_down().mirrored().scaled(factor("Z Amplitude", scale)?, 0.0);
+    let name = entries.get("General Info/Acquisition channel").unwrap_or("heights");
+    Ok(vec![Channel::new(name, Unit::parse(&unit), size, raster)])
 }
 
-/// Entries of the header by section and name.
-struct Header(BTreeMap<(String, String), String>);
-
-impl Header {
-    fn new(text: &str) -> Result<Header, FormatError> {
-        let mut lines = text.lines().map(str::trim).skip(1);
-        let kind = lines.next().unwrap_or_default();
-        if kind != "SxM Image file" {
-            return Err(FormatError::value("kind of file", kind, "SxM Image file"));
+/// Parses the header. The names of the entries are `section/name`.
+fn entries(header: &str) -> Entries {
+    let mut entries = Entries::default();
+    let mut section = "";
+    for line in header.lines().map(str::trim) {
+        if let Some(name) = line.strip_prefix('[').and_then(|line| line.strip_suffix(']')) {
+            section = name;
+        } else if let Some((name, value)) = line.split_once(':') {
+            entries.insert(&format!("{section}/{name}"), value);
         }
-        let mut entries = BTreeMap::new();
-        let mut section = String::new();
-        for line in lines {
-            if let Some(name) = line.strip_prefix('[').and_then(|name| name.strip_suffix(']')) {
-                section = name.to_owned();
-            } else if let Some((name, value)) = line.split_once(':') {
-                entries.insert((section.clone(), name.trim().to_owned()), value.trim().to_owned());
-            }
-        }
-        Ok(Header(entries))
     }
+    entries
+}
 
-    fn text(&self, section: &str, name: &str) -> Option<&str> {
-        let value = self.0.get(&(section.to_owned(), name.to_owned()))?;
-        Some(value.as_str()).filter(|value| !value.is_empty())
-    }
-
-    fn number(&self, section: &str, name: &str) -> Result<f64, FormatError> {
-        let text = self.text(section, name).ok_or_else(|| FormatError::missing(name))?;
-        text.parse().map_err(|_| FormatError::value(name, text, "a number"))
-    }
-
-    /// Returns a number and its unit.
-    fn quantity(&self, section: &str, name: &str) -> Result<(f64, Unit), FormatError> {
-        let text = self.text(section, name).ok_or_else(|| FormatError::missing(name))?;
-        let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
-        let parsed = number.parse();
-        let number = parsed.map_err(|_| FormatError::value(name, text, "a number with a unit"))?;
-        Ok((number, Unit::parse(unit)))
-    }
+/// Parses a number and its unit, such as `600 nm`.
+fn quantity(entries: &Entries, name: &str) -> Result<(f64, String), FormatError> {
+    let text = entries.text(name)?;
+    let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
+    let number = number.parse();
+    let number = number.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
+    Ok((number, unit.trim().to_owned()))
 }

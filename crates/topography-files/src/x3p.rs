@@ -6,13 +6,11 @@
 //! openGPS library. NaN marks missing points. The file that `ValidPointsLink` names has one bit per
 //! point, starting at the lowest bit of a byte; points whose bit is 0 are missing.
 
-use std::io::{Cursor, Read};
-
 use roxmltree::{Document, Node, ParsingOptions};
-use zip::ZipArchive;
 
+use super::archive::{self, Archive};
 use super::channel::{Channel, Size};
-use super::input::{factor, finite, inflate};
+use super::input::{factor, finite};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
@@ -25,17 +23,14 @@ const MAX_XML_BYTES: usize = 16 << 20;
 /// Maximum number of XML nodes of a `main.xml`.
 const MAX_XML_ELEMENTS: u32 = 1 << 20;
 
-type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
-
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(b"PK\x03\x04") {
+    if !bytes.starts_with(archive::SIGNATURE) {
         return Err(FormatError::Signature);
     }
-    let archive = ZipArchive::new(Cursor::new(bytes));
-    let mut archive = archive.map_err(|error| FormatError::damaged("the zip archive", error))?;
+    let mut archive = Archive::new(bytes)?;
     let index = index(&archive)?;
     let folder = index.strip_suffix("main.xml").unwrap_or_default();
-    let text = entry(&mut archive, &index, None)?;
+    let text = archive.file(&index, MAX_XML_BYTES)?;
     let text = String::from_utf8(text);
     let text = text.map_err(|error| FormatError::damaged("main.xml", error))?;
     let options = ParsingOptions { nodes_limit: MAX_XML_ELEMENTS, ..ParsingOptions::default() };
@@ -47,8 +42,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 
 /// Returns the path of `main.xml` in the archive. Some programs put all files into a folder.
 fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
-    // Ignore names that are not valid text: they do not occur in X3P files.
-    let names = || archive.file_names().filter_map(Result::ok);
+    let names = || archive.names();
     let found = names().filter(|name| *name == "main.xml" || name.ends_with("/main.xml"));
     let highest = found.min_by_key(|name| (name.matches('/').count(), name.to_string()));
     highest.map(String::from).ok_or_else(|| {
@@ -56,26 +50,6 @@ fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
         let names = names.join(", ");
         FormatError::unsupported(format!("the zip archive has no `main.xml`; it has {names}"))
     })
-}
-
-/// Reads a file of the archive: exactly `expected` bytes or, if that is `None`, at most
-/// [`MAX_XML_BYTES`].
-fn entry(
-    archive: &mut Archive<'_>,
-    name: &str,
-    expected: Option<usize>,
-) -> Result<Vec<u8>, FormatError> {
-    let part = format!("`{name}` in the archive");
-    let file = archive.by_name(name);
-    let mut file = file.map_err(|error| FormatError::damaged(&part, error))?;
-    let compressed = usize::try_from(file.compressed_size()).unwrap_or(usize::MAX);
-    if let Some(expected) = expected {
-        return inflate(&part, file, compressed, expected);
-    }
-    let mut bytes = Vec::new();
-    let read = file.by_ref().take(MAX_XML_BYTES as u64).read_to_end(&mut bytes);
-    read.map_err(|error| FormatError::damaged(&part, error))?;
-    Ok(bytes)
 }
 
 /// Description of the matrix in `main.xml`.
@@ -132,12 +106,12 @@ impl Description {
             format!("{folder}{}", link.trim_start_matches("./"))
         };
         let expected = map_bytes(nodes, self.element);
-        let stored = entry(archive, &path(&self.points), Some(expected))?;
+        let stored = archive.exactly(&path(&self.points), expected)?;
         let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
         let mut raster = raster.scaled(self.scale, self.offset);
         if let Some(link) = &self.valid {
             let count = nodes[0] * nodes[1];
-            let bits = entry(archive, &path(link), Some(count.div_ceil(8)))?;
+            let bits = archive.exactly(&path(link), count.div_ceil(8))?;
             let is_missing = |point: usize| 1 - (bits[point / 8] >> (point % 8) & 1);
             let marks: Vec<u8> = (0..count).map(is_missing).collect();
             raster = raster.masked(Raster::rows(nodes, Element::U8, ByteOrder::Little, marks)?);

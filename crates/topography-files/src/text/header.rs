@@ -71,11 +71,19 @@ pub struct Description {
     pub factor: f64,
     /// Side lengths along x and y in the unit `lateral`.
     pub sides: Option<[f64; 2]>,
+    /// Factor that converts lengths along y to the unit `lateral`.
+    pub y_ratio: f64,
 }
 
 impl Header {
-    /// Adds the entries of a line `name: value`, `name = value` or `name=value name=value …`.
+    /// Adds the entries of a line `name: value`, `name = value` or `name=value name=value …`, or the
+    /// units of column titles such as `X [µm]  Y [µm]  Z [nm]`.
     pub fn add(&mut self, line: &str) {
+        if let [Some(x), Some(y), Some(z)] = ['x', 'y', 'z'].map(|axis| unit_of_title(line, axis)) {
+            let names = ["x-unit", "y-unit", "z-unit"].map(str::to_owned);
+            self.entries.extend(names.into_iter().zip([x, y, z]));
+            return;
+        }
         let line = line.trim_start_matches(['#', '%', ' ', '\t']);
         let words = || line.split_whitespace();
         if words().count() > 1 && words().all(|word| word.contains('=')) {
@@ -121,17 +129,19 @@ impl Header {
         let unit = |unit: Option<String>| unit.or_else(of_format);
         let unit_x = unit(unit_x.or_else(|| self.get(UNIT_X).map(str::to_owned)));
         let unit_x = unit_x.or(height.clone());
-        let unit_y = unit(unit_y).or(unit_x.clone());
+        let unit_y = unit(unit_y.or_else(|| self.get(UNIT_Y).map(str::to_owned)));
+        let unit_y = unit_y.or(unit_x.clone());
         let text = |unit: &Option<String>| unit.clone().unwrap_or_default();
-        let sides = match (x, y) {
+        let y_ratio = ratio(&text(&unit_y), &text(&unit_x)).ok_or_else(|| {
+            let allowed = format!("a unit like that of x, `{}`", text(&unit_x));
+            FormatError::value("unit of y", text(&unit_y), &allowed)
+        });
+        let (sides, y_ratio) = match (x, y) {
             (Some((x, _)), Some((y, _))) => {
-                let ratio = ratio(&text(&unit_y), &text(&unit_x)).ok_or_else(|| {
-                    let allowed = format!("a unit like that of x, `{}`", text(&unit_x));
-                    FormatError::value("unit of y", text(&unit_y), &allowed)
-                })?;
-                Some([x, y * ratio])
+                let y_ratio = y_ratio?;
+                (Some([x, y * y_ratio]), y_ratio)
             }
-            _ => None,
+            _ => (None, y_ratio?),
         };
         Ok(Description {
             name: self.get(CHANNEL).map(str::to_owned),
@@ -139,6 +149,7 @@ impl Header {
             height: Unit::parse(&text(&height)),
             factor,
             sides,
+            y_ratio,
         })
     }
 
@@ -204,6 +215,21 @@ impl Header {
         let unit = own.or_else(|| self.get(unit).map(str::to_owned));
         Ok(Some((number * times, unit)))
     }
+}
+
+/// Returns the unit in the title of a column, such as `X [µm]` or `x (µm)`, if the line has a title
+/// for this axis.
+fn unit_of_title(line: &str, axis: char) -> Option<String> {
+    let lower = line.to_lowercase();
+    let titles = lower.char_indices().filter(|(_, letter)| *letter == axis);
+    titles.into_iter().find_map(|(start, _)| {
+        let is_word = lower[..start].ends_with(|before: char| before.is_alphanumeric());
+        let rest = lower[start + 1..].trim_start().strip_prefix(['[', '('])?;
+        let end = rest.find([']', ')'])?;
+        // Units are case-sensitive, so take the unit from the line itself.
+        let from = lower.len() - rest.len();
+        (!is_word).then(|| line.get(from..from + end).unwrap_or_default().trim().to_owned())
+    })
 }
 
 /// Parses a number with an optional unit, as in `10 µm`. `name` names the entry in errors.

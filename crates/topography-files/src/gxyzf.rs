@@ -1,0 +1,58 @@
+//! Gwyddion XYZ field: lines `Name = value`, zero padding to eight bytes, and points of `f64`.
+//!
+//! Each point has x, y and a number for each channel. The points must lie on a grid; the sides are
+//! nodes × step, and grid points without a point in the file are missing.
+
+use super::channel::{Channel, Size};
+use super::grid::Grid;
+use super::input::{Entries, utf8_or_latin1};
+use super::raster::Raster;
+use super::unit::Unit;
+use super::{Format, FormatError, at_least_one};
+
+pub const FORMAT: Format =
+    Format { name: "gxyzf", title: "Gwyddion XYZ field", version: 1, has_signature: true, read };
+
+const SIGNATURE: &[u8] = b"Gwyddion XYZ Field 1.0\n";
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if !bytes.starts_with(SIGNATURE) {
+        return Err(FormatError::Signature);
+    }
+    let end = bytes.iter().position(|&byte| byte == 0);
+    let end = end.ok_or_else(|| FormatError::missing("zeros after the header"))?;
+    let entries = Entries::from_lines(utf8_or_latin1(&bytes[SIGNATURE.len()..end]).lines(), '=');
+    let count = entries.whole("NChannels")?;
+    let count = usize::try_from(count).ok().filter(|count| (1..=1024).contains(count));
+    let count = count.ok_or_else(|| {
+        FormatError::value("NChannels", entries.get("NChannels").unwrap_or_default(), "1 to 1024")
+    })?;
+    // The padding has one to eight zeros.
+    let stored = bytes.get((end + 1).next_multiple_of(8)..).unwrap_or_default();
+    let point = 8 * (count + 2);
+    if let Some(points) = entries.get("NPoints") {
+        let found = stored.len() / point;
+        if points.parse() != Ok(found) || !stored.len().is_multiple_of(point) {
+            let allowed = format!("{found}, the number of points in the file");
+            return Err(FormatError::value("NPoints", points, &allowed));
+        }
+    }
+    let number = |point: &[u8], index: usize| {
+        let number = point[8 * index..].first_chunk();
+        f64::from_le_bytes(*number.expect("a point has all its numbers"))
+    };
+    let unit = |name: &str| Unit::parse(entries.get(name).unwrap_or_default());
+    let channels = (1..=count).map(|channel| {
+        let points = stored.chunks_exact(point);
+        let triplets =
+            points.flat_map(|at| [number(at, 0), number(at, 1), number(at, channel + 1)]);
+        let grid = Grid::from_triplets(&triplets.collect::<Vec<f64>>())?;
+        let size = Size::new(grid.sides, &unit("XYUnits"))?;
+        // `ZUnits` without a number is the unit of all channels.
+        let own = format!("ZUnits{channel}");
+        let z = unit(if entries.get("ZUnits").is_some() { "ZUnits" } else { &own });
+        let name = entries.get(&format!("Title{channel}")).unwrap_or("heights");
+        Ok(Channel::new(name, z, size, Raster::from_columns(grid.nodes, grid.heights)))
+    });
+    at_least_one(channels, "NChannels")
+}

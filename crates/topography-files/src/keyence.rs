@@ -1,0 +1,89 @@
+//! Files of the Keyence VK laser microscopes: VK3, VK4, VK6 and VK7.
+//!
+//! A VK3 or VK4 file has a table of the positions of its parts, among which are the measurement
+//! conditions and up to three images of heights. A VK6 or VK7 file is a zip archive with the VK4
+//! file `Vk4File`, after a preview. The conditions give the picometres per pixel along x and y and
+//! per digit of a height; the sides are nodes × picometres per pixel. Lines run along x; the first
+//! line has y = 0. The format has no marker of missing points.
+
+use std::borrow::Cow;
+
+use super::archive::Archive;
+use super::channel::{Channel, Size};
+use super::input::{Cursor, factor};
+use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
+use super::unit::Unit;
+use super::{Format, FormatError, at_least_one};
+
+pub const FORMAT: Format =
+    Format { name: "vk", title: "Keyence VK", version: 1, has_signature: true, read };
+
+/// Name of the VK4 file in the archive of a VK6 or VK7 file.
+const MEMBER: &str = "Vk4File";
+/// Maximum length of the VK4 file in an archive.
+const MAX_MEMBER: usize = 4 << 30;
+/// Position of the table of positions, after the signature, the version and the type of the file.
+const TABLE: usize = 12;
+/// Index of the image of heights in the table; the second and third images follow.
+const HEIGHTS: usize = 6;
+/// Index of the picometres per pixel and per digit among the measurement conditions.
+const SCALES: usize = 42;
+/// Length of the colour palette before the pixels of an image.
+const PALETTE: usize = 768;
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    match bytes.get(..4) {
+        Some(b"VK3_" | b"VK4_") => channels(bytes, Cow::Borrowed),
+        Some(b"VK6\0" | b"VK7\0" | [b'V', b'K', b'6' | b'7', _]) => {
+            let file = Archive::new(bytes)?.file(MEMBER, MAX_MEMBER)?;
+            channels(&file, |pixels| Cow::Owned(pixels.to_vec()))
+        }
+        _ => Err(FormatError::Signature),
+    }
+}
+
+/// Reads all images of heights of a VK3 or VK4 file. `pixels` converts the stored pixels of an
+/// image to the bytes of a channel.
+fn channels<'a, 'b>(
+    file: &'b [u8],
+    pixels: impl Fn(&'b [u8]) -> Cow<'a, [u8]>,
+) -> Result<Vec<Channel<'a>>, FormatError> {
+    if !(file.starts_with(b"VK3_") || file.starts_with(b"VK4_")) {
+        return Err(FormatError::damaged(MEMBER, "it does not start with VK4_"));
+    }
+    let number = |start: usize, index: usize| {
+        Cursor::at(file, start.saturating_add(4 * index)).u32().map(|number| number as usize)
+    };
+    let conditions = number(TABLE, 0)?;
+    let scale = |index| number(conditions, SCALES + index).map(|picometres| picometres as f64);
+    let [x, y, digit] = [scale(0)?, scale(1)?, scale(2)?];
+    let picometre = Unit::parse("pm");
+    let mut channels = Vec::new();
+    for (image, name) in ["Height", "Height 2", "Height 3"].into_iter().enumerate() {
+        let start = number(TABLE, HEIGHTS + image)?;
+        if start == 0 {
+            continue;
+        }
+        let mut cursor = Cursor::at(file, start);
+        let nodes = checked_nodes([cursor.u32()?.into(), cursor.u32()?.into()])?;
+        let element = match cursor.u32()? {
+            8 => Element::U8,
+            16 => Element::U16,
+            32 => Element::U32,
+            bits => return Err(FormatError::value("bits per height", bits, "8, 16 or 32")),
+        };
+        let compression = cursor.u32()?;
+        if compression != 0 {
+            let allowed = "0, no compression";
+            return Err(FormatError::value("compression", compression, allowed));
+        }
+        // The length of the pixels, and the range of the palette.
+        cursor.skip(3 * 4 + PALETTE)?;
+        let stored = pixels(cursor.take(map_bytes(nodes, element))?);
+        let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
+        let raster = raster.scaled(factor("picometres per digit", digit)?, 0.0);
+        let size = Size::new([nodes[0] as f64 * x, nodes[1] as f64 * y], &picometre)?;
+        channels.push(Ok(Channel::new(name, picometre.clone(), size, raster)));
+    }
+    at_least_one(channels, "image of heights")
+}

@@ -1,0 +1,110 @@
+//! Files of Nanosurf microscopes, NID and EZD, with a text header in sections and maps of integers.
+//!
+//! The section `DataSet` lists the channels in groups; a section for each channel gives its nodes
+//! and the ranges of x, y and the height. The sides are the ranges of x and y. The maps follow the
+//! line `#!` in the order of the list. Integers of n bits cover the range of the height from its
+//! minimum. Lines run along x; the first line has the largest y. The format has no marker of
+//! missing points.
+
+use std::collections::BTreeMap;
+
+use super::channel::{Channel, Size};
+use super::input::{Cursor, Entries, factor, finite, latin1};
+use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
+use super::unit::{Unit, ratio};
+use super::{Format, FormatError, at_least_one};
+
+pub const FORMAT: Format =
+    Format { name: "nid", title: "Nanosurf NID", version: 1, has_signature: true, read };
+
+const SIGNATURE: &[u8] = b"[DataSet]";
+/// Marker of the end of the header, at the start of a line.
+const DATA: &[u8] = b"\n#!";
+/// Maximum number of groups, and of channels in a group. A damaged header may give any number.
+const MAX_LISTED: i64 = 1000;
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if !bytes.starts_with(SIGNATURE) {
+        return Err(FormatError::Signature);
+    }
+    let end = bytes.windows(DATA.len()).position(|window| window == DATA);
+    let end = end.ok_or_else(|| FormatError::missing("#! after the header"))?;
+    let sections = sections(&latin1(&bytes[..end]));
+    let list = &sections["DataSet"];
+    let mut data = Cursor::at(bytes, end + DATA.len());
+    let mut channels = Vec::new();
+    for group in 0..list.whole("GroupCount")?.min(MAX_LISTED) {
+        let count = list.get(&format!("Gr{group}-Count")).map_or(Ok(0), |_| {
+            // A group without count has no channels.
+            list.whole(&format!("Gr{group}-Count"))
+        })?;
+        for index in 0..count.min(MAX_LISTED) {
+            let section = list.get(&format!("Gr{group}-Ch{index}"));
+            if let Some(section) = section.and_then(|name| sections.get(name)) {
+                channels.extend(channel(section, &mut data)?.map(Ok));
+            }
+        }
+    }
+    at_least_one(channels, "channel with a map")
+}
+
+/// Splits the header into its sections, by their names. There is always a section `DataSet`.
+fn sections(header: &str) -> BTreeMap<String, Entries> {
+    let mut sections = BTreeMap::from([("DataSet".to_owned(), Entries::default())]);
+    let mut current = "DataSet".to_owned();
+    for line in header.lines().map(str::trim) {
+        if let Some(name) = line.strip_prefix('[').and_then(|line| line.strip_suffix(']')) {
+            current = name.to_owned();
+        } else if let Some((name, value)) = line.split_once('=') {
+            sections.entry(current.clone()).or_default().insert(name, value);
+        }
+    }
+    sections
+}
+
+/// Reads a channel from `data`. Returns `None` for profiles, which have a single line.
+fn channel<'a>(
+    section: &Entries,
+    data: &mut Cursor<'a>,
+) -> Result<Option<Channel<'a>>, FormatError> {
+    let mode = section.text("SaveMode")?;
+    if mode != "Binary" {
+        return Err(FormatError::value("SaveMode", mode, "Binary"));
+    }
+    let bits = section.whole("SaveBits")?;
+    let is_signed = section.get("SaveSign") != Some("Unsigned");
+    let element = match (bits, is_signed) {
+        (8, true) => Element::I8,
+        (8, false) => Element::U8,
+        (16, true) => Element::I16,
+        (16, false) => Element::U16,
+        (32, true) => Element::I32,
+        (32, false) => Element::U32,
+        _ => return Err(FormatError::value("SaveBits", bits, "8, 16 or 32")),
+    };
+    let order = match section.get("SaveOrder") {
+        None | Some("Intel") => ByteOrder::Little,
+        Some(_) => ByteOrder::Big,
+    };
+    let nodes = checked_nodes([section.whole("Points")?, section.whole("Lines")?])?;
+    let stored = data.take(map_bytes(nodes, element))?;
+    if nodes[1] == 1 {
+        return Ok(None);
+    }
+    let unit = |name: &str| section.get(name).unwrap_or_default();
+    let range = factor("Dim2Range", section.number("Dim2Range")?)?;
+    let lowest = section.optional_number("Dim2Min")?.unwrap_or(0.0);
+    let middle = if is_signed { range / 2.0 } else { 0.0 };
+    let offset = finite("Dim2Min", lowest + middle)?;
+    let raster = Raster::rows(nodes, element, order, stored)?;
+    let raster = raster.upside_down().scaled(range / 2_f64.powi(bits as i32), offset);
+    let y = ratio(unit("Dim1Unit"), unit("Dim0Unit")).ok_or_else(|| {
+        let allowed = format!("a unit like that of x, `{}`", unit("Dim0Unit"));
+        FormatError::value("Dim1Unit", unit("Dim1Unit"), &allowed)
+    })?;
+    let sides = [section.number("Dim0Range")?, section.number("Dim1Range")? * y];
+    let size = Size::new(sides, &Unit::parse(unit("Dim0Unit")))?;
+    let name = [section.get("Frame"), section.get("Dim2Name")];
+    let name: Vec<&str> = name.into_iter().flatten().collect();
+    Ok(Some(Channel::new(name.join(", "), Unit::parse(unit("Dim2Unit")), size, raster)))
+}

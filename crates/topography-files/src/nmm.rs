@@ -1,0 +1,112 @@
+//! Scans of the nanomeasuring machine of SIOS, packed into a zip archive.
+//!
+//! The description of the scan, `NAME.dsc`, gives the numbers of scans and of lines and the
+//! distances of lines and of points. The line j of scan i has the description `NAME_i_j.dsc`, which
+//! lists the columns, and the data `NAME_i_j.dat`, a text. The column `-Lz+Az` has the heights in
+//! metres. The sides are nodes × distance. Lines run along x; the first line has y = 0. The format
+//! has no marker of missing points.
+
+use super::archive::{self, Archive};
+use super::channel::{Channel, Size};
+use super::input::{Entries, utf8_or_latin1};
+use super::raster::{Raster, checked_nodes};
+use super::unit::{Unit, ratio};
+use super::{Format, FormatError, at_least_one};
+
+pub const FORMAT: Format = Format {
+    name: "nmm",
+    title: "nanomeasuring machine of SIOS",
+    version: 1,
+    has_signature: true,
+    read,
+};
+
+const TITLE: &str = "Scan procedure description file";
+/// Name of the column of heights.
+const HEIGHTS: &str = "-Lz+Az";
+/// Maximum length of a description or of the data of a line.
+const MAX_FILE: usize = 1 << 28;
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if !bytes.starts_with(archive::SIGNATURE) {
+        return Err(FormatError::Signature);
+    }
+    let mut archive = Archive::new(bytes).map_err(|_| FormatError::Signature)?;
+    let is_hidden =
+        |path: &str| path.rsplit('/').next().is_some_and(|name| name.starts_with(['.', '_']));
+    // The descriptions of lines have longer names than the description of the scan.
+    let names = archive.names().filter(|name| name.ends_with(".dsc") && !is_hidden(name));
+    let shortest = names.min_by_key(|name| (name.len(), name.to_string()));
+    let description = shortest.ok_or(FormatError::Signature)?.into_owned();
+    let stem = description.strip_suffix(".dsc").unwrap_or_default();
+    let text = text(&mut archive, &description)?;
+    if !text.contains(TITLE) {
+        return Err(FormatError::Signature);
+    }
+    let entries = Entries::from_lines(text.lines(), ':');
+    let (dx, unit_x) = quantity(&entries, "Distance beetween points")?;
+    let (dy, unit_y) = quantity(&entries, "Distance beetween lines")?;
+    let dy = dy
+        * ratio(&unit_y, &unit_x).ok_or_else(|| {
+            let allowed = format!("a unit like that of the points, `{unit_x}`");
+            FormatError::value("unit of the distance between lines", &unit_y, &allowed)
+        })?;
+    let lines = entries.whole("Number of lines")?;
+    let scans = 1..=entries.whole("Number of scans")?;
+    let channels = scans.map(|scan| {
+        let mut heights = Vec::new();
+        for line in 1..=lines {
+            let before = heights.len();
+            let name = format!("{stem}_{scan}_{line}");
+            add_line(&mut archive, &name, &mut heights)?;
+            let (found, first) = (heights.len() - before, heights.len() / line as usize);
+            if found != first {
+                let allowed = format!("{first}, as in the lines before");
+                return Err(FormatError::value(&format!("points of `{name}`"), found, &allowed));
+            }
+        }
+        let points = heights.len() as i64 / lines.max(1);
+        let nodes = checked_nodes([points, lines])?;
+        let size = Size::new([nodes[0] as f64 * dx, nodes[1] as f64 * dy], &Unit::parse(&unit_x))?;
+        let raster = Raster::from_rows(nodes, heights);
+        Ok(Channel::new(format!("Scan {scan}"), Unit::Length(1.0), size, raster))
+    });
+    at_least_one(channels, "Number of scans")
+}
+
+/// Appends the heights of a line to `heights`.
+fn add_line(
+    archive: &mut Archive<'_>,
+    name: &str,
+    heights: &mut Vec<f64>,
+) -> Result<(), FormatError> {
+    let description = text(archive, &format!("{name}.dsc"))?;
+    // Lines such as `11 : 03-Dec-2024 08:11:24 : -Lz+Az : 1501 : Surface height (-LZ+AZ)`.
+    let columns = description.lines().filter_map(|line| line.split(" : ").nth(2));
+    let column = columns.map(str::trim).position(|column| column == HEIGHTS);
+    let column = column.ok_or_else(|| FormatError::missing(format!("{HEIGHTS} in {name}.dsc")))?;
+    let data = text(archive, &format!("{name}.dat"))?;
+    let rows = data.lines().enumerate().filter(|(_, row)| !row.trim().is_empty());
+    for (index, row) in rows {
+        let word = row.split_whitespace().nth(column);
+        let number = word.and_then(|word| word.parse().ok());
+        heights.push(number.ok_or_else(|| FormatError::Line {
+            line: index + 1,
+            problem: format!("`{name}.dat` has no number in column {}", column + 1),
+        })?);
+    }
+    Ok(())
+}
+
+fn text(archive: &mut Archive<'_>, name: &str) -> Result<String, FormatError> {
+    Ok(utf8_or_latin1(&archive.file(name, MAX_FILE)?))
+}
+
+/// Parses a number and its unit in brackets, such as `0.1 [um]`.
+fn quantity(entries: &Entries, name: &str) -> Result<(f64, String), FormatError> {
+    let text = entries.text(name)?;
+    let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
+    let number = number.parse();
+    let number = number.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
+    Ok((number, unit.to_owned()))
+}

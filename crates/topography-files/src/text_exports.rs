@@ -1,0 +1,307 @@
+//! Text files with a header of their own that the software of instruments exports: Wyko ASCII, Zygo
+//! ASCII and XYZ, Keyence CSV. The constant of each format documents its line order and sides.
+
+use super::channel::{Channel, Size};
+use super::input::{Entries, factor};
+use super::raster::{Missing, Raster, checked_nodes};
+use super::text::decoded;
+use super::unit::Unit;
+use super::{Format, FormatError, at_least_one};
+
+/// Lines of a file that are read one after another, with their numbers.
+type Lines<'a> = std::iter::Enumerate<std::str::Lines<'a>>;
+
+/// Text export of Wyko and Vision (`.asc`): the entries and maps of an OPD file.
+///
+/// The lines of an entry have its name, type, length and value. A map follows the line with its
+/// name. The sides are nodes × `Pixel_size`, along y also × `Aspect`, in millimetres. Heights are in
+/// nanometres if the second number of the first line is 1, otherwise in `Wavelength` / `Mult`
+/// nanometres. As in the binary format, lines run along y, and the first number of a line has the
+/// largest y. `Bad` marks missing points.
+///
+/// SurfaceTopography takes a line of the file as a line along x, so that its maps have x and y
+/// exchanged.
+pub const WYKO: Format = Format {
+    name: "wyko-asc",
+    title: "Wyko ASCII",
+    version: 1,
+    has_signature: true,
+    read: read_wyko,
+};
+
+/// Type of an entry that is a map.
+const WYKO_MAP: &str = "3";
+/// Names of the maps that are heights. The others are intensities.
+const WYKO_HEIGHTS: [&str; 5] = ["Raw", "RAW_DATA", "RAW DATA", "OPD", "SAMPLE_DATA"];
+
+fn read_wyko(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let text = signed_text(bytes, |start| start.starts_with("Wyko ASCII Data File Format"))?;
+    let mut lines = text.lines().enumerate();
+    let flags = lines.next().map(|(_, line)| line.split_whitespace().skip(5));
+    let in_nanometres = flags.and_then(|mut flags| flags.nth(1)) == Some("1");
+    let mut entries = Entries::default();
+    let mut maps = Vec::new();
+    while let Some((_, line)) = lines.next() {
+        let mut cells = line.split('\t').map(str::trim);
+        let name = cells.next().unwrap_or_default();
+        let kind = cells.next().unwrap_or_default();
+        if kind == WYKO_MAP && cells.next().is_some() {
+            let nodes = [entries.whole("X Size")?, entries.whole("Y Size")?];
+            let nodes = checked_nodes(nodes)?;
+            let numbers = matrix(&mut lines, [nodes[1], nodes[0]], &text, wyko_number)?;
+            if WYKO_HEIGHTS.contains(&name) {
+                maps.push((name.to_owned(), nodes, numbers));
+            }
+        } else if matches!(name, "X Size" | "Y Size") {
+            entries.insert(name, kind);
+        } else if let Some(value) = cells.nth(1) {
+            entries.insert(name, value);
+        }
+    }
+    let scale = if in_nanometres {
+        1.0
+    } else {
+        let multiplier = entries.optional_number("Mult")?.unwrap_or(1.0);
+        factor("Wavelength", entries.number("Wavelength")?)? / factor("Mult", multiplier)?
+    };
+    let step = entries.optional_number("Pixel_size")?;
+    let aspect = entries.optional_number("Aspect")?.unwrap_or(1.0);
+    let channels = maps.into_iter().map(|(name, nodes, numbers)| {
+        let size = match step {
+            None => Size::Unknown,
+            Some(step) => {
+                let sides = [nodes[0] as f64 * step, nodes[1] as f64 * step * aspect];
+                Size::new(sides, &Unit::parse("mm"))?
+            }
+        };
+        let raster = Raster::from_columns(nodes, numbers).upside_down().scaled(scale, 0.0);
+        Ok(Channel::new(name, Unit::parse("nm"), size, raster))
+    });
+    at_least_one(channels, "RAW_DATA")
+}
+
+fn wyko_number(word: &str) -> Option<f64> {
+    if word.eq_ignore_ascii_case("bad") { Some(f64::NAN) } else { word.parse().ok() }
+}
+
+/// Text exports of Zygo MetroPro and Mx: ASCII (`.asc`) and XYZ (`.xyz`).
+///
+/// Both have the same header, in which the fourth line gives the origin and the nodes of the map in
+/// pixels, and the eighth the pixel size in metres. The sides are nodes × pixel size; they are
+/// unknown if the pixel size is zero. In an XYZ file, lines with the pixel along x and y and the
+/// height in micrometres follow; `No Data` marks missing points. In an ASCII file, intensities and
+/// then phases follow, converted to heights as in the binary format of MetroPro. Its lines run along
+/// x; the first pixel has y = 0.
+pub const ZYGO: Format = Format {
+    name: "zygo-asc",
+    title: "Zygo ASCII or XYZ",
+    version: 1,
+    has_signature: true,
+    read: read_zygo,
+};
+
+fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let is_zygo = |start: &str| {
+        start.starts_with("Zygo ASCII Data File") || start.starts_with("Zygo XYZ Data File")
+    };
+    let text = signed_text(bytes, is_zygo)?;
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    // The words of quoted text do not count: no number follows a text in these lines.
+    let number = |line: usize, index: usize| {
+        let word = lines.get(line).and_then(|text| text.split_whitespace().nth(index));
+        let number = word.and_then(|word| word.parse::<f64>().ok());
+        let entry = format!("number {} in line {}", index + 1, line + 1);
+        number.ok_or_else(|| FormatError::missing(entry))
+    };
+    let [x, y] = [number(3, 0)?, number(3, 1)?];
+    let nodes = checked_nodes([number(3, 2)? as i64, number(3, 3)? as i64])?;
+    let step = number(7, 6)?;
+    let size = if step == 0.0 {
+        Size::Unknown
+    } else {
+        Size::metres(nodes.map(|count| count as f64 * step))?
+    };
+    // Lines with `#` separate the header, the intensities of an ASCII file, and the map.
+    let mut parts = lines.split(|line| *line == "#").skip(1);
+    let is_xyz = text.starts_with("Zygo XYZ");
+    let map = if is_xyz { parts.next() } else { parts.nth(1) };
+    let map = map.ok_or_else(|| FormatError::missing("# before the map"))?;
+    let (raster, unit) = if is_xyz {
+        (zygo_points(map, [x, y], nodes)?, "µm")
+    } else {
+        let steps = match number(10, 0)? {
+            0.0 => 4096.0,
+            1.0 => 32768.0,
+            2.0 => 131072.0,
+            code => return Err(FormatError::value("phase resolution", code, "0, 1 or 2")),
+        };
+        let sign = if number(10, 7)? == 0.0 { 1.0 } else { -1.0 };
+        let [interferometer, wavelength] = [number(7, 1)?, number(7, 2)?];
+        let scale = sign * interferometer * wavelength * number(7, 4)? / steps;
+        let words = map.iter().flat_map(|line| line.split_whitespace());
+        let phases = words.map(|word| {
+            let phase = word.parse();
+            phase.map_err(|_| FormatError::value("phase", word, "an integer"))
+        });
+        let phases: Vec<f64> = phases.collect::<Result<_, _>>()?;
+        if phases.len() != nodes[0] * nodes[1] {
+            let allowed = format!("{} × {}", nodes[0], nodes[1]);
+            return Err(FormatError::value("number of phases", phases.len(), &allowed));
+        }
+        let scale = factor("scale of the phases", scale)?;
+        let raster = Raster::from_rows(nodes, phases);
+        (raster.missing(Missing::From(2147483640.0)).scaled(scale, 0.0), "m")
+    };
+    Ok(vec![Channel::new("heights", Unit::parse(unit), size, raster)])
+}
+
+/// Reads the map of an XYZ file from lines with a pixel and its height. `origin` is the first pixel.
+fn zygo_points<'a>(
+    lines: &[&str],
+    origin: [f64; 2],
+    nodes: [usize; 2],
+) -> Result<Raster<'a>, FormatError> {
+    let count = nodes[0] * nodes[1];
+    let listed = lines.iter().filter(|line| !line.is_empty()).count();
+    if listed != count {
+        let allowed = format!("{count}, one for each of {} × {} pixels", nodes[0], nodes[1]);
+        return Err(FormatError::value("number of points", listed, &allowed));
+    }
+    let mut heights = vec![f64::NAN; count];
+    for line in lines.iter().filter(|line| !line.is_empty()) {
+        let wrong = || {
+            let allowed = "a pixel of the map with its height or `No Data`";
+            FormatError::value("point", line, allowed)
+        };
+        let mut words = line.split_whitespace();
+        let mut pixel = |axis: usize| {
+            let index = words.next()?.parse::<f64>().ok()? - origin[axis];
+            (index >= 0.0 && index < nodes[axis] as f64).then_some(index as usize)
+        };
+        let (x, y) = pixel(0).zip(pixel(1)).ok_or_else(wrong)?;
+        let word = words.next().ok_or_else(wrong)?;
+        if word != "No" {
+            heights[y * nodes[0] + x] = word.parse().map_err(|_| wrong())?;
+        }
+    }
+    Ok(Raster::from_rows(nodes, heights))
+}
+
+/// Export of the Keyence MultiFileAnalyzer as CSV, with quoted cells.
+///
+/// The header gives the nodes, the pixel size and the unit of the heights, in English or German.
+/// The sides are nodes × pixel size. Lines run along x; the first line has y = 0. Empty cells are
+/// missing points.
+pub const KEYENCE: Format = Format {
+    name: "keyence-csv",
+    title: "Keyence CSV",
+    version: 1,
+    has_signature: true,
+    read: read_keyence,
+};
+
+// Names of the entries in English and German.
+const KEYENCE_STEP: [&str; 2] = ["XY Calibration", "XY-Justierung"];
+const KEYENCE_X: [&str; 2] = ["Horizontal", "Horizont."];
+const KEYENCE_Y: [&str; 2] = ["Vertical", "Vertikal"];
+const KEYENCE_UNIT: [&str; 2] = ["Unit", "Einheit"];
+
+fn read_keyence(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let is_keyence = |start: &str| {
+        let has = |names: [&str; 2]| names.iter().any(|name| start.contains(&format!("{name}\"")));
+        start.starts_with('"') && has(KEYENCE_STEP) && has(KEYENCE_X)
+    };
+    let text = signed_text(bytes, is_keyence)?;
+    let mut lines = text.lines().enumerate();
+    let mut entries: Vec<Vec<&str>> = Vec::new();
+    let entry = |entries: &[Vec<&str>], names: [&str; 2], index: usize| {
+        let entry = entries.iter().find(|cells| names.contains(&cells[0]));
+        let cell = entry.and_then(|cells| cells.get(index)).copied();
+        cell.map(str::to_owned).ok_or_else(|| FormatError::missing(names[0]))
+    };
+    // A line with a single cell, the name of the image, follows the header.
+    for (_, line) in lines.by_ref() {
+        let cells: Vec<&str> = cells(line).collect();
+        let is_title = cells.len() == 1 && entry(&entries, KEYENCE_UNIT, 1).is_ok();
+        if is_title {
+            break;
+        } else if !cells.is_empty() {
+            entries.push(cells);
+        }
+    }
+    let count = |names| {
+        let text = entry(&entries, names, 1)?;
+        text.parse().map_err(|_| FormatError::value(names[0], text, "an integer"))
+    };
+    let nodes = checked_nodes([count(KEYENCE_X)?, count(KEYENCE_Y)?])?;
+    let step = entry(&entries, KEYENCE_STEP, 1)?;
+    let step = keyence_number(&step)
+        .ok_or_else(|| FormatError::value(KEYENCE_STEP[0], &step, "a number"))?;
+    let unit = Unit::parse(&entry(&entries, KEYENCE_STEP, 2)?);
+    let size = Size::new(nodes.map(|count| count as f64 * step), &unit)?;
+    let mut numbers = Vec::new();
+    for (index, line) in lines.by_ref().filter(|(_, line)| !line.trim().is_empty()).take(nodes[1]) {
+        let before = numbers.len();
+        numbers.extend(cells(line).take(nodes[0]).map_while(keyence_number));
+        if numbers.len() - before < nodes[0] {
+            let problem = format!("it has fewer than {} numbers", nodes[0]);
+            return Err(FormatError::Line { line: index + 1, problem });
+        }
+    }
+    if numbers.len() != nodes[0] * nodes[1] {
+        let found = numbers.len() / nodes[0];
+        let allowed = format!("{}, as in the header", nodes[1]);
+        return Err(FormatError::value("number of lines of the map", found, &allowed));
+    }
+    let unit = Unit::parse(&entry(&entries, KEYENCE_UNIT, 1)?);
+    Ok(vec![Channel::new("Height", unit, size, Raster::from_rows(nodes, numbers))])
+}
+
+/// Returns the cells of a line, which are enclosed in quotes.
+fn cells(line: &str) -> impl Iterator<Item = &str> {
+    line.split('"').skip(1).step_by(2).map(str::trim)
+}
+
+/// Parses a number with a decimal point or comma; an empty cell is a missing point.
+fn keyence_number(cell: &str) -> Option<f64> {
+    if cell.is_empty() { Some(f64::NAN) } else { cell.replacen(',', ".", 1).parse().ok() }
+}
+
+/// Maximum number of characters at the start of a file that identify its format.
+const START: usize = 4096;
+
+/// Decodes a text if `is_format` accepts its start.
+fn signed_text(bytes: &[u8], is_format: impl Fn(&str) -> bool) -> Result<String, FormatError> {
+    let start = decoded(&bytes[..bytes.len().min(START)]).map_err(|_| FormatError::Signature)?;
+    if is_format(&start) { decoded(bytes) } else { Err(FormatError::Signature) }
+}
+
+/// Reads a matrix of `size[0]` numbers in each of `size[1]` lines. `text` is the whole file, whose
+/// length limits the memory that a damaged size can allocate.
+fn matrix(
+    lines: &mut Lines<'_>,
+    size: [usize; 2],
+    text: &str,
+    number: impl Fn(&str) -> Option<f64>,
+) -> Result<Vec<f64>, FormatError> {
+    let count = size[0] * size[1];
+    let mut numbers = Vec::with_capacity(count.min(text.len()));
+    for _ in 0..size[1] {
+        let Some((index, line)) = lines.next() else {
+            let found = numbers.len() / size[0];
+            let allowed = format!("{}, as in the header", size[1]);
+            return Err(FormatError::value("number of lines of the map", found, &allowed));
+        };
+        let wrong = |problem: String| FormatError::Line { line: index + 1, problem };
+        let before = numbers.len();
+        for word in line.split_whitespace() {
+            let read = number(word).ok_or_else(|| wrong(format!("`{word}` is not a number")))?;
+            numbers.push(read);
+        }
+        if numbers.len() - before != size[0] {
+            let found = numbers.len() - before;
+            return Err(wrong(format!("it has {found} numbers, but the map has {}", size[0])));
+        }
+    }
+    Ok(numbers)
+}
