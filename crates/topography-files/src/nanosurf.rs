@@ -4,15 +4,16 @@
 //! and the ranges of x, y and the height. The sides are the ranges of x and y. The maps follow the
 //! line `#!` in the order of the list. Integers of n bits cover the range of the height from its
 //! minimum. Lines run along x; the first line has the largest y. The format has no marker of
-//! missing points.
+//! missing points. Channels of the z axis come first, because the deflection of the cantilever may
+//! be in metres, too. Profiles and spectra are skipped.
 
 use std::collections::BTreeMap;
 
 use super::channel::{Channel, Size};
-use super::input::{Cursor, Entries, factor, finite, latin1};
+use super::input::{Cursor, Entries, factor, finite, utf8_or_latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
-use super::{Format, FormatError, at_least_one};
+use super::{Format, FormatError};
 
 pub const FORMAT: Format =
     Format { name: "nid", title: "Nanosurf NID", version: 1, has_signature: true, read };
@@ -29,7 +30,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     }
     let end = bytes.windows(DATA.len()).position(|window| window == DATA);
     let end = end.ok_or_else(|| FormatError::missing("#! after the header"))?;
-    let sections = sections(&latin1(&bytes[..end]));
+    let sections = sections(&utf8_or_latin1(&bytes[..end]));
     let list = &sections["DataSet"];
     let mut data = Cursor::at(bytes, end + DATA.len());
     let mut channels = Vec::new();
@@ -41,11 +42,17 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         for index in 0..count.min(MAX_LISTED) {
             let section = list.get(&format!("Gr{group}-Ch{index}"));
             if let Some(section) = section.and_then(|name| sections.get(name)) {
-                channels.extend(channel(section, &mut data)?.map(Ok));
+                channels.extend(channel(section, &mut data)?);
             }
         }
     }
-    at_least_one(channels, "channel with a map")
+    if channels.is_empty() {
+        let what = "the file holds no map, only profiles or spectra";
+        return Err(FormatError::unsupported(what));
+    }
+    let is_surface = |name: &str| name.contains("Z-Axis") || name.contains("Topography");
+    channels.sort_by_key(|channel| !is_surface(channel.name()));
+    Ok(channels)
 }
 
 /// Splits the header into its sections, by their names. There is always a section `DataSet`.
@@ -62,7 +69,8 @@ fn sections(header: &str) -> BTreeMap<String, Entries> {
     sections
 }
 
-/// Reads a channel from `data`. Returns `None` for profiles, which have a single line.
+/// Reads a channel from `data`. Returns `None` for profiles, which have a single line, and for
+/// spectra, whose lines are not positions.
 fn channel<'a>(
     section: &Entries,
     data: &mut Cursor<'a>,
@@ -88,20 +96,17 @@ fn channel<'a>(
     };
     let nodes = checked_nodes([section.whole("Points")?, section.whole("Lines")?])?;
     let stored = data.take(map_bytes(nodes, element))?;
-    if nodes[1] == 1 {
-        return Ok(None);
-    }
     let unit = |name: &str| section.get(name).unwrap_or_default();
+    let y = ratio(unit("Dim1Unit"), unit("Dim0Unit")).filter(|_| nodes[1] > 1);
+    let Some(y) = y else {
+        return Ok(None);
+    };
     let range = factor("Dim2Range", section.number("Dim2Range")?)?;
     let lowest = section.optional_number("Dim2Min")?.unwrap_or(0.0);
     let middle = if is_signed { range / 2.0 } else { 0.0 };
     let offset = finite("Dim2Min", lowest + middle)?;
     let raster = Raster::rows(nodes, element, order, stored)?;
     let raster = raster.upside_down().scaled(range / 2_f64.powi(bits as i32), offset);
-    let y = ratio(unit("Dim1Unit"), unit("Dim0Unit")).ok_or_else(|| {
-        let allowed = format!("a unit like that of x, `{}`", unit("Dim0Unit"));
-        FormatError::value("Dim1Unit", unit("Dim1Unit"), &allowed)
-    })?;
     let sides = [section.number("Dim0Range")?, section.number("Dim1Range")? * y];
     let size = Size::new(sides, &Unit::parse(unit("Dim0Unit")))?;
     let name = [section.get("Frame"), section.get("Dim2Name")];

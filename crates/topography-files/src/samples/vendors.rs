@@ -202,10 +202,10 @@ Dim0Unit=m
 Dim0Range=3e-06
 Dim1Unit=m
 Dim1Range=4e-06
-Dim2Name=Z-Axis
+Dim2Name=Deflection
 Dim2Unit=m
-Dim2Range=6.5536e-05
-Dim2Min=-3.2768e-05
+Dim2Range=1e-05
+Dim2Min=-5e-06
 SaveMode=Binary
 SaveBits=16
 SaveSign=Signed
@@ -218,17 +218,17 @@ Dim0Unit=m
 Dim0Range=3e-06
 Dim1Unit=m
 Dim1Range=4e-06
-Dim2Name=Deflection
-Dim2Unit=N
-Dim2Range=10
-Dim2Min=-5
+Dim2Name=Z-Axis
+Dim2Unit=m
+Dim2Range=6.5536e-05
+Dim2Min=-3.2768e-05
 SaveMode=Binary
 SaveBits=16
 SaveSign=Signed
 SaveOrder=Intel
 #!";
     let fields = Fields::default().bytes(header.replace('\n', "\r\n").as_bytes());
-    fields.rows(upside_down(), i16::to_le_bytes).rows(ROWS, i16::to_le_bytes).0
+    fields.rows(ROWS, i16::to_le_bytes).rows(upside_down(), i16::to_le_bytes).0
 }
 
 fn wsxm() -> Vec<u8> {
