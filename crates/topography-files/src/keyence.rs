@@ -87,3 +87,25 @@ fn channels<'a, 'b>(
     }
     at_least_one(channels, "image of heights")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::vendors::{packed, vk};
+
+    #[test]
+    fn a_compressed_image_is_refused() {
+        let mut file = vk(b"VK4_");
+        let image = 12 + 4 * 18 + 304;
+        file[image + 12] = 1;
+        let error = read(&file).unwrap_err();
+        assert_eq!(error.to_string(), "`compression` is 1; expected 0, no compression");
+    }
+
+    #[test]
+    fn an_archive_without_its_file_is_damaged() {
+        let file = [b"VK7\0".to_vec(), packed(&[("Vk4File", b"VK5_".to_vec())])].concat();
+        let error = read(&file).unwrap_err();
+        assert_eq!(error.to_string(), "Vk4File is damaged: it does not start with VK4_");
+    }
+}

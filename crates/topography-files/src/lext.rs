@@ -24,6 +24,8 @@ const SETTINGS: u16 = 0xa40b;
 // Root elements of the descriptions.
 const ROOT: &str = "TiffTagDescData";
 const SETTINGS_ROOT: &str = "ExifTagDescData";
+/// Maximum number of images; files have about five.
+const MAX_IMAGES: usize = 64;
 /// Maximum number of XML nodes of a description.
 const MAX_XML_ELEMENTS: u32 = 1 << 16;
 
@@ -41,7 +43,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let is_named = |image: &&Directory<'_>| {
             image.text(DESCRIPTION).is_some_and(|name| name.eq_ignore_ascii_case(wanted))
         };
-        images.iter().find(is_named)
+        images.iter().take(MAX_IMAGES).find(is_named)
     };
     let heights = named("HEIGHT").ok_or_else(|| FormatError::missing("image HEIGHT"))?;
     let calibration = calibration(&images[0])?;

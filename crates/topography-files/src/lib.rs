@@ -90,7 +90,7 @@ pub use self::npy::{NpyError, npy_array};
 pub use self::unit::{is_metre, length_ratio};
 
 /// All formats, in the order in which [`read`] tries them.
-static FORMATS: [Format; 31] = [
+static FORMATS: [Format; 32] = [
     nmm::FORMAT,
     x3p::FORMAT,
     binary_headers::SUR,
@@ -99,6 +99,7 @@ static FORMATS: [Format; 31] = [
     gxyzf::FORMAT,
     text_headers::SDF,
     binary_headers::OPD,
+    text_headers::AL3D,
     nanoscope::FORMAT,
     igor::FORMAT,
     binary_headers::METROPRO,

@@ -113,3 +113,16 @@ fn channel<'a>(
     let name: Vec<&str> = name.into_iter().flatten().collect();
     Ok(Some(Channel::new(name.join(", "), Unit::parse(unit("Dim2Unit")), size, raster)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_spectra_holds_no_map() {
+        let file = "[DataSet]\nGroupCount=1\nGr0-Count=1\nGr0-Ch0=DataSet-0:0\n[DataSet-0:0]\n\
+                    Points=2\nLines=2\nDim0Unit=m\nDim1Unit=\nSaveMode=Binary\nSaveBits=8\n#!1234";
+        let error = read(file.as_bytes()).unwrap_err();
+        assert_eq!(error.to_string(), "the file holds no map, only profiles or spectra");
+    }
+}

@@ -55,18 +55,20 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let scans = 1..=entries.whole("Number of scans")?;
     let channels = scans.map(|scan| {
         let mut heights = Vec::new();
+        let mut points = 0;
         for line in 1..=lines {
             let before = heights.len();
             let name = format!("{stem}_{scan}_{line}");
             add_line(&mut archive, &name, &mut heights)?;
-            let (found, first) = (heights.len() - before, heights.len() / line as usize);
-            if found != first {
-                let allowed = format!("{first}, as in the lines before");
-                return Err(FormatError::value(&format!("points of `{name}`"), found, &allowed));
+            let found = heights.len() - before;
+            if line == 1 {
+                points = found;
+            } else if found != points {
+                let allowed = format!("{points}, as in the lines before");
+                return Err(FormatError::value(&format!("points of {name}"), found, &allowed));
             }
         }
-        let points = heights.len() as i64 / lines.max(1);
-        let nodes = checked_nodes([points, lines])?;
+        let nodes = checked_nodes([points as i64, lines])?;
         let size = Size::new([nodes[0] as f64 * dx, nodes[1] as f64 * dy], &Unit::parse(&unit_x))?;
         let raster = Raster::from_rows(nodes, heights);
         Ok(Channel::new(format!("Scan {scan}"), Unit::Length(1.0), size, raster))
@@ -109,4 +111,45 @@ fn quantity(entries: &Entries, name: &str) -> Result<(f64, String), FormatError>
     let number = number.parse();
     let number = number.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
     Ok((number, unit.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::vendors::packed;
+
+    fn scan(lines: [&str; 2]) -> Vec<u8> {
+        let rule = "------------------------------------------\n";
+        let description = format!(
+            "{rule}{TITLE}\n{rule}Number of lines : 2\nNumber of scans : 1\n\
+             Distance beetween points : 0.1 [um]\nDistance beetween lines : 0.5 [um]\n"
+        );
+        let columns = "0 : now : Lx : 2 : X length\n1 : now : -Lz+Az : 2 : Surface height\n";
+        packed(&[
+            ("scan/a.dsc", description.into_bytes()),
+            ("scan/a_1_1.dsc", columns.as_bytes().to_vec()),
+            ("scan/a_1_1.dat", lines[0].as_bytes().to_vec()),
+            ("scan/a_1_2.dsc", columns.as_bytes().to_vec()),
+            ("scan/a_1_2.dat", lines[1].as_bytes().to_vec()),
+            ("__MACOSX/._a.dsc", vec![0]),
+        ])
+    }
+
+    #[test]
+    fn a_scan_may_lie_in_a_folder_of_the_archive() {
+        let file = scan(["0 1e-9\n0 2e-9\n", "0 3e-9\n0 4e-9\n"]);
+        let map = read(&file).unwrap()[0].map();
+        assert_eq!(map.heights(), [1e-9, 3e-9, 2e-9, 4e-9]);
+        let sides = map.size().sides().unwrap();
+        assert!((sides[0] / 2e-7 - 1.0).abs() < 1e-12 && (sides[1] / 1e-6 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn lines_of_different_lengths_are_refused() {
+        let error = read(&scan(["0 1\n0 2\n", "0 3\n"])).unwrap_err();
+        let message = "`points of scan/a_1_2` is 1; expected 2, as in the lines before";
+        assert_eq!(error.to_string(), message);
+        let error = read(&scan(["0 1\n0 2\n", "0 3\n4\n"])).unwrap_err();
+        assert_eq!(error.to_string(), "line 2: `scan/a_1_2.dat` has no number in column 2");
+    }
 }

@@ -20,8 +20,12 @@ pub const FORMAT: Format =
 const SIGNATURE: &[u8] = b"VCA DATA\x01\x00\x00\x55";
 /// Maximum depth of containers. It keeps a damaged file from exhausting the stack.
 const MAX_DEPTH: usize = 32;
+/// Maximum length of a name. It keeps the paths of a damaged file from exhausting the memory.
+const MAX_NAME: usize = 256;
+/// Path of the name of the map that the software shows.
+const PRIMARY: &str = "/MetaData/PrimaryData2D";
 
-/// Items of interest, by their path such as `/2D_Data/Raw/Matrix`.
+/// Items of maps and the name of the primary map, by their path such as `/2D_Data/Raw/Matrix`.
 type Items<'a> = BTreeMap<String, Item<'a>>;
 
 enum Item<'a> {
@@ -30,6 +34,7 @@ enum Item<'a> {
     Quantity(f64, String),
     /// Numbers of nodes along x and y, and the heights.
     Matrix([i64; 2], &'a [u8]),
+    /// Container of profiles, or an item of another type.
     Other,
 }
 
@@ -44,11 +49,11 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         .filter(|(_, item)| matches!(item, Item::Matrix(..)))
         .filter_map(|(path, _)| path.strip_prefix("/2D_Data/")?.strip_suffix("/Matrix"))
         .collect();
-    if names.is_empty() && items.keys().any(|path| path.starts_with("/1D_Data/")) {
+    if names.is_empty() && items.contains_key("/1D_Data") {
         return Err(FormatError::unsupported("the file holds a profile, not a map"));
     }
     // The map that the software shows comes first.
-    if let Some(Item::Text(primary)) = items.get("/MetaData/PrimaryData2D") {
+    if let Some(Item::Text(primary)) = items.get(PRIMARY) {
         names.sort_by_key(|name| name != primary);
     }
     at_least_one(names.into_iter().map(|name| channel(&items, name)), "2D_Data")
@@ -108,7 +113,7 @@ fn read_items<'a>(
             // Containers; the last two kinds wrap the data of profiles and of maps.
             0x7d | 0x46 | 0x47 => {
                 read_items(structured(&mut cursor)?, &path, depth + 1, items)?;
-                continue;
+                Item::Other
             }
             // The last item of a container and of the file.
             0x7f => return Ok(()),
@@ -159,7 +164,10 @@ fn read_items<'a>(
                 Item::Other
             }
         };
-        items.insert(path, item);
+        let is_of_map = path.starts_with("/2D_Data/") && path.matches('/').count() == 3;
+        if is_of_map || path == PRIMARY || path == "/1D_Data" {
+            items.insert(path, item);
+        }
     }
 }
 
@@ -173,6 +181,10 @@ fn matrix(content: &[u8]) -> Result<Item<'_>, FormatError> {
 /// Reads a name, whose length is a number of four bytes.
 fn name(cursor: &mut Cursor<'_>) -> Result<String, FormatError> {
     let length = cursor.u32()? as usize;
+    if length > MAX_NAME {
+        let allowed = format!("at most {MAX_NAME}");
+        return Err(FormatError::value("length of a name", length, &allowed));
+    }
     Ok(utf8_or_latin1(cursor.take(length)?))
 }
 
@@ -186,4 +198,29 @@ fn structured<'a>(cursor: &mut Cursor<'a>) -> Result<&'a [u8], FormatError> {
         _ => return Err(FormatError::value("bytes of a length", bytes, "1, 2 or 4")),
     };
     cursor.take(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn item(name: &str, kind: u8, content: &[u8]) -> Vec<u8> {
+        let length = (name.len() as u32).to_le_bytes();
+        [&length[..], name.as_bytes(), &[kind, 1, content.len() as u8], content].concat()
+    }
+
+    #[test]
+    fn a_profile_is_refused() {
+        let end = [0, 0, 0, 0, 0x7f, 0xff, 0xff];
+        let file = [SIGNATURE, &item("1D_Data", 0x7d, &end), &end].concat();
+        let error = read(&file).unwrap_err();
+        assert_eq!(error.to_string(), "the file holds a profile, not a map");
+    }
+
+    #[test]
+    fn deep_containers_are_refused() {
+        let nested = (0..=MAX_DEPTH).fold(vec![], |inner, _| item("", 0x7d, &inner));
+        let error = read(&[SIGNATURE, &nested].concat()).unwrap_err();
+        assert!(error.to_string().contains("nested too deep"), "{error}");
+    }
 }

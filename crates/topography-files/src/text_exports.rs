@@ -205,6 +205,8 @@ const KEYENCE_STEP: [&str; 2] = ["XY Calibration", "XY-Justierung"];
 const KEYENCE_X: [&str; 2] = ["Horizontal", "Horizont."];
 const KEYENCE_Y: [&str; 2] = ["Vertical", "Vertikal"];
 const KEYENCE_UNIT: [&str; 2] = ["Unit", "Einheit"];
+/// Maximum number of lines of the header; files have about 20.
+const KEYENCE_HEADER: usize = 200;
 
 fn read_keyence(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let is_keyence = |start: &str| {
@@ -220,7 +222,7 @@ fn read_keyence(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         cell.map(str::to_owned).ok_or_else(|| FormatError::missing(names[0]))
     };
     // A line with a single cell, the name of the image, follows the header.
-    for (_, line) in lines.by_ref() {
+    for (_, line) in lines.by_ref().take(KEYENCE_HEADER) {
         let cells: Vec<&str> = cells(line).collect();
         let is_title = cells.len() == 1 && entry(&entries, KEYENCE_UNIT, 1).is_ok();
         if is_title {
@@ -304,4 +306,63 @@ fn matrix(
         }
     }
     Ok(numbers)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::samples::vendors::{KEYENCE, WYKO, zygo_ascii, zygo_xyz};
+
+    #[track_caller]
+    fn refused(file: &str, from: &str, to: &str, message: &str) {
+        assert!(file.contains(from), "{from}");
+        let file = file.replacen(from, to, 1);
+        let error = crate::read(file.as_bytes()).unwrap_err();
+        let source = std::error::Error::source(&error).unwrap().to_string();
+        assert_eq!(source, message);
+    }
+
+    #[test]
+    fn heights_of_wyko_may_be_in_nanometres() {
+        let file = WYKO.replacen("Format 0\t0", "Format 0\t1", 1).replacen("500", "700", 1);
+        let file = crate::read(file.as_bytes()).unwrap();
+        assert_eq!(file.channels()[0].map().get(1, 0), Some(2e-9));
+        let file = WYKO.replacen("500", "1000", 1);
+        let file = crate::read(file.as_bytes()).unwrap();
+        assert_eq!(file.channels()[0].map().get(1, 0), Some(4e-9));
+    }
+
+    #[test]
+    fn errors_of_wyko_name_the_line() {
+        refused(WYKO, "Bad\t3", "Bad\t", "line 16: it has 1 numbers, but the map has 2");
+        refused(WYKO, "Bad\t3", "Bad\tx", "line 16: `x` is not a number");
+        let message = "`number of lines of the map` is 2; expected 3, as in the header";
+        refused(WYKO, "Bad\t3\r\n", "", message);
+        refused(WYKO, "RAW_DATA", "Image", "`RAW_DATA` is missing");
+    }
+
+    #[test]
+    fn a_zygo_file_without_pixel_size_has_no_size() {
+        let file = zygo_xyz().replacen("1e-06", "0", 1);
+        let file = crate::read(file.as_bytes()).unwrap();
+        assert_eq!(file.channels()[0].size(), crate::Size::Unknown);
+    }
+
+    #[test]
+    fn errors_of_zygo_name_the_point() {
+        let xyz = zygo_xyz();
+        let allowed = "expected a pixel of the map with its height or `No Data`";
+        refused(&xyz, "9 6 No", "10 6 No", &format!("`point` is 10 6 No Data; {allowed}"));
+        let count = "`number of points` is 5; expected 6, one for each of 3 × 2 pixels";
+        refused(&xyz, "9 6 No Data\n", "", count);
+        let count = "`number of phases` is 5; expected 3 × 2";
+        refused(&zygo_ascii(), " 2147483640", "", count);
+    }
+
+    #[test]
+    fn errors_of_keyence_name_the_entry() {
+        refused(KEYENCE, "\"Vertical\",\"2\"\r\n", "", "`Vertical` is missing");
+        refused(KEYENCE, "\"0.002\",", "", "line 13: it has fewer than 3 numbers");
+        let lines = "`number of lines of the map` is 2; expected 7, as in the header";
+        refused(KEYENCE, "\"Vertical\",\"2\"", "\"Vertical\",\"7\"", lines);
+    }
 }
