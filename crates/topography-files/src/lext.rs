@@ -30,15 +30,13 @@ const MAX_IMAGES: usize = 64;
 const MAX_XML_ELEMENTS: u32 = 1 << 16;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    let images = tiff::directories(bytes).map_err(|error| {
-        let is_lext = bytes.windows(ROOT.len()).any(|window| window == ROOT.as_bytes());
-        if is_lext { error } else { FormatError::Signature }
-    })?;
-    let description = images[0].text(DESCRIPTION).unwrap_or_default();
+    let first = tiff::first_directory(bytes).map_err(|_| FormatError::Signature)?;
+    let description = first.text(DESCRIPTION).unwrap_or_default();
     let Some(description) = xml_text(&description, ROOT) else {
         return Err(FormatError::Signature);
     };
     let document = document(description)?;
+    let images = tiff::directories(bytes)?;
     let named = |wanted: &str| {
         let is_named = |image: &&Directory<'_>| {
             image.text(DESCRIPTION).is_some_and(|name| name.eq_ignore_ascii_case(wanted))
@@ -46,7 +44,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         images.iter().take(MAX_IMAGES).find(is_named)
     };
     let heights = named("HEIGHT").ok_or_else(|| FormatError::missing("image HEIGHT"))?;
-    let calibration = calibration(&images[0])?;
+    let calibration = calibration(&first)?;
     let scale = |axis: usize| {
         let name = ["HeightDataPerPixelX", "HeightDataPerPixelY", "HeightDataPerPixelZ"][axis];
         let number = number(&document, name)?.ok_or_else(|| FormatError::missing(name))?;

@@ -14,6 +14,8 @@ use super::{Format, FormatError};
 pub const FORMAT: Format =
     Format { name: "wsxm", title: "WSxM image", version: 1, has_signature: true, read };
 
+const END: &[u8] = b"[Header end]";
+
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let start = latin1(&bytes[..bytes.len().min(400)]);
     let mut lines = start.lines();
@@ -23,12 +25,11 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if !is_image {
         return Err(FormatError::Signature);
     }
-    let size = lines.next().and_then(|line| line.strip_prefix("Image header size:"));
-    let size = size.ok_or_else(|| FormatError::missing("Image header size"))?.trim();
-    let length = size.parse().ok().filter(|length| *length <= bytes.len());
-    let length: usize = length
-        .ok_or_else(|| FormatError::value("Image header size", size, "a position in the file"))?;
-    let entries = entries(&latin1(&bytes[..length]));
+    // The numbers start after the line that ends the header.
+    let missing = || FormatError::missing("[Header end]");
+    let end = bytes.windows(END.len()).position(|window| window == END).ok_or_else(missing)?;
+    let line_end = bytes[end..].iter().position(|&byte| byte == b'\n').ok_or_else(missing)?;
+    let entries = entries(&latin1(&bytes[..end]));
     let nodes = checked_nodes([
         entries.whole("General Info/Number of columns")?,
         entries.whole("General Info/Number of rows")?,
@@ -59,7 +60,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         FormatError::value("unit of the Y Amplitude", &unit_y, &allowed)
     })?;
     let size = Size::new([x, y], &Unit::parse(&unit_x))?;
-    let raster = Raster::rows(nodes, element, ByteOrder::Little, &bytes[length..])?;
+    let raster = Raster::rows(nodes, element, ByteOrder::Little, &bytes[end + line_end + 1..])?;
     let raster = raster.upside_down().mirrored().scaled(factor("Z Amplitude", scale)?, 0.0);
     let name = entries.get("General Info/Acquisition channel").unwrap_or("heights");
     Ok(vec![Channel::new(name, Unit::parse(&unit), size, raster)])

@@ -22,7 +22,6 @@ pub fn samples() -> Vec<Sample> {
         Sample::with_missing("opdx", opdx()),
         Sample::with_missing("lext", lext()),
         Sample::new("nid", nid()),
-        Sample::new("wsxm", wsxm()),
         Sample::new("nmm", nmm()),
         Sample::with_missing("gxyzf", gxyzf()),
         Sample::with_missing("wyko-asc", WYKO.as_bytes().to_vec()),
@@ -229,24 +228,6 @@ SaveOrder=Intel
 #!";
     let fields = Fields::default().bytes(header.replace('\n', "\r\n").as_bytes());
     fields.rows(ROWS, i16::to_le_bytes).rows(upside_down(), i16::to_le_bytes).0
-}
-
-fn wsxm() -> Vec<u8> {
-    let header = |length: usize| {
-        let text = format!(
-            "WSxM file copyright UAM\nSxM Image file\nImage header size: {length}\n\n[Control]\n\n\
-             \u{20}   X Amplitude: 3 µm\n    Y Amplitude: 4000 nm\n\n[General Info]\n\n\
-             \u{20}   Acquisition channel: Topography\n    Image Data Type: short\n\
-             \u{20}   Number of columns: 3\n    Number of rows: 2\n    Z Amplitude: 5 nm\n\n\
-             [Miscellaneous]\n\n    Maximum: 6\n    Minimum: 1\n\n[Header end]\n"
-        );
-        // The header is text in ISO-8859-1.
-        text.replace('\n', "\r\n").chars().map(|letter| letter as u8).collect::<Vec<u8>>()
-    };
-    let length = header(100).len();
-    let mut turned = ROWS;
-    turned.as_flattened_mut().reverse();
-    Fields::default().bytes(&header(length)).rows(turned, i16::to_le_bytes).0
 }
 
 pub fn nmm() -> Vec<u8> {
