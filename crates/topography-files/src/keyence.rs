@@ -21,7 +21,7 @@ pub const FORMAT: Format =
 /// Name of the VK4 file in the archive of a VK6 or VK7 file.
 const MEMBER: &str = "Vk4File";
 /// Maximum length of the VK4 file in an archive.
-const MAX_MEMBER: usize = 4 << 30;
+const MAX_MEMBER: usize = u32::MAX as usize;
 /// Position of the table of positions, after the signature, the version and the type of the file.
 const TABLE: usize = 12;
 /// Index of the image of heights in the table; the second and third images follow.
@@ -34,7 +34,7 @@ const PALETTE: usize = 768;
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     match bytes.get(..4) {
         Some(b"VK3_" | b"VK4_") => channels(bytes, Cow::Borrowed),
-        Some(b"VK6\0" | b"VK7\0" | [b'V', b'K', b'6' | b'7', _]) => {
+        Some([b'V', b'K', b'6' | b'7', _]) => {
             let file = Archive::new(bytes)?.file(MEMBER, MAX_MEMBER)?;
             channels(&file, |pixels| Cow::Owned(pixels.to_vec()))
         }

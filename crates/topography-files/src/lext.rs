@@ -3,8 +3,8 @@
 //! The first image has the description: the picometres per pixel along x and y, and per digit of a
 //! height. A factor of calibration for each axis may stand among the Exif entries, in millionths.
 //! The sides are nodes × picometres per pixel × calibration. The image with the description
-//! `HEIGHT` has the heights; points that are set in the image `INVALID` are missing. Lines run along
-//! x; the first line has y = 0.
+//! `HEIGHT` has the heights; points that are set in the image `INVALID` are missing, which
+//! SurfaceTopography and Gwyddion ignore. Lines run along x; the first line has y = 0.
 
 use roxmltree::{Document, ParsingOptions};
 

@@ -24,7 +24,7 @@
 //! | `input` | helpers for headers: a cursor over bytes, named values, decompression |
 //! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `mi`, `sdf` |
 //! | `binary_headers` | formats with a binary header: `frt`, `metropro`, `opd`, `plu`, `sur` |
-//! | `text_exports` | text exports with a header of their own: `wyko-asc`, `zygo-asc`, `keyence-csv` |
+//! | `text_exports` | text exports with an own header: `wyko-asc`, `zygo-asc`, `keyence-csv` |
 //! | `text` | text files with a matrix, or with triplets of x, y and height |
 //! | `hdf5` | maps in HDF5 files; `datx`, `jpk_hdf5` and `netcdf4` are built on it |
 //! | `tiff` | images of TIFF files; `jpk` and `lext` are built on it |

@@ -1,10 +1,10 @@
 //! OPDx files of Vision64, which Bruker's Dektak and Contour profilometers write.
 //!
-//! A file is a tree of named items. A container `2D_Data/NAME` has a matrix of `f32`, the extents of
-//! both dimensions and the unit of the numbers. An extent is the distance between the first and
+//! A file is a tree of named items. A container `2D_Data/NAME` has a matrix of `f32`, the extents
+//! of both dimensions and the unit of the numbers. An extent is the distance between the first and
 //! the last point, so that the side is extent × N / (N − 1). SurfaceTopography found this by the
-//! pixel size in the files; Gwyddion takes the extent as the side. Lines run along x (dimension 2);
-//! the first line has y = 0. NaN marks missing points.
+//! pixel size in the files; Gwyddion takes the extent as the side. Lines run along x (dimension
+//! 2); the first line has y = 0. NaN marks missing points.
 
 use std::collections::BTreeMap;
 

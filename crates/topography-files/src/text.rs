@@ -298,6 +298,16 @@ mod tests {
     }
 
     #[test]
+    fn titles_of_columns_may_give_the_units() {
+        let text = "max [V]\nx (µm); y (mm); Height z [nm]\n0;0;1\n0;1;2\n2;0;3\n2;1;4\n";
+        let channel = &channels(text)[0];
+        assert_eq!(channel.size(), Size::Metres([4e-6, 2e-3]));
+        assert_eq!(channel.map().get(1, 1), Some(4e-9));
+        let text = "X[s] Y[nm] Z[nm]\n0 0 1\n0 1 2\n2 0 3\n2 1 4\n";
+        refused(text, "`unit of y` is nm; expected a unit like that of x, `s`");
+    }
+
+    #[test]
     fn a_grid_may_have_missing_lines() {
         let text = "0 0 1\n0 1 2\n1 0 3\n1 1 4\n3 0 5\n3 1 6\n";
         let map = channels(text)[0].map();

@@ -13,9 +13,9 @@ type Lines<'a> = std::iter::Enumerate<std::str::Lines<'a>>;
 
 /// Text export of Wyko and Vision (`.asc`): the entries and maps of an OPD file.
 ///
-/// The lines of an entry have its name, type, length and value. A map follows the line with its
-/// name. The sides are nodes × `Pixel_size`, along y also × `Aspect`, in millimetres. Heights are in
-/// nanometres if the second number of the first line is 1, otherwise in `Wavelength` / `Mult`
+/// The line of an entry has its name, type, length and value. A map follows the line with its
+/// name. The sides are nodes × `Pixel_size`, along y also × `Aspect`, in millimetres. Heights are
+/// in nanometres if the second number of the first line is 1, otherwise in `Wavelength` / `Mult`
 /// nanometres. As in the binary format, lines run along y, and the first number of a line has the
 /// largest y. `Bad` marks missing points.
 ///
@@ -90,8 +90,8 @@ fn wyko_number(word: &str) -> Option<f64> {
 /// pixels, and the eighth the pixel size in metres. The sides are nodes × pixel size; they are
 /// unknown if the pixel size is zero. In an XYZ file, lines with the pixel along x and y and the
 /// height in micrometres follow; `No Data` marks missing points. In an ASCII file, intensities and
-/// then phases follow, converted to heights as in the binary format of MetroPro. Its lines run along
-/// x; the first pixel has y = 0.
+/// then phases follow, converted to heights as in the binary format of MetroPro. Its lines run
+/// along x; the first pixel has y = 0.
 pub const ZYGO: Format = Format {
     name: "zygo-asc",
     title: "Zygo ASCII or XYZ",
@@ -155,7 +155,8 @@ fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     Ok(vec![Channel::new("heights", Unit::parse(unit), size, raster)])
 }
 
-/// Reads the map of an XYZ file from lines with a pixel and its height. `origin` is the first pixel.
+/// Reads the map of an XYZ file from lines with a pixel and its height. `origin` is the first
+/// pixel.
 fn zygo_points<'a>(
     lines: &[&str],
     origin: [f64; 2],

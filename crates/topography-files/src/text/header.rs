@@ -76,8 +76,8 @@ pub struct Description {
 }
 
 impl Header {
-    /// Adds the entries of a line `name: value`, `name = value` or `name=value name=value …`, or the
-    /// units of column titles such as `X [µm]  Y [µm]  Z [nm]`.
+    /// Adds the entries of a line `name: value`, `name = value` or `name=value name=value …`, or
+    /// the units of column titles such as `X [µm]  Y [µm]  Z [nm]`.
     pub fn add(&mut self, line: &str) {
         if let [Some(x), Some(y), Some(z)] = ['x', 'y', 'z'].map(|axis| unit_of_title(line, axis)) {
             let names = ["x-unit", "y-unit", "z-unit"].map(str::to_owned);
@@ -220,15 +220,12 @@ impl Header {
 /// Returns the unit in the title of a column, such as `X [µm]` or `x (µm)`, if the line has a title
 /// for this axis.
 fn unit_of_title(line: &str, axis: char) -> Option<String> {
-    let lower = line.to_lowercase();
-    let titles = lower.char_indices().filter(|(_, letter)| *letter == axis);
-    titles.into_iter().find_map(|(start, _)| {
-        let is_word = lower[..start].ends_with(|before: char| before.is_alphanumeric());
-        let rest = lower[start + 1..].trim_start().strip_prefix(['[', '('])?;
-        let end = rest.find([']', ')'])?;
-        // Units are case-sensitive, so take the unit from the line itself.
-        let from = lower.len() - rest.len();
-        (!is_word).then(|| line.get(from..from + end).unwrap_or_default().trim().to_owned())
+    let mut titles = line.char_indices().filter(|(_, letter)| letter.eq_ignore_ascii_case(&axis));
+    titles.find_map(|(start, _)| {
+        let is_in_word = line[..start].ends_with(char::is_alphanumeric);
+        let unit = line[start + 1..].trim_start().strip_prefix(['[', '('])?;
+        let (unit, _) = unit.split_once([']', ')'])?;
+        (!is_in_word).then(|| unit.trim().to_owned())
     })
 }
 
