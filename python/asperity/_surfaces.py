@@ -23,8 +23,9 @@ def read(
 ) -> Topography:
     """Reads a height map from a topography file.
 
-    The content of the file determines its format: X3P, SUR, GWY, GSF, SDF, OPD, AL3D, NanoScope, Igor,
-    MetroPro, netCDF, HDF5, DATX, JPK, WSxM, MI, FRT, BCR, NumPy, PLU and text.
+    The content of the file determines its format: X3P, SUR, GWY, GSF, SDF, OPD, OPDx, AL3D, VK, LEXT,
+    NanoScope, Igor, MetroPro, netCDF, HDF5, DATX, JPK, NID, NMM, WSxM, MI, FRT, BCR, NumPy, PLU, text and
+    the text exports of Wyko, Zygo and Keyence.
 
     Parameters
     ----------
