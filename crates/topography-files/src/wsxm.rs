@@ -1,6 +1,6 @@
 //! Image files of WSxM, such as `.top` and `.stp`, with a text header in sections and a map.
 //!
-//! The header gives the sides of the map, as `X Amplitude` and `Y Amplitude`. Floats are in the unit
+//! The header gives the sides of the map, `X Amplitude` and `Y Amplitude`. Floats are in the unit
 //! of the `Z Amplitude`. Integers are multiplied by the Z amplitude over their range, `Maximum` −
 //! `Minimum`. The map is turned by 180°: lines run along x, and the first number has the largest x
 //! and the largest y. The format has no marker of missing points.
