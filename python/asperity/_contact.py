@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from html import escape
-from typing import TYPE_CHECKING, Any, Dict, Iterator
+from typing import TYPE_CHECKING, Any, Dict, Iterator, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,12 +77,13 @@ class Contact:
     """Result of pressing a surface: a table row and maps for each load.
 
     With adhesion, the rows and maps are those of the states of the path, in its order. Where this class says
-    load, it then means state. Lengths are in the unit of the surface, and pressures in the unit of `effective_modulus`.
+    load, it then means state. With a hardness and a `path`, they are those of the loads of each branch in
+    ascending order: first loading, then unloading from each maximum. Lengths are in the unit of the surface, and pressures in the unit of `effective_modulus`.
 
     Attributes
     ----------
     topography : Topography
-        The pressed surface.
+        The pressed surface; with `against`, the sum of both.
     """
 
     def __init__(self, pressing: "_asperity.Pressing", topography: Topography) -> None:
@@ -94,6 +95,12 @@ class Contact:
     def table(self) -> Table:
         """Table with a row for each load: load, pressure, nodes in contact, mean gap, energy, …"""
         return self._table
+
+    @property
+    def partial_slip(self) -> Optional[Table]:
+        """Table of partial slip with a row for each normal and tangential load; None without `friction`."""
+        slip = self._pressing.partial_slip()
+        return None if slip is None else Table(slip)
 
     @property
     def load(self) -> Reals:

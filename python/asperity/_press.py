@@ -34,6 +34,11 @@ def press(
     hardness_unit: Optional[str] = None,
     layer: Optional[Mapping[str, Any]] = None,
     substrate: Optional[Mapping[str, float]] = None,
+    against: Optional[Union[Topography, ArrayLike]] = None,
+    shift: Optional[Tuple[float, float]] = None,
+    mirror: Optional[str] = None,
+    stiffness: Optional[bool] = None,
+    friction: Optional[Mapping[str, Any]] = None,
     tolerance: Optional[float] = None,
     max_pairs: Optional[int] = None,
     fields: bool = True,
@@ -68,7 +73,9 @@ def press(
         a mesh with Δx w/(E* ρ²) > π/2.
     path : ``"as-given"`` or ``"there-and-back"``, optional
         With `adhesion`: the states follow the list, or the list and then the list backwards; default:
-        ``"as-given"``.
+        ``"as-given"``. With a `hardness`: the loads follow the list likewise, and the surface keeps its
+        plastic depth where they decrease. The table then has the columns ``branch``, ``residual_depth`` and
+        ``plastic_work``, and the rows of first loading before those of unloading. Default: no unloading.
     effective_modulus : float, optional
         Effective modulus E*, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂; default: 1.
     bodies : sequence of mappings, optional
@@ -87,6 +94,21 @@ def press(
         the half-space. The modulus E* is that of the layer. Default: a half-space.
     substrate : mapping, optional
         Half-space below a coating, ``{"poisson_ratio"}``.
+    against : Topography or array_like, optional
+        Heights of a second rough surface, positive towards the first one and in common axes. It has the nodes
+        and sides of the first surface. The sum of both heights is pressed, and `loads` are in units of the rms
+        slope of this sum. Default: the other body is smooth.
+    shift : (float, float), optional
+        Lateral shift of `against` along x and y, as fractions of the sides; default: no shift.
+    mirror : ``"x"`` or ``"y"``, optional
+        Axis along which the map of `against` is reversed before it is shifted, as for a measured map, which
+        was seen from its own front; default: none.
+    stiffness : bool, optional
+        True to compute the stiffness of the contact under each load, the column ``stiffness``; default: False.
+    friction : mapping, optional
+        ``{"coefficient", "loads", "poisson_ratio"}``: partial slip under tangential loads Q/(f N) between −1
+        and 1, in the order of the path. `Contact.partial_slip` is the table. The normal loads N (1 − Q/(f N))
+        must be among `loads`. Default: no tangential loads.
     tolerance : float, optional
         Maximum error of the gap, in units of rms slope × mesh step: the gap in contact and the penetration
         outside it; default: 5e-5. With `adhesion`: maximum error of a pressure, in units of E* × rms slope.
@@ -159,11 +181,14 @@ def press(
             hardness_unit,
             layer,
             substrate,
+            stiffness,
             tolerance,
             max_pairs,
         ),
+        "friction": None if friction is None else dict(friction),
     }
-    pressing, topography = _pressing(heights, size, boundary, keys, fields, jobs)
+    topography = _topography(heights, size, boundary, against, shift, mirror)
+    pressing = _pressing(topography, keys, fields, jobs)
     while pressing.press():
         pass
     return Contact(pressing, topography)
@@ -185,6 +210,10 @@ def press_each(
     hardness_unit: Optional[str] = None,
     layer: Optional[Mapping[str, Any]] = None,
     substrate: Optional[Mapping[str, float]] = None,
+    against: Optional[Union[Topography, ArrayLike]] = None,
+    shift: Optional[Tuple[float, float]] = None,
+    mirror: Optional[str] = None,
+    stiffness: Optional[bool] = None,
     tolerance: Optional[float] = None,
     max_pairs: Optional[int] = None,
     fields: bool = True,
@@ -220,11 +249,12 @@ def press_each(
             hardness_unit,
             layer,
             substrate,
+            stiffness,
             tolerance,
             max_pairs,
         ),
     }
-    pressing, _ = _pressing(heights, size, boundary, keys, fields, jobs)
+    pressing = _pressing(_topography(heights, size, boundary, against, shift, mirror), keys, fields, jobs)
 
     def each() -> Iterator[ContactState]:
         while pressing.press():
@@ -275,6 +305,7 @@ def _setting(
     hardness_unit: Optional[str],
     layer: Optional[Mapping[str, Any]],
     substrate: Optional[Mapping[str, float]],
+    stiffness: Optional[bool],
     tolerance: Optional[float],
     max_pairs: Optional[int],
 ) -> Dict[str, Any]:
@@ -287,6 +318,7 @@ def _setting(
         "hardness_unit": hardness_unit,
         "layer": None if layer is None else dict(layer),
         "substrate": None if substrate is None else dict(substrate),
+        "stiffness": stiffness,
         "tolerance": tolerance,
         "max_pairs": max_pairs,
     }
@@ -306,14 +338,15 @@ def _list(name: str, states: Optional[Loads]) -> Union[List[float], Dict[str, An
     return numbers
 
 
-def _pressing(
+def _topography(
     heights: Union[Topography, ArrayLike],
     size: Optional[Size],
     boundary: Optional[str],
-    keys: Dict[str, Any],
-    fields: bool,
-    jobs: Optional[int],
-) -> Tuple["_asperity.Pressing", Topography]:
+    against: Optional[Union[Topography, ArrayLike]],
+    shift: Optional[Tuple[float, float]],
+    mirror: Optional[str],
+) -> Topography:
+    """Returns the surface to press: the given one, or with `against` the sum of two."""
     if isinstance(heights, Topography):
         topography = heights
         if size is not None:
@@ -330,8 +363,35 @@ def _pressing(
                 '`boundary="free"` if it is an isolated patch, such as a measured map'
             )
         topography = Topography(heights, size, is_periodic=boundary == "periodic")
+    _refuse_missing(topography)
+    if against is None:
+        for name, value in {"shift": shift, "mirror": mirror}.items():
+            if value is not None:
+                raise ArgumentError(f"`{name}` needs `against`, the second surface")
+        return topography
+    if not isinstance(against, Topography):
+        against = Topography(
+            against, topography.size, unit=topography.unit, is_periodic=topography.is_periodic
+        )
+    _refuse_missing(against)
+    keys = {"shift": None if shift is None else list(shift), "mirror": mirror, "boundary": boundary}
+    placed = _asperity.placed(against.values, against.size, keys)
+    return topography + Topography(
+        placed, against.size, unit=against.unit, is_periodic=against.is_periodic
+    )
+
+
+def _refuse_missing(topography: Topography) -> None:
     if topography.missing:
         raise SurfaceError(f"{topography.missing} points are missing; call `fill` first")
+
+
+def _pressing(
+    topography: Topography,
+    keys: Dict[str, Any],
+    fields: bool,
+    jobs: Optional[int],
+) -> "_asperity.Pressing":
     pressing = _asperity.Pressing(
         topography._heights,
         topography.size,
@@ -343,4 +403,4 @@ def _pressing(
     )
     for message in pressing.warnings():
         warnings.warn(message, StudyWarning, stacklevel=3)
-    return pressing, topography
+    return pressing

@@ -29,7 +29,7 @@ mod _asperity {
     #[pymodule_export]
     use super::manifest::{study_name, toml};
     #[pymodule_export]
-    use super::pressing::Pressing;
+    use super::pressing::{Pressing, placed};
     #[pymodule_export]
     use super::session::Session;
     #[pymodule_export]

@@ -88,6 +88,12 @@ impl Pressing {
         py.detach(|| self.lock().count())
     }
 
+    /// Returns the table of partial slip, or `None` without friction.
+    fn partial_slip(&self, py: Python<'_>) -> PyResult<Option<Table>> {
+        let table = py.detach(|| self.lock().partial_slip());
+        Ok(table.map_err(|error| surface_error(py, &error))?.map(Table::from))
+    }
+
     fn table(&self, py: Python<'_>) -> PyResult<Table> {
         let table = py.detach(|| self.lock().table());
         Ok(Table::from(table.map_err(|error| surface_error(py, &error))?))
@@ -121,6 +127,22 @@ impl Pressing {
     fn gap<'py>(&self, py: Python<'py>, load: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.field(py, load, |pressing| pressing.gap(load))
     }
+}
+
+/// Returns the heights of a second rough surface where they are added to those of the first one.
+#[pyfunction]
+pub fn placed<'py>(
+    py: Python<'py>,
+    heights: PyReadonlyArray2<'py, f64>,
+    size: [f64; 2],
+    keys: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let keys = conversion::keys(keys)?;
+    let surface = conversion::surface(py, &heights, size)?;
+    let nodes = surface.grid().nodes();
+    let placed = py.detach(|| direct::placed(surface, &keys));
+    let placed = placed.map_err(|error| direct_error(py, &error))?;
+    conversion::map(py, placed.into_heights(), nodes)
 }
 
 fn not_available(load: usize) -> PyErr {

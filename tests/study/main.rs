@@ -42,6 +42,7 @@ mod reading;
 mod rectangles;
 mod reference;
 mod report;
+mod running_in;
 mod scans;
 mod separation;
 mod session;

@@ -12,6 +12,7 @@ use arrow::array::Array;
 use asperity_contact::topography::spectrum;
 use asperity_stages::columns::*;
 use asperity_stages::ensemble::{ParameterPoint, grouped};
+use asperity_stages::generate;
 use asperity_stages::grids::Meshes;
 use asperity_stages::solve::PAIR_LIMIT;
 use asperity_tables::column::{Role, Value};
@@ -33,9 +34,9 @@ const COMPARED: [&str; 9] = [
 /// Parameters of anisotropic surfaces. Null or a ratio of 1 means an isotropic surface.
 const ANISOTROPY_PARAMETERS: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGLE.name];
 
-/// Parameters that describe rows whose surfaces, asperity models, adhesion, layers or second body
-/// no claim uses.
-const NOT_COMPARED: [&str; 19] = [
+/// Parameters that describe rows whose surfaces, asperity models, adhesion, layers, second body or
+/// former contact no claim uses.
+const NOT_COMPARED: [&str; 23] = [
     METHOD.name,
     ANISOTROPY_RATIO.name,
     ANISOTROPY_ANGLE.name,
@@ -55,16 +56,23 @@ const NOT_COMPARED: [&str; 19] = [
     SHIFT_Y.name,
     MIRROR.name,
     FROM_RMS_SLOPE.name,
+    YIELDED_LOAD.name,
+    YIELDED_PRESSURE.name,
+    YIELDED_HARDNESS.name,
+    YIELDED_HARDNESS_REDUCED.name,
 ];
 
 /// Columns that exclude a row from claims on areas: anisotropy, asperity models, adhesion, layers,
-/// and pairs of surfaces. Null or an anisotropy ratio of 1 does not exclude it.
-const EXCLUDING_COLUMNS: [&str; 5] = [
+/// pairs of surfaces, and surfaces that have yielded. Null or an anisotropy ratio of 1 does not
+/// exclude it.
+const EXCLUDING_COLUMNS: [&str; 7] = [
     ANISOTROPY_RATIO.name,
     INTERACTION.name,
     WORK_OF_ADHESION.name,
     LAYER_THICKNESS.name,
     AGAINST.name,
+    YIELDED_LOAD.name,
+    YIELDED_PRESSURE.name,
 ];
 
 /// Parameters that all rows used by claims share, and the rows left out.
@@ -219,12 +227,12 @@ impl Spectrum {
 }
 
 /// Returns the spectrum of a row, or `None` if the surface is on a rectangle, a pair of surfaces,
-/// or not drawn from a spectrum.
+/// has yielded, or is not drawn from a spectrum.
 pub fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableError> {
     if !table.has(HURST.name) || table.reals(HURST.name)?.is_null(row) {
         return Ok(None);
     }
-    if table.has(AGAINST.name) && table.texts(AGAINST.name)?.is_valid(row) {
+    if generate::is_altered(table, row) {
         return Ok(None);
     }
     let whole = |name: &str| Ok::<_, TableError>(table.integers(name)?.value(row));

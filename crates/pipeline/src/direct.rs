@@ -2,7 +2,8 @@
 //!
 //! The input consists of the keys of a `generate` or `solve` stage, which are checked as in a
 //! manifest. The results are the same as those of such a stage, bit for bit. [`draw`] generates one
-//! surface, and [`Pressing`] solves its contact, load after load. Nothing is written to disk.
+//! surface, [`placed`] places a second one against it, and [`Pressing`] solves the contact, load
+//! after load. Nothing is written to disk.
 //!
 //! ```
 //! use asperity_pipeline::direct::{Map, Pressing, draw};
@@ -25,6 +26,7 @@ mod states;
 
 use std::num::NonZeroUsize;
 use std::path::Path;
+use std::sync::Arc;
 
 use toml::Table as Keys;
 
@@ -38,7 +40,10 @@ use asperity_contact::topography::moments::Moments;
 use asperity_contact::topography::surface::{Surface, SurfaceError};
 use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::columns::RMS_SLOPE;
+use asperity_stages::generate::Origin;
 use asperity_stages::generate::growth::PlannedSurfaces;
+use asperity_stages::measure::{self, friction};
+use asperity_stages::solve::{self, ListedLoads};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Recipe, StageError, grids};
 use asperity_tables::column::Value;
@@ -90,6 +95,35 @@ pub fn draw(keys: &Keys, realization: u32) -> Result<Drawn, DirectError> {
     Ok(Drawn { surface, rms_slope, is_periodic: !params.origin.is_open(), row })
 }
 
+/// Returns the map of a second rough surface in the position in which its heights are added to
+/// those of the first one.
+///
+/// `keys` are the keys `shift`, `mirror` and `boundary` of a `solve` stage with `against`.
+///
+/// # Errors
+/// Returns an error if a key is invalid.
+pub fn placed(against: Surface, keys: &Keys) -> Result<Surface, DirectError> {
+    let mut contact = stage("solve", keys);
+    contact.insert("from".to_owned(), "surface".into());
+    contact.insert("against".to_owned(), "against".into());
+    contact.insert("loads".to_owned(), vec![1.0].into());
+    let surface = stage("generate", &placeholder_surface(against.grid()));
+    let stages = vec![("surface", surface.clone()), ("against", surface), ("contact", contact)];
+    let study = study(stages)?;
+    let pairs = study.stages.iter().filter_map(|stage| match &stage.work {
+        Work::Generate(surfaces) => Some(surfaces),
+        Work::Evaluate(_) => None,
+    });
+    let pairs = pairs.flatten().filter_map(|surfaces| match &surfaces.params.origin {
+        Origin::Pair(pair) => Some(pair),
+        _ => None,
+    });
+    match pairs.collect::<Vec<_>>()[..] {
+        [pair] => Ok(pair.placed(against)),
+        ref several => Err(expected_one(several.len(), "shifts").into()),
+    }
+}
+
 fn of_table(error: TableError) -> DirectError {
     StageError::from(error).into()
 }
@@ -110,7 +144,8 @@ pub struct Map {
 /// Contact of one surface, which is solved under one load after the other.
 ///
 /// With adhesion, the loads or mean gaps are the states of a path, in its order. "Load" then stands
-/// for a state in the methods.
+/// for a state in the methods. On a path of a material with a hardness, the loads are those of one
+/// branch after the other, each in ascending order, as in the table of a stage.
 ///
 /// Pressures are in the unit of the effective modulus, lengths in the unit of the sides. The
 /// contact map of every finished load is kept in memory, one bit per node. The pressures are kept
@@ -120,6 +155,7 @@ pub struct Pressing {
     cores: NonZeroUsize,
     grid: Grid,
     keeps_fields: bool,
+    friction: Option<friction::Params>,
     warnings: Vec<String>,
 }
 
@@ -142,7 +178,8 @@ trait Solved: Send {
 }
 
 impl Pressing {
-    /// Prepares a surface for the loads that the keys of a `solve` stage describe.
+    /// Prepares a surface for the loads that the keys of a `solve` stage describe. The key
+    /// `friction` is that of a `measure` stage which reads these loads.
     ///
     /// # Errors
     /// Returns an error if a key is invalid, if the map is not periodic but the boundary is, or if
@@ -158,11 +195,10 @@ impl Pressing {
     /// Returns the same errors as [`Pressing::new`].
     pub fn new_on(cores: NonZeroUsize, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
         let grid = map.surface.grid();
-        let Checked { recipe, warnings } = checked(keys, grid)?;
-        let boundary = match &recipe {
-            Recipe::Adhesion(params) => params.boundary,
-            Recipe::Solve(params) => params.boundary,
-            _ => unreachable!("only `solve` stages are checked"),
+        let Checked { contact, friction, warnings } = checked(keys, grid)?;
+        let boundary = match &contact {
+            CheckedContact::Path(params) => params.boundary,
+            CheckedContact::Branches(branches) => branches[0].boundary,
         };
         if boundary == Boundary::Periodic && !map.is_periodic {
             return Err(DirectError::NotPeriodic);
@@ -172,13 +208,16 @@ impl Pressing {
         row.push((RMS_SLOPE, Value::Real(rms_slope)));
         let row = Table::row(&row);
         let threads = Threads::for_mesh(cores, grid.count());
-        let mut solved: Box<dyn Solved> = match &recipe {
-            Recipe::Adhesion(params) => Box::new(States::new(params, map.surface, row, threads)?),
-            Recipe::Solve(params) => Box::new(Loads::new(params, map.surface, row, threads)?),
-            _ => unreachable!("only `solve` stages are checked"),
+        let mut solved: Box<dyn Solved> = match contact {
+            CheckedContact::Path(params) => {
+                Box::new(States::new(&params, map.surface, row, threads)?)
+            }
+            CheckedContact::Branches(branches) => {
+                Box::new(Loads::new(branches, map.surface, row, threads)?)
+            }
         };
         solved.set_threads(Threads::one());
-        Ok(Pressing { solved, cores, grid, keeps_fields: true, warnings })
+        Ok(Pressing { solved, cores, grid, keeps_fields: true, friction, warnings })
     }
 
     /// Disables keeping the pressures of finished loads; their contact maps are still kept.
@@ -217,6 +256,16 @@ impl Pressing {
     /// Returns an error if the rows do not form a table, which is a bug.
     pub fn table(&self) -> Result<Table, StageError> {
         self.solved.table()
+    }
+
+    /// Returns a table of the partial slip under tangential loads: the table of a `measure` stage
+    /// without the parameter columns of the surface. Returns `None` without the key `friction`.
+    ///
+    /// # Errors
+    /// Returns an error if the rows do not form a table, which is a bug.
+    pub fn partial_slip(&self) -> Result<Option<Table>, StageError> {
+        let measured = |friction: &friction::Params| friction.measure(&self.table()?);
+        self.friction.as_ref().map(measured).transpose()
     }
 
     /// Returns the contact map under the load with index `load`, row-major: true for nodes in
@@ -293,7 +342,7 @@ impl From<ManifestErrors> for KeyErrors {
 
 /// Returns the parameters of the single surface that these keys of a `generate` stage describe.
 fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
-    let study = study([("surface", stage("generate", keys))])?;
+    let study = study(vec![("surface", stage("generate", keys))])?;
     match &study.stages[0].work {
         Work::Generate(surfaces) => match surfaces.as_slice() {
             [one] => Ok(one.clone()),
@@ -303,36 +352,74 @@ fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
     }
 }
 
-/// Checked keys of a `solve` stage.
+/// Checked keys of a `solve` stage, and of a `measure` stage with `friction` that reads it.
 #[derive(Debug)]
 struct Checked {
-    /// Parameters of loads, or of a path with adhesion.
-    recipe: Recipe,
+    contact: CheckedContact,
+    friction: Option<friction::Params>,
     warnings: Vec<String>,
+}
+
+/// Checked parameters of a contact.
+#[derive(Debug)]
+enum CheckedContact {
+    /// Parameters of the branches of a path of loads; a single one without a path.
+    Branches(Vec<Arc<solve::Params>>),
+    /// Parameters of a path with adhesion.
+    Path(Arc<solve::adhesion::Params>),
 }
 
 /// Checks the keys of a `solve` stage for a surface on this grid.
 fn checked(keys: &Keys, grid: Grid) -> Result<Checked, KeyErrors> {
     let mut contact = stage("solve", keys);
     contact.insert("from".to_owned(), "surface".into());
+    let slip = contact.remove("friction").map(|friction| {
+        let keys = [("from", "contact".into()), ("friction", friction)];
+        stage("measure", &keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect())
+    });
     let surface = stage("generate", &placeholder_surface(grid));
-    let study = study([("surface", surface), ("contact", contact)])?;
-    let contact = &study.stages[1];
-    let recipe = match contact.work.recipes() {
+    let stages = [("surface", surface), ("contact", contact)];
+    let study = study(stages.into_iter().chain(slip.map(|slip| ("slip", slip))).collect())?;
+    let recipes = study.stages[1].work.recipes();
+    let contact = match recipes {
         // `Pressing` solves for pressures of nodes and knows no asperity models.
-        [Recipe::Solve(params)] if params.asperities.is_some() => {
+        [Recipe::Solve(params), ..] if params.asperities.is_some() => {
             return Err(KeyErrors(vec![only_in_manifests("method = \"asperities\"")]));
         }
-        [Recipe::Solve(params)] if params.flow => {
+        [Recipe::Solve(params), ..] if params.flow => {
             return Err(KeyErrors(vec![only_in_manifests("flow = true")]));
         }
-        [Recipe::Solve(params), ..] if params.branch.is_some() => {
-            return Err(KeyErrors(vec![only_in_manifests("path")]));
-        }
-        [recipe @ (Recipe::Solve(_) | Recipe::Adhesion(_))] => recipe.clone(),
-        several => return Err(expected_one(several.len(), "parameter points")),
+        [Recipe::Adhesion(params)] => CheckedContact::Path(params.clone()),
+        _ => match branches(recipes) {
+            Some(branches) => CheckedContact::Branches(branches),
+            None => return Err(expected_one(recipes.len(), "parameter points")),
+        },
     };
-    Ok(Checked { recipe, warnings: study.coarse_for_adhesion(contact).into_iter().collect() })
+    let friction = match study.stages.get(2).map(|slip| slip.work.recipes()) {
+        None => None,
+        Some([Recipe::Measure(measure::Params::Friction(friction))]) => Some(friction.clone()),
+        Some(several) => return Err(expected_one(several.len(), "values of `friction`")),
+    };
+    let warnings = study.coarse_for_adhesion(&study.stages[1]).into_iter().collect();
+    Ok(Checked { contact, friction, warnings })
+}
+
+/// Returns the branches of a path, or the only contact. Returns `None` if the recipes are several
+/// parameter points.
+fn branches(recipes: &[Recipe]) -> Option<Vec<Arc<solve::Params>>> {
+    let branches = recipes.iter().map(|recipe| match recipe {
+        Recipe::Solve(params) => Some(params.clone()),
+        _ => None,
+    });
+    let branches = branches.collect::<Option<Vec<_>>>()?;
+    let of_point = |branch: &solve::Params| {
+        let (loads, listed) = (Vec::new(), ListedLoads::default());
+        solve::Params { branch: None, loads, listed, ..branch.clone() }
+    };
+    let first = branches.first()?;
+    let is_path = first.branch.is_some();
+    let are_one = branches.iter().all(|branch| of_point(branch) == of_point(first));
+    (branches.len() == 1 || is_path && are_one).then_some(branches)
 }
 
 /// Returns the keys of a surface with the spacing of `grid`, which the check of a `solve` stage
@@ -357,8 +444,9 @@ fn stage(kind: &str, keys: &Keys) -> Keys {
     table
 }
 
-fn study<const N: usize>(stages: [(&str, Keys); N]) -> Result<Study, KeyErrors> {
-    let named = stages.map(|(name, table)| (name.to_owned(), toml::Value::from(table)));
+fn study(stages: Vec<(&str, Keys)>) -> Result<Study, KeyErrors> {
+    let named = stages.into_iter();
+    let named = named.map(|(name, table)| (name.to_owned(), toml::Value::from(table)));
     let name = Keys::from_iter([("name".to_owned(), toml::Value::from("direct"))]);
     let manifest = Keys::from_iter([
         ("study".to_owned(), toml::Value::from(name)),
@@ -531,6 +619,37 @@ mod tests {
     #[test]
     fn a_hardness_in_either_unit_is_held_against_no_slope() {
         let checked = checked("loads = [0.1]\nhardness = 1e-9").unwrap();
-        assert!(matches!(&checked.recipe, Recipe::Solve(params) if params.hardness.is_some()));
+        let CheckedContact::Branches(branches) = &checked.contact else { panic!("loads") };
+        assert!(branches.len() == 1 && branches[0].hardness.is_some());
+    }
+
+    #[test]
+    fn branches_of_a_path_are_one_contact_and_swept_values_are_several() {
+        let keys = "loads = [0.1, 0.2, 0.1]\nhardness = 0.5\npath = \"as-given\"";
+        let CheckedContact::Branches(branches) = checked(keys).unwrap().contact else {
+            panic!("loads")
+        };
+        assert_eq!(branches.len(), 2);
+        for keys in [&keys.replace("0.5", "[0.5, 0.6]"), "loads = [0.1]\nhardness = [0.5, 0.6]"] {
+            let message = checked(keys).unwrap_err().to_string();
+            assert!(message.contains("parameter points"), "{message}");
+        }
+    }
+
+    #[test]
+    fn the_second_surface_is_mirrored_and_shifted_by_whole_nodes() {
+        let keys = "method = \"wave-sum\"\nnodes = 8\namplitude = 0.1".parse().unwrap();
+        let wave = draw(&keys, 0).unwrap().surface;
+        let heights = wave.heights().iter().enumerate();
+        // The heights differ at all nodes.
+        let heights = heights.map(|(node, height)| height + node as f64);
+        let surface = Surface::new(wave.grid(), heights.collect()).unwrap();
+        let placed = placed(surface.clone(), &table("shift = [0.25, 0]\nmirror = \"y\"")).unwrap();
+        for (node, height) in placed.heights().iter().enumerate() {
+            let source = (node + 64 - 16) % 64 / 8 * 8 + (7 - node % 8);
+            assert!((height - surface.heights()[source]).abs() < 1e-12);
+        }
+        let message = super::placed(surface, &table("shift = [2, 0]")).unwrap_err().to_string();
+        assert!(message.contains("`shift`"), "{message}");
     }
 }

@@ -217,7 +217,10 @@ fn read_stage(
     let from = match from_key {
         FromKey::Absent => Some(Vec::new()),
         FromKey::Optional if !table.contains_key("from") => Some(Vec::new()),
-        FromKey::Optional | FromKey::Required => read_from(&mut table, kind, &span, problems),
+        FromKey::Optional | FromKey::Required => {
+            let what = variant.map_or_else(|| with_article(kind), StageVariant::describe);
+            read_from(&mut table, &what, &span, problems)
+        }
     };
     let mut swept_parameters = BTreeSet::new();
     let points = variant.map(|variant| {
@@ -308,12 +311,12 @@ fn read_kind(table: &mut DeTable, span: &Span, problems: &mut Problems) -> Optio
 
 fn read_from(
     table: &mut DeTable,
-    kind: Kind,
+    what: &str,
     span: &Span,
     problems: &mut Problems,
 ) -> Option<Vec<Spanned<String>>> {
     let Some(value) = table.remove("from") else {
-        let message = format!("{} needs `from`", with_article(kind));
+        let message = format!("{what} needs `from`");
         let problem = Problem::new(message, span.clone(), "`from` is missing here");
         problems.push(
             problem

@@ -20,7 +20,7 @@ const ELSEWHERE: [&str; 7] =
     [BIN.name, ALONG.name, WAVENUMBER.name, LAG.name, DISTANCE.name, BEARING_LEVEL.name, "pooled"];
 /// Coordinates of anisotropic surfaces, of asperity models, of contacts with adhesion or a layer,
 /// and of pairs of surfaces, which claims leave out.
-const LEFT_OUT: [&str; 18] = [
+const LEFT_OUT: [&str; 22] = [
     ANISOTROPY_RATIO.name,
     ANISOTROPY_ANGLE.name,
     INTERACTION.name,
@@ -39,6 +39,10 @@ const LEFT_OUT: [&str; 18] = [
     SHIFT_Y.name,
     MIRROR.name,
     FROM_RMS_SLOPE.name,
+    YIELDED_LOAD.name,
+    YIELDED_PRESSURE.name,
+    YIELDED_HARDNESS.name,
+    YIELDED_HARDNESS_REDUCED.name,
 ];
 
 /// Returns all coordinates of measured or corrected contacts.

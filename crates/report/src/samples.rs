@@ -46,7 +46,8 @@ impl Sample<'_> {
             Origin::Random { .. }
             | Origin::Spectrum { .. }
             | Origin::Shape { .. }
-            | Origin::Pair(_) => None,
+            | Origin::Pair(_)
+            | Origin::Yielded(_) => None,
         }
     }
 
@@ -82,15 +83,19 @@ impl Sample<'_> {
                 });
                 Ok(surface.draw(grids::grid(shown, grid.cell().size())?))
             }
-            Origin::Spectrum { .. } if self.params.origin.reads_stage() => {
+            Origin::Spectrum { .. } | Origin::Yielded(_)
+                if self.params.heights == Heights::Keep =>
+            {
                 let store = finished.archive.store();
                 let table = store.read(&finished.plan.tasks[self.task].table, Columns::All);
                 let table = table.map_err(StageError::Store)?;
                 self.params.surface(&table, finished.sources, &Threads::one())
             }
-            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => {
-                self.params.draw(finished.sources, &Threads::one())
-            }
+            Origin::Spectrum { .. }
+            | Origin::File(_)
+            | Origin::Shape { .. }
+            | Origin::Pair(_)
+            | Origin::Yielded(_) => self.params.draw(finished.sources, &Threads::one()),
         }
     }
 }

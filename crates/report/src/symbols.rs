@@ -14,7 +14,7 @@ use crate::loads;
 use crate::units::{LengthUnit, PressureUnit, Scaled, digits, prefixed};
 
 /// Columns with the labels of their axes and their symbols.
-const KNOWN: [(&str, &str, &str); 68] = [
+const KNOWN: [(&str, &str, &str); 72] = [
     (LOAD.name, LOAD_LABEL, "y"),
     (PRESSURE.name, "mean pressure p₀", "p₀"),
     (AREA_FRACTION.name, AREA_LABEL, "A/A₀"),
@@ -26,8 +26,12 @@ const KNOWN: [(&str, &str, &str); 68] = [
     (K_UPPER.name, "upper cutoff k_upper", "k_upper"),
     (RMS_SLOPE.name, "rms slope h′", "h′"),
     ("rms_height", "rms height", "rms height"),
-    (FROM_RMS_SLOPE.name, "rms slope h′ of the first body", "h′ of the first body"),
-    (FROM_RMS_HEIGHT.name, "rms height of the first body", "rms height of the first body"),
+    (FROM_RMS_SLOPE.name, "rms slope h′ of the original surface", "original h′"),
+    (FROM_RMS_HEIGHT.name, "rms height of the original surface", "original rms height"),
+    (YIELDED_LOAD.name, "largest load y before", "y before"),
+    (YIELDED_PRESSURE.name, "largest mean pressure p₀ before", "p₀ before"),
+    (YIELDED_HARDNESS.name, "hardness H before", "hardness before"),
+    (YIELDED_HARDNESS_REDUCED.name, "hardness H/(E* h′) before", "hardness before"),
     (SHIFT_X.name, "shift along x, in sides", "shift along x"),
     (SHIFT_Y.name, "shift along y, in sides", "shift along y"),
     (NODES.name, "nodes per side N", "N"),

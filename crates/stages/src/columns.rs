@@ -78,6 +78,11 @@ pub const METHOD: Column = parameter_text("method", "method by which the surface
         },
         Code { word: "spectrum", meaning: "random surface with a given power spectrum" },
         Code { word: "file", meaning: "measured surface" },
+        Code {
+            word: "yielded",
+            meaning: "surface that has yielded in a contact; its other columns, such as `hurst` \
+                      or `seed`, describe the surface before",
+        },
         Code { word: "paraboloid", meaning: "paraboloid of revolution" },
         Code { word: "wave", meaning: "cosine wave along x" },
         Code { word: "wave-product", meaning: "product of cosine waves along x and y" },

@@ -8,6 +8,7 @@ use toml::de::DeTable;
 use crate::aggregate::keys::AggregateTable;
 use crate::correct::CorrectTable;
 use crate::fit::keys::{FitPoints, LawWord};
+use crate::generate::growth::PlannedSurfaces;
 use crate::generate::method::{Method, SurfacePoints};
 use crate::measure::keys::MeasureTable;
 use crate::solve::Conduction;
@@ -105,7 +106,7 @@ impl StageVariant {
     /// Returns whether the stage has a key `from`.
     pub fn from_key(self) -> FromKey {
         match self {
-            StageVariant::Generate(method) if method.may_read() => FromKey::Optional,
+            StageVariant::Generate(method) => method.from_key(),
             _ => FromKey::of_kind(self.kind()),
         }
     }
@@ -479,6 +480,17 @@ fn spanning(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
     [one[0].min(other[0]), one[1].max(other[1])]
 }
 
+/// A `solve` stage with the surfaces that it presses.
+#[derive(Debug)]
+pub struct PressedStage<'a> {
+    /// Name of the stage, where `from` names it.
+    pub name: &'a Spanned<String>,
+    /// Surfaces that the stage presses, by parameter point.
+    pub surfaces: Vec<&'a PlannedSurfaces>,
+    /// Recipes of the contacts.
+    pub recipes: &'a [Recipe],
+}
+
 /// Data outside a stage that the checks of its keys need.
 pub struct CheckContext<'a> {
     /// Seed of the study, used by stages without a key `seed`.
@@ -495,6 +507,8 @@ pub struct CheckContext<'a> {
     pub earlier: &'a [(&'a str, &'a Table)],
     /// Properties of the surfaces and contacts that the stage reads.
     pub surfaces: Surfaces,
+    /// `solve` stages that the stage reads.
+    pub pressed: Vec<PressedStage<'a>>,
     /// Problems of the manifest. Checks add the problems that they find.
     pub problems: &'a mut Problems,
 }

@@ -11,6 +11,7 @@ pub mod pair;
 mod random;
 pub mod shapes;
 pub mod spectrum;
+pub mod yielded;
 
 use std::borrow::Cow;
 
@@ -55,7 +56,7 @@ pub const STAGE: Definition = Definition {
     reads: Reads { rows: &[], from: Cow::Borrowed("nothing") },
     row_kind: |_| Some(RowKind::Surfaces),
     columns: || {
-        let lists: [&[Column]; 11] = [
+        let lists: [&[Column]; 12] = [
             &[SURFACE, METHOD, NODES, SIDE],
             &[NODES_X, NODES_Y, SIDE_X, SIDE_Y, RMS_SLOPE],
             &RANDOM_SURFACE_COORDINATES,
@@ -66,6 +67,7 @@ pub const STAGE: Definition = Definition {
             &FILE_COLUMNS,
             &SPECTRUM_DESCRIPTORS,
             &PAIR_COORDINATES,
+            &YIELDED_COORDINATES,
             &[HEIGHTS],
         ];
         lists.concat()
@@ -120,6 +122,7 @@ impl Params {
             Origin::Random { surface, .. } => surface.realization = number,
             Origin::Spectrum { surface, .. } => surface.realization = number,
             Origin::Pair(pair) => **pair = pair.realization(number),
+            Origin::Yielded(yielded) => *yielded.body = yielded.body.realization(number),
             Origin::File(_) | Origin::Shape { .. } => {}
         }
         params
@@ -171,6 +174,7 @@ impl Params {
         let PerAxis(size) = match &self.origin {
             Origin::File(file) => file.seen.side,
             Origin::Pair(pair) => return pair.body.size(),
+            Origin::Yielded(yielded) => return yielded.body.size(),
             Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => {
                 self.side.unwrap_or_default()
             }
@@ -265,6 +269,11 @@ impl Stage for Params {
                 let found = description::found_in_file(file, &read);
                 (self.clone(), read.prepared.surface, found)
             }
+            Origin::Yielded(yielded) => {
+                let is_interrupted = || (context.interrupted)();
+                let surface = yielded.draw(context.sources, context.threads, &is_interrupted)?;
+                (self.clone(), surface, vec![])
+            }
             Origin::Random { .. }
             | Origin::Spectrum { .. }
             | Origin::Shape { .. }
@@ -307,6 +316,7 @@ impl Stage for Params {
             }
             // Both surfaces are drawn, and one of them is shifted.
             (Origin::Pair(_), _) => Effort::pairs(12.0),
+            (Origin::Yielded(yielded), _) => Effort::pairs(12.0 + yielded.pairs()),
             _ => Effort::pairs(6.0),
         }
     }
@@ -318,6 +328,7 @@ impl Stage for Params {
                 (_, Heights::None) => 0.0,
                 (Origin::File(file), _) => 28.0 + file.seen.extra_bytes_per_node(),
                 (Origin::Pair(pair), _) => 16.0 + pair.bytes_per_node(),
+                (Origin::Yielded(yielded), _) => yielded.bytes_per_node(),
                 (Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. }, _) => 28.0,
             },
             table: match self.heights {
@@ -374,6 +385,14 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
         columns.extend(SPECTRUM_DESCRIPTORS);
     }
     Table::empty(&columns)
+}
+
+/// Returns whether the surface of a row does not have the spectrum that the columns of the row
+/// describe, because it is a pair of surfaces or has yielded.
+pub fn is_altered(table: &Table, row: usize) -> bool {
+    let batch = table.batch();
+    let columns = ALTERATIONS.iter().filter_map(|name| batch.column_by_name(name));
+    columns.into_iter().any(|column| column.is_valid(row))
 }
 
 /// Returns the phrases that summarise a table of surfaces for users.

@@ -28,7 +28,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 pub use self::bodies::{Bodies, Conduction};
 pub use self::contact::Contact;
@@ -403,14 +403,17 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
 /// raising it does not recompute periodic loads.
 const FREE_BOUNDARY_VERSION: u32 = 2;
 
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct BoundaryRecipe {
     beyond: Boundary,
     version: u32,
 }
 
 /// Serializes the boundary for a recipe.
-fn boundary_recipe<S: Serializer>(boundary: &Boundary, serializer: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn boundary_recipe<S: Serializer>(
+    boundary: &Boundary,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION };
     recipe.serialize(serializer)
 }
@@ -424,6 +427,13 @@ fn stiffness_recipe<S: Serializer>(
         Stiffness::LoadingAndUnloading => serializer.serialize_str("loading and unloading"),
         other => serializer.serialize_bool(!other.is_none()),
     }
+}
+
+/// Reads the boundary from a recipe.
+pub(crate) fn boundary_from_recipe<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Boundary, D::Error> {
+    BoundaryRecipe::deserialize(deserializer).map(|recipe| recipe.beyond)
 }
 
 /// Version of the numbers of asperity models. Only their recipes contain it.

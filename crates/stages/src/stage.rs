@@ -499,6 +499,11 @@ pub enum StageError {
     Layer(#[from] LayerError),
     #[error("cannot solve the contact with adhesion")]
     Adhesion(#[from] AdhesionError),
+    #[error(
+        "the contact in which the surface yields did not converge within {max_pairs} pairs of \
+         transforms; raise `max_pairs` in its `solve` stage"
+    )]
+    NotYielded { max_pairs: u32 },
     #[error("cannot solve the contact of the asperities")]
     NoSummits(#[from] NoSummits),
     #[error("a stored contact map does not fit its mesh")]

@@ -1,4 +1,6 @@
-//! Contact without adhesion: loads that do not depend on each other.
+//! Contact without adhesion: loads that do not depend on each other, on the branches of a path.
+
+use std::sync::Arc;
 
 use super::{Solved, bits};
 use asperity_contact::solver::Solver;
@@ -11,42 +13,97 @@ use asperity_tables::table::Table;
 
 /// Finished loads of a contact without adhesion.
 pub struct Loads {
-    contact: Contact,
-    solver: Solver,
+    /// Parameters of the branches of the path; a single one without a path.
+    params: Vec<Arc<Params>>,
+    /// Branches whose contact is prepared, in order. There is at least one.
+    branches: Vec<Branch>,
+    /// Surface for the branches that are not prepared yet; `None` for a single branch.
+    surface: Option<Surface>,
     /// Row of the surface, as in the table of a `generate` stage.
     row: Table,
-    loads: Vec<SolvedLoad>,
+    threads: Threads,
     /// Pressures of the nodes in contact under each load, in units of E* × rms slope.
     pressures: Vec<Vec<f64>>,
+}
+
+/// Contact of one branch of a path, with its finished loads.
+struct Branch {
+    contact: Contact,
+    solver: Solver,
+    loads: Vec<SolvedLoad>,
 }
 
 impl Loads {
     /// Prepares a surface, whose row has its rms slope.
     pub fn new(
-        params: &Params,
+        params: Vec<Arc<Params>>,
         surface: Surface,
         row: Table,
         threads: Threads,
     ) -> Result<Loads, StageError> {
-        let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
-        let (contact, solver) = Contact::new(params, surface, rms_slope, threads, &|| false)?;
-        Ok(Loads { contact, solver, row, loads: Vec::new(), pressures: Vec::new() })
+        let kept = (params.len() > 1).then(|| surface.clone());
+        let first = Branch::new(&params[0], surface, &row, threads.clone(), &|| false)?;
+        let (branches, pressures) = (vec![first], Vec::new());
+        Ok(Loads { params, branches, surface: kept, row, threads, pressures })
     }
 
-    /// Returns the pressures under a load in units of E* × rms slope, row-major.
-    fn reduced_pressure(&self, load: usize) -> Option<Vec<f64>> {
+    /// Prepares the next branch if all loads of the last one are finished. Returns false if there
+    /// is no further load.
+    fn advance(&mut self, interrupted: &dyn Fn() -> bool) -> Result<bool, StageError> {
+        let last = self.branches.last().expect("the first branch is prepared");
+        if last.loads.len() < last.contact.loads().len() {
+            return Ok(true);
+        }
+        let next = self.params.get(self.branches.len()).zip(self.surface.clone());
+        let Some((params, surface)) = next else { return Ok(false) };
+        let threads = self.threads.clone();
+        self.branches.push(Branch::new(params, surface, &self.row, threads, interrupted)?);
+        Ok(true)
+    }
+
+    /// Returns the indices of the branch of a finished load and of the load in it.
+    fn position(&self, mut load: usize) -> Option<(usize, usize)> {
+        for (index, branch) in self.branches.iter().enumerate() {
+            if load < branch.loads.len() {
+                return Some((index, load));
+            }
+            load -= branch.loads.len();
+        }
+        None
+    }
+
+    /// Returns the index of the branch of a finished load, and its pressures in units of E* × rms
+    /// slope, row-major.
+    fn reduced_pressure(&self, load: usize) -> Option<(usize, Vec<f64>)> {
         let mut kept = self.pressures.get(load)?.iter();
         let contact = self.contact(load)?.into_iter();
         let pressure = contact.map(|touches| {
             if touches { *kept.next().expect("every node in contact has one") } else { 0.0 }
         });
-        Some(pressure.collect())
+        Some((self.position(load)?.0, pressure.collect()))
+    }
+}
+
+impl Branch {
+    fn new(
+        params: &Params,
+        surface: Surface,
+        row: &Table,
+        threads: Threads,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Branch, StageError> {
+        let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
+        let (contact, solver) = Contact::new(params, surface, rms_slope, threads, &interrupted)?;
+        Ok(Branch { contact, solver, loads: Vec::new() })
     }
 }
 
 impl Solved for Loads {
     fn set_threads(&mut self, threads: Threads) {
-        self.solver.set_threads(threads);
+        for branch in &mut self.branches {
+            branch.solver.set_threads(threads.clone());
+        }
+        self.threads = threads;
     }
 
     fn press(
@@ -54,26 +111,34 @@ impl Solved for Loads {
         keeps_fields: bool,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<bool, StageError> {
-        let Some(&load) = self.contact.loads().get(self.count()) else { return Ok(false) };
-        let solved = self.contact.solve(&mut self.solver, load, &interrupted)?;
+        if !self.advance(interrupted)? {
+            return Ok(false);
+        }
+        let Branch { contact, solver, loads } =
+            self.branches.last_mut().expect("the first branch is prepared");
+        let solved = contact.solve(solver, contact.loads()[loads.len()], &interrupted)?;
         if keeps_fields {
-            let pressure = self.solver.pressure().iter().copied();
+            let pressure = solver.pressure().iter().copied();
             self.pressures.push(pressure.filter(|p| *p > 0.0).collect());
         }
-        self.loads.push(solved);
+        loads.push(solved);
         Ok(true)
     }
 
     fn count(&self) -> usize {
-        self.loads.len()
+        self.branches.iter().map(|branch| branch.loads.len()).sum()
     }
 
     fn table(&self) -> Result<Table, StageError> {
-        Ok(self.contact.table(&self.row, self.loads.clone()))
+        let tables = self.branches.iter();
+        let tables = tables.map(|branch| branch.contact.table(&self.row, branch.loads.clone()));
+        Ok(Table::stack(&tables.collect::<Vec<_>>())?)
     }
 
     fn contact(&self, load: usize) -> Option<Vec<bool>> {
-        Some(bits(&self.loads.get(load)?.contact, self.contact.grid().count()))
+        let (branch, index) = self.position(load)?;
+        let Branch { contact, loads, .. } = &self.branches[branch];
+        Some(bits(&loads[index].contact, contact.grid().count()))
     }
 
     /// Returns the contact map, because pressures are positive in contact.
@@ -82,19 +147,21 @@ impl Solved for Loads {
     }
 
     fn pressure(&self, load: usize) -> Option<Vec<f64>> {
-        let unit = self.contact.scales().pressure();
-        let mut pressure = self.reduced_pressure(load)?;
+        let (branch, mut pressure) = self.reduced_pressure(load)?;
+        let unit = self.branches[branch].contact.scales().pressure();
         pressure.iter_mut().for_each(|p| *p *= unit);
         Some(pressure)
     }
 
     fn displacement(&mut self, load: usize) -> Option<Vec<f64>> {
-        let pressure = self.reduced_pressure(load)?;
-        Some(self.contact.in_length(self.solver.displacement_under(&pressure)))
+        let (branch, pressure) = self.reduced_pressure(load)?;
+        let Branch { contact, solver, .. } = &mut self.branches[branch];
+        Some(contact.in_length(solver.displacement_under(&pressure)))
     }
 
     fn gap(&mut self, load: usize) -> Option<Vec<f64>> {
-        let pressure = self.reduced_pressure(load)?;
-        Some(self.contact.in_length(self.solver.gap_under(&pressure)))
+        let (branch, pressure) = self.reduced_pressure(load)?;
+        let Branch { contact, solver, .. } = &mut self.branches[branch];
+        Some(contact.in_length(solver.gap_under(&pressure)))
     }
 }

@@ -155,6 +155,9 @@ fn resolve_against(
     };
     let other = &stages[index];
     let (kind, from) = (other.kind?, other.from.as_ref()?);
+    let reads = other.points.as_ref().and_then(StagePoints::reads);
+    let has_measured_spectrum =
+        !from.is_empty() && reads.is_some_and(|reads| reads.rows == [RowKind::PowerSpectra]);
     let is_modal = other.points.as_ref().and_then(StagePoints::row_kind) == Some(RowKind::Spectra);
     let problem = |label: String| {
         let message = format!("`{}` has no surfaces to press against", name.value);
@@ -163,7 +166,7 @@ fn resolve_against(
     let refused = match kind {
         Kind::Generate if is_modal => problem("its surfaces have no heights".to_owned())
             .help("set `heights = \"redraw\"` in that stage"),
-        Kind::Generate if !from.is_empty() => problem(
+        Kind::Generate if has_measured_spectrum => problem(
             "its spectrum is measured in this study".to_owned(),
         )
         .help(

@@ -79,7 +79,9 @@ impl Roughness {
                 let density = surface.density_from_file(sources).ok();
                 density.map(|density| SpectrumSurface::expected_roughness(&density, grid))
             }
-            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => return None,
+            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) | Origin::Yielded(_) => {
+                return None;
+            }
         };
         let given = [params.origin.given_rms_height(), params.origin.given_rms_slope()];
         let factor = expected.and_then(|expected| {

@@ -11,7 +11,7 @@ use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
 use asperity_stages::columns::SURFACE;
-use asperity_stages::form::{StagePoints, Surfaces};
+use asperity_stages::form::{PressedStage, StagePoints, Surfaces};
 use asperity_stages::generate::growth::{self, AT_LEAST, Growing, KnownMean, Until};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{CheckContext, Kind, RowKind, stacked};
@@ -218,6 +218,7 @@ impl Validator<'_> {
         let known: Vec<_> = earlier.iter().filter_map(known).collect();
         let mut given = CheckContext {
             surfaces: surfaces.clone(),
+            pressed: pressed(inputs, table, &self.validated, self.stages, graph),
             seed: self.seed,
             sources: &mut self.sources,
             reads_stages: table.from.as_ref().is_none_or(|from| !from.is_empty()),
@@ -282,6 +283,36 @@ impl Validator<'_> {
         });
         tables.collect()
     }
+}
+
+/// Returns the valid `solve` stages among the inputs of a stage, with the surfaces that they press.
+fn pressed<'a>(
+    inputs: &[usize],
+    table: &'a StageTable,
+    validated: &'a [Validated],
+    stages: &[StageTable],
+    graph: &Graph,
+) -> Vec<PressedStage<'a>> {
+    let solved = inputs.iter().filter(|&&input| stages[input].kind == Some(Kind::Solve));
+    let pressed = |&input: &usize| {
+        let name = &stages[input].name.value;
+        let recipes = validated[input].work.as_ref()?.recipes();
+        let above = graph.inputs[input].iter().flatten();
+        let works: Vec<&Work> = match &validated[input].pairs {
+            Some(pairs) => vec![pairs],
+            None => above.map(|&above| validated[above].work.as_ref()).collect::<Option<_>>()?,
+        };
+        let surfaces = works.into_iter().flat_map(|work| match work {
+            Work::Generate(surfaces) => surfaces.as_slice(),
+            Work::Evaluate(_) => &[],
+        });
+        Some(PressedStage {
+            name: table.from.iter().flatten().find(|from| from.value == *name)?,
+            surfaces: surfaces.collect(),
+            recipes,
+        })
+    };
+    solved.filter_map(pressed).collect()
 }
 
 /// A condition on the number of surfaces of a stage.

@@ -73,15 +73,16 @@ struct ShortestWave {
 }
 
 impl ShortestWave {
-    /// Returns the shortest wavelength of a generated surface. Returns `None` for measured surfaces
-    /// and for shapes without waves.
+    /// Returns the shortest wavelength of a generated surface. Returns `None` for measured surfaces,
+    /// for shapes without waves, and for surfaces that have yielded, whose mesh is that of the
+    /// surfaces before.
     fn from_params(params: &Params) -> Option<ShortestWave> {
         let grid = params.grid().ok()?;
         let steps = grid.larger_steps();
         let PerAxis([nodes_x, nodes_y]) = *match &params.origin {
             Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => nodes,
             Origin::Pair(pair) => return ShortestWave::from_pair(pair),
-            Origin::Spectrum { .. } | Origin::File(_) => return None,
+            Origin::Spectrum { .. } | Origin::File(_) | Origin::Yielded(_) => return None,
         };
         let [along_x, along_y] = [nodes_x, nodes_y].map(f64::from);
         let (nodes, key, wavenumber) = match &params.origin {
@@ -93,7 +94,9 @@ impl ShortestWave {
                 }
                 Shape::Paraboloid { .. } | Shape::Punch { .. } => return None,
             },
-            Origin::Spectrum { .. } | Origin::File(_) | Origin::Pair(_) => return None,
+            Origin::Spectrum { .. } | Origin::File(_) | Origin::Pair(_) | Origin::Yielded(_) => {
+                return None;
+            }
         };
         Some(ShortestWave {
             nodes: [nodes_x, nodes_y],

@@ -17,7 +17,7 @@ use crate::figures::area::{AREA, SECANT, asymptote, persson_curve};
 use crate::figures::{Definition, Drawn, sample};
 use asperity_contact::topography::spectrum;
 use asperity_stages::columns::{
-    AGAINST, AREA_CORRECTED, ERROR_RELATIVE, HURST, K_LOWER, K_ROLLOFF, K_UPPER,
+    ALTERATIONS, AREA_CORRECTED, ERROR_RELATIVE, HURST, K_LOWER, K_ROLLOFF, K_UPPER,
 };
 use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 use asperity_statistics::line;
@@ -320,9 +320,10 @@ fn chart(data: &FigureData, spectra: &[Spectrum], label: &str) -> Chart {
     chart
 }
 
-/// Returns the spectrum of a point if its surfaces are drawn from one, and not pairs of surfaces.
+/// Returns the spectrum of a point if its surfaces are drawn from one, are no pairs of surfaces and
+/// have not yielded.
 fn spectrum(point: &Point) -> Option<spectrum::Spectrum> {
-    if point.contains_key(AGAINST.name) {
+    if ALTERATIONS.iter().any(|name| point.contains_key(*name)) {
         return None;
     }
     let whole = |name: &str| point.get(name)?.parse::<u32>().ok();

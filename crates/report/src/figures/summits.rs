@@ -15,7 +15,8 @@ use crate::figure_data::FigureData;
 use crate::figures::{Definition, Drawn, sample};
 use crate::styles::Styles;
 use asperity_contact::topography::moments::Continuum;
-use asperity_stages::columns::{AGAINST, HURST, K_LOWER, K_ROLLOFF, K_UPPER, REALIZATION, SEED};
+use asperity_stages::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, REALIZATION, SEED};
+use asperity_stages::generate;
 use asperity_tables::table::{Table, TableError};
 
 pub const NAYAK: Definition = Definition {
@@ -207,10 +208,9 @@ fn collect(
     let (lower, rolloff, upper) = (lower?, rolloff?, upper?);
     let (seeds, realizations) = (table.integers(SEED.name)?, table.integers(REALIZATION.name)?);
     let values = table.reals(column)?;
-    let pairs = table.has(AGAINST.name).then(|| table.texts(AGAINST.name)).transpose()?;
-    // The spectrum of a pair of surfaces is not that of one of them.
-    let is_pair = |row| pairs.is_some_and(|pairs| pairs.is_valid(row));
-    let is_shown = |row: &usize| hurst.is_valid(*row) && values.is_valid(*row) && !is_pair(*row);
+    let is_shown = |row: &usize| {
+        hurst.is_valid(*row) && values.is_valid(*row) && !generate::is_altered(table, *row)
+    };
     for row in (0..table.rows()).filter(is_shown) {
         let family = Family {
             hurst: hurst.value(row).to_bits(),

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use super::sql::QueryError;
 use super::{Groups, Meaning, Model, Params, SPECTRUM_COLUMNS, Sql, Statistic};
-use crate::columns::AGAINST;
+use crate::columns::ALTERATIONS;
 use crate::form::unknown_column;
 use crate::{CheckContext, Recipe, StageError};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, listed, suggestion};
@@ -356,13 +356,14 @@ fn models(
             let missing = listed(needed().filter(|name| !is_grouped(name)), "and");
             let message = format!("the model needs {missing} in `group_by`");
             report(message, "needs groups with one value of each of these columns");
-        } else if model.asperities().is_some() && input.is_some_and(|input| input.has(AGAINST.name))
+        } else if model.asperities().is_some()
+            && input.is_some_and(|input| ALTERATIONS.iter().any(|name| input.has(name)))
         {
             let message = "the model needs the spectrum of one surface, but the input has pairs of \
-                           surfaces";
+                           surfaces or surfaces that have yielded";
             report(
                 message.to_owned(),
-                "applies to surfaces that are pressed against a smooth body",
+                "applies to surfaces that are pressed against a smooth body for the first time",
             );
         }
         models.push(model);

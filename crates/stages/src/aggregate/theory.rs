@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use super::groups::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of, named};
 use super::{Groups, Statistic};
 use crate::StageError;
-use crate::columns::{AGAINST, HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, real};
+use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, real};
+use crate::generate::is_altered;
 use asperity_contact::grid::Cell;
 use asperity_contact::theory::law::KAPPA_BGT;
 use asperity_contact::theory::models::{Asperities, AsperityModel, full_contact};
@@ -269,7 +270,7 @@ fn predictions(
 }
 
 /// Computes Nayak's parameter for each row, by sums over the modes of the cell; `None` for rows
-/// without a spectrum, and for pairs of surfaces.
+/// without a spectrum, for pairs of surfaces, and for surfaces that have yielded.
 ///
 /// Anisotropy is ignored, because the theories assume isotropic roughness.
 ///
@@ -280,7 +281,6 @@ pub fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
     let lower = table.integers(K_LOWER.name)?;
     let rolloff = table.integers(K_ROLLOFF.name)?;
     let upper = table.integers(K_UPPER.name)?;
-    let pairs = table.has(AGAINST.name).then(|| table.texts(AGAINST.name)).transpose()?;
     let sides = [SIDE_X, SIDE_Y].map(|side| table.reals(side.name).ok());
     let cell = |row: usize| {
         let [Some(x), Some(y)] = sides.map(|side| side.filter(|side| side.is_valid(row))) else {
@@ -291,10 +291,7 @@ pub fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
     let mut known: BTreeMap<[u64; 6], Option<f64>> = BTreeMap::new();
     let mut of_row = |row: usize| {
         let cutoffs = [lower, rolloff, upper];
-        if pairs.is_some_and(|pairs| pairs.is_valid(row)) {
-            return None;
-        }
-        if hurst.is_null(row) || cutoffs.iter().any(|k| k.is_null(row)) {
+        if is_altered(table, row) || hurst.is_null(row) || cutoffs.iter().any(|k| k.is_null(row)) {
             return None;
         }
         let [k_lower, k_rolloff, k_upper] = cutoffs.map(|k| u32::try_from(k.value(row)).ok());

@@ -1,4 +1,5 @@
-//! Columns of pairs of surfaces that are pressed against each other.
+//! Columns of surfaces that are made of other surfaces: pairs that are pressed against each other,
+//! and surfaces that have yielded.
 
 use super::{RMS_HEIGHT, parameter, parameter_text};
 use asperity_tables::column::{Code, Column, Role};
@@ -6,13 +7,14 @@ use asperity_tables::column::{Code, Column, Role};
 pub const FROM_RMS_SLOPE: Column = parameter(
     "from_rms_slope",
     "1",
-    "root mean square gradient to which the surface of the stage in `from` is scaled, before the \
-     other surface is added; `rms_slope` is that of the sum",
+    "root mean square gradient to which the surface of the stage in `from` is scaled, before \
+     another surface is added or the surface yields; `rms_slope` is that of the result",
 );
 pub const FROM_RMS_HEIGHT: Column = Column {
     name: "from_rms_height",
     meaning: "root mean square height to which the surface of the stage in `from` is scaled, \
-              before the other surface is added; `rms_height` is that of the sum",
+              before another surface is added or the surface yields; `rms_height` is that of the \
+              result",
     ..RMS_HEIGHT.with_role(Role::Parameter)
 };
 pub const FROM_SURFACE: Column = parameter_text(
@@ -62,3 +64,37 @@ pub const PAIR_COORDINATES: [Column; 8] = [
     SHIFT_Y,
     MIRROR,
 ];
+
+pub const ORIGINAL_SURFACE: Column = parameter_text(
+    "original_surface",
+    "name of the surface before it yielded, in the tables of its stage; `surface` names the \
+     surface that remains",
+)
+.with_role(Role::Surface);
+pub const YIELDED_LOAD: Column = parameter(
+    "yielded_load",
+    "E* × rms slope",
+    "largest load of the contact in which the surface yielded, with the rms slope of the surface \
+     before",
+);
+pub const YIELDED_PRESSURE: Column = Column {
+    name: "yielded_pressure",
+    unit: "pressure",
+    meaning: "largest mean pressure of the contact in which the surface yielded",
+    ..YIELDED_LOAD
+};
+pub const YIELDED_HARDNESS: Column = parameter(
+    "yielded_hardness",
+    "pressure",
+    "hardness of the material in the contact in which the surface yielded",
+);
+pub const YIELDED_HARDNESS_REDUCED: Column =
+    Column { name: "yielded_hardness_reduced", unit: "E* × rms slope", ..YIELDED_HARDNESS };
+
+/// Columns that only surfaces that have yielded and their contacts have.
+pub const YIELDED_COORDINATES: [Column; 5] =
+    [ORIGINAL_SURFACE, YIELDED_LOAD, YIELDED_PRESSURE, YIELDED_HARDNESS, YIELDED_HARDNESS_REDUCED];
+
+/// Names of the columns that are set only where the surface of a row does not have the spectrum
+/// that the other columns describe.
+pub const ALTERATIONS: [&str; 3] = [AGAINST.name, YIELDED_LOAD.name, YIELDED_PRESSURE.name];

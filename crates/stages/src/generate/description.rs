@@ -85,16 +85,18 @@ impl Description {
                 let drawn = origin.random_surface(cell).expect("the origin is random");
                 Description::from_modes(&drawn, cell)
             }
-            Origin::Spectrum { .. } | Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => {
-                Description {
-                    moments: seen.moments,
-                    // The slope of a scaled surface differs from the given one only by rounding.
-                    rms_slope: origin.given_rms_slope().unwrap_or(seen.rms_slope),
-                    effective_modes: Some(seen.moments.effective_modes()),
-                    expected: None,
-                    seen: None,
-                }
-            }
+            Origin::Spectrum { .. }
+            | Origin::File(_)
+            | Origin::Shape { .. }
+            | Origin::Pair(_)
+            | Origin::Yielded(_) => Description {
+                moments: seen.moments,
+                // The slope of a scaled surface differs from the given one only by rounding.
+                rms_slope: origin.given_rms_slope().unwrap_or(seen.rms_slope),
+                effective_modes: Some(seen.moments.effective_modes()),
+                expected: None,
+                seen: None,
+            },
         };
         // The slope on the mesh may differ slightly from that of the modes.
         let unit = if known.rms_slope > 0.0 { seen.rms_slope / known.rms_slope } else { 1.0 };
@@ -208,8 +210,10 @@ pub fn columns_of_grid(params: &Params) -> Vec<Column> {
 pub fn column_of_slope(origin: &Origin) -> Column {
     let is_random = matches!(origin, Origin::Random { .. } | Origin::Spectrum { .. });
     match origin {
-        Origin::Pair(_) if origin.is_open() => RMS_SLOPE_OF_DIFFERENCES.with_role(Role::Surface),
-        Origin::Pair(_) => RMS_SLOPE_OF_SURFACE,
+        Origin::Pair(_) | Origin::Yielded(_) if origin.is_open() => {
+            RMS_SLOPE_OF_DIFFERENCES.with_role(Role::Surface)
+        }
+        Origin::Pair(_) | Origin::Yielded(_) => RMS_SLOPE_OF_SURFACE,
         _ if is_random && origin.given_rms_slope().is_none() => RMS_SLOPE_OF_SURFACE,
         _ if origin.is_open() => RMS_SLOPE_OF_DIFFERENCES,
         _ => RMS_SLOPE,
@@ -344,6 +348,7 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
             columns
         }
         Origin::Pair(pair) => pair.own_coordinates(),
+        Origin::Yielded(yielded) => yielded.own_coordinates(),
         Origin::Shape { shape, unit, .. } => {
             let mut columns = height_and_unit(origin, unit);
             columns.extend(match *shape {

@@ -7,7 +7,9 @@ use super::growth::{Growing, PlannedSurfaces, Realizations};
 use super::random::RandomTable;
 use super::shapes::{ParaboloidTable, PunchTable, WaveShape, WaveTable};
 use super::spectrum::SpectrumTable;
-use super::{Heights, Origin, Params, PerAxis, files, random, shapes, spectrum};
+use super::yielded::YieldedTable;
+use super::{Heights, Origin, Params, PerAxis, files, random, shapes, spectrum, yielded};
+use crate::form::FromKey;
 use crate::{CheckContext, Reads, RowKind};
 use asperity_contact::topography::random::Amplitude;
 use asperity_contact::topography::shapes::Shape;
@@ -25,6 +27,8 @@ pub enum Method {
     Spectrum,
     /// Measured surfaces, which are read from files.
     File,
+    /// Surfaces that have yielded in a contact.
+    Yielded,
     /// A paraboloid, for comparison with Hertz contact.
     Paraboloid,
     /// A wave, or the product or sum of two waves.
@@ -39,6 +43,7 @@ pub enum SurfacePoints {
     Random(Amplitude, Section<RandomTable>),
     Spectrum(Section<SpectrumTable>),
     File(Section<FileTable>),
+    Yielded(Section<YieldedTable>),
     Paraboloid(Section<ParaboloidTable>),
     Wave(WaveShape, Section<WaveTable>),
     FlatPunch(Section<PunchTable>),
@@ -46,11 +51,12 @@ pub enum SurfacePoints {
 
 impl Method {
     /// All methods, in the order of the documentation; the first one is the default.
-    pub const ALL: [Method; 9] = [
+    pub const ALL: [Method; 10] = [
         Method::Random(Amplitude::Gaussian),
         Method::Random(Amplitude::Deterministic),
         Method::Spectrum,
         Method::File,
+        Method::Yielded,
         Method::Paraboloid,
         Method::Wave(WaveShape::Single),
         Method::Wave(WaveShape::Product),
@@ -65,6 +71,7 @@ impl Method {
             Method::Random(Amplitude::Deterministic) => "random-phase",
             Method::Spectrum => "spectrum",
             Method::File => "file",
+            Method::Yielded => "yielded",
             Method::Paraboloid => "paraboloid",
             Method::Wave(WaveShape::Single) => "wave",
             Method::Wave(WaveShape::Product) => "wave-product",
@@ -85,6 +92,7 @@ impl Method {
             Origin::Spectrum { .. } => Method::Spectrum,
             Origin::File(_) => Method::File,
             Origin::Pair(pair) => Method::from_origin(&pair.body.origin),
+            Origin::Yielded(_) => Method::Yielded,
             Origin::Shape { shape, .. } => match shape {
                 Shape::Paraboloid { .. } => Method::Paraboloid,
                 Shape::Wave { .. } => Method::Wave(WaveShape::Single),
@@ -116,6 +124,10 @@ impl Method {
                  order: channel, unit and side, `crop`, `level`, `fill`, `high_pass`, `low_pass`, \
                  `resample`, `edges`."
             }
+            Method::Yielded => {
+                "Surfaces that keep their plastic depth after a `solve` stage with a `hardness`, \
+                 which `from` names. They can be measured, and pressed again to study running-in."
+            }
             Method::Paraboloid => "Paraboloid −r²/(2R), for comparison with Hertz contact.",
             Method::Wave(WaveShape::Single) => {
                 "Wave Δ cos(2πnx/L), for comparison with the solution of Westergaard."
@@ -131,9 +143,13 @@ impl Method {
         }
     }
 
-    /// Returns whether stages with this method may have a key `from`.
-    pub fn may_read(self) -> bool {
-        self == Method::Spectrum
+    /// Returns whether stages with this method have a key `from`.
+    pub fn from_key(self) -> FromKey {
+        match self {
+            Method::Spectrum => FromKey::Optional,
+            Method::Yielded => FromKey::Required,
+            _ => FromKey::Absent,
+        }
     }
 
     /// Returns the declarations of the keys of this method.
@@ -142,6 +158,7 @@ impl Method {
             Method::Random(_) => RandomTable::layout(),
             Method::Spectrum => SpectrumTable::layout(),
             Method::File => FileTable::layout(),
+            Method::Yielded => YieldedTable::layout(),
             Method::Paraboloid => ParaboloidTable::layout(),
             Method::Wave(_) => WaveTable::layout(),
             Method::FlatPunch => PunchTable::layout(),
@@ -163,6 +180,7 @@ impl Method {
             }
             Method::Spectrum => Points::Spectrum(reader::read(table, span, expected, problems)),
             Method::File => Points::File(reader::read(table, span, expected, problems)),
+            Method::Yielded => Points::Yielded(reader::read(table, span, expected, problems)),
             Method::Paraboloid => Points::Paraboloid(reader::read(table, span, expected, problems)),
             Method::Wave(shape) => {
                 Points::Wave(shape, reader::read(table, span, expected, problems))
@@ -181,6 +199,7 @@ impl SurfacePoints {
             }
             SurfacePoints::Spectrum(section) => spectrum::spectra(section, context),
             SurfacePoints::File(section) => files::files(section, context),
+            SurfacePoints::Yielded(section) => yielded::surfaces(section, context),
             SurfacePoints::Paraboloid(section) => shapes::paraboloid(section, context.problems),
             SurfacePoints::Wave(shape, section) => shapes::wave(*shape, section, context.problems),
             SurfacePoints::FlatPunch(section) => shapes::punch(section, context.problems),
@@ -199,11 +218,18 @@ impl SurfacePoints {
     /// Returns the kinds of rows that the method reads from other stages, or `None` if it reads no
     /// stage.
     pub fn reads(&self) -> Option<Reads> {
-        matches!(self, SurfacePoints::Spectrum(_)).then(|| Reads {
-            rows: &[RowKind::PowerSpectra],
-            from: "`measure` stages with `what = \"spectrum\"`, where its method is `spectrum`"
-                .into(),
-        })
+        match self {
+            SurfacePoints::Spectrum(_) => Some(Reads {
+                rows: &[RowKind::PowerSpectra],
+                from: "`measure` stages with `what = \"spectrum\"`, where its method is `spectrum`"
+                    .into(),
+            }),
+            SurfacePoints::Yielded(_) => Some(Reads {
+                rows: &[RowKind::Loads],
+                from: "`solve` stages, where its method is `yielded`".into(),
+            }),
+            _ => None,
+        }
     }
 
     /// Returns the keys of adaptive sampling, or `None` for a fixed number of surfaces. All

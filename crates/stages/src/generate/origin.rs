@@ -1,4 +1,4 @@
-//! Origin of a surface: a spectrum, a file or a shape.
+//! Origin of a surface: a spectrum, a file, a shape or other surfaces.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,6 +6,7 @@ use super::map_file::{ChannelChoice, ChannelRead, MapFile, MapFileError, Reader}
 use super::mesh::PerAxis;
 use super::pair::Pair;
 use super::spectrum::{Source, SpectrumSurface};
+use super::yielded::Yielded;
 use crate::StageError;
 use crate::grids::grid;
 use crate::surface_files::{ContentHash, SurfaceFiles};
@@ -17,7 +18,7 @@ use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::{Scan, Surface};
 
-/// The origin of a surface: a spectrum, a file or a shape.
+/// The origin of a surface: a spectrum, a file, a shape or other surfaces.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Origin {
@@ -64,6 +65,8 @@ pub enum Origin {
     },
     /// The summed heights of two surfaces that are pressed against each other.
     Pair(Box<Pair>),
+    /// A surface that has yielded in a contact.
+    Yielded(Box<Yielded>),
 }
 
 /// The recipe of a measured surface: a height map in a file, and its preparation.
@@ -139,6 +142,7 @@ impl Origin {
             | Origin::Shape { nodes, .. } => *nodes,
             Origin::File(file) => file.seen.nodes,
             Origin::Pair(pair) => return pair.body.nodes(),
+            Origin::Yielded(yielded) => return yielded.body.nodes(),
         };
         nodes.map(|nodes| nodes as usize)
     }
@@ -164,9 +168,11 @@ impl Origin {
         match self {
             Origin::Random { surface, rms_height: None, .. } => Some(surface.rms_slope),
             Origin::Spectrum { surface, .. } => surface.rms_slope,
-            Origin::Random { .. } | Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => {
-                None
-            }
+            Origin::Random { .. }
+            | Origin::File(_)
+            | Origin::Shape { .. }
+            | Origin::Pair(_)
+            | Origin::Yielded(_) => None,
         }
     }
 
@@ -175,6 +181,7 @@ impl Origin {
         match self {
             Origin::Random { surface, .. } => Some((surface.seed, surface.realization)),
             Origin::Spectrum { surface, .. } => Some((surface.seed, surface.realization)),
+            Origin::Yielded(yielded) => yielded.body.origin.random_numbers(),
             Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => None,
         }
     }
@@ -184,7 +191,7 @@ impl Origin {
         match self {
             Origin::Random { rms_height, .. } => *rms_height,
             Origin::Spectrum { surface, .. } => surface.rms_height,
-            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => None,
+            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) | Origin::Yielded(_) => None,
         }
     }
 
@@ -198,6 +205,7 @@ impl Origin {
             },
             Origin::File(file) => &file.unit,
             Origin::Pair(pair) => pair.body.origin.unit(),
+            Origin::Yielded(yielded) => yielded.body.origin.unit(),
         }
     }
 
@@ -208,6 +216,7 @@ impl Origin {
             Origin::Pair(pair) => {
                 [&pair.body, &pair.against].iter().any(|params| params.origin.is_open())
             }
+            Origin::Yielded(yielded) => yielded.body.origin.is_open(),
             Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => false,
         }
     }
@@ -217,12 +226,26 @@ impl Origin {
         matches!(self, Origin::Spectrum { surface, .. } if surface.source.is_stage())
     }
 
+    /// Returns whether the surface has yielded, or is made of one that has.
+    pub fn has_yielded(&self) -> bool {
+        match self {
+            Origin::Yielded(_) => true,
+            Origin::Pair(pair) => {
+                [&pair.body, &pair.against].iter().any(|params| params.origin.has_yielded())
+            }
+            Origin::Random { .. }
+            | Origin::File(_)
+            | Origin::Spectrum { .. }
+            | Origin::Shape { .. } => false,
+        }
+    }
+
     /// Draws the surface, or reads it from its file. `side` gives the sides along x and y; for a
     /// file they are optional.
     ///
     /// # Errors
     /// If the file is missing, has changed or cannot be read, or if the spectrum is in the table of
-    /// another task.
+    /// another task. Also if the contact in which the surface yields cannot be solved.
     pub fn draw(
         &self,
         side: Option<[f64; 2]>,
@@ -243,6 +266,7 @@ impl Origin {
             }
             Origin::File(file) => Ok(file.read(side, sources)?.prepared.surface),
             Origin::Pair(pair) => pair.draw(sources, threads),
+            Origin::Yielded(yielded) => yielded.draw(sources, threads, &|| false),
         }
     }
 }

@@ -86,11 +86,18 @@ impl Pair {
     /// If one of the surfaces cannot be drawn or read, or if their maps differ in size.
     pub fn draw(&self, sources: &SurfaceFiles, threads: &Threads) -> Result<Surface, StageError> {
         let body = self.body.draw(sources, threads)?;
-        let mut against = self.against.draw(sources, threads)?;
-        if let Some(axis) = self.mirror {
-            against = reversed(&against, axis.axis());
-        }
-        sum(&body, &translated(&against, self.shift.0)).map_err(StageError::Heights)
+        let against = self.placed(self.against.draw(sources, threads)?);
+        sum(&body, &against).map_err(StageError::Heights)
+    }
+
+    /// Returns the map of `against` in the position in which its heights are added: reversed, and
+    /// then shifted.
+    pub fn placed(&self, against: Surface) -> Surface {
+        let against = match self.mirror {
+            Some(axis) => reversed(&against, axis.axis()),
+            None => against,
+        };
+        translated(&against, self.shift.0)
     }
 
     /// Returns the peak memory of drawing the surfaces one after the other, in bytes per node.
@@ -102,24 +109,15 @@ impl Pair {
     /// Returns the parameter columns of the pair with their values: those of the surface in `from`,
     /// and those that identify the other surface and its position.
     ///
-    /// `seed` and `realization` identify the pair. A slope or height to which the surface in `from`
-    /// is scaled has a column of its own, because `rms_slope` and `rms_height` are those of the
-    /// sum.
+    /// `seed` and `realization` identify the pair.
     pub fn own_coordinates(&self) -> Vec<(Column, Value)> {
         let [body, against] = [&self.body, &self.against].map(|params| &params.origin);
         let text = |column: Column, params: &Params| {
             (column, Value::Text(params.surface_key().to_string()))
         };
         let identifies = [SEED.name, REALIZATION.name];
-        let mut columns = own_coordinates(body);
+        let mut columns = coordinates_of_body(body);
         columns.retain(|(column, _)| !identifies.contains(&column.name));
-        for (column, _) in &mut columns {
-            if *column == RMS_HEIGHT_GIVEN {
-                *column = FROM_RMS_HEIGHT;
-            }
-        }
-        let slope = body.given_rms_slope();
-        columns.extend(slope.map(|slope| (FROM_RMS_SLOPE, Value::Real(slope))));
         columns.push(text(FROM_SURFACE, &self.body));
         let mut ensemble = self.against.realization(0).surface_key().to_string();
         ensemble.truncate(SHORT_NAME);
@@ -138,14 +136,32 @@ impl Pair {
     }
 }
 
-/// Names of the descriptors of a pair that the tables of its contacts have, too.
+/// Returns the parameter columns of a surface from which another one is made, with their values.
+///
+/// A slope or height to which the surface is scaled has a column of its own, because `rms_slope`
+/// and `rms_height` are those of the other surface.
+pub fn coordinates_of_body(body: &Origin) -> Vec<(Column, Value)> {
+    let mut columns = own_coordinates(body);
+    for (column, _) in &mut columns {
+        if *column == RMS_HEIGHT_GIVEN {
+            *column = FROM_RMS_HEIGHT;
+        }
+    }
+    let slope = body.given_rms_slope();
+    columns.extend(slope.map(|slope| (FROM_RMS_SLOPE, Value::Real(slope))));
+    columns
+}
+
+/// Names of the descriptors of a pair, or of a surface that has yielded, that the tables of its
+/// contacts have, too.
 const OF_CONTACTS: [&str; 4] = ["rms_height", "nayak", "summit_density", "full_contact_load"];
 
 /// Returns the column of a descriptor of surfaces of this origin. Later tables contain some
-/// descriptors of pairs, because only the sum of two surfaces has them.
+/// descriptors of pairs and of surfaces that have yielded, because their spectra are not those
+/// that the parameters describe.
 pub fn descriptor(origin: Option<&Origin>, column: Column) -> Column {
     match origin {
-        Some(Origin::Pair(_)) if OF_CONTACTS.contains(&column.name) => {
+        Some(Origin::Pair(_) | Origin::Yielded(_)) if OF_CONTACTS.contains(&column.name) => {
             column.with_role(Role::Surface)
         }
         _ => column,

@@ -2,8 +2,11 @@
 
 use super::map_file::{ChannelChoice, Reader};
 use super::pair::{MirrorAxis, Pair};
+use super::yielded::Yielded;
 use super::*;
+use crate::solve::{self, GivenHardness, PressureUnit};
 use crate::surface_files::ContentHash;
+use asperity_contact::grid::Boundary;
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::Level;
 use asperity_contact::topography::periodic::Edges;
@@ -82,6 +85,31 @@ fn a_surface_is_known_from_its_recipe() {
                 assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
             }
         }
+    }
+}
+
+#[test]
+fn a_surface_that_has_yielded_is_known_from_its_recipe() {
+    let shape = Shape::Paraboloid { radius: 0.25 };
+    let origin = Origin::Shape { nodes: PerAxis([64, 64]), shape, unit: "mm".to_owned() };
+    let body = Params { heights: Heights::Redraw, side: Some(PerAxis([1.0, 1.0])), origin };
+    for boundary in [Boundary::Periodic, Boundary::Free] {
+        let yielded = Yielded {
+            body: Box::new(body.clone()),
+            load: 0.1,
+            load_unit: PressureUnit::Absolute,
+            hardness: GivenHardness { pressure: 0.5, unit: PressureUnit::Relative },
+            effective_modulus: 2.0,
+            tolerance: 1e-5,
+            max_pairs: 100,
+            boundary,
+            solve_version: solve::VERSION,
+        };
+        let origin = Origin::Yielded(Box::new(yielded));
+        let params = Params { heights: Heights::Keep, side: None, origin };
+        let recipe = serde_json::to_string(&params).unwrap();
+        assert_eq!(serde_json::from_str::<Params>(&recipe).unwrap(), params);
+        assert_eq!((params.nodes(), params.origin.unit()), ([64, 64], "mm"));
     }
 }
 

@@ -109,7 +109,7 @@ pub fn pairs(
 }
 
 /// Returns whether a surface is a pair with this shift, or if `shift` is `None` any surface.
-pub(super) fn is_at(shift: Option<PerAxis<f64>>, surface: &Recipe) -> bool {
+pub(crate) fn is_at(shift: Option<PerAxis<f64>>, surface: &Recipe) -> bool {
     match surface {
         Recipe::Generate(Params { origin: Origin::Pair(pair), .. }) => Some(pair.shift) == shift,
         _ => true,

@@ -83,14 +83,15 @@ impl Contact {
         let body = Body { elastic, hardness: bound };
         let mut solver = body.solver_with_threads(threads.clone(), grid, &heights);
         let mut kept = None;
-        if let (Some(Branch::Unloading(largest)), Some(hardness)) = (params.branch, hardness) {
+        if let (Some(Branch::Unloading(largest)), Some(bound)) = (params.branch, bound) {
             let largest = scales.reduced_pressure(largest, params.load_unit);
             let settings = params.settings();
-            let flattened =
-                unloading::flatten(&mut solver, hardness, heights, largest, &settings, watch)?;
-            heights = flattened.heights;
+            let depth = unloading::plastic_depth(&mut solver, bound, largest, &settings, watch)?;
+            for (height, depth) in heights.iter_mut().zip(&depth.depths) {
+                *height -= depth;
+            }
             solver = body.solver_with_threads(threads, grid, &heights);
-            kept = Some(KeptDepth { mean: flattened.mean_depth, is_solved: flattened.is_solved });
+            kept = Some(KeptDepth { mean: depth.mean(), is_solved: depth.is_solved });
         }
         let contact = Contact {
             params: params.clone(),

@@ -152,8 +152,8 @@ impl Scales {
 const HARDNESS_VERSION: u32 = 3;
 
 /// The hardness of a material as given in the manifest.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(into = "HardnessRecipe")]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(into = "HardnessRecipe", from = "HardnessRecipe")]
 pub struct GivenHardness {
     /// Hardness in the unit `unit`; positive.
     pub pressure: f64,
@@ -162,7 +162,7 @@ pub struct GivenHardness {
 }
 
 /// The form of [`GivenHardness`] in recipes.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct HardnessRecipe {
     pressure: f64,
     unit: PressureUnit,
@@ -172,6 +172,12 @@ struct HardnessRecipe {
 impl From<GivenHardness> for HardnessRecipe {
     fn from(GivenHardness { pressure, unit }: GivenHardness) -> Self {
         Self { pressure, unit, version: HARDNESS_VERSION }
+    }
+}
+
+impl From<HardnessRecipe> for GivenHardness {
+    fn from(HardnessRecipe { pressure, unit, .. }: HardnessRecipe) -> Self {
+        Self { pressure, unit }
     }
 }
 

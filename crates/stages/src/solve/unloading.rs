@@ -12,10 +12,10 @@
 
 use serde::Serialize;
 
-use super::units::{PressureUnit, SurfaceHardness};
+use super::units::PressureUnit;
 use crate::StageError;
 use crate::columns::*;
-use asperity_contact::solver::{Settings, Solver, Stop, Watch};
+use asperity_contact::solver::{Hardness, Settings, Solver, Stop, Watch};
 use asperity_manifest::decimal;
 use asperity_tables::column::{Column, Value};
 
@@ -78,44 +78,44 @@ pub fn branches(path: &[f64]) -> Vec<(Branch, Vec<f64>)> {
     blocks
 }
 
-/// Plastic depth of a surface under the largest load.
-pub struct Flattened {
-    /// Heights h − d.
-    pub heights: Vec<f64>,
-    /// Mean of the depth d.
-    pub mean_depth: f64,
+/// Plastic depth of a surface under its largest load.
+pub struct PlasticDepth {
+    /// Depth d of each node.
+    pub depths: Vec<f64>,
     /// True if the largest load converged.
     pub is_solved: bool,
 }
 
-/// Presses the surface `heights` under its largest load `load`, and returns the surface that
-/// remains. All numbers are in the units of the solver.
+impl PlasticDepth {
+    /// Returns the mean depth.
+    pub fn mean(&self) -> f64 {
+        self.depths.iter().sum::<f64>() / self.depths.len() as f64
+    }
+}
+
+/// Presses a surface under its largest load `load`, and returns the plastic depth that it keeps.
+/// All numbers are in the units of the solver.
 ///
 /// # Errors
 /// Returns an error on interruption.
-pub fn flatten(
+pub fn plastic_depth(
     solver: &mut Solver,
-    hardness: SurfaceHardness,
-    mut heights: Vec<f64>,
+    hardness: Hardness,
     load: f64,
     settings: &Settings,
     watch: &dyn Watch,
-) -> Result<Flattened, StageError> {
+) -> Result<PlasticDepth, StageError> {
     let outcome = solver.press(load, settings, watch);
     if outcome.stop == Stop::Interrupted {
         return Err(StageError::Interrupted);
     }
     let pressures = solver.pressure().to_vec();
     let gaps = solver.gap_under(&pressures);
-    let saturated = hardness.reduced.pressure();
-    let mut sum = 0.0;
-    for ((height, gap), pressure) in heights.iter_mut().zip(gaps).zip(pressures) {
-        let depth = if pressure >= saturated { (-gap).max(0.0) } else { 0.0 };
-        *height -= depth;
-        sum += depth;
-    }
-    let mean_depth = sum / heights.len() as f64;
-    Ok(Flattened { heights, mean_depth, is_solved: outcome.stop != Stop::PairLimit })
+    let depth = |(gap, pressure): (f64, f64)| {
+        if pressure >= hardness.pressure() { (-gap).max(0.0) } else { 0.0 }
+    };
+    let depths = gaps.into_iter().zip(pressures).map(depth).collect();
+    Ok(PlasticDepth { depths, is_solved: outcome.stop != Stop::PairLimit })
 }
 
 #[cfg(test)]

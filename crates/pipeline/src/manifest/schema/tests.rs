@@ -243,6 +243,7 @@ fn manifest(variant: StageVariant) -> String {
     let is_of_spectra = variant.selector() == Some(("law", "self-affine"));
     let from = match () {
         () if is_of_spectra => "from = \"spectra\"",
+        () if variant == StageVariant::Generate(Method::Yielded) => "from = \"yielding\"",
         () if can_read(RowKind::Contacts) => "from = \"contacts\"",
         () if can_read(RowKind::Surfaces) => "from = \"surfaces\"",
         () if can_read(RowKind::Loads) => "from = \"loads\"",
@@ -251,6 +252,8 @@ fn manifest(variant: StageVariant) -> String {
     text += "[stage.surfaces]\nkind = \"generate\"\n";
     text += smallest(StageVariant::Generate(Method::ALL[0]));
     text += "\n[stage.loads]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\n";
+    text +=
+        "[stage.yielding]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\nhardness = 1\n";
     text += "[stage.contacts]\nkind = \"measure\"\nfrom = \"loads\"\n";
     text += "[stage.spectra]\nkind = \"measure\"\nfrom = \"surfaces\"\nwhat = \"spectrum\"\n";
     text +=

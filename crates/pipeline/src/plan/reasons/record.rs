@@ -198,7 +198,9 @@ impl PointRecord {
         let mut fields = fields_of(json);
         // The realization distinguishes surfaces of the same point.
         fields.remove("realization");
-        if let Recipe::Generate(Params { origin: Origin::Pair(_), .. }) = recipe {
+        if let Recipe::Generate(Params { origin: Origin::Pair(_) | Origin::Yielded(_), .. }) =
+            recipe
+        {
             fields = with_single_fields_of(["from", "against"], fields);
         }
         PointRecord {
@@ -209,7 +211,7 @@ impl PointRecord {
     }
 }
 
-/// Replaces each of these members, the recipes of two bodies, by its own members: `against` by
+/// Replaces each of these members, the recipes of bodies, by its own members: `against` by
 /// `against hurst` and others.
 fn with_single_fields_of(
     bodies: [&str; 2],

@@ -1,0 +1,324 @@
+//! Surfaces that have yielded: the residual surfaces of `solve` stages with a hardness.
+//!
+//! A surface that was pressed under a largest load keeps its plastic depth d, so that its heights
+//! are h − d. The recipe holds that of the surface before and the settings of the contact. The
+//! contact under the largest load is solved from them, without the tables of other tasks.
+//!
+//! Editors show the doc comments of keys, and messages quote them.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::growth::PlannedSurfaces;
+use super::pair::coordinates_of_body;
+use super::{Heights, Origin, Params};
+use crate::columns::*;
+use crate::form::PressedStage;
+use crate::solve::units::Scales;
+use crate::solve::{self, GivenHardness, PressureUnit, against, unloading};
+use crate::surface_files::SurfaceFiles;
+use crate::{CheckContext, Recipe, StageError};
+use asperity_contact::grid::Boundary;
+use asperity_contact::solver::{Body, Hardness, Settings, Watch, cost};
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::surface::Surface;
+use asperity_manifest::decimal;
+use asperity_manifest::diagnostics::{Problem, Problems};
+use asperity_manifest::keys::checks::{Checks, report_equal_points};
+use asperity_manifest::keys::declare::{pressure_or_ratio, swept};
+use asperity_manifest::keys::quantity::{self, Unit};
+use asperity_manifest::keys::{Key, Section, table};
+use asperity_tables::column::{Column, Value};
+
+/// Surfaces that keep their plastic depth after a `solve` stage with a `hardness`.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct YieldedTable {
+    /// Largest load that the surfaces have borne: one of the `loads` of the stage in `from`, in
+    /// their unit. By default it is the largest of them.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = pressure_or_ratio)]
+    pub load: Key<f64>,
+    /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` solves the contact
+    /// again when needed.
+    #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
+    pub heights: Key<Heights>,
+}
+
+table!(YieldedTable);
+
+/// The recipe of a surface that has yielded.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Yielded {
+    /// Recipe of the surface before.
+    #[serde(rename = "from")]
+    pub body: Box<Params>,
+    /// Largest load, in the unit `load_unit`.
+    pub load: f64,
+    /// Unit of the load.
+    pub load_unit: PressureUnit,
+    /// Hardness of the material.
+    pub hardness: GivenHardness,
+    /// Effective elastic modulus E*.
+    pub effective_modulus: f64,
+    /// Tolerance of the solver.
+    pub tolerance: f64,
+    /// Maximum number of pairs of transforms.
+    pub max_pairs: u32,
+    /// Boundary condition at the edges of the surface.
+    #[serde(
+        default,
+        skip_serializing_if = "Boundary::is_periodic",
+        serialize_with = "solve::boundary_recipe",
+        deserialize_with = "solve::boundary_from_recipe"
+    )]
+    pub boundary: Boundary,
+    /// Version of the numbers of solved loads.
+    pub solve_version: u32,
+}
+
+impl Yielded {
+    /// Creates the first surface of a parameter point that has yielded under a load of a contact.
+    fn new(body: &Params, hardness: GivenHardness, load: f64, contact: &solve::Params) -> Yielded {
+        Yielded {
+            body: Box::new(body.realization(0).with(Heights::Redraw)),
+            load,
+            load_unit: contact.load_unit,
+            hardness,
+            effective_modulus: contact.effective_modulus,
+            tolerance: contact.tolerance,
+            max_pairs: contact.max_pairs,
+            boundary: contact.boundary,
+            solve_version: solve::VERSION,
+        }
+    }
+
+    /// Draws or reads the surface before, solves its contact under the load, and subtracts the
+    /// plastic depth from the heights.
+    ///
+    /// # Errors
+    /// If the surface cannot be drawn or read, if the load is not below the hardness, if the
+    /// contact does not converge, or on interruption.
+    pub fn draw(
+        &self,
+        sources: &SurfaceFiles,
+        threads: &Threads,
+        watch: &dyn Watch,
+    ) -> Result<Surface, StageError> {
+        let surface = self.body.draw(sources, threads)?;
+        let grid = surface.grid();
+        let rms_slope = self.body.described(&surface).reals(RMS_SLOPE.name)?.value(0);
+        let scales = Scales::new(grid, rms_slope, self.effective_modulus);
+        let hardness = scales.hardness(self.hardness)?.reduced;
+        let load = scales.reduced_pressure(self.load, self.load_unit);
+        hardness.check_load(load)?;
+        let mut heights = surface.heights().to_vec();
+        let body = Body { elastic: self.boundary.into(), hardness: Some(hardness) };
+        let reduced = scales.reduced_heights(surface);
+        let mut solver = body.solver_with_threads(threads.clone(), grid, &reduced);
+        let settings = Settings { tolerance: self.tolerance, pair_limit: self.max_pairs };
+        let depth = unloading::plastic_depth(&mut solver, hardness, load, &settings, watch)?;
+        if !depth.is_solved {
+            return Err(StageError::NotYielded { max_pairs: self.max_pairs });
+        }
+        for (height, depth) in heights.iter_mut().zip(depth.depths) {
+            *height -= depth * scales.length();
+        }
+        Surface::new(grid, heights).map_err(StageError::Heights)
+    }
+
+    /// Returns a body with the costs of the contact, with the hardness in the unit in which it is
+    /// given.
+    fn costs(&self) -> Body {
+        let hardness = Hardness::new(self.hardness.pressure).ok();
+        Body { elastic: self.boundary.into(), hardness }
+    }
+
+    /// Returns the expected number of pairs of transforms for the contact.
+    pub fn pairs(&self) -> f64 {
+        cost::pairs_per_load(&self.costs(), self.tolerance)
+    }
+
+    /// Returns the peak memory of drawing the surface, in bytes per node.
+    pub fn bytes_per_node(&self) -> f64 {
+        16.0 + self.costs().bytes_per_node(self.tolerance)
+    }
+
+    /// Returns the parameter columns of the surface with their values: those of the surface
+    /// before, and those of the contact in which it yielded.
+    pub fn own_coordinates(&self) -> Vec<(Column, Value)> {
+        let mut columns = coordinates_of_body(&self.body.origin);
+        let original = self.body.surface_key().to_string();
+        columns.push((ORIGINAL_SURFACE, Value::Text(original)));
+        let unit = |unit: PressureUnit, relative: Column, absolute: Column| match unit {
+            PressureUnit::Relative => relative,
+            PressureUnit::Absolute => absolute,
+        };
+        let load = unit(self.load_unit, YIELDED_LOAD, YIELDED_PRESSURE);
+        let hardness = unit(self.hardness.unit, YIELDED_HARDNESS_REDUCED, YIELDED_HARDNESS);
+        columns.push((load, Value::Real(self.load)));
+        columns.push((hardness, Value::Real(self.hardness.pressure)));
+        columns
+    }
+}
+
+/// Contact of a `solve` stage in which surfaces yield.
+#[derive(Clone, Copy)]
+struct Yielding<'a> {
+    stage: &'a PressedStage<'a>,
+    contact: &'a solve::Params,
+    hardness: GivenHardness,
+}
+
+/// Returns the surfaces of a stage with `method = "yielded"`, or `None` after reporting problems.
+pub fn surfaces(
+    section: &Section<YieldedTable>,
+    context: &mut CheckContext,
+) -> Option<Vec<PlannedSurfaces>> {
+    let (stages, problems) = (&context.pressed, &mut *context.problems);
+    let contacts: Vec<_> = stages.iter().map(|stage| contacts(stage, problems)).collect();
+    let contacts = contacts.into_iter().collect::<Option<Vec<_>>>()?.concat();
+    let mut points = Vec::with_capacity(section.points.len());
+    for point in &section.points {
+        let checks = &mut Checks::new(section, point, problems);
+        let heights = checks.value("heights", &point.table.heights)?;
+        let mut planned: Vec<PlannedSurfaces> = Vec::new();
+        for yielding in &contacts {
+            let load = yielding.load(&point.table, checks)?;
+            planned.extend(yielding.surfaces(load, heights));
+        }
+        points.push(planned);
+    }
+    let params = |planned: &Vec<PlannedSurfaces>| -> Vec<Params> {
+        planned.iter().map(|surfaces| surfaces.params.clone()).collect()
+    };
+    let params: Vec<Vec<Params>> = points.iter().map(params).collect();
+    report_equal_points(section, &params, problems);
+    Some(points.concat())
+}
+
+/// Returns the contacts of a stage in which surfaces yield, one for each hardness, or `None` after
+/// reporting problems.
+fn contacts<'a>(stage: &'a PressedStage<'a>, problems: &mut Problems) -> Option<Vec<Yielding<'a>>> {
+    match check(stage) {
+        Ok(contacts) => Some(contacts),
+        Err(problem) => {
+            problems.push(*problem);
+            None
+        }
+    }
+}
+
+fn check<'a>(stage: &'a PressedStage<'a>) -> Result<Vec<Yielding<'a>>, Box<Problem>> {
+    let name = stage.name.value.as_str();
+    let problem = |message: String, label: &str, help: &str| {
+        let problem = Problem::new(message, stage.name.span.clone(), label);
+        Err(Box::new(problem.help(help)))
+    };
+    let mut contacts: Vec<Yielding> = Vec::new();
+    for recipe in stage.recipes {
+        let contact = match recipe {
+            Recipe::Solve(contact) => contact.as_ref(),
+            _ => {
+                let label = "surfaces with `adhesion` are elastic";
+                let help = "name a `solve` stage with a `hardness`";
+                return problem(format!("the surfaces of `{name}` do not yield"), label, help);
+            }
+        };
+        let Some(hardness) = contact.hardness else {
+            let help = "set `hardness` in that stage: elastic surfaces keep their heights";
+            let message = format!("the surfaces of `{name}` do not yield");
+            return problem(message, "this stage has no `hardness`", help);
+        };
+        if contact.layer.is_some() {
+            let help = "unloading is not combined with a `layer`";
+            let message = format!("the surfaces of `{name}` lie on a layer");
+            return problem(message, "this stage has a `layer`", help);
+        }
+        if matches!(contact.branch, Some(solve::Branch::Unloading(_))) {
+            continue;
+        }
+        let is_same =
+            |other: &&Yielding| (other.hardness, other.contact.shift) == (hardness, contact.shift);
+        if contacts.iter().any(|other| is_same(&other)) {
+            let help = "tables tell surfaces that have yielded apart by load and hardness; give \
+                        each value of the other keys its own `solve` stage";
+            let message = format!("`{name}` has several contacts with the same hardness");
+            return problem(message, "sweeps another key than `hardness`", help);
+        }
+        contacts.push(Yielding { stage, contact, hardness });
+    }
+    for surfaces in &stage.surfaces {
+        let origin = &surfaces.params.origin;
+        if origin.has_yielded() {
+            let help = "press the surface further in a single `solve` stage: the plastic depth \
+                        depends on the largest load only";
+            let message = format!("the surfaces of `{name}` have yielded before");
+            return problem(message, "reads surfaces with `method = \"yielded\"`", help);
+        }
+        if origin.reads_stage() {
+            let help = "write the spectrum to a file and name it by `path` in the stage of the \
+                        surfaces";
+            let message = format!("the surfaces of `{name}` cannot be drawn again");
+            return problem(message, "their spectrum is measured in this study", help);
+        }
+        if let Some(growth) = &surfaces.growth {
+            let label = format!("presses surfaces until {}", growth.until);
+            let message = "the number of surfaces that yield must be fixed".to_owned();
+            return problem(message, &label, "set `realizations` to a number");
+        }
+    }
+    Ok(contacts)
+}
+
+impl Yielding<'_> {
+    /// Returns the load of a point: the given one, or the largest load of the contact. Refuses a
+    /// load that the contact does not solve.
+    fn load(&self, table: &YieldedTable, checks: &mut Checks) -> Option<f64> {
+        let (contact, name) = (self.contact, &self.stage.name.value);
+        let Some(written) = checks.optional("load", &table.load)? else {
+            return contact.loads.last().copied();
+        };
+        let unit = contact.unit_of_loads();
+        let value = match &checks.units.pressure {
+            Some(named) if checks.units.is_quantity(&written.span) => {
+                let Some(to) = unit.and_then(Unit::find) else {
+                    let message = format!("`load` has a unit, but the loads of `{name}` have none");
+                    let label = match contact.load_unit {
+                        PressureUnit::Relative => "must be in units of E* × rms slope",
+                        PressureUnit::Absolute => "must be a number in the unit of the modulus",
+                    };
+                    return checks.refuse("load", message, &written.span, label);
+                };
+                decimal::nearest(written.value * named.unit.factor_to(to))
+            }
+            _ => decimal::nearest(written.value),
+        };
+        let distance = |load: &&f64| (**load - value).abs();
+        let nearest = contact.loads.iter();
+        let nearest = *nearest.min_by(|one, other| distance(one).total_cmp(&distance(other)))?;
+        if decimal::is_same(nearest, value) {
+            return Some(nearest);
+        }
+        let shown = |load: f64| quantity::written(load, unit);
+        let message = format!("`loads` of `{name}` does not hold {}", shown(value));
+        let label = format!("the nearest load is {}", shown(nearest));
+        checks.refuse("load", message, &written.span, label)
+    }
+
+    /// Returns the surfaces that have yielded under a load.
+    fn surfaces(&self, load: f64, heights: Heights) -> impl Iterator<Item = PlannedSurfaces> {
+        let is_pressed = |surfaces: &&&PlannedSurfaces| {
+            against::is_at(self.contact.shift, &Recipe::Generate(surfaces.params.clone()))
+        };
+        let pressed = self.stage.surfaces.iter().filter(is_pressed);
+        pressed.map(move |surfaces| {
+            let yielded = Yielded::new(&surfaces.params, self.hardness, load, self.contact);
+            PlannedSurfaces {
+                params: Params { heights, side: None, origin: Origin::Yielded(Box::new(yielded)) },
+                realizations: surfaces.realizations,
+                growth: None,
+                may_be_swept: false,
+            }
+        })
+    }
+}
