@@ -86,6 +86,15 @@ def level(heights: _Reals, size: _Sides, form: str) -> _Reals: ...
 def fill(heights: _Reals, size: _Sides, method: str, is_periodic: bool) -> _Reals: ...
 def crop(heights: _Reals, size: _Sides, from_: _Sides, part: _Sides) -> Tuple[_Reals, _Sides]: ...
 def statistics(heights: _Reals, size: _Sides, is_periodic: bool) -> List[Tuple[str, Optional[float]]]: ...
+def areal_parameters(
+    heights: _Reals,
+    size: _Sides,
+    is_periodic: bool,
+    volume_ratios: Tuple[float, float],
+    threshold: float,
+    pruning: float,
+) -> List[Tuple[str, Optional[float]]]: ...
+def material_ratio(heights: _Reals, size: _Sides, function: str, values: _Reals) -> _Reals: ...
 def power_spectrum(
     heights: _Reals, size: _Sides, is_periodic: bool
 ) -> Tuple[_Reals, _Reals, NDArray[np.int64]]: ...
@@ -109,6 +118,7 @@ __all__ = [
     "Session",
     "Table",
     "__version__",
+    "areal_parameters",
     "asperities",
     "corrected_area",
     "crop",
@@ -118,6 +128,7 @@ __all__ = [
     "fit_evolution",
     "level",
     "main",
+    "material_ratio",
     "persson",
     "placed",
     "power_spectrum",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asperity import _asperity
-from asperity._arrays import Reals, Size, as_array, heights_of, sides_of
+from asperity._arrays import Reals, Size, as_array, each, heights_of, sides_of
 from asperity._table import Table
 from asperity.errors import SurfaceError
 
@@ -287,6 +287,96 @@ class Topography:
         """
         found = _asperity.statistics(self._heights, self._size, self._is_periodic)
         return {name: np.nan if value is None else value for name, value in found}
+
+    def areal_parameters(
+        self,
+        *,
+        peak_ratio: float = 0.1,
+        dale_ratio: float = 0.8,
+        correlation_threshold: float = 0.2,
+        pruning: float = 0.05,
+    ) -> Dict[str, float]:
+        """Computes the areal surface texture parameters of ISO 25178-2, with their names there.
+
+        The map should be levelled and filled first, see :meth:`detrend` and :meth:`fill`. Heights are measured from
+        their mean. Lengths are in the unit of the map, ratios such as ``Smr1`` and ``Sdr`` are fractions.
+
+        Parameters
+        ----------
+        peak_ratio, dale_ratio : float
+            Material ratios p and q of the volumes.
+        correlation_threshold : float
+            Fraction of its value at lag zero to which the autocorrelation function falls over ``Sal``.
+        pruning : float
+            Height of the lowest hills that count as peaks, as a fraction of ``Sz``.
+
+        Returns
+        -------
+        dict
+            ``Sq``, ``Ssk``, ``Sku``, ``Sp``, ``Sv``, ``Sz``, ``Sa``; ``Sdq``, ``Sdr``; ``Sal``, ``Str``, ``Std`` in
+            degrees; ``Sk``, ``Spk``, ``Svk``, ``Smr1``, ``Smr2``; ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``; ``Spd``,
+            ``Spc``. Undefined values are NaN, such as ``Str`` of a grating, whose autocorrelation function does not
+            fall along its ridges.
+
+        Raises
+        ------
+        ArgumentError
+            If a ratio, threshold or height is out of range.
+        SurfaceError
+            If points are missing; call :meth:`fill` first.
+
+        Examples
+        --------
+        >>> import asperity
+        >>> wave = asperity.surface(nodes=256, method="wave-product", amplitude=0.1, waves=2)
+        >>> found = wave.areal_parameters()
+        >>> [round(found[name], 4) for name in ["Sq", "Sz", "Sku", "Spd"]]
+        [0.05, 0.2, 2.25, 8.0]
+        """
+        ratios = (float(peak_ratio), float(dale_ratio))
+        threshold, lowest = float(correlation_threshold), float(pruning)
+        found = _asperity.areal_parameters(self._heights, self._size, self._is_periodic, ratios, threshold, lowest)
+        return {name: np.nan if value is None else value for name, value in found}
+
+    def smr(self, height: ArrayLike) -> Any:
+        """Returns the areal material ratio Smr(c): the fraction of the nodes at or above a height.
+
+        Parameters
+        ----------
+        height : array_like
+            Heights c above the mean.
+
+        Raises
+        ------
+        SurfaceError
+            If points are missing; call :meth:`fill` first.
+
+        Examples
+        --------
+        >>> Topography([[0.0, 1.0], [2.0, 3.0]], size=1.0).smr([-0.5, 0.0, 2.0])
+        array([0.75, 0.5 , 0.  ])
+        """
+        return each(lambda values: _asperity.material_ratio(self._heights, self._size, "smr", values), height)
+
+    def smc(self, ratio: ArrayLike) -> Any:
+        """Returns the inverse areal material ratio Smc(mr): the height above the mean that a fraction reaches.
+
+        Parameters
+        ----------
+        ratio : array_like
+            Material ratios mr from 0 to 1.
+
+        Raises
+        ------
+        SurfaceError
+            If points are missing; call :meth:`fill` first.
+
+        Examples
+        --------
+        >>> Topography([[0.0, 1.0], [2.0, 3.0]], size=1.0).smc(0.5)
+        0.0
+        """
+        return each(lambda values: _asperity.material_ratio(self._heights, self._size, "smc", values), ratio)
 
     def power_spectrum(self) -> PowerSpectrum:
         """Computes the power spectral density, averaged over rings of wavevectors.

@@ -33,7 +33,7 @@ mod _asperity {
     #[pymodule_export]
     use super::session::Session;
     #[pymodule_export]
-    use super::statistics::{power_spectrum, statistics};
+    use super::statistics::{areal_parameters, material_ratio, power_spectrum, statistics};
     #[pymodule_export]
     use super::surfaces::{crop, draw, fill, level, read};
     #[pymodule_export]

@@ -1,13 +1,18 @@
 //! Statistics and power spectra of height maps.
 
 use asperity::contact::grid::Boundary;
+use asperity::contact::topography::areal::{developed_area_ratio, texture_direction};
+use asperity::contact::topography::autocorrelation::Autocorrelation;
 use asperity::contact::topography::descriptors::{Descriptors, Roughness};
 use asperity::contact::topography::differences;
+use asperity::contact::topography::material_ratio::MaterialRatioCurve;
+use asperity::contact::topography::peaks::Peaks;
 use asperity::contact::topography::power_spectrum::rings;
-use numpy::{PyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::conversion;
+use crate::errors::value_error;
 
 /// Names and values of statistics; undefined values are `None`.
 type Statistics = Vec<(&'static str, Option<f64>)>;
@@ -43,6 +48,86 @@ pub fn statistics(
         ("effective_modes", of_modes(|of| of.effective_modes)),
         ("full_contact_load", of_modes(|of| of.full_contact_load)),
     ])
+}
+
+/// Computes the parameters of ISO 25178-2, in the order of the columns of a `measure` stage.
+#[pyfunction]
+pub fn areal_parameters(
+    py: Python<'_>,
+    heights: PyReadonlyArray2<'_, f64>,
+    size: [f64; 2],
+    is_periodic: bool,
+    volume_ratios: [f64; 2],
+    threshold: f64,
+    pruning: f64,
+) -> PyResult<Statistics> {
+    let [peak_ratio, dale_ratio] = volume_ratios;
+    for (name, value, is_valid, words) in [
+        ("peak_ratio", peak_ratio, (0.0..=1.0).contains(&peak_ratio), "from 0 to 1"),
+        ("dale_ratio", dale_ratio, (0.0..=1.0).contains(&dale_ratio), "from 0 to 1"),
+        ("dale_ratio", dale_ratio, dale_ratio > peak_ratio, "above `peak_ratio`"),
+        ("correlation_threshold", threshold, threshold > 0.0 && threshold < 1.0, "between 0 and 1"),
+        ("pruning", pruning, pruning > 0.0 && pruning <= 1.0, "above 0 and at most 1"),
+    ] {
+        if !is_valid {
+            return Err(value_error(py, format!("`{name}` is {value}, but must be {words}")));
+        }
+    }
+    let surface = conversion::surface(py, &heights, size)?;
+    let boundary = boundary(is_periodic);
+    Ok(py.detach(|| {
+        let of = Roughness::from_surface(&surface, boundary);
+        let lengths = Autocorrelation::from_surface(&surface, boundary).decay_lengths(threshold);
+        let curve = MaterialRatioCurve::from_surface(&surface);
+        let stratified = curve.stratified();
+        let volumes = curve.volumes(volume_ratios);
+        let peaks = Peaks::from_surface(&surface, boundary, pruning);
+        vec![
+            ("Sq", Some(of.sq)),
+            ("Ssk", of.ssk),
+            ("Sku", of.sku),
+            ("Sp", Some(of.sp)),
+            ("Sv", Some(of.sv)),
+            ("Sz", Some(of.sz)),
+            ("Sa", Some(of.sa)),
+            ("Sdq", Some(of.sdq)),
+            ("Sdr", Some(developed_area_ratio(&surface, boundary))),
+            ("Sal", lengths.shortest),
+            ("Str", lengths.aspect_ratio()),
+            ("Std", texture_direction(&surface, boundary)),
+            ("Sk", Some(stratified.sk)),
+            ("Spk", Some(stratified.spk)),
+            ("Svk", Some(stratified.svk)),
+            ("Smr1", Some(stratified.smr1)),
+            ("Smr2", Some(stratified.smr2)),
+            ("Vmp", Some(volumes.vmp)),
+            ("Vmc", Some(volumes.vmc)),
+            ("Vvc", Some(volumes.vvc)),
+            ("Vvv", Some(volumes.vvv)),
+            ("Spd", Some(peaks.density)),
+            ("Spc", peaks.curvature),
+        ]
+    }))
+}
+
+/// Evaluates the material ratio curve of a map: Smr(c) at heights c above the mean, or Smc(mr) at
+/// material ratios mr.
+#[pyfunction]
+pub fn material_ratio<'py>(
+    py: Python<'py>,
+    heights: PyReadonlyArray2<'py, f64>,
+    size: [f64; 2],
+    function: &str,
+    values: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let surface = conversion::surface(py, &heights, size)?;
+    let of = match function {
+        "smr" => MaterialRatioCurve::ratio_at,
+        "smc" => MaterialRatioCurve::height_at,
+        other => return Err(value_error(py, format!("no function `{other}`"))),
+    };
+    let curve = py.detach(|| MaterialRatioCurve::from_surface(&surface));
+    Ok(PyArray1::from_iter(py, values.as_slice()?.iter().map(|value| of(&curve, *value))))
 }
 
 /// Angular wavenumber, spectral density and number of modes for each ring.

@@ -18,12 +18,14 @@
 //! | statistics | contents |
 //! |---|---|
 //! | [`moments`], [`differences`] | spectral moments of periodic and of other maps |
-//! | [`descriptors`] | parameters of ISO 25178, and the assumptions of contact theories |
+//! | [`descriptors`] | height parameters of ISO 25178-2, and the assumptions of contact theories |
+//! | [`areal`], [`material_ratio`], [`peaks`] | other areal parameters of ISO 25178-2 |
 //! | [`height_distribution`] | histograms of heights, and the bearing area curve |
 //! | [`power_spectrum`], [`autocorrelation`] | radial averages of power and of height differences |
 //!
 //! Heights are positive towards the elastic body.
 
+pub mod areal;
 pub mod autocorrelation;
 pub mod descriptors;
 pub mod differences;
@@ -32,7 +34,9 @@ pub mod fill;
 pub mod gaussian;
 pub mod height_distribution;
 pub mod level;
+pub mod material_ratio;
 pub mod moments;
+pub mod peaks;
 pub mod periodic;
 pub mod power_spectrum;
 pub mod preparation;

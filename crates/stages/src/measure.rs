@@ -5,6 +5,7 @@
 //! point in one task that stores only sums. If a study is extended, all surfaces are measured
 //! again, which takes seconds because no contact is solved.
 
+mod areal;
 mod conduction;
 mod contacts;
 pub mod distributions;
@@ -191,6 +192,10 @@ impl Stage for Params {
             | Params::Surface(_) => InputScope::Single,
             Params::Pool { .. } => InputScope::ParameterPoint,
         }
+    }
+
+    fn columns_depend_on_params(&self) -> bool {
+        matches!(self, Params::Surface(Statistic::Areal(_)))
     }
 
     /// Returns all columns, but for pooled surfaces only light ones, because the heights are drawn

@@ -13,7 +13,7 @@ mod fields;
 pub mod full_contact;
 pub mod keys;
 pub mod layer;
-mod lengths;
+pub mod lengths;
 mod loads;
 mod parallel;
 mod parts;

@@ -43,6 +43,29 @@ pub struct LagRing {
     pub value: f64,
 }
 
+/// Distances over which the autocorrelation function decays, in the unit of the sides.
+///
+/// In each direction, the decay length is the first distance at which A(r) falls to the threshold s
+/// times A(0). ISO 25178-2 uses s = 0.2.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DecayLengths {
+    /// Autocorrelation length Sal (ISO 25178-2:2021, 4.3.2): the shortest decay length of all
+    /// directions. `None` if A(r) decays in no direction.
+    pub shortest: Option<f64>,
+    /// Longest decay length of all directions. `None` if A(r) does not decay in some direction.
+    pub longest: Option<f64>,
+}
+
+impl DecayLengths {
+    /// Returns the texture aspect ratio Str (4.3.3): shortest over longest decay length.
+    ///
+    /// It is 1 for an isotropic surface, and `None` for a grating, which does not decay along its
+    /// ridges.
+    pub fn aspect_ratio(&self) -> Option<f64> {
+        Some(self.shortest? / self.longest?)
+    }
+}
+
 impl Autocorrelation {
     /// Computes the autocorrelation of a map from its power spectrum (Wiener–Khinchin theorem).
     ///
@@ -129,6 +152,62 @@ impl Autocorrelation {
         means.filter_map(ring).collect()
     }
 
+    /// Finds the shortest and the longest distance over which A(r) decays to `threshold` × A(0).
+    ///
+    /// Lags are at most half of each side. There is one direction for each lag at the edge of this
+    /// range, so that neighbouring directions are at most one lag apart. Between lags, A(r) is
+    /// interpolated linearly. Flat surfaces and single rows of nodes have no decay lengths.
+    pub fn decay_lengths(&self, threshold: f64) -> DecayLengths {
+        let [half_x, half_y] = self.grid.nodes().map(|nodes| (nodes / 2) as isize);
+        if self.values[0] <= 0.0 || half_x == 0 || half_y == 0 {
+            return DecayLengths::default();
+        }
+        let ends_along_y = (-half_y..=half_y).map(|j| [half_x, j]);
+        let ends_along_x = (0..half_x).flat_map(|i| [[i, -half_y], [i, half_y]]);
+        let lengths = ends_along_y.chain(ends_along_x).map(|end| self.decay_length(end, threshold));
+        let mut found = DecayLengths { shortest: None, longest: Some(0.0) };
+        for length in lengths {
+            if let Some(length) = length {
+                found.shortest = Some(found.shortest.map_or(length, |other| length.min(other)));
+            }
+            found.longest = found.longest.zip(length).map(|(one, other)| one.max(other));
+        }
+        found
+    }
+
+    /// Returns the decay length in the direction of the lag `end`, or `None` if A(r) does not decay
+    /// before this lag.
+    fn decay_length(&self, end: [isize; 2], threshold: f64) -> Option<f64> {
+        let steps = end[0].unsigned_abs().max(end[1].unsigned_abs());
+        let mut before = 1.0;
+        for step in 1..=steps {
+            let share = step as f64 / steps as f64;
+            let value = self.between(end.map(|lag| share * lag as f64)) / self.values[0];
+            if value <= threshold {
+                let fraction = (before - threshold) / (before - value);
+                let steps_to_threshold = (step - 1) as f64 + fraction;
+                let spacing = self.grid.spacing();
+                let [x, y] = [0, 1].map(|axis| end[axis] as f64 * spacing[axis]);
+                return Some(steps_to_threshold / steps as f64 * (x * x + y * y).sqrt());
+            }
+            before = value;
+        }
+        None
+    }
+
+    /// Interpolates A(r) between the four lags around (i, j), where i ≥ 0.
+    fn between(&self, [i, j]: [f64; 2]) -> f64 {
+        let [low_i, low_j] = [i.floor(), j.floor()];
+        let [x, y] = [i - low_i, j - low_j];
+        let along_y = |i: usize| {
+            let value = self.value(i, low_j as isize);
+            // The lag beyond the end of a direction is not read.
+            if y > 0.0 { value + y * (self.value(i, low_j as isize + 1) - value) } else { value }
+        };
+        let value = along_y(low_i as usize);
+        if x > 0.0 { value + x * (along_y(low_i as usize + 1) - value) } else { value }
+    }
+
     /// Iterates over the lags (i, j) with the given i, as pairs of j and the weight of the lag in
     /// means.
     ///
@@ -149,9 +228,12 @@ impl Autocorrelation {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
-    use crate::grid::samples::rectangle;
+    use crate::grid::samples::{rectangle, square};
     use crate::topography::moments::Moments;
+    use crate::topography::shapes::Shape;
 
     fn rough(nodes: [usize; 2]) -> Surface {
         let grid = rectangle(nodes, [nodes[0] as f64, nodes[1] as f64]);
@@ -226,5 +308,48 @@ mod tests {
         let other = directly(&opposite(&surface), [1, 1], false);
         let mean = (lags.iter().sum::<f64>() + other) / 4.0;
         assert!((rings[1].value - mean).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_product_of_waves_decays_like_a_product_of_cosines() {
+        // A(r)/A(0) = cos(2πx/λ_x) cos(2πy/λ_y) falls to s along the axes at arccos(s) λ/2π. The
+        // lobe in between is convex, and with λ_y = 3 λ_x, these are the extreme decay lengths.
+        let product = Shape::WaveProduct { amplitude: 0.1, waves: 2 };
+        let surface = product.draw(rectangle([256, 256], [1.0, 3.0]));
+        let correlation = Autocorrelation::from_surface(&surface, Boundary::Periodic);
+        for threshold in [0.2, 0.5] {
+            let found = correlation.decay_lengths(threshold);
+            let exact = libm::acos(threshold) / TAU / 2.0;
+            // With n = 128 lags per wave, linear interpolation changes them by less than (2π/n)²/8.
+            assert!((found.shortest.unwrap() / exact - 1.0).abs() < 3e-4);
+            assert!((found.aspect_ratio().unwrap() - 1.0 / 3.0).abs() < 3e-4);
+        }
+        // With equal wavelengths the diagonals are longest, where cos²(2πx/λ) = s.
+        let surface = product.draw(square(256, 1.0));
+        let found = Autocorrelation::from_surface(&surface, Boundary::Periodic).decay_lengths(0.2);
+        let exact = libm::acos(0.2) / (libm::acos(0.2_f64.sqrt()) * 2.0_f64.sqrt());
+        assert!((found.aspect_ratio().unwrap() - exact).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_grating_does_not_decay_along_its_ridges() {
+        let grating = Shape::Wave { amplitude: 0.1, waves: 4 }.draw(square(256, 2.0));
+        // Inside a map of four periods, the products of pairs have the mean cos(qr)/2 only to 2 %.
+        for (boundary, tolerance) in [(Boundary::Periodic, 1e-3), (Boundary::Free, 0.05)] {
+            let found = Autocorrelation::from_surface(&grating, boundary).decay_lengths(0.2);
+            let exact = libm::acos(0.2) / TAU / 2.0;
+            assert!((found.shortest.unwrap() / exact - 1.0).abs() < tolerance);
+            assert_eq!((found.longest, found.aspect_ratio()), (None, None));
+        }
+    }
+
+    #[test]
+    fn flat_surfaces_and_single_rows_have_no_decay_length() {
+        let flat = Surface::new(square(4, 1.0), vec![0.1; 16]).unwrap();
+        let row = rough([1, 12]);
+        for surface in [flat, row] {
+            let correlation = Autocorrelation::from_surface(&surface, Boundary::Free);
+            assert_eq!(correlation.decay_lengths(0.2), DecayLengths::default());
+        }
     }
 }

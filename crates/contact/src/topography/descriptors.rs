@@ -140,7 +140,8 @@ fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>],
     workers.for_each(&mut Vec::new(), || (), &mut rows, multiply);
 }
 
-/// Areal roughness parameters of ISO 25178-2, of heights about their mean.
+/// Height parameters of ISO 25178-2:2021, 4.2, and the gradient Sdq (4.4.2), of heights about their
+/// mean.
 ///
 /// [`Roughness::from_surface`] does not level or filter the map; see
 /// [`preparation`](super::preparation).
@@ -164,6 +165,10 @@ pub struct Roughness {
     pub sq: f64,
     /// Arithmetic mean height Sa, the mean of |h|.
     pub sa: f64,
+    /// Maximum peak height Sp, the height of the highest node above the mean.
+    pub sp: f64,
+    /// Maximum pit depth Sv, the depth of the lowest node below the mean.
+    pub sv: f64,
     /// Maximum height Sz, the difference between the highest and the lowest node.
     pub sz: f64,
     /// Skewness Ssk, or `None` for a flat surface.
@@ -192,11 +197,14 @@ impl Roughness {
             Boundary::Periodic => Moments::from_surface(surface),
             Boundary::Free => differences::moments(surface),
         };
-        let extreme = |pick: fn(f64, f64) -> f64| heights.iter().copied().fold(0.0, pick);
+        let [highest, lowest] = [f64::max, f64::min]
+            .map(|pick: fn(f64, f64) -> f64| heights.iter().copied().fold(0.0, pick));
         Self {
             sq: mean_of(|deviation| deviation * deviation).sqrt(),
             sa: mean_of(f64::abs),
-            sz: extreme(f64::max) - extreme(f64::min),
+            sp: highest - mean,
+            sv: mean - lowest,
+            sz: highest - lowest,
             ssk,
             sku: excess.map(|excess: f64| excess + 3.0),
             sdq: moments.rms_slope(),
@@ -412,13 +420,15 @@ mod tests {
         assert_eq!(found.sz, 2.0);
         assert!((found.sq - 2.0 * (share * (1.0 - share)).sqrt()).abs() < 1e-14);
         assert!((found.sa - 4.0 * share * (1.0 - share)).abs() < 1e-14);
+        assert!((found.sp - 2.0 * (1.0 - share)).abs() < 1e-14);
+        assert!((found.sv - 2.0 * share).abs() < 1e-14);
     }
 
     #[test]
     fn a_flat_surface_has_no_shape_of_its_heights() {
         let flat = Surface::new(square(4, 1.0), vec![7.1; 16]).unwrap();
         let found = Roughness::from_surface(&flat, Boundary::Periodic);
-        assert_eq!([found.sq, found.sa, found.sz, found.sdq], [0.0; 4]);
+        assert_eq!([found.sq, found.sa, found.sp, found.sv, found.sz, found.sdq], [0.0; 6]);
         assert_eq!((found.ssk, found.sku), (None, None));
     }
 

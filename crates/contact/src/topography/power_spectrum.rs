@@ -130,7 +130,7 @@ pub fn profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
 /// Returns w (h − ⟨h⟩) for the window w, and ⟨w²⟩.
 ///
 /// The window is one everywhere for a periodic map, and the Hann window otherwise.
-fn windowed(surface: &Surface, boundary: Boundary) -> (Vec<f64>, f64) {
+pub(super) fn windowed(surface: &Surface, boundary: Boundary) -> (Vec<f64>, f64) {
     let grid = surface.grid();
     let mut heights = from_first_node(surface.heights());
     let mean = mean(&heights);

@@ -283,16 +283,126 @@ pub const BEARING_SHARE: Column = real(
     "1",
     "fraction of the nodes at or above the plane: areal material ratio Smr, ISO 25178-2",
 );
-pub const ROUGHNESS: [Column; 6] = [
-    real("Sq", "length", "root mean square height about the mean, ISO 25178-2"),
-    real("Sa", "length", "mean absolute height about the mean, ISO 25178-2"),
-    real("Sz", "length", "height difference of the highest and the lowest node, ISO 25178-2"),
-    real("Ssk", "1", "skewness of the heights, ISO 25178-2"),
-    real("Sku", "1", "kurtosis of the heights, 3 for a Gaussian surface, ISO 25178-2"),
+const SQ: Column = real("Sq", "length", "root mean square height about the mean, ISO 25178-2");
+const SA: Column = real("Sa", "length", "mean absolute height about the mean, ISO 25178-2");
+const SZ: Column =
+    real("Sz", "length", "height difference of the highest and the lowest node, ISO 25178-2");
+const SSK: Column = real("Ssk", "1", "skewness of the heights, ISO 25178-2");
+const SKU: Column =
+    real("Sku", "1", "kurtosis of the heights, 3 for a Gaussian surface, ISO 25178-2");
+const SDQ: Column = real(
+    "Sdq",
+    "1",
+    "root mean square gradient, ISO 25178-2: from the Fourier modes of a periodic map, or from \
+     differences between neighbouring nodes of any other map, as `rms_slope`",
+);
+
+/// Columns of `what = "roughness"` without the key `parameters`.
+pub const ROUGHNESS: [Column; 6] = [SQ, SA, SZ, SSK, SKU, SDQ];
+
+/// Columns of all parameters of ISO 25178-2 that the key `parameters` selects, in its order.
+pub const AREAL: [Column; 23] = [
+    SQ,
+    SSK,
+    SKU,
+    real("Sp", "length", "height of the highest node above the mean, ISO 25178-2"),
+    real("Sv", "length", "depth of the lowest node below the mean, ISO 25178-2"),
+    SZ,
+    SA,
+    SDQ,
     real(
-        "Sdq",
+        "Sdr",
         "1",
-        "root mean square gradient, ISO 25178-2: from the Fourier modes of a periodic map, or from \
-         differences between neighbouring nodes of any other map, as `rms_slope`",
+        "developed interfacial area ratio, ISO 25178-2: area of the surface over that of its \
+         projection, minus 1. For a periodic map from the gradients of its Fourier modes, for any \
+         other map from triangles between nodes",
+    ),
+    real(
+        "Sal",
+        "length",
+        "autocorrelation length, ISO 25178-2: shortest distance over which the autocorrelation \
+         function falls to `correlation_threshold`, 0.2 if this column is missing; null if it falls \
+         in no direction within half of the map",
+    ),
+    real(
+        "Str",
+        "1",
+        "texture aspect ratio, ISO 25178-2: shortest over longest distance over which the \
+         autocorrelation function falls to the threshold; null if it does not fall in some \
+         direction within half of the map",
+    ),
+    real(
+        "Std",
+        "°",
+        "texture direction, ISO 25178-2: angle from the y axis to the lay, equally from the x axis \
+         to the wavevector with the largest angular amplitude density; meaningless if Str is near 1",
+    ),
+    real("Sk", "length", "core height, ISO 25178-2"),
+    real("Spk", "length", "reduced height of the peaks above the core, ISO 25178-2"),
+    real("Svk", "length", "reduced depth of the dales below the core, ISO 25178-2"),
+    real("Smr1", "1", "fraction of the nodes above the core, ISO 25178-2 (2021: Smrk1)"),
+    real("Smr2", "1", "fraction of the nodes in or above the core, ISO 25178-2 (2021: Smrk2)"),
+    real(
+        "Vmp",
+        "length",
+        "peak material volume per area, ISO 25178-2: above the height that the fraction p of the \
+         surface reaches, with p in `peak_ratio`, 0.1 if this column is missing",
+    ),
+    real(
+        "Vmc",
+        "length",
+        "core material volume per area, ISO 25178-2: between the material ratios p and q, with q in \
+         `dale_ratio`, 0.8 if this column is missing",
+    ),
+    real(
+        "Vvc",
+        "length",
+        "core void volume per area, ISO 25178-2: between the material ratios p and q",
+    ),
+    real(
+        "Vvv",
+        "length",
+        "dale void volume per area, ISO 25178-2: below the height that the fraction q of the \
+         surface reaches",
+    ),
+    real(
+        "Spd",
+        "1/length²",
+        "density of peaks, ISO 25178-2: number per area of hills that rise at least `pruning` × Sz \
+         above their highest saddle, 0.05 if this column is missing",
+    ),
+    real(
+        "Spc",
+        "1/length",
+        "arithmetic mean peak curvature, ISO 25178-2: mean of −(h_xx + h_yy)/2 over these peaks; \
+         null if all are at the edges of a map that is not periodic",
     ),
 ];
+
+pub const SMR_HEIGHT: Column =
+    parameter("smr_height", "length", "height c of the areal material ratio, above the mean");
+pub const SMC_RATIO: Column =
+    parameter("smc_ratio", "1", "material ratio mr of the inverse areal material ratio");
+pub const PEAK_RATIO: Column = parameter("peak_ratio", "1", "material ratio p of the volumes");
+pub const DALE_RATIO: Column = parameter("dale_ratio", "1", "material ratio q of the volumes");
+pub const CORRELATION_THRESHOLD: Column = parameter(
+    "correlation_threshold",
+    "1",
+    "fraction s of its value at lag zero to which the autocorrelation function falls over `Sal`",
+);
+pub const PRUNING: Column = parameter(
+    "pruning",
+    "1",
+    "height of the lowest hills that count as peaks, as a fraction of Sz",
+);
+pub const SMR: Column = real(
+    "Smr",
+    "1",
+    "areal material ratio Smr(c), ISO 25178-2: fraction of the nodes at or above `smr_height`",
+);
+pub const SMC: Column = real(
+    "Smc",
+    "length",
+    "inverse areal material ratio Smc(mr), ISO 25178-2: height above the mean that the fraction \
+     `smc_ratio` of the surface reaches or exceeds",
+);

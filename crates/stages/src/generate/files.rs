@@ -66,7 +66,8 @@ pub struct FileTable {
     #[schemars(transform = swept)]
     pub crop: Key<Part>,
     /// Form that is fitted to the measured points by least squares and subtracted: `"mean"`,
-    /// `"plane"` or `"quadric"`. The default `"none"` subtracts nothing.
+    /// `"plane"` or `"quadric"`, the F-operation of ISO 25178-2. The default `"none"` subtracts
+    /// nothing.
     #[schemars(transform = swept)]
     pub level: Key<Level>,
     /// Method to fill points that were not measured: `"harmonic"` solves Laplace's equation in the
@@ -75,13 +76,14 @@ pub struct FileTable {
     #[schemars(transform = swept)]
     pub fill: Key<Fill>,
     /// Cutoff wavelength above which waves are removed, in the unit of `side`, by the areal
-    /// Gaussian filter of ISO 16610-61. A wave of exactly this length keeps half of its amplitude.
-    /// By default no long waves are removed.
+    /// Gaussian filter of ISO 16610-61. ISO 25178-2 calls it the L-filter, and the cutoff its
+    /// nesting index. A wave of exactly this length keeps half of its amplitude. By default no long
+    /// waves are removed.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
     pub high_pass: Key<f64>,
     /// Cutoff wavelength below which waves are removed, in the unit of `side`, by the filter of
-    /// `high_pass`. It must be at least two steps of the map and below `high_pass`. By default no
-    /// short waves are removed.
+    /// `high_pass`: the S-filter of ISO 25178-2. It must be at least two steps of the map and below
+    /// `high_pass`. By default no short waves are removed.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
     pub low_pass: Key<f64>,
     /// Number of nodes per side to which a periodic map is interpolated by its Fourier modes. For a

@@ -5,6 +5,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::areal::{self, Parameter};
 use super::distributions::Distribution;
 use super::friction::{self, FrictionTable};
 use super::statistics::Statistic;
@@ -13,7 +14,8 @@ use crate::form::Surfaces;
 use crate::solve::Conduction;
 use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::diagnostics::{Problem, Span};
-use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::checks::{Checks, report_equal_points};
+use asperity_manifest::keys::declare::{length, list, swept};
 use asperity_manifest::keys::{Key, Section, table};
 
 /// Maximum value of the key `bins`.
@@ -40,7 +42,8 @@ pub struct MeasureTable {
     /// distribution of heights, `"spectrum"` is the power spectrum C(q) averaged over all
     /// directions, and `"profile-spectrum"` is the spectrum of profiles along x and y. Surfaces
     /// also have the `"autocorrelation"`, slope and curvature by scale (`"scales"`), the
-    /// `"bearing"` curve, and the `"roughness"` parameters of ISO 25178.
+    /// `"bearing"` curve, and the `"roughness"` parameters of ISO 25178-2, which `parameters`
+    /// selects.
     #[schemars(extend("default" = "heights"))]
     pub what: Key<What>,
     /// Number of bins of the height histogram, or of steps of the bearing curve. For clusters it is
@@ -69,6 +72,33 @@ pub struct MeasureTable {
     /// instead of `what`. The `solve` stage must also have the loads N (1 − Q/(f N)). For elastic
     /// contacts without adhesion.
     pub friction: Key<FrictionTable>,
+    /// Names of the parameters of ISO 25178-2 that `what = "roughness"` computes, such as
+    /// `["Sq", "Sdr", "Sk"]`, or `"iso-25178"` for all of them. The default is Sq, Sa, Sz, Ssk, Sku
+    /// and Sdq. `smr_height` and `smc_ratio` add Smr(c) and Smc(mr).
+    #[schemars(length(min = 1), transform = list)]
+    pub parameters: Key<Vec<Parameter>>,
+    /// Height c above the mean, which adds the areal material ratio Smr(c) to
+    /// `what = "roughness"`. It is a length in the unit of the surfaces or with a unit.
+    #[schemars(transform = length, transform = swept)]
+    pub smr_height: Key<f64>,
+    /// Material ratio mr, which adds the inverse areal material ratio Smc(mr) to
+    /// `what = "roughness"`: the height above the mean that this fraction of the surface reaches.
+    #[schemars(range(min = 0, max = 1), transform = swept)]
+    pub smc_ratio: Key<f64>,
+    /// Material ratio p of the volumes Vmp, Vmc and Vvc, by default 0.1.
+    #[schemars(range(min = 0, max = 1), transform = swept)]
+    pub peak_ratio: Key<f64>,
+    /// Material ratio q of the volumes Vmc, Vvc and Vvv, by default 0.8.
+    #[schemars(range(min = 0, max = 1), transform = swept)]
+    pub dale_ratio: Key<f64>,
+    /// Fraction s of its value at lag zero to which the autocorrelation function falls over the
+    /// length Sal, by default 0.2.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1), transform = swept)]
+    pub correlation_threshold: Key<f64>,
+    /// Height of the lowest hills that count as peaks in Spd and Spc (Wolf pruning), as a fraction
+    /// of Sz, by default 0.05.
+    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0), transform = swept)]
+    pub pruning: Key<f64>,
 }
 
 table!(MeasureTable);
@@ -97,7 +127,7 @@ pub enum What {
     Scales,
     /// Fraction of the surface at or above a height, as a function of the height.
     Bearing,
-    /// Roughness parameters Sq, Sa, Sz, Ssk, Sku and Sdq.
+    /// Roughness parameters of ISO 25178-2, see `parameters`.
     Roughness,
 }
 
@@ -151,14 +181,19 @@ impl What {
 /// Returns the task of a stage, or `None` after reporting problems. The rows that the stage reads
 /// decide which quantities it can measure.
 pub fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
-    let point = section.points.first()?;
-    let checks = &mut Checks::new(section, point, context.problems);
-    let params = if context.read? == RowKind::Surfaces {
-        of_surfaces(&point.table, context.surfaces.not_redrawable.as_deref(), checks)
-    } else {
-        of_loads(&point.table, &section.span, &context.surfaces, checks)
-    };
-    Some(vec![Recipe::Measure(params?)])
+    let reads_surfaces = context.read? == RowKind::Surfaces;
+    let mut params = Vec::with_capacity(section.points.len());
+    for point in &section.points {
+        let checks = &mut Checks::new(section, point, context.problems);
+        params.push(if reads_surfaces {
+            of_surfaces(&point.table, &context.surfaces, checks)
+        } else {
+            of_loads(&point.table, &section.span, &context.surfaces, checks)
+        });
+    }
+    let params: Vec<Params> = params.into_iter().collect::<Option<_>>()?;
+    report_equal_points(section, &params, context.problems);
+    Some(params.into_iter().map(Recipe::Measure).collect())
 }
 
 /// Refuses a quantity of surfaces if the stage reads loads, and a quantity of loads if it reads
@@ -190,8 +225,9 @@ fn of_loads(
     let why = "for surfaces; this stage reads loads";
     let range = checks.forbidden("range", &table.range, why);
     let pool = checks.forbidden("pool", &table.pool, why);
+    let areal = areal::forbid(table, why, checks);
     let bins = bins_per_decade(table, what, checks)?;
-    range.and(pool)?;
+    range.and(pool).and(areal)?;
     if let Some(written) = checks.optional("friction", &table.friction)? {
         return friction::params(table, written, surfaces, checks);
     }
@@ -271,11 +307,7 @@ fn bins_per_decade(table: &MeasureTable, what: What, checks: &mut Checks) -> Opt
     checks.refuse("bins", format!("`bins` is {bins}"), &written.span, must)
 }
 
-fn of_surfaces(
-    table: &MeasureTable,
-    not_redrawable: Option<&str>,
-    checks: &mut Checks,
-) -> Option<Params> {
+fn of_surfaces(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
     if checks.value("stiffness", &table.stiffness)? {
         let why = "for loads; this stage reads surfaces";
         checks.forbidden("stiffness", &table.stiffness, why)?;
@@ -289,8 +321,11 @@ fn of_surfaces(
     check_quantity(table, false, checks)?;
     let (bins, range) = (bins?, range?);
     let what = checks.value("what", &table.what)?;
+    if what != What::Roughness {
+        areal::forbid(table, "for roughness parameters, `what = \"roughness\"`", checks)?;
+    }
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
-        return heights(table, bins, range, not_redrawable, checks);
+        return heights(table, bins, range, surfaces.not_redrawable.as_deref(), checks);
     };
     let why = "for the distribution of heights, `what = \"heights\"`";
     let pool = checks.forbidden("pool", &table.pool, why);
@@ -299,7 +334,11 @@ fn of_surfaces(
         checks.forbidden("bins", &table.bins, why)?;
         checks.forbidden("range", &table.range, why)?;
     }
-    pool.map(|()| Params::Surface(statistic))
+    pool?;
+    Some(Params::Surface(match what {
+        What::Roughness => areal::statistic(table, surfaces, checks)?,
+        _ => statistic,
+    }))
 }
 
 fn heights(

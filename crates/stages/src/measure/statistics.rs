@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 use arrow::array::ArrayRef;
 use serde::Serialize;
 
+use super::areal::Areal;
 use crate::RowKind;
 use crate::columns::*;
 use crate::generate::Origin;
@@ -40,8 +41,10 @@ pub enum Statistic {
         /// Height of the highest plane, in rms heights.
         range: f64,
     },
-    /// Roughness parameters of ISO 25178.
+    /// Roughness parameters Sq, Sa, Sz, Ssk, Sku and Sdq of ISO 25178.
     Roughness,
+    /// Selected parameters of ISO 25178.
+    Areal(Areal),
 }
 
 /// Returns the columns of all statistics.
@@ -58,13 +61,14 @@ pub fn all_columns() -> Vec<Column> {
 type Measured = Vec<(Column, ArrayRef)>;
 
 impl Statistic {
-    const EACH: [Statistic; 6] = [
+    const EACH: [Statistic; 7] = [
         Statistic::Spectrum,
         Statistic::ProfileSpectrum,
         Statistic::Autocorrelation,
         Statistic::Scales,
         Statistic::Bearing { bins: 1, range: 1.0 },
         Statistic::Roughness,
+        Statistic::Areal(Areal::ALL),
     ];
 
     /// Returns the kind of rows in the table.
@@ -75,7 +79,7 @@ impl Statistic {
             Statistic::Autocorrelation => RowKind::Autocorrelations,
             Statistic::Scales => RowKind::Scales,
             Statistic::Bearing { .. } => RowKind::BearingCurves,
-            Statistic::Roughness => RowKind::Roughness,
+            Statistic::Roughness | Statistic::Areal(_) => RowKind::Roughness,
         }
     }
 
@@ -90,6 +94,7 @@ impl Statistic {
             Statistic::Scales => vec![ALONG, DISTANCE, SLOPE_AT_SCALE, CURVATURE_AT_SCALE],
             Statistic::Bearing { .. } => vec![BEARING_LEVEL, HEIGHT, BEARING_SHARE],
             Statistic::Roughness => ROUGHNESS.to_vec(),
+            Statistic::Areal(areal) => areal.columns(),
         }
     }
 
@@ -103,6 +108,7 @@ impl Statistic {
             Statistic::Scales => slopes_and_curvatures(surface, boundary),
             Statistic::Bearing { bins, range } => bearing_curve(surface, bins, range),
             Statistic::Roughness => roughness(surface, boundary),
+            Statistic::Areal(areal) => (1, areal.measure(surface, boundary)),
         }
     }
 
@@ -111,6 +117,7 @@ impl Statistic {
     pub fn pairs(&self) -> f64 {
         match self {
             Statistic::Autocorrelation => 5.0,
+            Statistic::Areal(areal) => areal.pairs(),
             _ => 2.0,
         }
     }
@@ -119,7 +126,7 @@ impl Statistic {
     pub fn bytes_per_node(&self) -> f64 {
         match self {
             // A map that is not periodic is padded to four times its nodes, and transformed.
-            Statistic::Autocorrelation => 100.0,
+            Statistic::Autocorrelation | Statistic::Areal(_) => 100.0,
             _ => 28.0,
         }
     }
@@ -191,7 +198,7 @@ fn bearing_curve(surface: &Surface, bins: u32, range: f64) -> (usize, Measured) 
 }
 
 fn roughness(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
-    let Roughness { sq, sa, sz, ssk, sku, sdq } = Roughness::from_surface(surface, boundary);
+    let Roughness { sq, sa, sz, ssk, sku, sdq, .. } = Roughness::from_surface(surface, boundary);
     let values = [Some(sq), Some(sa), Some(sz), ssk, sku, Some(sdq)];
     let columns = ROUGHNESS.into_iter().zip(values);
     let columns = columns.map(|(column, value)| (column, optional_reals([value])));

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bodies::Body;
 use super::keys::{Method, SolveTable};
-use super::lengths::{converted, unit_of};
+use super::lengths::in_unit_of_surfaces;
 use crate::columns::*;
 use crate::form::Surfaces;
 use asperity_contact::elasticity::{Base, Layer, LayerError, Support};
@@ -243,19 +243,4 @@ fn support(
             checks.reject(problem.help(help))
         }
     }
-}
-
-/// Converts a thickness to the unit of the lengths of the surfaces. A number without a unit has
-/// this unit.
-fn in_unit_of_surfaces(
-    thickness: &Spanned<f64>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<f64> {
-    let named = checks.units.length.as_ref().map(|named| named.unit);
-    let Some(unit) = named.filter(|_| checks.units.is_quantity(&thickness.span)) else {
-        return Some(decimal::nearest(thickness.value));
-    };
-    let of_surfaces = unit_of(surfaces, &thickness.span, checks)?;
-    Some(converted(thickness.value, unit.power - of_surfaces.power))
 }

@@ -1,14 +1,30 @@
-//! Conversion of lengths of a `solve` stage to the unit of the lengths of its surfaces.
+//! Conversion of lengths of a stage to the unit of the lengths of the surfaces that it reads.
 
 use crate::form::Surfaces;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span, listed};
+use asperity_manifest::keys::Spanned;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::quantity::{Dimension, Unit};
 
 /// Multiplies a number by a power of ten and rounds it to twelve digits.
 pub fn converted(number: f64, power: i32) -> f64 {
     decimal::nearest(decimal::shifted(&decimal::written(number), power))
+}
+
+/// Converts a length to the unit of the lengths of the surfaces. A number without a unit has this
+/// unit.
+pub fn in_unit_of_surfaces(
+    length: &Spanned<f64>,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<f64> {
+    let named = checks.units.length.as_ref().map(|named| named.unit);
+    let Some(unit) = named.filter(|_| checks.units.is_quantity(&length.span)) else {
+        return Some(decimal::nearest(length.value));
+    };
+    let of_surfaces = unit_of(surfaces, &length.span, checks)?;
+    Some(converted(length.value, unit.power - of_surfaces.power))
 }
 
 /// Returns the unit of the lengths of the surfaces. Refuses surfaces without a common unit to which

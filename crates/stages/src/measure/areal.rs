@@ -1,0 +1,437 @@
+//! Areal surface texture parameters of ISO 25178-2 beyond those of `what = "roughness"` alone.
+//!
+//! The keys `parameters`, `smr_height` and `smc_ratio` select the parameters. Only these are
+//! computed. Settings that the standard leaves open are keys, which can be swept: each value gives
+//! further rows, with the value in a parameter column.
+
+use arrow::array::ArrayRef;
+use schemars::JsonSchema;
+use serde::ser::SerializeSeq;
+use serde::{Deserialize, Serialize, Serializer};
+
+use super::keys::MeasureTable;
+use super::statistics::Statistic;
+use crate::columns::*;
+use crate::form::Surfaces;
+use crate::solve::lengths::in_unit_of_surfaces;
+use asperity_contact::grid::Boundary;
+use asperity_contact::topography::areal::{developed_area_ratio, texture_direction};
+use asperity_contact::topography::autocorrelation::Autocorrelation;
+use asperity_contact::topography::descriptors::Roughness;
+use asperity_contact::topography::material_ratio::MaterialRatioCurve;
+use asperity_contact::topography::peaks::Peaks;
+use asperity_contact::topography::surface::Surface;
+use asperity_manifest::diagnostics::{Problem, listed};
+use asperity_manifest::keys::Key;
+use asperity_manifest::keys::checks::Checks;
+use asperity_tables::column::{Column, optional_reals};
+
+/// Version of the numbers, which is part of every key of these parameters.
+const VERSION: u32 = 1;
+
+/// Default material ratio p of the peak material volume.
+pub const PEAK_RATIO_DEFAULT: f64 = 0.1;
+/// Default material ratio q of the dale void volume.
+pub const DALE_RATIO_DEFAULT: f64 = 0.8;
+/// Default threshold s of the autocorrelation length.
+pub const THRESHOLD_DEFAULT: f64 = 0.2;
+/// Default height of significant hills, as a fraction of Sz.
+pub const PRUNING_DEFAULT: f64 = 0.05;
+
+/// Areal surface texture parameter of ISO 25178-2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Parameter {
+    /// All parameters of this list.
+    #[serde(rename = "iso-25178")]
+    All,
+    /// Root mean square height.
+    Sq,
+    /// Skewness.
+    Ssk,
+    /// Kurtosis.
+    Sku,
+    /// Maximum peak height.
+    Sp,
+    /// Maximum pit depth.
+    Sv,
+    /// Maximum height.
+    Sz,
+    /// Arithmetic mean height.
+    Sa,
+    /// Root mean square gradient.
+    Sdq,
+    /// Developed interfacial area ratio.
+    Sdr,
+    /// Autocorrelation length.
+    Sal,
+    /// Texture aspect ratio.
+    Str,
+    /// Texture direction.
+    Std,
+    /// Core height.
+    Sk,
+    /// Reduced peak height.
+    Spk,
+    /// Reduced dale height.
+    Svk,
+    /// Material ratio of the peaks.
+    Smr1,
+    /// Material ratio above the dales.
+    Smr2,
+    /// Peak material volume.
+    Vmp,
+    /// Core material volume.
+    Vmc,
+    /// Core void volume.
+    Vvc,
+    /// Dale void volume.
+    Vvv,
+    /// Density of peaks.
+    Spd,
+    /// Arithmetic mean peak curvature.
+    Spc,
+}
+
+use Parameter::*;
+
+/// Parameters that need the heights alone, or their gradient.
+const HEIGHTS: [Parameter; 8] = [Sq, Ssk, Sku, Sp, Sv, Sz, Sa, Sdq];
+const DECAY: [Parameter; 2] = [Sal, Str];
+const STRATIFIED: [Parameter; 5] = [Sk, Spk, Svk, Smr1, Smr2];
+const VOLUMES: [Parameter; 4] = [Vmp, Vmc, Vvc, Vvv];
+const PEAKS: [Parameter; 2] = [Spd, Spc];
+
+/// Parameters that `what = "roughness"` has without the key `parameters`.
+const DEFAULT: [Parameter; 6] = [Sq, Sa, Sz, Ssk, Sku, Sdq];
+
+impl Parameter {
+    /// All parameters in the order of their columns.
+    const EACH: [Parameter; 23] = [
+        Sq, Ssk, Sku, Sp, Sv, Sz, Sa, Sdq, Sdr, Sal, Str, Std, Sk, Spk, Svk, Smr1, Smr2, Vmp, Vmc,
+        Vvc, Vvv, Spd, Spc,
+    ];
+
+    fn column(self) -> Column {
+        let index = Parameter::EACH.iter().position(|other| *other == self);
+        AREAL[index.expect("`All` stands for the others")]
+    }
+}
+
+/// Set of parameters, as one bit for each.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ParameterSet(u32);
+
+impl FromIterator<Parameter> for ParameterSet {
+    fn from_iter<I: IntoIterator<Item = Parameter>>(parameters: I) -> Self {
+        let bits = parameters.into_iter().map(|parameter| match parameter {
+            All => Parameter::EACH.into_iter().fold(0, |bits, each| bits | (1 << each as u32)),
+            named => 1 << named as u32,
+        });
+        ParameterSet(bits.fold(0, |all, one| all | one))
+    }
+}
+
+impl ParameterSet {
+    fn has(self, parameter: Parameter) -> bool {
+        self.0 & (1 << parameter as u32) != 0
+    }
+
+    fn has_any(self, parameters: &[Parameter]) -> bool {
+        parameters.iter().any(|parameter| self.has(*parameter))
+    }
+
+    fn iter(self) -> impl Iterator<Item = Parameter> {
+        Parameter::EACH.into_iter().filter(move |parameter| self.has(*parameter))
+    }
+}
+
+impl Serialize for ParameterSet {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut names = serializer.serialize_seq(None)?;
+        for parameter in self.iter() {
+            names.serialize_element(&parameter)?;
+        }
+        names.end()
+    }
+}
+
+/// Parameters to compute, with the settings that the manifest gives.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Areal {
+    parameters: ParameterSet,
+    #[serde(flatten)]
+    settings: Settings,
+    version: u32,
+}
+
+/// Settings of parameters; `None` for those that the manifest does not contain.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Settings {
+    /// Height c of the areal material ratio Smr(c), above the mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    smr_height: Option<f64>,
+    /// Material ratio mr of the inverse areal material ratio Smc(mr).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    smc_ratio: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_ratio: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dale_ratio: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    correlation_threshold: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pruning: Option<f64>,
+}
+
+/// Returns the statistic of `what = "roughness"`, or `None` after reporting problems.
+pub fn statistic(
+    table: &MeasureTable,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Statistic> {
+    let names = checks.optional("parameters", &table.parameters)?;
+    let parameters: ParameterSet = match names {
+        Some(names) => names.value.iter().copied().collect(),
+        None => DEFAULT.into_iter().collect(),
+    };
+    let smr_height = match checks.optional("smr_height", &table.smr_height)? {
+        Some(height) => Some(in_unit_of_surfaces(height, surfaces, checks)?),
+        None => None,
+    };
+    let settings = Settings {
+        smr_height,
+        smc_ratio: checks.optional_number("smc_ratio", &table.smc_ratio)?,
+        peak_ratio: checks.optional_number("peak_ratio", &table.peak_ratio)?,
+        dale_ratio: checks.optional_number("dale_ratio", &table.dale_ratio)?,
+        correlation_threshold: checks
+            .optional_number("correlation_threshold", &table.correlation_threshold)?,
+        pruning: checks.optional_number("pruning", &table.pruning)?,
+    };
+    for (name, key, users) in [
+        ("peak_ratio", &table.peak_ratio, &VOLUMES[..]),
+        ("dale_ratio", &table.dale_ratio, &VOLUMES),
+        ("correlation_threshold", &table.correlation_threshold, &DECAY),
+        ("pruning", &table.pruning, &PEAKS),
+    ] {
+        check_is_used(name, key, users, parameters, checks)?;
+    }
+    let [p, q] = settings.volume_ratios();
+    if p >= q {
+        let (name, key) = match table.peak_ratio.written() {
+            Some(_) => ("peak_ratio", &table.peak_ratio),
+            None => ("dale_ratio", &table.dale_ratio),
+        };
+        let message = format!("`peak_ratio` is {p} and `dale_ratio` is {q}");
+        let label = "`peak_ratio` must be below `dale_ratio`";
+        return checks.refuse(name, message, &key.written()?.span, label);
+    }
+    let is_default = parameters == DEFAULT.into_iter().collect();
+    Some(if is_default && settings == Settings::default() {
+        Statistic::Roughness
+    } else {
+        Statistic::Areal(Areal { parameters, settings, version: VERSION })
+    })
+}
+
+/// Refuses a setting if none of the parameters that depend on it is computed.
+fn check_is_used(
+    name: &str,
+    key: &Key<f64>,
+    users: &[Parameter],
+    parameters: ParameterSet,
+    checks: &mut Checks,
+) -> Option<()> {
+    let Some(written) = key.written().filter(|_| !parameters.has_any(users)) else {
+        return Some(());
+    };
+    let users: Vec<&str> = users.iter().map(|user| user.column().name).collect();
+    let users = listed(users.iter().copied(), "and");
+    let message = format!("`{name}` has no effect here");
+    let label = format!("applies only to {users}");
+    let problem = Problem::new(message, written.span.clone(), label);
+    checks.reject(problem.help("add one of them to `parameters`, or remove this key"))
+}
+
+/// Refuses the keys of this module for other quantities than `what = "roughness"`.
+pub fn forbid(table: &MeasureTable, why: &str, checks: &mut Checks) -> Option<()> {
+    let parameters = checks.forbidden("parameters", &table.parameters, why);
+    let numbers = [
+        ("smr_height", &table.smr_height),
+        ("smc_ratio", &table.smc_ratio),
+        ("peak_ratio", &table.peak_ratio),
+        ("dale_ratio", &table.dale_ratio),
+        ("correlation_threshold", &table.correlation_threshold),
+        ("pruning", &table.pruning),
+    ];
+    let numbers = numbers.map(|(name, key)| checks.forbidden(name, key, why));
+    numbers.into_iter().fold(parameters, Option::and)
+}
+
+impl Settings {
+    /// Returns the material ratios p and q of the volumes.
+    fn volume_ratios(&self) -> [f64; 2] {
+        [
+            self.peak_ratio.unwrap_or(PEAK_RATIO_DEFAULT),
+            self.dale_ratio.unwrap_or(DALE_RATIO_DEFAULT),
+        ]
+    }
+
+    /// Returns the settings that the manifest contains, each with its column.
+    fn given(&self) -> impl Iterator<Item = (Column, f64)> {
+        let settings = [
+            (SMR_HEIGHT, self.smr_height),
+            (SMC_RATIO, self.smc_ratio),
+            (PEAK_RATIO, self.peak_ratio),
+            (DALE_RATIO, self.dale_ratio),
+            (CORRELATION_THRESHOLD, self.correlation_threshold),
+            (PRUNING, self.pruning),
+        ];
+        settings.into_iter().filter_map(|(column, setting)| Some((column, setting?)))
+    }
+}
+
+impl Areal {
+    /// All parameters and settings, for the list of all columns.
+    pub const ALL: Areal = Areal {
+        // One bit for each parameter, without that of `Parameter::All`.
+        parameters: ParameterSet((1 << (Parameter::EACH.len() + 1)) - 2),
+        settings: Settings {
+            smr_height: Some(0.0),
+            smc_ratio: Some(0.5),
+            peak_ratio: Some(PEAK_RATIO_DEFAULT),
+            dale_ratio: Some(DALE_RATIO_DEFAULT),
+            correlation_threshold: Some(THRESHOLD_DEFAULT),
+            pruning: Some(PRUNING_DEFAULT),
+        },
+        version: VERSION,
+    };
+
+    /// Returns the columns without the parameter columns of the surface.
+    pub fn columns(&self) -> Vec<Column> {
+        let settings = self.settings.given().map(|(column, _)| column);
+        let parameters = self.parameters.iter().map(Parameter::column);
+        let smr = self.settings.smr_height.map(|_| SMR);
+        let smc = self.settings.smc_ratio.map(|_| SMC);
+        settings.chain(parameters).chain(smr).chain(smc).collect()
+    }
+
+    /// Computes the columns of one surface, each with one value.
+    pub fn measure(&self, surface: &Surface, boundary: Boundary) -> Vec<(Column, ArrayRef)> {
+        let settings = self.settings.given().map(|(column, value)| (column, Some(value)));
+        let values = self.values(surface, boundary);
+        let curve = self.reads_curve().then(|| MaterialRatioCurve::from_surface(surface));
+        let curve = curve.as_ref();
+        let smr = self.settings.smr_height.zip(curve);
+        let smr = smr.map(|(height, curve)| (SMR, Some(curve.ratio_at(height))));
+        let smc = self.settings.smc_ratio.zip(curve);
+        let smc = smc.map(|(ratio, curve)| (SMC, Some(curve.height_at(ratio))));
+        let columns = settings.chain(values).chain(smr).chain(smc);
+        columns.map(|(column, value)| (column, optional_reals([value]))).collect()
+    }
+
+    fn reads_curve(&self) -> bool {
+        let Settings { smr_height, smc_ratio, .. } = self.settings;
+        smr_height.is_some() || smc_ratio.is_some()
+    }
+
+    /// Computes the parameters of the set, in the order of their columns.
+    fn values(&self, surface: &Surface, boundary: Boundary) -> Vec<(Column, Option<f64>)> {
+        let Areal { parameters, settings, .. } = self;
+        let mut found = Vec::new();
+        if parameters.has_any(&HEIGHTS) {
+            let of = Roughness::from_surface(surface, boundary);
+            let [sq, sp, sv, sz, sa, sdq] = [of.sq, of.sp, of.sv, of.sz, of.sa, of.sdq].map(Some);
+            found.extend([(Sq, sq), (Ssk, of.ssk), (Sku, of.sku), (Sp, sp), (Sv, sv), (Sz, sz)]);
+            found.extend([(Sa, sa), (Sdq, sdq)]);
+        }
+        if parameters.has(Sdr) {
+            found.push((Sdr, Some(developed_area_ratio(surface, boundary))));
+        }
+        if parameters.has_any(&DECAY) {
+            let threshold = settings.correlation_threshold.unwrap_or(THRESHOLD_DEFAULT);
+            let lengths = Autocorrelation::from_surface(surface, boundary).decay_lengths(threshold);
+            found.extend([(Sal, lengths.shortest), (Str, lengths.aspect_ratio())]);
+        }
+        if parameters.has(Std) {
+            found.push((Std, texture_direction(surface, boundary)));
+        }
+        if parameters.has_any(&STRATIFIED) || parameters.has_any(&VOLUMES) {
+            let curve = MaterialRatioCurve::from_surface(surface);
+            let of = curve.stratified();
+            let [sk, spk, svk, smr1, smr2] = [of.sk, of.spk, of.svk, of.smr1, of.smr2].map(Some);
+            found.extend([(Sk, sk), (Spk, spk), (Svk, svk), (Smr1, smr1), (Smr2, smr2)]);
+            let of = curve.volumes(settings.volume_ratios());
+            let [vmp, vmc, vvc, vvv] = [of.vmp, of.vmc, of.vvc, of.vvv].map(Some);
+            found.extend([(Vmp, vmp), (Vmc, vmc), (Vvc, vvc), (Vvv, vvv)]);
+        }
+        if parameters.has_any(&PEAKS) {
+            let pruning = settings.pruning.unwrap_or(PRUNING_DEFAULT);
+            let peaks = Peaks::from_surface(surface, boundary, pruning);
+            found.extend([(Spd, Some(peaks.density)), (Spc, peaks.curvature)]);
+        }
+        found.retain(|(parameter, _)| parameters.has(*parameter));
+        found.into_iter().map(|(parameter, value)| (parameter.column(), value)).collect()
+    }
+
+    /// Returns the cost in pairs of FFTs on the mesh of the surface.
+    pub fn pairs(&self) -> f64 {
+        let costs = [
+            (self.parameters.has_any(&HEIGHTS), 2.0),
+            (self.parameters.has(Sdr), 2.0),
+            (self.parameters.has_any(&DECAY), 6.0),
+            (self.parameters.has(Std), 2.0),
+            (self.parameters.has_any(&STRATIFIED) || self.parameters.has_any(&VOLUMES), 4.0),
+            (self.reads_curve(), 4.0),
+            (self.parameters.has_any(&PEAKS), 8.0),
+        ];
+        costs.into_iter().filter(|(is_needed, _)| *is_needed).map(|(_, cost)| cost).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_contact::grid::Grid;
+    use asperity_contact::topography::shapes::Shape;
+
+    fn recipe(parameters: &[Parameter], settings: Settings) -> String {
+        let parameters = parameters.iter().copied().collect();
+        let areal = Areal { parameters, settings, version: VERSION };
+        serde_json::to_string(&Statistic::Areal(areal)).unwrap()
+    }
+
+    #[test]
+    fn each_parameter_has_the_column_of_its_name() {
+        assert_eq!(AREAL.len(), Parameter::EACH.len());
+        for parameter in Parameter::EACH {
+            let name = serde_json::to_value(parameter).unwrap();
+            assert_eq!(name, parameter.column().name);
+        }
+        assert_eq!(Areal::ALL.parameters, [All].into_iter().collect());
+    }
+
+    #[test]
+    fn a_recipe_has_the_parameters_in_one_order_and_only_given_settings() {
+        let short = r#"{"of":"areal","parameters":["Sq","Sk"],"version":1}"#;
+        assert_eq!(recipe(&[Sk, Sq, Sk], Settings::default()), short);
+        let settings = Settings { smc_ratio: Some(0.5), ..Settings::default() };
+        let with_ratio = r#"{"of":"areal","parameters":["Sal"],"smc_ratio":0.5,"version":1}"#;
+        assert_eq!(recipe(&[Sal], settings), with_ratio);
+    }
+
+    #[test]
+    fn any_subset_has_the_values_of_the_whole() {
+        let waves = Shape::WaveSum { amplitude: 0.1, waves: 3 };
+        let surface =
+            waves.draw(Grid::new([48, 32], Grid::square(1, 1.0).unwrap().cell()).unwrap());
+        let all = Areal::ALL.measure(&surface, Boundary::Periodic);
+        for parameter in Parameter::EACH {
+            let one = Areal { parameters: [parameter].into_iter().collect(), ..Areal::ALL };
+            let found = one.measure(&surface, Boundary::Periodic);
+            assert_eq!(one.columns(), found.iter().map(|(column, _)| *column).collect::<Vec<_>>());
+            for value in found {
+                assert!(all.contains(&value));
+            }
+        }
+    }
+}
