@@ -258,3 +258,91 @@ fn lengths_with_units_prepare_a_map_as_plain_numbers_do() {
         }
     }
 }
+
+/// Returns a study with the files of instruments, each with the radius of its tip.
+fn with_tips() -> String {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/data/topography");
+    let stage = |name: &str, file: &str, keys: &str| {
+        format!(
+            "[stage.{name}]\nkind = \"generate\"\nmethod = \"file\"\npath = \"{folder}/{file}\"\n\
+             periodic = false\n{keys}\n"
+        )
+    };
+    [
+        "[study]\nname = \"tips\"\n".to_owned(),
+        stage("nanoscope", "di-3.di", "channel = \"ZSensor\"\ntip_radius = [20e-9, 100e-9]"),
+        stage("text", "matrix-4.txt", "tip_radius = [20e-9, 1e-6]"),
+        stage(
+            "alicona",
+            "al3d-1.al3d",
+            "level = \"plane\"\ntip_radius = 10e-6\nnoise_floor = true",
+        ),
+        stage(
+            "smooth",
+            "al3d-1.al3d",
+            "level = \"plane\"\nnoise_floor = true\nlow_pass = \"reliable\"",
+        ),
+    ]
+    .concat()
+}
+
+#[test]
+fn tips_limit_scans_as_another_program_finds() {
+    let bench = Bench::new();
+    let manifest = bench.write(&with_tips());
+    let run = bench.output(&["run", manifest.to_str().unwrap()]);
+    assert!(run.status.success(), "{}", text(&run.stderr));
+    // `scanning_probe_reliability_cutoff` of SurfaceTopography 1.27.1, in metres; two steps of the
+    // map where it finds no cutoff.
+    for (stage, row, cutoff, reliable) in [
+        ("nanoscope", 0, Some(1.0768063890520979e-7), 1.0768063890520979e-7),
+        ("nanoscope", 1, Some(4.082346401422341e-7), 4.082346401422341e-7),
+        ("text", 0, None, 2.0 * 2.773965e-5 / 75.0),
+        ("text", 1, Some(1.0876144845877778e-6), 1.0876144845877778e-6),
+        ("alicona", 0, Some(1.237674988670525e-5), 1.237674988670525e-5),
+    ] {
+        let table = bench.table("tips", stage);
+        let value = |name: &str| table.reals(name).unwrap().iter().nth(row).unwrap();
+        match (value("tip_wavelength"), cutoff) {
+            (Some(found), Some(exact)) => {
+                assert!((found / exact - 1.0).abs() < 1e-6, "{stage}: {found:e} {exact:e}");
+            }
+            (found, exact) => assert_eq!(found, exact, "{stage}"),
+        }
+        let found = value("reliable_wavelength").unwrap();
+        assert!((found / reliable - 1.0).abs() < 1e-6, "{stage}: {found:e} {reliable:e}");
+        let (share, slope) = (value("unreliable_share"), value("rms_slope_reliable"));
+        let whole = value("rms_slope").unwrap();
+        assert!((slope.unwrap() - whole * (1.0 - share.unwrap()).sqrt()).abs() < 1e-9 * whole);
+    }
+    // The spectrum of the optical map is flat below 1.9 µm, at 1.4e-30 m⁴ and steps of 0.44 µm.
+    let optical = bench.table("tips", "smooth");
+    let value = |name: &str| optical.reals(name).unwrap().value(0);
+    assert!((1.7e-6..2.2e-6).contains(&value("noise_wavelength")));
+    assert_eq!(value("noise_wavelength"), value("reliable_wavelength"));
+    assert!((value("noise_rms_height") / 2.7e-9 - 1.0).abs() < 0.05);
+    assert_eq!(optical.texts("low_pass_at").unwrap().value(0), "reliable");
+    let slope = bench.table("tips", "alicona").reals("rms_slope").unwrap().value(0);
+    assert!(value("rms_slope") < slope);
+}
+
+#[test]
+fn a_slope_of_unresolved_waves_has_a_warning() {
+    let bench = Bench::new();
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/data/topography");
+    let manifest = bench.write(&format!(
+        "[study]\nname = \"blunt\"\n[stage.scan]\nkind = \"generate\"\nmethod = \"file\"\n\
+         path = \"{folder}/di-3.di\"\nchannel = \"ZSensor\"\nperiodic = false\n\
+         tip_radius = \"1 um\"\n"
+    ));
+    let manifest = manifest.to_str().unwrap();
+    let printed = text(&bench.output(&["check", manifest]).stderr);
+    assert!(printed.contains("of the mean square slope of"), "{printed}");
+    assert!(printed.contains("comes from waves shorter than 1.5 µm"), "{printed}");
+    let run = bench.output(&["run", manifest]);
+    let printed = text(&run.stdout);
+    assert!(printed.contains("of the mean square slope comes from shorter waves"), "{printed}");
+    let filtered = ["check", manifest, "--set", "stage.scan.low_pass=\"reliable\""];
+    let printed = text(&bench.output(&filtered).stderr);
+    assert!(!printed.contains("mean square slope"), "{printed}");
+}

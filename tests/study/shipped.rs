@@ -145,3 +145,32 @@ fn a_scan_without_its_short_waves_is_smoother_and_touches_more() {
     let stops = contact.texts("stop").unwrap();
     assert!(stops.iter().all(|stop| stop == Some("converged")));
 }
+
+#[test]
+fn two_scans_of_one_surface_agree_in_their_overlap() {
+    let bench = Bench::new();
+    let path = manifests().join("stitched.toml");
+    let output = bench.output(&["run", path.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let table = bench.table("stitched", "stitched");
+    let scans = table.integers("scans").unwrap();
+    assert_eq!(scans.iter().flatten().max(), Some(2));
+    let ratios: Vec<f64> = table.reals("overlap_ratio").unwrap().iter().flatten().collect();
+    assert!(ratios.len() > 2 && ratios.iter().all(|ratio| (0.4..2.5).contains(ratio)));
+    let wavenumbers = column(&table, "wavenumber");
+    assert!(wavenumbers.is_sorted());
+    // From a quarter of the wide scan to two steps of the fine one, whose tip resolved its peaks.
+    let ends = [wavenumbers[0], wavenumbers[wavenumbers.len() - 1]];
+    let [longest, shortest] = ends.map(|q| std::f64::consts::TAU / q);
+    assert!((2e-6..=2.5e-6).contains(&longest), "{longest}");
+    assert!((7.8e-8..9e-8).contains(&shortest), "{shortest}");
+    let roughness = bench.table("stitched", "roughness");
+    let slopes = column(&roughness, "Sdq");
+    // The ensemble has the short waves of the fine scan, which the wide one lacks.
+    let ensemble = &slopes[2..];
+    assert_eq!(ensemble.len(), 4);
+    assert!(
+        ensemble.iter().all(|slope| *slope > 0.9 * slopes[0] && *slope < slopes[1]),
+        "{slopes:?}"
+    );
+}

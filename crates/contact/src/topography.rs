@@ -13,6 +13,7 @@
 //! | [`preparation`] | steps from a measured map to a surface that the solver accepts |
 //! | [`level`], [`fill`], [`gaussian`] | removal of form, filling of holes, Gaussian filters |
 //! | [`periodic`] | periodic continuation of a map, and resampling |
+//! | [`reliability`] | wavelengths that an instrument resolved: radius of its tip, and noise |
 //! | [`translation`] | lateral shift of a map, and the sum of two maps |
 //!
 //! | statistics | contents |
@@ -22,6 +23,7 @@
 //! | [`areal`], [`material_ratio`], [`peaks`] | other areal parameters of ISO 25178-2 |
 //! | [`height_distribution`] | histograms of heights, and the bearing area curve |
 //! | [`power_spectrum`], [`autocorrelation`] | radial averages of power and of height differences |
+//! | [`stitched`] | one spectrum from several scans of a surface |
 //!
 //! Heights are positive towards the elastic body.
 
@@ -41,8 +43,10 @@ pub mod periodic;
 pub mod power_spectrum;
 pub mod preparation;
 pub mod random;
+pub mod reliability;
 pub mod shapes;
 pub mod spectral_density;
 pub mod spectrum;
+pub mod stitched;
 pub mod surface;
 pub mod translation;

@@ -15,7 +15,7 @@ pub mod yielded;
 
 use std::borrow::Cow;
 
-use arrow::array::{AsArray, Float64Array};
+use arrow::array::{Array, AsArray, Float64Array};
 use arrow::datatypes::Float64Type;
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
@@ -65,6 +65,7 @@ pub const STAGE: Definition = Definition {
             &SHAPE_COORDINATES,
             &DESCRIPTORS,
             &FILE_COLUMNS,
+            &RELIABILITY,
             &SPECTRUM_DESCRIPTORS,
             &PAIR_COORDINATES,
             &YIELDED_COORDINATES,
@@ -326,7 +327,10 @@ impl Stage for Params {
         Footprint {
             work: match (&self.origin, self.heights) {
                 (_, Heights::None) => 0.0,
-                (Origin::File(file), _) => 28.0 + file.seen.extra_bytes_per_node(),
+                (Origin::File(file), _) => {
+                    let modes = if file.preparation.tests_reliability() { 24.0 } else { 0.0 };
+                    28.0 + modes + file.seen.extra_bytes_per_node()
+                }
                 (Origin::Pair(pair), _) => 16.0 + pair.bytes_per_node(),
                 (Origin::Yielded(yielded), _) => yielded.bytes_per_node(),
                 (Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. }, _) => 28.0,
@@ -408,6 +412,8 @@ fn summary(source: &TableSource, loads: Option<&AbsoluteLoads>) -> Result<Vec<St
     let parts = [
         Some(counted(table.rows(), "surface")),
         read_from_files(&table, source)?,
+        range(source, RELIABLE_WAVELENGTH.name, "reliable above")?,
+        unreliable_slopes(&table)?,
         if is_rough { range(source, "nayak", "Nayak α")? } else { None },
         match loads {
             Some(loads) => full_contact(&table, loads)?,
@@ -453,6 +459,30 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
         parts.push(format!("{most} missing nodes filled"));
     }
     Ok(Some(parts.join(", ")))
+}
+
+/// Returns a warning about measured surfaces whose slope comes mainly from waves that the
+/// instrument did not resolve, and that no filter removed. Returns `None` if there are no such
+/// surfaces.
+fn unreliable_slopes(table: &Table) -> Result<Option<String>, StageError> {
+    if !table.has(UNRELIABLE_SHARE.name) {
+        return Ok(None);
+    }
+    let shares = table.reals(UNRELIABLE_SHARE.name)?;
+    let cutoffs = table.reals(RELIABLE_WAVELENGTH.name)?;
+    let filters = table.has(LOW_PASS.name).then(|| table.reals(LOW_PASS.name)).transpose()?;
+    let words = table.has(LOW_PASS_AT.name).then(|| table.texts(LOW_PASS_AT.name)).transpose()?;
+    let is_filtered = |row: usize| {
+        words.is_some_and(|words| words.is_valid(row))
+            || filters.is_some_and(|filters| {
+                filters.is_valid(row) && filters.value(row) >= cutoffs.value(row)
+            })
+    };
+    let kept = (0..table.rows()).filter(|&row| shares.is_valid(row) && !is_filtered(row));
+    let most = kept.map(|row| shares.value(row)).fold(0.0, f64::max);
+    Ok((most > 0.5).then(|| {
+        format!("{:.0} % of the mean square slope comes from shorter waves", 100.0 * most)
+    }))
 }
 
 /// Returns a warning about parameter points to which the theories of rough contact do not apply,

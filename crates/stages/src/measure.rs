@@ -12,6 +12,7 @@ pub mod distributions;
 pub mod friction;
 pub mod keys;
 pub mod statistics;
+mod stitched;
 
 use std::borrow::Cow;
 
@@ -64,13 +65,14 @@ pub const STAGE: Definition = Definition {
         });
         let of_surfaces = statistics::all_columns();
         let distributions = distributions::all_columns();
-        let lists: [&[Column]; 6] = [
+        let lists: [&[Column]; 7] = [
             &contacts,
             &distributions,
             &PARTIAL_SLIP,
             &HEIGHT_MEASURES,
             &POOLED_HEIGHTS[1..],
             &of_surfaces,
+            &[SCANS, OVERLAP_RATIO, OVERLAP_SCATTER],
         ];
         lists.concat()
     },
@@ -83,7 +85,8 @@ pub const STAGE: Definition = Definition {
         let spectrum = range(table, WAVENUMBER.name, "wavenumbers from")?;
         let slopes = range(table, SLOPE_AT_SCALE.name, "slopes from")?;
         let roughness = range(table, ROUGHNESS[0].name, "Sq")?;
-        let parts = [rows, area, pressures, gaps, heights, spectrum, slopes, roughness];
+        let scans = stitched::summary(table)?;
+        let parts = [rows, area, pressures, gaps, heights, spectrum, scans, slopes, roughness];
         Ok(parts.into_iter().flatten().collect())
     },
 };
@@ -121,6 +124,13 @@ pub enum Params {
         /// Half width of the histograms, in rms heights.
         range: f64,
     },
+    /// One power spectrum of all surfaces, which are scans of different size of one surface.
+    Stitched {
+        /// Number of bins per decade of wavenumbers.
+        bins: u32,
+        /// Longest trusted wavelength, as a fraction of the shorter side of a scan.
+        trusted_fraction: f64,
+    },
     /// Partial slip under tangential loads of the contacts of a `solve` stage.
     Friction(friction::Params),
     /// Another statistic of each single surface of a `generate` stage.
@@ -140,6 +150,9 @@ impl Stage for Params {
         if let Params::Pool { bins, range } = *self {
             return pool(inputs, bins as usize, range, context);
         }
+        if let Params::Stitched { bins, trusted_fraction } = *self {
+            return stitched::measure(inputs, bins, trusted_fraction, context);
+        }
         let [input] = inputs else { unreachable!("the plan measures one table at a time") };
         match *self {
             Params::Friction(ref friction) => friction.measure(&input.table),
@@ -149,7 +162,9 @@ impl Stage for Params {
             Params::Contacts { stiffness, set, conduction } => {
                 contacts::measure(&input.table, stiffness, set, conduction)
             }
-            Params::Pool { .. } => unreachable!("pools are handled above"),
+            Params::Pool { .. } | Params::Stitched { .. } => {
+                unreachable!("several inputs are handled above")
+            }
         }
     }
 
@@ -175,6 +190,7 @@ impl Stage for Params {
                 let attracts = stacked(inputs)?.has(WORK_OF_ADHESION.name);
                 beside_coordinates(distribution.columns(attracts), inputs)?
             }
+            Params::Stitched { .. } => stitched::empty_table(inputs)?,
             Params::Pool { .. } => {
                 let points = stacked(inputs)?.in_role(Role::Parameter);
                 let names = points.names();
@@ -191,6 +207,7 @@ impl Stage for Params {
             | Params::Heights { .. }
             | Params::Surface(_) => InputScope::Single,
             Params::Pool { .. } => InputScope::ParameterPoint,
+            Params::Stitched { .. } => InputScope::All,
         }
     }
 
@@ -206,6 +223,7 @@ impl Stage for Params {
             | Params::Distribution(_)
             | Params::Friction(_)
             | Params::Heights { .. }
+            | Params::Stitched { .. }
             | Params::Surface(_) => Columns::All,
             Params::Pool { .. } => Columns::Light,
         }
@@ -248,6 +266,7 @@ impl Stage for Params {
     fn footprint(&self) -> Footprint {
         let additional = match self {
             Params::Surface(statistic) => statistic.bytes_per_node(),
+            Params::Stitched { .. } => Statistic::Spectrum.bytes_per_node(),
             Params::Contacts { .. }
             | Params::Distribution(_)
             | Params::Friction(_)
@@ -263,6 +282,7 @@ impl Stage for Params {
             Params::Contacts { .. } | Params::Distribution(_) => 0.2 * extent.rows as f64,
             Params::Friction(_) => 0.0,
             Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
+            Params::Stitched { .. } => 8.0 * extent.tables as f64,
             Params::Surface(statistic) => 6.0 + statistic.pairs(),
         })
     }

@@ -527,6 +527,12 @@ pub enum StageError {
         /// Largest wavenumber with a density.
         to: f64,
     },
+    /// No scan of a stitched spectrum has a trusted wavelength.
+    #[error(
+        "no two wavelengths of the scans are trusted; increase `trusted_fraction`, or use scans that \
+         the instrument resolved"
+    )]
+    NothingTrusted,
     /// Heights cannot be drawn again because the spectrum is in the table of another task.
     #[error(
         "the heights of this surface are not stored, and its spectrum is in the table of another \

@@ -67,25 +67,14 @@ impl Ring {
 /// # Ok::<(), asperity_contact::grid::GridError>(())
 /// ```
 pub fn rings(surface: &Surface, boundary: Boundary) -> Vec<Ring> {
-    let grid = surface.grid();
-    let ([nodes_x, nodes_y], cell) = (grid.nodes(), grid.cell());
-    let (heights, square_window) = windowed(surface, boundary);
-    let transform = Transform::new(grid.nodes());
-    let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-    transform.forward(&heights, &mut spectrum, &mut transform.scratch());
-
-    let corner = cell.wavenumber([nodes_x / 2, nodes_y / 2].map(|waves| waves as f64));
+    let (nodes, cell) = (surface.grid().nodes(), surface.grid().cell());
+    let corner = cell.wavenumber(nodes.map(|nodes| (nodes / 2) as f64));
     let mut sums = vec![(0.0, 0.0); corner.round() as usize + 1];
-    for (i, row) in spectrum.chunks_exact(nodes_y / 2 + 1).enumerate() {
-        let k_x = signed_wavenumber(i, nodes_x);
-        for (k_y, value) in row.iter().enumerate() {
-            let modes = multiplicity(i, k_y, grid.nodes());
-            let ring = cell.wavenumber([k_x, k_y as f64]).round() as usize;
-            sums[ring].0 += modes;
-            sums[ring].1 += modes * value.norm_sqr();
-        }
-    }
-    let unit = cell.area() / (grid.count() as f64).powi(2) / square_window;
+    let unit = for_each_mode(surface, boundary, |waves, modes, power| {
+        let ring = cell.wavenumber(waves).round() as usize;
+        sums[ring].0 += modes;
+        sums[ring].1 += modes * power;
+    });
     let ring = |(waves, (modes, power)): (usize, (f64, f64))| {
         (modes > 0.0).then(|| Ring {
             waves: waves as u32,
@@ -94,6 +83,32 @@ pub fn rings(surface: &Surface, boundary: Boundary) -> Vec<Ring> {
         })
     };
     sums.into_iter().enumerate().filter_map(ring).collect()
+}
+
+/// Passes the modes of a map to `with`: the number of waves along x and y, the number of modes ±k
+/// that share this entry of the half spectrum, and |ĥ|² up to a factor. Returns the factor that
+/// converts |ĥ|² to the density C(q). The mean, and entries that repeat another one, are left out.
+pub(super) fn for_each_mode(
+    surface: &Surface,
+    boundary: Boundary,
+    mut with: impl FnMut([f64; 2], f64, f64),
+) -> f64 {
+    let grid = surface.grid();
+    let [nodes_x, nodes_y] = grid.nodes();
+    let (heights, square_window) = windowed(surface, boundary);
+    let transform = Transform::new(grid.nodes());
+    let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
+    transform.forward(&heights, &mut spectrum, &mut transform.scratch());
+    for (i, row) in spectrum.chunks_exact(nodes_y / 2 + 1).enumerate() {
+        let k_x = signed_wavenumber(i, nodes_x);
+        for (k_y, value) in row.iter().enumerate() {
+            let modes = multiplicity(i, k_y, grid.nodes());
+            if modes > 0.0 {
+                with([k_x, k_y as f64], modes, value.norm_sqr());
+            }
+        }
+    }
+    grid.cell().area() / (grid.count() as f64).powi(2) / square_window
 }
 
 /// Computes the power spectral density C₁(q) of the profiles along an axis, in length³.

@@ -7,11 +7,14 @@
 //!    filled heights must not enter the fit.
 //! 3. [`Fill`] gives heights to missing points. It follows [`Level`] so that the lowest point
 //!    belongs to the roughness and not to a tilt.
-//! 4. [`high_pass`] and [`low_pass`] filter waves by their length. They need a map without holes.
+//! 4. [`Reliability`] finds the shortest wavelength that the instrument resolved. It precedes the
+//!    filters, which would hide the tip and the noise. The tip is compared with the map before
+//!    [`Fill`], because filled heights are not those of an instrument.
+//! 5. [`high_pass`] and [`low_pass`] filter waves by their length. They need a map without holes.
 //!    They follow [`Level`] because the form would distort the results near the edges.
-//! 5. [`resampled`] interpolates on another grid. It follows [`low_pass`], which determines the
+//! 6. [`resampled`] interpolates on another grid. It follows [`low_pass`], which determines the
 //!    shortest waves that the grid must resolve.
-//! 6. [`Edges`] makes the map periodic, or leaves it as it is.
+//! 7. [`Edges`] makes the map periodic, or leaves it as it is.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -20,8 +23,9 @@ use super::fill::Fill;
 use super::gaussian::{high_pass, low_pass};
 use super::level::Level;
 use super::periodic::{Edges, resampled};
+use super::reliability::{Reliability, Tip};
 use super::surface::{MissingPoints, Scan, Surface, Window};
-use crate::grid::Grid;
+use crate::grid::{Boundary, Grid};
 
 /// Steps that turn a measured map into a surface. Steps that are `None` are skipped.
 ///
@@ -42,13 +46,37 @@ pub struct Preparation {
     /// attenuated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub high_pass: Option<f64>,
-    /// Cutoff wavelength of the low-pass filter, in the unit of the sides. Shorter waves are
-    /// attenuated.
+    /// Cutoff of the low-pass filter. Shorter waves are attenuated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub low_pass: Option<f64>,
+    pub low_pass: Option<LowPass>,
     /// Numbers of nodes along x and y after resampling. Resampling treats the map as periodic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resample: Option<[u32; 2]>,
+    /// Radius of the tip of the instrument, in the unit of the sides, for the reliability of the
+    /// map.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_radius: Option<f64>,
+    /// True if the noise of the map is analysed for its reliability.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub noise_floor: bool,
+}
+
+/// Cutoff wavelength of the low-pass filter.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum LowPass {
+    /// Wavelength in the unit of the sides.
+    Wavelength(f64),
+    /// The shortest reliable wavelength of the map.
+    Found(FoundCutoff),
+}
+
+/// Cutoff wavelength that follows from the map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FoundCutoff {
+    /// [`Reliability::wavelength`].
+    Reliable,
 }
 
 /// Result of a preparation: a complete surface that is not flat.
@@ -58,6 +86,9 @@ pub struct Prepared {
     pub surface: Surface,
     /// Number of missing points that have been filled.
     pub filled: usize,
+    /// Shortest wavelength that the instrument resolved; `None` if neither the tip nor the noise
+    /// was analysed.
+    pub reliability: Option<Reliability>,
 }
 
 /// Reason why the preparation of a map failed.
@@ -70,6 +101,8 @@ pub enum PreparationError {
     Missing(#[from] MissingPoints),
     #[error("the prepared map is flat; remove less form, or choose other cutoffs")]
     Flat,
+    #[error("the reliable wavelength of the map is unknown; give `tip_radius` or `noise_floor`")]
+    NoReliability,
 }
 
 /// Maximum ratio of the height ranges after and before the preparation at which the remaining
@@ -90,6 +123,26 @@ impl Preparation {
         Ok(self.level.unwrap_or(Level::None).level(part))
     }
 
+    /// Fills a levelled map, and finds its shortest reliable wavelength if the tip or the noise is
+    /// analysed.
+    ///
+    /// # Errors
+    /// Fails if points are missing and `fill` is `None` or [`Fill::Error`].
+    pub fn filled(
+        &self,
+        levelled: Scan,
+        edges: Edges,
+    ) -> Result<(Surface, Option<Reliability>), MissingPoints> {
+        let tip = self.tip_radius.and_then(|radius| Tip { radius }.cutoff(&levelled));
+        let is_periodic = edges == Edges::Periodic;
+        let surface = self.fill.unwrap_or_default().fill(levelled, is_periodic)?;
+        let reliability = self.tests_reliability().then(|| {
+            let boundary = if is_periodic { Boundary::Periodic } else { Boundary::Free };
+            Reliability::new(&surface, boundary, tip, self.noise_floor)
+        });
+        Ok((surface, reliability))
+    }
+
     /// Applies all steps to a measured map, and then makes it periodic as `edges` specifies.
     ///
     /// # Errors
@@ -100,12 +153,18 @@ impl Preparation {
         let levelled = self.levelled(scan)?;
         let filled = levelled.missing();
         let is_periodic = edges == Edges::Periodic;
-        let fill = self.fill.unwrap_or_default();
-        let mut surface = fill.fill(levelled, is_periodic)?;
+        let (mut surface, reliability) = self.filled(levelled, edges)?;
         if let Some(cutoff) = self.high_pass {
             surface = high_pass(&surface, cutoff, is_periodic);
         }
         if let Some(cutoff) = self.low_pass {
+            let cutoff = match (cutoff, &reliability) {
+                (LowPass::Wavelength(wavelength), _) => wavelength,
+                (LowPass::Found(FoundCutoff::Reliable), Some(found)) => found.wavelength,
+                (LowPass::Found(FoundCutoff::Reliable), None) => {
+                    return Err(PreparationError::NoReliability);
+                }
+            };
             surface = low_pass(&surface, cutoff, is_periodic);
         }
         if let Some(nodes) = self.resample {
@@ -115,7 +174,21 @@ impl Preparation {
         if spread(surface.heights()) <= FLAT * before {
             Err(PreparationError::Flat)
         } else {
-            Ok(Prepared { surface, filled })
+            Ok(Prepared { surface, filled, reliability })
+        }
+    }
+
+    /// Returns whether the tip or the noise of the map is analysed.
+    pub fn tests_reliability(&self) -> bool {
+        self.tip_radius.is_some() || self.noise_floor
+    }
+
+    /// Returns whether the low-pass filter removes the waves that are not reliable.
+    pub fn removes_unreliable(&self, reliability: &Reliability) -> bool {
+        match self.low_pass {
+            Some(LowPass::Wavelength(cutoff)) => cutoff >= reliability.wavelength,
+            Some(LowPass::Found(FoundCutoff::Reliable)) => true,
+            None => false,
         }
     }
 }
@@ -207,7 +280,7 @@ mod tests {
         let map = scan([8, 6], [1.0, 1.0], |x, y| x * y + 3.0, |_, _| false);
         let prepared = Preparation::default().prepare(map.clone(), Edges::Open);
         let surface = map.into_surface().unwrap();
-        assert_eq!(prepared, Ok(Prepared { surface, filled: 0 }));
+        assert_eq!(prepared, Ok(Prepared { surface, filled: 0, reliability: None }));
         assert_eq!(serde_json::to_string(&Preparation::default()).unwrap(), "{}");
     }
 
@@ -221,7 +294,7 @@ mod tests {
             crop: Some(Crop { from: [0.5, 0.125], size: [2.0, 0.5] }),
             level: Some(Level::Plane),
             fill: Some(Fill::Harmonic),
-            low_pass: Some(0.5),
+            low_pass: Some(LowPass::Wavelength(0.5)),
             ..Preparation::default()
         };
         let prepared = preparation.prepare(map.clone(), Edges::Open).unwrap();
@@ -246,6 +319,29 @@ mod tests {
         assert_eq!(error, Err(PreparationError::Flat));
         let error = Preparation::default().prepare(plane, Edges::Mirror);
         assert_eq!(error, Err(PreparationError::Flat));
+    }
+
+    #[test]
+    fn a_map_is_filtered_at_its_reliable_wavelength() {
+        let height = |x: f64, _: f64| 0.01 * libm::cos(TAU * x / 0.25);
+        let map = scan([64, 8], [1.0, 0.125], height, |_, _| false);
+        let reliable = Some(LowPass::Found(FoundCutoff::Reliable));
+        let preparation = Preparation { low_pass: reliable, ..Preparation::default() };
+        let error = preparation.prepare(map.clone(), Edges::Periodic);
+        assert_eq!(error, Err(PreparationError::NoReliability));
+        // A tip of half the radius of the crests has a cutoff between two nodes and a wavelength.
+        let radius = 0.7 / (0.01 * (TAU / 0.25).powi(2));
+        let sharp = Preparation { tip_radius: Some(radius), ..preparation };
+        let prepared = sharp.prepare(map.clone(), Edges::Periodic).unwrap();
+        let cutoff = prepared.reliability.unwrap().wavelength;
+        assert!((0.04..0.25).contains(&cutoff), "{cutoff}");
+        let expected = 0.01 * transmission(cutoff, 0.25);
+        assert!((prepared.surface.heights()[0] / expected - 1.0).abs() < 1e-12);
+        let same = Preparation { low_pass: Some(LowPass::Wavelength(cutoff)), ..sharp.clone() };
+        let same = same.prepare(map, Edges::Periodic).unwrap();
+        assert_eq!(same.surface, prepared.surface);
+        let text = serde_json::to_string(&sharp).unwrap();
+        assert!(text.starts_with("{\"low_pass\":\"reliable\",\"tip_radius\":"), "{text}");
     }
 
     fn window(from: [f64; 2], size: [f64; 2]) -> Result<Window, CropError> {

@@ -131,7 +131,8 @@ impl Study {
     /// - Loads are out of order or repeated.
     /// - A mesh resolves the adhesion poorly.
     /// - Two rough bodies are not pressed against each other, or both are the same surface.
-    /// - The file of a measured surface has several channels or missing points.
+    /// - The file of a measured surface has several channels or missing points, or its slope comes
+    ///   mainly from waves that the instrument did not resolve.
     /// - Partial slip is computed for bodies that are not elastically similar.
     /// - A figure selects rows that the study does not have.
     pub fn warnings(&self) -> Vec<Warning> {
@@ -367,7 +368,8 @@ fn of_block(params: &solve::Params) -> Option<String> {
 }
 
 /// Returns the warnings about the files of measured surfaces that a stage reads, without
-/// duplicates: which channel was chosen, and how many points were not measured.
+/// duplicates: which channel was chosen, how many points were not measured, and whether the
+/// instrument resolved the slope.
 fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return vec![];
@@ -381,7 +383,7 @@ fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
             continue;
         };
         let path = path.display().to_string();
-        let messages = [channel(file, &path), holes(file, &path)];
+        let messages = [channel(file, &path), holes(file, &path), unresolved(file, &path)];
         for message in messages.into_iter().flatten() {
             if !distinct.contains(&message) {
                 distinct.push(message);
@@ -414,6 +416,18 @@ fn holes(file: &MeasuredSurface, path: &str) -> Option<String> {
              \"{fill}\"` estimates their heights"
         )
     })
+}
+
+fn unresolved(file: &MeasuredSurface, path: &str) -> Option<String> {
+    let found = file.unreliable_slope()?;
+    let share = 100.0 * found.unreliable_share;
+    let wavelength = quantity::range([found.wavelength].into_iter(), Some(&file.unit))?;
+    Some(format!(
+        "{share:.0} % of the mean square slope of `{path}` comes from waves shorter than \
+         {wavelength}, which the instrument did not resolve; the rms slope of longer waves is \
+         {:.3}; `low_pass = \"reliable\"` removes the shorter ones",
+        found.rms_slope
+    ))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use arrow::array::Array;
 use crate::charts::Figure;
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, Series};
-use crate::charts::style::{Dash, Style};
+use crate::charts::style::{Colour, Dash, Style};
 use crate::ensembles::{self, Point};
 use crate::figure_data::FigureData;
 use crate::figures::{Definition, Drawn};
@@ -16,7 +16,7 @@ use crate::units::{LengthUnit, digits};
 use crate::{ReportError, samples};
 use asperity_contact::topography::surface;
 use asperity_stages::columns::{
-    ALONG, DISTANCE, MODES, SLOPE_AT_SCALE, SPECTRAL_DENSITY, WAVENUMBER,
+    ALONG, DISTANCE, MODES, SCANS, SLOPE_AT_SCALE, SPECTRAL_DENSITY, WAVENUMBER,
 };
 use asperity_tables::table::{Table, TableError};
 
@@ -91,25 +91,29 @@ const ROUNDING: f64 = 1e-20;
 
 /// Returns the chart and caption of spectra in units of length, or `None` without such spectra.
 fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, TableError> {
-    let spectra = spectra(data)?;
-    if spectra.is_empty() {
+    let (spectra, stitched) = (spectra(data)?, stitched(data)?);
+    if spectra.is_empty() && stitched.is_empty() {
         return Ok(None);
     }
-    let points = spectra.iter().map(|spectrum| &spectrum.point);
+    let points = spectra.iter().chain(&stitched).map(|spectrum| &spectrum.point);
     let shared = LengthUnit::common(points.map(|point| data.units.at(point)));
     let (per_length, fourth) = (shared.power("⁻¹"), shared.power("⁴"));
     let mut chart = Chart::new(
         Axis::logarithmic(format!("wavenumber q = 2π/λ, {per_length}")),
         Axis::logarithmic(format!("power spectral density C(q), {fourth}")),
     );
-    let mut descriptions = Vec::new();
+    let (mut descriptions, mut colours) = (Vec::new(), Vec::new());
     for spectrum in &spectra {
         let factor = shared.factor(data.units.at(&spectrum.point));
         let in_unit = |(q, density): (f64, f64)| (q / factor, density * factor.powi(4));
         let label = data.styles.name(&spectrum.point, "the surface");
         let colour = data.styles.colour(&spectrum.point);
+        // Scans of one file share its colour.
+        let before = colours.iter().filter(|known| **known == colour).count();
+        colours.push(colour);
+        let dash = [Dash::Solid, Dash::DashDot, Dash::Dotted][before.min(2)];
         let style = match spectrum.surfaces {
-            1 => Style::line(colour, Dash::Solid, 1.5),
+            1 => Style::line(colour, dash, 1.5),
             _ => data.styles.markers(&spectrum.point).joined(),
         };
         let points = thinned(&spectrum.points).into_iter().map(in_unit);
@@ -127,7 +131,26 @@ fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, Tabl
             descriptions.push(law.description(&label, &shared, factor));
         }
     }
-    Ok(Some((chart, caption(&descriptions))))
+    for spectrum in &stitched {
+        let factor = shared.factor(data.units.at(&spectrum.point));
+        let points = spectrum.points.iter();
+        let points = points.map(|point| (point.x / factor, point.y * factor.powi(4)));
+        let style = Style::line(Colour::Text, Dash::Solid, 2.2);
+        chart.series.push(Series::new(points.collect::<Vec<_>>(), style).named("stitched"));
+        for law in laws(data, spectrum)? {
+            let ends = law.range.map(|q| q / factor);
+            let curve = |q: f64| law.at(q * factor) * factor.powi(4);
+            let dashes = Style::line(Colour::Muted, Dash::Dashed, 1.8);
+            let curve = Series::curve(curve, ends, Spacing::Logarithmic, dashes);
+            chart.series.push(curve.named("self-affine law of the stitched spectrum"));
+            descriptions.push(law.description("the stitched spectrum", &shared, factor));
+        }
+    }
+    let stitching = match stitched.len() {
+        0 => "",
+        _ => " The stitched spectrum is the weighted mean over the trusted waves of all scans.",
+    };
+    Ok(Some((chart, caption(&descriptions) + stitching)))
 }
 
 fn caption(laws: &[String]) -> String {
@@ -154,7 +177,7 @@ fn spectra(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     let columns = [WAVENUMBER, SPECTRAL_DENSITY];
     let names = [WAVENUMBER.name, SPECTRAL_DENSITY.name, MODES.name];
     let mut spectra: Vec<SurfaceCurve> = Vec::new();
-    for stage in data.finished.with(&names) {
+    for stage in data.finished.with(&names).filter(|stage| !stage.table.has(SCANS.name)) {
         for spectrum in surface_curves::from_table(&stage.table, columns, Some(MODES))? {
             if spectra.iter().all(|known| known.point != spectrum.point) {
                 spectra.push(spectrum);
@@ -177,6 +200,16 @@ fn spectra(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     }
     spectra.retain(|spectrum| spectrum.points.len() > 1);
     Ok(spectra)
+}
+
+/// Returns the spectra that are stitched from several scans.
+fn stitched(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
+    let mut found = Vec::new();
+    for stage in data.finished.with(&[SCANS.name, WAVENUMBER.name, SPECTRAL_DENSITY.name]) {
+        let columns = [WAVENUMBER, SPECTRAL_DENSITY];
+        found.extend(surface_curves::from_table(&stage.table, columns, Some(MODES))?);
+    }
+    Ok(found)
 }
 
 /// A fitted law in the unit of length of its surface.

@@ -72,6 +72,16 @@ pub const LOW_PASS: Column = parameter(
     "length",
     "cutoff wavelength below which waves were removed by the areal Gaussian filter of ISO 16610-61",
 );
+pub const LOW_PASS_AT: Column = parameter_text(
+    "low_pass_at",
+    "wavelength at which short waves were removed, if not `low_pass`",
+)
+.with_codes(&[Code {
+    word: "reliable",
+    meaning: "`reliable_wavelength`, by the areal Gaussian filter of ISO 16610-61",
+}]);
+pub const TIP_RADIUS: Column =
+    parameter("tip_radius", "length", "radius of the tip of the scanning probe");
 pub const RESAMPLED_X: Column = parameter_integer(
     "resampled_x",
     "1",
@@ -91,7 +101,7 @@ pub const FILLED_NODES: Column =
 
 /// Parameter columns that only measured surfaces have. A table contains those that the manifest
 /// uses.
-pub const MEASURED_SURFACE_COORDINATES: [Column; 16] = [
+pub const MEASURED_SURFACE_COORDINATES: [Column; 18] = [
     CONTENT,
     UNIT,
     HEIGHT_SCALE,
@@ -106,12 +116,59 @@ pub const MEASURED_SURFACE_COORDINATES: [Column; 16] = [
     FILL,
     HIGH_PASS,
     LOW_PASS,
+    LOW_PASS_AT,
     RESAMPLED_X,
     RESAMPLED_Y,
+    TIP_RADIUS,
 ];
 
 /// Columns that describe the file of a measured surface.
 pub const FILE_COLUMNS: [Column; 4] = [FORMAT, CHANNEL_READ, CHANNELS, FILLED_NODES];
+
+pub const TIP_WAVELENGTH: Column = real(
+    "tip_wavelength",
+    "length",
+    "wavelength below which the peaks of the map are sharper than half the curvature of the tip; \
+     null if all are blunter",
+);
+pub const NOISE_WAVELENGTH: Column = real(
+    "noise_wavelength",
+    "length",
+    "wavelength below which noise has more power than the surface; null if the spectrum has no \
+     plateau",
+);
+pub const NOISE_RMS_HEIGHT: Column = real(
+    "noise_rms_height",
+    "length",
+    "root mean square height of the noise; null if the spectrum has no plateau",
+);
+pub const RELIABLE_WAVELENGTH: Column = real(
+    "reliable_wavelength",
+    "length",
+    "shortest wavelength that the instrument resolved: the largest of `tip_wavelength`, \
+     `noise_wavelength` and two mesh steps of the map",
+);
+pub const RMS_SLOPE_RELIABLE: Column = real(
+    "rms_slope_reliable",
+    "1",
+    "root mean square slope of the waves of at least `reliable_wavelength`, before filters",
+);
+pub const UNRELIABLE_SHARE: Column = real(
+    "unreliable_share",
+    "1",
+    "share of the mean square slope that comes from waves shorter than `reliable_wavelength`, \
+     before filters",
+);
+
+/// Columns of the wavelengths that the instrument of a measured surface resolved.
+pub const RELIABILITY: [Column; 6] = [
+    TIP_WAVELENGTH,
+    NOISE_WAVELENGTH,
+    NOISE_RMS_HEIGHT,
+    RELIABLE_WAVELENGTH,
+    RMS_SLOPE_RELIABLE,
+    UNRELIABLE_SHARE,
+];
 
 // Moments and descriptors of surfaces.
 
@@ -243,6 +300,19 @@ pub const SPECTRAL_DENSITY: Column = real(
     "power spectral density C(q), mean over the ring, with ∫ C d²q/(2π)² = h_rms²; the sum of \
      spectral_density × modes, divided by the area of the cell, is h_rms², too. A map that is not \
      periodic is multiplied by a Hann window, and C divided by the mean square of the window",
+);
+pub const SCANS: Column =
+    integer("scans", "1", "number of scans that contribute to the spectrum at this wavenumber");
+pub const OVERLAP_RATIO: Column = real(
+    "overlap_ratio",
+    "1",
+    "spectral density of the smallest scan divided by that of the largest one at this wavenumber; \
+     null where only one scan is trusted",
+);
+pub const OVERLAP_SCATTER: Column = real(
+    "overlap_scatter",
+    "1",
+    "relative standard deviation of `overlap_ratio` for Gaussian surfaces",
 );
 pub const PROFILE_DENSITY: Column = real(
     "profile_density",

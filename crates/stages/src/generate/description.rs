@@ -15,7 +15,7 @@ use asperity_contact::topography::descriptors::{Descriptors, skewness_and_excess
 use asperity_contact::topography::differences;
 use asperity_contact::topography::moments::{Continuum, Moments};
 use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{Crop, Preparation};
+use asperity_contact::topography::preparation::{Crop, FoundCutoff, LowPass, Preparation};
 use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::Surface;
@@ -252,11 +252,15 @@ fn preparation_coordinates(preparation: &Preparation) -> Vec<(Column, Value)> {
     columns.extend(preparation.level.map(|level| word(LEVEL, level.name())));
     columns.extend(preparation.fill.map(|fill| word(FILL, fill.name())));
     columns.extend(preparation.high_pass.map(|cutoff| length(HIGH_PASS, cutoff)));
-    columns.extend(preparation.low_pass.map(|cutoff| length(LOW_PASS, cutoff)));
+    columns.extend(preparation.low_pass.map(|cutoff| match cutoff {
+        LowPass::Wavelength(cutoff) => length(LOW_PASS, cutoff),
+        LowPass::Found(FoundCutoff::Reliable) => word(LOW_PASS_AT, "reliable"),
+    }));
     if let Some(nodes) = preparation.resample {
         let nodes = nodes.map(|nodes| Value::Integer(i64::from(nodes)));
         columns.extend([RESAMPLED_X, RESAMPLED_Y].into_iter().zip(nodes));
     }
+    columns.extend(preparation.tip_radius.map(|radius| length(TIP_RADIUS, radius)));
     columns
 }
 
@@ -273,6 +277,23 @@ pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
     if file.preparation.fill.is_some() {
         columns.push(FILLED_NODES);
     }
+    columns.extend(columns_of_reliability(&file.preparation));
+    columns
+}
+
+/// Returns the columns of the wavelengths that the instrument resolved, if the manifest asks for
+/// them.
+fn columns_of_reliability(preparation: &Preparation) -> Vec<Column> {
+    let mut columns = Vec::new();
+    if preparation.tip_radius.is_some() {
+        columns.push(TIP_WAVELENGTH);
+    }
+    if preparation.noise_floor {
+        columns.extend([NOISE_WAVELENGTH, NOISE_RMS_HEIGHT]);
+    }
+    if preparation.tests_reliability() {
+        columns.extend([RELIABLE_WAVELENGTH, RMS_SLOPE_RELIABLE, UNRELIABLE_SHARE]);
+    }
     columns
 }
 
@@ -286,6 +307,20 @@ pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column
     }
     if file.preparation.fill.is_some() {
         columns.push((FILLED_NODES, integers([found.prepared.filled as i64])));
+    }
+    if let Some(reliability) = &found.prepared.reliability {
+        let noise = reliability.noise;
+        columns.extend(columns_of_reliability(&file.preparation).into_iter().map(|column| {
+            let value = match column {
+                TIP_WAVELENGTH => reliability.tip,
+                NOISE_WAVELENGTH => noise.map(|noise| noise.wavelength),
+                NOISE_RMS_HEIGHT => noise.map(|noise| noise.rms_height),
+                RELIABLE_WAVELENGTH => Some(reliability.wavelength),
+                RMS_SLOPE_RELIABLE => Some(reliability.rms_slope),
+                _ => Some(reliability.unreliable_share),
+            };
+            (column, optional_reals([value]))
+        }));
     }
     columns
 }

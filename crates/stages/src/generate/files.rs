@@ -34,7 +34,8 @@ use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned
 use asperity_topography_files::{ChannelError, is_metre};
 
 /// A measured surface, read from the file of an instrument. Its keys are applied in this order:
-/// channel, unit and side, `crop`, `level`, `fill`, `high_pass`, `low_pass`, `resample`, `edges`.
+/// channel, unit and side, `crop`, `level`, `fill`, `tip_radius` and `noise_floor`, `high_pass`,
+/// `low_pass`, `resample`, `edges`.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FileTable {
@@ -75,6 +76,16 @@ pub struct FileTable {
     /// height of the map. The default `"error"` refuses a map with such points.
     #[schemars(transform = swept)]
     pub fill: Key<Fill>,
+    /// Radius of the tip of the scanning probe, in the unit of `side`. The table then has the
+    /// wavelength below which the peaks of the map are sharper than the tip could follow, and the
+    /// rms slope of the longer waves. By default the tip is not considered.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
+    pub tip_radius: Key<f64>,
+    /// `true` searches the spectrum of the map for white noise. The table then has the rms height
+    /// of the noise, the wavelength below which it has more power than the surface, and the rms
+    /// slope of the longer waves.
+    #[schemars(extend("default" = false))]
+    pub noise_floor: Key<bool>,
     /// Cutoff wavelength above which waves are removed, in the unit of `side`, by the areal
     /// Gaussian filter of ISO 16610-61. ISO 25178-2 calls it the L-filter, and the cutoff its
     /// nesting index. A wave of exactly this length keeps half of its amplitude. By default no long
@@ -83,9 +94,10 @@ pub struct FileTable {
     pub high_pass: Key<f64>,
     /// Cutoff wavelength below which waves are removed, in the unit of `side`, by the filter of
     /// `high_pass`: the S-filter of ISO 25178-2. It must be at least two steps of the map and below
-    /// `high_pass`. By default no short waves are removed.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
-    pub low_pass: Key<f64>,
+    /// `high_pass`. `"reliable"` is the shortest wavelength that the instrument resolved, according
+    /// to `tip_radius` and `noise_floor`. By default no short waves are removed.
+    #[schemars(transform = swept, transform = length)]
+    pub low_pass: Key<WrittenLowPass>,
     /// Number of nodes per side to which a periodic map is interpolated by its Fourier modes. For a
     /// rectangle it is a pair along x and y, such as `[512, 256]`; a list of two numbers is always
     /// a pair and not swept. The default keeps the nodes of the map.
@@ -126,6 +138,24 @@ pub struct Part {
     /// Side lengths of the rectangle along x and y.
     #[schemars(transform = positive_items, transform = length)]
     pub size: [f64; 2],
+}
+
+/// The value of the key `low_pass`.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum WrittenLowPass {
+    /// A wavelength in the unit of `side`.
+    Wavelength(#[schemars(extend("exclusiveMinimum" = 0))] f64),
+    /// A wavelength that follows from the map.
+    Found(FoundLowPass),
+}
+
+/// A cutoff wavelength that follows from the map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FoundLowPass {
+    /// Shortest wavelength that the instrument resolved.
+    Reliable,
 }
 
 /// A method that makes a map periodic.
@@ -230,8 +260,13 @@ fn in_unit_of(found: &FoundMap, table: &FileTable, checks: &Checks) -> FileTable
     if let Some(crop) = &mut table.crop.0 {
         crop.value.from.iter_mut().chain(&mut crop.value.size).for_each(convert);
     }
-    let cutoffs = [&mut table.high_pass.0, &mut table.low_pass.0];
-    cutoffs.into_iter().flatten().for_each(|cutoff| convert(&mut cutoff.value));
+    let lengths = [&mut table.high_pass.0, &mut table.tip_radius.0];
+    lengths.into_iter().flatten().for_each(|length| convert(&mut length.value));
+    if let Some(written) = &mut table.low_pass.0
+        && let WrittenLowPass::Wavelength(cutoff) = &mut written.value
+    {
+        convert(cutoff);
+    }
     table
 }
 

@@ -121,8 +121,8 @@ impl Method {
             }
             Method::File => {
                 "A measured surface, read from the file of an instrument. Its keys are applied in this \
-                 order: channel, unit and side, `crop`, `level`, `fill`, `high_pass`, `low_pass`, \
-                 `resample`, `edges`."
+                 order: channel, unit and side, `crop`, `level`, `fill`, `tip_radius` and \
+                 `noise_floor`, `high_pass`, `low_pass`, `resample`, `edges`."
             }
             Method::Yielded => {
                 "Surfaces that keep their plastic depth after a `solve` stage with a `hardness`, \
@@ -221,7 +221,8 @@ impl SurfacePoints {
         match self {
             SurfacePoints::Spectrum(_) => Some(Reads {
                 rows: &[RowKind::PowerSpectra],
-                from: "`measure` stages with `what = \"spectrum\"`, where its method is `spectrum`"
+                from: "`measure` stages with `what = \"spectrum\"` or `\"stitched-spectrum\"`, where \
+                       its method is `spectrum`"
                     .into(),
             }),
             SurfacePoints::Yielded(_) => Some(Reads {

@@ -15,6 +15,7 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::{Preparation, Prepared};
 use asperity_contact::topography::random::RandomSurface;
+use asperity_contact::topography::reliability::Reliability;
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::{Scan, Surface};
 
@@ -112,6 +113,8 @@ pub struct InspectedMap {
     pub points: usize,
     /// Grid of the map in the file; `None` if the file could not be read.
     pub file: Option<Grid>,
+    /// Shortest wavelength that the instrument resolved, if the manifest asks for it.
+    pub reliability: Option<Reliability>,
 }
 
 impl InspectedMap {
@@ -312,6 +315,14 @@ impl MeasuredSurface {
     pub fn prepare(&self, scan: Scan, sources: &SurfaceFiles) -> Result<Prepared, StageError> {
         let prepared = self.preparation.prepare(scan, self.edges);
         prepared.map_err(|source| StageError::Preparation { path: self.path(sources), source })
+    }
+
+    /// Returns the reliability of the map if most of its mean square slope comes from waves that
+    /// the instrument did not resolve, and that no filter removes.
+    pub fn unreliable_slope(&self) -> Option<Reliability> {
+        let found = self.seen.reliability?;
+        let is_kept = !self.preparation.removes_unreliable(&found);
+        (is_kept && found.unreliable_share > 0.5).then_some(found)
     }
 
     /// Returns the path of the file for messages; empty if it is unknown.

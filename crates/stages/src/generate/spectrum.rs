@@ -12,7 +12,7 @@ use super::growth::{self, PlannedSurfaces, Realizations};
 use super::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
 use super::method::surfaces;
 use super::{Heights, Origin, Params, random};
-use crate::columns::{SPECTRAL_DENSITY, WAVENUMBER};
+use crate::columns::{SCANS, SPECTRAL_DENSITY, WAVENUMBER};
 use crate::grids::Grids;
 use crate::spectrum_files::{self, SpectrumTable as Spectrum};
 use crate::surface_files::{ContentHash, SurfaceFileError, SurfaceFiles};
@@ -37,7 +37,7 @@ pub struct SpectrumTable {
     /// between two rows, and zero beyond the first and the last row. A CSV header may have units:
     /// `wavenumber [1/µm]`, `density [µm^4]`. To use the spectrum that a `measure` stage computes,
     /// omit this key and name the stage in `from`; each mode then has the density of its ring of
-    /// wavenumbers.
+    /// wavenumbers. With `what = "stitched-spectrum"`, the spectrum comes from several scans.
     #[schemars(transform = swept)]
     pub path: Key<String>,
     /// Number of nodes per side of the cell; for a rectangle a pair along x and y, such as
@@ -205,11 +205,19 @@ impl SpectrumSurface {
         Ok(density.in_unit(factor))
     }
 
-    /// Returns the density of a measured spectrum, constant on each ring of wavenumbers.
+    /// Returns the density of a measured spectrum, constant on each ring of wavenumbers. The
+    /// density of a spectrum that is stitched from several scans is a power law between its bins.
     ///
     /// # Errors
     /// If the table has no spectrum, or the spectrum of a flat surface.
     pub fn density_from_spectrum(table: &Table) -> Result<SpectralDensity, StageError> {
+        if table.has(SCANS.name) {
+            let wavenumbers = table.reals(WAVENUMBER.name)?.values().iter();
+            let densities = table.reals(SPECTRAL_DENSITY.name)?.values().iter();
+            let points = wavenumbers.zip(densities).map(|(q, density)| [*q, *density]);
+            let density = SpectralDensity::from_points(points.collect());
+            return density.map_err(StageError::SpectralDensity);
+        }
         let longer_side = Grids::new(table)?.grid(0)?.cell().longer_side();
         let step = TAU / longer_side;
         let wavenumbers = table.reals(WAVENUMBER.name)?.values().iter();

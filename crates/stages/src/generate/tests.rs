@@ -10,7 +10,7 @@ use asperity_contact::grid::Boundary;
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::Level;
 use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{Crop, Preparation};
+use asperity_contact::topography::preparation::{Crop, FoundCutoff, LowPass, Preparation};
 use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::spectrum::{Anisotropy, Spectrum};
@@ -44,8 +44,18 @@ fn a_surface_is_known_from_its_recipe() {
             level: Some(Level::Quadric),
             fill: Some(Fill::Harmonic),
             high_pass: Some(0.5),
-            low_pass: Some(0.1),
+            low_pass: Some(LowPass::Wavelength(0.1)),
             resample: Some([128, 64]),
+            ..Preparation::default()
+        },
+        ..measured.clone()
+    };
+    let reliable = MeasuredSurface {
+        preparation: Preparation {
+            low_pass: Some(LowPass::Found(FoundCutoff::Reliable)),
+            tip_radius: Some(1e-8),
+            noise_floor: true,
+            ..Preparation::default()
         },
         ..measured.clone()
     };
@@ -69,6 +79,7 @@ fn a_surface_is_known_from_its_recipe() {
         Origin::File(Box::new(measured)),
         Origin::File(Box::new(open)),
         Origin::File(Box::new(prepared)),
+        Origin::File(Box::new(reliable)),
         Origin::Shape { nodes: square, shape, unit: String::new() },
         Origin::Shape { nodes: rectangle, shape, unit: String::new() },
     ] {

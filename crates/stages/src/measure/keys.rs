@@ -9,7 +9,7 @@ use super::areal::{self, Parameter};
 use super::distributions::Distribution;
 use super::friction::{self, FrictionTable};
 use super::statistics::Statistic;
-use super::{NodeSet, Params};
+use super::{NodeSet, Params, stitched};
 use crate::form::Surfaces;
 use crate::solve::Conduction;
 use crate::{CheckContext, Recipe, RowKind};
@@ -43,17 +43,25 @@ pub struct MeasureTable {
     /// directions, and `"profile-spectrum"` is the spectrum of profiles along x and y. Surfaces
     /// also have the `"autocorrelation"`, slope and curvature by scale (`"scales"`), the
     /// `"bearing"` curve, and the `"roughness"` parameters of ISO 25178-2, which `parameters`
-    /// selects.
+    /// selects. `"stitched-spectrum"` is one spectrum from all surfaces of the stages in `from`:
+    /// scans of different size of one surface.
     #[schemars(extend("default" = "heights"))]
     pub what: Key<What>,
     /// Number of bins of the height histogram, or of steps of the bearing curve. For clusters it is
-    /// the number of bins per decade of area, with the default 5.
+    /// the number of bins per decade of area, with the default 5, and for a stitched spectrum the
+    /// number of bins per decade of wavenumbers, with the default 10.
     #[schemars(range(min = 1, max = MAX_BINS), extend("default" = DEFAULT_BINS))]
     pub bins: Key<u32>,
     /// Half width of the height histogram or of the bearing curve, in units of the rms height. For
     /// surfaces only.
     #[schemars(extend("minimum" = RANGES[0], "maximum" = RANGES[1], "default" = DEFAULT_RANGE))]
     pub range: Key<f64>,
+    /// Longest wavelength of a scan that a stitched spectrum uses, as a fraction of the shorter
+    /// side of the scan. The shortest is `reliable_wavelength` or two mesh steps. Periodic surfaces
+    /// are used up to their side.
+    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("default" = stitched::DEFAULT_FRACTION))]
+    pub trusted_fraction: Key<f64>,
     /// `true` gives one height histogram for all surfaces of a parameter point, with mean and
     /// standard deviation over the surfaces. `false` gives each surface its own histogram. For
     /// surfaces only.
@@ -119,6 +127,8 @@ pub enum What {
     Heights,
     /// Power spectral density of heights, averaged over all directions.
     Spectrum,
+    /// Power spectral density from several scans of different size.
+    StitchedSpectrum,
     /// Power spectral density of profiles along x and y.
     ProfileSpectrum,
     /// Mean product of two heights as a function of their distance.
@@ -141,6 +151,7 @@ pub fn row_kind(section: &Section<MeasureTable>) -> Option<RowKind> {
     let what = table.what.value()?;
     match what.quantity(1, 1.0) {
         Quantity::Contacts | Quantity::Heights => None,
+        Quantity::Stitched => Some(RowKind::PowerSpectra),
         Quantity::Distribution(distribution) => Some(distribution.rows()),
         Quantity::Statistic(statistic) => Some(statistic.rows()),
     }
@@ -151,6 +162,7 @@ enum Quantity {
     Contacts,
     Distribution(Distribution),
     Heights,
+    Stitched,
     Statistic(Statistic),
 }
 
@@ -162,6 +174,7 @@ impl What {
             What::Gaps => return Quantity::Distribution(Distribution::Gaps),
             What::Clusters => return Quantity::Distribution(Distribution::Clusters { bins }),
             What::Heights => return Quantity::Heights,
+            What::StitchedSpectrum => return Quantity::Stitched,
             What::Spectrum => Statistic::Spectrum,
             What::ProfileSpectrum => Statistic::ProfileSpectrum,
             What::Autocorrelation => Statistic::Autocorrelation,
@@ -228,6 +241,7 @@ fn of_loads(
     let areal = areal::forbid(table, why, checks);
     let bins = bins_per_decade(table, what, checks)?;
     range.and(pool).and(areal)?;
+    checks.forbidden("trusted_fraction", &table.trusted_fraction, why)?;
     if let Some(written) = checks.optional("friction", &table.friction)? {
         return friction::params(table, written, surfaces, checks);
     }
@@ -324,6 +338,12 @@ fn of_surfaces(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -
     if what != What::Roughness {
         areal::forbid(table, "for roughness parameters, `what = \"roughness\"`", checks)?;
     }
+    let trusted_fraction = checks.number("trusted_fraction", &table.trusted_fraction)?;
+    if what == What::StitchedSpectrum {
+        return stitched(table, trusted_fraction, surfaces, checks);
+    }
+    let why = "for `what = \"stitched-spectrum\"`";
+    checks.forbidden("trusted_fraction", &table.trusted_fraction, why)?;
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
         return heights(table, bins, range, surfaces.not_redrawable.as_deref(), checks);
     };
@@ -339,6 +359,37 @@ fn of_surfaces(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -
         What::Roughness => areal::statistic(table, surfaces, checks)?,
         _ => statistic,
     }))
+}
+
+/// Returns the task of a stitched spectrum. Refuses surfaces whose lengths have different units.
+fn stitched(
+    table: &MeasureTable,
+    trusted_fraction: f64,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Params> {
+    let why = "for the distribution of heights";
+    checks.forbidden("pool", &table.pool, why)?;
+    checks.forbidden("range", &table.range, why)?;
+    let bins = checks.value_or("bins", &table.bins, stitched::DEFAULT_BINS)?;
+    if bins > MAX_BINS_PER_DECADE {
+        let must = format!("must be from 1 to {MAX_BINS_PER_DECADE} per decade");
+        return checks.refuse(
+            "bins",
+            format!("`bins` is {bins}"),
+            &table.bins.written()?.span,
+            must,
+        );
+    }
+    let [first, second, ..] = surfaces.length_units.as_slice() else {
+        return Some(Params::Stitched { bins, trusted_fraction });
+    };
+    let message = format!("the scans have lengths in {first:?} and in {second:?}");
+    let problem = Problem::new(message, table.what.written()?.span.clone(), "needs one unit");
+    checks.reject(problem.help(
+        "lengths of a file with a unit are in metres; give `side`, `unit` and `height_scale` of the \
+         other files in metres, too",
+    ))
 }
 
 fn heights(

@@ -135,13 +135,7 @@ impl Statistic {
 fn spectrum(surface: &Surface, origin: &Origin, boundary: Boundary) -> (usize, Measured) {
     let longer_side = surface.grid().cell().longer_side();
     let rings = power_spectrum::rings(surface, boundary);
-    let independent = match origin {
-        Origin::File(file) if file.edges == Edges::Open => power_spectrum::INDEPENDENT_FRACTION,
-        // The modes of a mirrored map are real, and modes that are reflections of each other are
-        // equal.
-        Origin::File(file) if file.edges == Edges::Mirror => 0.25,
-        _ => 1.0,
-    };
+    let independent = independent_fraction(origin);
     let columns = vec![
         (WAVENUMBER, reals(rings.iter().map(|ring| ring.wavenumber(longer_side)))),
         (MODES, integers(rings.iter().map(|ring| ring.modes.into()))),
@@ -149,6 +143,17 @@ fn spectrum(surface: &Surface, origin: &Origin, boundary: Boundary) -> (usize, M
         (SPECTRAL_DENSITY, reals(rings.iter().map(|ring| ring.density))),
     ];
     (rings.len(), columns)
+}
+
+/// Returns the number of independent real amplitudes per mode of a surface.
+pub fn independent_fraction(origin: &Origin) -> f64 {
+    match origin {
+        Origin::File(file) if file.edges == Edges::Open => power_spectrum::INDEPENDENT_FRACTION,
+        // The modes of a mirrored map are real, and modes that are reflections of each other are
+        // equal.
+        Origin::File(file) if file.edges == Edges::Mirror => 0.25,
+        _ => 1.0,
+    }
 }
 
 fn profile_spectrum(surface: &Surface, boundary: Boundary) -> (usize, Measured) {

@@ -2,7 +2,7 @@
 
 use std::ops::RangeBounds;
 
-use super::{FileKeys, FileTable};
+use super::{FileKeys, FileTable, FoundLowPass, WrittenLowPass};
 use crate::generate::map_file::MapFile;
 use crate::generate::mesh::{MAX_NODES, MIN_NODES, square_cells};
 use crate::generate::{InspectedMap, PerAxis};
@@ -10,13 +10,13 @@ use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::Level;
 use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{Crop, Preparation, spread};
+use asperity_contact::topography::preparation::{Crop, FoundCutoff, LowPass, Preparation, spread};
 use asperity_contact::topography::surface::Scan;
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::Problem;
+use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::bounds::QUANTITY;
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::{Key, OnAxes, Spanned};
+use asperity_manifest::keys::{OnAxes, Spanned};
 use asperity_topography_files::{Quantity, Size, is_metre};
 
 /// Relative tolerance between the sides in the manifest and the sides in the file.
@@ -226,11 +226,56 @@ pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation
     let crop = crop(table, checks);
     let resample = resample(table, checks);
     let high_pass = checks.optional_number("high_pass", &table.high_pass);
-    let low_pass = checks.optional_number("low_pass", &table.low_pass);
+    let low_pass = low_pass(table, checks);
+    let tip_radius = checks.optional_number("tip_radius", &table.tip_radius);
+    let noise_floor = checks.value("noise_floor", &table.noise_floor)?;
     let (high_pass, low_pass) = (high_pass?, low_pass?);
-    check_band(table, [low_pass, high_pass], checks)?;
+    check_band(table, [wavelength(low_pass), high_pass], checks)?;
     let (level, fill) = (table.level.value(), table.fill.value());
-    Some(Preparation { crop: crop?, level, fill, high_pass, low_pass, resample: resample? })
+    Some(Preparation {
+        crop: crop?,
+        level,
+        fill,
+        high_pass,
+        low_pass,
+        resample: resample?,
+        tip_radius: tip_radius?,
+        noise_floor,
+    })
+}
+
+/// Returns the cutoff of the low-pass filter. Refuses `"reliable"` without a key that determines
+/// the reliable wavelength.
+fn low_pass(table: &FileTable, checks: &mut Checks) -> Option<Option<LowPass>> {
+    let Some(written) = checks.optional("low_pass", &table.low_pass)? else {
+        return Some(None);
+    };
+    let is_known = table.tip_radius.written().is_some() || table.noise_floor.value() == Some(true);
+    match written.value {
+        WrittenLowPass::Wavelength(cutoff) => {
+            Some(Some(LowPass::Wavelength(decimal::nearest(cutoff))))
+        }
+        WrittenLowPass::Found(FoundLowPass::Reliable) if !is_known => {
+            let message = "`low_pass = \"reliable\"` needs the limits of the instrument";
+            let label = "needs `tip_radius` or `noise_floor = true`";
+            let problem = Problem::new(message, written.span.clone(), label);
+            checks.reject(problem.help(
+                "give the radius of the tip, such as `tip_radius = \"10 nm\"`, or search for noise \
+                 by `noise_floor = true`",
+            ))
+        }
+        WrittenLowPass::Found(FoundLowPass::Reliable) => {
+            Some(Some(LowPass::Found(FoundCutoff::Reliable)))
+        }
+    }
+}
+
+/// Returns the wavelength of a low-pass filter, if the manifest gives it.
+fn wavelength(low_pass: Option<LowPass>) -> Option<f64> {
+    match low_pass {
+        Some(LowPass::Wavelength(wavelength)) => Some(wavelength),
+        Some(LowPass::Found(FoundCutoff::Reliable)) | None => None,
+    }
 }
 
 fn crop(table: &FileTable, checks: &mut Checks) -> Option<Option<Crop>> {
@@ -257,10 +302,10 @@ fn check_band(table: &FileTable, cutoffs: [Option<f64>; 2], checks: &mut Checks)
         return Some(());
     }
     let message = format!("`low_pass = {low}` and `high_pass = {high}` leave no waves");
-    let [low, high] = [&table.low_pass, &table.high_pass].map(Key::written);
+    let (low, high) = (table.low_pass.written()?, table.high_pass.written()?);
     let problem =
-        Problem::new(message, low?.span.clone(), "removes waves that are shorter than this")
-            .and(high?.span.clone(), "removes waves that are longer than this");
+        Problem::new(message, low.span.clone(), "removes waves that are shorter than this")
+            .and(high.span.clone(), "removes waves that are longer than this");
     checks.reject(
         problem.help("set `high_pass` above `low_pass`; the wavelengths between them remain"),
     )
@@ -322,13 +367,20 @@ pub fn inspected(
     check_cutoffs(keys, levelled.grid(), checks)?;
     check_resampled(keys, levelled.grid(), checks)?;
     let (nodes, side) = prepared(keys, levelled.grid());
+    let (points, missing) = (levelled.grid().count(), levelled.missing());
+    let reliability = if keys.preparation.tests_reliability() {
+        keys.preparation.filled(levelled, keys.edges).ok().and_then(|(_, found)| found)
+    } else {
+        None
+    };
     Some(InspectedMap {
         nodes: PerAxis(nodes),
         side: PerAxis(side),
         channel: Some(map.channel.clone()),
-        missing: levelled.missing(),
-        points: levelled.grid().count(),
+        missing,
+        points,
         file: Some(grid),
+        reliability,
     })
 }
 
@@ -415,13 +467,22 @@ fn check_cutoffs(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()>
     let least = decimal::nearest(2.0 * x.max(y));
     let most = decimal::nearest(grid.cell().longer_side());
     let table = keys.table;
+    let span = |span: Option<&Span>| span.cloned();
     let both = [
-        ("high_pass", keys.preparation.high_pass, &table.high_pass),
-        ("low_pass", keys.preparation.low_pass, &table.low_pass),
+        (
+            "high_pass",
+            keys.preparation.high_pass,
+            span(table.high_pass.written().map(|written| &written.span)),
+        ),
+        (
+            "low_pass",
+            wavelength(keys.preparation.low_pass),
+            span(table.low_pass.written().map(|written| &written.span)),
+        ),
     ];
     let mut all = Some(());
-    for (name, cutoff, key) in both {
-        let Some((cutoff, written)) = cutoff.zip(key.written()) else {
+    for (name, cutoff, span) in both {
+        let Some((cutoff, span)) = cutoff.zip(span) else {
             continue;
         };
         // Two steps, or a side, may be written with a few digits.
@@ -431,7 +492,7 @@ fn check_cutoffs(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()>
         }
         let message = format!("`{name} = {cutoff}` is not a wavelength of {:?}", keys.path.value);
         let label = format!("must be from {least:?}, two steps, to {most:?}, the longer side");
-        checks.report(name, Problem::new(message, written.span.clone(), label));
+        checks.report(name, Problem::new(message, span, label));
         all = None;
     }
     all
