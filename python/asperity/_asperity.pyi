@@ -83,6 +83,12 @@ def read(
     path: Union[str, "PathLike[str]"], channel: Optional[str] = None
 ) -> Tuple[_Reals, Optional[_Sides], Optional[str], str, List[str], str]: ...
 def level(heights: _Reals, size: _Sides, form: str) -> _Reals: ...
+def level_through(heights: _Reals, size: _Sides, points: Sequence[_Sides]) -> _Reals: ...
+def align(heights: _Reals, size: _Sides, by: str, along: str, degree: int) -> _Reals: ...
+def remove_spikes(
+    heights: _Reals, size: _Sides, threshold: float, window: int, is_periodic: bool
+) -> _Reals: ...
+def remove_islands(heights: _Reals, size: _Sides, limit: int, is_periodic: bool) -> _Reals: ...
 def fill(heights: _Reals, size: _Sides, method: str, is_periodic: bool) -> _Reals: ...
 def crop(heights: _Reals, size: _Sides, from_: _Sides, part: _Sides) -> Tuple[_Reals, _Sides]: ...
 def statistics(heights: _Reals, size: _Sides, is_periodic: bool) -> List[Tuple[str, Optional[float]]]: ...
@@ -118,6 +124,7 @@ __all__ = [
     "Session",
     "Table",
     "__version__",
+    "align",
     "areal_parameters",
     "asperities",
     "corrected_area",
@@ -127,12 +134,15 @@ __all__ = [
     "fill",
     "fit_evolution",
     "level",
+    "level_through",
     "main",
     "material_ratio",
     "persson",
     "placed",
     "power_spectrum",
     "read",
+    "remove_islands",
+    "remove_spikes",
     "statistics",
     "study_name",
     "toml",

@@ -218,6 +218,88 @@ class Topography:
         """
         return self._changed(_asperity.level(self._heights, self._size, form))
 
+    def level_through(self, a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> "Topography":
+        """Returns the map minus the plane through the heights of the nodes nearest to three positions.
+
+        Parameters
+        ----------
+        a, b, c : (float, float)
+            Positions x, y relative to the first node, not on one line.
+
+        Raises
+        ------
+        SurfaceError
+            If a position is outside the map or was not measured, or if the positions are on one line.
+
+        Examples
+        --------
+        >>> tilted = Topography([[0.0, 1.0], [1.0, 5.0]], size=2.0)
+        >>> tilted.level_through((0, 0), (0, 1), (1, 0)).values.tolist()
+        [[0.0, 0.0], [0.0, 3.0]]
+        """
+        points = [(float(x), float(y)) for x, y in (a, b, c)]
+        return self._changed(_asperity.level_through(self._heights, self._size, points))
+
+    def align(self, by: str = "median", along: str = "x", degree: int = 1) -> "Topography":
+        """Returns the map with its scan lines aligned, which removes the offsets between them.
+
+        A tilt and waves across the lines are removed, too. The mean height stays.
+
+        Parameters
+        ----------
+        by : ``"median"``, ``"differences"`` or ``"polynomial"``
+            Function that is subtracted from each line: its median, the sum of the medians of the differences
+            of neighbouring lines, or its least-squares polynomial.
+        along : ``"x"`` or ``"y"``
+            Direction of the lines, the fast axis of the scan.
+        degree : int
+            Degree of the polynomial, at most 5.
+
+        Examples
+        --------
+        >>> Topography([[1.0, 11.0], [2.0, 12.0], [3.0, 13.0]], size=1.0).align().values.tolist()
+        [[6.0, 6.0], [7.0, 7.0], [8.0, 8.0]]
+        """
+        return self._changed(_asperity.align(self._heights, self._size, by, along, degree))
+
+    def remove_spikes(self, threshold: float = 8.0, window: int = 5) -> "Topography":
+        """Returns the map with its spikes missing; call :meth:`fill` to fill them.
+
+        Align the scan lines first if they have offsets.
+
+        Parameters
+        ----------
+        threshold : float
+            Distance of a spike from the median of its neighbours, in standard deviations of this distance over
+            the map, which are estimated from the median absolute distance.
+        window : int
+            Odd number of points along each side of the window of neighbours.
+
+        Examples
+        --------
+        >>> import numpy
+        >>> x = numpy.arange(32) / 32
+        >>> heights = numpy.sin(2 * numpy.pi * x)[:, None] * numpy.cos(2 * numpy.pi * x)
+        >>> heights[20, 10] += 1.0
+        >>> left = Topography(heights, size=1.0).remove_spikes()
+        >>> left.missing, bool(left.heights.mask[20, 10])
+        (1, True)
+        """
+        found = _asperity.remove_spikes(self._heights, self._size, threshold, window, self._is_periodic)
+        return self._changed(found)
+
+    def remove_islands(self, points: int) -> "Topography":
+        """Returns the map without islands: groups of at most `points` points that missing points surround.
+
+        Examples
+        --------
+        >>> nan = float("nan")
+        >>> Topography([[1.0, 2.0, nan, 9.0]], size=1.0).remove_islands(1).values.tolist()
+        [[1.0, 2.0, nan, nan]]
+        """
+        left = _asperity.remove_islands(self._heights, self._size, points, self._is_periodic)
+        return self._changed(left)
+
     def fill(self, method: str = "harmonic") -> "Topography":
         """Returns the map with its missing points filled.
 

@@ -35,7 +35,9 @@ mod _asperity {
     #[pymodule_export]
     use super::statistics::{areal_parameters, material_ratio, power_spectrum, statistics};
     #[pymodule_export]
-    use super::surfaces::{crop, draw, fill, level, read};
+    use super::surfaces::{
+        align, crop, draw, fill, level, level_through, read, remove_islands, remove_spikes,
+    };
     #[pymodule_export]
     use super::table::Table;
     #[pymodule_export]

@@ -3,9 +3,12 @@
 use std::fs;
 use std::path::PathBuf;
 
+use asperity::contact::topography::alignment::{Alignment, LineFit, MAX_DEGREE};
 use asperity::contact::topography::fill::Fill;
-use asperity::contact::topography::level::Level;
+use asperity::contact::topography::level::{Level, ThreePoints};
+use asperity::contact::topography::outliers::{Spikes, islands};
 use asperity::contact::topography::preparation::Crop;
+use asperity::contact::topography::surface::Axis;
 use asperity::direct;
 use asperity::topography_files::{Quantity, Size};
 use numpy::{PyArray2, PyReadonlyArray2};
@@ -109,6 +112,89 @@ pub fn level<'py>(
     let nodes = scan.grid().nodes();
     let levelled = py.detach(|| form.level(scan));
     map(py, levelled.heights().to_vec(), nodes)
+}
+
+/// Subtracts the plane through the heights at three positions.
+#[pyfunction]
+pub fn level_through<'py>(
+    py: Python<'py>,
+    heights: PyReadonlyArray2<'py, f64>,
+    size: [f64; 2],
+    points: [[f64; 2]; 3],
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let [a, b, c] = points;
+    let scan = scan(py, &heights, size)?;
+    let nodes = scan.grid().nodes();
+    let levelled = py.detach(|| ThreePoints { a, b, c }.level(&scan, [0, 0]));
+    let levelled = levelled.map_err(|error| surface_error(py, &error))?;
+    map(py, levelled.heights().to_vec(), nodes)
+}
+
+/// Subtracts a function of each scan line from that line.
+#[pyfunction]
+pub fn align<'py>(
+    py: Python<'py>,
+    heights: PyReadonlyArray2<'py, f64>,
+    size: [f64; 2],
+    by: &str,
+    along: &str,
+    degree: u32,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    if degree > MAX_DEGREE {
+        let message = format!("degree is {degree}, but must be from 0 to {MAX_DEGREE}");
+        return Err(value_error(py, message));
+    }
+    let fits = [LineFit::Median, LineFit::Differences, LineFit::Polynomial { degree }];
+    let by = named(py, "by", fits, LineFit::name, by)?;
+    let along = named(py, "along", Axis::BOTH, Axis::name, along)?;
+    let scan = scan(py, &heights, size)?;
+    let nodes = scan.grid().nodes();
+    let aligned = py.detach(|| Alignment { along, by }.align(&scan));
+    map(py, aligned.heights().to_vec(), nodes)
+}
+
+/// Makes the spikes of a map missing.
+#[pyfunction]
+pub fn remove_spikes<'py>(
+    py: Python<'py>,
+    heights: PyReadonlyArray2<'py, f64>,
+    size: [f64; 2],
+    threshold: f64,
+    window: u32,
+    is_periodic: bool,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    if threshold.is_nan() || threshold <= 0.0 || window < 3 || window.is_multiple_of(2) {
+        let message = format!(
+            "threshold is {threshold} and window is {window}, but the threshold must be positive, and the \
+             window an odd number from 3"
+        );
+        return Err(value_error(py, message));
+    }
+    let scan = scan(py, &heights, size)?;
+    let nodes = scan.grid().nodes();
+    let left = py.detach(|| {
+        let found = Spikes { threshold, window }.find(&scan, is_periodic);
+        scan.without(&found)
+    });
+    map(py, left.heights().to_vec(), nodes)
+}
+
+/// Makes groups of at most `limit` points that missing points surround missing.
+#[pyfunction]
+pub fn remove_islands<'py>(
+    py: Python<'py>,
+    heights: PyReadonlyArray2<'py, f64>,
+    size: [f64; 2],
+    limit: usize,
+    is_periodic: bool,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let scan = scan(py, &heights, size)?;
+    let nodes = scan.grid().nodes();
+    let left = py.detach(|| {
+        let found = islands(&scan, limit, is_periodic);
+        scan.without(&found)
+    });
+    map(py, left.heights().to_vec(), nodes)
 }
 
 /// Fills missing points with heights.

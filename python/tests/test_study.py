@@ -167,6 +167,28 @@ def test_missing_points_are_named_and_filled():
     assert holey.fill("nearest").missing == 0
 
 
+def test_errors_of_an_instrument_are_repaired():
+    clean = asperity.surface(nodes=64, hurst=0.8, k_lower=1, k_upper=8)
+    heights = clean.values + np.sin(7.0 * np.arange(64) ** 2)
+    aligned = asperity.Topography(heights, size=1.0).align("differences")
+    expected = asperity.Topography(clean.values, size=1.0).align("differences")
+    assert np.abs((aligned - expected).values).max() < 1e-12
+    heights = clean.values.copy()
+    heights[10, 20] += 1.0
+    heights[30:40, 30:40] = float("nan")
+    heights[35, 35] = 1.0
+    damaged = asperity.Topography(heights, size=1.0)
+    left = damaged.remove_spikes(10.0).remove_islands(1)
+    assert left.missing == damaged.missing + 2 and left.heights.mask[10, 20] and left.heights.mask[35, 35]
+    through = clean.level_through((0, 0), (0.5, 0), (0, 0.5)).values
+    assert max(abs(through[0, 0]), abs(through[32, 0]), abs(through[0, 32])) < 1e-15
+    for repair, wrong in [("align", {"by": "mean"}), ("align", {"degree": 9}), ("remove_spikes", {"window": 4})]:
+        with pytest.raises(asperity.ArgumentError):
+            getattr(damaged, repair)(**wrong)
+    with pytest.raises(asperity.SurfaceError, match="`b` was not measured"):
+        damaged.level_through((0, 0), (0.5, 0.5), (0, 0.5))
+
+
 def test_files_that_are_none_are_named(tmp_path):
     (tmp_path / "text.x3p").write_text("no heights")
     with pytest.raises(asperity.SurfaceError):

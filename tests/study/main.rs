@@ -41,6 +41,7 @@ mod readers;
 mod reading;
 mod rectangles;
 mod reference;
+mod repairs;
 mod report;
 mod running_in;
 mod scans;

@@ -11,6 +11,7 @@
 //! | measured maps | contents |
 //! |---|---|
 //! | [`preparation`] | steps from a measured map to a surface that the solver accepts |
+//! | [`outliers`], [`alignment`] | removal of spikes and isolated points, alignment of lines |
 //! | [`level`], [`fill`], [`gaussian`] | removal of form, filling of holes, Gaussian filters |
 //! | [`periodic`] | periodic continuation of a map, and resampling |
 //! | [`reliability`] | wavelengths that an instrument resolved: radius of its tip, and noise |
@@ -27,6 +28,7 @@
 //!
 //! Heights are positive towards the elastic body.
 
+pub mod alignment;
 pub mod areal;
 pub mod autocorrelation;
 pub mod descriptors;
@@ -38,6 +40,7 @@ pub mod height_distribution;
 pub mod level;
 pub mod material_ratio;
 pub mod moments;
+pub mod outliers;
 pub mod peaks;
 pub mod periodic;
 pub mod power_spectrum;

@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use crate::study::{Stage, Study};
 use asperity_manifest::names;
 use asperity_stages::ensemble::ParameterPoint;
-use asperity_stages::{InputScope, Recipe, Series, Work};
+use asperity_stages::{InputScope, Recipe, Series, Work, generate};
 use asperity_tables::store::Store;
 use asperity_tables::store::key::{Digest, Provenance, TaskKey};
 use asperity_tables::store::series::TableRef;
@@ -230,6 +230,17 @@ impl Plan {
             }
         }
         names
+    }
+
+    /// Returns the recipe of the surface on which a task depends, or `None` if it depends on
+    /// several surfaces.
+    pub fn surface_of(&self, task: usize) -> Option<&generate::Params> {
+        let Task { recipe, inputs, .. } = &self.tasks[task];
+        match (recipe, inputs.as_slice()) {
+            (Recipe::Generate(params), _) => Some(params),
+            (_, [input]) => self.surface_of(*input),
+            _ => None,
+        }
     }
 
     /// Returns the parameter columns of a task as a table with one row. For a task that reads

@@ -319,7 +319,7 @@ impl<'a> Run<'a> {
     /// published table lacks rows of it.
     fn published(&self, task: usize, table: &TableRef) -> Option<Input<'_>> {
         let table = self.reader.published_table(self.stages[task], table)?;
-        Some(Input { recipe: &self.plan.tasks[task].recipe, table })
+        Some(self.input(task, table))
     }
 
     fn read(
@@ -341,7 +341,13 @@ impl<'a> Run<'a> {
                 _ => break,
             }
         }
-        Ok(Input { recipe: &self.plan.tasks[task].recipe, table: status::with_codes(read?) })
+        Ok(self.input(task, status::with_codes(read?)))
+    }
+
+    /// Returns the table of a task as an input of another task.
+    fn input(&self, task: usize, table: Table) -> Input<'_> {
+        let recipe = &self.plan.tasks[task].recipe;
+        Input { recipe, surface: self.plan.surface_of(task), table }
     }
 
     /// Recomputes a table that existed when the run started but is damaged. Two tasks that read the

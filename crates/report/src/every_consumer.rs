@@ -102,7 +102,7 @@ fn states(column: &Column) -> usize {
     match column.name {
         "realization" | "load" => 4,
         // The names of surfaces and coordinates in another unit follow from other coordinates.
-        "surface" | "from_surface" | "against_surface" => 4,
+        "surface" | "from_surface" | "against_surface" | "original_surface" => 4,
         _ if column.role == Role::Derived => 4,
         _ => 8,
     }

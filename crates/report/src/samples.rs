@@ -15,6 +15,7 @@ use crate::units::Units;
 use asperity_contact::grid::Boundary;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::height_distribution::Histogram;
+use asperity_contact::topography::preparation::Preparation;
 use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::surface::Axis;
 use asperity_contact::topography::surface::Scan;
@@ -164,8 +165,8 @@ pub struct MeasuredMap {
     pub slopes: [Vec<CurvePoint>; 2],
 }
 
-/// A measured map that is cropped and levelled, before missing points are filled and wavelengths
-/// are filtered out.
+/// A measured map that is cropped, repaired and levelled, before missing points are filled and
+/// wavelengths are filtered out.
 #[derive(Debug)]
 pub struct AsMeasured {
     pub map: ShownMap,
@@ -230,13 +231,13 @@ impl MeasuredMap {
             Err(StageError::Source(_)) if kept.is_some() => None,
             read => Some(read?.0),
         };
-        let levelled = scan.clone().map(|scan| file.preparation.levelled(scan));
+        let levelled = scan.clone().map(|scan| file.preparation.levelled(scan, file.edges));
         let surface = match (kept, scan) {
             (Some(surface), _) => surface,
             (None, Some(scan)) => file.prepare(scan, sources)?.surface,
             (None, None) => unreachable!("without kept heights an unread file is an error"),
         };
-        let levelled = levelled.and_then(Result::ok);
+        let levelled = levelled.and_then(Result::ok).map(|levelled| levelled.scan);
         let as_measured = levelled.filter(|scan| is_other(scan, &surface));
         let boundary =
             if sample.params.origin.is_open() { Boundary::Free } else { Boundary::Periodic };
@@ -263,12 +264,14 @@ impl MeasuredMap {
 impl AsMeasured {
     fn new(scan: &Scan, file: &MeasuredSurface, pixels: usize) -> AsMeasured {
         let MeasuredSurface { content, channel, preparation, .. } = file;
+        let Preparation { crop, spikes, islands, align, level, level_through, .. } = preparation;
         AsMeasured {
             map: ShownMap::new(scan, pixels),
             missing: scan.missing() as f64 / scan.grid().count() as f64,
             identity: format!(
-                "{content:?} {channel:?} {:?} {:?} {:?}",
-                preparation.crop, preparation.level, file.height_scale,
+                "{content:?} {channel:?} {:?} {crop:?} {spikes:?} {islands:?} {align:?} {level:?} \
+                 {level_through:?}",
+                file.height_scale,
             ),
         }
     }

@@ -54,7 +54,7 @@ const KNOWN: [(&str, &str, &str); 72] = [
     ("percolation_area", "area A/A₀ at percolation", "A/A₀"),
     ("percolation_load", "load y at percolation", "y"),
     ("full_contact_load", "load y of full contact", "y"),
-    (HARDNESS.name, "hardness H", "H"),
+    (HARDNESS.name, "hardness H", "hardness"),
     (MEAN_YIELDED_DEPTH.name, "yielded depth d", "d"),
     (RESIDUAL_DEPTH.name, "residual depth d", "d"),
     (PLASTIC_WORK.name, "plastic work w_p", "w_p"),

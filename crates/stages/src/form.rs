@@ -331,6 +331,8 @@ impl StagePoints {
 pub struct Surfaces {
     /// A stage with measured maps that are not periodic.
     pub open: Option<String>,
+    /// A stage with measured maps whose missing points were filled.
+    pub filled: Option<String>,
     /// A stage with random surfaces that cannot be drawn again, because their spectra are in the
     /// tables of other stages.
     pub not_redrawable: Option<String>,
@@ -371,6 +373,7 @@ impl Surfaces {
         };
         let params = || surfaces.iter().map(|surfaces| &surfaces.params);
         let is_open = params().any(|params| params.origin.is_open());
+        let is_filled = params().any(|params| params.origin.has_filled_points());
         let steps = params().filter_map(|params| Some(params.grid().ok()?.spacing()));
         let coarsest = steps.flatten().reduce(f64::max).map(|step| (stage.to_owned(), step));
         let mut grids = params().filter_map(|params| params.grid().ok());
@@ -380,6 +383,7 @@ impl Surfaces {
             coarsest,
             slopes: slopes.reduce(spanning),
             open: is_open.then(|| stage.to_owned()),
+            filled: is_filled.then(|| stage.to_owned()),
             pressures_uncounted: None,
             gaps_uncounted: None,
             without_adhesion: None,
@@ -451,6 +455,7 @@ impl Surfaces {
             coarsest: steps.reduce(|one, next| if next.1 > one.1 { next } else { one }),
             slopes: slopes.reduce(spanning),
             open: self.open.or_else(|| other.open.clone()),
+            filled: self.filled.or_else(|| other.filled.clone()),
             not_redrawable: self.not_redrawable.or_else(|| other.not_redrawable.clone()),
             pressures_uncounted: self
                 .pressures_uncounted

@@ -56,7 +56,7 @@ pub const STAGE: Definition = Definition {
     reads: Reads { rows: &[], from: Cow::Borrowed("nothing") },
     row_kind: |_| Some(RowKind::Surfaces),
     columns: || {
-        let lists: [&[Column]; 12] = [
+        let lists: [&[Column]; 13] = [
             &[SURFACE, METHOD, NODES, SIDE],
             &[NODES_X, NODES_Y, SIDE_X, SIDE_Y, RMS_SLOPE],
             &RANDOM_SURFACE_COORDINATES,
@@ -204,6 +204,21 @@ impl Params {
         self.origin.draw(self.sides(), sources, threads)
     }
 
+    /// Returns a map with a positive number at each node whose height was not measured but filled,
+    /// and 0 at all other nodes. A node of a pair is filled if one of the bodies is filled there.
+    /// Returns `None` if no node was filled.
+    ///
+    /// # Errors
+    /// As [`Params::draw`].
+    pub fn filled_nodes(&self, sources: &SurfaceFiles) -> Result<Option<Surface>, StageError> {
+        match &self.origin {
+            Origin::File(file) => file.filled_nodes(self.sides(), sources),
+            Origin::Pair(pair) => pair.filled_nodes(sources),
+            Origin::Yielded(yielded) => yielded.body.filled_nodes(sources),
+            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => Ok(None),
+        }
+    }
+
     /// Returns a table with one row that describes `surface`, without heights and without the
     /// columns about its file.
     pub fn described(&self, surface: &Surface) -> Table {
@@ -329,7 +344,8 @@ impl Stage for Params {
                 (_, Heights::None) => 0.0,
                 (Origin::File(file), _) => {
                     let modes = if file.preparation.tests_reliability() { 24.0 } else { 0.0 };
-                    28.0 + modes + file.seen.extra_bytes_per_node()
+                    let repairs = file.repair_bytes_per_node();
+                    28.0 + modes + file.seen.extra_bytes_per_node() + repairs
                 }
                 (Origin::Pair(pair), _) => 16.0 + pair.bytes_per_node(),
                 (Origin::Yielded(yielded), _) => yielded.bytes_per_node(),
@@ -436,9 +452,9 @@ fn full_contact(table: &Table, loads: &AbsoluteLoads) -> Result<Option<String>, 
     Ok(range.map(|range| format!("full contact at {range}")))
 }
 
-/// Summarises the files of measured surfaces: formats, unit, channels and filled nodes.
+/// Summarises the files of measured surfaces: formats, unit, channels, removed and filled points.
 fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>, StageError> {
-    if !table.has(FORMAT.name) && !table.has(FILLED_NODES.name) {
+    if !FILE_COLUMNS.iter().any(|column| table.has(column.name)) {
         return Ok(None);
     }
     let mut parts = Vec::new();
@@ -453,11 +469,17 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
             parts.push(format!("channel {}", listed(read.iter().map(String::as_str), "and")));
         }
     }
-    if table.has(FILLED_NODES.name) {
-        let filled = table.integers(FILLED_NODES.name)?.iter().flatten();
-        let most = filled.max().unwrap_or(0);
-        parts.push(format!("{most} missing nodes filled"));
-    }
+    let most = |column: Column| {
+        let of_column = table.has(column.name).then(|| table.integers(column.name));
+        let counts = of_column.transpose()?;
+        Ok::<_, StageError>(counts.map(|counts| counts.iter().flatten().max().unwrap_or(0)))
+    };
+    let spikes =
+        most(REMOVED_SPIKES)?.map(|most| format!("{} removed", counted(most as usize, "spike")));
+    let islands = most(REMOVED_ISLANDS)?
+        .map(|most| format!("{} of islands removed", counted(most as usize, "point")));
+    let filled = most(FILLED_NODES)?.map(|most| format!("{most} missing nodes filled"));
+    parts.extend([spikes, islands, filled].into_iter().flatten());
     Ok(Some(parts.join(", ")))
 }
 

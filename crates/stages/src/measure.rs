@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use super::columns::*;
 use super::solve::Conduction;
-use super::stage::range;
+use super::stage::{largest, range};
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe,
     RowKind, Series, Stage, StageError, beside_coordinates, generate, grids, stacked,
@@ -30,6 +30,7 @@ use asperity_contact::topography::height_distribution::{Histogram, HistogramPool
 use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Role, integers, optional_reals, reals};
 use asperity_tables::parquet::Columns;
+use asperity_tables::source::TableSource;
 use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::Table;
 
@@ -40,6 +41,12 @@ use statistics::Statistic;
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 4;
+
+/// Memory for the map of filled nodes and the measured map, in bytes per node.
+const FILLED_BYTES_PER_NODE: f64 = 32.0;
+
+/// Share of the contact area on filled nodes above which summaries warn.
+const MUCH_FILLED: f64 = 0.03;
 
 /// Definition of the kind of stage `measure`.
 pub const STAGE: Definition = Definition {
@@ -62,6 +69,7 @@ pub const STAGE: Definition = Definition {
             adhesion: true,
             stiffness: true,
             rigid_base: true,
+            filled: true,
         });
         let of_surfaces = statistics::all_columns();
         let distributions = distributions::all_columns();
@@ -79,6 +87,7 @@ pub const STAGE: Definition = Definition {
     summary: |table, _| {
         let rows = Some(counted(table.rows(), "row"));
         let area = range(table, AREA_FRACTION.name, "contact covers")?;
+        let filled = much_filled(table)?;
         let heights = range(table, BIN.name, "heights from")?;
         let pressures = range(table, CONTACT_PRESSURE.name, "pressures from")?;
         let gaps = range(table, GAP.name, "gaps from")?;
@@ -86,7 +95,8 @@ pub const STAGE: Definition = Definition {
         let slopes = range(table, SLOPE_AT_SCALE.name, "slopes from")?;
         let roughness = range(table, ROUGHNESS[0].name, "Sq")?;
         let scans = stitched::summary(table)?;
-        let parts = [rows, area, pressures, gaps, heights, spectrum, scans, slopes, roughness];
+        let parts =
+            [rows, area, filled, pressures, gaps, heights, spectrum, scans, slopes, roughness];
         Ok(parts.into_iter().flatten().collect())
     },
 };
@@ -109,6 +119,10 @@ pub enum Params {
         /// that existing keys stay valid.
         #[serde(skip_serializing_if = "Option::is_none")]
         conduction: Option<Conduction>,
+        /// True if a surface of the stage has filled nodes, whose share of the contact area is then
+        /// measured, too. Omitted from the recipe if false, so that existing keys stay valid.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        filled: bool,
     },
     /// Height distribution of the surfaces of a `generate` stage.
     Heights {
@@ -159,8 +173,15 @@ impl Stage for Params {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
             Params::Distribution(distribution) => distribution.measure(input),
-            Params::Contacts { stiffness, set, conduction } => {
-                contacts::measure(&input.table, stiffness, set, conduction)
+            Params::Contacts { stiffness, set, conduction, filled } => {
+                let measured = contacts::measure(&input.table, stiffness, set, conduction)?;
+                if !filled {
+                    return Ok(measured);
+                }
+                let surface = input.surface.expect("the plan measures one surface at a time");
+                let nodes = surface.filled_nodes(context.sources)?;
+                let share = contacts::filled_area_share(&input.table, set, nodes.as_ref())?;
+                Ok(measured.with(vec![share]))
             }
             Params::Pool { .. } | Params::Stitched { .. } => {
                 unreachable!("several inputs are handled above")
@@ -170,7 +191,7 @@ impl Stage for Params {
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         Ok(match self {
-            Params::Contacts { stiffness, conduction, .. } => {
+            Params::Contacts { stiffness, conduction, filled, .. } => {
                 let solved = stacked(inputs)?;
                 let optional = OptionalColumns {
                     rectangles: grids::has_rectangles(&solved),
@@ -180,6 +201,7 @@ impl Stage for Params {
                     conductance: conduction::columns(&solved, *conduction),
                     adhesion: solved.has(WORK_OF_ADHESION.name),
                     stiffness: *stiffness,
+                    filled: *filled,
                 };
                 beside_coordinates(&contacts::columns(optional), inputs)?
             }
@@ -265,6 +287,7 @@ impl Stage for Params {
     /// Estimates the memory for drawing a surface again, or for the labels of clusters.
     fn footprint(&self) -> Footprint {
         let additional = match self {
+            Params::Contacts { filled: true, .. } => FILLED_BYTES_PER_NODE,
             Params::Surface(statistic) => statistic.bytes_per_node(),
             Params::Stitched { .. } => Statistic::Spectrum.bytes_per_node(),
             Params::Contacts { .. }
@@ -286,6 +309,15 @@ impl Stage for Params {
             Params::Surface(statistic) => 6.0 + statistic.pairs(),
         })
     }
+}
+
+/// Returns a warning if a large part of a contact area is on filled nodes.
+fn much_filled(source: &TableSource) -> Result<Option<String>, StageError> {
+    let most = largest(source, FILLED_AREA_SHARE.name)?.filter(|most| *most > MUCH_FILLED);
+    Ok(most.map(|most| {
+        let percentage = 100.0 * most;
+        format!("up to {percentage:.1} % of the contact area is on filled nodes, not measured")
+    }))
 }
 
 fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<Table, StageError> {

@@ -243,6 +243,8 @@ pub enum InputScope {
 pub struct Input<'a> {
     /// Recipe of the table, from which a surface without stored heights is drawn again.
     pub recipe: &'a Recipe,
+    /// Recipe of the surface on which the table depends; `None` if there are several surfaces.
+    pub surface: Option<&'a generate::Params>,
     pub table: Table,
 }
 
@@ -441,6 +443,20 @@ pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<Str
     } else {
         format!("{label} {} … {}{unit}", number(least), number(most))
     }))
+}
+
+/// Returns the largest number in a column; `None` if it has no values or the table lacks it.
+///
+/// # Errors
+/// Returns an error if the column holds no numbers or is damaged.
+pub fn largest(source: &TableSource, name: &str) -> Result<Option<f64>, StageError> {
+    let mut most: Option<f64> = None;
+    each_part(source, name, |part| {
+        let values = part.reals(name)?.iter().flatten();
+        most = most.into_iter().chain(values).reduce(f64::max);
+        Ok(())
+    })?;
+    Ok(most)
 }
 
 /// Returns the unit of a column if it is the unit of length or pressure that the table names, or

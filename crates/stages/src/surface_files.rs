@@ -68,6 +68,8 @@ pub struct RecordedFile {
     pub nodes: [u32; 2],
     /// Sides of the prepared map.
     pub side: [f64; 2],
+    /// True if missing points of the map were filled.
+    pub is_filled: bool,
 }
 
 /// Paths of the files of measured surfaces.

@@ -4,8 +4,12 @@
 //! subtracted. Missing points stay missing. The basis consists of Legendre polynomials over the
 //! sides of the map, which are nearly orthogonal. The solution of the normal equations is refined
 //! with the residuals. A surface of the fitted form is therefore removed up to rounding.
+//!
+//! A plane can also be given by three positions ([`ThreePoints`]), for example on a flat part that
+//! is the reference for all heights.
 
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use super::periodic::detrend;
 use super::surface::Scan;
@@ -76,6 +80,72 @@ impl Level {
             },
             Level::Mean | Level::Plane | Level::Quadric => without_form(&scan, self.terms()),
         }
+    }
+}
+
+/// Three positions (x, y) on the plane that is subtracted from a map, in the unit of its sides and
+/// relative to its first node. Their heights become zero.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ThreePoints {
+    /// First position.
+    pub a: [f64; 2],
+    /// Second position.
+    pub b: [f64; 2],
+    /// Third position.
+    pub c: [f64; 2],
+}
+
+/// Reason why three positions give no plane.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[expect(missing_docs, reason = "the error messages document the variants")]
+pub enum ThreePointsError {
+    #[error("point `{name}` is outside the map; move it into the part of the map that is kept")]
+    Outside { name: char },
+    #[error("point `{name}` was not measured; choose a measured point")]
+    Missing { name: char },
+    #[error("the three points are on one line; move one of them away from it")]
+    OnOneLine,
+}
+
+impl ThreePoints {
+    /// Returns the map minus the plane through the heights of the nodes nearest to the positions.
+    ///
+    /// `first` are the indices of the first node of the map, if it is a part of a larger map to
+    /// which the positions refer.
+    ///
+    /// # Errors
+    /// Fails if a node is outside the map or missing, or if the nodes are on one line.
+    pub fn level(self, scan: &Scan, first: [usize; 2]) -> Result<Scan, ThreePointsError> {
+        let grid = scan.grid();
+        let named = [('a', self.a), ('b', self.b), ('c', self.c)];
+        let mut found = [([0.0; 2], 0.0); 3];
+        for (found, (name, position)) in found.iter_mut().zip(named) {
+            let outside = ThreePointsError::Outside { name };
+            let mut indices = [0; 2];
+            for axis in 0..2 {
+                let index = (position[axis] / grid.spacing()[axis]).round() - first[axis] as f64;
+                let is_inside = index >= 0.0 && index < grid.nodes()[axis] as f64;
+                indices[axis] = if is_inside { index as usize } else { return Err(outside) };
+            }
+            let height = scan.heights()[indices[0] * grid.nodes()[1] + indices[1]];
+            if height.is_nan() {
+                return Err(ThreePointsError::Missing { name });
+            }
+            *found = (indices.map(|index| index as f64), height);
+        }
+        let [(start, height), others @ ..] = found;
+        let [[bx, by, bz], [cx, cy, cz]] =
+            others.map(|([i, j], other)| [i - start[0], j - start[1], other - height]);
+        let determinant = bx * cy - by * cx;
+        if determinant == 0.0 {
+            return Err(ThreePointsError::OnOneLine);
+        }
+        let slope_x = (bz * cy - cz * by) / determinant;
+        let slope_y = (bx * cz - cx * bz) / determinant;
+        Ok(scan.map_measured(|node, measured| {
+            let [i, j] = grid.indices(node).map(|index| index as f64);
+            measured - (height + slope_x * (i - start[0]) + slope_y * (j - start[1]))
+        }))
     }
 }
 
@@ -191,6 +261,7 @@ impl NormalEquations {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::topography::surface::Window;
     use crate::topography::surface::samples::scan;
 
     const LEVELS: [Level; 3] = [Level::Mean, Level::Plane, Level::Quadric];
@@ -266,6 +337,65 @@ mod tests {
         for level in LEVELS {
             assert_eq!(level.level(point.clone()).measured().next(), Some((21, 0.0)));
         }
+    }
+
+    const POINTS: ThreePoints = ThreePoints { a: [0.1, 0.2], b: [1.9, 0.3], c: [0.8, 0.9] };
+
+    /// Returns the heights of a map at the nodes nearest to [`POINTS`].
+    fn heights_at_points(map: &Scan) -> [f64; 3] {
+        let [step_x, step_y] = map.grid().spacing();
+        let index = |[x, y]: [f64; 2]| {
+            (x / step_x).round() as usize * map.grid().nodes()[1] + (y / step_y).round() as usize
+        };
+        [POINTS.a, POINTS.b, POINTS.c].map(|point| map.heights()[index(point)])
+    }
+
+    #[test]
+    fn the_plane_of_three_points_passes_through_them() {
+        let rough = |x: f64, y: f64| 1e3 + libm::sin(37.0 * x + 11.0 * y * y) + x * y;
+        let map = scan([17, 12], [2.0, 1.0], rough, |i, j| (i, j) == (9, 3));
+        let levelled = POINTS.level(&map, [0, 0]).unwrap();
+        assert_eq!(levelled.missing(), 1);
+        assert!(heights_at_points(&levelled).into_iter().all(|height| height.abs() < 1e-12));
+        // Tilting and raising the map, and levelling it again, change nothing.
+        let [step_x, step_y] = map.grid().spacing();
+        let tilted = map.map_measured(|node, height| {
+            let [i, j] = map.grid().indices(node).map(|index| index as f64);
+            height + 7.0 + 3.0 * step_x * i - 2.0 * step_y * j
+        });
+        for other in [tilted, levelled.clone()] {
+            let again = POINTS.level(&other, [0, 0]).unwrap();
+            for ((_, once), (_, twice)) in levelled.measured().zip(again.measured()) {
+                assert!((once - twice).abs() < 2e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn positions_refer_to_the_map_of_which_a_part_is_levelled() {
+        let rough = |x: f64, y: f64| libm::sin(7.0 * x + 11.0 * y * y);
+        let map = scan([20, 10], [2.0, 1.0], rough, |_, _| false);
+        let window = Window { first: [1, 2], nodes: [19, 8] };
+        let [whole, part] = [(map.clone(), [0, 0]), (map.cropped(window), window.first)]
+            .map(|(map, first)| POINTS.level(&map, first).unwrap());
+        let expected = whole.cropped(window);
+        for ((_, one), (_, other)) in part.measured().zip(expected.measured()) {
+            assert!((one - other).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn three_points_without_a_plane_are_refused() {
+        let map = scan([20, 10], [2.0, 1.0], |x, y| x * y, |i, j| (i, j) == (8, 9));
+        let level = |points: ThreePoints, first| points.level(&map, first).unwrap_err();
+        assert_eq!(level(POINTS, [0, 0]), ThreePointsError::Missing { name: 'c' });
+        assert_eq!(level(POINTS, [2, 0]), ThreePointsError::Outside { name: 'a' });
+        for x in [2.1, f64::NAN] {
+            let beyond = ThreePoints { b: [x, 0.0], ..POINTS };
+            assert_eq!(level(beyond, [0, 0]), ThreePointsError::Outside { name: 'b' });
+        }
+        let line = ThreePoints { a: [0.0, 0.0], b: [0.2, 0.2], c: [0.61, 0.58] };
+        assert_eq!(level(line, [0, 0]), ThreePointsError::OnOneLine);
     }
 
     #[test]

@@ -3,26 +3,35 @@
 //! The steps have a fixed order:
 //!
 //! 1. [`Crop`] selects a rectangle of the measured nodes.
-//! 2. [`Level`] fits the form to the measured points and subtracts it. It precedes [`Fill`] because
-//!    filled heights must not enter the fit.
-//! 3. [`Fill`] gives heights to missing points. It follows [`Level`] so that the lowest point
+//! 2. [`Spikes`] and then [`islands`] make points missing that are errors of the instrument. They
+//!    precede all fits, which such points would distort. Islands follow because points that were
+//!    connected by spikes may be islands without them. If lines are aligned later, spikes are
+//!    searched in a map aligned by differences of lines, because an offset of a line is no spike.
+//! 3. [`Alignment`] subtracts the offsets of the scan lines. It precedes [`Level`] because a form
+//!    that is fitted to the whole map would contain a part of the offsets, and because it tilts the
+//!    map.
+//! 4. [`Level`] or [`ThreePoints`] subtracts the form, which [`Level`] fits to the measured points.
+//!    It precedes [`Fill`] because filled heights must not enter the fit.
+//! 5. [`Fill`] gives heights to missing points. It follows [`Level`] so that the lowest point
 //!    belongs to the roughness and not to a tilt.
-//! 4. [`Reliability`] finds the shortest wavelength that the instrument resolved. It precedes the
+//! 6. [`Reliability`] finds the shortest wavelength that the instrument resolved. It precedes the
 //!    filters, which would hide the tip and the noise. The tip is compared with the map before
 //!    [`Fill`], because filled heights are not those of an instrument.
-//! 5. [`high_pass`] and [`low_pass`] filter waves by their length. They need a map without holes.
+//! 7. [`high_pass`] and [`low_pass`] filter waves by their length. They need a map without holes.
 //!    They follow [`Level`] because the form would distort the results near the edges.
-//! 6. [`resampled`] interpolates on another grid. It follows [`low_pass`], which determines the
+//! 8. [`resampled`] interpolates on another grid. It follows [`low_pass`], which determines the
 //!    shortest waves that the grid must resolve.
-//! 7. [`Edges`] makes the map periodic, or leaves it as it is.
+//! 9. [`Edges`] makes the map periodic, or leaves it as it is.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::alignment::{Alignment, LineFit};
 use super::fill::Fill;
 use super::gaussian::{high_pass, low_pass};
-use super::level::Level;
-use super::periodic::{Edges, resampled};
+use super::level::{Level, ThreePoints, ThreePointsError};
+use super::outliers::{Spikes, islands};
+use super::periodic::{Edges, mirror, resampled};
 use super::reliability::{Reliability, Tip};
 use super::surface::{MissingPoints, Scan, Surface, Window};
 use crate::grid::{Boundary, Grid};
@@ -36,9 +45,22 @@ pub struct Preparation {
     /// Part of the map to keep.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crop: Option<Crop>,
+    /// Spikes that become missing points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spikes: Option<Spikes>,
+    /// Maximum number of points of an island. The points of islands become missing points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub islands: Option<u32>,
+    /// Alignment of the scan lines.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub align: Option<Alignment>,
     /// Form to remove from the map.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level: Option<Level>,
+    /// Positions on the plane to remove, instead of `level`. They are relative to the first node of
+    /// the map before its crop.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub level_through: Option<ThreePoints>,
     /// Method to fill missing points; `None` is the same as [`Fill::Error`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
@@ -79,12 +101,39 @@ pub enum FoundCutoff {
     Reliable,
 }
 
+/// Numbers of measured points that a preparation removed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Removed {
+    /// Number of spikes.
+    pub spikes: usize,
+    /// Number of points of islands.
+    pub islands: usize,
+}
+
+impl Removed {
+    /// Returns the number of all removed points.
+    pub fn points(self) -> usize {
+        self.spikes + self.islands
+    }
+}
+
+/// A map after the steps that precede its filling.
+#[derive(Debug, Clone)]
+pub struct Levelled {
+    /// Heights, with missing points where the map was not measured or points were removed.
+    pub scan: Scan,
+    /// Numbers of removed points.
+    pub removed: Removed,
+}
+
 /// Result of a preparation: a complete surface that is not flat.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prepared {
     /// Heights after all steps of the preparation.
     pub surface: Surface,
-    /// Number of missing points that have been filled.
+    /// Numbers of measured points that have been removed.
+    pub removed: Removed,
+    /// Number of missing points, removed ones included, that have been filled.
     pub filled: usize,
     /// Shortest wavelength that the instrument resolved; `None` if neither the tip nor the noise
     /// was analysed.
@@ -97,6 +146,8 @@ pub struct Prepared {
 pub enum PreparationError {
     #[error("cannot crop the map")]
     Crop(#[from] CropError),
+    #[error("cannot level the map")]
+    ThreePoints(#[from] ThreePointsError),
     #[error(transparent)]
     Missing(#[from] MissingPoints),
     #[error("the prepared map is flat; remove less form, or choose other cutoffs")]
@@ -110,17 +161,45 @@ pub enum PreparationError {
 const FLAT: f64 = 1e-12;
 
 impl Preparation {
-    /// Applies the first two steps, the crop and the removal of the form. Points may still be
-    /// missing.
+    /// Applies the steps before the filling: crop, removal of spikes and islands, alignment of the
+    /// lines, and removal of the form. Points may be missing.
     ///
     /// # Errors
-    /// Fails if the crop is not inside the map.
-    pub fn levelled(&self, scan: Scan) -> Result<Scan, CropError> {
-        let part = match &self.crop {
-            Some(crop) => scan.cropped(crop.window(scan.grid())?),
-            None => scan,
+    /// Fails if the crop is not inside the map, or if the three points of `level_through` give no
+    /// plane.
+    pub fn levelled(&self, scan: Scan, edges: Edges) -> Result<Levelled, PreparationError> {
+        let (mut part, first) = match &self.crop {
+            Some(crop) => {
+                let window = crop.window(scan.grid())?;
+                (scan.cropped(window), window.first)
+            }
+            None => (scan, [0, 0]),
         };
-        Ok(self.level.unwrap_or(Level::None).level(part))
+        let is_periodic = edges == Edges::Periodic;
+        let mut removed = Removed::default();
+        if let Some(spikes) = self.spikes {
+            let provisional =
+                self.align.map(|align| Alignment { by: LineFit::Differences, ..align });
+            let found = match provisional {
+                Some(provisional) => spikes.find(&provisional.align(&part), is_periodic),
+                None => spikes.find(&part, is_periodic),
+            };
+            removed.spikes = found.len();
+            part = part.without(&found);
+        }
+        if let Some(limit) = self.islands {
+            let found = islands(&part, limit as usize, is_periodic);
+            removed.islands = found.len();
+            part = part.without(&found);
+        }
+        if let Some(align) = self.align {
+            part = align.align(&part);
+        }
+        let scan = match self.level_through {
+            Some(points) => points.level(&part, first)?,
+            None => self.level.unwrap_or(Level::None).level(part),
+        };
+        Ok(Levelled { scan, removed })
     }
 
     /// Fills a levelled map, and finds its shortest reliable wavelength if the tip or the noise is
@@ -146,11 +225,11 @@ impl Preparation {
     /// Applies all steps to a measured map, and then makes it periodic as `edges` specifies.
     ///
     /// # Errors
-    /// Fails if the crop is not inside the map, if points are missing and `fill` is `None` or
+    /// Fails as [`Preparation::levelled`], if points are missing and `fill` is `None` or
     /// [`Fill::Error`], or if the result is flat.
     pub fn prepare(&self, scan: Scan, edges: Edges) -> Result<Prepared, PreparationError> {
         let before = spread(scan.heights());
-        let levelled = self.levelled(scan)?;
+        let Levelled { scan: levelled, removed } = self.levelled(scan, edges)?;
         let filled = levelled.missing();
         let is_periodic = edges == Edges::Periodic;
         let (mut surface, reliability) = self.filled(levelled, edges)?;
@@ -174,7 +253,7 @@ impl Preparation {
         if spread(surface.heights()) <= FLAT * before {
             Err(PreparationError::Flat)
         } else {
-            Ok(Prepared { surface, filled, reliability })
+            Ok(Prepared { surface, removed, filled, reliability })
         }
     }
 
@@ -191,6 +270,42 @@ impl Preparation {
             None => false,
         }
     }
+
+    /// Returns a map on the nodes of the prepared surface: 1 at nodes whose heights were filled, 0
+    /// at all other nodes.
+    ///
+    /// A node of a resampled map was filled if the nearest node before the resampling was filled.
+    ///
+    /// # Errors
+    /// Fails as [`Preparation::levelled`].
+    pub fn filled_nodes(&self, scan: Scan, edges: Edges) -> Result<Surface, PreparationError> {
+        let Levelled { scan, .. } = self.levelled(scan, edges)?;
+        let flags = scan.heights().iter().map(|height| f64::from(height.is_nan()));
+        let flags = Surface::new(scan.grid(), flags.collect()).expect("one number per node");
+        let flags = match self.resample {
+            Some(nodes) => nearest(&flags, nodes.map(|nodes| nodes as usize)),
+            None => flags,
+        };
+        Ok(match edges {
+            Edges::Mirror => mirror(&flags),
+            Edges::Periodic | Edges::Open | Edges::Taper { .. } => flags,
+        })
+    }
+}
+
+/// Returns a periodic map on another number of nodes, each with the height of the nearest node.
+fn nearest(map: &Surface, nodes: [usize; 2]) -> Surface {
+    let before = map.grid().nodes();
+    let grid = Grid::new(nodes, map.grid().cell()).expect("the numbers of nodes were checked");
+    let heights = (0..grid.count()).map(|node| {
+        let after = grid.indices(node);
+        let [i, j] = [0, 1].map(|axis| {
+            // The index after × before / nodes, rounded.
+            (2 * after[axis] * before[axis] + nodes[axis]) / (2 * nodes[axis]) % before[axis]
+        });
+        map.heights()[i * before[1] + j]
+    });
+    Surface::new(grid, heights.collect()).expect("copies of finite heights")
 }
 
 /// Returns the difference between the highest and the lowest height, ignoring missing points.
@@ -273,6 +388,7 @@ mod tests {
     use super::*;
     use crate::grid::samples::rectangle;
     use crate::topography::gaussian::transmission;
+    use crate::topography::surface::Axis;
     use crate::topography::surface::samples::scan;
 
     #[test]
@@ -280,7 +396,8 @@ mod tests {
         let map = scan([8, 6], [1.0, 1.0], |x, y| x * y + 3.0, |_, _| false);
         let prepared = Preparation::default().prepare(map.clone(), Edges::Open);
         let surface = map.into_surface().unwrap();
-        assert_eq!(prepared, Ok(Prepared { surface, filled: 0, reliability: None }));
+        let removed = Removed::default();
+        assert_eq!(prepared, Ok(Prepared { surface, removed, filled: 0, reliability: None }));
         assert_eq!(serde_json::to_string(&Preparation::default()).unwrap(), "{}");
     }
 
@@ -342,6 +459,78 @@ mod tests {
         assert_eq!(same.surface, prepared.surface);
         let text = serde_json::to_string(&sharp).unwrap();
         assert!(text.starts_with("{\"low_pass\":\"reliable\",\"tip_radius\":"), "{text}");
+    }
+
+    /// Returns a map with a wave, a spike, an island in a hole, and an offset of each line along x.
+    fn damaged() -> Scan {
+        let is_missing =
+            |i: usize, j: usize| (5..12).contains(&i) && (5..12).contains(&j) && (i, j) != (8, 8);
+        let wave = |x: f64, _: f64| libm::sin(TAU * x);
+        let map = scan([40, 32], [1.0, 0.8], wave, is_missing);
+        let spike = 25 * 32 + 20;
+        map.map_measured(|node, height| {
+            let [_, j] = map.grid().indices(node);
+            height + f64::from(node == spike) + libm::sin(7.0 * (j * j) as f64)
+        })
+    }
+
+    #[test]
+    fn errors_of_the_instrument_are_removed_before_the_lines_are_aligned() {
+        let preparation = Preparation {
+            spikes: Some(Spikes { threshold: 6.0, window: 5 }),
+            islands: Some(1),
+            align: Some(Alignment { along: Axis::X, by: LineFit::Polynomial { degree: 3 } }),
+            fill: Some(Fill::Nearest),
+            ..Preparation::default()
+        };
+        let prepared = preparation.prepare(damaged(), Edges::Open).unwrap();
+        assert_eq!(prepared.removed, Removed { spikes: 1, islands: 1 });
+        assert_eq!(prepared.filled, 50);
+        // Lines without missing points differ only by their offsets.
+        let row = |j: usize| (0..40).map(move |i| i * 32 + j);
+        let heights = prepared.surface.heights();
+        for (one, other) in row(2).zip(row(30)) {
+            assert!((heights[one] - heights[other]).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn a_removed_point_needs_to_be_filled() {
+        let spikes = Some(Spikes { threshold: 6.0, window: 5 });
+        let map = scan([40, 32], [1.0, 0.8], |x, _| libm::sin(TAU * x), |_, _| false);
+        let with_spike = map.map_measured(|node, height| height + f64::from(node == 500));
+        let preparation = Preparation { spikes, ..Preparation::default() };
+        let missing = MissingPoints { missing: 1, count: 40 * 32 };
+        let error = preparation.prepare(with_spike, Edges::Open);
+        assert_eq!(error, Err(PreparationError::Missing(missing)));
+        assert!(preparation.prepare(map, Edges::Open).is_ok());
+    }
+
+    #[test]
+    fn filled_nodes_follow_the_steps_of_the_preparation() {
+        let is_missing = |i: usize, j: usize| i == 2 && j == 1 || i == 5 && j == 7;
+        let map = scan([8, 8], [1.0, 1.0], |x, y| x * y, is_missing);
+        let nodes_of = |preparation: Preparation, edges: Edges| {
+            let flags = preparation.filled_nodes(map.clone(), edges).unwrap();
+            let filled = flags.heights().iter().enumerate().filter(|(_, flag)| **flag == 1.0);
+            filled.map(|(node, _)| flags.grid().indices(node)).collect::<Vec<_>>()
+        };
+        let none = Preparation::default();
+        assert_eq!(nodes_of(none.clone(), Edges::Open), [[2, 1], [5, 7]]);
+        let crop = Some(Crop { from: [0.125, 0.0], size: [0.5, 0.5] });
+        let cropped = Preparation { crop, ..Preparation::default() };
+        assert_eq!(nodes_of(cropped, Edges::Open), [[1, 1]]);
+        let mirrored = nodes_of(none, Edges::Mirror);
+        let image = |[i, j]: [usize; 2]| [[i, j], [i, 15 - j], [15 - i, j], [15 - i, 15 - j]];
+        let mut expected = [image([2, 1]), image([5, 7])].concat();
+        expected.sort_unstable();
+        assert_eq!(mirrored, expected);
+        // Nodes at half the distance of the map before, each with the nearest one; ties go up.
+        let finer = Preparation { resample: Some([16, 16]), ..Preparation::default() };
+        let both = [[3, 1], [3, 2], [4, 1], [4, 2], [9, 13], [9, 14], [10, 13], [10, 14]];
+        assert_eq!(nodes_of(finer, Edges::Periodic), both);
+        let coarser = Preparation { resample: Some([4, 8]), ..Preparation::default() };
+        assert_eq!(nodes_of(coarser, Edges::Periodic), [[1, 1]]);
     }
 
     fn window(from: [f64; 2], size: [f64; 2]) -> Result<Window, CropError> {

@@ -1,5 +1,6 @@
 //! Heights on the nodes of a grid, complete ([`Surface`]) or with missing points ([`Scan`]).
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::grid::{Cell, Grid, GridError};
@@ -101,7 +102,9 @@ impl Surface {
 }
 
 /// Axis of a map, along which its lines run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
 pub enum Axis {
     /// The x axis: y is constant on a line.
     X,
@@ -244,6 +247,11 @@ impl Scan {
             self.heights[node] = height;
         }
         self
+    }
+
+    /// Returns the map with these nodes missing.
+    pub fn without(self, nodes: &[usize]) -> Scan {
+        self.with(nodes.iter().map(|node| (*node, f64::NAN)))
     }
 
     /// Returns the part of the map inside a window, with the same grid spacing.

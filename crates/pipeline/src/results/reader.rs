@@ -13,7 +13,7 @@ use arrow::array::Array;
 
 use super::published_stage::PublishedStage;
 use crate::results::{PATH, files_of};
-use asperity_stages::columns::{CONTENT, FORMAT, UNIT};
+use asperity_stages::columns::{CONTENT, FILLED_NODES, FORMAT, UNIT};
 use asperity_stages::fit::status;
 use asperity_stages::grids::Grids;
 use asperity_stages::surface_files::{ContentHash, RecordedFile, RecordedFiles};
@@ -153,7 +153,8 @@ impl TaskTables for ResultReader {
 /// Returns the properties of the files of measured surfaces, by path.
 ///
 /// If several rows are about the same file, the last one is used. Such rows differ only in how the
-/// map was prepared, and their nodes and sides are used only for forecasts.
+/// map was prepared, and their nodes and sides are used only for forecasts. The map of a file was
+/// filled if it was filled in one of the rows.
 fn files(table: &Table) -> Result<RecordedFiles, StageError> {
     let (paths, contents) = (table.texts(PATH.name)?, table.texts(CONTENT.name)?);
     let units = table.has(UNIT.name).then(|| table.texts(UNIT.name));
@@ -161,6 +162,12 @@ fn files(table: &Table) -> Result<RecordedFiles, StageError> {
     let formats = table.has(FORMAT.name).then(|| table.texts(FORMAT.name));
     let formats = formats.transpose()?;
     let grids = Grids::new(table)?;
+    let filled = table.has(FILLED_NODES.name).then(|| table.integers(FILLED_NODES.name));
+    let filled = filled.transpose()?;
+    let is_filled = |row: usize| {
+        let filled = filled.filter(|filled| filled.is_valid(row));
+        filled.is_some_and(|filled| filled.value(row) > 0)
+    };
     let file = |row: usize| {
         let grid = grids.grid(row).ok()?;
         let format = formats.filter(|formats| formats.is_valid(row));
@@ -170,8 +177,14 @@ fn files(table: &Table) -> Result<RecordedFiles, StageError> {
             unit: units.map_or_else(String::new, |units| units.value(row).to_owned()),
             nodes: grid.nodes().map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX)),
             side: grid.cell().size(),
+            is_filled: is_filled(row),
         };
         Some((PathBuf::from(paths.value(row)), recalled))
     };
-    Ok((0..table.rows()).filter_map(file).collect())
+    let mut files = RecordedFiles::new();
+    for (path, mut recalled) in (0..table.rows()).filter_map(file) {
+        recalled.is_filled |= files.get(&path).is_some_and(|before| before.is_filled);
+        files.insert(path, recalled);
+    }
+    Ok(files)
 }

@@ -368,8 +368,8 @@ fn of_block(params: &solve::Params) -> Option<String> {
 }
 
 /// Returns the warnings about the files of measured surfaces that a stage reads, without
-/// duplicates: which channel was chosen, how many points were not measured, and whether the
-/// instrument resolved the slope.
+/// duplicates: which channel was chosen, how many points are missing, and whether the instrument
+/// resolved the slope.
 fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return vec![];
@@ -410,11 +410,16 @@ fn holes(file: &MeasuredSurface, path: &str) -> Option<String> {
     let fill = file.preparation.fill?;
     (missing > 0).then(|| {
         let share = 100.0 * missing as f64 / points as f64;
-        let fill = fill.name();
-        format!(
-            "{missing} of {points} points of `{path}` were not measured ({share:.3} %); `fill = \
-             \"{fill}\"` estimates their heights"
-        )
+        let (fill, removed) = (fill.name(), file.seen.removed.points());
+        let lack = match removed {
+            0 => format!("{missing} of {points} points of `{path}` were not measured"),
+            _ => format!(
+                "{} of {points} points of `{path}` were not measured and {removed} were removed as \
+                 spikes or islands",
+                missing - removed
+            ),
+        };
+        format!("{lack} ({share:.3} %); `fill = \"{fill}\"` estimates their heights")
     })
 }
 

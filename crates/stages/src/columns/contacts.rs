@@ -152,6 +152,15 @@ pub const MEAN_CONTACT_PRESSURE: Column =
 pub const SECANT: Column =
     real("secant", "1", "area fraction divided by the load; it tends to κ under small loads");
 
+pub const FILLED_AREA_SHARE: Column = real(
+    "filled_area_share",
+    "1",
+    "fraction of the contact area on filled nodes, whose heights were not measured but chosen by \
+     `fill`. After `resample`, a node counts as filled if the nearest node of the map was filled; \
+     for two bodies, if it is filled on one of them. Null without contact, and for surfaces without \
+     filled nodes",
+);
+
 pub const STIFFNESS: Column = real(
     "stiffness_finite_difference",
     "E*/side",

@@ -48,6 +48,41 @@ pub const CROP_SIZE_Y: Column = parameter(
     "length",
     "requested side of the cropped part along y, before it was rounded to nodes",
 );
+pub const SPIKES: Column = parameter(
+    "spikes",
+    "1",
+    "threshold above which points were removed as spikes, in standard deviations of the distance \
+     of a point from the median of its neighbours",
+);
+pub const SPIKE_WINDOW: Column = parameter_integer(
+    "spike_window",
+    "1",
+    "number of points along each side of the window of neighbours for `spikes`",
+);
+pub const ISLANDS: Column = parameter_integer(
+    "islands",
+    "1",
+    "maximum number of points of the groups, surrounded by missing points, that were removed",
+);
+pub const ALIGN: Column =
+    parameter_text("align", "function that was subtracted from each scan line").with_codes(&[
+        Code { word: "median", meaning: "median of the line" },
+        Code {
+            word: "differences",
+            meaning: "sum of the medians of the differences of neighbouring lines",
+        },
+        Code { word: "polynomial", meaning: "least-squares polynomial of the line" },
+    ]);
+pub const ALIGN_ALONG: Column =
+    parameter_text("align_along", "direction of the aligned scan lines").with_codes(&[
+        Code { word: "x", meaning: "along x" },
+        Code { word: "y", meaning: "along y" },
+    ]);
+pub const ALIGN_DEGREE: Column = parameter_integer(
+    "align_degree",
+    "1",
+    "degree of the polynomial that was subtracted from each scan line",
+);
 pub const LEVEL: Column = parameter_text("level", "form that was subtracted from the heights")
     .with_codes(&[
         Code { word: "none", meaning: "no form" },
@@ -55,6 +90,20 @@ pub const LEVEL: Column = parameter_text("level", "form that was subtracted from
         Code { word: "plane", meaning: "least-squares plane of the measured points" },
         Code { word: "quadric", meaning: "least-squares quadric of the measured points" },
     ]);
+/// Columns of the coordinates x, y of the three positions of `level_through`.
+pub const LEVEL_THROUGH: [Column; 6] = [
+    parameter(
+        "level_a_x",
+        "length",
+        "position along x of the first of three points through which a plane was subtracted, in \
+         the map before `crop`",
+    ),
+    parameter("level_a_y", "length", "position of the first point along y, see `level_a_x`"),
+    parameter("level_b_x", "length", "position of the second point along x, see `level_a_x`"),
+    parameter("level_b_y", "length", "position of the second point along y, see `level_a_x`"),
+    parameter("level_c_x", "length", "position of the third point along x, see `level_a_x`"),
+    parameter("level_c_y", "length", "position of the third point along y, see `level_a_x`"),
+];
 pub const FILL: Column = parameter_text("fill", "method by which missing points received heights")
     .with_codes(&[
         Code { word: "error", meaning: "none: maps with missing points are refused" },
@@ -96,12 +145,16 @@ pub const FORMAT: Column = text("format", "format of the file of the measured su
 pub const CHANNEL_READ: Column =
     text("channel_read", "name of the map that was read from the file");
 pub const CHANNELS: Column = integer("channels", "1", "number of maps in the file");
+pub const REMOVED_SPIKES: Column =
+    integer("removed_spikes", "1", "number of measured points that `spikes` removed");
+pub const REMOVED_ISLANDS: Column =
+    integer("removed_islands", "1", "number of measured points that `islands` removed");
 pub const FILLED_NODES: Column =
     integer("filled_nodes", "1", "number of missing points that received heights by `fill`");
 
 /// Parameter columns that only measured surfaces have. A table contains those that the manifest
 /// uses.
-pub const MEASURED_SURFACE_COORDINATES: [Column; 18] = [
+pub const MEASURED_SURFACE_COORDINATES: [Column; 30] = [
     CONTENT,
     UNIT,
     HEIGHT_SCALE,
@@ -112,7 +165,19 @@ pub const MEASURED_SURFACE_COORDINATES: [Column; 18] = [
     CROP_FROM_Y,
     CROP_SIZE_X,
     CROP_SIZE_Y,
+    SPIKES,
+    SPIKE_WINDOW,
+    ISLANDS,
+    ALIGN,
+    ALIGN_ALONG,
+    ALIGN_DEGREE,
     LEVEL,
+    LEVEL_THROUGH[0],
+    LEVEL_THROUGH[1],
+    LEVEL_THROUGH[2],
+    LEVEL_THROUGH[3],
+    LEVEL_THROUGH[4],
+    LEVEL_THROUGH[5],
     FILL,
     HIGH_PASS,
     LOW_PASS,
@@ -123,7 +188,8 @@ pub const MEASURED_SURFACE_COORDINATES: [Column; 18] = [
 ];
 
 /// Columns that describe the file of a measured surface.
-pub const FILE_COLUMNS: [Column; 4] = [FORMAT, CHANNEL_READ, CHANNELS, FILLED_NODES];
+pub const FILE_COLUMNS: [Column; 6] =
+    [FORMAT, CHANNEL_READ, CHANNELS, REMOVED_SPIKES, REMOVED_ISLANDS, FILLED_NODES];
 
 pub const TIP_WAVELENGTH: Column = real(
     "tip_wavelength",

@@ -11,11 +11,16 @@ use crate::columns::*;
 use crate::grids;
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::threads::Threads;
+use asperity_contact::topography::alignment::{Alignment, LineFit};
 use asperity_contact::topography::descriptors::{Descriptors, skewness_and_excess_kurtosis};
 use asperity_contact::topography::differences;
+use asperity_contact::topography::level::ThreePoints;
 use asperity_contact::topography::moments::{Continuum, Moments};
+use asperity_contact::topography::outliers::Spikes;
 use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{Crop, FoundCutoff, LowPass, Preparation};
+use asperity_contact::topography::preparation::{
+    Crop, FoundCutoff, LowPass, Preparation, Prepared,
+};
 use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::Surface;
@@ -249,7 +254,22 @@ fn preparation_coordinates(preparation: &Preparation) -> Vec<(Column, Value)> {
     }
     let word = |column: Column, word: &str| (column, Value::Text(word.to_owned()));
     let length = |column: Column, length: f64| (column, Value::Real(length));
+    let whole = |column: Column, value: u32| (column, Value::Integer(i64::from(value)));
+    if let Some(Spikes { threshold, window }) = preparation.spikes {
+        columns.extend([length(SPIKES, threshold), whole(SPIKE_WINDOW, window)]);
+    }
+    columns.extend(preparation.islands.map(|islands| whole(ISLANDS, islands)));
+    if let Some(Alignment { along, by }) = preparation.align {
+        columns.extend([word(ALIGN, by.name()), word(ALIGN_ALONG, along.name())]);
+        if let LineFit::Polynomial { degree } = by {
+            columns.push(whole(ALIGN_DEGREE, degree));
+        }
+    }
     columns.extend(preparation.level.map(|level| word(LEVEL, level.name())));
+    if let Some(ThreePoints { a, b, c }) = preparation.level_through {
+        columns
+            .extend(LEVEL_THROUGH.into_iter().zip([a, b, c].concat().into_iter().map(Value::Real)));
+    }
     columns.extend(preparation.fill.map(|fill| word(FILL, fill.name())));
     columns.extend(preparation.high_pass.map(|cutoff| length(HIGH_PASS, cutoff)));
     columns.extend(preparation.low_pass.map(|cutoff| match cutoff {
@@ -274,9 +294,10 @@ pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
     if file.reader.is_some() {
         columns.extend([FORMAT, CHANNEL_READ, CHANNELS]);
     }
-    if file.preparation.fill.is_some() {
-        columns.push(FILLED_NODES);
-    }
+    let Preparation { spikes, islands, fill, .. } = &file.preparation;
+    columns.extend(spikes.is_some().then_some(REMOVED_SPIKES));
+    columns.extend(islands.is_some().then_some(REMOVED_ISLANDS));
+    columns.extend(fill.is_some().then_some(FILLED_NODES));
     columns.extend(columns_of_reliability(&file.preparation));
     columns
 }
@@ -305,9 +326,15 @@ pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column
         columns.push((CHANNEL_READ, texts([&found.channel.name])));
         columns.push((CHANNELS, integers([found.channel.of as i64])));
     }
-    if file.preparation.fill.is_some() {
-        columns.push((FILLED_NODES, integers([found.prepared.filled as i64])));
-    }
+    let Prepared { removed, filled, .. } = &found.prepared;
+    let Preparation { spikes, islands, fill, .. } = &file.preparation;
+    let counts = [
+        (REMOVED_SPIKES, spikes.is_some(), removed.spikes),
+        (REMOVED_ISLANDS, islands.is_some(), removed.islands),
+        (FILLED_NODES, fill.is_some(), *filled),
+    ];
+    let given = counts.into_iter().filter(|(_, is_given, _)| *is_given);
+    columns.extend(given.map(|(column, _, count)| (column, integers([count as i64]))));
     if let Some(reliability) = &found.prepared.reliability {
         let noise = reliability.noise;
         columns.extend(columns_of_reliability(&file.preparation).into_iter().map(|column| {

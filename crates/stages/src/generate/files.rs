@@ -3,6 +3,7 @@
 //! Editors show the doc comments of keys, and messages quote them.
 
 mod map_checks;
+mod repairs;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,6 +13,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use self::map_checks::{Lengths, inspected, lengths, preparation};
+use self::repairs::{WrittenAlignment, WrittenPoints};
 use super::growth::PlannedSurfaces;
 use super::map_file::{ChannelChoice, MapFile, MapFileError, Reader};
 use super::mesh::{MAX_NODES, MIN_NODES};
@@ -19,10 +21,12 @@ use super::method::{single, surfaces};
 use super::{Heights, InspectedMap, MeasuredSurface, Origin, Params, PerAxis};
 use crate::CheckContext;
 use crate::surface_files::{ContentHash, RecordedFile, SurfaceFileError, SurfaceFiles};
+use asperity_contact::topography::alignment::MAX_DEGREE;
 use asperity_contact::topography::fill::Fill;
-use asperity_contact::topography::level::Level;
+use asperity_contact::topography::level::{Level, ThreePoints};
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::Preparation;
+use asperity_contact::topography::surface::Axis;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean};
 use asperity_manifest::keys::checks::Checks;
@@ -34,8 +38,8 @@ use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned
 use asperity_topography_files::{ChannelError, is_metre};
 
 /// A measured surface, read from the file of an instrument. Its keys are applied in this order:
-/// channel, unit and side, `crop`, `level`, `fill`, `tip_radius` and `noise_floor`, `high_pass`,
-/// `low_pass`, `resample`, `edges`.
+/// channel, unit and side, `crop`, `spikes`, `islands`, `align`, `level` or `level_through`,
+/// `fill`, `tip_radius` and `noise_floor`, `high_pass`, `low_pass`, `resample`, `edges`.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FileTable {
@@ -66,11 +70,41 @@ pub struct FileTable {
     /// rounded to nodes. It needs `periodic = false`. The default is the whole map.
     #[schemars(transform = swept)]
     pub crop: Key<Part>,
+    /// Threshold above which a point is a spike and becomes a missing point: its distance from the
+    /// median of its neighbours, in standard deviations of such distances over the map. Values from
+    /// 6 to 10 remove only clear spikes. By default no spikes are removed.
+    #[schemars(range(min = 3), transform = swept)]
+    pub spikes: Key<f64>,
+    /// Odd number of points along each side of the window of neighbours for `spikes`. It must be
+    /// at least twice as wide as a spike.
+    #[schemars(range(min = 3, max = 31), extend("default" = 5), transform = swept)]
+    pub spike_window: Key<u32>,
+    /// Maximum number of points of an island, a group of measured points that missing points
+    /// surround. Its points become missing points. By default no islands are removed.
+    #[schemars(range(min = 1, max = i32::MAX), transform = swept)]
+    pub islands: Key<u32>,
+    /// Function that is subtracted from each scan line, to remove the offsets between lines:
+    /// `"median"`, `"differences"` for the medians of the differences of neighbouring lines, or
+    /// `"polynomial"`. It also removes a tilt and waves across the lines. By default lines are not
+    /// aligned.
+    #[schemars(transform = swept)]
+    pub align: Key<WrittenAlignment>,
+    /// Direction of the scan lines for `align`, the fast axis of the scan.
+    #[schemars(extend("default" = "x"), transform = swept)]
+    pub align_along: Key<Axis>,
+    /// Degree of the polynomial that `align = "polynomial"` fits to each line by least squares.
+    #[schemars(range(min = 0, max = MAX_DEGREE), extend("default" = 1), transform = swept)]
+    pub align_degree: Key<u32>,
     /// Form that is fitted to the measured points by least squares and subtracted: `"mean"`,
     /// `"plane"` or `"quadric"`, the F-operation of ISO 25178-2. The default `"none"` subtracts
     /// nothing.
     #[schemars(transform = swept)]
     pub level: Key<Level>,
+    /// Three positions `{ a = [x, y], b = [x, y], c = [x, y] }` on a plane that is subtracted
+    /// instead of `level`, in the unit of `side` and relative to the corner of the map in the file.
+    /// The heights at the nodes nearest to them become zero.
+    #[schemars(transform = swept)]
+    pub level_through: Key<WrittenPoints>,
     /// Method to fill points that were not measured: `"harmonic"` solves Laplace's equation in the
     /// holes, `"nearest"` takes the height of the nearest measured point, `"lowest"` the lowest
     /// height of the map. The default `"error"` refuses a map with such points.
@@ -260,6 +294,10 @@ fn in_unit_of(found: &FoundMap, table: &FileTable, checks: &Checks) -> FileTable
     if let Some(crop) = &mut table.crop.0 {
         crop.value.from.iter_mut().chain(&mut crop.value.size).for_each(convert);
     }
+    if let Some(points) = &mut table.level_through.0 {
+        let WrittenPoints { a, b, c } = &mut points.value;
+        [a, b, c].into_iter().flatten().for_each(convert);
+    }
     let lengths = [&mut table.high_pass.0, &mut table.tip_radius.0];
     lengths.into_iter().flatten().for_each(|length| convert(&mut length.value));
     if let Some(written) = &mut table.low_pass.0
@@ -313,7 +351,7 @@ fn report_same_surfaces(
 }
 
 /// Returns the spans of the keys for which different values can give the same surface.
-fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 5] {
+fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 6] {
     fn span<T>(key: &Key<T>) -> Option<Span> {
         key.written().map(|written| written.span.clone())
     }
@@ -322,6 +360,7 @@ fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 5] {
         ("side", span(&table.side)),
         ("crop", span(&table.crop)),
         ("level", span(&table.level)),
+        ("level_through", span(&table.level_through)),
         ("fill", span(&table.fill)),
     ]
 }
@@ -335,10 +374,16 @@ fn canonical(params: &Params) -> Params {
             let number = u32::try_from(read.number).unwrap_or(u32::MAX);
             file.channel = Some(ChannelChoice::Number(number));
         }
-        if let (Some(grid), Some(crop)) = (file.seen.file, &mut file.preparation.crop) {
+        if let Some(grid) = file.seen.file {
             let [x, y] = grid.spacing();
-            let rounded = |[a, b]: [f64; 2]| [(a / x).round() + 0.0, (b / y).round()];
-            (crop.from, crop.size) = (rounded(crop.from), rounded(crop.size));
+            let rounded = |[a, b]: [f64; 2]| [(a / x).round() + 0.0, (b / y).round() + 0.0];
+            if let Some(crop) = &mut file.preparation.crop {
+                (crop.from, crop.size) = (rounded(crop.from), rounded(crop.size));
+            }
+            if let Some(points) = &mut file.preparation.level_through {
+                let ThreePoints { a, b, c } = points;
+                [a, b, c].into_iter().for_each(|point| *point = rounded(*point));
+            }
         }
         params.side = file.seen.file.map(|grid| PerAxis(grid.cell().size()));
         let level = file.preparation.level.take();
@@ -360,6 +405,7 @@ fn recalled_surface(
     let seen = InspectedMap {
         nodes: PerAxis(recalled.nodes),
         side: PerAxis(recalled.side),
+        is_filled: recalled.is_filled,
         ..InspectedMap::default()
     };
     surface(

@@ -121,8 +121,9 @@ impl Method {
             }
             Method::File => {
                 "A measured surface, read from the file of an instrument. Its keys are applied in this \
-                 order: channel, unit and side, `crop`, `level`, `fill`, `tip_radius` and \
-                 `noise_floor`, `high_pass`, `low_pass`, `resample`, `edges`."
+                 order: channel, unit and side, `crop`, `spikes`, `islands`, `align`, `level` or \
+                 `level_through`, `fill`, `tip_radius` and `noise_floor`, `high_pass`, `low_pass`, \
+                 `resample`, `edges`."
             }
             Method::Yielded => {
                 "Surfaces that keep their plastic depth after a `solve` stage with a `hardness`, \
@@ -221,9 +222,10 @@ impl SurfacePoints {
         match self {
             SurfacePoints::Spectrum(_) => Some(Reads {
                 rows: &[RowKind::PowerSpectra],
-                from: "`measure` stages with `what = \"spectrum\"` or `\"stitched-spectrum\"`, where \
+                from:
+                    "`measure` stages with `what = \"spectrum\"` or `\"stitched-spectrum\"`, where \
                        its method is `spectrum`"
-                    .into(),
+                        .into(),
             }),
             SurfacePoints::Yielded(_) => Some(Reads {
                 rows: &[RowKind::Loads],

@@ -12,8 +12,9 @@ use crate::grids::grid;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::threads::Threads;
+use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{Preparation, Prepared};
+use asperity_contact::topography::preparation::{Preparation, Prepared, Removed};
 use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::reliability::Reliability;
 use asperity_contact::topography::shapes::Shape;
@@ -89,8 +90,8 @@ pub struct MeasuredSurface {
     /// Number or name of the map to read; `None` for the first map of heights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channel: Option<ChannelChoice>,
-    /// Crop, levelling, filling, filters and resampling, all applied before the treatment of the
-    /// edges.
+    /// Crop, repairs, levelling, filling, filters and resampling, all applied before the treatment
+    /// of the edges.
     #[serde(flatten)]
     pub preparation: Preparation,
     /// Properties of the map found when the manifest was checked, for forecasts and messages only.
@@ -107,8 +108,13 @@ pub struct InspectedMap {
     pub side: PerAxis<f64>,
     /// Name and number of the map in the file; `None` if the file could not be read.
     pub channel: Option<ChannelRead>,
-    /// Number of points of the cropped map that were not measured.
+    /// Number of points of the cropped map that were not measured or were removed.
     pub missing: usize,
+    /// Numbers of points that the preparation removed, which are among the missing ones.
+    pub removed: Removed,
+    /// True if missing points are filled, also if the file could not be read and an earlier run
+    /// filled them.
+    pub is_filled: bool,
     /// Number of all points of the cropped map.
     pub points: usize,
     /// Grid of the map in the file; `None` if the file could not be read.
@@ -224,6 +230,18 @@ impl Origin {
         }
     }
 
+    /// Returns whether the surface is a measured map with filled points, or contains one.
+    pub fn has_filled_points(&self) -> bool {
+        match self {
+            Origin::File(file) => file.seen.is_filled,
+            Origin::Pair(pair) => {
+                [&pair.body, &pair.against].iter().any(|params| params.origin.has_filled_points())
+            }
+            Origin::Yielded(yielded) => yielded.body.origin.has_filled_points(),
+            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => false,
+        }
+    }
+
     /// Returns whether the spectrum of the surface is in the table of another task.
     pub fn reads_stage(&self) -> bool {
         matches!(self, Origin::Spectrum { surface, .. } if surface.source.is_stage())
@@ -323,6 +341,37 @@ impl MeasuredSurface {
         let found = self.seen.reliability?;
         let is_kept = !self.preparation.removes_unreliable(&found);
         (is_kept && found.unreliable_share > 0.5).then_some(found)
+    }
+
+    /// Reads the map again and returns a map on the nodes of the prepared surface: 1 at filled
+    /// nodes, 0 at all others. Returns `None` if no node was filled.
+    ///
+    /// # Errors
+    /// As [`MeasuredSurface::read`].
+    pub fn filled_nodes(
+        &self,
+        side: Option<[f64; 2]>,
+        sources: &SurfaceFiles,
+    ) -> Result<Option<Surface>, StageError> {
+        if self.preparation.fill.unwrap_or_default() == Fill::Error {
+            return Ok(None);
+        }
+        let (scan, _) = self.scan(side, sources)?;
+        let filled = self.preparation.filled_nodes(scan, self.edges);
+        let filled = filled
+            .map_err(|source| StageError::Preparation { path: self.path(sources), source })?;
+        Ok(filled.heights().contains(&1.0).then_some(filled))
+    }
+
+    /// Returns the additional memory for the search of spikes and islands and for the alignment of
+    /// lines, in bytes per node.
+    pub fn repair_bytes_per_node(&self) -> f64 {
+        let Preparation { spikes, islands, align, .. } = &self.preparation;
+        match (spikes, islands, align) {
+            (Some(_), _, _) => 48.0,
+            (None, None, None) => 0.0,
+            _ => 24.0,
+        }
     }
 
     /// Returns the path of the file for messages; empty if it is unknown.

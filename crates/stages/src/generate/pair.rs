@@ -100,6 +100,28 @@ impl Pair {
         translated(&against, self.shift.0)
     }
 
+    /// Returns a map with a positive number at each node that is filled on one of the bodies, and 0
+    /// at all other nodes, or `None` if there is no such node. The shift is rounded to whole nodes.
+    ///
+    /// # Errors
+    /// As [`Pair::draw`].
+    pub fn filled_nodes(&self, sources: &SurfaceFiles) -> Result<Option<Surface>, StageError> {
+        let [body, against] =
+            [&self.body, &self.against].map(|params| params.filled_nodes(sources));
+        let moved = against?.map(|mut filled| {
+            if let Some(axis) = self.mirror {
+                filled = reversed(&filled, axis.axis());
+            }
+            let [nodes_x, nodes_y] = filled.grid().nodes().map(|nodes| nodes as f64);
+            let [x, y] = self.shift.0;
+            translated(&filled, [(x * nodes_x).round() / nodes_x, (y * nodes_y).round() / nodes_y])
+        });
+        match (body?, moved) {
+            (Some(body), Some(moved)) => sum(&body, &moved).map(Some).map_err(StageError::Heights),
+            (body, moved) => Ok(body.or(moved)),
+        }
+    }
+
     /// Returns the peak memory of drawing the surfaces one after the other, in bytes per node.
     pub fn bytes_per_node(&self) -> f64 {
         let work = [&self.body, &self.against].map(|params| params.footprint().work);

@@ -7,13 +7,16 @@ use super::*;
 use crate::solve::{self, GivenHardness, PressureUnit};
 use crate::surface_files::ContentHash;
 use asperity_contact::grid::Boundary;
+use asperity_contact::topography::alignment::{Alignment, LineFit};
 use asperity_contact::topography::fill::Fill;
-use asperity_contact::topography::level::Level;
+use asperity_contact::topography::level::{Level, ThreePoints};
+use asperity_contact::topography::outliers::Spikes;
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::{Crop, FoundCutoff, LowPass, Preparation};
 use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::spectrum::{Anisotropy, Spectrum};
+use asperity_contact::topography::surface::Axis;
 
 #[test]
 fn a_surface_is_known_from_its_recipe() {
@@ -41,7 +44,11 @@ fn a_surface_is_known_from_its_recipe() {
         channel: Some(ChannelChoice::Name("2".to_owned())),
         preparation: Preparation {
             crop: Some(Crop { from: [0.1, 0.0], size: [0.25, 1e-7] }),
+            spikes: Some(Spikes { threshold: 8.0, window: 5 }),
+            islands: Some(20),
+            align: Some(Alignment { along: Axis::Y, by: LineFit::Polynomial { degree: 2 } }),
             level: Some(Level::Quadric),
+            level_through: Some(ThreePoints { a: [0.0, 0.1], b: [1e-7, 0.0], c: [0.2, 0.2] }),
             fill: Some(Fill::Harmonic),
             high_pass: Some(0.5),
             low_pass: Some(LowPass::Wavelength(0.1)),

@@ -7,8 +7,7 @@
 //! grows with the square of the distance of the loads. A load has no stiffness if a neighbour is
 //! missing, did not converge, or differs by more than a tenth of the load.
 
-use arrow::array::Array;
-
+use arrow::array::{Array, ArrayRef};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +20,7 @@ use asperity_contact::grid::Grid;
 use asperity_contact::morphology::area::ContactArea;
 use asperity_contact::morphology::clusters::Clusters;
 use asperity_contact::morphology::map::ContactMap;
+use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, flags, integers, optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
@@ -96,6 +96,8 @@ pub struct OptionalColumns {
     pub conductance: Vec<Column>,
     pub adhesion: bool,
     pub stiffness: bool,
+    /// True if a surface has filled nodes.
+    pub filled: bool,
 }
 
 /// Returns the columns of measured contacts, without parameter columns.
@@ -131,6 +133,9 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
         let switches = measures.iter().position(|column| *column == SWITCHES);
         let index = switches.unwrap_or(measures.len());
         measures.splice(index..index, SWITCHES_ALONG_AXES);
+    }
+    if optional.filled {
+        measures.push(FILLED_AREA_SHARE);
     }
     measures
 }
@@ -228,6 +233,34 @@ pub fn measure(
         return Ok(measured);
     }
     Ok(measured.with(conductances(solved, grids, boundary, conduction)?))
+}
+
+/// Returns the share of the contact area on filled nodes under each load. `filled` has positive
+/// numbers at these nodes; it is `None` if the surface has no such nodes.
+///
+/// # Errors
+/// Returns an error if a column is missing or a contact map does not fit its mesh.
+pub fn filled_area_share(
+    solved: &Table,
+    set: NodeSet,
+    filled: Option<&Surface>,
+) -> Result<(Column, ArrayRef), StageError> {
+    let maps = solved.bytes(set.column().name)?;
+    let share = |row: usize| {
+        let Some(filled) = filled else { return Ok(None) };
+        let grid = filled.grid();
+        let map = ContactMap::from_bytes(grid.nodes(), maps.value(row)).map_err(StageError::Map)?;
+        let is_filled = |node: &usize| filled.heights()[*node] > 0.0;
+        let is_in_contact = |node: &usize| {
+            let [i, j] = grid.indices(*node);
+            map.get(i, j)
+        };
+        let both = (0..grid.count()).filter(is_filled).filter(is_in_contact).count();
+        let nodes = map.count();
+        Ok((nodes > 0).then(|| both as f64 / nodes as f64))
+    };
+    let shares = (0..solved.rows()).map(share).collect::<Result<Vec<_>, StageError>>()?;
+    Ok((FILLED_AREA_SHARE, optional_reals(shares)))
 }
 
 /// Computes the stiffness at each load of a block, in units of E* over the longer side.

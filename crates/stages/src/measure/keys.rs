@@ -247,7 +247,8 @@ fn of_loads(
     }
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
         let conduction = conduction(span, surfaces, checks)?;
-        return Some(Params::Contacts { stiffness, set, conduction });
+        let filled = surfaces.filled.is_some();
+        return Some(Params::Contacts { stiffness, set, conduction, filled });
     };
     if stiffness {
         let why = "needs `what = \"contacts\"`";
@@ -342,8 +343,10 @@ fn of_surfaces(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -
     if what == What::StitchedSpectrum {
         return stitched(table, trusted_fraction, surfaces, checks);
     }
-    let why = "for `what = \"stitched-spectrum\"`";
-    checks.forbidden("trusted_fraction", &table.trusted_fraction, why)?;
+    if trusted_fraction != stitched::DEFAULT_FRACTION {
+        let why = "for `what = \"stitched-spectrum\"`";
+        checks.forbidden("trusted_fraction", &table.trusted_fraction, why)?;
+    }
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
         return heights(table, bins, range, surfaces.not_redrawable.as_deref(), checks);
     };

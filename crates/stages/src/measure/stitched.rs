@@ -57,7 +57,7 @@ pub fn measure(
     context: &Context,
 ) -> Result<Table, StageError> {
     let mut spectra = Vec::new();
-    for Input { recipe, table } in inputs {
+    for Input { recipe, table, .. } in inputs {
         if (context.interrupted)() {
             return Err(StageError::Interrupted);
         }

@@ -230,7 +230,7 @@ impl Stage for Params {
     }
 
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
-        let [Input { recipe: Recipe::Generate(drawn), table }] = inputs else {
+        let [Input { recipe: Recipe::Generate(drawn), table, .. }] = inputs else {
             unreachable!("the plan gives one surface to each task")
         };
         let surface = drawn.surface(table, context.sources, context.threads)?;

@@ -146,7 +146,11 @@ fn all_models() -> [Params; 4] {
     let hardness = GivenHardness { pressure: 0.8, unit: PressureUnit::Relative };
     [
         params_with_parts(),
-        Params { hardness: Some(hardness), ..params_with_parts() },
+        Params {
+            hardness: Some(hardness),
+            stiffness: Stiffness::LoadingAndUnloading,
+            ..params_with_parts()
+        },
         Params { boundary: Boundary::Free, flow: false, ..params_with_parts() },
         Params { asperities: Some(Interaction::Explicit), pressures: Pressures::All, ..params() },
     ]

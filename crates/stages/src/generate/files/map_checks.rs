@@ -2,7 +2,7 @@
 
 use std::ops::RangeBounds;
 
-use super::{FileKeys, FileTable, FoundLowPass, WrittenLowPass};
+use super::{FileKeys, FileTable, FoundLowPass, WrittenLowPass, repairs};
 use crate::generate::map_file::MapFile;
 use crate::generate::mesh::{MAX_NODES, MIN_NODES, square_cells};
 use crate::generate::{InspectedMap, PerAxis};
@@ -10,7 +10,9 @@ use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::Level;
 use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{Crop, FoundCutoff, LowPass, Preparation, spread};
+use asperity_contact::topography::preparation::{
+    Crop, FoundCutoff, Levelled, LowPass, Preparation, PreparationError, spread,
+};
 use asperity_contact::topography::surface::Scan;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
@@ -224,6 +226,10 @@ fn missing_side(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<L
 /// Returns the preparation of the map, after the checks that need no map.
 pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation> {
     let crop = crop(table, checks);
+    let spikes = repairs::spikes(table, checks);
+    let islands = checks.optional("islands", &table.islands);
+    let align = repairs::alignment(table, checks);
+    let level_through = repairs::level_through(table, checks);
     let resample = resample(table, checks);
     let high_pass = checks.optional_number("high_pass", &table.high_pass);
     let low_pass = low_pass(table, checks);
@@ -234,7 +240,11 @@ pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation
     let (level, fill) = (table.level.value(), table.fill.value());
     Some(Preparation {
         crop: crop?,
+        spikes: spikes?,
+        islands: islands?.map(|islands| islands.value),
+        align: align?,
         level,
+        level_through: level_through?,
         fill,
         high_pass,
         low_pass,
@@ -332,7 +342,7 @@ fn resample(table: &FileTable, checks: &mut Checks) -> Option<Option<[u32; 2]>> 
     Some(Some(written.value.pair()))
 }
 
-/// Applies `crop` and `level` to a map, checks the result, and returns the properties of the
+/// Applies the steps up to `level` to a map, checks the result, and returns the properties of the
 /// prepared map.
 pub fn inspected(
     keys: &FileKeys,
@@ -340,7 +350,7 @@ pub fn inspected(
     cell: Cell,
     checks: &mut Checks,
 ) -> Option<InspectedMap> {
-    let grid = Grid::new(map.nodes, cell).expect("the file has as many numbers");
+    let of_file = Grid::new(map.nodes, cell).expect("the file has as many numbers");
     let scan = match map.clone().scan(Some(cell.size()), keys.height_scale) {
         Ok(scan) => scan,
         Err(error) => {
@@ -349,27 +359,20 @@ pub fn inspected(
         }
     };
     let before = spread(scan.heights());
-    let crop = keys.table.crop.written();
-    let levelled = match keys.preparation.levelled(scan) {
+    let levelled = match keys.preparation.levelled(scan, keys.edges) {
         Ok(levelled) => levelled,
-        Err(error) => {
-            let message = format!("`crop` is not a part of {:?}: {error}", keys.path.value);
-            let span = crop.map_or(&keys.path.span, |crop| &crop.span).clone();
-            let [x, y] = cell.size().map(decimal::nearest);
-            let problem = Problem::new(message, span, "must lie within the map");
-            let sides = format!("the map has sides of {x:?} and {y:?}");
-            return checks.reject(problem.help(sides));
-        }
+        Err(error) => return checks.reject(not_levelled(keys, cell, &error)),
     };
-    check_nodes(keys, levelled.grid(), checks)?;
+    let (scan, grid) = (&levelled.scan, levelled.scan.grid());
+    check_nodes(keys, grid, checks)?;
     check_holes(keys, &levelled, checks)?;
-    check_heights(keys, &levelled, before, checks)?;
-    check_cutoffs(keys, levelled.grid(), checks)?;
-    check_resampled(keys, levelled.grid(), checks)?;
-    let (nodes, side) = prepared(keys, levelled.grid());
-    let (points, missing) = (levelled.grid().count(), levelled.missing());
+    check_heights(keys, scan, before, checks)?;
+    check_cutoffs(keys, grid, checks)?;
+    check_resampled(keys, grid, checks)?;
+    let (nodes, side) = prepared(keys, grid);
+    let (points, missing, removed) = (grid.count(), scan.missing(), levelled.removed);
     let reliability = if keys.preparation.tests_reliability() {
-        keys.preparation.filled(levelled, keys.edges).ok().and_then(|(_, found)| found)
+        keys.preparation.filled(levelled.scan, keys.edges).ok().and_then(|(_, found)| found)
     } else {
         None
     };
@@ -378,10 +381,33 @@ pub fn inspected(
         side: PerAxis(side),
         channel: Some(map.channel.clone()),
         missing,
+        removed,
+        is_filled: missing > 0,
         points,
-        file: Some(grid),
+        file: Some(of_file),
         reliability,
     })
+}
+
+/// Creates the problem of a crop, or of three points, that do not fit the map.
+fn not_levelled(keys: &FileKeys, cell: Cell, error: &PreparationError) -> Problem {
+    let [x, y] = cell.size().map(decimal::nearest);
+    let sides = format!("the map has sides of {x:?} and {y:?}");
+    let table = keys.table;
+    let (message, span, label) = match error {
+        PreparationError::Crop(error) => (
+            format!("`crop` is not a part of {:?}: {error}", keys.path.value),
+            table.crop.written().map(|crop| &crop.span),
+            "must lie within the map",
+        ),
+        PreparationError::ThreePoints(error) => (
+            format!("`level_through` gives no plane in {:?}: {error}", keys.path.value),
+            table.level_through.written().map(|points| &points.span),
+            "must be three measured points of the map, not on one line",
+        ),
+        other => (format!("cannot prepare {:?}: {other}", keys.path.value), None, "unusable map"),
+    };
+    Problem::new(message, span.unwrap_or(&keys.path.span).clone(), label).help(sides)
 }
 
 /// Reports that a file cannot be used, and how to change the file or the manifest.
@@ -416,8 +442,10 @@ fn check_nodes(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()> {
     refuse(keys, &reason, help, checks)
 }
 
-/// Refuses a map with points that were not measured, unless `fill` names a method for them.
-fn check_holes(keys: &FileKeys, scan: &Scan, checks: &mut Checks) -> Option<()> {
+/// Refuses a map with points that were not measured or were removed, unless `fill` names a method
+/// for them.
+fn check_holes(keys: &FileKeys, levelled: &Levelled, checks: &mut Checks) -> Option<()> {
+    let Levelled { scan, removed } = levelled;
     let (missing, points) = (scan.missing(), scan.grid().count());
     if missing == 0 {
         return Some(());
@@ -430,11 +458,19 @@ fn check_holes(keys: &FileKeys, scan: &Scan, checks: &mut Checks) -> Option<()> 
         return Some(());
     }
     let percentage = 100.0 * missing as f64 / points as f64;
-    let message =
-        format!("{:?} lacks {missing} of {points} points, {percentage:.3} %", keys.path.value);
+    let path = &keys.path.value;
+    let mut message = format!("{path:?} lacks {missing} of {points} points, {percentage:.3} %");
+    let mut label = "some points were not measured";
+    if removed.points() > 0 {
+        let of = [(removed.spikes, "`spikes`"), (removed.islands, "`islands`")];
+        let of = of.into_iter().filter(|(count, _)| *count > 0);
+        let of: Vec<String> = of.map(|(count, key)| format!("{key} removed {count}")).collect();
+        message.push_str(&format!("; {} of them", of.join(" and ")));
+        label = "removed points are missing points";
+    }
     let fill = keys.table.fill.written().map(|fill| &fill.span);
     let span = fill.unwrap_or(&keys.path.span);
-    checks.refuse("fill", message, span, "some points were not measured")
+    checks.refuse("fill", message, span, label)
 }
 
 /// Refuses a map whose heights are flat, or spread over a range that is too small or too large.
