@@ -230,7 +230,9 @@ fn a_path_that_is_stopped_or_killed_continues_with_the_same_bytes() {
         let arguments = ["run", path.to_str().unwrap(), "--checkpoint-every", "0"];
         let mut run = bench.asperity(&arguments).stderr(Stdio::null()).spawn().unwrap();
         // The surface and the first states.
-        let is_table = |path: &&PathBuf| path.starts_with("store") && path.iter().count() > 2;
+        let is_table = |path: &&PathBuf| {
+            path.starts_with("store") && path.extension().is_some_and(|of| of == "parquet")
+        };
         let stored = || bench.files().keys().filter(is_table).count();
         while stored() < 2 && run.try_wait().unwrap().is_none() {
             sleep(Duration::from_millis(5));
