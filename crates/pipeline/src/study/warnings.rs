@@ -73,9 +73,9 @@ struct ShortestWave {
 }
 
 impl ShortestWave {
-    /// Returns the shortest wavelength of a generated surface. Returns `None` for measured surfaces,
-    /// for shapes without waves, and for surfaces that have yielded, whose mesh is that of the
-    /// surfaces before.
+    /// Returns the shortest wavelength of a generated surface. Returns `None` for measured
+    /// surfaces, for shapes without waves, and for surfaces that have yielded, whose mesh is that
+    /// of the surfaces before.
     fn from_params(params: &Params) -> Option<ShortestWave> {
         let grid = params.grid().ok()?;
         let steps = grid.larger_steps();
@@ -413,6 +413,11 @@ fn holes(file: &MeasuredSurface, path: &str) -> Option<String> {
         let (fill, removed) = (fill.name(), file.seen.removed.points());
         let lack = match removed {
             0 => format!("{missing} of {points} points of `{path}` were not measured"),
+            _ if removed == missing => {
+                format!(
+                    "{removed} of {points} points of `{path}` were removed as spikes or islands"
+                )
+            }
             _ => format!(
                 "{} of {points} points of `{path}` were not measured and {removed} were removed as \
                  spikes or islands",
