@@ -172,7 +172,8 @@ def test_errors_of_an_instrument_are_repaired():
     heights = clean.values + np.sin(7.0 * np.arange(64) ** 2)
     aligned = asperity.Topography(heights, size=1.0).align("differences")
     expected = asperity.Topography(clean.values, size=1.0).align("differences")
-    assert np.abs((aligned - expected).values).max() < 1e-12
+    # The mean height stays, so that the maps differ by a constant.
+    assert np.ptp((aligned - expected).values) < 1e-12
     heights = clean.values.copy()
     heights[10, 20] += 1.0
     heights[30:40, 30:40] = float("nan")
