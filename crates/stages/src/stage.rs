@@ -214,7 +214,12 @@ pub trait FinishedRows: Sync {
 /// # Errors
 /// Returns an error if the inputs have columns of the same name with different types.
 pub fn beside_coordinates(own: &[Column], inputs: &[(String, Table)]) -> Result<Table, TableError> {
-    let coordinates = stacked(inputs)?.coordinates();
+    let mut coordinates = stacked(inputs)?.coordinates();
+    // Descriptors of surfaces are coordinates of pairs and of surfaces that have yielded only.
+    for (_, table) in inputs {
+        let more = table.coordinates().without(&coordinates.names());
+        coordinates = coordinates.beside(&more);
+    }
     let names = coordinates.names();
     Ok(coordinates.beside(&Table::empty(own).without(&names)))
 }
