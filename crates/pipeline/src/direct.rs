@@ -21,31 +21,30 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod checks;
 mod loads;
 mod states;
 
 use std::num::NonZeroUsize;
 use std::path::Path;
-use std::sync::Arc;
 
 use toml::Table as Keys;
 
+pub use self::checks::KeyErrors;
+use self::checks::{Checked, CheckedContact, checked, expected_one, placeholder_surface};
 use self::loads::Loads;
 use self::states::States;
-use crate::study::{Study, Work};
+use crate::study::Work;
 use asperity_contact::grid::{Boundary, Grid};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::differences;
 use asperity_contact::topography::moments::Moments;
 use asperity_contact::topography::surface::{Surface, SurfaceError};
-use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::columns::RMS_SLOPE;
 use asperity_stages::generate::Origin;
-use asperity_stages::generate::growth::PlannedSurfaces;
-use asperity_stages::measure::{self, friction};
-use asperity_stages::solve::{self, ListedLoads};
+use asperity_stages::measure::friction;
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::{Recipe, StageError, grids};
+use asperity_stages::{StageError, grids};
 use asperity_tables::column::Value;
 use asperity_tables::table::{Table, TableError};
 
@@ -88,7 +87,7 @@ pub struct Drawn {
 /// Returns an error if a key is invalid, if the keys describe several surfaces, or if a file cannot
 /// be read.
 pub fn draw(keys: &Keys, realization: u32) -> Result<Drawn, DirectError> {
-    let params = surface(keys)?.params.realization(realization);
+    let params = checks::surface(keys)?.params.realization(realization);
     let surface = params.draw(&SurfaceFiles::new(Path::new("")), &Threads::one())?;
     let row = params.described(&surface);
     let rms_slope = row.reals(RMS_SLOPE.name).map_err(of_table)?.value(0);
@@ -103,13 +102,13 @@ pub fn draw(keys: &Keys, realization: u32) -> Result<Drawn, DirectError> {
 /// # Errors
 /// Returns an error if a key is invalid.
 pub fn placed(against: Surface, keys: &Keys) -> Result<Surface, DirectError> {
-    let mut contact = stage("solve", keys);
+    let mut contact = checks::stage("solve", keys);
     contact.insert("from".to_owned(), "surface".into());
     contact.insert("against".to_owned(), "against".into());
     contact.insert("loads".to_owned(), vec![1.0].into());
-    let surface = stage("generate", &placeholder_surface(against.grid()));
+    let surface = checks::stage("generate", &placeholder_surface(against.grid()));
     let stages = vec![("surface", surface.clone()), ("against", surface), ("contact", contact)];
-    let study = study(stages)?;
+    let study = checks::study(stages)?;
     let pairs = study.stages.iter().filter_map(|stage| match &stage.work {
         Work::Generate(surfaces) => Some(surfaces),
         Work::Evaluate(_) => None,
@@ -329,143 +328,6 @@ fn rms_slope(map: &Map) -> f64 {
     moments.rms_slope()
 }
 
-/// Problems with the keys of a stage, each with what to do.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}", .0.join("\n"))]
-pub struct KeyErrors(Vec<String>);
-
-impl From<ManifestErrors> for KeyErrors {
-    fn from(errors: ManifestErrors) -> KeyErrors {
-        KeyErrors(errors.problems().iter().map(ToString::to_string).collect())
-    }
-}
-
-/// Returns the parameters of the single surface that these keys of a `generate` stage describe.
-fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
-    let study = study(vec![("surface", stage("generate", keys))])?;
-    match &study.stages[0].work {
-        Work::Generate(surfaces) => match surfaces.as_slice() {
-            [one] => Ok(one.clone()),
-            several => Err(expected_one(several.len(), "surfaces")),
-        },
-        Work::Evaluate(_) => unreachable!("a `generate` stage makes surfaces"),
-    }
-}
-
-/// Checked keys of a `solve` stage, and of a `measure` stage with `friction` that reads it.
-#[derive(Debug)]
-struct Checked {
-    contact: CheckedContact,
-    friction: Option<friction::Params>,
-    warnings: Vec<String>,
-}
-
-/// Checked parameters of a contact.
-#[derive(Debug)]
-enum CheckedContact {
-    /// Parameters of the branches of a path of loads; a single one without a path.
-    Branches(Vec<Arc<solve::Params>>),
-    /// Parameters of a path with adhesion.
-    Path(Arc<solve::adhesion::Params>),
-}
-
-/// Checks the keys of a `solve` stage for a surface on this grid.
-fn checked(keys: &Keys, grid: Grid) -> Result<Checked, KeyErrors> {
-    let mut contact = stage("solve", keys);
-    contact.insert("from".to_owned(), "surface".into());
-    let slip = contact.remove("friction").map(|friction| {
-        let keys = [("from", "contact".into()), ("friction", friction)];
-        stage("measure", &keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect())
-    });
-    let surface = stage("generate", &placeholder_surface(grid));
-    let stages = [("surface", surface), ("contact", contact)];
-    let study = study(stages.into_iter().chain(slip.map(|slip| ("slip", slip))).collect())?;
-    let recipes = study.stages[1].work.recipes();
-    let contact = match recipes {
-        // `Pressing` solves for pressures of nodes and knows no asperity models.
-        [Recipe::Solve(params), ..] if params.asperities.is_some() => {
-            return Err(KeyErrors(vec![only_in_manifests("method = \"asperities\"")]));
-        }
-        [Recipe::Solve(params), ..] if params.flow => {
-            return Err(KeyErrors(vec![only_in_manifests("flow = true")]));
-        }
-        [Recipe::Adhesion(params)] => CheckedContact::Path(params.clone()),
-        _ => match branches(recipes) {
-            Some(branches) => CheckedContact::Branches(branches),
-            None => return Err(expected_one(recipes.len(), "parameter points")),
-        },
-    };
-    let friction = match study.stages.get(2).map(|slip| slip.work.recipes()) {
-        None => None,
-        Some([Recipe::Measure(measure::Params::Friction(friction))]) => Some(friction.clone()),
-        Some(several) => return Err(expected_one(several.len(), "values of `friction`")),
-    };
-    let warnings = study.coarse_for_adhesion(&study.stages[1]).into_iter().collect();
-    Ok(Checked { contact, friction, warnings })
-}
-
-/// Returns the branches of a path, or the only contact. Returns `None` if the recipes are several
-/// parameter points.
-fn branches(recipes: &[Recipe]) -> Option<Vec<Arc<solve::Params>>> {
-    let branches = recipes.iter().map(|recipe| match recipe {
-        Recipe::Solve(params) => Some(params.clone()),
-        _ => None,
-    });
-    let branches = branches.collect::<Option<Vec<_>>>()?;
-    let of_point = |branch: &solve::Params| {
-        let (loads, listed) = (Vec::new(), ListedLoads::default());
-        solve::Params { branch: None, loads, listed, ..branch.clone() }
-    };
-    let first = branches.first()?;
-    let is_path = first.branch.is_some();
-    let are_one = branches.iter().all(|branch| of_point(branch) == of_point(first));
-    (branches.len() == 1 || is_path && are_one).then_some(branches)
-}
-
-/// Returns the keys of a surface with the spacing of `grid`, which the check of a `solve` stage
-/// requires. The rms slope of this surface is unknown until the surface is generated. The mesh of
-/// an adhesive contact is therefore checked, but no check depends on the heights.
-fn placeholder_surface(grid: Grid) -> Keys {
-    const NODES: u8 = 16;
-    let [along_x, along_y] = grid.spacing();
-    let keys = [
-        ("method", toml::Value::from("wave")),
-        ("nodes", NODES.into()),
-        ("side", (f64::from(NODES) * along_x.max(along_y)).into()),
-        ("amplitude", 1.0.into()),
-    ];
-    keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
-}
-
-/// Returns the keys of a stage with its kind added.
-fn stage(kind: &str, keys: &Keys) -> Keys {
-    let mut table = keys.clone();
-    table.insert("kind".to_owned(), kind.into());
-    table
-}
-
-fn study(stages: Vec<(&str, Keys)>) -> Result<Study, KeyErrors> {
-    let named = stages.into_iter();
-    let named = named.map(|(name, table)| (name.to_owned(), toml::Value::from(table)));
-    let name = Keys::from_iter([("name".to_owned(), toml::Value::from("direct"))]);
-    let manifest = Keys::from_iter([
-        ("study".to_owned(), toml::Value::from(name)),
-        ("stage".to_owned(), toml::Value::from(Keys::from_iter(named))),
-    ]);
-    let text = toml::to_string(&manifest).expect("a table of TOML can be written");
-    Ok(Study::parse(&text, "keys", Path::new(""), crate::study::no_claims)?)
-}
-
-fn only_in_manifests(key: &str) -> String {
-    format!("`{key}` is available only in a stage of a manifest; write a manifest and run it")
-}
-
-fn expected_one(found: usize, what: &str) -> KeyErrors {
-    KeyErrors(vec![format!(
-        "the keys describe {found} {what}, but exactly one is expected; only manifests sweep lists"
-    )])
-}
-
 #[cfg(test)]
 mod tests {
 
@@ -553,7 +415,7 @@ mod tests {
     #[test]
     fn an_interrupted_state_of_a_path_is_solved_again_from_the_state_before() {
         let whole = pressed(PATH).table().unwrap();
-        let mut pressing = Pressing::new(wave(), &table(PATH)).unwrap();
+        let mut pressing = Pressing::new(wave(), &PATH.parse().unwrap()).unwrap();
         for iterations in [0, 3, 5] {
             let calls = std::cell::Cell::new(0);
             let interrupted = || calls.replace(calls.get() + 1) >= iterations;
@@ -561,18 +423,6 @@ mod tests {
         }
         while pressing.press(&|| false).unwrap() {}
         assert_eq!(pressing.table().unwrap(), whole);
-    }
-
-    #[test]
-    fn the_mesh_of_the_surface_and_not_another_is_checked_for_adhesion() {
-        let rho =
-            |range: f64| format!("adhesion = {{ work = 3e-4, range = {range} }}\nloads = [0.1]");
-        // Δx w/(E* ρ²) = 1/32 · 3e-4/ρ².
-        assert!(checked(&rho(0.006)).unwrap().warnings.is_empty());
-        let warnings = checked(&rho(0.005)).unwrap().warnings;
-        assert!(warnings[0].contains("Δx w/(E* ρ²) = 0.37"), "{warnings:?}");
-        let message = checked(&rho(0.002)).unwrap_err().to_string();
-        assert!(message.contains("too coarse for the adhesion"), "{message}");
     }
 
     #[test]
@@ -584,58 +434,6 @@ mod tests {
         assert!(Pressing::new(map, &keys).is_ok());
     }
 
-    fn table(text: &str) -> Keys {
-        text.parse().unwrap()
-    }
-
-    /// Checks the keys of a `solve` stage for the wave of the other tests.
-    fn checked(text: &str) -> Result<Checked, KeyErrors> {
-        super::checked(&table(text), wave().surface.grid())
-    }
-
-    #[test]
-    fn what_is_wrong_with_keys_is_told_as_in_a_manifest() {
-        let keys = table("nodes = 64\nhurst = 1.7\nk_lower = 2\nk_upper = 16");
-        let message = surface(&keys).unwrap_err().to_string();
-        assert!(message.contains("`hurst`") && message.contains("1.7"), "{message}");
-        let message = checked("loads = [0.1, -0.2]").unwrap_err().to_string();
-        assert!(message.contains("`loads`") && message.contains("-0.2"), "{message}");
-    }
-
-    #[test]
-    fn several_points_are_not_one() {
-        let keys = table("nodes = 64\nhurst = [0.7, 0.8]\nk_lower = 2\nk_upper = 16");
-        let message = surface(&keys).unwrap_err().to_string();
-        assert!(message.contains("2 surfaces"), "{message}");
-    }
-
-    #[test]
-    fn asperities_are_not_pressed_as_if_every_node_were_solved() {
-        let keys = "loads = [0.1]\nmethod = \"asperities\"";
-        let message = checked(keys).unwrap_err().to_string();
-        assert!(message.contains("`method = \"asperities\"`"), "{message}");
-    }
-
-    #[test]
-    fn a_hardness_in_either_unit_is_held_against_no_slope() {
-        let checked = checked("loads = [0.1]\nhardness = 1e-9").unwrap();
-        let CheckedContact::Branches(branches) = &checked.contact else { panic!("loads") };
-        assert!(branches.len() == 1 && branches[0].hardness.is_some());
-    }
-
-    #[test]
-    fn branches_of_a_path_are_one_contact_and_swept_values_are_several() {
-        let keys = "loads = [0.1, 0.2, 0.1]\nhardness = 0.5\npath = \"as-given\"";
-        let CheckedContact::Branches(branches) = checked(keys).unwrap().contact else {
-            panic!("loads")
-        };
-        assert_eq!(branches.len(), 2);
-        for keys in [&keys.replace("0.5", "[0.5, 0.6]"), "loads = [0.1]\nhardness = [0.5, 0.6]"] {
-            let message = checked(keys).unwrap_err().to_string();
-            assert!(message.contains("parameter points"), "{message}");
-        }
-    }
-
     #[test]
     fn the_second_surface_is_mirrored_and_shifted_by_whole_nodes() {
         let keys = "method = \"wave-sum\"\nnodes = 8\namplitude = 0.1".parse().unwrap();
@@ -644,12 +442,14 @@ mod tests {
         // The heights differ at all nodes.
         let heights = heights.map(|(node, height)| height + node as f64);
         let surface = Surface::new(wave.grid(), heights.collect()).unwrap();
-        let placed = placed(surface.clone(), &table("shift = [0.25, 0]\nmirror = \"y\"")).unwrap();
+        let placed =
+            placed(surface.clone(), &"shift = [0.25, 0]\nmirror = \"y\"".parse().unwrap()).unwrap();
         for (node, height) in placed.heights().iter().enumerate() {
             let source = (node + 64 - 16) % 64 / 8 * 8 + (7 - node % 8);
             assert!((height - surface.heights()[source]).abs() < 1e-12);
         }
-        let message = super::placed(surface, &table("shift = [2, 0]")).unwrap_err().to_string();
+        let message =
+            super::placed(surface, &"shift = [2, 0]".parse().unwrap()).unwrap_err().to_string();
         assert!(message.contains("`shift`"), "{message}");
     }
 }

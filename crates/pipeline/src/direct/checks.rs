@@ -1,0 +1,222 @@
+//! Checks of the keys of single stages, as in a manifest.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use toml::Table as Keys;
+
+use crate::study::{Study, Work};
+use asperity_contact::grid::Grid;
+use asperity_manifest::diagnostics::ManifestErrors;
+use asperity_stages::Recipe;
+use asperity_stages::generate::growth::PlannedSurfaces;
+use asperity_stages::measure::{self, friction};
+use asperity_stages::solve::{self, ListedLoads};
+
+/// Problems with the keys of a stage, each with what to do.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}", .0.join("\n"))]
+pub struct KeyErrors(Vec<String>);
+
+impl From<ManifestErrors> for KeyErrors {
+    fn from(errors: ManifestErrors) -> KeyErrors {
+        KeyErrors(errors.problems().iter().map(ToString::to_string).collect())
+    }
+}
+
+/// Returns the parameters of the single surface that these keys of a `generate` stage describe.
+pub fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
+    let study = study(vec![("surface", stage("generate", keys))])?;
+    match &study.stages[0].work {
+        Work::Generate(surfaces) => match surfaces.as_slice() {
+            [one] => Ok(one.clone()),
+            several => Err(expected_one(several.len(), "surfaces")),
+        },
+        Work::Evaluate(_) => unreachable!("a `generate` stage makes surfaces"),
+    }
+}
+
+/// Checked keys of a `solve` stage, and of a `measure` stage with `friction` that reads it.
+#[derive(Debug)]
+pub struct Checked {
+    pub contact: CheckedContact,
+    pub friction: Option<friction::Params>,
+    pub warnings: Vec<String>,
+}
+
+/// Checked parameters of a contact.
+#[derive(Debug)]
+pub enum CheckedContact {
+    /// Parameters of the branches of a path of loads; a single one without a path.
+    Branches(Vec<Arc<solve::Params>>),
+    /// Parameters of a path with adhesion.
+    Path(Arc<solve::adhesion::Params>),
+}
+
+/// Checks the keys of a `solve` stage for a surface on this grid.
+pub fn checked(keys: &Keys, grid: Grid) -> Result<Checked, KeyErrors> {
+    let mut contact = stage("solve", keys);
+    contact.insert("from".to_owned(), "surface".into());
+    let slip = contact.remove("friction").map(|friction| {
+        let keys = [("from", "contact".into()), ("friction", friction)];
+        stage("measure", &keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect())
+    });
+    let surface = stage("generate", &placeholder_surface(grid));
+    let stages = [("surface", surface), ("contact", contact)];
+    let study = study(stages.into_iter().chain(slip.map(|slip| ("slip", slip))).collect())?;
+    let recipes = study.stages[1].work.recipes();
+    let contact = match recipes {
+        // `Pressing` solves for pressures of nodes and knows no asperity models.
+        [Recipe::Solve(params), ..] if params.asperities.is_some() => {
+            return Err(KeyErrors(vec![only_in_manifests("method = \"asperities\"")]));
+        }
+        [Recipe::Solve(params), ..] if params.flow => {
+            return Err(KeyErrors(vec![only_in_manifests("flow = true")]));
+        }
+        [Recipe::Adhesion(params)] => CheckedContact::Path(params.clone()),
+        _ => match branches(recipes) {
+            Some(branches) => CheckedContact::Branches(branches),
+            None => return Err(expected_one(recipes.len(), "parameter points")),
+        },
+    };
+    let friction = match study.stages.get(2).map(|slip| slip.work.recipes()) {
+        None => None,
+        Some([Recipe::Measure(measure::Params::Friction(friction))]) => Some(friction.clone()),
+        Some(several) => return Err(expected_one(several.len(), "values of `friction`")),
+    };
+    let warnings = study.coarse_for_adhesion(&study.stages[1]).into_iter().collect();
+    Ok(Checked { contact, friction, warnings })
+}
+
+/// Returns the branches of a path, or the only contact. Returns `None` if the recipes are several
+/// parameter points.
+fn branches(recipes: &[Recipe]) -> Option<Vec<Arc<solve::Params>>> {
+    let branches = recipes.iter().map(|recipe| match recipe {
+        Recipe::Solve(params) => Some(params.clone()),
+        _ => None,
+    });
+    let branches = branches.collect::<Option<Vec<_>>>()?;
+    let of_point = |branch: &solve::Params| {
+        let (loads, listed) = (Vec::new(), ListedLoads::default());
+        solve::Params { branch: None, loads, listed, ..branch.clone() }
+    };
+    let first = branches.first()?;
+    let is_path = first.branch.is_some();
+    let are_one = branches.iter().all(|branch| of_point(branch) == of_point(first));
+    (branches.len() == 1 || is_path && are_one).then_some(branches)
+}
+
+/// Returns the keys of a surface with the spacing of `grid`, which the check of a `solve` stage
+/// requires. The rms slope of this surface is unknown until the surface is generated. The mesh of
+/// an adhesive contact is therefore checked, but no check depends on the heights.
+pub fn placeholder_surface(grid: Grid) -> Keys {
+    const NODES: u8 = 16;
+    let [along_x, along_y] = grid.spacing();
+    let keys = [
+        ("method", toml::Value::from("wave")),
+        ("nodes", NODES.into()),
+        ("side", (f64::from(NODES) * along_x.max(along_y)).into()),
+        ("amplitude", 1.0.into()),
+    ];
+    keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
+}
+
+/// Returns the keys of a stage with its kind added.
+pub fn stage(kind: &str, keys: &Keys) -> Keys {
+    let mut table = keys.clone();
+    table.insert("kind".to_owned(), kind.into());
+    table
+}
+
+/// Returns the study of these stages, if their keys are valid.
+pub fn study(stages: Vec<(&str, Keys)>) -> Result<Study, KeyErrors> {
+    let named = stages.into_iter();
+    let named = named.map(|(name, table)| (name.to_owned(), toml::Value::from(table)));
+    let name = Keys::from_iter([("name".to_owned(), toml::Value::from("direct"))]);
+    let manifest = Keys::from_iter([
+        ("study".to_owned(), toml::Value::from(name)),
+        ("stage".to_owned(), toml::Value::from(Keys::from_iter(named))),
+    ]);
+    let text = toml::to_string(&manifest).expect("a table of TOML can be written");
+    Ok(Study::parse(&text, "keys", Path::new(""), crate::study::no_claims)?)
+}
+
+fn only_in_manifests(key: &str) -> String {
+    format!("`{key}` is available only in a stage of a manifest; write a manifest and run it")
+}
+
+/// Returns the error that the keys describe several things instead of one.
+pub fn expected_one(found: usize, what: &str) -> KeyErrors {
+    KeyErrors(vec![format!(
+        "the keys describe {found} {what}, but exactly one is expected; only manifests sweep lists"
+    )])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Keys {
+        text.parse().unwrap()
+    }
+
+    /// Checks the keys of a `solve` stage for a mesh of 64 × 64 nodes.
+    fn checked(text: &str) -> Result<Checked, KeyErrors> {
+        super::checked(&table(text), Grid::square(64, 2.0).unwrap())
+    }
+
+    #[test]
+    fn what_is_wrong_with_keys_is_told_as_in_a_manifest() {
+        let keys = table("nodes = 64\nhurst = 1.7\nk_lower = 2\nk_upper = 16");
+        let message = surface(&keys).unwrap_err().to_string();
+        assert!(message.contains("`hurst`") && message.contains("1.7"), "{message}");
+        let message = checked("loads = [0.1, -0.2]").unwrap_err().to_string();
+        assert!(message.contains("`loads`") && message.contains("-0.2"), "{message}");
+    }
+
+    #[test]
+    fn several_points_are_not_one() {
+        let keys = table("nodes = 64\nhurst = [0.7, 0.8]\nk_lower = 2\nk_upper = 16");
+        let message = surface(&keys).unwrap_err().to_string();
+        assert!(message.contains("2 surfaces"), "{message}");
+    }
+
+    #[test]
+    fn asperities_are_not_pressed_as_if_every_node_were_solved() {
+        let keys = "loads = [0.1]\nmethod = \"asperities\"";
+        let message = checked(keys).unwrap_err().to_string();
+        assert!(message.contains("`method = \"asperities\"`"), "{message}");
+    }
+
+    #[test]
+    fn a_hardness_in_either_unit_is_held_against_no_slope() {
+        let checked = checked("loads = [0.1]\nhardness = 1e-9").unwrap();
+        let CheckedContact::Branches(branches) = &checked.contact else { panic!("loads") };
+        assert!(branches.len() == 1 && branches[0].hardness.is_some());
+    }
+
+    #[test]
+    fn branches_of_a_path_are_one_contact_and_swept_values_are_several() {
+        let keys = "loads = [0.1, 0.2, 0.1]\nhardness = 0.5\npath = \"as-given\"";
+        let CheckedContact::Branches(branches) = checked(keys).unwrap().contact else {
+            panic!("loads")
+        };
+        assert_eq!(branches.len(), 2);
+        for keys in [&keys.replace("0.5", "[0.5, 0.6]"), "loads = [0.1]\nhardness = [0.5, 0.6]"] {
+            let message = checked(keys).unwrap_err().to_string();
+            assert!(message.contains("parameter points"), "{message}");
+        }
+    }
+
+    #[test]
+    fn the_mesh_of_the_surface_and_not_another_is_checked_for_adhesion() {
+        let rho =
+            |range: f64| format!("adhesion = {{ work = 3e-4, range = {range} }}\nloads = [0.1]");
+        // Δx w/(E* ρ²) = 1/32 · 3e-4/ρ².
+        assert!(checked(&rho(0.006)).unwrap().warnings.is_empty());
+        let warnings = checked(&rho(0.005)).unwrap().warnings;
+        assert!(warnings[0].contains("Δx w/(E* ρ²) = 0.37"), "{warnings:?}");
+        let message = checked(&rho(0.002)).unwrap_err().to_string();
+        assert!(message.contains("too coarse for the adhesion"), "{message}");
+    }
+}
