@@ -33,7 +33,7 @@ use super::level::{Level, ThreePoints, ThreePointsError};
 use super::outliers::{Spikes, islands};
 use super::periodic::{Edges, mirror, resampled};
 use super::reliability::{Reliability, Tip};
-use super::surface::{MissingPoints, Scan, Surface, Window};
+use super::surface::{Axis, MissingPoints, Scan, Surface, Window};
 use crate::grid::{Boundary, Grid};
 
 /// Steps that turn a measured map into a surface. Steps that are `None` are skipped.
@@ -212,7 +212,8 @@ impl Preparation {
         levelled: Scan,
         edges: Edges,
     ) -> Result<(Surface, Option<Reliability>), MissingPoints> {
-        let tip = self.tip_radius.and_then(|radius| Tip { radius }.cutoff(&levelled));
+        let lines = self.align.map_or(Axis::X, |align| align.along);
+        let tip = self.tip_radius.and_then(|radius| Tip { radius }.cutoff(&levelled, lines));
         let is_periodic = edges == Edges::Periodic;
         let surface = self.fill.unwrap_or_default().fill(levelled, is_periodic)?;
         let reliability = self.tests_reliability().then(|| {

@@ -17,7 +17,7 @@ use std::f64::consts::{LN_2, SQRT_2, TAU};
 use super::differences;
 use super::moments::Moments;
 use super::power_spectrum::for_each_mode;
-use super::surface::{Scan, Surface};
+use super::surface::{Axis, Scan, Surface};
 use crate::grid::{Boundary, Grid};
 
 /// Largest curvature of a peak that counts as resolved, in units of 1/R.
@@ -51,16 +51,21 @@ pub struct Reliability {
 impl Reliability {
     /// Determines the shortest reliable wavelength of a complete map.
     ///
-    /// `tip` is the cutoff of the tip, see [`Tip::cutoff`]. With `has_noise`, the noise of the map
-    /// is analysed, too.
+    /// `tip` is the cutoff of the tip, see [`Tip::cutoff`]. With `analyses_noise`, the noise of the
+    /// map is analysed, too.
     ///
     /// Slopes are those of [`Moments`] for a periodic map, and those of [`differences::moments`]
     /// otherwise. The share is computed from the power spectral density, which for a map that is
     /// not periodic is that of the map multiplied by a Hann window.
-    pub fn new(surface: &Surface, boundary: Boundary, tip: Option<f64>, has_noise: bool) -> Self {
+    pub fn new(
+        surface: &Surface,
+        boundary: Boundary,
+        tip: Option<f64>,
+        analyses_noise: bool,
+    ) -> Self {
         let grid = surface.grid();
         let modes = modes(surface, boundary);
-        let noise = if has_noise { NoiseFloor::from_modes(&modes, grid) } else { None };
+        let noise = if analyses_noise { NoiseFloor::from_modes(&modes, grid) } else { None };
         let cutoffs = [tip, noise.map(|noise| noise.wavelength)].into_iter().flatten();
         let wavelength = cutoffs.fold(TAU / nyquist(grid), f64::max);
         let largest = TAU / wavelength * (1.0 + 1e-9);
@@ -91,37 +96,37 @@ pub struct Tip {
 impl Tip {
     /// Returns the length of the stencil below which the peaks of a map are too sharp for the tip.
     ///
-    /// The second derivative along x at the scale ℓ is (h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ², and the
-    /// stencil has the length λ = 2ℓ. The cutoff is the λ at which the most negative second
-    /// derivative of the map is −[`SAFETY_FACTOR`]/R. Between the nodes, heights are interpolated
-    /// linearly. Stencils with a missing point do not count.
+    /// The second derivative along the scan lines at the scale ℓ is
+    /// (h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ², and the stencil has the length λ = 2ℓ. The cutoff is the
+    /// λ at which the most negative second derivative of the map is −[`SAFETY_FACTOR`]/R. Between
+    /// the nodes, heights are interpolated linearly. Stencils with a missing point do not count.
     ///
     /// The result is `None` if even the smallest stencil satisfies the condition, and the side
-    /// along x if not even the largest one does. In files of instruments, x is the direction of
-    /// the scan lines. Heights of neighbouring lines often differ by more than the roughness, so
-    /// the curvature along y says nothing about the tip.
+    /// along the scan lines if not even the largest one does. Heights of neighbouring lines often
+    /// differ by more than the roughness, so the curvature across them says nothing about the tip.
     ///
     /// ```
     /// use asperity_contact::grid::Grid;
     /// use asperity_contact::topography::reliability::Tip;
     /// use asperity_contact::topography::shapes::Shape;
+    /// use asperity_contact::topography::surface::Axis;
     ///
     /// // The curvature of a paraboloid is 1/R at every scale.
     /// let dome = Shape::Paraboloid { radius: 0.25 }.draw(Grid::square(16, 1.0)?);
-    /// assert_eq!(Tip { radius: 0.12 }.cutoff(&dome.clone().into()), None);
-    /// assert_eq!(Tip { radius: 0.13 }.cutoff(&dome.into()), Some(1.0));
+    /// assert_eq!(Tip { radius: 0.12 }.cutoff(&dome.clone().into(), Axis::X), None);
+    /// assert_eq!(Tip { radius: 0.13 }.cutoff(&dome.into(), Axis::X), Some(1.0));
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
-    pub fn cutoff(self, map: &Scan) -> Option<f64> {
-        let (nodes, step) = (map.grid().nodes()[0], map.grid().spacing()[0]);
+    pub fn cutoff(self, map: &Scan, lines: Axis) -> Option<f64> {
+        let (nodes, step) = (lines.select(map.grid().nodes()), lines.select(map.grid().spacing()));
         let limit = SAFETY_FACTOR / self.radius;
-        let is_too_sharp = |steps: f64| peak_curvature(map, steps) > limit;
+        let is_too_sharp = |steps: f64| peak_curvature(map, lines, steps) > limit;
         let longest = (nodes.saturating_sub(1) / 2) as f64;
         if longest < 1.0 || !is_too_sharp(1.0) {
             return None;
         }
         if is_too_sharp(longest) {
-            return Some(map.grid().cell().size()[0]);
+            return Some(lines.select(map.grid().cell().size()));
         }
         let (mut sharp, mut blunt) = (1.0, longest);
         while blunt - sharp > ACCURACY * blunt {
@@ -136,24 +141,29 @@ impl Tip {
     }
 }
 
-/// Returns the largest negative second derivative along x over a distance of `steps` grid spacings,
-/// as a positive number.
-fn peak_curvature(map: &Scan, steps: f64) -> f64 {
+/// Returns the largest negative second derivative along the scan lines over a distance of `steps`
+/// grid spacings, as a positive number.
+fn peak_curvature(map: &Scan, lines: Axis, steps: f64) -> f64 {
     let [nodes_x, nodes_y] = map.grid().nodes();
-    let row = |i: usize| &map.heights()[i * nodes_y..][..nodes_y];
+    let (count, others, along, across) = match lines {
+        Axis::X => (nodes_x, nodes_y, nodes_y, 1),
+        Axis::Y => (nodes_y, nodes_x, 1, nodes_y),
+    };
     let (inner, outer) = (steps.floor() as usize, steps.ceil() as usize);
     let part = steps - steps.floor();
+    let heights = map.heights();
     let mut least = f64::INFINITY;
-    for i in outer..nodes_x - outer {
-        let before = row(i - inner).iter().zip(row(i - outer));
-        let after = row(i + inner).iter().zip(row(i + outer));
-        for ((height, before), after) in row(i).iter().zip(before).zip(after) {
-            let between = |(near, far): (&f64, &f64)| near + part * (far - near);
+    for i in outer..count - outer {
+        for j in 0..others {
+            let height = |i: usize| heights[i * along + j * across];
+            let between = |near: f64, far: f64| near + part * (far - near);
+            let before = between(height(i - inner), height(i - outer));
+            let after = between(height(i + inner), height(i + outer));
             // The minimum ignores NaN, the result of a stencil with a missing point.
-            least = least.min(between(before) + between(after) - 2.0 * height);
+            least = least.min(before + after - 2.0 * height(i));
         }
     }
-    let distance = steps * map.grid().spacing()[0];
+    let distance = steps * lines.select(map.grid().spacing());
     -least / (distance * distance)
 }
 
@@ -306,28 +316,29 @@ mod tests {
         let sine = (PI * distance / wavelength).sin();
         let curvature = 4.0 * amplitude * sine * sine / (distance * distance);
         let tip = Tip { radius: SAFETY_FACTOR / curvature };
-        let found = tip.cutoff(&wave.into()).unwrap();
+        let found = tip.cutoff(&wave.into(), Axis::X).unwrap();
         assert!((found / (2.0 * distance) - 1.0).abs() < 1e-3, "{found}");
     }
 
     #[test]
     fn valleys_and_steps_between_lines_do_not_limit_a_tip() {
         let valley = scan([9, 6], [1.0, 1.0], |x, _| 10.0 * (x - 0.4).abs(), |_, _| false);
-        assert_eq!(Tip { radius: 0.1 }.cutoff(&valley), None);
+        assert_eq!(Tip { radius: 0.1 }.cutoff(&valley, Axis::X), None);
         let peak = scan([9, 6], [1.0, 1.0], |x, _| -10.0 * (x - 0.4).abs(), |_, _| false);
-        assert!(Tip { radius: 0.1 }.cutoff(&peak).is_some());
+        assert!(Tip { radius: 0.1 }.cutoff(&peak, Axis::X).is_some());
         let lines = scan([9, 6], [1.0, 1.0], |_, y| 1e3 * (40.0 * y).sin(), |_, _| false);
-        assert_eq!(Tip { radius: 0.1 }.cutoff(&lines), None);
+        assert_eq!(Tip { radius: 0.1 }.cutoff(&lines, Axis::X), None);
+        assert!(Tip { radius: 0.1 }.cutoff(&lines, Axis::Y).is_some());
     }
 
     #[test]
     fn stencils_with_a_missing_point_do_not_count() {
         let height = |x: f64, _: f64| if (x - 0.5).abs() < 0.01 { 1.0 } else { 0.0 };
         let tip = Tip { radius: 0.1 };
-        assert!(tip.cutoff(&scan([10, 4], [1.0, 1.0], height, |_, _| false)).is_some());
+        assert!(tip.cutoff(&scan([10, 4], [1.0, 1.0], height, |_, _| false), Axis::X).is_some());
         let without_peak = scan([10, 4], [1.0, 1.0], height, |i, _| i == 5);
-        assert_eq!(tip.cutoff(&without_peak), None);
-        assert_eq!(tip.cutoff(&scan([10, 4], [1.0, 1.0], height, |_, _| true)), None);
+        assert_eq!(tip.cutoff(&without_peak, Axis::X), None);
+        assert_eq!(tip.cutoff(&scan([10, 4], [1.0, 1.0], height, |_, _| true), Axis::X), None);
     }
 
     /// Returns a periodic surface with the density (q/q₀)^(−exponent), where q₀ is 2π/`crossover`,

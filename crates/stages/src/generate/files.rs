@@ -24,6 +24,7 @@ use crate::surface_files::{ContentHash, RecordedFile, SurfaceFileError, SurfaceF
 use asperity_contact::topography::alignment::MAX_DEGREE;
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::{Level, ThreePoints};
+use asperity_contact::topography::outliers::MAX_WINDOW;
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::Preparation;
 use asperity_contact::topography::surface::Axis;
@@ -77,7 +78,7 @@ pub struct FileTable {
     pub spikes: Key<f64>,
     /// Odd number of points along each side of the window of neighbours for `spikes`. It must be
     /// at least twice as wide as a spike.
-    #[schemars(range(min = 3, max = 31), extend("default" = 5), transform = swept)]
+    #[schemars(range(min = 3, max = MAX_WINDOW), extend("default" = 5), transform = swept)]
     pub spike_window: Key<u32>,
     /// Maximum number of points of an island, a group of measured points that missing points
     /// surround. Its points become missing points. By default no islands are removed.
@@ -112,7 +113,8 @@ pub struct FileTable {
     pub fill: Key<Fill>,
     /// Radius of the tip of the scanning probe, in the unit of `side`. The table then has the
     /// wavelength below which the peaks of the map are sharper than the tip could follow, and the
-    /// rms slope of the longer waves. By default the tip is not considered.
+    /// rms slope of the longer waves. Peaks are compared along the scan lines: along `align_along`,
+    /// or along x without `align`. By default the tip is not considered.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
     pub tip_radius: Key<f64>,
     /// `true` searches the spectrum of the map for white noise. The table then has the rms height

@@ -148,10 +148,11 @@ fn spectrum(surface: &Surface, origin: &Origin, boundary: Boundary) -> (usize, M
 /// Returns the number of independent real amplitudes per mode of a surface.
 pub fn independent_fraction(origin: &Origin) -> f64 {
     match origin {
-        Origin::File(file) if file.edges == Edges::Open => power_spectrum::INDEPENDENT_FRACTION,
         // The modes of a mirrored map are real, and modes that are reflections of each other are
         // equal.
         Origin::File(file) if file.edges == Edges::Mirror => 0.25,
+        Origin::Yielded(yielded) => independent_fraction(&yielded.body.origin),
+        origin if origin.is_open() => power_spectrum::INDEPENDENT_FRACTION,
         _ => 1.0,
     }
 }

@@ -13,6 +13,7 @@ use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::{
     Crop, FoundCutoff, Levelled, LowPass, Preparation, PreparationError, spread,
 };
+use asperity_contact::topography::reliability::Reliability;
 use asperity_contact::topography::surface::Scan;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
@@ -342,8 +343,8 @@ fn resample(table: &FileTable, checks: &mut Checks) -> Option<Option<[u32; 2]>> 
     Some(Some(written.value.pair()))
 }
 
-/// Applies the steps up to `level` to a map, checks the result, and returns the properties of the
-/// prepared map.
+/// Applies the steps up to `level` to a map, checks the result, determines the reliable wavelength
+/// if the manifest asks for it, and returns the properties of the prepared map.
 pub fn inspected(
     keys: &FileKeys,
     map: &MapFile,
@@ -372,10 +373,12 @@ pub fn inspected(
     let (nodes, side) = prepared(keys, grid);
     let (points, missing, removed) = (grid.count(), scan.missing(), levelled.removed);
     let reliability = if keys.preparation.tests_reliability() {
-        keys.preparation.filled(levelled.scan, keys.edges).ok().and_then(|(_, found)| found)
+        let filled = keys.preparation.filled(levelled.scan, keys.edges);
+        filled.expect("missing points were checked").1
     } else {
         None
     };
+    check_reliable_band(keys, grid, reliability.as_ref(), checks)?;
     Some(InspectedMap {
         nodes: PerAxis(nodes),
         side: PerAxis(side),
@@ -387,6 +390,35 @@ pub fn inspected(
         file: Some(of_file),
         reliability,
     })
+}
+
+/// Refuses `low_pass = "reliable"` if it leaves no waves of the map.
+fn check_reliable_band(
+    keys: &FileKeys,
+    grid: Grid,
+    reliability: Option<&Reliability>,
+    checks: &mut Checks,
+) -> Option<()> {
+    let Preparation { low_pass, high_pass, .. } = keys.preparation;
+    let written = keys.table.low_pass.written();
+    let is_reliable = matches!(low_pass, Some(LowPass::Found(FoundCutoff::Reliable)));
+    let Some((found, written)) = reliability.zip(written).filter(|_| is_reliable) else {
+        return Some(());
+    };
+    let (longest, of) = match high_pass {
+        Some(cutoff) => (cutoff, "`high_pass`"),
+        None => (grid.cell().longer_side(), "the longer side of the map"),
+    };
+    if found.wavelength < longest {
+        return Some(());
+    }
+    let [reliable, longest] = [found.wavelength, longest].map(decimal::nearest);
+    let message = format!(
+        "the shortest reliable wavelength of {:?} is {reliable:?}, and {of} is {longest:?}",
+        keys.path.value
+    );
+    let problem = Problem::new(message, written.span.clone(), "leaves no waves of the map");
+    checks.reject(problem.help("check `tip_radius`, raise `high_pass`, or give a wavelength"))
 }
 
 /// Creates the problem of a crop, or of three points, that do not fit the map.
