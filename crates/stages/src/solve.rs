@@ -212,6 +212,16 @@ impl Params {
         self.pressure_unit.filter(|_| self.load_unit == PressureUnit::Absolute)
     }
 
+    /// Returns whether both are the same contact but for their loads: parts of one path, or blocks
+    /// of one list of loads.
+    pub fn is_same_contact(&self, other: &Params) -> bool {
+        let of_contact = |params: &Params| {
+            let (loads, listed) = (Vec::new(), ListedLoads::default());
+            Params { branch: None, loads, listed, ..params.clone() }
+        };
+        of_contact(self) == of_contact(other)
+    }
+
     fn keeps_pressures_at(&self, load: f64) -> bool {
         match &self.pressures {
             Pressures::None => false,

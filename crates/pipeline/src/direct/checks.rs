@@ -11,7 +11,7 @@ use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::Recipe;
 use asperity_stages::generate::growth::PlannedSurfaces;
 use asperity_stages::measure::{self, friction};
-use asperity_stages::solve::{self, ListedLoads};
+use asperity_stages::solve;
 
 /// Problems with the keys of a stage, each with what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -96,13 +96,9 @@ fn branches(recipes: &[Recipe]) -> Option<Vec<Arc<solve::Params>>> {
         _ => None,
     });
     let branches = branches.collect::<Option<Vec<_>>>()?;
-    let of_point = |branch: &solve::Params| {
-        let (loads, listed) = (Vec::new(), ListedLoads::default());
-        solve::Params { branch: None, loads, listed, ..branch.clone() }
-    };
     let first = branches.first()?;
     let is_path = first.branch.is_some();
-    let are_one = branches.iter().all(|branch| of_point(branch) == of_point(first));
+    let are_one = branches.iter().all(|branch| branch.is_same_contact(first));
     (branches.len() == 1 || is_path && are_one).then_some(branches)
 }
 

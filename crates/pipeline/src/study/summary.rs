@@ -126,7 +126,12 @@ fn of_loads(recipes: &[Recipe], length: Option<&str>) -> Option<String> {
     let blocks: Vec<&solve::Params> = blocks.collect::<Option<_>>()?;
     let first = blocks.first()?;
     let loads = || blocks.iter().flat_map(|block| block.loads.iter().copied());
-    let number = blocks.iter().map(|block| block.loads.len()).max().unwrap_or(0);
+    // The states of a path are in several blocks.
+    let of_point = |first: &solve::Params| {
+        let blocks = blocks.iter().filter(|block| block.is_same_contact(first));
+        blocks.map(|block| block.loads.len()).sum::<usize>()
+    };
+    let number = blocks.iter().map(|block| of_point(block)).max().unwrap_or(0);
     let unit = match first.load_unit {
         PressureUnit::Relative => " in units of E* × rms slope",
         PressureUnit::Absolute if first.pressure_unit.is_none() => " in the unit of E*",
