@@ -464,9 +464,7 @@ fn printed(
 
 /// Returns the unit of a column if it is made of units of length and pressure that the table names.
 fn named_unit(field: &Field, units: &TableUnits) -> Option<String> {
-    let declared = field.metadata().get("unit")?;
-    let named = units.name(declared);
-    (named != *declared).then_some(named)
+    units.shown(field.metadata().get("unit")?)
 }
 
 /// Prints a single row with one column per line.

@@ -10,6 +10,9 @@ use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
 use asperity_topography_files::length_ratio;
 
+/// Units of columns that do not follow from the units of length and pressure of a table.
+const ABSOLUTE: [&str; 7] = ["N", "K/W", "W/(m K)", "W/(m² K)", "Ω", "Ω m", "Ω m²"];
+
 /// Unit of an energy per area in the declarations of columns.
 const WORK: &str = "pressure × length";
 
@@ -58,6 +61,13 @@ impl TableUnits {
             Some(name) => unit.replace(word, name),
             None => unit,
         })
+    }
+
+    /// Returns the unit of a column for the head of a table: its name, or `None` if the table does
+    /// not name the units of which it consists.
+    pub fn shown(&self, unit: &str) -> Option<String> {
+        let named = self.name(unit);
+        (named != unit || ABSOLUTE.contains(&unit)).then_some(named)
     }
 
     /// Returns the unit of the product of a pressure and a length, if it has a name of its own.
