@@ -351,8 +351,8 @@ pub struct Surfaces {
     /// A `solve` stage whose contacts are not those of elastic half-spaces without adhesion, and
     /// the physics that it has.
     pub not_superposable: Option<(String, &'static str)>,
-    /// The `solve` stages and the loads of their parameter points.
-    pub loads: Vec<(String, Vec<f64>)>,
+    /// The `solve` stages and the loads of their parameter points, with the unit of the loads.
+    pub loads: Vec<(String, Vec<f64>, Option<&'static str>)>,
     /// The `solve` stages and the conductivities of their bodies.
     pub conduction: Vec<(String, Option<Conduction>)>,
     /// A `solve` stage with a layer.
@@ -422,7 +422,9 @@ impl Surfaces {
             _ => None,
         });
         let loads = recipes.iter().filter_map(|recipe| match recipe {
-            Recipe::Solve(params) => Some((stage.to_owned(), params.loads.clone())),
+            Recipe::Solve(params) => {
+                Some((stage.to_owned(), params.loads.clone(), params.unit_of_loads()))
+            }
             _ => None,
         });
         let mut loads: Vec<_> = loads.collect();

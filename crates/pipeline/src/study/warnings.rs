@@ -67,14 +67,14 @@ impl Study {
         warnings.chain(self.empty_selections.iter().cloned()).collect()
     }
 
-    /// Warns that a `solve` stage with two bodies and several stages of surfaces does not press
-    /// these surfaces against each other.
+    /// Warns that a `solve` stage with two bodies and two stages of surfaces does not press these
+    /// surfaces against each other.
     fn pressed_alone(&self, stage: &Stage) -> Option<String> {
         let is_of_two = |recipe: &Recipe| match recipe {
             Recipe::Solve(params) => params.bodies.count == 2,
             _ => false,
         };
-        let is_meant = stage.inputs.len() > 1 && stage.work.recipes().iter().any(is_of_two);
+        let is_meant = stage.inputs.len() == 2 && stage.work.recipes().iter().any(is_of_two);
         is_meant.then(|| {
             let names = stage.inputs.iter().map(|&input| &*self.stages[input].name);
             format!(

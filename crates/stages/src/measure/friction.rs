@@ -20,6 +20,7 @@ use asperity_contact::partial_slip::{self, NormalContact, State};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span, listed};
 use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::quantity;
 use asperity_manifest::keys::{Key, Spanned};
 use asperity_tables::column::{Column, optional_reals, reals, texts};
 use asperity_tables::table::Table;
@@ -119,7 +120,7 @@ impl Params {
     /// Refuses a path for which no load has all its shares among the loads of its stage.
     fn check_loads(&self, span: &Span, surfaces: &Surfaces, checks: &mut Checks) -> Option<()> {
         let shares = self.shares();
-        for (stage, loads) in &surfaces.loads {
+        for (stage, loads, unit) in &surfaces.loads {
             if complete(loads, &shares).next().is_some() {
                 continue;
             }
@@ -128,7 +129,7 @@ impl Params {
                 .iter()
                 .map(|share| decimal::nearest(share * largest))
                 .filter(|load| find(loads, *load).is_none())
-                .map(decimal::written)
+                .map(|load| quantity::written(load, *unit))
                 .collect();
             let message = format!("stage `{stage}` lacks loads that partial slip needs");
             let label = "needs the contacts under smaller loads, too";
@@ -136,7 +137,7 @@ impl Params {
             let missing = listed(missing.iter().map(String::as_str), "and");
             return checks.reject(problem.help(format!(
                 "add {missing} to `loads` of stage `{stage}` for these tangential loads under {}",
-                decimal::written(largest)
+                quantity::written(largest, *unit)
             )));
         }
         Some(())
