@@ -126,6 +126,10 @@ pub fn material_ratio<'py>(
         "smc" => MaterialRatioCurve::height_at,
         other => return Err(value_error(py, format!("no function `{other}`"))),
     };
+    let wrong = values.as_slice()?.iter().find(|value| !(0.0..=1.0).contains(*value));
+    if let Some(ratio) = wrong.filter(|_| function == "smc") {
+        return Err(value_error(py, format!("ratio is {ratio}, but must be from 0 to 1")));
+    }
     let curve = py.detach(|| MaterialRatioCurve::from_surface(&surface));
     Ok(PyArray1::from_iter(py, values.as_slice()?.iter().map(|value| of(&curve, *value))))
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use asperity::contact::topography::alignment::{Alignment, LineFit, MAX_DEGREE};
 use asperity::contact::topography::fill::Fill;
 use asperity::contact::topography::level::{Level, ThreePoints};
-use asperity::contact::topography::outliers::{Spikes, islands};
+use asperity::contact::topography::outliers::{MAX_WINDOW, Spikes, islands};
 use asperity::contact::topography::preparation::Crop;
 use asperity::contact::topography::surface::Axis;
 use asperity::direct;
@@ -163,10 +163,14 @@ pub fn remove_spikes<'py>(
     window: u32,
     is_periodic: bool,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    if threshold.is_nan() || threshold <= 0.0 || window < 3 || window.is_multiple_of(2) {
+    if threshold.is_nan()
+        || threshold <= 0.0
+        || !(3..=MAX_WINDOW).contains(&window)
+        || window.is_multiple_of(2)
+    {
         let message = format!(
             "threshold is {threshold} and window is {window}, but the threshold must be positive, and the \
-             window an odd number from 3"
+             window an odd number from 3 to {MAX_WINDOW}"
         );
         return Err(value_error(py, message));
     }

@@ -18,6 +18,9 @@ const ROUNDING: f64 = 1e-14;
 /// Minimum number of pairs of opposite neighbours with which a point is compared.
 const MIN_PAIRS: usize = 2;
 
+/// Maximum number of points along each side of the window of [`Spikes`].
+pub const MAX_WINDOW: u32 = 31;
+
 /// Spikes of a map: points far above or below their neighbours.
 ///
 /// The neighbours of a point are the measured points in a window around it. Its deviation is the
