@@ -81,7 +81,7 @@ pub const METHOD: Column = parameter_text("method", "method by which the surface
         Code {
             word: "yielded",
             meaning: "surface that has yielded in a contact; its other columns, such as `hurst` \
-                      or `seed`, describe the surface before",
+                      or `seed`, describe the original surface",
         },
         Code { word: "paraboloid", meaning: "paraboloid of revolution" },
         Code { word: "wave", meaning: "cosine wave along x" },

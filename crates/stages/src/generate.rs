@@ -44,6 +44,7 @@ use asperity_tables::store::key::{Digest, TaskKey};
 use asperity_tables::table::Table;
 
 pub use self::mesh::PerAxis;
+use self::origin::MUCH_UNRELIABLE;
 pub use self::origin::{InspectedMap, MeasuredSurface, Origin};
 
 /// Version of the results, which is part of every key. It is raised whenever numbers change.
@@ -407,12 +408,12 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     Table::empty(&columns)
 }
 
-/// Returns whether the surface of a row does not have the spectrum that the columns of the row
-/// describe, because it is a pair of surfaces or has yielded.
+/// Returns whether the spectrum of the surface in a row differs from the one that the columns of
+/// the row describe, because the surface is a pair of surfaces or has yielded.
 pub fn is_altered(table: &Table, row: usize) -> bool {
     let batch = table.batch();
-    let columns = ALTERATIONS.iter().filter_map(|name| batch.column_by_name(name));
-    columns.into_iter().any(|column| column.is_valid(row))
+    let mut columns = ALTERATIONS.iter().filter_map(|name| batch.column_by_name(name));
+    columns.any(|column| column.is_valid(row))
 }
 
 /// Returns the phrases that summarise a table of surfaces for users.
@@ -478,7 +479,9 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
         most(REMOVED_SPIKES)?.map(|most| format!("{} removed", counted(most as usize, "spike")));
     let islands = most(REMOVED_ISLANDS)?
         .map(|most| format!("{} of islands removed", counted(most as usize, "point")));
-    let filled = most(FILLED_NODES)?.map(|most| format!("{most} missing nodes filled"));
+    let filled = most(FILLED_NODES)?
+        .filter(|most| *most > 0)
+        .map(|most| format!("{most} missing nodes filled"));
     parts.extend([spikes, islands, filled].into_iter().flatten());
     Ok(Some(parts.join(", ")))
 }
@@ -502,8 +505,11 @@ fn unreliable_slopes(table: &Table) -> Result<Option<String>, StageError> {
     };
     let kept = (0..table.rows()).filter(|&row| shares.is_valid(row) && !is_filtered(row));
     let most = kept.map(|row| shares.value(row)).fold(0.0, f64::max);
-    Ok((most > 0.5).then(|| {
-        format!("{:.0} % of the mean square slope comes from shorter waves", 100.0 * most)
+    Ok((most > MUCH_UNRELIABLE).then(|| {
+        format!(
+            "{:.0} % of the mean square slope comes from waves shorter than `reliable_wavelength`",
+            100.0 * most
+        )
     }))
 }
 

@@ -42,8 +42,9 @@ use statistics::Statistic;
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 4;
 
-/// Memory for the map of filled nodes and the measured map, in bytes per node.
-const FILLED_BYTES_PER_NODE: f64 = 32.0;
+/// Memory for the map of filled nodes, the measured map and the search of spikes, in bytes per
+/// node.
+const FILLED_BYTES_PER_NODE: f64 = 80.0;
 
 /// Share of the contact area on filled nodes above which summaries warn.
 const MUCH_FILLED: f64 = 0.03;

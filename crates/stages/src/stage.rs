@@ -550,8 +550,8 @@ pub enum StageError {
     },
     /// No scan of a stitched spectrum has a trusted wavelength.
     #[error(
-        "no two wavelengths of the scans are trusted; increase `trusted_fraction`, or use scans that \
-         the instrument resolved"
+        "the trusted wavelengths of the scans fill fewer than two bins; increase `trusted_fraction` \
+         or `bins`, or use scans with a smaller `reliable_wavelength`"
     )]
     NothingTrusted,
     /// Heights cannot be drawn again because the spectrum is in the table of another task.

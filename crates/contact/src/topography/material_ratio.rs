@@ -68,7 +68,8 @@ pub struct Stratified {
 
 /// Volumes of material and of voids per area of the surface, in the unit of the heights.
 ///
-/// With Vm(t) = ∫₀ᵗ (z(u) − z(t)) du and Vv(t) = ∫ₜ¹ (z(t) − z(u)) du:
+/// They follow from the integrals Vm(t) = ∫₀ᵗ (z(u) − z(t)) du and Vv(t) = ∫ₜ¹ (z(t) − z(u)) du of
+/// the curve z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Volumes {
     /// Peak material volume Vmp = Vm(p).

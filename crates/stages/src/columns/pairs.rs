@@ -67,15 +67,15 @@ pub const PAIR_COORDINATES: [Column; 8] = [
 
 pub const ORIGINAL_SURFACE: Column = parameter_text(
     "original_surface",
-    "name of the surface before it yielded, in the tables of its stage; `surface` names the \
-     surface that remains",
+    "name of the original surface in the tables of its stage; `surface` names the surface that \
+     has yielded",
 )
 .with_role(Role::Surface);
 pub const YIELDED_LOAD: Column = parameter(
     "yielded_load",
     "E* × rms slope",
-    "largest load of the contact in which the surface yielded, with the rms slope of the surface \
-     before",
+    "largest load of the contact in which the surface yielded, in units of E* × rms slope of the \
+     original surface",
 );
 pub const YIELDED_PRESSURE: Column = Column {
     name: "yielded_pressure",

@@ -123,7 +123,8 @@ pub const LOW_PASS: Column = parameter(
 );
 pub const LOW_PASS_AT: Column = parameter_text(
     "low_pass_at",
-    "wavelength at which short waves were removed, if not `low_pass`",
+    "rule that determined the cutoff wavelength of the low-pass filter; null if `low_pass` gives \
+     the cutoff",
 )
 .with_codes(&[Code {
     word: "reliable",
@@ -194,8 +195,8 @@ pub const FILE_COLUMNS: [Column; 6] =
 pub const TIP_WAVELENGTH: Column = real(
     "tip_wavelength",
     "length",
-    "wavelength below which the peaks of the map are sharper than half the curvature of the tip; \
-     null if all are blunter",
+    "wavelength below which the sharpest peak of the map has more than half the curvature of the \
+     tip; null if no peak is that sharp",
 );
 pub const NOISE_WAVELENGTH: Column = real(
     "noise_wavelength",
@@ -217,7 +218,8 @@ pub const RELIABLE_WAVELENGTH: Column = real(
 pub const RMS_SLOPE_RELIABLE: Column = real(
     "rms_slope_reliable",
     "1",
-    "root mean square slope of the waves of at least `reliable_wavelength`, before filters",
+    "root mean square slope of the waves that are not shorter than `reliable_wavelength`, before \
+     the filters",
 );
 pub const UNRELIABLE_SHARE: Column = real(
     "unreliable_share",
@@ -457,7 +459,7 @@ pub const AREAL: [Column; 23] = [
         "Sal",
         "length",
         "autocorrelation length, ISO 25178-2: shortest distance over which the autocorrelation \
-         function falls to `correlation_threshold`, 0.2 if this column is missing; null if it falls \
+         function falls to `correlation_threshold` (0.2 without that column); null if it falls \
          in no direction within half of the map",
     ),
     real(
@@ -482,13 +484,13 @@ pub const AREAL: [Column; 23] = [
         "Vmp",
         "length",
         "peak material volume per area, ISO 25178-2: above the height that the fraction p of the \
-         surface reaches, with p in `peak_ratio`, 0.1 if this column is missing",
+         surface reaches, with p from `peak_ratio` (0.1 without that column)",
     ),
     real(
         "Vmc",
         "length",
-        "core material volume per area, ISO 25178-2: between the material ratios p and q, with q in \
-         `dale_ratio`, 0.8 if this column is missing",
+        "core material volume per area, ISO 25178-2: between the material ratios p and q, with q from \
+         `dale_ratio` (0.8 without that column)",
     ),
     real(
         "Vvc",
@@ -504,8 +506,8 @@ pub const AREAL: [Column; 23] = [
     real(
         "Spd",
         "1/length²",
-        "density of peaks, ISO 25178-2: number per area of hills that rise at least `pruning` × Sz \
-         above their highest saddle, 0.05 if this column is missing",
+        "density of peaks, ISO 25178-2: number per area of hills that rise above their highest \
+         saddle by at least `pruning` × Sz (0.05 × Sz without that column)",
     ),
     real(
         "Spc",

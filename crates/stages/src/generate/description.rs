@@ -22,6 +22,7 @@ use asperity_contact::topography::preparation::{
     Crop, FoundCutoff, LowPass, Preparation, Prepared,
 };
 use asperity_contact::topography::random::RandomSurface;
+use asperity_contact::topography::reliability::Reliability;
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, Role, Value, integers, optional_reals, texts};
@@ -298,25 +299,32 @@ pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
     columns.extend(spikes.is_some().then_some(REMOVED_SPIKES));
     columns.extend(islands.is_some().then_some(REMOVED_ISLANDS));
     columns.extend(fill.is_some().then_some(FILLED_NODES));
-    columns.extend(columns_of_reliability(&file.preparation));
+    let reliability = columns_of_reliability(&file.preparation).into_iter();
+    columns.extend(reliability.map(|(column, _)| column));
     columns
 }
 
-/// Returns the columns of the wavelengths that the instrument resolved, if the manifest asks for
-/// them.
-fn columns_of_reliability(preparation: &Preparation) -> Vec<Column> {
-    let mut columns = Vec::new();
+/// Returns the columns of the wavelengths that the instrument resolved, with their values, if the
+/// manifest asks for them.
+fn columns_of_reliability(preparation: &Preparation) -> Vec<(Column, ReliabilityValue)> {
+    let mut columns: Vec<(Column, ReliabilityValue)> = Vec::new();
     if preparation.tip_radius.is_some() {
-        columns.push(TIP_WAVELENGTH);
+        columns.push((TIP_WAVELENGTH, |found| found.tip));
     }
     if preparation.noise_floor {
-        columns.extend([NOISE_WAVELENGTH, NOISE_RMS_HEIGHT]);
+        columns.push((NOISE_WAVELENGTH, |found| found.noise.map(|noise| noise.wavelength)));
+        columns.push((NOISE_RMS_HEIGHT, |found| found.noise.map(|noise| noise.rms_height)));
     }
     if preparation.tests_reliability() {
-        columns.extend([RELIABLE_WAVELENGTH, RMS_SLOPE_RELIABLE, UNRELIABLE_SHARE]);
+        columns.push((RELIABLE_WAVELENGTH, |found| Some(found.wavelength)));
+        columns.push((RMS_SLOPE_RELIABLE, |found| Some(found.rms_slope)));
+        columns.push((UNRELIABLE_SHARE, |found| Some(found.unreliable_share)));
     }
     columns
 }
+
+/// Function that returns the value of a column of the reliability of a map.
+type ReliabilityValue = fn(&Reliability) -> Option<f64>;
 
 /// Returns the columns that describe the file of a surface, with their values.
 pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column, ArrayRef)> {
@@ -336,18 +344,9 @@ pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column
     let given = counts.into_iter().filter(|(_, is_given, _)| *is_given);
     columns.extend(given.map(|(column, _, count)| (column, integers([count as i64]))));
     if let Some(reliability) = &found.prepared.reliability {
-        let noise = reliability.noise;
-        columns.extend(columns_of_reliability(&file.preparation).into_iter().map(|column| {
-            let value = match column {
-                TIP_WAVELENGTH => reliability.tip,
-                NOISE_WAVELENGTH => noise.map(|noise| noise.wavelength),
-                NOISE_RMS_HEIGHT => noise.map(|noise| noise.rms_height),
-                RELIABLE_WAVELENGTH => Some(reliability.wavelength),
-                RMS_SLOPE_RELIABLE => Some(reliability.rms_slope),
-                _ => Some(reliability.unreliable_share),
-            };
-            (column, optional_reals([value]))
-        }));
+        let values = columns_of_reliability(&file.preparation).into_iter();
+        columns
+            .extend(values.map(|(column, value)| (column, optional_reals([value(reliability)]))));
     }
     columns
 }

@@ -266,7 +266,7 @@ impl Origin {
     ///
     /// # Errors
     /// If the file is missing, has changed or cannot be read, or if the spectrum is in the table of
-    /// another task. Also if the contact in which the surface yields cannot be solved.
+    /// another task. It also fails if the contact in which the surface yields cannot be solved.
     pub fn draw(
         &self,
         side: Option<[f64; 2]>,
@@ -291,6 +291,9 @@ impl Origin {
         }
     }
 }
+
+/// Share of the mean square slope from unreliable waves above which users are warned.
+pub const MUCH_UNRELIABLE: f64 = 0.5;
 
 impl MeasuredSurface {
     /// Reads and prepares the map. `side` is needed for files without the sides of their map.
@@ -340,7 +343,7 @@ impl MeasuredSurface {
     pub fn unreliable_slope(&self) -> Option<Reliability> {
         let found = self.seen.reliability?;
         let is_kept = !self.preparation.removes_unreliable(&found);
-        (is_kept && found.unreliable_share > 0.5).then_some(found)
+        (is_kept && found.unreliable_share > MUCH_UNRELIABLE).then_some(found)
     }
 
     /// Reads the map again and returns a map on the nodes of the prepared surface: 1 at filled

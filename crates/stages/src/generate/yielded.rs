@@ -1,8 +1,9 @@
 //! Surfaces that have yielded: the residual surfaces of `solve` stages with a hardness.
 //!
 //! A surface that was pressed under a largest load keeps its plastic depth d, so that its heights
-//! are h − d. The recipe holds that of the surface before and the settings of the contact. The
-//! contact under the largest load is solved from them, without the tables of other tasks.
+//! are h − d. The recipe contains the recipe of the original surface and the settings of the
+//! contact. The contact under the largest load is solved from them, without the tables of other
+//! tasks.
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 
@@ -34,8 +35,8 @@ use asperity_tables::column::{Column, Value};
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct YieldedTable {
-    /// Largest load that the surfaces have borne: one of the `loads` of the stage in `from`, in
-    /// their unit. By default it is the largest of them.
+    /// Load that presses the surfaces before they are used: one of the `loads` of the stage in
+    /// `from`, in their unit. The default is the largest of them.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = pressure_or_ratio)]
     pub load: Key<f64>,
     /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` solves the contact
@@ -49,7 +50,7 @@ table!(YieldedTable);
 /// The recipe of a surface that has yielded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Yielded {
-    /// Recipe of the surface before.
+    /// Recipe of the original surface.
     #[serde(rename = "from")]
     pub body: Box<Params>,
     /// Largest load, in the unit `load_unit`.
@@ -92,7 +93,7 @@ impl Yielded {
         }
     }
 
-    /// Draws or reads the surface before, solves its contact under the load, and subtracts the
+    /// Draws or reads the original surface, solves its contact under the load, and subtracts the
     /// plastic depth from the heights.
     ///
     /// # Errors
@@ -300,7 +301,7 @@ impl Yielding<'_> {
             return Some(nearest);
         }
         let shown = |load: f64| quantity::written(load, unit);
-        let message = format!("`loads` of `{name}` does not hold {}", shown(value));
+        let message = format!("`loads` of `{name}` does not contain {}", shown(value));
         let label = format!("the nearest load is {}", shown(nearest));
         checks.refuse("load", message, &written.span, label)
     }

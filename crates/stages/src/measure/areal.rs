@@ -97,8 +97,8 @@ use Parameter::*;
 /// Parameters that need the heights alone, or their gradient.
 const HEIGHTS: [Parameter; 8] = [Sq, Ssk, Sku, Sp, Sv, Sz, Sa, Sdq];
 const DECAY: [Parameter; 2] = [Sal, Str];
-const STRATIFIED: [Parameter; 5] = [Sk, Spk, Svk, Smr1, Smr2];
 const VOLUMES: [Parameter; 4] = [Vmp, Vmc, Vvc, Vvv];
+const FUNCTIONAL: [Parameter; 9] = [Sk, Spk, Svk, Smr1, Smr2, Vmp, Vmc, Vvc, Vvv];
 const PEAKS: [Parameter; 2] = [Spd, Spc];
 
 /// Parameters that `what = "roughness"` has without the key `parameters`.
@@ -318,9 +318,9 @@ impl Areal {
     /// Computes the columns of one surface, each with one value.
     pub fn measure(&self, surface: &Surface, boundary: Boundary) -> Vec<(Column, ArrayRef)> {
         let settings = self.settings.given().map(|(column, value)| (column, Some(value)));
-        let values = self.values(surface, boundary);
         let curve = self.reads_curve().then(|| MaterialRatioCurve::from_surface(surface));
         let curve = curve.as_ref();
+        let values = self.values(surface, boundary, curve);
         let smr = self.settings.smr_height.zip(curve);
         let smr = smr.map(|(height, curve)| (SMR, Some(curve.ratio_at(height))));
         let smc = self.settings.smc_ratio.zip(curve);
@@ -331,11 +331,16 @@ impl Areal {
 
     fn reads_curve(&self) -> bool {
         let Settings { smr_height, smc_ratio, .. } = self.settings;
-        smr_height.is_some() || smc_ratio.is_some()
+        smr_height.is_some() || smc_ratio.is_some() || self.parameters.has_any(&FUNCTIONAL)
     }
 
     /// Computes the parameters of the set, in the order of their columns.
-    fn values(&self, surface: &Surface, boundary: Boundary) -> Vec<(Column, Option<f64>)> {
+    fn values(
+        &self,
+        surface: &Surface,
+        boundary: Boundary,
+        curve: Option<&MaterialRatioCurve>,
+    ) -> Vec<(Column, Option<f64>)> {
         let Areal { parameters, settings, .. } = self;
         let mut found = Vec::new();
         if parameters.has_any(&HEIGHTS) {
@@ -355,8 +360,7 @@ impl Areal {
         if parameters.has(Std) {
             found.push((Std, texture_direction(surface, boundary)));
         }
-        if parameters.has_any(&STRATIFIED) || parameters.has_any(&VOLUMES) {
-            let curve = MaterialRatioCurve::from_surface(surface);
+        if let Some(curve) = curve.filter(|_| parameters.has_any(&FUNCTIONAL)) {
             let of = curve.stratified();
             let [sk, spk, svk, smr1, smr2] = [of.sk, of.spk, of.svk, of.smr1, of.smr2].map(Some);
             found.extend([(Sk, sk), (Spk, spk), (Svk, svk), (Smr1, smr1), (Smr2, smr2)]);
@@ -380,7 +384,6 @@ impl Areal {
             (self.parameters.has(Sdr), 2.0),
             (self.parameters.has_any(&DECAY), 6.0),
             (self.parameters.has(Std), 2.0),
-            (self.parameters.has_any(&STRATIFIED) || self.parameters.has_any(&VOLUMES), 4.0),
             (self.reads_curve(), 4.0),
             (self.parameters.has_any(&PEAKS), 8.0),
         ];

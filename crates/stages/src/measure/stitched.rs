@@ -17,6 +17,7 @@ use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::power_spectrum::rings;
 use asperity_contact::topography::preparation::{FoundCutoff, LowPass};
 use asperity_contact::topography::stitched::{Overlap, ScanSpectrum, mean_overlap, stitched};
+use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, integers, optional_reals, reals, texts};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::Table;
@@ -121,7 +122,11 @@ fn band(
     let mut shortest = 2.0 * step_x.max(step_y);
     let [side_x, side_y] = grid.cell().size();
     let mut longest = grid.cell().longer_side();
-    if let Origin::File(file) = &params.origin {
+    let scanned = match &params.origin {
+        Origin::Yielded(yielded) => &yielded.body.origin,
+        origin => origin,
+    };
+    if let Origin::File(file) = scanned {
         longest = match file.edges {
             Edges::Periodic => longest,
             Edges::Open | Edges::Taper { .. } => trusted_fraction * side_x.min(side_y),
@@ -173,5 +178,5 @@ pub fn summary(source: &TableSource) -> Result<Option<String>, StageError> {
         ),
         Some(ratio) => format!(", ratio of the densities in their overlap {}", number(ratio)),
     };
-    Ok(Some(format!("{scans} scans{overlap}")))
+    Ok(Some(format!("{}{overlap}", counted(scans, "scan"))))
 }

@@ -149,11 +149,11 @@ fn conduction(
     }
     if let Some(layer) = table.layer.written() {
         let message = format!("`{key}` and `layer` exclude each other");
-        let problem = Problem::new(message, first.span.clone(), "conductivity of a half-space");
-        let problem = problem.and(layer.span.clone(), "the layer");
+        let problem = Problem::new(message, first.span.clone(), "applies to half-spaces only");
+        let problem = problem.and(layer.span.clone(), "this body is not a half-space");
         return checks.reject(problem.help(
-            "a current does not spread in a layer as displacements do, so that the stiffness says \
-             nothing about it",
+            "remove one of the two keys; the conductance follows from the stiffness only for \
+             half-spaces",
         ));
     }
     let is_unknown = |unit: &&String| length_ratio(unit, "m").is_none();
@@ -164,7 +164,7 @@ fn conduction(
                 format!("`{key}` needs lengths with a unit, but the surfaces are in `{unit}`")
             }
         };
-        let label = "makes conductances that depend on the side of the surfaces";
+        let label = "conductances in units of the SI need the side in metres";
         let problem = Problem::new(message, first.span.clone(), label);
         return checks.reject(
             problem.help("give the side of the surfaces with its unit, as in `side = \"100 um\"`"),

@@ -116,8 +116,8 @@ fn respelt(text: &str) -> String {
 }
 
 impl Dimension {
-    /// Returns whether numbers without a unit have the unit of the SI, also beside numbers with a
-    /// unit.
+    /// Returns whether plain numbers are always in the unit of the SI, even if other numbers of
+    /// this dimension have a unit.
     pub fn has_fixed_unit(self) -> bool {
         matches!(self, Dimension::Conductivity | Dimension::Resistivity)
     }
