@@ -51,7 +51,7 @@ const FINITE_SIZE: Statement = Statement {
 /// Loads between which the exponent d ln K/d ln y is computed, in units of E* × rms slope.
 const ENDS: [f64; 2] = [0.01, 0.05];
 /// Smallest k_lower, in wavelengths per side of the cell, for which the cell counts as large.
-const GREAT_CELL: i64 = 8;
+pub const GREAT_CELL: i64 = 8;
 /// Largest k_lower for which the exponent of K(y) is expected to grow with the size of the cell.
 const SMALL_CELL: i64 = 4;
 const GAP_DATA: &str = "mean gap of measured contacts";

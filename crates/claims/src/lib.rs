@@ -21,6 +21,7 @@
 //! | `full_contact` | the approach to full contact (section 7) |
 //! | `mesh` | the error of the mesh (section 8); limits of large cells and fine meshes |
 //! | `asperities`, `distributions`, `gap` | asperity models, pressures, stiffness, sealing |
+//! | `flow` | flow through the gap |
 //! | `closed_forms` | claims on closed forms, and misprints |
 
 // Tests compare with tolerances.
@@ -33,6 +34,7 @@ mod closed_forms;
 mod decisions;
 mod distributions;
 mod evidence;
+mod flow;
 mod full_contact;
 mod gap;
 mod groups;
@@ -259,7 +261,7 @@ pub fn all(evidence: &Evidence) -> Vec<Claim> {
 }
 
 /// Functions that test the claims on a subject with the results of a study.
-const OF_A_STUDY: [fn(&Evidence) -> Vec<Claim>; 14] = [
+const OF_A_STUDY: [fn(&Evidence) -> Vec<Claim>; 15] = [
     surfaces::claims,
     light::of_light_loads,
     groups::of_groups,
@@ -274,6 +276,7 @@ const OF_A_STUDY: [fn(&Evidence) -> Vec<Claim>; 14] = [
     asperities::claims,
     distributions::claims,
     gap::of_sealing,
+    flow::claims,
 ];
 
 #[cfg(test)]

@@ -64,6 +64,14 @@ impl PerLoad {
     pub fn at(&self, load: f64) -> Option<usize> {
         nearest(&self.loads, load)
     }
+
+    /// Removes the values at other loads than these.
+    pub fn keep(&mut self, loads: &[f64]) {
+        let is_kept: Vec<bool> = self.loads.iter().map(|load| loads.contains(load)).collect();
+        let mut kept = is_kept.iter();
+        self.values.retain(|_| *kept.next().expect("each load has values"));
+        self.loads.retain(|load| loads.contains(load));
+    }
 }
 
 impl Pressures {
@@ -95,6 +103,23 @@ impl Evidence {
     /// Returns the values of a column of the measured contacts, by spectrum.
     pub fn along_loads(&self, column: &str) -> Vec<PerLoad> {
         per_load(&self.contacts, |row| number(&self.contacts, column, row))
+    }
+
+    /// Returns the pressure flow factors, averaged over both directions, by spectrum.
+    pub fn flow_factors_along_loads(&self) -> Vec<PerLoad> {
+        per_load(&self.contacts, |row| {
+            let [x, y] = [FLOW_FACTOR_X, FLOW_FACTOR_Y]
+                .map(|column| number(&self.contacts, column.name, row));
+            Some(0.5 * (x? + y?))
+        })
+    }
+
+    /// Returns the contact areas, corrected with the estimator `2017`, by spectrum.
+    pub fn corrected_areas_along_loads(&self) -> Vec<PerLoad> {
+        let Ok(measured) = Measured::new(&self.contacts) else {
+            return Vec::new();
+        };
+        per_load(&self.contacts, |row| Some(measured.interface(row).area_corrected))
     }
 
     /// Returns the values of a column of the asperity models with one interaction, by spectrum.

@@ -205,6 +205,51 @@ fn surfaces_that_stay_open_leave_no_sealing_area() {
     assert!(needs.contains("from open to sealed"), "{needs}");
 }
 
+/// Tests claims on flow factors that are a function of the area and of k_upper/k_lower.
+fn flows(factor: fn(f64, f64) -> f64, scatter: f64) -> Vec<Claim> {
+    let (mut rows, mut areas, mut factors) = (Vec::new(), Vec::new(), Vec::new());
+    for (k_lower, k_upper) in [(4, 8), (8, 16), (8, 64), (16, 32)] {
+        let own = normal((k_lower * k_upper) as u64, SURFACES);
+        for (surface, own) in own.iter().enumerate() {
+            for area in [0.04, 0.08, 0.16, 0.24] {
+                rows.push((k_lower, k_upper, 512, surface as i64));
+                areas.push(area);
+                let bandwidth = k_upper as f64 / k_lower as f64;
+                factors.push(factor(area, bandwidth) * (1.0 + scatter * own));
+            }
+        }
+    }
+    let mut columns = of_spectra(&rows);
+    columns.extend([
+        (LOAD, reals(areas.iter().map(|area| 0.5 * area).collect::<Vec<_>>())),
+        (AREA_FRACTION, reals(areas.clone())),
+        (CONTACT_NODES, integers(areas.iter().map(|area| (area * 512.0 * 512.0) as i64))),
+        (SWITCHES, integers(vec![0; rows.len()])),
+        (GAP_PERCOLATES_X, flags(vec![true; rows.len()])),
+        (GAP_PERCOLATES_Y, flags(vec![true; rows.len()])),
+        (STOP, texts(vec!["converged"; rows.len()])),
+        (FLOW_FACTOR_X, reals(factors.iter().map(|factor| 0.9 * factor).collect::<Vec<_>>())),
+        (FLOW_FACTOR_Y, reals(factors.iter().map(|factor| 1.1 * factor).collect::<Vec<_>>())),
+    ]);
+    judged(&[finished(Kind::Measure, Table::new(rows.len(), columns))])
+}
+
+#[test]
+fn a_flow_factor_of_the_area_alone_is_told_from_one_that_falls_with_the_bandwidth() {
+    let name = "flow-depends-on-mean-gap-and-area-alone";
+    let alone = flows(|area, _| (-8.0 * area).exp(), 0.01);
+    let found = judgement(&alone, name);
+    // Two spectra of large cells besides the narrowest one, and three areas.
+    assert_eq!((found.verdict, found.bounds.len()), (Verdict::Holds, 6));
+    let falling = flows(|area, bandwidth| (-8.0 * area).exp() * bandwidth.powf(-0.1), 0.01);
+    let found = judgement(&falling, name);
+    assert_eq!(found.verdict, Verdict::DoesNotHold);
+    let widest = found.bounds.iter().find(|bound| bound.label.contains("k_upper 64")).unwrap();
+    assert!((widest.value + 0.1 * 4.0_f64.ln()).abs() < 0.02, "{widest:?}");
+    let hidden = flows(|area, _| (-8.0 * area).exp(), 0.3);
+    assert_eq!(verdict(&hidden, name), Verdict::CannotSay);
+}
+
 /// Tests claims on mean gaps with K = y^(1 − bend), where the bend depends on k_lower.
 fn stiffness(bend: fn(i64) -> f64, scatter: f64) -> Vec<Claim> {
     let loads: [f64; 6] = [0.009, 0.01, 0.011, 0.045, 0.05, 0.055];

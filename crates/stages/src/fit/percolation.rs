@@ -111,7 +111,8 @@ impl<'a> Measured<'a> {
         rows.map(|row| self.interface(row)).collect()
     }
 
-    fn interface(&self, row: usize) -> Interface {
+    /// Returns the contact of one row.
+    pub fn interface(&self, row: usize) -> Interface {
         let count = |counts: &Int64Array| counts.value(row).unsigned_abs() as usize;
         let area = CountedArea {
             nodes: self.meshes.nodes(row).into_iter().product(),
