@@ -15,7 +15,7 @@ use crate::units::digits;
 use asperity_manifest::decimal;
 use asperity_stages::columns::{
     CLUSTER_AREA, CLUSTER_AREA_SHARE, CLUSTER_COMPACTNESS, CLUSTER_DENSITY, CONTACT_PRESSURE, GAP,
-    GAP_DENSITY, LOAD, PRESSURE_DENSITY, PRESSURE_DENSITY_PERSSON, SURFACE,
+    GAP_DENSITY, LOAD, PRESSURE_DENSITY, PRESSURE_DENSITY_PERSSON, SURFACE, WORK_OF_ADHESION,
 };
 use asperity_tables::column::Column;
 
@@ -30,7 +30,7 @@ const PRESSURE_LABEL: &str = "pressure p/(E* h′)";
 const SHARE: f64 = 1e-4;
 
 fn draw_pressures(data: &FigureData) -> Result<Drawn, ReportError> {
-    let measured = distributions(data, [CONTACT_PRESSURE, PRESSURE_DENSITY])?;
+    let measured = repulsive(distributions(data, [CONTACT_PRESSURE, PRESSURE_DENSITY])?);
     if measured.is_empty() {
         return Ok(Drawn::NotAsked);
     }
@@ -50,17 +50,37 @@ fn draw_pressures(data: &FigureData) -> Result<Drawn, ReportError> {
     let linear = row(0.01, |highest| Axis::linear("density").within(0.0, 1.1 * highest));
     let logarithmic =
         row(SHARE, |highest| Axis::logarithmic("density").within(SHARE * highest, 2.0 * highest));
+    let counted = match measured.iter().all(Distribution::is_adhesive) {
+        true => {
+            "Attractive pressures are not shown, so the integral of a curve is the repulsive \
+                 area fraction."
+        }
+        false => {
+            "Only nodes in contact are counted, so the integral of a curve is the area \
+                  fraction."
+        }
+    };
     let caption = format!(
         "Probability density of the contact pressure over the nominal area, linear and \
          logarithmic, from {}. Markers are means over the surfaces for some of the bins, bars are \
-         {}; lines join all bins. Only nodes in contact are counted, so the integral of a curve is \
-         the area fraction. Nodes at the edges of contact have pressures near zero, so the density \
-         there depends on the mesh.",
+         {}; lines join all bins. {counted} Nodes at the edges of contact have pressures near \
+         zero, so the density there depends on the mesh.",
         sample(&surfaces(&measured)),
         data.bars,
     );
     let figure = Figure::from_charts(vec![linear, logarithmic], [300.0, 240.0]);
     Ok(Drawn::figure(figure, caption))
+}
+
+/// Removes attractive pressures and, if a study has contacts with and without adhesion, those with
+/// adhesion. All open nodes are attracted under adhesion, which gives large densities near zero.
+fn repulsive(mut measured: Vec<Distribution>) -> Vec<Distribution> {
+    let has_adhesion = measured.iter().all(Distribution::is_adhesive);
+    measured.retain(|one| has_adhesion || !one.is_adhesive());
+    for (_, points) in measured.iter_mut().flat_map(|one| &mut one.loads) {
+        points.retain(|point| point.x > 0.0);
+    }
+    measured
 }
 
 /// Returns Persson's density at a load, averaged over each bin of `theory`. At a given reduced load
@@ -159,6 +179,10 @@ struct Distribution {
 }
 
 impl Distribution {
+    fn is_adhesive(&self) -> bool {
+        self.point.contains_key(WORK_OF_ADHESION.name)
+    }
+
     /// Returns the densities at a load.
     fn under(&self, load: f64) -> Option<&[DataPoint]> {
         let mut loads = self.loads.iter();
@@ -311,6 +335,21 @@ mod tests {
             surfaces: 3,
             loads: loads.iter().map(|&load| (load, points().collect())).collect(),
         }
+    }
+
+    #[test]
+    fn pressures_with_adhesion_are_drawn_where_they_are_repulsive_and_alone() {
+        let adhesive = || {
+            let mut one = distribution(&[0.1]);
+            one.point.insert(WORK_OF_ADHESION.name.to_owned(), "0.05".to_owned());
+            one.add(0.1, DataPoint { x: -0.05, y: 40.0, bar: None });
+            one
+        };
+        let alone = repulsive(vec![adhesive()]);
+        assert!(alone[0].under(0.1).unwrap().iter().all(|point| point.x > 0.0));
+        let with_others = repulsive(vec![adhesive(), distribution(&[0.1])]);
+        assert_eq!(with_others.len(), 1);
+        assert!(!with_others[0].is_adhesive());
     }
 
     #[test]
