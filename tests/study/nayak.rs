@@ -91,7 +91,7 @@ fn the_shipped_study_has_a_row_for_each_cell_of_the_tables() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/nayak.toml");
     let manifest = fs::read_to_string(path).unwrap();
     let bench = Bench::new();
-    let two = manifest.replace("realizations = 200", "realizations = 2");
+    let two = manifest.replace("realizations = 1000", "realizations = 2");
     assert_eq!(bench.run(&two)["surfaces"].computed, 132);
     let found = bench.table("nayak", "table");
     let (nayak, density) = (table("nayak"), table("summit-density"));
