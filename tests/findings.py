@@ -2,8 +2,9 @@
 
     python3 tests/findings.py                     check that the pages agree with the tables
     python3 tests/findings.py --write             write the pages
-    python3 tests/findings.py --collect DATA      copy tables, claims and figures of finished studies from the data
-                                                  folder DATA
+    python3 tests/findings.py --collect DATA [STUDY ...]
+                                                  copy tables, claims and figures of finished studies from the data
+                                                  folder DATA, of all studies unless some are named
     python3 tests/findings.py --reword            update the texts of claims in data/findings/ after a change of
                                                   wording; numbers stay
 
@@ -38,19 +39,17 @@ def program():
     return named
 
 
-def collect(data):
+def collect(data, studies):
     def told(study, command, *arguments, may_be=(0,)):
         manifest = ROOT / "manifests" / f"{study}.toml"
         ran = subprocess.run([program(), command, manifest, "--data", data, *arguments], stdout=subprocess.PIPE)
         assert ran.returncode in may_be, f"{command} of {study}"
         return ran.stdout
 
-    plans = {study: json.loads(told(study, "plan", "--json")) for study in findings_evidence.STUDIES}
+    plans = {study: json.loads(told(study, "plan", "--json")) for study in studies}
     for study, plan in plans.items():
         assert not any(stage["to_run"] for stage in plan["stages"]), f"{study} is not finished"
-    for folder in (TABLES, FIGURES):
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
+    FIGURES.mkdir(parents=True, exist_ok=True)
     for study, plan in plans.items():
         take(told, data, study, plan)
 
@@ -61,7 +60,8 @@ def take(told, data, study, plan):
     told(study, "report")
     results = Path(data) / "results" / study
     to = TABLES / study
-    to.mkdir()
+    shutil.rmtree(to, ignore_errors=True)
+    to.mkdir(parents=True)
     for table in tables:
         shutil.copy(results / f"{table}.parquet", to)
     for figure in figures:
@@ -105,8 +105,8 @@ def pages():
 
 
 def main(arguments):
-    if arguments[:1] == ["--collect"] and len(arguments) == 2:
-        collect(arguments[1])
+    if arguments[:1] == ["--collect"] and len(arguments) > 1:
+        collect(arguments[1], arguments[2:] or list(findings_evidence.STUDIES))
     elif arguments == ["--reword"]:
         reword()
     elif arguments == ["--write"]:

@@ -12,6 +12,7 @@ import re
 
 import polars as pl
 
+import findings_flow
 from findings_tables import CAMPAIGN, TABLES, table
 
 CURVES = table(CAMPAIGN, "curves")
@@ -168,6 +169,16 @@ def middle_pressures(label):
     return bins["pressure_density_mean"].sum() / bins["pressure_density_persson_mean"].sum()
 
 
+def flow_over_narrowest(label):
+    """Returns ln of the flow factor over that of the narrowest spectrum in the largest cell with the smallest H."""
+    lower, upper = spectrum(label)
+    hurst, area = (float(re.search(rf"{name} ([0-9.]+)", label)[1]) for name in ("H", "area"))
+    factors = findings_flow.factors()
+    narrowest = min(factors, key=lambda key: (key[1] / key[0], -key[0], key[2]))
+    at = findings_flow.AREAS.index(area)
+    return math.log(factors[lower, upper, hurst][at] / factors[narrowest][at])
+
+
 CLAIMS = {
     (CAMPAIGN, "area-at-0.06"): area,
     (CAMPAIGN, "area-above-persson"): over_persson,
@@ -191,6 +202,7 @@ CLAIMS = {
     (CAMPAIGN, "full-contact-at-1.7"): lambda label: SPECTRA[spectrum(label)]["full_contact_load_mean"],
     (CAMPAIGN, "modes-come-from-k-lower"): modes,
     ("distributions", "middle-pressures-are-as-in-persson"): middle_pressures,
+    ("flow-law", "flow-depends-on-mean-gap-and-area-alone"): flow_over_narrowest,
 }
 
 

@@ -50,7 +50,9 @@ def found(claim):
 def samples(claim, deciding):
     """Returns how many surfaces an undecided claim has, and how many more would decide it."""
     more = claim["more_surfaces"]
-    would = f"; {more} more would decide" if more else "; no number would decide" if claim["undecided"] else ""
+    would = "; no number would decide" if claim["undecided"] else ""
+    if more:
+        would = f"; {more} more would decide" if more <= 1000 else "; more than 1000 more would be necessary"
     return f"; n = {deciding['n']} surfaces{would}"
 
 

@@ -4,19 +4,22 @@ import math
 
 import polars as pl
 
-from findings_tables import BGT, between, digits, least_squares, rows, table, with_error
+from findings_tables import BGT, between, digits, error_of, least_squares, rows, table, with_error
 
 
 def words():
     """Returns sentences on the secant at the narrowest and the widest bandwidth, over all selections and forms."""
     narrow, wide, light = ([kappa[at] for one in of_selections(load) for kappa in one["kappa"]]
                            for at, load in ((0, 0.05), (1, 0.05), (1, 0.01)))
-    disagree = (f"At a load of 0.01 the selections disagree ({span(light)} at 128), so no value is claimed. "
+    disagree = (f"At a load of 0.01 the selections disagree ({span(light)} at 128), partly because the effect of the finite cell "
+                "depends on the bandwidth, which the fits leave out. No value is claimed there. "
                 if max(light) - min(light) > 0.01 else "")
+    error = max(one["error"] for one in of_selections(0.05))
     return ("In the limits of large cells and fine meshes, the secant (area over load) falls with the logarithm of the "
             f"bandwidth k_s/k_l. At a load of 0.05, in units of √(2π), it falls from {span(narrow)} at a bandwidth of 2 to "
-            f"{span(wide)} at 128; the ranges cover all selections of points and forms. {disagree}Persson's theory has "
-            "0.637 at light loads.")
+            f"{span(wide)} at 128; the ranges cover all selections of points and forms. Few points have a "
+            f"bandwidth of 128, and the standard error of one selection there is up to {digits(error, 1)}. {disagree}Persson's "
+            "theory has 0.637 at light loads.")
 
 
 def span(values):
@@ -47,10 +50,10 @@ def points_under(load):
 
 def of_selections(load):
     """Returns, for every selection and either power of 1/k_l, the secant over √(2π) at k_s/k_l = 2 and 128 and the
-    coefficient of the logarithm.
+    coefficient of the logarithm, and the larger standard error of the secant at 128.
 
     Fits the means of the points by least squares. The error of a mean is the root mean square over all points with the
-    same k_l: eight surfaces give an error to 25 % only, and points that agree by chance would have too much weight.
+    same k_l: the surfaces of one point give an uncertain error, and points that agree by chance would have too much weight.
     """
     points = points_under(load)
     errors = {}
@@ -60,14 +63,16 @@ def of_selections(load):
     told = []
     for name, belongs in SELECTIONS.items():
         chosen = [row for row in points if belongs(row)]
-        fits = []
+        fits, errors_at_128 = [], []
         for power in (1, 2):
             design = [[1, row["k_lower"] ** -power, math.log(row["k_lower"] / row["k_upper"]), row["k_upper"] / row["nodes"]]
                       for row in chosen]
             values = [row["area_corrected_mean"] / load / BGT for row in chosen]
-            limit, _, logarithm, _ = least_squares(design, values, [weights[row["k_lower"]] for row in chosen])
+            own = [weights[row["k_lower"]] for row in chosen]
+            limit, _, logarithm, _ = least_squares(design, values, own)
+            errors_at_128.append(error_of([1, 0, -math.log(128), 0], design, own) / load / BGT)
             fits.append((limit - logarithm * math.log(2), limit - logarithm * math.log(128), logarithm * BGT))
-        told.append({"name": name, "points": len(chosen), "kappa": fits})
+        told.append({"name": name, "points": len(chosen), "kappa": fits, "error": max(errors_at_128)})
     return told
 
 

@@ -120,7 +120,8 @@ def asperity_words():
             f"α = {digits(most[0], 3)}" for word in ("none", "explicit")]
     return (f"Asperity models have less area than the boundary-element solution for the same surfaces. At each k_l their "
             f"area falls as α grows. At a load of 0.0057 the ratio of the two areas is {told[0]} without interaction. It is "
-            f"{told[1]} if all asperities displace each other. Overlapping area counts twice in the models.")
+            f"{told[1]} if all asperities displace each other. Where two ellipses overlap, the common area is counted twice, so the models "
+            f"cover still less.")
 
 
 def asperities_over_alpha():
@@ -144,9 +145,20 @@ def nayak_scatter(k_lower):
 
 def least_squares(design, values, weights):
     """Solves weighted least squares by the normal equations."""
+    right = [sum(w * x[i] * y for x, y, w in zip(design, values, weights, strict=True)) for i in range(len(design[0]))]
+    return solved(design, weights, right)
+
+
+def error_of(combination, design, weights):
+    """Returns the standard error of a linear combination of the coefficients, if weights are inverse variances."""
+    return math.sqrt(sum(a * b for a, b in zip(combination, solved(design, weights, combination), strict=True)))
+
+
+def solved(design, weights, right):
+    """Solves the normal equations of a design for a right-hand side."""
     count = len(design[0])
-    matrix = [[sum(w * x[i] * x[j] for x, w in zip(design, weights, strict=True)) for j in range(count)]
-              + [sum(w * x[i] * y for x, y, w in zip(design, values, weights, strict=True))] for i in range(count)]
+    matrix = [[sum(w * x[i] * x[j] for x, w in zip(design, weights, strict=True)) for j in range(count)] + [right[i]]
+              for i in range(count)]
     for i in range(count):
         for j in set(range(count)) - {i}:
             factor = matrix[j][i] / matrix[i][i]

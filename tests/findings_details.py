@@ -1,0 +1,81 @@
+"""Numbers of the article docs/findings.md that no claim computes, from the tables in data/findings/."""
+
+import math
+import statistics
+
+import polars as pl
+
+from findings_tables import CAMPAIGN, digits, ranging, table
+
+
+def near(study, name, load):
+    """Returns the rows of a table at the load nearest to `load`."""
+    found = table(study, name)
+    nearest = min(found["load"].unique(), key=lambda one: abs(one - load))
+    return found.filter(pl.col("load") == nearest)
+
+
+def campaign_areas(load, correction):
+    at = near(CAMPAIGN, "curves", load).filter(pl.col("correction") == correction)
+    return at["load"][0], at["area_corrected_mean"].to_list()
+
+
+def error_function_scales(load):
+    """Returns the range over spectra of β in A = erf(β √2 y), from the counted areas at a load."""
+    y, areas = campaign_areas(load, "none")
+    inverse = [statistics.NormalDist().inv_cdf((1 + area) / 2) / math.sqrt(2) for area in areas]
+    return ranging([x / (math.sqrt(2) * y) for x in inverse])
+
+
+def crack_factors(load):
+    """Returns the range over spectra of the open area over half the area in tension, corrected as in 2017."""
+    y, areas = campaign_areas(load, "2017")
+    return ranging([2 * (1 - area) / math.erfc(math.sqrt(2) * y) for area in areas])
+
+
+def open_at(load):
+    """Returns the range over spectra of the counted open area, in per cent."""
+    _, areas = campaign_areas(load, "none")
+    return ranging([100 * (1 - area) for area in areas], 1)
+
+
+def hurst_effect(least, most):
+    """Returns the range, over loads, of the relative difference of the areas for the largest and the smallest H."""
+    found = table("hurst", "curves").filter((pl.col("correction") == "2017") & pl.col("load").is_between(least, most))
+    told = []
+    for _, at in found.group_by("load"):
+        areas = at["area_corrected_mean"]
+        told.append(100 * (areas.max() / areas.min() - 1))
+    return ranging(told, 1)
+
+
+def pressure_ratios(low, high, load=0.01):
+    """Returns the range over spectra of the area under pressures from `low` to `high`, over Persson's."""
+    found = near("distributions", "mean-pressures", load).filter(pl.col("contact_pressure").is_between(low, high))
+    sums = found.group_by("k_lower").agg(pl.col("pressure_density_mean", "pressure_density_persson_mean").sum())
+    return ranging(sums["pressure_density_mean"] / sums["pressure_density_persson_mean"], 2)
+
+
+def low_pressures_on_meshes(load=0.02, below=0.2):
+    """Returns the area under low pressures over Persson's, on the coarsest and on the finest mesh."""
+    found = near("pressure-edges", "mean-pressures", load).filter(pl.col("contact_pressure") < below)
+    sums = found.group_by("nodes").agg(pl.col("pressure_density_mean", "pressure_density_persson_mean").sum()).sort("nodes")
+    ratios = (sums["pressure_density_mean"] / sums["pressure_density_persson_mean"]).to_list()
+    return digits(ratios[0], 2), digits(ratios[-1], 2)
+
+
+def edge_exponents():
+    """Returns the range over loads of the exponent of the density of pressures from 0.1 to 0.2 on the finest mesh."""
+    found = table("pressure-edges", "mean-pressures")
+    told = []
+    for _, at in found.filter(pl.col("nodes") == found["nodes"].max()).group_by("load"):
+        half, whole = (at.filter(pl.col("contact_pressure") < end)["pressure_density_mean"].sum() for end in (0.1, 0.2))
+        told.append(math.log2(whole / half) - 1)
+    return ranging(told, 2)
+
+
+def plateau_effect(load=0.06):
+    """Returns by how many per cent the area grows from the shortest to the longest plateau."""
+    at = near("plateau", "curves", load).filter(pl.col("correction") == "2017").sort("k_rolloff")
+    areas = at["area_corrected_mean"].to_list()
+    return digits(100 * (areas[-1] / areas[0] - 1), 1), at["k_rolloff"].min(), at["k_rolloff"].max()
