@@ -30,9 +30,13 @@ const AREA_ALONE: Statement = Statement {
 /// Contact areas at which flow factors are compared.
 const AREAS: [f64; 3] = [0.05, 0.1, 0.2];
 
+const FLOWS: &str =
+    "a `measure` stage of contacts with `flow = true` on spectra with `k_lower` of at least 8";
+const SECOND_SPECTRUM: &str =
+    "a second spectrum with `k_lower` of at least 8, and loads around the areas 0.05, 0.1 and 0.2";
+
 pub fn claims(evidence: &Evidence) -> Vec<Claim> {
     let films = films(evidence);
-    let is_there = !films.is_empty();
     let mut ratios = Quantities::default();
     if let Some((narrowest, others)) = films.split_first() {
         for other in others {
@@ -45,17 +49,8 @@ pub fn claims(evidence: &Evidence) -> Vec<Claim> {
             }
         }
     }
-    let needs = move || match is_there {
-        false => {
-            "a `measure` stage of contacts with `flow = true` on spectra with `k_lower` of at \
-                  least 8"
-        }
-        true => {
-            "a second spectrum with `k_lower` of at least 8, and loads around the areas 0.05, \
-                 0.1 and 0.2"
-        }
-    };
-    vec![ratios.judge(AREA_ALONE, "flow through measured contacts", || needs().to_owned())]
+    let needs = if films.is_empty() { FLOWS } else { SECOND_SPECTRUM };
+    vec![ratios.judge(AREA_ALONE, "flow through measured contacts", || needs.to_owned())]
 }
 
 /// Contact areas and flow factors of the surfaces of a spectrum, under the same loads.
@@ -69,8 +64,8 @@ struct Film {
 fn films(evidence: &Evidence) -> Vec<Film> {
     let areas = evidence.corrected_areas_along_loads();
     let of = |factors: PerLoad| {
-        let mut areas = areas.iter().find(|areas| areas.spectrum == factors.spectrum)?.clone();
-        areas.keep(&factors.loads);
+        let areas = areas.iter().find(|areas| areas.spectrum == factors.spectrum)?;
+        let areas = areas.at_loads(&factors.loads);
         (areas.loads == factors.loads).then_some(Film { areas, factors })
     };
     let mut films: Vec<Film> =

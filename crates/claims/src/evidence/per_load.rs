@@ -65,12 +65,11 @@ impl PerLoad {
         nearest(&self.loads, load)
     }
 
-    /// Removes the values at other loads than these.
-    pub fn keep(&mut self, loads: &[f64]) {
-        let is_kept: Vec<bool> = self.loads.iter().map(|load| loads.contains(load)).collect();
-        let mut kept = is_kept.iter();
-        self.values.retain(|_| *kept.next().expect("each load has values"));
-        self.loads.retain(|load| loads.contains(load));
+    /// Returns the values at those of these loads that have values.
+    pub fn at_loads(&self, loads: &[f64]) -> PerLoad {
+        let all = self.loads.iter().copied().zip(self.values.iter().cloned());
+        let (loads, values) = all.filter(|(load, _)| loads.contains(load)).unzip();
+        PerLoad { spectrum: self.spectrum.clone(), loads, values }
     }
 }
 
