@@ -358,7 +358,7 @@ The density of the pressure crosses that of Persson's theory between 0.5 and 1 E
 {details.pressure_ratios(0.9, 1.0)} times this area, so that the area of the whole interval agrees
 ({claim("middle-pressures-are-as-in-persson", "holds", "distributions")}). Higher pressures are rarer
 ({claim("high-pressures-are-rarer-than-in-persson", "holds", "distributions")}), and low pressures more frequent: at a load
-of 0.01, pressures below 0.2 E\\* h′ occupy {t.low_pressure_ratio()} times the area of the theory on meshes of eight nodes to
+of 0.01, pressures below 0.2 E\\* h′ occupy {details.pressure_ratios(0, 0.2)} times the area of the theory on meshes of eight nodes to
 the shortest wavelength. Finer meshes have fewer low pressures: for a narrow spectrum at a load of 0.02, the ratio is {coarse} on
 eight nodes and {fine} on the finest mesh. Near full contact, pressures
 above 0.5 E\\* h′ are distributed as in the theory

@@ -4,7 +4,7 @@ import math
 
 import polars as pl
 
-from findings_tables import between, digits, least_squares, ranging, rows, table
+from findings_tables import digits, least_squares, ranging, rows, table
 
 # Range of interaction of the challenge, in nm.
 RANGE = 2.071
@@ -129,4 +129,4 @@ periodic = true
 heights = "redraw"
 ```
 
-The key `side` is necessary only for a file that does not state it; `height_scale` does the same for heights."""
+The key `side` is necessary if the file does not state it. `height_scale` converts heights that are in another unit."""

@@ -5,7 +5,7 @@ import statistics
 
 import polars as pl
 
-from findings_tables import CAMPAIGN, digits, ranging, table
+from findings_tables import CAMPAIGN, digits, edge_exponent, ranging, table
 
 
 def near(study, name, load):
@@ -67,11 +67,8 @@ def low_pressures_on_meshes(load=0.02, below=0.2):
 def edge_exponents():
     """Returns the range over loads of the exponent of the density of pressures from 0.1 to 0.2 on the finest mesh."""
     found = table("pressure-edges", "mean-pressures")
-    told = []
-    for _, at in found.filter(pl.col("nodes") == found["nodes"].max()).group_by("load"):
-        half, whole = (at.filter(pl.col("contact_pressure") < end)["pressure_density_mean"].sum() for end in (0.1, 0.2))
-        told.append(math.log2(whole / half) - 1)
-    return ranging(told, 2)
+    finest = found.filter(pl.col("nodes") == found["nodes"].max())
+    return ranging([edge_exponent(at) for _, at in finest.group_by("load")], 2)
 
 
 def plateau_effect(load=0.06):

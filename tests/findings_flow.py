@@ -39,9 +39,10 @@ def open_share(area):
     return 1 - area / sealing_limit()["limit"]
 
 
-def closed_form_at(area):
+def closed_form_values():
+    """Returns the values of the closed form at AREAS."""
     constant, exponent = closed_form()
-    return constant * open_share(area) ** exponent
+    return [constant * open_share(area) ** exponent for area in AREAS]
 
 
 def closed_form_words():
@@ -56,26 +57,28 @@ def factor_words():
                 for one, other in zip(values[:2], found[lower, upper, 0.3], strict=False)]
     wide, narrow = ([values[1] for (lower, upper, _), values in found.items() if upper == bandwidth * lower]
                     for bandwidth in (16, 2))
-    over_form = [value / closed_form_at(area) for (lower, upper, _), values in found.items() if upper <= 4 * lower
-                 for value, area in zip(values, AREAS, strict=True)]
+    form = closed_form_values()
+    over_form = [value / of_form for (lower, upper, _), values in found.items() if upper <= 4 * lower
+                 for value, of_form in zip(values, form, strict=True)]
     return (f"At a given contact area, the flow factor K/ū³ is the same for Hurst exponents of 0.3 and 0.8, within "
-            f"{digits(100 * max(of_hurst), 1)} % at areas of 0.05 and 0.1. It falls with the bandwidth: at an area of 0.1 it is {ranging(narrow, 2)} for "
-            f"k_s/k_l = 2 and {ranging(wide, 2)} for 16. For bandwidths up to 4 and areas A from 0.05 to 0.2, "
-            f"K/ū³ = {closed_form_words()} is right within {digits(100 * max(abs(one - 1) for one in over_form), 1)} %.")
+            f"{digits(100 * max(of_hurst), 1)} % at areas of 0.05 and 0.1. It falls with the bandwidth: at an area of 0.1 it is "
+            f"{ranging(narrow, 2)} for k_s/k_l = 2 and {ranging(wide, 2)} for 16. For bandwidths up to 4 and areas A from 0.05 to 0.2, "
+            f"K/ū³ = {closed_form_words()} agrees within {digits(100 * max(abs(one - 1) for one in over_form), 1)} %.")
 
 
 def factor_table():
     lines = [[str(lower), str(upper), digits(hurst, 1), *(digits(value, 3) for value in values)]
              for (lower, upper, hurst), values in sorted(factors().items())]
-    form = ["", "", "", *(f"({digits(closed_form_at(area), 3)})" for area in AREAS)]
+    form = ["", "", "", *(f"({digits(value, 3)})" for value in closed_form_values())]
     return rows(["k_l", "k_s", "H", *(f"K/ū³ at the area {area}" for area in AREAS)], [*lines, form])
+
 
 # First and last loads of the fits. The channel of heavier loads is a few nodes wide on the coarser meshes.
 WINDOWS = [(start, end) for start in (0.2, 0.216) for end in (0.225, 0.2265, 0.2275)]
 
 
 def fits():
-    """Returns (nodes, [first load, last load], β, threshold load, rms residual) for every mesh and window.
+    """Returns (nodes, (first load, last load), β, threshold load, rms residual) for every mesh and window.
 
     Each fit is ln K = c + β ln(y_c − y) + c₁ (y_c − y), by least squares over the loads of the window. The last term is the
     first correction to the power law. The threshold y_c is that with the smallest residual.
@@ -118,7 +121,9 @@ def residual(points, threshold):
 
 def saddle_words():
     """Returns sentences on the exponent, whose range covers all meshes but the coarsest and all windows."""
-    finer = [fit for fit in fits() if fit[0] > min(nodes for nodes, *_ in fits())]
+    all_fits = fits()
+    coarsest = min(nodes for nodes, *_ in all_fits)
+    finer = [fit for fit in all_fits if fit[0] > coarsest]
     exponents, thresholds = [fit[2] for fit in finer], [fit[3] for fit in finer]
     return (f"Where two spots of contact merge at a saddle, the flow vanishes as a power of the distance of the load from "
             f"the threshold. The exponent is {ranging(exponents, 3)} over meshes and ranges of loads. It falls slightly as "

@@ -118,10 +118,10 @@ def asperity_words():
     (least, narrow), *_, (most, wide) = asperities_of_alpha(0.0057)
     told = [f"{digits(narrow[word]['ratio'], 2)} at α = {digits(least[0], 2)} and {digits(wide[word]['ratio'], 2)} at "
             f"α = {digits(most[0], 3)}" for word in ("none", "explicit")]
-    return (f"Asperity models have less area than the boundary-element solution for the same surfaces. At each k_l their "
+    return ("Asperity models have less area than the boundary-element solution for the same surfaces. At each k_l their "
             f"area falls as α grows. At a load of 0.0057 the ratio of the two areas is {told[0]} without interaction. It is "
-            f"{told[1]} if all asperities displace each other. Where two ellipses overlap, the common area is counted twice, so the models "
-            f"cover still less.")
+            f"{told[1]} if all asperities displace each other. Where two ellipses overlap, the "
+            "common area is counted twice, so the models cover still less.")
 
 
 def asperities_over_alpha():
@@ -282,14 +282,6 @@ def pressures():
     return rows(["k_l", "load", "area", "fraction of it below 0.2 E\\* h′", "Persson's area", "Persson's fraction"], lines)
 
 
-def low_pressure_ratio(load=0.01, below=0.2):
-    """Returns the range over spectra of the area under low pressures, over that in Persson's theory."""
-    found = table("distributions", "mean-pressures").filter(
-        ((pl.col("load") - load).abs() < 1e-6) & (pl.col("contact_pressure") < below))
-    sums = found.group_by("k_lower").agg(pl.col("pressure_density_mean", "pressure_density_persson_mean").sum())
-    return ranging(sums["pressure_density_mean"] / sums["pressure_density_persson_mean"], 2)
-
-
 def sealing():
     parameters = [("percolation_area_corrected", "corrected area"), ("percolation_area", "counted area"),
                   ("percolation_load", "load")]
@@ -326,17 +318,21 @@ def flow_mesh():
                 lines)
 
 
+def edge_exponent(bins):
+    """Returns the exponent of a power law of the pressure density from 0.1 to 0.2, for bins of one mesh and load."""
+    half, whole = (bins.filter(pl.col("contact_pressure") < end)["pressure_density_mean"].sum() for end in (0.1, 0.2))
+    return math.log2(whole / half) - 1
+
+
 def edges():
     """Returns, for each mesh, the exponent of the pressure density from 0.1 to 0.2 and the density below 0.025."""
     found = table("pressure-edges", "mean-pressures").with_columns(
         width=2 * pl.col("contact_pressure").min().over("nodes", "load"))
     lines = {}
     for (nodes, load), at in sorted(found.group_by("nodes", "load")):
-        half, whole = ((one["pressure_density_mean"] * one["width"]).sum()
-                       for one in (at.filter(pl.col("contact_pressure") < end) for end in (0.1, 0.2)))
         least = at.sort("contact_pressure")["pressure_density_mean"][0]
         line = lines.setdefault(nodes, [str(nodes // 8)])
-        line += [digits(math.log2(whole / half) - 1, 2), digits(least, 3)]
+        line += [digits(edge_exponent(at), 2), digits(least, 3)]
     loads = sorted(found["load"].unique())
     heads = [head for load in loads for head in (f"exponent, load {digits(load, 1)}", "density below 0.025")]
     return rows(["nodes to the shortest wavelength", *heads], list(lines.values()))

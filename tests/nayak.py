@@ -4,9 +4,9 @@
     python3 tests/nayak.py data
 
 Analytic cells must agree to the printed digit. Numerical cells are means over 200 surfaces in
-the paper and over 1000 here: z is their difference in units of its standard error. The part of the paper is
-estimated by the scatter found here, and rounding adds a variance of step² / 12. Cells that share
-surfaces are correlated, so each z is tested alone.
+the paper and over 1000 here: z is their difference in units of its standard error. The part of the
+paper is estimated by the scatter found here, and rounding adds a variance of step² / 12. Cells that
+share surfaces are correlated, so each z is tested alone.
 """
 
 import math
