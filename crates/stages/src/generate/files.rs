@@ -2,7 +2,8 @@
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 
-mod map_checks;
+mod lengths;
+mod preparation;
 mod repairs;
 
 use std::collections::BTreeMap;
@@ -12,7 +13,8 @@ use std::rc::Rc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use self::map_checks::{Lengths, inspected, lengths, preparation};
+use self::lengths::{Lengths, lengths};
+use self::preparation::{inspected, preparation};
 use self::repairs::{WrittenAlignment, WrittenPoints};
 use super::growth::PlannedSurfaces;
 use super::map_file::{ChannelChoice, MapFile, MapFileError, Reader};
@@ -250,7 +252,7 @@ pub fn files(
                 (surface(*content, map.reader.clone(), unit, seen), side)
             }
             FoundMap::RecordedFile(recalled) => {
-                let side = map_checks::written_side(table, checks)?;
+                let side = lengths::written_side(table, checks)?;
                 (recalled_surface(recalled, table, surface), side)
             }
         };
@@ -268,7 +270,7 @@ pub fn files(
 /// that the manifest writes without a unit already are.
 fn in_unit_of(found: &FoundMap, table: &FileTable, checks: &Checks) -> FileTable {
     let is_in_metres = match found {
-        FoundMap::Map(_, map) => map_checks::is_in_metres(map),
+        FoundMap::Map(_, map) => lengths::is_in_metres(map),
         FoundMap::RecordedFile(recalled) => is_metre(&recalled.unit),
     };
     let mut table = table.clone();

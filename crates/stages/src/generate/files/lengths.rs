@@ -1,0 +1,217 @@
+//! Checks of the unit and of the sides of the map in a file.
+
+use std::ops::RangeBounds;
+
+use super::{FileKeys, FileTable};
+use crate::generate::PerAxis;
+use crate::generate::map_file::MapFile;
+use crate::generate::mesh::square_cells;
+use asperity_contact::grid::Cell;
+use asperity_manifest::decimal;
+use asperity_manifest::diagnostics::Problem;
+use asperity_manifest::keys::bounds::QUANTITY;
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::{OnAxes, Spanned};
+use asperity_topography_files::{Quantity, Size, is_metre};
+
+/// Relative tolerance between the sides in the manifest and the sides in the file.
+const SAME: f64 = 1e-6;
+
+/// The unit and the sides of a map in its file.
+pub struct Lengths {
+    /// Name of the unit of length.
+    pub unit: String,
+    /// Sides along x and y that the manifest gives, if it gives them.
+    pub side: Option<PerAxis<f64>>,
+    /// Cell of the map in the file, with the sides of the manifest or of the file.
+    pub cell: Cell,
+}
+
+/// Returns the sides that the manifest gives along x and y, if it gives them.
+pub fn written_side(table: &FileTable, checks: &mut Checks) -> Option<Option<PerAxis<f64>>> {
+    let sides = checks.optional("side", &table.side)?;
+    Some(sides.map(|sides| PerAxis(sides.value.pair().map(decimal::nearest))))
+}
+
+/// Returns the unit and the sides of a map. Reports contradictions between manifest and file.
+pub fn lengths(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
+    let written = written_side(keys.table, checks);
+    let unit = unit(keys, map, checks)?;
+    let known = sides_of_file(keys, map, checks)?;
+    let side = written?;
+    let sides = match (keys.table.side.written(), side, known) {
+        (Some(written), Some(PerAxis(sides)), Some(known)) => {
+            check_same(keys, written, sides, known, &unit, checks)?;
+            sides
+        }
+        (Some(written), Some(PerAxis(sides)), None) => {
+            check_both(keys.path, written, map.nodes, checks)?;
+            sides
+        }
+        (_, _, Some(known)) => known,
+        _ => return missing_side(keys, map, checks),
+    };
+    if let Some(side) = sides.into_iter().find(|side| !QUANTITY.contains(side)) {
+        let message = format!("{:?} has a side of {side:?}", keys.path.value);
+        let label = "sides must be from 1e-30 to 1e30";
+        return checks.reject(Problem::new(message, keys.path.span.clone(), label));
+    }
+    let cell = Cell::new(sides).expect("sides were checked");
+    Some(Lengths { unit, side, cell })
+}
+
+/// Returns whether the lengths of a map are read in metres. They are if the heights have a unit of
+/// length, or if the heights have no unit and the sides have one.
+pub fn is_in_metres(map: &MapFile) -> bool {
+    match map.quantity {
+        Quantity::Height => true,
+        Quantity::Unitless => matches!(map.size, Size::Metres(_)),
+        Quantity::Other(_) => false,
+    }
+}
+
+fn overrides(table: &FileTable) -> bool {
+    table.overrides.value() == Some(true)
+}
+
+/// Returns whether the manifest replaces the unit of the file by a unit other than the metre.
+fn has_other_unit(table: &FileTable) -> bool {
+    let unit = table.unit.written();
+    overrides(table) && unit.is_some_and(|unit| !is_metre(&unit.value))
+}
+
+/// Returns the unit of length of a map. Refuses a channel without heights, and a unit that
+/// contradicts the file.
+fn unit(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<String> {
+    let FileKeys { path, table, .. } = keys;
+    let written = table.unit.written();
+    if let Quantity::Other(unit) = &map.quantity
+        && !(overrides(table) && written.is_some())
+    {
+        let channel = &map.channel;
+        let message = format!(
+            "channel {}, `{}`, of {:?} has the unit `{unit}` and holds no heights",
+            channel.number, channel.name, path.value
+        );
+        let span = table.channel.written().map_or(&path.span, |channel| &channel.span);
+        let problem = Problem::new(message, span.clone(), "channel without heights");
+        return checks.reject(problem.help(
+            "choose another channel; if these are heights, set `override = true`, `unit` and \
+             `height_scale`",
+        ));
+    }
+    let Some(written) = written else {
+        let of_lengths = checks.units.length.as_ref().map_or("", |named| named.unit.symbol);
+        return Some(if is_in_metres(map) { "m".to_owned() } else { of_lengths.to_owned() });
+    };
+    if !is_in_metres(map) || overrides(table) {
+        return Some(written.value.clone());
+    }
+    if is_metre(&written.value) {
+        return Some("m".to_owned());
+    }
+    let message = format!(
+        "`unit = {:?}` contradicts {:?}, whose lengths are read in \"m\"",
+        written.value, path.value
+    );
+    let problem = Problem::new(message, written.span.clone(), "contradicts the unit of the file")
+        .and(path.span.clone(), "has lengths in \"m\"");
+    checks.reject(problem.help(
+        "remove `unit`: lengths of a file with a unit are converted to metres; if the unit of the file is \
+         wrong, `override = true` makes this the unit of `side` and of heights × `height_scale`",
+    ))
+}
+
+/// Returns the sides of the map in the file, or `Some(None)` if the file does not contain them in
+/// the unit of length of the map. Refuses a file with sides in metres and heights without a unit,
+/// unless the manifest gives `height_scale` or overrides the file.
+fn sides_of_file(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Option<[f64; 2]>> {
+    if has_other_unit(keys.table) && matches!(map.size, Size::Metres(_)) {
+        return Some(None);
+    }
+    Some(match (&map.quantity, map.size) {
+        (Quantity::Height | Quantity::Other(_), Size::Metres(sides)) => Some(sides),
+        (Quantity::Unitless, Size::Unitless(sides)) => Some(sides),
+        (Quantity::Unitless, Size::Metres(sides)) => {
+            let is_said = keys.table.height_scale.written().is_some() || overrides(keys.table);
+            if !is_said {
+                let message =
+                    format!("{:?} has sides in metres and heights without a unit", keys.path.value);
+                let problem = Problem::new(message, keys.path.span.clone(), "needs `height_scale`");
+                return checks.reject(problem.help(
+                    "set the factor that converts its heights to metres: `height_scale = 1e-6` for \
+                     micrometres, `height_scale = 1` for metres",
+                ));
+            }
+            Some(sides)
+        }
+        (_, Size::Unitless(_) | Size::Unknown) => None,
+    })
+}
+
+/// Refuses sides in the manifest that differ from those of the file, unless the manifest overrides
+/// the file.
+fn check_same(
+    keys: &FileKeys,
+    written: &Spanned<OnAxes<f64>>,
+    sides: [f64; 2],
+    known: [f64; 2],
+    unit: &str,
+    checks: &mut Checks,
+) -> Option<()> {
+    let is_same = |axis: usize| (sides[axis] - known[axis]).abs() <= SAME * known[axis];
+    if overrides(keys.table) || (is_same(0) && is_same(1)) {
+        return Some(());
+    }
+    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    let said = match known.map(decimal::nearest) {
+        [x, y] if x == y => format!("{x:?}"),
+        [x, y] => format!("[{x:?}, {y:?}]"),
+    };
+    let message = format!(
+        "`side = {}` contradicts {:?}, whose side is {said}{unit}",
+        written.value, keys.path.value
+    );
+    let problem = Problem::new(message, written.span.clone(), "contradicts the sides of the file")
+        .and(keys.path.span.clone(), "the file gives a different side");
+    checks.reject(problem.help("remove `side`, or set `override = true` if the file is wrong"))
+}
+
+/// Refuses one side for a map with different numbers of nodes along x and y, because the shape of
+/// its cells is then unknown.
+fn check_both(
+    path: &Spanned<String>,
+    sides: &Spanned<OnAxes<f64>>,
+    [nodes_x, nodes_y]: [usize; 2],
+    checks: &mut Checks,
+) -> Option<()> {
+    let OnAxes::Both(side) = sides.value else {
+        return Some(());
+    };
+    if nodes_x == nodes_y {
+        return Some(());
+    }
+    let message = format!(
+        "{:?} has different numbers of nodes along x and y, but `side` is one number",
+        path.value
+    );
+    let problem = Problem::new(message, sides.span.clone(), "one number")
+        .and(path.span.clone(), "rectangular map");
+    let counts = [nodes_x, nodes_y].map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX));
+    checks.reject(problem.help(format!(
+        "give the sides along the first and the second axis of the array; `side = {}` makes cells \
+         square",
+        square_cells(counts, side)
+    )))
+}
+
+/// Reports that neither the manifest nor the file gives the side of the map.
+fn missing_side(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
+    let says = match map.size {
+        Size::Unitless([x, y]) => format!("has {x} × {y} without a unit"),
+        Size::Metres([x, y]) => format!("has {x:?} × {y:?} m, not in the unit of the manifest"),
+        Size::Unknown => "does not contain it".to_owned(),
+    };
+    let message = format!("`side` is not given, and {:?} {says}", keys.path.value);
+    checks.refuse("side", message, &keys.path.span, "needs `side`")
+}
