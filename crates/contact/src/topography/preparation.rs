@@ -78,6 +78,10 @@ pub struct Preparation {
     /// map.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tip_radius: Option<f64>,
+    /// Direction of the scan lines, along which peaks are compared with the tip. Omitted from the
+    /// recipe if it is x, so that existing keys stay valid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_along: Option<Axis>,
     /// True if the noise of the map is analysed for its reliability.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub noise_floor: bool,
@@ -212,7 +216,7 @@ impl Preparation {
         levelled: Scan,
         edges: Edges,
     ) -> Result<(Surface, Option<Reliability>), MissingPoints> {
-        let lines = self.align.map_or(Axis::X, |align| align.along);
+        let lines = self.tip_along.unwrap_or(Axis::X);
         let tip = self.tip_radius.and_then(|radius| Tip { radius }.cutoff(&levelled, lines));
         let is_periodic = edges == Edges::Periodic;
         let surface = self.fill.unwrap_or_default().fill(levelled, is_periodic)?;

@@ -61,6 +61,7 @@ fn a_surface_is_known_from_its_recipe() {
         preparation: Preparation {
             low_pass: Some(LowPass::Found(FoundCutoff::Reliable)),
             tip_radius: Some(1e-8),
+            tip_along: Some(Axis::Y),
             noise_floor: true,
             ..Preparation::default()
         },

@@ -14,7 +14,7 @@ use asperity_contact::topography::preparation::{
     Crop, FoundCutoff, Levelled, LowPass, Preparation, PreparationError, spread,
 };
 use asperity_contact::topography::reliability::Reliability;
-use asperity_contact::topography::surface::Scan;
+use asperity_contact::topography::surface::{Axis, Scan};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::OnAxes;
@@ -36,18 +36,21 @@ pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation
     let (high_pass, low_pass) = (high_pass?, low_pass?);
     check_band(table, [wavelength(low_pass), high_pass], checks)?;
     let (level, fill) = (table.level.value(), table.fill.value());
+    let (align, tip_radius) = (align?, tip_radius?);
+    let lines = align.map(|align| align.along).filter(|along| *along != Axis::X);
     Some(Preparation {
         crop: crop?,
         spikes: spikes?,
         islands: islands?.map(|islands| islands.value),
-        align: align?,
+        align,
         level,
         level_through: level_through?,
         fill,
         high_pass,
         low_pass,
         resample: resample?,
-        tip_radius: tip_radius?,
+        tip_radius,
+        tip_along: lines.filter(|_| tip_radius.is_some()),
         noise_floor,
     })
 }
