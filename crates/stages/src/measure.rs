@@ -40,7 +40,7 @@ pub use distributions::Distribution;
 use statistics::Statistic;
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// Memory for the map of filled nodes, the measured map and the search of spikes, in bytes per
 /// node.
