@@ -124,7 +124,7 @@ its place:
 [stage.surface]
 kind = "generate"
 method = "file"
-path = "../data/topography/netcdf4-1.nc"
+path = "../data/topography/nc-1.nc"
 periodic = true
 heights = "redraw"
 ```

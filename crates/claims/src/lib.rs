@@ -21,7 +21,7 @@
 //! | `full_contact` | the approach to full contact (section 7) |
 //! | `mesh` | the error of the mesh (section 8); limits of large cells and fine meshes |
 //! | `asperities`, `distributions`, `gap` | asperity models, pressures, stiffness, sealing |
-//! | `flow` | flow through the gap |
+//! | `flow` | dependence of the flow through the gap on the contact area |
 //! | `closed_forms` | claims on closed forms, and misprints |
 
 // Tests compare with tolerances.

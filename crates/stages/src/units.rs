@@ -63,8 +63,8 @@ impl TableUnits {
         })
     }
 
-    /// Returns the unit of a column for the head of a table: its name, or `None` if the table does
-    /// not name the units of which it consists.
+    /// Returns the name of the unit that the head of a printed column shows. Returns `None` if the
+    /// table does not name the unit of length or pressure on which it depends.
     pub fn shown(&self, unit: &str) -> Option<String> {
         let named = self.name(unit);
         (named != unit || ABSOLUTE.contains(&unit)).then_some(named)

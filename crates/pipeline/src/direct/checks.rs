@@ -36,7 +36,8 @@ pub fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
     }
 }
 
-/// Checked keys of a `solve` stage, and of a `measure` stage with `friction` that reads it.
+/// Parameters whose keys have been checked: those of a `solve` stage, and those of a `measure`
+/// stage with `friction` that reads it.
 #[derive(Debug)]
 pub struct Checked {
     pub contact: CheckedContact,
@@ -44,7 +45,7 @@ pub struct Checked {
     pub warnings: Vec<String>,
 }
 
-/// Checked parameters of a contact.
+/// Parameters of a contact whose keys have been checked.
 #[derive(Debug)]
 pub enum CheckedContact {
     /// Parameters of the branches of a path of loads; a single one without a path.
