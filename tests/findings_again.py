@@ -83,9 +83,12 @@ def equal_bandwidth(label, correction="none"):
     return math.log(mean((upper, of_upper), load(label), correction) / mean((lower, of_lower), load(label), correction))
 
 
-def least_squares_in_cutoffs(label):
-    """Returns t of ln A = c + s ln ζ + t ln k_lower over the nine spectra, by the normal equations."""
-    points = [((1.0, math.log(upper / lower), math.log(lower)), math.log(mean((lower, upper), load(label), "2017")))
+def least_squares_in_cutoffs(label, correction, variable):
+    """Returns the coefficient of ln k_lower in a fit of ln A over the nine spectra, by the normal equations.
+
+    The other coefficients are a constant and that of the logarithm of `variable(k_lower, k_upper)`.
+    """
+    points = [((1.0, math.log(variable(lower, upper)), math.log(lower)), math.log(mean((lower, upper), load(label), correction)))
               for lower in CUTOFFS["k_lower"] for upper in CUTOFFS["k_upper"]]
     matrix = [[sum(x[i] * x[j] for x, _ in points) for j in range(3)] + [sum(x[i] * y for x, y in points)]
               for i in range(3)]
@@ -94,6 +97,34 @@ def least_squares_in_cutoffs(label):
             factor = matrix[j][i] / matrix[i][i]
             matrix[j] = [a - factor * b for a, b in zip(matrix[j], matrix[i], strict=True)]
     return matrix[2][3] / matrix[2][2]
+
+
+def third_difference(label):
+    """Returns the third divided difference of the mean area by Lagrange's form, from the loads nearest to the named ones."""
+    loads = [0.0, *(min(LOADS, key=lambda one: abs(one - named)) for named in (0.005, 0.02, 0.06))]
+    areas = [0.0, *(mean(spectrum(label), one) for one in loads[1:])]
+    return sum(area / math.prod(one - other for other in loads if other != one) for one, area in zip(loads, areas, strict=True))
+
+
+def halving(_):
+    """Returns the mean over spectra of the area at which the estimated relative error is half of its first value."""
+    return sum(map(halving_of, SPECTRA)) / len(SPECTRA)
+
+
+def halving_of(one):
+    curve = [(mean(one, at), 1 - mean(one, at, "pi/8") / mean(one, at)) for at in sorted(LOADS)]
+    half = curve[0][1] / 2
+    after = next(i for i, (_, error) in enumerate(curve) if error <= half)
+    (area, error), (next_area, next_error) = curve[after - 1:after + 1]
+    return ((half - next_error) * area + (error - half) * next_area) / (error - next_error)
+
+
+def growth_of_kappa(label):
+    """Returns ln of the ratio of the smallest κ, from the table of the `fit` stage."""
+    greater, _ = neighbour(label)
+    kappa = {(row["k_lower"], row["k_upper"]): row["kappa_convex"]
+             for row in table(CAMPAIGN, "least-convex").filter(pl.col("correction") == "none").to_dicts()}
+    return math.log(kappa[greater] / kappa[spectrum(label)])
 
 
 def left_by_line(x, y):
@@ -193,7 +224,13 @@ CLAIMS = {
     (CAMPAIGN, "scatter-falls-with-cutoffs"): scatter,
     (CAMPAIGN, "alpha-alone-does-not-decide"): equal_bandwidth,
     (CAMPAIGN, "alpha-alone-decides-corrected"): lambda label: equal_bandwidth(label, "2017"),
-    (CAMPAIGN, "corrected-area-depends-on-bandwidth-alone"): least_squares_in_cutoffs,
+    (CAMPAIGN, "corrected-area-depends-on-bandwidth-alone"):
+        lambda label: least_squares_in_cutoffs(label, "2017", lambda lower, upper: upper / lower),
+    (CAMPAIGN, "no-trend-within-corrected-groups"):
+        lambda label: least_squares_in_cutoffs(label, "pi/8", lambda _, upper: upper),
+    (CAMPAIGN, "slope-is-convex"): third_difference,
+    (CAMPAIGN, "least-convex-kappa-depends-on-k-lower"): growth_of_kappa,
+    (CAMPAIGN, "estimated-error-halves-at-30-percent"): halving,
     (CAMPAIGN, "corrected-area-collapses-on-bandwidth-rather-than-alpha"): on_alpha_over_bandwidth,
     ("asperities-1024", "non-interacting-asperities-have-less-area"): less_without_interaction,
     ("asperities-1024", "interaction-adds-area-to-asperities"): added_by_interaction,
