@@ -2,12 +2,17 @@
 
 import json
 
-from findings_tables import TABLES, digits, rows
+from findings_tables import CAMPAIGN, TABLES, digits, rows
 
 
 def of(study):
     return {one["name"]: one for one in
             json.loads((TABLES / study / "claims.json").read_text(encoding="utf-8"))["claims"]}
+
+
+def values(name, study=CAMPAIGN, only=""):
+    """Returns the values of the quantities of a claim whose labels contain a text."""
+    return [one["value"] for one in of(study)[name]["quantities"] if only in one["label"]]
 
 
 def cell(text):
@@ -78,12 +83,3 @@ def counted(study):
         counts = [all_of.count(verdict) for verdict in verdicts]
         lines.append([named, *(str(count) for count in counts)])
     return rows([f"claims on `{study}.toml`", *verdicts], lines)
-
-
-def collapse(study):
-    """Returns a sentence on the groups of corrected areas."""
-    claim = of(study)["corrected-area-depends-on-bandwidth-alone"]
-    worst = max(claim["quantities"], key=lambda one: abs(one["value"]))
-    lower, upper = digits(worst["lower"], 2), digits(worst["upper"], 2)
-    return (f"Areas corrected as in 2017 depend on k_s/k_l. At given k_s/k_l, a factor e in k_l changes ln A by at most "
-            f"{digits(abs(worst['value']), 2)} ({worst['label']}: {digits(worst['value'], 2)} [{lower}, {upper}]).")

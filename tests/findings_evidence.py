@@ -337,8 +337,9 @@ spectra and fine meshes.
 {t.flow_mesh()}
 {claims.table("sealing", ["interface-is-sealed-at-0.415-of-the-area"])}
 The campaign has the following results on sealing and stiffness. Its loads are more widely spaced, so its thresholds are less
-precise. {t.narrow_sealing_words()} This is according to the [fit of the limits](limits.md). For such a spectrum the first
-claim does not hold.
+precise. {t.narrow_sealing_words()} This is according to the [fit of the limits](limits.md). Therefore the first claim does
+not hold for the spectra of one and two octaves. The third claim fails for the same reason: at a given k_s, a spectrum with a
+larger k_l is narrower.
 
 {claims.table(CAMPAIGN, ["interface-is-sealed-at-0.415-of-the-area",
                          "interface-is-sealed-below-one-half-of-the-area",
