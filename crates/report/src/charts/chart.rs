@@ -12,6 +12,8 @@ use crate::charts::style::{Colour, Style};
 
 /// Width in pixels below which a chart has fewer ticks.
 const NARROW: f64 = 330.0;
+/// Room for a note above its point, relative to the length of the axis.
+const NOTE_HEIGHT: f64 = 0.08;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
@@ -290,7 +292,12 @@ impl Frame {
             let [low, high] = point.bar.unwrap_or([point.y; 2]);
             if (x[0]..=x[1]).contains(&point.x) { vec![point.y, low, high] } else { Vec::new() }
         };
-        let y = ends(&chart.y, &chart.series, heights);
+        let mut y = ends(&chart.y, &chart.series, heights);
+        if chart.y.range.is_none() && chart.y.spacing == Spacing::Linear {
+            // A note stands above its point.
+            let room = NOTE_HEIGHT * (y[1] - y[0]);
+            y[1] = chart.notes.iter().fold(y[1], |top, (_, height, _)| top.max(height + room));
+        }
         let spacing = [chart.x.spacing_between(x), chart.y.spacing_between(y)];
         Frame { x, y, spacing, lift: [spacing[0].lift(x), spacing[1].lift(y)] }
     }
@@ -359,6 +366,18 @@ mod tests {
         assert!(near.x[0] < 0.9 && near.y[1] > 21.0, "{:?} {:?}", near.x, near.y);
         let only_a_guide = Frame::new(&chart(&[], &[(0.0, 1.0), (7.0, 900.0)]));
         assert!(only_a_guide.y[1] > 900.0);
+    }
+
+    #[test]
+    fn an_axis_has_room_for_the_highest_note() {
+        let mut noted = chart(&[(1.0, 10.0), (2.0, 20.0)], &[]);
+        let alone = Frame::new(&noted).y;
+        noted.notes = vec![(1.0, 20.0, "y = 20".to_owned())];
+        let [from, to] = Frame::new(&noted).y;
+        assert_eq!(from, alone[0]);
+        assert!(to > alone[1] && to >= 20.0 + NOTE_HEIGHT * (alone[1] - alone[0]), "{to}");
+        noted.notes[0].1 = 12.0;
+        assert_eq!(Frame::new(&noted).y, alone);
     }
 
     #[test]
