@@ -10,9 +10,9 @@ def of(study):
             json.loads((TABLES / study / "claims.json").read_text(encoding="utf-8"))["claims"]}
 
 
-def values(name, study=CAMPAIGN, only=""):
-    """Returns the values of the quantities of a claim whose labels contain a text."""
-    return [one["value"] for one in of(study)[name]["quantities"] if only in one["label"]]
+def values(name, study=CAMPAIGN):
+    """Returns the values of the quantities of a claim."""
+    return [one["value"] for one in of(study)[name]["quantities"]]
 
 
 def cell(text):

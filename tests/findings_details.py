@@ -101,6 +101,7 @@ def differences(name):
 
 
 def growth(name):
+    """Returns the range of the growth, in per cent, whose logarithms are the quantities of a claim of the campaign."""
     return per_cent(values(name), 2)
 
 
@@ -110,8 +111,8 @@ def halving():
 
 
 def trend():
-    """Returns by how many per cent the area corrected by π/8 changes at a load of 0.012, if k_lower grows by the factor e."""
-    return digits(100 * math.expm1(labelled("no-trend-within-corrected-groups")["load 0.012"]), 2)
+    """Returns by how many per cent the area corrected by π/8 falls at a load of 0.012, if k_lower grows by the factor e."""
+    return digits(-100 * math.expm1(labelled("no-trend-within-corrected-groups")["load 0.012"]), 2)
 
 
 def residuals():
