@@ -70,7 +70,7 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
         (Some(_), Some(stage)) => {
             let manifest = arguments.manifest.display();
             let message = format!(
-                "a query names its tables itself; leave out `{stage}`: `asperity table {manifest} \
+                "`--sql` takes no stage beside it; name the stage in the query: `asperity table {manifest} \
                  --sql 'select * from \"{stage}\"'`"
             );
             return Err(Misused(message).into());

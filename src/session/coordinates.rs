@@ -250,7 +250,7 @@ pub fn rows_under(
     }))
 }
 
-/// Returns the only element of `rows`, which have the same load. The rows of a task that is no path
+/// Returns the only element of `rows`, which have the same load. The rows of a task without a path
 /// are equal, so the first one is returned.
 ///
 /// # Errors

@@ -58,7 +58,7 @@ impl LoadMaps {
 #[derive(Debug, Default)]
 struct ExportedLoads {
     loads: Vec<f64>,
-    /// Branches of the states; empty if the contact is no path.
+    /// Branches of the states; empty if the contact is not a path.
     branches: Vec<String>,
 }
 

@@ -105,7 +105,7 @@ pub struct Map {
     pub unit: Option<String>,
     /// Load or mean gap in the unit of the study, or `None` for heights.
     pub load: Option<f64>,
-    /// Branch and number of the state along its path, or `None` if the contact is no path.
+    /// Branch and number of the state along its path, or `None` if the contact is not a path.
     pub state: Option<PathState>,
     /// Unit of pressures, if it is known.
     pub pressure_unit: Option<String>,
@@ -241,7 +241,7 @@ pub struct Overlay {
     pub contacts: Vec<ContactMap>,
     /// Loads or mean gaps of the maps, in the unit of the study.
     pub loads: Vec<f64>,
-    /// Branch of the states, or `None` if the contact is no path.
+    /// Branch of the states, or `None` if the contact is not a path.
     pub branch: Option<String>,
 }
 

@@ -148,9 +148,9 @@ impl Adhesion {
 /// Quantity that is prescribed for a state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// Mean gap over the map, positive.
+    /// Mean gap over the map, positive, in the unit of heights (see [`Adhesion`]).
     MeanGap(f64),
-    /// Mean pressure over the map, negative under tension.
+    /// Mean pressure over the map, negative under tension, in the unit of pressures.
     Load(f64),
 }
 

@@ -111,8 +111,8 @@ impl Task {
     }
 }
 
-/// Returns the rows of a recipe that reads the tasks `inputs`, and the recipe that they share, if
-/// the rows do not depend on each other.
+/// Returns the series of a recipe: its rows, and the recipe that these rows share. Returns `None`
+/// if the rows depend on each other. `inputs` are the tasks that the recipe reads.
 fn series(recipe: &Recipe, inputs: &[usize], tasks: &[Task]) -> Option<Series> {
     let input = match inputs {
         [input] => tasks[*input].table.series.as_deref(),
@@ -283,7 +283,8 @@ struct Builder {
     tasks: Vec<Task>,
     stages: Vec<PlannedStage>,
     known: HashMap<TaskKey, usize>,
-    /// Hash of the last recipe of a series, and the hash of what its rows share.
+    /// Hash of the last recipe with a series, and hash of the recipe that its rows share, because
+    /// consecutive tasks often have the same recipe.
     shared: Option<(Digest, Digest)>,
 }
 

@@ -1,8 +1,8 @@
 //! The settings file `asperity.toml`: read-only stores of a group, and settings of cluster jobs.
 //!
 //! Files are searched next to the manifest, in the data folder and in the user's configuration
-//! folder. The nearest file with a key decides about this key. No result and no key in the store
-//! depends on these settings.
+//! folder. If several files have a key, the first one in this order is used. No result and no key
+//! in the store depends on these settings.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -74,8 +74,8 @@ impl SettingsFile {
     }
 }
 
-/// Returns whether a file does not exist. A file in place of one of its folders counts, too; other
-/// parts of the program report it.
+/// Returns whether a file does not exist. Also returns true if a parent of the path is a file,
+/// which other parts of the program report.
 fn is_absent(error: &io::Error) -> bool {
     [io::ErrorKind::NotFound, io::ErrorKind::NotADirectory].contains(&error.kind())
 }

@@ -95,7 +95,8 @@ pub fn point(table: &Table, row: usize) -> Point {
     to_text(ensemble::ParameterPoint::from_row(table, row))
 }
 
-/// Converts parameters to text, without the correction of the area.
+/// Converts parameters to text. Omits the correction of the area, and the roll-off of a spectrum
+/// without a plateau.
 fn to_text(point: ensemble::ParameterPoint) -> Point {
     let point = point.without(&[CORRECTION.name, COEFFICIENT.name]);
     let mut point: Point =

@@ -181,7 +181,7 @@ fn map_panel(title: String, raster: Raster, grid: Grid, length_unit: Option<&str
 /// Returns a scale bar relative to the longer side of the map.
 fn relative_scale_bar(grid: Grid) -> Option<ScaleBar> {
     let longer = grid.cell().longer_side();
-    // As if the longer side were one pixel long, which is no unit of length.
+    // As if the longer side were one pixel long, which is not a unit of length.
     let bar = scale_bar(grid.cell().size()[0] / longer, Some("L"))?;
     Some(ScaleBar { length: bar.length * longer, label: bar.label })
 }

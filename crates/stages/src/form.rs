@@ -221,7 +221,10 @@ impl StageVariant {
             name: solve::full_contact::NAME,
             value: Box::new(move |key, point| match self {
                 StageVariant::Solve => solve::full_contact::load(&inputs, key, point),
-                _ => Err("it is known only in the loads of `solve` stages".to_owned()),
+                _ => Err(format!(
+                    "`{}` can be used only in the loads of a `solve` stage",
+                    solve::full_contact::NAME
+                )),
             }),
         }
     }

@@ -40,15 +40,15 @@ pub struct Definition {
     pub row_kind: fn(Option<RowKind>) -> Option<RowKind>,
     /// Returns all columns that the stage may add to the parameter columns of its inputs.
     pub columns: fn() -> Vec<Column>,
-    /// Returns short statements that summarize a table of the stage. The loads are those of the
-    /// contacts of its surfaces, if they are pressures.
+    /// Returns short statements that summarize a table of the stage. The second argument describes
+    /// the loads of the study if they are given as pressures.
     pub summary: fn(&TableSource, Option<&AbsoluteLoads>) -> Result<Vec<String>, StageError>,
 }
 
 /// Loads of a study that are pressures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AbsoluteLoads {
-    /// Effective modulus E* of all contacts.
+    /// Effective modulus E* of all contacts, in `unit`.
     pub effective_modulus: f64,
     /// Unit that the manifest names.
     pub unit: Option<&'static str>,
@@ -151,11 +151,11 @@ pub trait Stage {
         None
     }
 
-    /// Returns the rows of the table and the recipe that they share, if the rows do not depend on
-    /// each other. The store then keeps single rows, and a table with further rows computes only
-    /// these. Otherwise returns `None`, and the whole table is stored under one key.
+    /// Returns the series of the table: its rows, and the recipe that these rows share. The store
+    /// then keeps single rows, and a table with further rows computes only these. Returns `None` if
+    /// the rows depend on each other; the whole table is then stored under one key.
     ///
-    /// `input` are the rows of the input, if there is a single input whose rows are independent.
+    /// `input` has the rows of the input, if there is a single input whose rows are independent.
     fn series(&self, _input: Option<&SeriesRows>) -> Option<Series> {
         None
     }
@@ -172,10 +172,10 @@ pub trait Stage {
         None
     }
 
-    /// Returns the recipe of the shorter table with which this table begins, given its number of
-    /// rows, at least one. The rows of such a table depend on the rows before them. If the store
-    /// holds a shorter table, the task continues from its last row. Returns `None` if the table is
-    /// not longer, or if its rows do not depend on each other.
+    /// Returns the recipe of the first rows of this table, with at least one row, if each row
+    /// depends on the rows before it. If the store holds such a shorter table, the task continues
+    /// from its last row. Returns `None` if the table has no more rows than this, or if its rows do
+    /// not depend on each other.
     fn beginning(&self, _rows: usize) -> Option<Recipe> {
         None
     }

@@ -280,7 +280,7 @@ impl EvolutionProblem {
 
 /// Residuals of a mean curve from a contact evolution law with `P` free parameters.
 ///
-/// These are the first `P` of ln β, ln μ and ln κ.
+/// The free parameters are the first `P` of ln β, ln μ and ln κ; the others are `fixed`.
 pub(super) struct Model<'a, const P: usize> {
     problem: &'a EvolutionProblem,
     mean: &'a [f64],

@@ -286,8 +286,8 @@ impl Store {
         })
     }
 
-    /// Calls `read`, and repeats the call without a file of a layer that cannot be read or is
-    /// damaged.
+    /// Calls `read`. If a file of a read-only store cannot be read or is damaged, ignores this file
+    /// from now on and calls `read` again.
     fn ignoring_unusable<T>(
         &self,
         read: impl Fn() -> Result<T, StoreError>,

@@ -131,8 +131,11 @@ impl<'a> File<'a> {
         if length == of_scan || (needed > length && length >= of_scan) { Ok(scan) } else { Ok(own) }
     }
 
-    /// Returns the size of a map of `nodes` nodes. The entry `Scan Size` of the image is the size
-    /// of a map of `own` nodes, from which the size is scaled.
+    /// Returns the size of a map of `nodes` nodes.
+    ///
+    /// The entry `Scan Size` of the image is the size of a map of `own` nodes and is scaled to
+    /// `nodes`. If the file also gives the size along the slow axis, x is the `Scan Size`, and y is
+    /// the size along the slow axis, reduced if the scan was stopped early.
     fn size(
         &self,
         image: &Section,

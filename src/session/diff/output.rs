@@ -33,7 +33,7 @@ struct Row<'a> {
 /// Writes all means of a comparison into a Parquet file.
 ///
 /// # Errors
-/// Returns an error if the file cannot be written, or if it exists and is no comparison.
+/// Returns an error if the file cannot be written, or if it exists and is not a comparison.
 pub fn write(comparison: &Comparison, path: &Path) -> Result<(), SessionError> {
     if path.symlink_metadata().is_ok() && !is_comparison(path) {
         return Err(SessionError::Refused(format!(

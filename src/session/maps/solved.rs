@@ -55,7 +55,7 @@ impl SolvedTask {
         self.table.has(STEP.name)
     }
 
-    /// Returns the position of a row along its path, or `None` if the contact is no path.
+    /// Returns the position of a row along its path, or `None` if the contact is not a path.
     pub fn path_state(&self, row: usize) -> Result<Option<PathState>, SessionError> {
         if !self.is_path() {
             return Ok(None);

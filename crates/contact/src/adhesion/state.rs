@@ -1,4 +1,4 @@
-//! States of a path: from the state before to the target, and what a state is described by.
+//! States of a path: from the previous state to the target, and the quantities that describe them.
 
 use super::body::{gather, spread};
 use super::descent::{Control, Descent, End, Fields};
@@ -19,12 +19,14 @@ const GAP_ERROR: f64 = 1e-11;
 
 /// State of an adhesive contact, without its maps.
 ///
-/// Energies are per area of the map.
+/// Gaps and displacements are in units of a L, pressures in units of a E*, and energies are per
+/// area of the map, in units of a² E* L, with the number a of [`Adhesion`](super::Adhesion).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdhesiveState {
     /// Reason why the computation ended.
     pub stop: Stop,
-    /// Lowest load found under which the bodies hold, if they have been pulled off from a state.
+    /// Largest tension under which the bodies stay together, as a negative mean pressure; `None`
+    /// unless they have been pulled off.
     pub pull_off_load: Option<f64>,
     /// Number of transform pairs used.
     pub pairs: u32,

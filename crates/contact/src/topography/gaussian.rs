@@ -36,8 +36,10 @@ pub fn transmission(cutoff: f64, wavelength: f64) -> f64 {
     libm::exp(-LN_2 * (cutoff / wavelength).powi(2))
 }
 
-/// Returns the waviness of a map: the map after the Gaussian low-pass filter, which attenuates
-/// waves shorter than `cutoff`.
+/// Returns the waviness of a map: the map after the Gaussian low-pass filter.
+///
+/// A wave keeps the fraction [`transmission`] of its amplitude: one half at `cutoff`, and less if
+/// it is shorter.
 ///
 /// The cutoff is in the unit of the sides. `is_periodic` selects the filter of periodic maps.
 pub fn low_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
@@ -51,7 +53,8 @@ pub fn low_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
 
 /// Returns the roughness of a map: the map minus the result of [`low_pass`].
 ///
-/// Waves longer than `cutoff` are attenuated, and the mean height is removed.
+/// A wave keeps the fraction 1 − [`transmission`] of its amplitude: one half at `cutoff`, and less
+/// if it is longer. The mean height is removed. The parameters are those of [`low_pass`].
 pub fn high_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
     let waviness = low_pass(surface, cutoff, is_periodic);
     let heights = surface.heights().iter().zip(waviness.heights());

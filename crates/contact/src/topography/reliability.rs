@@ -34,17 +34,17 @@ const BANDS_PER_OCTAVE: usize = 4;
 /// Shortest wavelength of a map that the instrument resolved, with its reasons.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reliability {
-    /// Cutoff of the tip; `None` if the tip resolved every scale of the map, or if its radius is
-    /// unknown.
+    /// Cutoff of the tip, in the unit of the sides; `None` if the tip resolved every scale of the
+    /// map, or if its radius is unknown.
     pub tip: Option<f64>,
     /// Noise of the map; `None` if its spectrum has no plateau, or if it was not analysed.
     pub noise: Option<NoiseFloor>,
-    /// Shortest reliable wavelength: the largest of the two cutoffs, and at least two grid
-    /// spacings.
+    /// Shortest reliable wavelength, in the unit of the sides: the larger of the two cutoffs, and
+    /// at least two grid spacings.
     pub wavelength: f64,
     /// Share of the mean square slope of the map that comes from shorter waves, from 0 to 1.
     pub unreliable_share: f64,
-    /// Rms slope √⟨|∇h|²⟩ of the waves that are not shorter.
+    /// Rms slope √⟨|∇h|²⟩ of the waves that are at least as long as `wavelength`.
     pub rms_slope: f64,
 }
 

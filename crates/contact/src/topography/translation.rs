@@ -16,7 +16,7 @@ use crate::fft::Transform;
 /// rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the shift as numbers of nodes in 0 … N − 1, or `None` if it is no whole number of nodes
+/// Returns the shift as numbers of nodes in 0 … N − 1, or `None` if it is not a whole number
 /// along one axis. `shift` has fractions of the sides along x and y.
 pub fn whole_nodes(nodes: [usize; 2], shift: [f64; 2]) -> Option<[usize; 2]> {
     let along = |axis: Axis| {

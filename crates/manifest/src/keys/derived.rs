@@ -58,7 +58,7 @@ pub struct Expressions<'a> {
 }
 
 impl<'a> Expressions<'a> {
-    /// Parses a text in the place of a number. Returns `None` if the value is no text, or is a text
+    /// Parses a text in the place of a number. Returns `None` if the value is not a text, or a text
     /// that the key takes as it is.
     fn parse(
         self,
@@ -83,7 +83,7 @@ impl<'a> Expressions<'a> {
     }
 
     /// Checks a text in the place of a number: its syntax and its names. Returns `None` if the
-    /// value is no expression, and otherwise the problems of the expression.
+    /// value is not an expression, and otherwise the problems of the expression.
     pub fn check(
         self,
         path: &str,

@@ -55,8 +55,8 @@ impl<'i> Parameters<'i> {
         self.by_name.keys().map(String::as_str)
     }
 
-    /// Marks a parameter as used, and adds it and the parameters on which it depends to `swept`, as
-    /// far as they are swept.
+    /// Marks a parameter as used. Among it and the parameters on which it depends, adds those that
+    /// are swept to `swept`.
     pub fn use_in(&self, name: &str, swept: &mut BTreeSet<String>) {
         let Some(parameter) = self.by_name.get(name) else {
             return;
@@ -80,14 +80,13 @@ impl<'i> Parameters<'i> {
             let message = format!("no stage uses the parameter `{name}`");
             let problem = Problem::new(message, parameter.span.clone(), "unused");
             problems.push(problem.help(format!(
-                "a key uses it by its name, as in `k_upper = \"{name}\"` or `\"2 * {name}\"`; \
-                 otherwise remove it"
+                "use it in a key, as in `k_upper = \"{name}\"` or `\"2 * {name}\"`, or remove it"
             )));
         }
         allowed.into_iter().map(|(name, _)| name.clone()).collect()
     }
 
-    /// Reports names in expressions of parameters that are no parameters.
+    /// Reports names in expressions of parameters that are not parameters.
     fn check_names(&mut self, problems: &mut Problems) {
         let names: Vec<String> = self.by_name.keys().cloned().collect();
         for (own, parameter) in &mut self.by_name {

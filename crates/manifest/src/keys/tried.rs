@@ -107,7 +107,8 @@ const ANSWERS: [Answer; 17] = [
         ],
         instead: &[],
         label: "time is not modelled",
-        help: "bodies deform at once and elastically. Tamaas has a viscoelastic Maxwell solver",
+        help: "the deformation of a body does not depend on time. Tamaas solves viscoelastic contacts \
+               (generalised Maxwell model)",
     },
     Answer {
         keys: &[
@@ -125,10 +126,10 @@ const ANSWERS: [Answer; 17] = [
             "thermal_resistance",
         ],
         instead: &["stiffness", "bodies"],
-        label: "belongs to the `bodies` of a `solve` stage",
+        label: "belongs to a `solve` stage, as `stiffness` and in `bodies`",
         help: "the conductance of a contact is proportional to its stiffness (Barber 2003): \
                `stiffness = true` of a `solve` stage computes it, and `conductivity` or \
-               `resistivity` of the `bodies` adds W/(m² K) and ohms",
+               `resistivity` of the `bodies` adds columns in W/(m² K) or ohms",
     },
     Answer {
         keys: &["heat_flux", "temperature", "thermal_expansion"],
@@ -140,7 +141,7 @@ const ANSWERS: [Answer; 17] = [
         keys: &["wear", "wear_coefficient", "wear_rate"],
         instead: &[],
         label: "wear is not modelled",
-        help: "surfaces keep their undeformed heights under all loads",
+        help: "no material is removed: all loads press the same undeformed heights",
     },
     Answer {
         keys: &["cycles", "cyclic", "reload", "reloading", "unload", "unloading"],
@@ -210,7 +211,8 @@ const ANSWERS: [Answer; 17] = [
         instead: &["flow"],
         label: "belongs to a `solve` stage, as `flow`",
         help: "`flow = true` of a `solve` stage computes the flow of a thin film through the gap. \
-               The film does not deform the bodies, and flows are multiples of 1/viscosity",
+               The film does not deform the bodies, and the table has conductivities, \
+               which do not depend on the viscosity",
     },
     Answer {
         keys: &["rms", "rms_roughness", "roughness", "rq", "sigma", "sq", "standard_deviation"],

@@ -13,7 +13,7 @@ pub struct States {
     path: ContactPath,
     /// Heights in the unit of the surface.
     heights: Vec<f64>,
-    /// Maps of each state, unless only contact maps are kept.
+    /// Maps of each state; empty if only contact maps are kept.
     maps: Vec<Maps>,
 }
 

@@ -42,17 +42,18 @@ impl Sources {
         Sources { of_tasks: of_tasks.collect(), stores }
     }
 
-    /// Returns the read-only stores of a stage. A task that is read from two of them counts twice.
+    /// Counts the tasks of a stage that are read from each read-only store. A task that is read
+    /// from two stores counts in both.
     pub fn of_stage(&self, stage: &PlannedStage) -> Vec<TasksFromStore> {
         self.counted(&stage.tasks)
     }
 
-    /// Returns the read-only stores of all tasks.
+    /// Counts the tasks of all stages that are read from each read-only store.
     pub fn all(&self) -> Vec<TasksFromStore> {
         self.counted(&(0..self.of_tasks.len()).collect::<Vec<_>>())
     }
 
-    /// Returns the read-only stores of a task.
+    /// Returns the read-only stores from which the table of a task is read.
     pub fn of_task(&self, task: usize) -> impl Iterator<Item = &Path> {
         let stores = self.of_tasks.get(task).into_iter().flatten();
         stores.map(|&store| self.stores[store].as_path())

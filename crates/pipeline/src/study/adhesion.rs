@@ -20,14 +20,16 @@ impl Study {
         let number = of_adhesion(stage).map(number).reduce(f64::max)?;
         (number > keys::RESOLVED).then(|| {
             let error = if number > keys::BISTABLE {
-                "single nodes jump into contact, and the hysteresis is one of the mesh".to_owned()
+                "single nodes jump into contact, and the hysteresis is an artefact of the mesh".to_owned()
             } else {
                 let percent = 2.0 * number;
                 format!("expect errors of about {percent:.1} % of the pressure")
             };
             format!(
-                "the mesh is coarse for the adhesion, Δx w/(E* ρ²) = {}: {error}; use {}",
+                "the mesh is coarse for the adhesion: mesh step × work/(E* × range²) is {} and \
+                 should be at most {}; {error}; use {}",
                 keys::short(number),
+                keys::RESOLVED,
                 keys::resolution(number)
             )
         })

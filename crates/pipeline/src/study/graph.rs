@@ -100,8 +100,8 @@ pub fn check_name(
         return;
     };
     let help = format!(
-        "a name has a letter or `_`, then letters, digits, `_` and `-`, and at most {MAX_LENGTH} \
-         characters"
+        "a name starts with a letter or `_`, continues with letters, digits, `_` or `-`, and has at \
+         most {MAX_LENGTH} characters"
     );
     problems.push(Problem::new(message, span, label).help(help));
 }
@@ -174,7 +174,7 @@ fn resolve_against(
                  name it by `path` in that stage",
         ),
         Kind::Generate => return Some(index),
-        _ => problem(format!("must be a `generate` stage, and is {}", with_article(kind))),
+        _ => problem(format!("must be a `generate` stage, but is {}", with_article(kind))),
     };
     problems.push(refused);
     None

@@ -68,7 +68,7 @@ impl Scale {
     /// the deepest negative gap.
     pub fn from_gaps(gaps: &[f64]) -> Scale {
         let scale = Scale::over(VIRIDIS, gaps);
-        // Gaps are solved to a tolerance, so slightly negative gaps are no yielding.
+        // Gaps are solved to a tolerance, so slightly negative gaps do not mean yielding.
         let yields = scale.lowest < -1e-3 * scale.highest;
         Scale { lowest: if yields { scale.lowest } else { 0.0 }, ..scale }
     }

@@ -320,8 +320,8 @@ fn chart(data: &FigureData, spectra: &[Spectrum], label: &str) -> Chart {
     chart
 }
 
-/// Returns the spectrum of a point if its surfaces are drawn from one, are no pairs of surfaces and
-/// have not yielded.
+/// Returns the spectrum of a point. Returns `None` if its surfaces are not drawn from a spectrum,
+/// are pairs of surfaces or have yielded.
 fn spectrum(point: &Point) -> Option<spectrum::Spectrum> {
     if ALTERATIONS.iter().any(|name| point.contains_key(*name)) {
         return None;

@@ -31,7 +31,7 @@ const MOST_SERIES: usize = 150;
 const MOST_PANELS: usize = 30;
 /// Largest number of markers of a series, which a line through all points joins.
 const MOST_MARKERS: usize = 24;
-/// Smallest ratio of numbers whose colours are logarithmic on a colour scale.
+/// Ratio of the largest to the smallest number above which a colour scale is logarithmic.
 const LOGARITHMIC: f64 = 20.0;
 
 /// Draws a figure from the table of its stage.

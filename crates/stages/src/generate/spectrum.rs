@@ -292,8 +292,7 @@ fn stage_source(table: &SpectrumTable, checks: &mut Checks) -> Option<Source> {
         let message = "lengths cannot have units with `from`";
         let problem = Problem::new(message, named.span.clone(), "must be a number");
         return checks.reject(problem.help(
-            "lengths are in the unit of the surface whose spectrum is measured; write them in this \
-             unit, without it",
+            "write lengths as plain numbers, in the unit of the surface whose spectrum is measured",
         ));
     }
     let heights = table.heights.written();

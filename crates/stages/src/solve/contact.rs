@@ -241,13 +241,14 @@ impl Contact {
         Ok(parts)
     }
 
-    /// Returns the gaps under pressures in the unit of the moduli, in the unit of the surface.
+    /// Returns the gaps in the unit of the surface. `stored` are the pressures in the unit of the
+    /// moduli.
     pub fn gap(&self, solver: &mut Solver, stored: Vec<f64>) -> Vec<f64> {
         self.in_length(solver.gap_under(&self.reduced_pressures(stored)))
     }
 
-    /// Returns the displacements of the elastic body under pressures in the unit of the moduli, in
-    /// the unit of the surface.
+    /// Returns the displacements of the elastic body in the unit of the surface. `stored` are the
+    /// pressures in the unit of the moduli.
     pub fn displacement(&self, solver: &mut Solver, stored: Vec<f64>) -> Vec<f64> {
         self.in_length(solver.displacement_under(&self.reduced_pressures(stored)))
     }

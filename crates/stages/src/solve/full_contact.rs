@@ -82,7 +82,7 @@ pub fn load(
     }
 }
 
-/// Returns the effective modulus of bodies, or `None` if one of their keys is no number.
+/// Returns the effective modulus of bodies, or `None` if one of their keys is not a number.
 fn modulus_of(bodies: &DeValue) -> Option<f64> {
     let compliances = bodies.as_array()?.iter().map(|body| {
         let body = body.get_ref().as_table()?;

@@ -75,10 +75,10 @@ pub struct SolveTable {
     /// `"asperities"` replaces the summits by Hertz contacts.
     #[schemars(extend("default" = "boundary-elements"))]
     pub method: Key<Method>,
-    /// Unit of `loads` and of the list `pressures`. A unit such as `"MPa"` is the unit of all
-    /// pressures of the stage: pressures in other units are converted to it, and plain numbers have
-    /// it. By default all pressures have the unit in which the loads are written, or else the
-    /// moduli.
+    /// Unit of `loads` and of the list `pressures`: `"relative"` for multiples of E* × rms slope,
+    /// `"absolute"` for the unit of the moduli, or a unit such as `"MPa"`, to which all pressures
+    /// of the stage are converted and which plain numbers have. By default loads that are written
+    /// with a unit determine the unit of all pressures, and plain loads are relative.
     #[schemars(extend("default" = "relative"), transform = unit_of_pressures)]
     pub load_unit: Key<LoadUnit>,
     /// Unit of the key `hardness`.
@@ -103,17 +103,18 @@ pub struct SolveTable {
     /// Without `adhesion` it costs one pair of Fourier transforms per load. By default gaps are not
     /// counted.
     pub gap_bins: Key<Bins>,
-    /// Name of another `generate` stage whose surfaces are pressed against those of `from`. The gap
-    /// is that between a flat body and the sum of both heights, each towards the other body and in
-    /// common axes. By default the other body is smooth.
+    /// Name of another `generate` stage whose surfaces are pressed against those of `from`. The
+    /// heights of both are added node by node, and the sum is pressed against a flat body. Heights
+    /// are positive towards the other body, and both maps have the same x and y axes. By default
+    /// the other body is smooth.
     pub against: Key<String>,
     /// Lateral shift of the surfaces of `against` along x and y, as fractions of the sides, such as
     /// `[0.1, 0]`. The maps are continued periodically. By default they are not shifted.
     #[schemars(range(min = -1, max = 1), transform = always_pair, transform = swept)]
     pub shift: Key<OnAxes<f64>>,
-    /// Axis along which the maps of `against` are reversed before they are shifted: `"x"` or `"y"`
-    /// for a measured map, which was seen from its own front. By default the maps of both stages
-    /// have common axes.
+    /// Axis along which the maps of `against` are reversed before they are shifted, `"x"` or `"y"`.
+    /// Measured maps need it: an instrument sees each surface from its front, so one of two facing
+    /// maps is mirrored. By default the maps of both stages have the same axes.
     pub mirror: Key<MirrorAxis>,
     /// `true` solves Reynolds' equation for the flow through the gap under each load, along x and
     /// along y. This takes ten to twenty times as long as the contact and needs
@@ -122,8 +123,9 @@ pub struct SolveTable {
     pub flow: Key<bool>,
     /// `true` computes the stiffness of the contact under each load: the derivative of the mean
     /// pressure with respect to the approach of the bodies, exact on the mesh. With a `hardness`,
-    /// also the stiffness of unloading. Each takes up to twelve pairs of Fourier transforms per
-    /// load. The stiffness is also the contact conductance; see the guide.
+    /// the stiffness at the beginning of unloading is computed, too. Each takes up to twelve pairs
+    /// of Fourier transforms per load. The contact conductance is proportional to the stiffness, or
+    /// to that of unloading with a `hardness`.
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
     /// Elastic layer between the rough surface and a rigid base, `{ thickness, poisson_ratio, base
@@ -136,8 +138,8 @@ pub struct SolveTable {
     #[schemars(transform = swept)]
     pub substrate: Key<SubstrateTable>,
     /// Attraction between the surfaces, `{ work, range }`. The states then form a path: each starts
-    /// from the one before. `loads` keep their order, may be negative and may return. By default
-    /// the surfaces do not attract each other.
+    /// from the one before. `loads` keep their order, may be negative and may decrease again. By
+    /// default the surfaces do not attract each other.
     #[schemars(transform = swept)]
     pub adhesion: Key<AdhesionTable>,
     /// Quantity that a path with `adhesion` prescribes: `"load"`, the mean pressure of `loads`, or

@@ -182,7 +182,7 @@ fn check_other_keys(
     checks: &mut Checks,
 ) -> Option<()> {
     if let (Boundary::Free, Some(written)) = (boundary, table.boundary.written()) {
-        let message = "layers are pressed in a periodic cell, and `boundary` is \"free\"";
+        let message = "a `layer` needs a periodic cell, but `boundary` is \"free\"";
         let label = "must be \"periodic\" with `layer`";
         return checks.refuse("boundary", message, &written.span, label);
     }
@@ -206,7 +206,7 @@ fn check_other_keys(
     let problem = Problem::new(message, bodies.span.clone(), "must be the layer alone");
     let problem = problem.and(poisson_ratio.span.clone(), "Poisson's ratio of the layer");
     checks.reject(problem.help(
-        "E* of loads is E/(1 − ν²) of the layer: give `bodies` the layer alone, or give its \
+        "loads refer to E* = E/(1 − ν²) of the layer: list only the layer in `bodies`, or give its \
          `effective_modulus`",
     ))
 }

@@ -112,7 +112,7 @@ fn a_resumed_path_has_the_bytes_of_an_uninterrupted_one() {
         assert_eq!(resumed.gap(), whole.gap());
         assert_eq!(resumed.pressure(), whole.pressure());
     }
-    // An interrupted state is no part of the path that is resumed.
+    // An interrupted state is not part of the path that is resumed.
     let stored = whole.gap().map(<[f64]>::to_vec);
     let target = Target::MeanGap(0.03);
     let interrupted = whole.step(target, &Settings::default(), &|| true);

@@ -74,7 +74,8 @@ pub struct GatherCandidates<'a> {
     pub pressure_increment: &'a [f32],
     /// Multiple of the last step that is still to be added to pressures.
     pub of_step: f32,
-    /// Collected nodes: pressure, minus the correction as change, and last step.
+    /// Collected nodes, each with its pressure, its change (the negative of its correction) and its
+    /// last step.
     pub nodes: Candidates,
     pub rows: usize,
 }

@@ -235,7 +235,7 @@ impl<'a> Columns<'a, '_> {
         let is_fit = self.table.has(&format!("{name}_lower"));
         let label =
             if is_fit { "leave `error` out to draw the intervals of the fits" } else { label };
-        (format!("`{}` has no columns for {word:?} of {name:?}", self.stage), label)
+        (format!("the table of `{}` has no {word:?} error bars for {name:?}", self.stage), label)
     }
 
     fn coordinate(&mut self, key: &str, written: &Spanned<String>) -> Option<String> {
@@ -264,7 +264,7 @@ impl<'a> Columns<'a, '_> {
             let values = selected.value.values();
             let is_text = |value: &SelectedValue| matches!(value, SelectedValue::Word(_));
             if values.iter().any(|value| is_text(value) == is_number(self.table, name)) {
-                let message = format!("`where` selects {name:?} by the wrong type of value");
+                let message = format!("`where` compares {name:?} with a value of the wrong type");
                 let label = match is_number(self.table, name) {
                     true => "the column holds numbers",
                     false => "the column holds texts, which need quotes",
@@ -276,9 +276,11 @@ impl<'a> Columns<'a, '_> {
         clear.map(|()| selection)
     }
 
-    /// Returns the names of entries of the legend. Refuses an entry that the legend cannot have. A
-    /// number is not refused if the values of a coordinate with numbers are unknown before the
-    /// study runs, and a word not if those of a coordinate with words are.
+    /// Returns the names of entries of the legend. Refuses an entry that the legend cannot have.
+    ///
+    /// Before the study runs, the values of some coordinates are unknown. If those of a numeric
+    /// coordinate are unknown, all numbers are accepted, and if those of a text coordinate are
+    /// unknown, all words.
     fn legend(
         &mut self,
         keys: &FigureTable,
@@ -310,7 +312,7 @@ impl<'a> Columns<'a, '_> {
                 && !entries.contains(entry)
                 && !entries.iter().any(is_same)
             {
-                let message = format!("`legend` names no entry by {entry:?}");
+                let message = format!("`legend` renames {entry:?}, but the figure has no such entry");
                 let label = "must be the name of a value, of a theory or of a column in `y`";
                 let problem = Problem::new(message, name.span.clone(), label);
                 let known = listed(entries.iter().map(String::as_str), "and");

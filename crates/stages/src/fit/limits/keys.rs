@@ -241,7 +241,7 @@ fn observable(of: &Spanned<String>, input: &Input, checks: &mut Checks) -> Optio
 }
 
 /// Returns the column with the standard error of the observable, or `Some(None)` if the stage does
-/// not read fits. Reports a problem and returns `None` if the observable is no fitted parameter.
+/// not read fits. Reports a problem and returns `None` if the observable is not a fitted parameter.
 fn error(
     written: &Spanned<String>,
     of: &Expression,
@@ -300,9 +300,11 @@ fn term(written: &Spanned<TermTable>, input: &Input, checks: &mut Checks) -> Opt
     }
     let repeated = (1..forms.len()).any(|index| forms[..index].contains(&forms[index]));
     if forms.is_empty() || repeated {
-        let message =
-            if repeated { "a term has the same form twice" } else { "a term has no form" };
-        let label = "repeats a form";
+        let (message, label) = if repeated {
+            ("a term has the same form twice", "repeats a form")
+        } else {
+            ("a term has no form", "must have at least one form, and a power an exponent")
+        };
         checks.report("terms", Problem::new(message, written.span.clone(), label));
         return None;
     }

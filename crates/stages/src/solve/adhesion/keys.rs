@@ -198,14 +198,15 @@ fn check_mesh(
         return Some(());
     }
     let message = format!(
-        "the mesh of stage `{stage}` is too coarse for the adhesion: Δx w/(E* ρ²) = {} exceeds π/2",
+        "the mesh of stage `{stage}` is too coarse for the adhesion: Δx w/(E* ρ²) = {} exceeds π/2, \
+         with the mesh step Δx, the work w and the range ρ",
         short(number)
     );
     let label = "single nodes would jump into contact";
     let problem = Problem::new(message, table.adhesion.written()?.span.clone(), label);
     checks.reject(problem.help(format!(
-        "results are accurate to 1 % below {RESOLVED}: use {}; `override = true` in `adhesion` \
-         solves anyway",
+        "the mean pressure is accurate to 0.5 % up to {RESOLVED}: use {}; `override = true` in \
+         `adhesion` solves anyway",
         resolution(number)
     )))
 }
