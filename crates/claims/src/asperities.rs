@@ -264,7 +264,7 @@ fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantit
     quantities
 }
 
-/// Returns true if two models have the same surfaces and loads.
+/// Returns true if two models have the same spectrum, surfaces and loads.
 fn is_paired(one: &PerLoad, other: &PerLoad) -> bool {
     one.spectrum == other.spectrum && one.loads == other.loads && one.surfaces() == other.surfaces()
 }

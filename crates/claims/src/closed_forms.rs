@@ -263,7 +263,7 @@ const MISPRINTS: [Statement; 9] = [
     misprint(
         "density-in-integer-wavenumbers",
         "appendix A.2, table 3",
-        "D, with ⟨d⟩ = 1/√D",
+        "the tabulated D, used in “⟨d⟩ = 1/√D”",
         "the table counts waves per side, but eq. (19) of the preprint requires angular \
          wavenumbers, so D lacks a factor of (2π)² and ⟨d⟩ a factor of 1/(2π); more than a \
          misprint, see tabulated-density-of-summits",

@@ -14,7 +14,8 @@ use asperity_statistics::intervals::Weights;
 const LINEAR_AT_ZERO: Statement = Statement {
     name: "pressure-density-is-linear-at-zero",
     origin: Origin::Ours,
-    text: "The probability density of the contact pressure rises linearly from zero.",
+    text: "On finer meshes the probability density at zero pressure falls towards zero as the \
+           square root of the mesh step, as it must if the density rises linearly from zero.",
     source: "Persson 2001, where p(σ) vanishes at σ = 0 by its boundary condition; the density of \
              a Hertzian contact vanishes, too: dA/dp ∝ p",
     quantity: "exponent n of Δxⁿ for the fraction of the area with a pressure below 0.025 E* h′, \

@@ -34,7 +34,7 @@ const GROWS_CORRECTED: Statement = Statement {
     name: "corrected-area-grows-with-k-lower",
     origin: Origin::Ours,
     text: "The area corrected as in 2017 grows with k_lower, too, so the error of the mesh is not \
-           the cause.",
+           the only cause.",
     source: "section 9.2 of the paper offers two explanations: the error of the mesh, and the \
              density and clustering of asperities",
     ..GROWS_WITH_K_LOWER

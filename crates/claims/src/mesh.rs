@@ -211,8 +211,8 @@ fn halved(curve: &[(f64, f64)]) -> Option<f64> {
 const LOGARITHMIC: Statement = Statement {
     name: "kappa-falls-logarithmically-with-bandwidth",
     origin: Origin::Ours,
-    text: "In the limits of large cells and fine meshes, the secant A/(A₀ y) falls with the \
-           logarithm of k_upper/k_lower, so it has no fractal limit (k_upper/k_lower → ∞).",
+    text: "In the limits of large cells and fine meshes, and within the bandwidths of the study, \
+           the secant A/(A₀ y) falls with the logarithm of k_upper/k_lower.",
     source: "Yastrebov, Anciaux & Molinari, J. Mech. Phys. Solids 107 (2017) 469, find that the \
              area falls logarithmically with α; Prodanov, Dapp & Müser, Tribol. Lett. 53 (2014) \
              433, extrapolate the secant to a limit by powers",
