@@ -49,7 +49,8 @@ def found(claim):
         without = "".join(f"; {one} has no value" for one in claim["without_value"])
         undecided = f"; {claim['undecided']} of {len(quantities)} quantities are undecided" if len(quantities) > 1 else ""
         return text + undecided + without + samples(claim, deciding)
-    return text + f", the closest to its bounds of {len(quantities)} quantities"
+    least, most = (digits(end(one["value"] for one in quantities)) for end in (min, max))
+    return text + f"; of {len(quantities)} quantities from {least} to {most}, it has the smallest margin in standard errors"
 
 
 def samples(claim, deciding):
@@ -61,8 +62,13 @@ def samples(claim, deciding):
     return f"; n = {deciding['n']} surfaces{would}"
 
 
+def quoted(text):
+    """Returns a text in quotation marks, unless it contains quotations."""
+    return text if "“" in text else f"“{text}”"
+
+
 def misprints(study):
-    lines = [[cell(f"“{claim['says'].strip('“”')}”"), cell(claim["where"]), f"{cell(claim['because'])} (`{name}`)"]
+    lines = [[cell(quoted(claim["says"])), cell(claim["where"]), f"{cell(claim['because'])} (`{name}`)"]
              for name, claim in of(study).items() if claim["kind"] == "misprint"]
     return rows(["printed", "where", "correction"], lines)
 

@@ -95,6 +95,9 @@ The findings use these terms and symbols; the [glossary](../glossary.md) has mor
 - A number after ± is the standard error of the mean over surfaces.
 
 {claims.counted(CAMPAIGN)}
+The article counts five statements from other studies: `nayak.toml` has more surfaces for the two tables of the paper,
+`mesh-convergence.toml` tests two statements on the error of the mesh, and `asperities-1024.toml` one on asperity models.
+
 Each claim is tested by one or more quantities, each with an expected range. A claim **holds** if every quantity is in its
 range with a one-sided confidence of 95 %. It **does not hold** if at least one quantity is outside its range, according to
 intervals that cover all quantities of the claim together with 95 % confidence. Otherwise the study **cannot say**
@@ -138,7 +141,8 @@ def light():
                          "area-falls-with-alpha", "alpha-alone-does-not-decide",
                          "effect-of-alpha-is-weaker-than-in-asperity-models", "alpha-in-asperity-models",
                          "greenwood-2006-far-from-its-asymptote", "scatter-falls-with-cutoffs"])}
-The next table compares the areas of the nine spectra near three loads with two theories:
+The next table compares the areas of the nine spectra near three loads with two theories. At the largest load the area is
+far beyond the range of the asperity model; the column only shows how it fails:
 
 {t.areas()}
 `literature.toml` uses the cutoffs of earlier studies (table 1, fig. 1), with eight surfaces each on 512 × 512 nodes. The
@@ -152,8 +156,8 @@ def mesh():
     return f"""\
 # Error of the mesh (section 8, figs. 11 to 13)
 
-The counted area consists of the cells of whole nodes, although cells on the edge of contact are only partly in contact.
-As a correction the paper subtracts (π/8) S_d Δx. Here Δx is the mesh step, and S_d is Δx times the number of *switches*,
+For a given shape, the nodes inside count the right area on average. The contact that is solved on a mesh, however, extends
+too far along its edge, so the counted area is too large ([more](../theory/corrections.md)). As a correction the paper subtracts (π/8) S_d Δx. Here Δx is the mesh step, and S_d is Δx times the number of *switches*,
 the changes between contact and gap along all rows and columns. In 2017 its authors derived the coefficient
 (π − 1 + ln 2)/24 in place of π/8. `mesh-convergence.toml` has the same surfaces on meshes from 128² to 2048²:
 
@@ -227,8 +231,8 @@ def growth():
 # Growth of the mean contact pressure (appendix C, fig. 17)
 
 {claims.table(CAMPAIGN, ["exponent-of-pressure-growth"])}
-The mean contact pressure p̄ = p₀/a, with the area a, grows as dp̄/dp₀ = β a^m. The claim uses the parameters of the contact
-evolution law with its fixed κ. The direct fits give these parameters, whose exponents for k_l = 1 are about −1:
+The mean contact pressure p̄ = p₀/a, with the area a, grows as dp̄/dp₀ = β a^m. A line through the logarithms of Δp̄/Δp₀ and
+of a gives m and β. A spectrum has no value if p̄ falls in more than a fifth of the steps of the load:
 
 {t.laws("pressure-growth", {"none": "counted", "2017": "corrected"}, [("exponent", "m"), ("prefactor", "β")])}
 {figure(CAMPAIGN, "pressure-growth", "dp̄/dp₀ against the area (fig. 17)")}"""

@@ -14,11 +14,14 @@ def words():
     disagree = (f"At a load of 0.01 the selections disagree ({span(light)} at 128), partly because the effect of the finite cell "
                 "depends on the bandwidth, which the fits leave out. No value is claimed there. "
                 if max(light) - min(light) > 0.01 else "")
+    widest = [row for row in points_under(0.05) if row["k_upper"] == 128 * row["k_lower"]]
+    assert {row["k_lower"] for row in widest} == {1, 2}
     error = max(one["error"] for one in of_selections(0.05))
     return ("In the limits of large cells and fine meshes, the secant (area over load) falls with the logarithm of the "
             f"bandwidth k_s/k_l. At a load of 0.05, in units of √(2π), it falls from {span(narrow)} at a bandwidth of 2 to "
-            f"{span(wide)} at 128; the ranges cover all selections of points and forms. Few points have a "
-            f"bandwidth of 128, and the standard error of one selection there is up to {digits(error, 1)}. {disagree}Persson's "
+            f"{span(wide)} at 128; the ranges cover all selections of points and forms. Only {len(widest)} points have a "
+            "bandwidth of 128, all with k_l = 1 or 2, so selections with k_l ≥ 4 extrapolate from 64 or 32. The standard error of "
+            f"each value at 128 is at most {digits(error, 1)}. {disagree}Persson's "
             "theory has 0.637 at light loads.")
 
 

@@ -76,9 +76,9 @@ def persson_at(load):
     return digits(curves(load, "none")["area_persson"][0], 3)
 
 
-def surfaces_per_spectrum():
-    """Returns the number of surfaces of each spectrum of the campaign."""
-    (count,) = set(table(CAMPAIGN, "spectra")["count"])
+def surfaces_per_spectrum(study=CAMPAIGN):
+    """Returns the number of surfaces of each spectrum of a study."""
+    (count,) = set(table(study, "spectra")["count"])
     return count
 
 
@@ -118,8 +118,8 @@ def asperity_words():
     (least, narrow), *_, (most, wide) = asperities_of_alpha(0.0057)
     told = [f"{digits(narrow[word]['ratio'], 2)} at α = {digits(least[0], 2)} and {digits(wide[word]['ratio'], 2)} at "
             f"α = {digits(most[0], 3)}" for word in ("none", "explicit")]
-    return ("Asperity models have less area than the boundary-element solution for the same surfaces. At each k_l their "
-            f"area falls as α grows. At a load of 0.0057 the ratio of the two areas is {told[0]} without interaction. It is "
+    return ("Asperity models have less area than the boundary-element solution for the same surfaces. At each k_l the "
+            f"ratio of the two areas falls as α grows. At a load of 0.0057 it is {told[0]} without interaction. It is "
             f"{told[1]} if all asperities displace each other. Where two ellipses overlap, the "
             "common area is counted twice, so the models cover still less.")
 
