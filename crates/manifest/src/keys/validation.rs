@@ -341,7 +341,9 @@ fn wrong_length(length: usize, schema: &Value) -> Option<String> {
 fn number_in_quotes(value: &DeValue<'_>) -> Option<String> {
     let text = value.as_str()?.trim();
     if let Some((number, unit)) = quantity::split(text) {
-        return Some(format!("this key has no unit: write `{number}`, without quotes and without `{unit}`"));
+        return Some(format!(
+            "this key has no unit: write `{number}`, without quotes and without `{unit}`"
+        ));
     }
     text.parse::<f64>().ok()?;
     Some("write numbers without quotes".to_owned())
@@ -424,7 +426,10 @@ mod tests {
             ),
             ("length = 1e-31", vec!["(must be from 1e-30 to 1e30; another unit may help)"]),
             ("length = 2024-01-01", vec!["`length` must be a number (this is a date)"]),
-            ("length = \"2 mm\"", vec!["this key has no unit: write `2`, without quotes and without `mm`"]),
+            (
+                "length = \"2 mm\"",
+                vec!["this key has no unit: write `2`, without quotes and without `mm`"],
+            ),
             ("words = []", vec!["`words` is empty (must have at least one entry)"]),
             (
                 "words = [\"twoo\", 1]",

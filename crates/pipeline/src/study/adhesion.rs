@@ -20,7 +20,8 @@ impl Study {
         let number = of_adhesion(stage).map(number).reduce(f64::max)?;
         (number > keys::RESOLVED).then(|| {
             let error = if number > keys::BISTABLE {
-                "single nodes jump into contact, and the hysteresis is an artefact of the mesh".to_owned()
+                "single nodes jump into contact, and the hysteresis is an artefact of the mesh"
+                    .to_owned()
             } else {
                 let percent = 2.0 * number;
                 format!("expect errors of about {percent:.1} % of the pressure")

@@ -312,7 +312,8 @@ impl<'a> Columns<'a, '_> {
                 && !entries.contains(entry)
                 && !entries.iter().any(is_same)
             {
-                let message = format!("`legend` renames {entry:?}, but the figure has no such entry");
+                let message =
+                    format!("`legend` renames {entry:?}, but the figure has no such entry");
                 let label = "must be the name of a value, of a theory or of a column in `y`";
                 let problem = Problem::new(message, name.span.clone(), label);
                 let known = listed(entries.iter().map(String::as_str), "and");
