@@ -201,7 +201,7 @@ fn stage_lines(
             0 => "no finished tasks".to_owned(),
             _ => {
                 let summary = stage.kind.definition().summary;
-                summary(&table.open()?, study.absolute_loads_on(index).as_ref())?.join(" · ")
+                summary(&table.open()?, &study.contact_loads(index))?.join(" · ")
             }
         };
         let missing = stage.tasks.len() - table.finished;

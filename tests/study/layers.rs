@@ -129,3 +129,37 @@ loads = ["0.1 MPa", "0.3 MPa"]
     let refused = check("\"200 MPa\"");
     assert!(text(&refused.stderr).contains("`layer.thickness` is a length"));
 }
+
+#[test]
+fn the_pressure_of_full_contact_is_told_for_half_spaces_only() {
+    let bench = Bench::new();
+    let surfaces = |name: &str, seed: u32| {
+        format!(
+            "[stage.{name}]\nkind = \"generate\"\nnodes = 32\nhurst = 0.8\nk_lower = 2\n\
+             k_upper = 8\nseed = {seed}\n"
+        )
+    };
+    let told = |from: &str, keys: &str| {
+        let (one, other) = (surfaces("one", 1), surfaces("other", 2));
+        let manifest = format!(
+            "[study]\nname = \"full\"\n{one}{other}[stage.contact]\nkind = \"solve\"\n{from}\n\
+             loads = [0.02]\n{keys}\n"
+        );
+        let path = bench.write(&manifest);
+        let output = bench.output(&["run", path.to_str().unwrap(), "--replace"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let printed = text(&output.stdout);
+        let is_told = |stage: &str| {
+            let mut lines = printed.lines().filter(|line| line.split(' ').next() == Some(stage));
+            lines.next().unwrap().contains("full contact at")
+        };
+        [is_told("one"), is_told("other")]
+    };
+    let layer = "layer = { thickness = 0.1, poisson_ratio = 0.3 }";
+    assert_eq!(told("from = \"one\"", ""), [true, true]);
+    assert_eq!(told("from = \"one\"", layer), [false, true]);
+    assert_eq!(told("from = \"one\"", "boundary = \"free\""), [false, true]);
+    assert_eq!(told("from = \"one\"", "adhesion = { work = 0.001, range = 0.02 }"), [false, true]);
+    assert_eq!(told("from = \"one\"\nagainst = \"other\"", layer), [false, false]);
+    assert_eq!(told("from = \"one\"\nagainst = \"other\"", ""), [true, true]);
+}

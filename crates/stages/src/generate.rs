@@ -26,7 +26,7 @@ use self::method::Method;
 use self::spectrum::{Source, SpectrumSurface};
 use crate::columns::*;
 use crate::grids::{self, Grids};
-use crate::stage::{AbsoluteLoads, distinct, range};
+use crate::stage::{ContactLoads, distinct, range};
 use crate::surface_files::SurfaceFiles;
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
@@ -420,7 +420,7 @@ pub fn is_altered(table: &Table, row: usize) -> bool {
 ///
 /// # Errors
 /// If the table is not one of a `generate` stage.
-fn summary(source: &TableSource, loads: Option<&AbsoluteLoads>) -> Result<Vec<String>, StageError> {
+fn summary(source: &TableSource, loads: &ContactLoads) -> Result<Vec<String>, StageError> {
     let table = source.table().map_err(StageError::Store)?;
     let methods = distinct(source, METHOD.name)?;
     let shapes = Method::ALL.into_iter().filter(|method| method.is_shape());
@@ -432,24 +432,31 @@ fn summary(source: &TableSource, loads: Option<&AbsoluteLoads>) -> Result<Vec<St
         range(source, RELIABLE_WAVELENGTH.name, "reliable above")?,
         unreliable_slopes(&table)?,
         if is_rough { range(source, "nayak", "Nayak α")? } else { None },
-        match loads {
-            Some(loads) => full_contact(&table, loads)?,
-            None => range(source, "full_contact_load", "full contact at")?,
+        match *loads {
+            ContactLoads::Reduced => range(source, "full_contact_load", "full contact at")?,
+            ContactLoads::Absolute { effective_modulus, unit } => {
+                full_contact(&table, effective_modulus, unit)?
+            }
+            ContactLoads::NotHalfSpace => None,
         },
         if is_rough { caveat(&table)? } else { None },
     ];
     Ok(parts.into_iter().flatten().collect())
 }
 
-/// Returns the range of the mean pressures of full contact.
-fn full_contact(table: &Table, loads: &AbsoluteLoads) -> Result<Option<String>, StageError> {
+/// Returns the range of the mean pressures of full contact of half-spaces.
+fn full_contact(
+    table: &Table,
+    effective_modulus: f64,
+    unit: Option<&str>,
+) -> Result<Option<String>, StageError> {
     if !table.has("full_contact_load") {
         return Ok(None);
     }
     let (reduced, slopes) = (table.reals("full_contact_load")?, table.reals(RMS_SLOPE.name)?);
     let pairs = reduced.iter().zip(slopes).filter_map(|(load, slope)| load.zip(slope));
-    let pressures = pairs.map(|(load, slope)| load * slope * loads.effective_modulus);
-    let range = quantity::range(pressures, loads.unit);
+    let pressures = pairs.map(|(load, slope)| load * slope * effective_modulus);
+    let range = quantity::range(pressures, unit);
     Ok(range.map(|range| format!("full contact at {range}")))
 }
 

@@ -55,7 +55,7 @@ use asperity_tables::column::Column;
 
 pub use form::CheckContext;
 pub use stage::{
-    AbsoluteLoads, Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope,
+    ContactLoads, Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope,
     Reads, Series, Stage, StageError, Work, beside_coordinates, stacked,
 };
 

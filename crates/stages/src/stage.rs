@@ -41,17 +41,26 @@ pub struct Definition {
     /// Returns all columns that the stage may add to the parameter columns of its inputs.
     pub columns: fn() -> Vec<Column>,
     /// Returns short statements that summarize a table of the stage. The second argument describes
-    /// the loads of the study if they are given as pressures.
-    pub summary: fn(&TableSource, Option<&AbsoluteLoads>) -> Result<Vec<String>, StageError>,
+    /// the loads of the contacts of its surfaces.
+    pub summary: fn(&TableSource, &ContactLoads) -> Result<Vec<String>, StageError>,
 }
 
-/// Loads of a study that are pressures.
+/// Loads of all contacts of the surfaces of a stage. They determine the form in which the summary
+/// of the surfaces gives the load of full contact.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AbsoluteLoads {
-    /// Effective modulus E* of all contacts, in `unit`.
-    pub effective_modulus: f64,
-    /// Unit that the manifest names.
-    pub unit: Option<&'static str>,
+pub enum ContactLoads {
+    /// The loads are reduced, or the contacts have different moduli or units.
+    Reduced,
+    /// The loads are pressures.
+    Absolute {
+        /// Effective modulus E* of all contacts, in `unit`.
+        effective_modulus: f64,
+        /// Unit that the manifest names.
+        unit: Option<&'static str>,
+    },
+    /// A contact has a layer, a free boundary or adhesion, to which the load of full contact of a
+    /// periodic half-space does not apply.
+    NotHalfSpace,
 }
 
 /// Inputs that a stage accepts. All inputs of one stage must have the same kind of rows.

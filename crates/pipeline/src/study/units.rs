@@ -1,9 +1,11 @@
 //! Units of length and pressure of the tables of stages.
 
 use crate::study::{Study, Work};
+use asperity_contact::grid::Boundary;
+use asperity_stages::generate::Origin;
 use asperity_stages::solve::PressureUnit;
 use asperity_stages::units::TableUnits;
-use asperity_stages::{AbsoluteLoads, Recipe};
+use asperity_stages::{ContactLoads, Recipe};
 
 impl Study {
     /// Returns the units of length and pressure of the table of each stage. A stage has the units
@@ -30,19 +32,50 @@ impl Study {
         units
     }
 
-    /// Returns the loads of the contacts of the surfaces of a stage, if all of them are pressures
-    /// with the same modulus and unit.
-    pub fn absolute_loads_on(&self, surfaces: usize) -> Option<AbsoluteLoads> {
-        let readers = self.stages.iter().filter(|stage| stage.inputs.contains(&surfaces));
-        let mut loads = readers.flat_map(|stage| stage.work.recipes()).filter_map(|recipe| {
-            let Recipe::Solve(params) = recipe else { return None };
-            let (unit, effective_modulus) = (params.pressure_unit, params.effective_modulus);
-            let is_absolute = params.load_unit == PressureUnit::Absolute;
-            Some(is_absolute.then_some(AbsoluteLoads { effective_modulus, unit }))
-        });
-        let first = loads.next()??;
-        loads.all(|other| other.as_ref() == Some(&first)).then_some(first)
+    /// Returns the loads of all contacts of the surfaces of a stage. The surfaces can also be
+    /// bodies of the pairs that a contact reads (`against`).
+    pub fn contact_loads(&self, surfaces: usize) -> ContactLoads {
+        let has_them = |&read: &usize| read == surfaces || self.has_pairs_of(read, surfaces);
+        let readers = self.stages.iter().filter(|stage| stage.inputs.iter().any(has_them));
+        let recipes = readers.flat_map(|stage| stage.work.recipes());
+        let loads: Vec<ContactLoads> = recipes.filter_map(loads_of).collect();
+        match loads.split_first() {
+            _ if loads.contains(&ContactLoads::NotHalfSpace) => ContactLoads::NotHalfSpace,
+            Some((first, others)) if others.iter().all(|other| other == first) => first.clone(),
+            _ => ContactLoads::Reduced,
+        }
     }
+
+    /// Returns whether a stage makes pairs with a surface of the stage `surfaces`.
+    fn has_pairs_of(&self, stage: usize, surfaces: usize) -> bool {
+        let [Work::Generate(pairs), Work::Generate(bodies)] =
+            [stage, surfaces].map(|index| &self.stages[index].work)
+        else {
+            return false;
+        };
+        let mut pairs = pairs.iter().filter_map(|pair| match &pair.params.origin {
+            Origin::Pair(pair) => Some(pair),
+            _ => None,
+        });
+        pairs.any(|pair| bodies.iter().any(|body| pair.has_body(&body.params)))
+    }
+}
+
+/// Returns the loads of a contact; `None` for other tasks.
+fn loads_of(recipe: &Recipe) -> Option<ContactLoads> {
+    let params = match recipe {
+        Recipe::Solve(params) => params,
+        Recipe::Adhesion(_) => return Some(ContactLoads::NotHalfSpace),
+        _ => return None,
+    };
+    if params.layer.is_some() || params.boundary == Boundary::Free {
+        return Some(ContactLoads::NotHalfSpace);
+    }
+    let (unit, effective_modulus) = (params.pressure_unit, params.effective_modulus);
+    Some(match params.load_unit {
+        PressureUnit::Absolute => ContactLoads::Absolute { effective_modulus, unit },
+        PressureUnit::Relative => ContactLoads::Reduced,
+    })
 }
 
 /// Returns the unit that all have, if it is not empty.

@@ -270,7 +270,8 @@ pub const DESCRIPTORS: [Column; 14] = [
     real(
         "full_contact_load",
         "E* × rms slope",
-        "smallest mean pressure at which every node is in contact",
+        "smallest mean pressure at which every node of a periodic half-space without adhesion is in \
+         contact",
     ),
 ];
 

@@ -80,6 +80,12 @@ impl Pair {
         Pair { body: of(&self.body, body), against: of(&self.against, against), ..self.clone() }
     }
 
+    /// Returns whether one of the bodies is the first surface with the recipe `surfaces`.
+    pub fn has_body(&self, surfaces: &Params) -> bool {
+        let first = surfaces.realization(0).with(Heights::Redraw);
+        *self.body == first || *self.against == first
+    }
+
     /// Draws or reads both surfaces, and returns the sum of their heights.
     ///
     /// # Errors
