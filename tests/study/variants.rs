@@ -166,11 +166,25 @@ fn the_load_of_full_contact_is_known_for_waves() {
         assert!((pressure / (500.0 * std::f64::consts::PI) - 1.0).abs() < 1e-11, "{pressure}");
         assert_eq!(area.reals("area_fraction").unwrap().value(1), 1.0);
     }
-    let random = STUDY.replace("to = 0.1", "to = \"0.5 * full_contact\"");
-    let path = bench.write(&random);
-    let output = bench.output(&["check", path.to_str().unwrap()]);
-    let printed = text(&output.stderr);
-    assert!(printed.contains("known before a run only for waves"), "{printed}");
+    for (refused, expected) in [
+        (
+            STUDY.replace("to = 0.1", "to = \"0.5 * full_contact\""),
+            "known before a run only for waves",
+        ),
+        (
+            manifest("wave", "boundary = \"free\"\n"),
+            "is the load of a periodic surface, and `boundary` is \"free\"",
+        ),
+        (
+            manifest("wave", "layer = { thickness = 0.1, poisson_ratio = 0.3 }\n"),
+            "is the load of a half-space, and the stage has a `layer`",
+        ),
+    ] {
+        let path = bench.write(&refused);
+        let output = bench.output(&["check", path.to_str().unwrap()]);
+        let printed = text(&output.stderr);
+        assert!(printed.contains(expected), "{printed}");
+    }
 }
 
 #[test]

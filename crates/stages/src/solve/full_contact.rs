@@ -11,6 +11,7 @@ use toml::de::DeValue;
 use super::bodies;
 use crate::generate::method::SurfacePoints;
 use crate::generate::{Origin, PerAxis, shapes};
+use asperity_contact::grid::Boundary;
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problems;
@@ -37,6 +38,12 @@ pub fn load(
         return Err(format!(
             "`{NAME}` is the load of a half-space, and the stage has a `layer`; write the loads as \
              numbers"
+        ));
+    }
+    if point.value("boundary").and_then(DeValue::as_str) == Some(Boundary::Free.name()) {
+        return Err(format!(
+            "`{NAME}` is the load of a periodic surface, and `boundary` is \"free\"; write the \
+             loads as numbers"
         ));
     }
     if point.value("against").is_some() {
