@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::bench::{Bench, STUDY, text};
+use crate::bench::{Bench, STUDY, study_of_map, text};
 
 const COARSE: &str = r#"
 [study]
@@ -86,4 +86,22 @@ fn the_mesh_adds_as_much_to_the_area_as_the_warning_says() {
     // cent. The warning states 25 to 40 and 13 to 20 %.
     assert!((added[0] - 29.0).abs() < 5.0, "{added:?}");
     assert!((added[1] - 13.3).abs() < 3.0, "{added:?}");
+}
+
+#[test]
+fn a_map_whose_edges_do_not_match_is_hardly_periodic() {
+    let bench = Bench::new();
+    let map = |name: &str| format!("{}/data/{name}", env!("CARGO_MANIFEST_DIR"));
+    let warned = |manifest: String| {
+        let path = bench.write(&manifest);
+        let output = bench.output(&["check", path.to_str().unwrap()]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stderr).contains("opposite edges of ")
+    };
+    let scan = study_of_map("scan", &map("topography/di-3.di"), "channel = \"ZSensor\"\n")
+        .replace("side = 1.0\nlevel = \"none\"", "level = \"plane\"");
+    assert!(warned(scan.clone()));
+    assert!(!warned(scan.replace("periodic = true", "periodic = false")));
+    let one_period = map("reference/two-bodies/body1.npy");
+    assert!(!warned(study_of_map("scan", &one_period, "")));
 }

@@ -11,7 +11,7 @@
 //! of Sanner et al. 2022, doi:10.1016/j.apsadv.2021.100190.
 
 use super::moments::Moments;
-use super::surface::{Axis, Surface, for_each_line};
+use super::surface::{Axis, Scan, Surface, for_each_line};
 use crate::grid::Boundary;
 
 /// Computes the moments of a map from the mean squares of finite differences.
@@ -130,6 +130,29 @@ fn distances(longest: usize) -> impl Iterator<Item = usize> {
     let mut before = 0;
     both.take_while(move |steps| *steps <= longest)
         .filter(move |steps| std::mem::replace(&mut before, *steps) < *steps)
+}
+
+/// Returns the rms step between opposite edges of a map, along the axis where it is larger, over
+/// the rms step between neighbouring nodes. A map of one period has a ratio of about 1. Steps to
+/// missing points are left out.
+pub fn edge_step_ratio(scan: &Scan) -> f64 {
+    let ([nodes_x, nodes_y], heights) = (scan.grid().nodes(), scan.heights());
+    let mut inside = MeanSquare::default();
+    let edges = [(nodes_x, 1), (nodes_y, nodes_x)].map(|(nodes, stride)| {
+        let mut edge = MeanSquare::default();
+        for (node, height) in heights.iter().enumerate() {
+            let position = node / stride % nodes;
+            let is_last = position + 1 == nodes;
+            let next = if is_last { node - position * stride } else { node + stride };
+            let step = heights[next] - height;
+            if step.is_finite() {
+                if is_last { edge.add(step) } else { inside.add(step) }
+            }
+        }
+        edge.root_mean()
+    });
+    // Without steps, the mean is not a number, and `max` ignores it.
+    edges.map(|edge| edge / inside.root_mean()).into_iter().fold(0.0, f64::max)
 }
 
 #[derive(Clone, Copy, Default)]
@@ -281,5 +304,28 @@ mod tests {
         let surface = Shape::Paraboloid { radius: 1.0 }.draw(rectangle([2, 1], [1.0, 1.0]));
         assert_eq!(along(&surface, Axis::X, Boundary::Free), []);
         assert_eq!(along(&surface, Axis::Y, Boundary::Free), []);
+    }
+
+    #[test]
+    fn edges_of_a_period_match_and_those_of_a_part_of_it_do_not() {
+        let grid = rectangle([32, 48], [2.0, 3.0]);
+        let wave = Shape::WaveProduct { amplitude: 0.1, waves: 2 }.draw(grid);
+        let whole = edge_step_ratio(&Scan::from(wave.clone()));
+        assert!((0.5..2.0).contains(&whole), "{whole}");
+        for axis in [0, 1] {
+            // The map gets a step of 0.1 along the axis.
+            let heights = wave.heights().iter().enumerate().map(|(node, height)| {
+                height + 0.1 * grid.indices(node)[axis] as f64 / grid.nodes()[axis] as f64
+            });
+            let heights = Vec::from_iter(heights);
+            let mut holes = heights.clone();
+            holes[7] = f64::NAN;
+            for heights in [heights, holes] {
+                let ratio = edge_step_ratio(&Scan::new(grid, heights).unwrap());
+                assert!(ratio > 4.0, "{ratio} along axis {axis}");
+            }
+        }
+        let flat = Scan::new(grid, vec![0.0; grid.count()]).unwrap();
+        assert_eq!(edge_step_ratio(&flat), 0.0);
     }
 }

@@ -45,6 +45,7 @@ impl Study {
     /// - Two rough bodies are not pressed against each other, or both are the same surface.
     /// - The file of a measured surface has several channels or missing points, or its slope comes
     ///   mainly from waves that the instrument did not resolve.
+    /// - Opposite edges of a map that is said to be periodic do not match.
     /// - Partial slip is computed for bodies that are not elastically similar.
     /// - A figure selects rows that the study does not have.
     pub fn warnings(&self) -> Vec<Warning> {

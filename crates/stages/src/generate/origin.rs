@@ -121,6 +121,9 @@ pub struct InspectedMap {
     pub file: Option<Grid>,
     /// Shortest wavelength that the instrument resolved, if the manifest asks for it.
     pub reliability: Option<Reliability>,
+    /// Rms step between opposite edges over the rms step between neighbouring nodes, for a map that
+    /// the manifest declares periodic; otherwise 0.
+    pub edge_step_ratio: f64,
 }
 
 impl InspectedMap {

@@ -6,8 +6,8 @@ use asperity_stages::generate::{MeasuredSurface, Origin};
 use asperity_stages::surface_files::SurfaceFiles;
 
 /// Returns the warnings about the files of measured surfaces that a stage reads, without
-/// duplicates: which channel was chosen, how many points are missing, and whether the instrument
-/// resolved the slope.
+/// duplicates: which channel was chosen, how many points are missing, whether the edges of a
+/// periodic map match, and whether the instrument resolved the slope.
 pub fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return vec![];
@@ -21,7 +21,12 @@ pub fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
             continue;
         };
         let path = path.display().to_string();
-        let messages = [channel(file, &path), holes(file, &path), unresolved(file, &path)];
+        let messages = [
+            channel(file, &path),
+            holes(file, &path),
+            unmatched_edges(file, &path),
+            unresolved(file, &path),
+        ];
         for message in messages.into_iter().flatten() {
             if !distinct.contains(&message) {
                 distinct.push(message);
@@ -63,6 +68,22 @@ fn holes(file: &MeasuredSurface, path: &str) -> Option<String> {
             ),
         };
         format!("{lack} ({share:.3} %); `fill = \"{fill}\"` estimates their heights")
+    })
+}
+
+/// Smallest ratio of the steps between opposite edges to those between neighbouring nodes at which
+/// a map is hardly periodic. One period of a rough surface has a ratio of about 1.
+const UNMATCHED: f64 = 4.0;
+
+fn unmatched_edges(file: &MeasuredSurface, path: &str) -> Option<String> {
+    let ratio = file.seen.edge_step_ratio;
+    (ratio > UNMATCHED).then(|| {
+        format!(
+            "opposite edges of `{path}` do not match: the steps between them are {ratio:.0} times \
+             those between neighbouring nodes, and increase the rms slope; if the map is not \
+             periodic, set `periodic = false`, and `edges = \"mirror\"` here or `boundary = \
+             \"free\"` in the `solve` stage"
+        )
     })
 }
 

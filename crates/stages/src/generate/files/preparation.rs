@@ -7,6 +7,7 @@ use crate::generate::map_file::MapFile;
 use crate::generate::mesh::{MAX_NODES, MIN_NODES};
 use crate::generate::{InspectedMap, PerAxis};
 use asperity_contact::grid::{Cell, Grid};
+use asperity_contact::topography::differences::edge_step_ratio;
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::level::Level;
 use asperity_contact::topography::periodic::Edges;
@@ -171,6 +172,7 @@ pub fn inspected(
     check_cutoffs(keys, grid, checks)?;
     check_resampled(keys, grid, checks)?;
     let (nodes, side) = prepared(keys, grid);
+    let edge_step_ratio = if keys.edges == Edges::Periodic { edge_step_ratio(scan) } else { 0.0 };
     let (points, missing, removed) = (grid.count(), scan.missing(), levelled.removed);
     let reliability = if keys.preparation.tests_reliability() {
         let filled = keys.preparation.filled(levelled.scan, keys.edges);
@@ -189,6 +191,7 @@ pub fn inspected(
         points,
         file: Some(of_file),
         reliability,
+        edge_step_ratio,
     })
 }
 
