@@ -63,6 +63,16 @@ fn a_study_that_never_ran_says_so() {
 }
 
 #[test]
+fn without_its_record_a_study_has_no_known_earlier_run() {
+    let bench = finished();
+    fs::remove_file(bench.path("data/plans/small.json")).unwrap();
+    let path = bench.write(&STUDY.replace("hurst = 0.8", "hurst = 0.7"));
+    let output = bench.output(&["explain", path.to_str().unwrap()]);
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(printed.contains("no record of an earlier run"), "{printed}");
+}
+
+#[test]
 fn cosmetic_edits_leave_nothing_to_do() {
     let bench = finished();
     let cosmetic = format!("# A comment.\n{}", STUDY.replace("hurst = 0.8", "hurst = 0.80"));

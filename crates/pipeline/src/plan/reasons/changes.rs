@@ -160,7 +160,7 @@ impl fmt::Display for Shown {
 impl fmt::Display for Why {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Why::FirstRun => write!(formatter, "first run of this study"),
+            Why::FirstRun => write!(formatter, "no record of an earlier run"),
             Why::NewStage => write!(formatter, "new stage"),
             Why::New { fields } => write!(formatter, "new {}", joined(fields)),
             Why::Changed { fields } => write!(formatter, "{}", joined(fields)),
