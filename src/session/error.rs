@@ -122,10 +122,14 @@ pub enum SessionError {
     #[error("`{study}` has not been submitted; run `asperity submit {}` first", manifest.display())]
     NotSubmitted { study: String, manifest: PathBuf },
     #[error(
-        "`{stage}` has no results for the current manifest; run `asperity run {}` first",
+        "`{name}` has no results for the current manifest; run `asperity run {}` first",
         manifest.display()
     )]
-    NotComputed { stage: String, manifest: PathBuf },
+    NotComputed {
+        /// Name of the stage or of the study.
+        name: String,
+        manifest: PathBuf,
+    },
 }
 
 impl From<OpenError> for SessionError {

@@ -68,7 +68,7 @@ impl<'a> Tables<'a> {
         let index = names.iter().position(|stage| *stage == name);
         let index = index.ok_or_else(|| UnknownName::stage(name, &names))?;
         self.read(&plan.stages[index])?.ok_or_else(|| SessionError::NotComputed {
-            stage: name.to_owned(),
+            name: name.to_owned(),
             manifest: self.session.manifest().to_owned(),
         })
     }
@@ -209,6 +209,12 @@ pub(super) fn write_report(
         check_folder(folder, &reading.study, existing)?;
     }
     let rows = reading.all()?;
+    if rows.iter().all(|stage| stage.tasks.is_empty()) {
+        return Err(SessionError::NotComputed {
+            name: reading.plan.study.clone(),
+            manifest: session.manifest().to_owned(),
+        });
+    }
     let mut warnings = reading.study.warnings();
     warnings.extend(exceeded_hardness::warnings(&reading.study, &reading.plan, |stage| {
         Ok::<_, SessionError>(rows[stage].table.clone())

@@ -87,13 +87,19 @@ fn figures_are_the_same_bytes_again() {
 }
 
 #[test]
-fn a_study_that_has_not_been_run_has_a_page_that_says_what_is_missing() {
+fn a_report_needs_results_and_says_which_are_missing() {
     let bench = Bench::new();
+    let path = bench.write(STUDY);
+    let refused = bench.output(&["report", path.to_str().unwrap()]);
+    assert_eq!(refused.status.code(), Some(1));
+    let printed = text(&refused.stderr);
+    assert!(printed.contains("`small` has no results for the current manifest; run"), "{printed}");
+    assert!(!bench.data().exists());
+    bench.run(&STUDY[..STUDY.find("[stage.light]").unwrap()]);
     bench.write(STUDY);
-    let (said, page) = report(&bench);
-    assert_eq!(said["drawn"].as_array().unwrap().len(), 0);
-    assert!(page.contains("unfinished: 0 of"));
-    assert!(page.contains("Not finished yet: surfaces"), "{page}");
+    let (_, page) = report(&bench);
+    assert!(page.contains("unfinished: 4 of"));
+    assert!(page.contains("Not finished yet: light"), "{page}");
 }
 
 #[test]

@@ -89,7 +89,7 @@ fn refusals_are_distinguished_from_failures() {
     let bench = Bench::new();
     let session = session(&bench, STUDY);
     let not_yet = session.table("area").unwrap_err();
-    assert!(matches!(&not_yet, SessionError::NotComputed { stage, .. } if stage == "area"));
+    assert!(matches!(&not_yet, SessionError::NotComputed { name, .. } if name == "area"));
     assert!(!not_yet.is_misuse());
     run(&session);
     assert_eq!(session.table("area").unwrap().rows(), 16);
