@@ -207,6 +207,10 @@ fn report(failure: &(dyn Error + Send + Sync + 'static), data: &DataFolder) -> E
         text +=
             if data.store().is_dir() { OTHER_FOLDER } else { "choose another one with `--data`" };
     }
+    let damaged = of_session.and_then(SessionError::damaged_path);
+    if damaged.is_some_and(|path| path.starts_with(data.path())) {
+        text += "; set it aside with `asperity verify`, and compute it again with `asperity run`";
+    }
     warn(&text);
     if failure.is::<Misused>() || of_session.is_some_and(SessionError::is_misuse) {
         ExitCode::from(2)

@@ -148,17 +148,32 @@ impl From<SamplingError> for SessionError {
 }
 
 impl SessionError {
-    /// Returns the path that cannot be written because permissions are missing.
-    pub fn denied_path(&self) -> Option<&Path> {
-        let error = match self {
+    /// Returns the error of the file that could not be read or written.
+    fn of_file(&self) -> Option<&StoreError> {
+        match self {
             SessionError::Store(error)
+            | SessionError::Stage(StageError::Store(error))
             | SessionError::Results(ResultsError::Store(error))
             | SessionError::Report(ReportError::Store(error))
-            | SessionError::Share(ShareError::Store(error)) => error,
-            _ => return None,
-        };
-        match error {
-            StoreError::Write { path, .. } if error.is_denied() => Some(path),
+            | SessionError::Share(
+                ShareError::Store(error) | ShareError::Results(ResultsError::Store(error)),
+            ) => Some(error),
+            _ => None,
+        }
+    }
+
+    /// Returns the path that cannot be written because permissions are missing.
+    pub fn denied_path(&self) -> Option<&Path> {
+        match self.of_file()? {
+            error @ StoreError::Write { path, .. } if error.is_denied() => Some(path),
+            _ => None,
+        }
+    }
+
+    /// Returns the path of a damaged file.
+    pub fn damaged_path(&self) -> Option<&Path> {
+        match self.of_file()? {
+            StoreError::Damaged { path, .. } => Some(path),
             _ => None,
         }
     }

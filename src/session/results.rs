@@ -1,6 +1,8 @@
 //! Results of a study: tables, descriptions of columns, and the HTML report.
 
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -21,6 +23,7 @@ use asperity_stages::aggregate::sql::{self, QueryError};
 use asperity_stages::units::TableUnits;
 use asperity_stages::{Kind, StageError, columns_of};
 use asperity_tables::parquet::{Columns, Metadata};
+use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, read_whole};
 use asperity_tables::store::series::FileName;
 
@@ -254,6 +257,10 @@ impl TableFile {
         observer: &dyn Observer,
     ) -> Result<TableFile, SessionError> {
         let path = if what.is_file() {
+            if !is_parquet(what)? {
+                let message = format!("`{}` is not a Parquet file", what.display());
+                return Err(SessionError::Refused(message));
+            }
             what.to_owned()
         } else {
             let store = open_read_only(data, observer)?;
@@ -267,4 +274,12 @@ impl TableFile {
         let (table, metadata) = read_whole(&path, Columns::All)?;
         Ok(TableFile { path, table, metadata })
     }
+}
+
+/// Returns whether a file begins as Parquet files do.
+fn is_parquet(path: &Path) -> Result<bool, SessionError> {
+    let mut start = Vec::new();
+    let file = File::open(path).and_then(|file| file.take(4).read_to_end(&mut start));
+    file.map_err(|error| StoreError::reading(path, error))?;
+    Ok(start == b"PAR1")
 }

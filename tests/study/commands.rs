@@ -142,7 +142,8 @@ fn show_says_what_it_wants_when_it_gets_something_else() {
     assert!(text(&nonsense.stderr).contains("32 hexadecimal digits"));
     let foreign = bench.write("[study]");
     let foreign = bench.output(&["show", foreign.to_str().unwrap()]);
-    assert_eq!(foreign.status.code(), Some(1));
+    assert_eq!(foreign.status.code(), Some(2));
+    assert!(text(&foreign.stderr).contains("study.toml` is not a Parquet file"));
 }
 
 #[test]

@@ -239,6 +239,41 @@ fn incomplete_stages_are_reported_and_the_rest_is_shared() {
 }
 
 #[test]
+fn a_damaged_table_of_the_store_is_named_with_the_commands_that_replace_it() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let surfaces = bench.table("small", "surfaces");
+    let key = surfaces.texts("task").unwrap().value(0).to_owned();
+    let file = bench.file_of(&key);
+    let whole = fs::read(&file).unwrap();
+    let mut bytes = whole.clone();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&file, bytes).unwrap();
+    let manifest = bench.path("study.toml");
+    let [manifest, output, picture] =
+        [manifest, bench.path("s.zip"), bench.path("s.png")].map(|path| path.display().to_string());
+    let commands = [
+        vec!["share", &manifest, "--store", "--output", &output],
+        vec!["view", &key, "--output", &picture],
+        vec!["report", &manifest],
+    ];
+    for command in &commands {
+        let printed = text(&bench.output(command).stderr);
+        let advice =
+            "set it aside with `asperity verify`, and compute it again with `asperity run`";
+        assert!(printed.contains(advice), "{command:?}: {printed}");
+    }
+    assert_eq!(bench.output(&["verify"]).status.code(), Some(1));
+    bench.run(STUDY);
+    assert!(fs::read(&file).unwrap() == whole);
+    for command in &commands {
+        let done = bench.output(command);
+        assert!(done.status.success(), "{command:?}: {}", text(&done.stderr));
+    }
+}
+
+#[test]
 fn a_damaged_table_is_not_shared() {
     let bench = Bench::new();
     bench.run(STUDY);
