@@ -161,7 +161,7 @@ fn table_says_where_a_column_is_and_how_a_query_names_its_table() {
     let unknown = refused(&["area", "--columns", "cluster"]);
     assert!(unknown.contains("did you mean `clusters`?"), "{unknown}");
     let query = refused(&["area", "--sql", "select avg(area_fraction) from area"]);
-    assert!(query.contains("leave out `area`") && query.contains("--sql '"), "{query}");
+    assert!(query.contains("takes no stage beside it") && query.contains("--sql '"), "{query}");
 }
 
 #[test]

@@ -212,7 +212,7 @@ mod tests {
         // Δx w/(E* ρ²) = 1/32 · 3e-4/ρ².
         assert!(checked(&rho(0.006)).unwrap().warnings.is_empty());
         let warnings = checked(&rho(0.005)).unwrap().warnings;
-        assert!(warnings[0].contains("Δx w/(E* ρ²) = 0.37"), "{warnings:?}");
+        assert!(warnings[0].contains("mesh step × work/(E* × range²) is 0.37"), "{warnings:?}");
         let message = checked(&rho(0.002)).unwrap_err().to_string();
         assert!(message.contains("too coarse for the adhesion"), "{message}");
     }
