@@ -161,9 +161,10 @@ const ANSWERS: [Answer; 17] = [
             "separation",
         ],
         instead: &[],
-        label: "distances are results and not prescribed",
-        help: "a `solve` stage prescribes `loads`. The column `mean_gap` has the distance of the \
-               mean planes under each load",
+        label: "only a `solve` stage with `adhesion` prescribes distances, as `gaps`",
+        help: "with `adhesion`, `control = \"gap\"` prescribes the mean gaps in `gaps`. Otherwise a \
+               `solve` stage prescribes `loads`, and distances are results: the column `mean_gap` \
+               has the distance of the mean planes under each load",
     },
     Answer {
         keys: &[
