@@ -152,7 +152,27 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
     fn share(&mut self, key: TomlSpanned<DeString<'i>>, value: TomlSpanned<DeValue<'i>>) {
         if self.is_valid(&key, &value) {
             self.grid.shared.insert(key, value);
+        } else if let Some(rest) = self.valid_numbers(&key, &value) {
+            self.grid.shared.insert(key, rest);
         }
+    }
+
+    /// Returns an invalid list of numbers without its invalid items, if the rest is a valid value
+    /// of its key. Later checks of the key then report further mistakes in the rest.
+    fn valid_numbers(
+        &self,
+        key: &TomlSpanned<DeString<'i>>,
+        list: &TomlSpanned<DeValue<'i>>,
+    ) -> Option<TomlSpanned<DeValue<'i>>> {
+        let name = key.get_ref().as_ref();
+        let of = |items| TomlSpanned::new(list.span(), DeValue::Array(items));
+        let is_valid =
+            |list: &TomlSpanned<_>| validate(self.layout, name, list, self.expressions).is_empty();
+        let valid = list.get_ref().as_array()?.iter().filter(|item| {
+            let is_number = item.get_ref().is_integer() || item.get_ref().is_float();
+            is_number && is_valid(&of([(*item).clone()].into_iter().collect()))
+        });
+        Some(of(valid.cloned().collect())).filter(is_valid)
     }
 
     /// Adds the valid items of a list to the values that all points share.

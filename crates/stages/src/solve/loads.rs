@@ -113,21 +113,24 @@ impl Loads {
 pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<(Vec<f64>, ListedLoads)> {
     let written = checks.required("loads", &table.loads)?;
     match &written.value {
-        Loads::List(list) => listed(list, checks),
+        // If the list has lost invalid items, its problems have been reported.
+        Loads::List(list) => listed(list, checks).filter(|_| !checks.is_reported("loads")),
         Loads::Range(range) => Some((spaced(range, written, checks)?, ListedLoads::default())),
     }
 }
 
 /// Sorts the loads of a list and removes repeated ones. Refuses loads that differ only by rounding.
 fn listed(list: &[Spanned<f64>], checks: &mut Checks) -> Option<(Vec<f64>, ListedLoads)> {
-    let mut negative = list.iter().filter(|load| load.value <= 0.0).peekable();
-    if negative.peek().is_some() {
-        for load in negative {
+    let mut too_small = list.iter().filter(|load| load.value <= 0.0).peekable();
+    if too_small.peek().is_some() {
+        for load in too_small {
             let message = format!("`loads` holds {}", decimal::written(load.value));
             let problem = Problem::new(message, load.span.clone(), "must be above 0");
-            checks
-                .problems
-                .push(problem.help("surfaces bear tension only with the key `adhesion`"));
+            checks.problems.push(if load.value < 0.0 {
+                problem.help("surfaces bear tension only with the key `adhesion`")
+            } else {
+                problem
+            });
         }
         return None;
     }

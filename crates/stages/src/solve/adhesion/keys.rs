@@ -262,7 +262,9 @@ pub(in crate::solve) fn listed_loads(table: &SolveTable, checks: &mut Checks) ->
     match &written.value {
         Loads::List(list) => {
             check_steps("loads", list, checks)?;
-            Some(list.iter().map(|load| decimal::nearest(load.value)).collect())
+            // If the list has lost invalid items, its problems have been reported.
+            let loads = list.iter().map(|load| decimal::nearest(load.value)).collect();
+            Some(loads).filter(|_| !checks.is_reported("loads"))
         }
         Loads::Range(_) => Some(loads::loads(table, checks)?.0),
     }
