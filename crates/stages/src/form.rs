@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use toml::de::DeTable;
 
 use crate::aggregate::keys::AggregateTable;
+use crate::columns::needed_key;
 use crate::correct::CorrectTable;
 use crate::fit::keys::{FitPoints, LawWord};
 use crate::generate::growth::PlannedSurfaces;
@@ -533,10 +534,15 @@ pub fn unknown_column(
 ) -> Problem {
     let message = format!("the stages in `from` have no column {name:?}");
     let problem = |label| Problem::new(message, span.clone(), label);
+    let is_known = |column: &str| {
+        names.contains(&column) || earlier.iter().any(|(_, table)| table.has(column))
+    };
     let names = || names.iter().copied();
     if let Some((stage, _)) = earlier.iter().find(|(_, table)| table.has(name)) {
         let help = format!("read that stage, by `from = \"{stage}\"` here or in another stage");
         problem(format!("the stage `{stage}` has this column")).help(help)
+    } else if let Some(label) = needed_key(name, is_known) {
+        problem(label)
     } else if let Some(meant) = did_you_mean(name, names()) {
         problem(format!("did you mean \"{meant}\"?"))
     } else {

@@ -10,7 +10,7 @@ use crate::study::{ClaimNames, Stage, Study, Work, graph, pairs};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
-use asperity_stages::columns::SURFACE;
+use asperity_stages::columns::{SURFACE, needed_key};
 use asperity_stages::form::{PressedStage, StagePoints, Surfaces};
 use asperity_stages::generate::growth::{self, AT_LEAST, Growing, KnownMean, Until};
 use asperity_stages::surface_files::SurfaceFiles;
@@ -406,7 +406,10 @@ fn of_mean<'t>(
     if columns.contains(&mean.column.as_str()) {
         return None;
     }
-    let label = suggestion('`', &mean.column, columns.iter().copied(), "unknown column");
+    let is_known = |column: &str| table.has(column);
+    let label = needed_key(&mean.column, is_known).unwrap_or_else(|| {
+        suggestion('`', &mean.column, columns.iter().copied(), "unknown column")
+    });
     let message = format!("`{}` has no result column `{}`", mean.stage, mean.column);
     let help = format!("its result columns are {}", listed(columns.iter().copied(), "and"));
     Some(condition.problem(message, &label).help(help))

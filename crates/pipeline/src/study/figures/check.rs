@@ -11,7 +11,9 @@ use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, list
 use asperity_manifest::keys::Spanned;
 use asperity_manifest::keys::checks::Checks;
 use asperity_stages::aggregate::{Model, SPECTRUM_COLUMNS};
-use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, LOAD};
+use asperity_stages::columns::{
+    AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, LOAD, needed_key,
+};
 use asperity_tables::column::{Role, Value as Known};
 use asperity_tables::table::Table;
 
@@ -112,7 +114,11 @@ where
     // If the stage has problems of its own, its columns are unknown.
     let table = (context.table)(&from.value)?;
     let values = |column: &str| (context.values)(&from.value, column);
-    let mut columns = Columns { stage: &from.value, table, checks };
+    let is_known = |column: &str| {
+        let mut tables = stages.iter().filter_map(|stage| (context.table)(stage));
+        tables.any(|table| table.has(column))
+    };
+    let mut columns = Columns { stage: &from.value, table, is_known: &is_known, checks };
     let x_column = columns.number(x);
     let error = keys.error.value();
     let quantities = columns.quantities(y, error, keys.error.written().map(|error| &error.span));
@@ -151,6 +157,8 @@ where
 struct Columns<'a, 'c> {
     stage: &'a str,
     table: &'a Table,
+    /// Function that tells whether a stage of the study has a column.
+    is_known: &'a dyn Fn(&str) -> bool,
     checks: &'a mut Checks<'c>,
 }
 
@@ -181,6 +189,10 @@ impl<'a> Columns<'a, '_> {
     fn unknown_column<T>(&mut self, written: &Spanned<String>, known: &[&str]) -> Option<T> {
         let message = format!("`{}` has no column {:?}", self.stage, written.value);
         let known = || known.iter().copied();
+        let base = written.value.strip_suffix(MEAN).unwrap_or(&written.value);
+        if let Some(label) = needed_key(base, self.is_known) {
+            return self.checks.reject(Problem::new(message, written.span.clone(), label));
+        }
         let problem = unknown(message, written, known(), "unknown column");
         let problem = match did_you_mean(&written.value, known()) {
             Some(_) => problem,
