@@ -1,23 +1,26 @@
 //! `asperity claims`, which tests the statements of the paper, and `advise`, which estimates the
 //! cost of extending a fit of limits.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
 use super::plan::core_hours;
+use super::terminal::stdout;
 use super::{Failure, SetArguments, print_answer};
 use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
 use crate::session::claims::{
-    Claim, ClaimOutcome, Judgement, LEVEL, Origin, Setting, Verdict, verdict,
+    Claim, ClaimOutcome, Judgement, LEVEL, Origin, Setting, Statement, Verdict, verdict,
+    without_results,
 };
 use crate::session::words::counted;
 use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
 pub struct ClaimsArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
+    /// Path of the manifest of the study (default: list all claims without verdicts).
+    manifest: Option<PathBuf>,
 
     #[command(flatten)]
     set: SetArguments,
@@ -34,7 +37,7 @@ pub struct ClaimsArguments {
     ///
     /// `lower` and `upper` are simultaneous bounds for all quantities of a claim; `least` and
     /// `most` bound each quantity alone.
-    #[arg(long)]
+    #[arg(long, requires = "manifest")]
     json: bool,
 }
 
@@ -45,8 +48,12 @@ struct ClaimPrinter<'a> {
 }
 
 pub fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let study = super::session(&arguments.manifest, &arguments.set, data).claims()?;
-    let printer = ClaimPrinter { manifest: &arguments.manifest, study: &study };
+    let Some(manifest) = &arguments.manifest else {
+        write!(stdout(), "{}", list_without_study())?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    let study = super::session(manifest, &arguments.set, data).claims()?;
+    let printer = ClaimPrinter { manifest, study: &study };
     let claims = match &arguments.name {
         Some(name) => slice::from_ref(study.named(name)?),
         None => &study.claims,
@@ -88,22 +95,38 @@ fn short(value: f64) -> String {
 const INDENT: usize = 14;
 
 fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
+    let missing = match printer.study.missing {
+        0 => String::new(),
+        missing => format!("{} of the study not computed yet\n\n", counted(missing, "task")),
+    };
+    let claims_of_all = by_origin(claims, |claim| few_lines(printer, claim));
+    missing + &claims_of_all + &closing(claims, printer) + &left_out(printer.study.setting())
+}
+
+/// Lists all claims with their texts, without a study.
+fn list_without_study() -> String {
+    let lines = |claim: &Claim| {
+        let Statement { name, text, source, .. } = claim.statement;
+        format!("{name} · {}\n{}", claim.data, wrapped(4, &format!("{text} ({source})")))
+    };
+    by_origin(&without_results(), lines)
+        + "`asperity claims MANIFEST` tests the claims with the results of a study.\n\
+           `until = \"decided(CLAIM, …)\"` of a `generate` stage can name all claims but those on \
+           closed forms and misprints.\n"
+}
+
+/// Lists claims by their origin, each with the lines that `lines` returns.
+fn by_origin(claims: &[Claim], lines: impl Fn(&Claim) -> String) -> String {
     let headings = [
         (Origin::Paper, "Statements of the paper"),
         (Origin::Ours, "Statements of asperity"),
         (Origin::Misprint, "Misprints (notes without a verdict)"),
     ];
-    let mut text = match printer.study.missing {
-        0 => String::new(),
-        missing => format!("{} of the study not computed yet\n\n", counted(missing, "task")),
-    };
-    for (origin, heading) in headings {
-        text += &format!("{heading}\n\n");
+    let sections = headings.map(|(origin, heading)| {
         let own = claims.iter().filter(|claim| claim.statement.origin == origin);
-        text.extend(own.map(|claim| few_lines(printer, claim)));
-        text += "\n";
-    }
-    text + &closing(claims, printer) + &left_out(printer.study.setting())
+        format!("{heading}\n\n{}\n", own.map(&lines).collect::<String>())
+    });
+    sections.concat()
 }
 
 fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {

@@ -15,6 +15,7 @@ use asperity_stages::{Kind, Recipe, Stage as _};
 
 pub use asperity_claims::{
     Claim, ClaimOutcome, Expectation, Judgement, Origin, Setting, Statement, Verdict,
+    without_results,
 };
 pub use asperity_pipeline::adaptive_sampling::{Decisions, Undecided};
 pub use asperity_statistics::intervals::{Bound, LEVEL};

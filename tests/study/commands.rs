@@ -221,6 +221,17 @@ fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
 }
 
 #[test]
+fn claims_without_a_manifest_are_listed_with_their_texts() {
+    let bench = Bench::new();
+    let printed = text(&bench.output(&["claims"]).stdout);
+    for part in ["Statements of the paper\n\n", "\narea-above-persson · counted area\n    “"] {
+        assert!(printed.contains(part), "{part} in\n{printed}");
+    }
+    assert!(!printed.contains("not computed"), "{printed}");
+    assert_eq!(bench.output(&["claims", "--json"]).status.code(), Some(2));
+}
+
+#[test]
 fn one_claim_is_explained_at_length_and_an_unknown_one_is_named() {
     let bench = Bench::new();
     let path = bench.write(&STUDY.replace("realizations = 2", "realizations = 5"));

@@ -419,7 +419,7 @@ fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Optio
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
         let message = format!("there is no claim `{unknown}` that surfaces decide");
         let label = suggestion('`', unknown, known.iter().copied(), "unknown claim");
-        let help = "`asperity claims` lists the claims; those on closed forms need no surfaces";
+        let help = "`asperity claims` lists all claims; those on closed forms need no surfaces";
         return Some(condition.problem(message, &label).help(help));
     }
     let at_least = condition.growing.at_least.written();
