@@ -178,6 +178,10 @@ pub fn surfaces(
     let (stages, problems) = (&context.pressed, &mut *context.problems);
     let contacts: Vec<_> = stages.iter().map(|stage| contacts(stage, problems)).collect();
     let contacts = contacts.into_iter().collect::<Option<Vec<_>>>()?.concat();
+    if contacts.is_empty() {
+        // All stages in `from` have problems, which have been reported.
+        return None;
+    }
     let mut points = Vec::with_capacity(section.points.len());
     for point in &section.points {
         let checks = &mut Checks::new(section, point, problems);
