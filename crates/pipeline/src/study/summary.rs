@@ -11,7 +11,7 @@ use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
 use asperity_stages::Recipe;
 use asperity_stages::generate::spectrum::SpectrumSurface;
-use asperity_stages::generate::{Origin, Params};
+use asperity_stages::generate::{Origin, Params, PerAxis};
 use asperity_stages::solve::{self, PressureUnit};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::units::TableUnits;
@@ -139,12 +139,28 @@ fn of_loads(recipes: &[Recipe], length: Option<&str>) -> Option<String> {
     };
     let moduli = blocks.iter().map(|block| block.effective_modulus);
     Some(format!(
-        "E* = {}, {} {}{unit}{}",
+        "E* = {}, {} {}{unit}{}{}",
         quantity::range(moduli, first.pressure_unit)?,
         counted(number, "load"),
         quantity::range(loads(), first.unit_of_loads())?,
+        of_shifts(&blocks).unwrap_or_default(),
         of_layers(&blocks, length).unwrap_or_default(),
     ))
+}
+
+/// Describes the shifts of two rough surfaces; `None` without a shift.
+fn of_shifts(blocks: &[&solve::Params]) -> Option<String> {
+    let mut shifts: Vec<PerAxis<f64>> = Vec::new();
+    for shift in blocks.iter().filter_map(|block| block.shift) {
+        if !shifts.contains(&shift) {
+            shifts.push(shift);
+        }
+    }
+    match shifts.as_slice() {
+        [PerAxis([0.0, 0.0])] | [] => None,
+        [PerAxis([x, y])] => Some(format!(", shifted by {x} of the side along x and {y} along y")),
+        several => Some(format!(", at {} shifts", several.len())),
+    }
 }
 
 /// Describes the layers of loads; `None` without a layer.
@@ -193,6 +209,19 @@ mod tests {
         assert_eq!(pressed, "contact: E* = 70000 MPa, 2 loads 10 … 100 MPa");
         let plain = summaries("", "loads = [0.1]");
         assert_eq!(plain[1], "contact: E* = 1, 1 load 0.1 in units of E* × rms slope");
+    }
+
+    #[test]
+    fn one_number_shifts_along_both_axes() {
+        let pressed = |shift: &str| {
+            let contact = format!("against = \"rough\"\nshift = {shift}\nloads = [0.1]");
+            summaries("", &contact).pop().unwrap()
+        };
+        let both = ", shifted by 0.5 of the side along x and 0.5 along y";
+        assert!(pressed("0.5").ends_with(both), "{}", pressed("0.5"));
+        assert!(pressed("[0.5, 0]").ends_with("0.5 of the side along x and 0 along y"));
+        assert!(pressed("[[0, 0], [0.5, 0]]").ends_with(", at 2 shifts"));
+        assert!(!pressed("[0, 0]").contains("shift"));
     }
 
     #[test]

@@ -109,7 +109,8 @@ pub struct SolveTable {
     /// the other body is smooth.
     pub against: Key<String>,
     /// Lateral shift of the surfaces of `against` along x and y, as fractions of the sides, such as
-    /// `[0.1, 0]`. The maps are continued periodically. By default they are not shifted.
+    /// `[0.1, 0]`. A single number shifts them by this fraction along x and along y. The maps are
+    /// continued periodically. By default they are not shifted.
     #[schemars(range(min = -1, max = 1), transform = always_pair, transform = swept)]
     pub shift: Key<OnAxes<f64>>,
     /// Axis along which the maps of `against` are reversed before they are shifted, `"x"` or `"y"`.
