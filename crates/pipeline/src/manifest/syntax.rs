@@ -2,7 +2,9 @@
 
 use toml::de::Error;
 
+use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
+use asperity_manifest::keys::quantity::{self, Unit};
 
 /// Maximum number of syntax errors that are examined, because each requires a search through the
 /// text.
@@ -45,7 +47,50 @@ fn syntax_error(text: &str, error: &Error, span: Span) -> Problem {
         let message = "invalid TOML: a comma within a number";
         return Problem::new(message, span, "write the decimal point as `.`");
     }
+    let written = text.get(span.clone()).unwrap_or_default();
+    if let Some((message, label)) = slip(written, &text[span.start..]) {
+        return Problem::new(format!("invalid TOML: {message}"), span, label);
+    }
     Problem::new(format!("invalid TOML: {}", error.message()), span, "here")
+}
+
+/// Recognises a frequent slip in an invalid value, from the text of the error and the text from its
+/// start to the end of the manifest. Returns the message and the label of the problem.
+fn slip(written: &str, from_start: &str) -> Option<(&'static str, String)> {
+    let fraction = from_start.strip_prefix('.').unwrap_or_default();
+    let end = fraction.find(|letter: char| !letter.is_ascii_digit()).unwrap_or(fraction.len());
+    if end > 0 {
+        let label = format!("write `0.{}`", &fraction[..end]);
+        return Some(("a number without a digit before its decimal point", label));
+    }
+    let rest = text_after_number(written);
+    if rest.len() == written.len() {
+        return None;
+    }
+    if rest == "%" {
+        let percent = written.trim_end_matches(['%', ' ']);
+        let fraction = decimal::written(decimal::shifted(percent, -2));
+        return Some(("a percent sign after a number", format!("write `{fraction}`")));
+    }
+    if rest.starts_with(['%', ';']) || rest.starts_with("//") {
+        return Some(("text after a number", "comments begin with `#`".to_owned()));
+    }
+    if text_after_number(rest) != rest {
+        return Some(("numbers without a comma between them", "a comma is missing".to_owned()));
+    }
+    Unit::find(quantity::split(written)?.1)?;
+    Some(("a quantity without quotes", format!("write \"{}\"", written.trim())))
+}
+
+/// Returns the text that follows a number at the beginning of a text, without surrounding spaces,
+/// or the whole text if it does not begin with a number.
+fn text_after_number(text: &str) -> &str {
+    let is_part = |letter: char| letter.is_ascii_digit() || "+-._eE".contains(letter);
+    let end = text.find(|letter| !is_part(letter)).unwrap_or(text.len());
+    match text[..end].parse::<f64>() {
+        Ok(_) => text[end..].trim(),
+        Err(_) => text,
+    }
 }
 
 fn is_decimal_comma(text: &str, position: usize) -> bool {
