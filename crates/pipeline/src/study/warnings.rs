@@ -12,7 +12,7 @@ use self::files::file_warnings;
 use crate::manifest::composition::PlainLoads;
 use crate::study::{Stage, Study, Work, pairs};
 use asperity_manifest::diagnostics::listed;
-use asperity_manifest::keys::quantity;
+use asperity_manifest::keys::quantity::{self, Dimension, Unit};
 use asperity_stages::solve::{self, ListedLoads, PressureUnit};
 use asperity_stages::{Recipe, measure};
 
@@ -41,6 +41,7 @@ impl Study {
     /// - Lists of `nodes` and `side` are ambiguous.
     /// - Loads were probably meant in another unit, or override pressures and have no unit.
     /// - Loads are out of order or repeated.
+    /// - E* exceeds that of all materials.
     /// - A mesh resolves the adhesion poorly.
     /// - Two rough bodies are not pressed against each other, or both are the same surface.
     /// - The file of a measured surface has several channels or missing points, or its slope comes
@@ -56,6 +57,7 @@ impl Study {
                 self.coarse_mesh(index, stage),
                 self.plain_loads(stage).or_else(|| improbable_loads(stage)),
                 rearranged_loads(stage),
+                improbable_modulus(stage),
                 self.pressed_alone(stage),
                 self.coarse_for_adhesion(stage),
                 self.dissimilar_bodies(stage),
@@ -166,14 +168,35 @@ fn rearranged_loads(stage: &Stage) -> Option<String> {
     let rearranged = |params: &&Arc<solve::Params>| params.listed != ListedLoads::default();
     let params = lists.into_iter().find(rearranged)?;
     let ListedLoads { is_unsorted, repeated } = &params.listed;
-    let sorted =
-        is_unsorted.then(|| "is out of order; loads are solved in ascending order".to_owned());
+    let sorted = is_unsorted
+        .then(|| "`loads` is out of order; loads are solved in ascending order".to_owned());
     let repeated = repeated.first().map(|load| {
         let load = quantity::written(*load, params.unit_of_loads());
-        format!("repeats the load {load}; every load is solved once")
+        format!("`loads` repeats the load {load}; each load is solved once")
     });
-    let notes: Vec<String> = sorted.into_iter().chain(repeated).collect();
-    Some(format!("`loads` {}", notes.join(", and ")))
+    Some(sorted.into_iter().chain(repeated).collect::<Vec<_>>().join(". "))
+}
+
+/// Largest plausible E* in pascals, about twice that of diamond.
+const STIFFEST: f64 = 2e12;
+
+/// Warns that E* with a unit exceeds that of all materials.
+fn improbable_modulus(stage: &Stage) -> Option<String> {
+    let mut moduli = stage.work.recipes().iter().filter_map(|recipe| match recipe {
+        Recipe::Solve(params) => Some((params.effective_modulus, params.pressure_unit?)),
+        Recipe::Adhesion(params) => Some((params.effective_modulus, params.pressure_unit?)),
+        _ => None,
+    });
+    let pascal = Unit::si(Dimension::Pressure);
+    let is_too_stiff = |modulus: f64, unit: &Unit| modulus * unit.factor_to(pascal) > STIFFEST;
+    let (modulus, unit) = moduli.find(|(modulus, unit)| {
+        Unit::find(unit).is_some_and(|unit| is_too_stiff(*modulus, unit))
+    })?;
+    Some(format!(
+        "E* is {}, which exceeds that of diamond (about 1 TPa). A modulus may lack its unit: plain \
+         numbers are in {unit}",
+        quantity::range([modulus].into_iter(), Some(unit))?
+    ))
 }
 
 fn of_block(params: &solve::Params) -> Option<String> {
@@ -382,9 +405,24 @@ mod tests {
         assert!(told("0.01, 0.01, 0.02")[0].contains("`loads` repeats the load 0.01;"));
         let megapascals = "loads = [\"2 MPa\", \"1 MPa\", \"2000 kPa\"]\n\
                            effective_modulus = \"100 MPa\"";
-        let expected = "`loads` is out of order; loads are solved in ascending order, and repeats \
-                        the load 2 MPa; every load is solved once";
+        let expected = "`loads` is out of order; loads are solved in ascending order. `loads` \
+                        repeats the load 2 MPa; each load is solved once";
         assert_eq!(warned(megapascals), [expected]);
+    }
+
+    #[test]
+    fn a_modulus_above_that_of_diamond_lacks_a_unit() {
+        let pressed = |modulus: &str| {
+            let bodies = format!("[{{ youngs_modulus = {modulus}, poisson_ratio = 0.3 }}]");
+            warned(&format!("loads = [100]\nload_unit = \"MPa\"\nbodies = {bodies}"))
+        };
+        let pascals = pressed("210e9");
+        let warning = pascals.iter().find(|warning| warning.contains("diamond")).unwrap();
+        assert!(warning.starts_with("E* is 2.31e11 MPa, which exceeds"), "{warning}");
+        assert!(warning.ends_with("plain numbers are in MPa"), "{warning}");
+        assert_eq!(pressed("210e3"), [""; 0]);
+        let without_unit = "loads = [1e11]\nload_unit = \"absolute\"\neffective_modulus = 2e13";
+        assert_eq!(warned(without_unit), [""; 0]);
     }
 
     #[test]
