@@ -405,7 +405,10 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
         (full > 0).then(|| format!("{full} in full contact")),
         (apart > 0).then(|| format!("{apart} pulled off")),
         range(source, SATURATED_FRACTION.name, "saturated")?,
-        (rows > 0).then(|| format!("{} pairs of transforms per {solved}", pairs / rows as i64)),
+        (rows > 0).then(|| {
+            let pairs = counted(pairs as usize / rows, "pair");
+            format!("{pairs} of transforms per {solved}")
+        }),
     ])
 }
 

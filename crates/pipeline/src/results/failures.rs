@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use crate::plan::{Plan, PlannedStage};
 use crate::results::{PublishedTable, ResultsError, path};
 use crate::runner::{RunOutcome, TaskError};
-use asperity_manifest::diagnostics::chain;
+use asperity_manifest::diagnostics::{chain, counted};
 use asperity_manifest::names::FAILURES;
 use asperity_stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
 use asperity_stages::solve::PAIR_LIMIT;
@@ -117,9 +117,9 @@ impl Failures<'_> {
         };
         let reason = |row: usize| {
             format!(
-                "did not converge: stopped after {} pairs of transforms{} with a residual of {:.2e}, \
+                "did not converge: stopped after {} of transforms{} with a residual of {:.2e}, \
                  above the tolerance {:.2e}",
-                pairs.value(row),
+                counted(pairs.value(row) as usize, "pair"),
                 limit(row).map_or_else(String::new, |limit| format!(" (`max_pairs = {limit}`)")),
                 residual.value(row),
                 tolerance.value(row),
