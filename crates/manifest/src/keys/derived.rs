@@ -21,7 +21,7 @@ use toml::de::{DeTable, DeValue};
 use super::Layout;
 use super::parameters::Parameters;
 use super::quantity::{Dimension, Unit};
-use super::validation::{alternatives, is_of_type, is_type, words};
+use super::validation::{alternatives, is_number, is_of_type, is_type, words};
 use crate::diagnostics::{Problem, did_you_mean, listed};
 use crate::expression::{Expression, ExpressionError};
 
@@ -240,10 +240,6 @@ fn substituted<'t>(value: Written<'t>, by: &BTreeMap<usize, &DeValue<'t>>) -> Wr
         other => by.get(&span.start).map_or(other, |value| (*value).clone()),
     };
     TomlSpanned::new(span, value)
-}
-
-fn is_number(schema: &Value) -> bool {
-    is_type(schema, "number") || is_type(schema, "integer")
 }
 
 /// Returns whether a text is a number alone, or a number followed by a unit: `"2"`, `"10 MPa"`.

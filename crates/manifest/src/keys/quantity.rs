@@ -22,7 +22,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::Layout;
 use super::declare::QUANTITY;
-use super::validation::{alternatives, shown};
+use super::validation::{alternatives, is_number, shown};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span, listed};
 
@@ -35,14 +35,14 @@ pub const PATTERN: &str =
 
 /// The declaration that the numbers of a key are quantities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Declared {
-    dimension: Dimension,
+pub(super) struct Declared {
+    pub dimension: Dimension,
     /// True if numbers without a unit may be pure numbers.
-    or_ratio: bool,
+    pub or_ratio: bool,
 }
 
 impl Declared {
-    fn from_schema(schema: &Value) -> Option<Declared> {
+    pub fn from_schema(schema: &Value) -> Option<Declared> {
         let (dimension, or_ratio) = match schema.get(QUANTITY)?.as_str()? {
             "length" => (Dimension::Length, false),
             "pressure" => (Dimension::Pressure, false),
@@ -321,7 +321,12 @@ fn visit<'v>(
                 visit(key, path, value, own.unwrap_or(&Value::Null), None, found);
             }
         }
-        _ => found.push(Scalar { key, path, declared, value }),
+        _ => {
+            // A key that takes only lists keeps the text that a message quotes.
+            let takes_number = alternatives(schema).into_iter().any(is_number);
+            let declared = declared.filter(|_| takes_number);
+            found.push(Scalar { key, path, declared, value });
+        }
     }
 }
 

@@ -7,7 +7,9 @@ use toml::de::DeValue;
 
 use super::bounds::out_of_bounds;
 use super::derived::Expressions;
+use super::quantity::Declared;
 use super::{Layout, quantity, tried};
+use crate::decimal;
 use crate::diagnostics::{Problem, did_you_mean, listed, suggestion};
 
 type Written<'i> = TomlSpanned<DeValue<'i>>;
@@ -26,7 +28,7 @@ pub fn validate(
             format!("only lists of {} are swept", listed(layout.swept.iter().copied(), "and"))
         });
     let mut problems = Vec::new();
-    let root = ValuePath { path: name, is_item: false, help_for_lists, expressions };
+    let root = ValuePath { expressions, help_for_lists, ..ValuePath::new(name) };
     root.check(value, &layout.properties()[name], None, &mut problems);
     problems
 }
@@ -35,8 +37,7 @@ pub fn validate(
 /// `name`.
 pub fn validate_against(schema: &Value, name: &str, value: &Written<'_>) -> Vec<Problem> {
     let mut problems = Vec::new();
-    let root = ValuePath { path: name, is_item: false, help_for_lists: None, expressions: None };
-    root.check(value, schema, None, &mut problems);
+    ValuePath::new(name).check(value, schema, None, &mut problems);
     problems
 }
 
@@ -58,9 +59,15 @@ struct ValuePath<'a> {
     help_for_lists: Option<String>,
     /// The expressions that the table may contain.
     expressions: Option<Expressions<'a>>,
+    /// The quantity of the numbers of the list that contains the value.
+    quantity: Option<Declared>,
 }
 
-impl ValuePath<'_> {
+impl<'a> ValuePath<'a> {
+    fn new(path: &'a str) -> Self {
+        Self { path, is_item: false, help_for_lists: None, expressions: None, quantity: None }
+    }
+
     fn check(
         &self,
         written: &Written<'_>,
@@ -76,6 +83,7 @@ impl ValuePath<'_> {
         let alternatives = alternatives(schema);
         let mut fitting = alternatives.iter().copied().filter(|one| is_of_type(value, one));
         let words = words(&alternatives);
+        let quantity = Declared::from_schema(schema).or(self.quantity);
         let expressions = self.expressions.iter();
         let checked = expressions.filter_map(|own| own.check(path, written, &alternatives)).next();
         if let Some(found) = checked {
@@ -92,7 +100,14 @@ impl ValuePath<'_> {
         match (value, fitting.next()) {
             (DeValue::String(text), Some(_)) if !words.is_empty() => {
                 if !words.contains(&text.as_ref()) {
-                    problems.push(unknown_word(path, written, &words));
+                    let help = number_in_quotes(value, &alternatives, quantity, help);
+                    problems.push(match help {
+                        Some(help) => {
+                            let message = format!("`{path}` must be {}", expected(&alternatives));
+                            Problem::new(message, written.span(), found(value)).help(help)
+                        }
+                        None => unknown_word(path, written, &words),
+                    });
                 }
             }
             (DeValue::Integer(_) | DeValue::Float(_), Some(schema)) => {
@@ -116,7 +131,7 @@ impl ValuePath<'_> {
                     };
                     problems.push(problem(format!("`{path}` {has}"), must));
                 }
-                let item = ValuePath { is_item: true, help_for_lists: None, ..*self };
+                let item = ValuePath { is_item: true, help_for_lists: None, quantity, ..*self };
                 let rules = schema.get("items").unwrap_or(&Value::Null);
                 items.iter().for_each(|value| item.check(value, rules, help, problems));
             }
@@ -124,10 +139,9 @@ impl ValuePath<'_> {
             (_, Some(_)) => {}
             (_, None) => {
                 let message = format!("`{path}` must be {}", expected(&alternatives));
-                let is_number = |one: &&Value| is_type(one, "number") || is_type(one, "integer");
-                let help = number_in_quotes(value)
-                    .filter(|_| alternatives.iter().any(is_number))
-                    .or_else(|| self.help_for_lists.clone().filter(|_| value.is_array()));
+                let help = number_in_quotes(value, &alternatives, quantity, help)
+                    .or_else(|| self.help_for_lists.clone().filter(|_| value.is_array()))
+                    .or_else(|| self.as_list(value, &alternatives));
                 let problem = problem(message, found(value));
                 problems.push(match help {
                     Some(help) => problem.help(help),
@@ -135,6 +149,26 @@ impl ValuePath<'_> {
                 });
             }
         }
+    }
+
+    /// Returns help for a single value in the place of a list.
+    fn as_list(&self, value: &DeValue<'_>, alternatives: &[&Value]) -> Option<String> {
+        let items = alternatives.iter().find_map(|one| one.get("items"))?;
+        let items = self::alternatives(items);
+        let text = value.as_str();
+        let is_plain = text.is_some_and(|text| text.parse::<f64>().is_ok());
+        let has_unit = text.is_some_and(|text| quantity::split(text).is_some());
+        let fits =
+            |one: &&Value| is_of_type(value, one) || is_number(one) && (is_plain || has_unit);
+        let item = match value {
+            DeValue::String(text) if is_plain => text.to_string(),
+            DeValue::String(text) => format!("{text:?}"),
+            DeValue::Table(_) => "{ … }".to_owned(),
+            other => shown(other),
+        };
+        let is_meant = !self.is_item && items.iter().any(fits);
+        let name = self.path.rsplit('.').next().filter(|_| is_meant)?;
+        Some(format!("write a list: `{name} = [{item}]`"))
     }
 
     fn check_table(
@@ -154,8 +188,7 @@ impl ValuePath<'_> {
             let name = key.get_ref().as_ref();
             if let Some(rules) = keys.get(name).or(more) {
                 let path = format!("{path}.{name}");
-                let inner =
-                    ValuePath { path: &path, is_item: false, help_for_lists: None, ..*self };
+                let inner = ValuePath { expressions: self.expressions, ..ValuePath::new(&path) };
                 inner.check(value, rules, help, problems);
                 continue;
             }
@@ -249,6 +282,10 @@ pub(super) fn is_type(schema: &Value, kind: &str) -> bool {
     }
 }
 
+pub(super) fn is_number(schema: &Value) -> bool {
+    is_type(schema, "number") || is_type(schema, "integer")
+}
+
 /// Returns the words of which a text must be one. The list is empty if any text is valid.
 pub(super) fn words<'a>(alternatives: &[&'a Value]) -> Vec<&'a str> {
     let texts = alternatives.iter().filter(|one| is_type(one, "string"));
@@ -279,10 +316,13 @@ fn expected(alternatives: &[&Value]) -> String {
             parts.extend(own.into_iter().map(|word| format!("`\"{word}\"`")));
         }
         if is("array") {
-            let is_pair = one.get("maxItems") == Some(&2.into());
+            let limits = ["minItems", "maxItems"].map(|rule| one.get(rule).and_then(Value::as_u64));
             let items = one.get("items").map(described_items).unwrap_or_default();
-            let list = if is_pair { "a pair" } else { "a list" };
-            parts.push(format!("{list}{items}"));
+            parts.push(match limits {
+                [Some(2), Some(2)] => format!("a pair of {items}"),
+                [Some(1), Some(2)] => format!("a list of one or two {items}"),
+                _ => format!("a list of {items}"),
+            });
         }
         if is("object") {
             let keys = key_names(one);
@@ -310,14 +350,14 @@ fn key_names(schema: &Value) -> Vec<&str> {
     names
 }
 
-/// Describes the items of a list, as a continuation of `a list`.
+/// Describes the items of a list, as a continuation of `a list of`.
 fn described_items(items: &Value) -> &'static str {
     match alternatives(items).as_slice() {
-        [one] if is_type(one, "number") => " of numbers",
-        [one] if is_type(one, "integer") => " of whole numbers",
-        [one] if is_type(one, "object") => " of tables",
-        [one] if is_type(one, "string") => " of texts in quotes",
-        _ => "",
+        [one] if is_type(one, "number") => "numbers",
+        [one] if is_type(one, "integer") => "whole numbers",
+        [one] if is_type(one, "object") => "tables",
+        [one] if is_type(one, "string") => "texts in quotes",
+        _ => "values",
     }
 }
 
@@ -337,139 +377,40 @@ fn wrong_length(length: usize, schema: &Value) -> Option<String> {
     })
 }
 
-/// Returns help for a number that is written as a text, with or without a unit.
-fn number_in_quotes(value: &DeValue<'_>) -> Option<String> {
+/// Returns help for a number that is written as a text, alone or with a unit or a percent sign.
+/// `about` describes the key.
+fn number_in_quotes(
+    value: &DeValue<'_>,
+    alternatives: &[&Value],
+    quantity: Option<Declared>,
+    about: Option<&str>,
+) -> Option<String> {
+    let schema = alternatives.iter().find(|one| is_number(one))?;
     let text = value.as_str()?.trim();
-    if let Some((number, unit)) = quantity::split(text) {
-        return Some(format!(
-            "this key has no unit: write `{number}`, without quotes and without `{unit}`"
-        ));
+    if text.parse::<f64>().is_ok() {
+        return Some("write numbers without quotes".to_owned());
     }
-    text.parse::<f64>().ok()?;
-    Some("write numbers without quotes".to_owned())
+    let percent = text.strip_suffix('%').map(str::trim_end);
+    let percent = percent.filter(|number| number.parse::<f64>().is_ok());
+    if let Some(Declared { dimension, or_ratio: false }) = quantity {
+        let example = percent.map(|number| format!("\"{number} {}\"", dimension.common_unit()))?;
+        return Some(format!("write a {dimension}, such as {example}"));
+    }
+    let (number, unit) = match percent {
+        Some(percent) => (decimal::written(decimal::shifted(percent, -2)), "%"),
+        None => quantity::split(text).map(|(number, unit)| (number.to_owned(), unit))?,
+    };
+    let parsed = DeValue::parse(&number).ok()?;
+    let parsed = Some(parsed.get_ref()).filter(|number| is_of_type(number, schema))?;
+    Some(match (out_of_bounds(parsed, schema), about) {
+        (Some(must), about) => {
+            let about = about.map_or_else(String::new, |about| format!("; {about}"));
+            format!("write a number without a unit, which {must}{about}")
+        }
+        _ if unit == "%" => format!("write `{number}` for {text}"),
+        _ => format!("this key has no unit: write `{number}`, without quotes and without `{unit}`"),
+    })
 }
 
 #[cfg(test)]
-mod tests {
-    use schemars::JsonSchema;
-    use serde::Deserialize;
-    use toml::de::DeTable;
-
-    use super::*;
-    use crate::keys::declare::{list, pair, swept};
-    use crate::keys::{Key, KeyTable, OnAxes, Spanned, table};
-
-    #[derive(Default, Deserialize, JsonSchema)]
-    #[serde(default, deny_unknown_fields)]
-    struct Example {
-        #[schemars(range(min = 1, max = 9), transform = pair, transform = swept)]
-        width: Key<OnAxes<u32>>,
-        /// Length.
-        #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0), transform = swept)]
-        length: Key<f64>,
-        #[schemars(length(min = 1), transform = list)]
-        words: Key<Vec<Spanned<Word>>>,
-        range: Key<Range>,
-    }
-
-    table!(Example);
-
-    #[derive(Deserialize, JsonSchema)]
-    #[serde(rename_all = "lowercase")]
-    enum Word {
-        One,
-        Two,
-    }
-
-    #[derive(Deserialize, JsonSchema)]
-    #[serde(deny_unknown_fields)]
-    #[expect(dead_code, reason = "only the declarations are used")]
-    struct Range {
-        to: Spanned<f64>,
-        #[serde(default)]
-        #[schemars(extend("default" = 2))]
-        steps: Key<u32>,
-    }
-
-    fn problems(text: &str) -> Vec<String> {
-        let table = DeTable::parse(text).unwrap().into_inner();
-        let (key, value) = table.iter().next().unwrap();
-        let problems = validate(Example::layout(), key.get_ref(), value, None);
-        problems.iter().map(ToString::to_string).collect()
-    }
-
-    #[test]
-    fn values_that_satisfy_the_schema_have_no_problems() {
-        for text in [
-            "width = 9",
-            "width = [1, 9]",
-            "length = 1",
-            "length = 1e30",
-            "words = [\"one\", \"two\"]",
-            "range = { to = 1 }",
-        ] {
-            assert_eq!(problems(text), [""; 0], "{text}");
-        }
-    }
-
-    #[test]
-    fn all_mistakes_of_a_value_are_reported() {
-        for (text, expected) in [
-            ("width = 1.5", vec!["`width` must be a whole number or a pair of whole numbers"]),
-            ("width = [1]", vec!["`width` has 1 entry (must have 2 entries)"]),
-            ("width = [0, 10]", vec!["`width` holds 0 (must be from 1 to 9)", "`width` holds 10"]),
-            ("width = 99999999999999999999", vec!["(must be at most 9223372036854775807)"]),
-            ("length = 99999999999999999999", vec!["(must have an exponent, as in 1e20)"]),
-            (
-                "length = nan",
-                vec!["`length` is nan (must be above 0 and finite); `length`: Length."],
-            ),
-            ("length = 1e-31", vec!["(must be from 1e-30 to 1e30; another unit may help)"]),
-            ("length = 2024-01-01", vec!["`length` must be a number (this is a date)"]),
-            (
-                "length = \"2 mm\"",
-                vec!["this key has no unit: write `2`, without quotes and without `mm`"],
-            ),
-            ("words = []", vec!["`words` is empty (must have at least one entry)"]),
-            (
-                "words = [\"twoo\", 1]",
-                vec!["did you mean \"two\"?", "`words` must be a word in quotes"],
-            ),
-            ("range = { t = 1 }", vec!["`range` has no key `t` (did you mean `to`?)"]),
-            (
-                "range = { to = \"1\", steps = -1 }",
-                vec!["`range.steps` is -1", "`range.to` must be"],
-            ),
-        ] {
-            let problems = problems(text);
-            assert_eq!(problems.len(), expected.len(), "{text}: {problems:?}");
-            for (problem, part) in problems.iter().zip(expected) {
-                assert!(problem.contains(part), "{text}: {part} in {problem}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_number_that_is_also_a_word_may_lack_quotes() {
-        let schema = serde_json::json!({ "anyOf": [
-            { "type": "string", "enum": ["none", "2017"] },
-            { "type": "number", "minimum": 0, "exclusiveMaximum": 10 },
-        ] });
-        let table = DeTable::parse("correction = 2017").unwrap().into_inner();
-        let (_, value) = table.iter().next().unwrap();
-        let problem = validate_against(&schema, "correction", value)[0].to_string();
-        let label =
-            "write \"2017\" in quotes for the word; a number must be at least 0 and below 10";
-        assert!(problem.contains(label), "{problem}");
-    }
-
-    #[test]
-    fn keys_are_swept_in_the_order_of_their_declaration() {
-        let layout = Example::layout();
-        assert_eq!(layout.swept, ["width", "length"]);
-        assert_eq!((&*layout.lists, &*layout.pairs), (&["words"][..], &["width"][..]));
-        assert_eq!(layout.default_of("range.steps"), Some(2));
-        assert_eq!(layout.default_of::<f64>("length"), Some(1.0));
-        assert!(!serde_json::to_string(&layout.schema).unwrap().contains("x-"));
-    }
-}
+mod tests;

@@ -137,6 +137,17 @@ impl Dimension {
         meant.and_then(Unit::find).map(|unit| unit.symbol)
     }
 
+    /// Returns a unit that manifests often use, for examples in messages.
+    pub fn common_unit(self) -> &'static str {
+        match self {
+            Dimension::Length => "nm",
+            Dimension::Pressure => "MPa",
+            Dimension::Work => "mJ/m²",
+            Dimension::Conductivity => "W/(m K)",
+            Dimension::Resistivity => "nΩ m",
+        }
+    }
+
     /// Returns the names of the units of the dimension: the symbols, and after a symbol that some
     /// keyboards lack another spelling.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
