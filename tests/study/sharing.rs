@@ -256,7 +256,6 @@ fn a_damaged_table_of_the_store_is_named_with_the_commands_that_replace_it() {
     let commands = [
         vec!["share", &manifest, "--store", "--output", &output],
         vec!["view", &key, "--output", &picture],
-        vec!["report", &manifest],
     ];
     for command in &commands {
         let printed = text(&bench.output(command).stderr);

@@ -313,9 +313,9 @@ mod tests {
         let whole = edge_step_ratio(&Scan::from(wave.clone()));
         assert!((0.5..2.0).contains(&whole), "{whole}");
         for axis in [0, 1] {
-            // The map gets a step of 0.1 along the axis.
+            // The map gets a step of 0.3 along the axis.
             let heights = wave.heights().iter().enumerate().map(|(node, height)| {
-                height + 0.1 * grid.indices(node)[axis] as f64 / grid.nodes()[axis] as f64
+                height + 0.3 * grid.indices(node)[axis] as f64 / grid.nodes()[axis] as f64
             });
             let heights = Vec::from_iter(heights);
             let mut holes = heights.clone();
