@@ -250,13 +250,14 @@ fn of_area(
 fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantities {
     let mut quantities = Quantities::default();
     for without in none {
-        let Some(with) = explicit.iter().find(|with| is_paired(with, without)) else {
+        let Some(with) = of_same_surfaces(explicit, without) else {
             continue;
         };
-        for index in MODEL_LOADS.iter().filter_map(|&load| without.at(load)) {
-            let label = label(evidence, without, index);
+        let models = at_common_loads([with, without]);
+        for index in MODEL_LOADS.iter().filter_map(|&load| models[1].at(load)) {
+            let label = label(evidence, &models[1], index);
             quantities.add(label, &[without.surfaces()], |weights| {
-                let [with, without] = [with, without].map(|one| weights.mean(&one.values[index]));
+                let [with, without] = models.each_ref().map(|one| weights.mean(&one.values[index]));
                 Some(libm::log(with / without))
             });
         }
@@ -264,9 +265,17 @@ fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantit
     quantities
 }
 
-/// Returns true if two models have the same spectrum, surfaces and loads.
-fn is_paired(one: &PerLoad, other: &PerLoad) -> bool {
-    one.spectrum == other.spectrum && one.loads == other.loads && one.surfaces() == other.surfaces()
+/// Returns the model with the same spectrum and surfaces as another model.
+fn of_same_surfaces<'a>(models: &'a [PerLoad], other: &PerLoad) -> Option<&'a PerLoad> {
+    models.iter().find(|one| one.spectrum == other.spectrum && one.surfaces() == other.surfaces())
+}
+
+/// Returns the models at the loads that all of them have. A model lacks a load under which it did
+/// not converge for some surface.
+fn at_common_loads<const N: usize>(models: [&PerLoad; N]) -> [PerLoad; N] {
+    let mut common = models[0].loads.clone();
+    common.retain(|load| models.iter().all(|model| model.loads.contains(load)));
+    models.map(|model| model.at_loads(&common))
 }
 
 /// Returns a label such as `k_lower 2, k_upper 16, load 0.0040`.
@@ -317,21 +326,19 @@ fn in_the_gap(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Qu
     let (gaps_none, gaps_explicit) = (gaps(NONE), gaps(EXPLICIT));
     let mut quantities = Quantities::default();
     for area in none {
-        let own = |all: &'_ [PerLoad]| all.iter().position(|one| is_paired(one, area));
+        let own = |all| of_same_surfaces(all, area);
         let (Some(other), Some(gap), Some(other_gap)) =
             (own(explicit), own(&gaps_none), own(&gaps_explicit))
         else {
             continue;
         };
-        let pairs = [(&gaps_explicit[other_gap], &gaps_none[gap]), (&explicit[other], area)];
-        for index in [0.032, 0.064, 0.128].into_iter().filter_map(|load| area.at(load)) {
-            let label = label(evidence, area, index);
+        let models = at_common_loads([gap, other_gap, area, other]);
+        for index in [0.032, 0.064, 0.128].into_iter().filter_map(|load| models[2].at(load)) {
+            let label = label(evidence, &models[2], index);
             quantities.add(label, &[area.surfaces()], |weights| {
-                let [gap, area] = pairs.map(|(with, without)| {
-                    let mean = |one: &PerLoad| weights.mean(&one.values[index]);
-                    (mean(without) / mean(with) - 1.0).abs()
-                });
-                Some(gap - area)
+                let means = models.each_ref().map(|one| weights.mean(&one.values[index]));
+                let change = |without: usize| (means[without] / means[without + 1] - 1.0).abs();
+                Some(change(0) - change(2))
             });
         }
     }
@@ -354,6 +361,19 @@ fn stay_apart(evidence: &Evidence) -> Quantities {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evidence::Spectrum;
+
+    #[test]
+    fn models_are_compared_under_the_loads_that_both_have() {
+        let model = |loads: &[f64]| PerLoad {
+            spectrum: Spectrum { hurst: 0.8, k_lower: 4, k_rolloff: 4, k_upper: 32, nodes: 256 },
+            loads: loads.to_vec(),
+            values: loads.iter().map(|load| vec![*load, 2.0 * load]).collect(),
+        };
+        let (all, some) = (model(&[0.1, 0.2, 0.3]), model(&[0.2, 0.3, 0.4]));
+        let common = model(&[0.2, 0.3]);
+        assert_eq!(at_common_loads([&all, &some]), [common.clone(), common]);
+    }
 
     #[test]
     fn a_deviation_passes_its_limit_between_two_loads() {
