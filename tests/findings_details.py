@@ -124,6 +124,11 @@ def effect_of_alpha_in_models():
     return ranging([100 * one for one in values("alpha-in-asperity-models")], 2)
 
 
+def lack_of_area():
+    """Returns the range of the area, in per cent, that asperity models without interaction lack."""
+    return ranging([-100 * math.expm1(-one) for one in values("non-interacting-asperities-have-less-area", "asperities-1024")], 2)
+
+
 def exponents_of_pressure_growth():
     """Returns the range over spectra of the exponent of dp̄/dp₀ as a power of the area."""
     exponents = values("exponent-of-pressure-growth")

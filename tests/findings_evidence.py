@@ -284,7 +284,7 @@ interaction”; [formulas](../theory/asperities.md)). *The solution* is the boun
 tables give the area of the model divided by the corrected area of the solution, as median and range over nine spectra. Area
 that two contact ellipses share counts twice in the models; otherwise the ratios would be even smaller. The last column is
 the fraction of the area of the model without interaction in ellipses that intersect another one. The first table is for the
-nine spectra of the paper, with ten surfaces each on 1024² nodes:
+nine spectra of the paper, with {t.surfaces_per_spectrum('asperities-1024')} surfaces each on 1024² nodes:
 
 {t.asperities("asperities-1024")}
 At each k_l the ratio falls as α (of the modes of the cell) grows. The second table is for the same surfaces at a load
