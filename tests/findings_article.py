@@ -313,9 +313,9 @@ Is the bandwidth the only property that matters for the nine spectra? Under load
 bandwidth, the area changes by at most {details.change_at_given_bandwidth(0.06, 1)} % from k_l = 1 to 16. At a load of 0.012 it falls by
 {details.change_at_given_bandwidth(0.012, 0.012)} %, close to the 4.1 % (1.5 % for each factor e) that our claim allows
 ({claim("corrected-area-depends-on-bandwidth-alone", "cannot say")}). Both numbers depend on the coefficient of the correction.
-With the coefficient that we found on fine meshes, {details.own_coefficient()} in place of 0.118, the changes are at most
-{details.change_at_given_bandwidth(0.06, 1, own=True)} % and {details.change_at_given_bandwidth(0.012, 0.012, own=True)} %. More surfaces cannot
-remove this uncertainty. In a cell with k_l = 1 a light load is carried by a few spots, so that the fall may also be an effect
+With the coefficient that we found on fine meshes, {details.own_coefficient()} in place of 0.118, the area changes by at
+most {details.change_at_given_bandwidth(0.06, 1, own=True)} % at loads of 0.06 and more, and falls by
+{details.change_at_given_bandwidth(0.012, 0.012, own=True)} % at 0.012. More surfaces cannot remove this uncertainty. In a cell with k_l = 1 a light load is carried by a few spots, so that the fall may also be an effect
 of the cell; the fits of the [limits](findings/limits.md) have a term of the same sign.
 
 Other spectra are not ordered by k_s/k_l. With k_l = 4 and k_s = 64, a plateau up to k_r = {longest} makes the area {plateau} %

@@ -6,6 +6,7 @@ import statistics
 import polars as pl
 
 from findings_claims import of, values
+from findings_flow import OF_2017
 from findings_tables import CAMPAIGN, digits, edge_exponent, least_squares, ranging, table
 
 
@@ -206,13 +207,14 @@ def change_at_given_bandwidth(least, most, own=False):
     return digits(max(100 * abs(math.expm1(math.log(16) * slope)) for slope in slopes), 2)
 
 
-def over_2017():
+def measured_over_2017():
     """Returns the mean, over the spectra of the mesh study, of the coefficient of the correction over that of 2017."""
     return statistics.fmean(values("correction-of-2017-is-right", "mesh-convergence"))
 
 
 def own_coefficient():
-    return digits(over_2017() * (math.pi - 1 + math.log(2)) / 24, 3)
+    """Returns the mean, over the spectra of the mesh study, of the coefficient of the correction."""
+    return digits(measured_over_2017() * OF_2017, 3)
 
 
 def own_slope(label):
@@ -221,7 +223,7 @@ def own_slope(label):
              .sort("k_lower", "k_upper") for correction in ("none", "2017")}
     design = [[1, math.log(upper / lower), math.log(lower)] for lower, upper in areas["none"].select("k_lower", "k_upper").rows()]
     both = zip(*(at["area_corrected_mean"] for at in areas.values()), strict=True)
-    corrected = [math.log(counted - over_2017() * (counted - of_2017)) for counted, of_2017 in both]
+    corrected = [math.log(counted - measured_over_2017() * (counted - of_2017)) for counted, of_2017 in both]
     return least_squares(design, corrected, [1] * len(corrected))[2]
 
 

@@ -253,12 +253,12 @@ fn added(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Quantit
         let Some(with) = of_same_surfaces(explicit, without) else {
             continue;
         };
-        let models = at_common_loads([with, without]);
-        for index in MODEL_LOADS.iter().filter_map(|&load| models[1].at(load)) {
-            let label = label(evidence, &models[1], index);
+        let [with, without] = at_common_loads([with, without]);
+        for index in MODEL_LOADS.iter().filter_map(|&load| without.at(load)) {
+            let label = label(evidence, &without, index);
             quantities.add(label, &[without.surfaces()], |weights| {
-                let [with, without] = models.each_ref().map(|one| weights.mean(&one.values[index]));
-                Some(libm::log(with / without))
+                let mean = |one: &PerLoad| weights.mean(&one.values[index]);
+                Some(libm::log(mean(&with) / mean(&without)))
             });
         }
     }
@@ -332,13 +332,13 @@ fn in_the_gap(evidence: &Evidence, none: &[PerLoad], explicit: &[PerLoad]) -> Qu
         else {
             continue;
         };
-        let models = at_common_loads([gap, other_gap, area, other]);
-        for index in [0.032, 0.064, 0.128].into_iter().filter_map(|load| models[2].at(load)) {
-            let label = label(evidence, &models[2], index);
+        let [area, other, gap, other_gap] = at_common_loads([area, other, gap, other_gap]);
+        for index in [0.032, 0.064, 0.128].into_iter().filter_map(|load| area.at(load)) {
+            let label = label(evidence, &area, index);
             quantities.add(label, &[area.surfaces()], |weights| {
-                let means = models.each_ref().map(|one| weights.mean(&one.values[index]));
-                let change = |without: usize| (means[without] / means[without + 1] - 1.0).abs();
-                Some(change(0) - change(2))
+                let mean = |one: &PerLoad| weights.mean(&one.values[index]);
+                let change = |without, with| (mean(without) / mean(with) - 1.0).abs();
+                Some(change(&gap, &other_gap) - change(&area, &other))
             });
         }
     }

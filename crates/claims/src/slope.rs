@@ -8,7 +8,7 @@ use asperity_contact::theory::law::KAPPA_BGT;
 use asperity_contact::theory::persson;
 use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 use asperity_statistics::Window;
-use asperity_statistics::evolution::{EvolutionFit, EvolutionProblem, Kappa, Quantity};
+use asperity_statistics::evolution::{EvolutionProblem, Kappa, Quantity};
 use asperity_statistics::intervals::Weights;
 use asperity_statistics::pressure_growth::PressureGrowthProblem;
 
@@ -288,17 +288,6 @@ fn resolved<'a>(evidence: &'a Evidence, correction: &str) -> Vec<&'a AreaCurves>
     ensembles
 }
 
-fn fit(
-    ensemble: &AreaCurves,
-    weights: &Weights,
-    quantity: Quantity,
-    window: Window,
-    kappa: Kappa,
-) -> Option<EvolutionFit> {
-    let problem = EvolutionProblem::new(&ensemble.curves(weights)?, quantity, window).ok()?;
-    problem.fit(kappa).ok()
-}
-
 /// Returns the smallest κ that makes the slopes of one ensemble convex.
 fn own_kappa(ensemble: &AreaCurves, weights: &Weights) -> Option<f64> {
     let problem = EvolutionProblem::new(&ensemble.curves(weights)?, Quantity::Slope, LIGHT).ok()?;
@@ -381,7 +370,9 @@ fn fits_well(evidence: &Evidence) -> Claim {
         let window = Window { from: 0.0, to: ensemble.loads[last] };
         let label = evidence.name(&ensemble.spectrum);
         quantities.add(label, &[ensemble.surfaces()], |weights| {
-            let fit = fit(ensemble, weights, Quantity::Area, window, Kappa::Free)?;
+            let curves = ensemble.curves(weights)?;
+            let problem = EvolutionProblem::new(&curves, Quantity::Area, window).ok()?;
+            let fit = problem.fit(Kappa::Free).ok()?;
             let rests = (0..=last).map(|index| {
                 let area = weights.mean(&ensemble.areas[index]);
                 (fit.law.area(ensemble.loads[index]) / area - 1.0).powi(2)

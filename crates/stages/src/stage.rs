@@ -45,13 +45,14 @@ pub struct Definition {
     pub summary: fn(&TableSource, &ContactLoads) -> Result<Vec<String>, StageError>,
 }
 
-/// Loads of all contacts of the surfaces of a stage. They determine the form in which the summary
-/// of the surfaces gives the load of full contact.
+/// Loads of all contacts of the surfaces of a stage. The summary of the surfaces gives the load of
+/// full contact in the same form: reduced, as a pressure, or not at all.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ContactLoads {
-    /// The loads are reduced, or the contacts have different moduli or units.
+    /// Loads in units of E* × rms slope. Pressures count as reduced, too, if the contacts have
+    /// different moduli or units.
     Reduced,
-    /// The loads are pressures.
+    /// Mean pressures of contacts with the same modulus and unit.
     Absolute {
         /// Effective modulus E* of all contacts, in `unit`.
         effective_modulus: f64,

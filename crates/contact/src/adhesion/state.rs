@@ -1,4 +1,4 @@
-//! States of a path: from the previous state to the target, and the quantities that describe them.
+//! Computation of the next state of a path from the previous state, and the quantities of a state.
 
 use super::body::{gather, spread};
 use super::descent::{Control, Descent, End, Fields};
