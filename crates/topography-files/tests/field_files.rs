@@ -1,0 +1,191 @@
+//! Reads small files as instruments, exports and people write them, and compares the maps with
+//! `data/topography/field/truth.json`.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use asperity_topography_files::{Channel, Statistics, TopographyFile, read};
+use serde_json::Value;
+
+/// Files that are not read right yet. The test fails as soon as one of them is.
+const FAILING: &[&str] = &[
+    "bcrf_void_single.bcrf",
+    "esri.asc",
+    "esri_dx_dy.asc",
+    "esri_nodata_9999.asc",
+    "esri_nodata_nan.asc",
+    "force_curve_table.csv",
+    "geotiff_f4.tif",
+    "gwy_latin1_meta.gwy",
+    "gwyddion_concatenated.txt",
+    "gwyddion_export.sdf",
+    "gwyddion_export.sur",
+    "gwyddion_iso28600.spm",
+    "gz.txt.gz",
+    "h5_14_bits.h5",
+    "h5_14_bits_nbit.h5",
+    "h5_f2.h5",
+    "h5_groups_of_gwyddionpy.h5",
+    "h5_int12.h5",
+    "h5_mask_first.h5",
+    "h5_maxshape_partly.h5",
+    "h5_sizes4.h5",
+    "h5_virtual_beside.h5",
+    "h5_zstd_beside.h5",
+    "heights.npz",
+    "mat73_scalars.mat",
+    "matrix_pandas.csv",
+    "nano_aspect16.spm",
+    "nano_defl_first.spm",
+    "nano_narrow16.spm",
+    "nano_phase.spm",
+    "nano_pyspm22.spm",
+    "nano_stopped_early.spm",
+    "nano_utf8.spm",
+    "nc3_heights_f4_fill.nc",
+    "nc3_unlimited.nc",
+    "nc4_fillvalue.nc",
+    "nc4_heights_units.nc",
+    "nc4_masked_default.nc",
+    "nc4_time.nc",
+    "nc4_yx.nc",
+    "nc5_heights.nc",
+    "nc_frame_axis.nc",
+    "nc_grid_of_gmt.nc",
+    "npy_bigendian_fortran.npy",
+    "npy_u8_64.npy",
+    "park.tiff",
+    "sdf_bad_f64.sdf",
+    "sdf_iso2_double.sdf",
+    "sur_gwyddion_export.sur",
+    "sur_offset.sur",
+    "surfer.grd",
+    "text_angstroms.txt",
+    "text_fortran.txt",
+    "text_inch.txt",
+    "text_missing_NA.txt",
+    "text_missing_NaNp.txt",
+    "text_missing_NoData.txt",
+    "text_missing_dash.txt",
+    "text_missing_inf1.txt",
+    "text_missing_minusnan.txt",
+    "text_missing_plusinf.txt",
+    "text_missing_qnan.txt",
+    "text_missing_star.txt",
+    "text_missing_void.txt",
+    "text_none.txt",
+    "text_sjis.txt",
+    "x3p_datalist.x3p",
+    "x3p_latin1.x3p",
+    "xyz_in_titles.csv",
+    "xyz_intensity.txt",
+    "xyz_titles_0.txt",
+    "xyz_titles_6.txt",
+];
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/topography/field")
+}
+
+#[test]
+fn field_files_show_their_truth() {
+    let truth = fs::read_to_string(folder().join("truth.json")).unwrap();
+    let truth: Vec<Value> = serde_json::from_str(&truth).unwrap();
+    let of = |truth: &Value| truth["file"].as_str().unwrap().to_owned();
+    let listed: BTreeSet<String> = truth.iter().map(of).collect();
+    let names = fs::read_dir(folder()).unwrap().map(|entry| entry.unwrap().file_name());
+    let there = names.map(|name| name.into_string().unwrap()).filter(|name| name != "truth.json");
+    assert_eq!(listed, there.collect(), "files and rows of truth.json");
+    let mut wrong = Vec::new();
+    for truth in &truth {
+        let name = of(truth);
+        let problems = problems(truth, &fs::read(folder().join(&name)).unwrap());
+        match (problems.is_empty(), FAILING.contains(&name.as_str())) {
+            (false, false) => wrong.push(format!("{name}: {}", problems.join("; "))),
+            (true, true) => wrong.push(format!("{name} is read right: remove it from the list")),
+            _ => {}
+        }
+    }
+    assert!(wrong.is_empty(), "{} files:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// Returns the differences between a file and its row of `truth.json`.
+fn problems(truth: &Value, bytes: &[u8]) -> Vec<String> {
+    let expect = truth["expect"].as_str().unwrap();
+    match (read(bytes), expect) {
+        (Err(_), "refuse" | "value or refuse") => vec![],
+        (Err(error), _) => {
+            let source = std::error::Error::source(&error);
+            vec![format!("{error}: {}", source.map(ToString::to_string).unwrap_or_default())]
+        }
+        (Ok(_), "refuse") => vec!["it is read, but holds no map".to_owned()],
+        (Ok(file), _) => match channel(&file, truth["channel"].as_str()) {
+            Ok(channel) => differences(truth, channel),
+            Err(problem) => vec![problem],
+        },
+    }
+}
+
+fn channel<'a, 'b>(
+    file: &'a TopographyFile<'b>,
+    name: Option<&str>,
+) -> Result<&'a Channel<'b>, String> {
+    let index = match name {
+        Some(name) => file.find(name).map_err(|error| error.to_string())?,
+        // A file of phases has no channel of heights.
+        None => file.first_heights().unwrap_or(0),
+    };
+    Ok(&file.channels()[index])
+}
+
+fn differences(truth: &Value, channel: &Channel<'_>) -> Vec<String> {
+    let map = channel.map();
+    let statistics = Statistics::new(&map);
+    let heights = statistics.heights;
+    let corners = &truth["corners"];
+    let corner = |name: &str, index: usize| {
+        if corners.is_array() { &corners[index] } else { &corners[name] }
+    };
+    let mut problems = Vec::new();
+    let mut compare = |what: &str, expected: &Value, found: Option<f64>, tolerance: f64| {
+        let expected = expected.as_f64();
+        let agree = match (found, expected) {
+            (Some(found), Some(expected)) => (found - expected).abs() <= tolerance,
+            (found, expected) => found.is_none() && expected.is_none(),
+        };
+        if !agree {
+            problems.push(format!("{what} is {found:?}, expected {expected:?}"));
+        }
+    };
+    for axis in [0, 1] {
+        let nodes = map.nodes()[axis] as f64;
+        compare(["nodes_x", "nodes_y"][axis], &truth["nodes"][axis], Some(nodes), 0.0);
+        let (expected, side) = (&truth["size"][axis], map.size().sides().map(|sides| sides[axis]));
+        // Some headers store steps in single precision, or with seven digits.
+        let tolerance = 1e-6 * expected.as_f64().unwrap_or(0.0);
+        compare(["side_x", "side_y"][axis], expected, side, tolerance);
+    }
+    compare("missing", &truth["missing"], Some(statistics.missing as f64), 0.0);
+    let [lowest, highest] = ["lo", "hi"].map(|name| truth[name].as_f64().unwrap());
+    let tolerance = 1e-12 * lowest.abs().max(highest.abs());
+    compare("rms", &truth["rms"], heights.map(|h| h.rms_height), 1e-9 * (highest - lowest));
+    compare("lowest", &truth["lo"], heights.map(|h| h.lowest), tolerance);
+    compare("highest", &truth["hi"], heights.map(|h| h.highest), tolerance);
+    if !corners.is_null() {
+        let found = statistics.corners;
+        let found = [
+            ("first", found.first),
+            ("x_end", found.x_end),
+            ("y_end", found.y_end),
+            ("last", found.last),
+        ];
+        for (index, (name, found)) in found.into_iter().enumerate() {
+            compare(name, corner(name, index), found, tolerance);
+        }
+    }
+    if channel.unit() != truth["unit"].as_str() {
+        problems.push(format!("the unit is {:?}, expected {}", channel.unit(), truth["unit"]));
+    }
+    problems
+}
