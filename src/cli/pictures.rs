@@ -1,6 +1,7 @@
 //! Commands that draw (`view`) and export (`export`) the maps of a task, and describe topography
 //! files (`surface`).
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
@@ -275,7 +276,7 @@ pub struct SurfaceArguments {
     /// Print the result as JSON.
     ///
     /// Form: `{"format", "channels": [{"name", "nodes", "size", "unit", "missing", "rms_height",
-    /// "rms_slope", "lowest", "highest", "corners"}]}`.
+    /// "rms_slope", "lowest", "highest", "corners", "notes"}]}`.
     ///
     /// Sizes are `[x, y]`. Lengths are in metres if the file has a unit.
     #[arg(long)]
@@ -308,11 +309,29 @@ fn file_text(file: &DescribedFile, path: &Path, output: Option<&Path>) -> String
         let share = 100.0 * *missing as f64 / (x * y) as f64;
         text += &format!("missing  {missing} points of channel {number}, {share:.3} %\n");
     }
+    for note in notes(&file.channels) {
+        text += &format!("{}\n", wrapped(&format!("note     {note}")));
+    }
     text += &format!("{}\n", wrapped(&heights(file)));
     if let Some(output) = output {
         text += &format!("picture  {}\n", output.display());
     }
     text
+}
+
+/// Returns the notes of all channels without duplicates. A note that not all channels have names
+/// the first channel that has it.
+fn notes(channels: &[DescribedChannel]) -> Vec<String> {
+    let mut seen = BTreeSet::new();
+    let mut notes = Vec::new();
+    for DescribedChannel { number, notes: of_channel, .. } in channels {
+        for note in of_channel.iter().filter(|note| seen.insert(note.as_str())) {
+            let is_of_all = channels.iter().all(|channel| channel.notes.contains(note));
+            let whose = if is_of_all { String::new() } else { format!("channel {number}: ") };
+            notes.push(format!("{whose}{note}"));
+        }
+    }
+    notes
 }
 
 /// Names the channel that is used for heights, and the reason.

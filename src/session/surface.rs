@@ -59,6 +59,8 @@ pub struct DescribedChannel {
     pub highest: Option<f64>,
     #[serde(serialize_with = "corners")]
     pub corners: Corners,
+    /// What the reader guessed, and which parts of the file it did not use.
+    pub notes: Vec<String>,
 }
 
 /// Channel that is used for heights.
@@ -133,6 +135,7 @@ impl DescribedChannel {
             lowest: heights.map(|heights| heights.lowest),
             highest: heights.map(|heights| heights.highest),
             corners: statistics.corners,
+            notes: channel.notes().to_vec(),
         }
     }
 }

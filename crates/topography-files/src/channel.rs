@@ -33,6 +33,7 @@ pub struct Channel<'a> {
     quantity: Quantity,
     size: Size,
     raster: Raster<'a>,
+    notes: Vec<String>,
 }
 
 /// Heights at the nodes of a rectangular grid, some of which may be missing. A height is finite
@@ -139,7 +140,13 @@ impl<'a> Channel<'a> {
             Unit::Length(per_metre) => (Quantity::Height, raster.in_metres(per_metre)),
             Unit::Other(unit) => (Quantity::Other(unit), raster),
         };
-        Channel { name: name.into(), quantity, size, raster }
+        Channel { name: name.into(), quantity, size, raster, notes: vec![] }
+    }
+
+    /// Adds a note, a sentence without a full stop that starts in lower case.
+    pub(super) fn noted(mut self, note: impl Into<String>) -> Channel<'a> {
+        self.notes.push(note.into());
+        self
     }
 
     /// Returns the name of the channel, or `heights` if the file gives no name. Several channels of
@@ -170,6 +177,12 @@ impl<'a> Channel<'a> {
             Quantity::Unitless => None,
             Quantity::Other(unit) => Some(unit),
         }
+    }
+
+    /// Returns what the reader guessed, and which parts of the file it did not use, such as `first
+    /// line and first column taken for axes`. A note about the whole file is a note of each channel.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Returns true if the numbers are heights or have no unit.

@@ -46,6 +46,8 @@ pub struct MapFile {
     pub size: Size,
     /// Number of nodes along x and y.
     pub nodes: [usize; 2],
+    /// What the reader guessed, and which parts of the file it did not use.
+    pub notes: Vec<String>,
     /// Heights of the nodes, row-major. Points that were not measured are not finite.
     pub heights: Vec<f64>,
 }
@@ -132,6 +134,7 @@ impl MapFile {
             quantity: channel.quantity().clone(),
             size: channel.size(),
             nodes: channel.nodes(),
+            notes: channel.notes().to_vec(),
             heights,
         })
     }
@@ -154,6 +157,7 @@ impl MapFile {
             quantity: Quantity::Unitless,
             size: Size::Unknown,
             nodes,
+            notes: vec![],
             heights,
         })
     }

@@ -108,6 +108,8 @@ pub struct InspectedMap {
     pub side: PerAxis<f64>,
     /// Name and number of the map in the file; `None` if the file could not be read.
     pub channel: Option<ChannelRead>,
+    /// What the reader of the file guessed, and which parts of the file it did not use.
+    pub notes: Vec<String>,
     /// Number of points of the cropped map that were not measured or were removed.
     pub missing: usize,
     /// Numbers of points that the preparation removed, which are among the missing ones.

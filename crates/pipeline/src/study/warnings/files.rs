@@ -7,7 +7,7 @@ use asperity_stages::surface_files::SurfaceFiles;
 
 /// Returns the warnings about the files of measured surfaces that a stage reads, without
 /// duplicates: which channel was chosen, how many points are missing, whether the edges of a
-/// periodic map match, and whether the instrument resolved the slope.
+/// periodic map match, whether the instrument resolved the slope, and what the reader guessed.
 pub fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return vec![];
@@ -27,7 +27,8 @@ pub fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
             unmatched_edges(file, &path),
             unresolved(file, &path),
         ];
-        for message in messages.into_iter().flatten() {
+        let notes = file.seen.notes.iter().map(|note| format!("`{path}`: {note}"));
+        for message in messages.into_iter().flatten().chain(notes) {
             if !distinct.contains(&message) {
                 distinct.push(message);
             }

@@ -185,6 +185,7 @@ pub fn inspected(
         nodes: PerAxis(nodes),
         side: PerAxis(side),
         channel: Some(map.channel.clone()),
+        notes: map.notes.clone(),
         missing,
         removed,
         is_filled: missing > 0,
