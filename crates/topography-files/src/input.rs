@@ -133,6 +133,11 @@ impl Entries {
     }
 }
 
+/// Splits a text into lines, which end in LF, CR LF or CR.
+pub fn lines(text: &str) -> impl Iterator<Item = &str> {
+    text.split('\n').flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'))
+}
+
 /// Decodes ISO-8859-1 text, which has one byte per character.
 pub fn latin1(bytes: &[u8]) -> String {
     bytes.iter().map(|&byte| char::from(byte)).collect()

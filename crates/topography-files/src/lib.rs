@@ -22,7 +22,7 @@
 //! | `raster` | conversion of stored numbers to a map: byte order, line order, missing points |
 //! | `unit` | units and their spellings |
 //! | `input` | helpers for headers: a cursor over bytes, named values, decompression |
-//! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `mi`, `sdf` |
+//! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `mi` |
 //! | `binary_headers` | formats with a binary header: `frt`, `metropro`, `opd`, `plu`, `sur` |
 //! | `text_exports` | text exports with an own header: `wyko-asc`, `zygo-asc`, `keyence-csv` |
 //! | `text` | text files with a matrix, or with triplets of x, y and height |
@@ -31,7 +31,8 @@
 //! | `archive` | zip archives; `keyence`, `nmm` and `x3p` are built on it |
 //! | `grid` | maps assembled from points x, y and height |
 //! | `gwy`, `gxyzf`, `igor`, `nanoscope`, `nanosurf`, `netcdf` | one format each |
-//! | `npy`, `opdx`, `wsxm` | one format each |
+//! | `npy`, `opdx`, `sdf`, `wsxm` | one format each |
+//! | `number` | numbers in texts, and words for missing points |
 //!
 //! ```
 //! use asperity_topography_files::{Quantity, Size, Statistics, read};
@@ -71,8 +72,10 @@ mod netcdf;
 mod netcdf4;
 mod nmm;
 mod npy;
+mod number;
 mod opdx;
 mod raster;
+mod sdf;
 mod text;
 mod text_exports;
 mod text_headers;
@@ -97,7 +100,7 @@ static FORMATS: [Format; 32] = [
     gwy::FORMAT,
     text_headers::GSF,
     gxyzf::FORMAT,
-    text_headers::SDF,
+    sdf::FORMAT,
     binary_headers::OPD,
     text_headers::AL3D,
     nanoscope::FORMAT,

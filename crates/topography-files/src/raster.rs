@@ -38,6 +38,8 @@ pub enum Missing {
     Around(f64),
     /// This number and all larger ones mark missing points.
     From(f64),
+    /// This number and all smaller ones mark missing points.
+    UpTo(f64),
 }
 
 /// Stored numbers of a map with one number for each node, and their conversion to heights.
@@ -286,6 +288,7 @@ impl<'a> Raster<'a> {
             // The relative spacing of single-precision numbers is at most 1.2e-7.
             Missing::Around(marker) => (stored - marker).abs() <= 1.5e-7 * marker.abs(),
             Missing::From(marker) => stored >= marker,
+            Missing::UpTo(marker) => stored <= marker,
         };
         let value = (self.scale * stored + self.offset) / self.per_metre;
         if is_missing || !value.is_finite() { f64::NAN } else { value }

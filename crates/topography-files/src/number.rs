@@ -1,0 +1,85 @@
+//! Numbers in text files, and words for missing points.
+
+use std::borrow::Cow;
+
+/// Words that mark missing points, in lower case.
+const MISSING: [&str; 19] = [
+    "nan", "na", "n/a", "#n/a", "none", "null", "nodata", "no_data", "void", "bad", "inf",
+    "infinite", "infinity", "missing", "masked", "---", "--", "-", "?",
+];
+
+/// Returns true if a word marks a missing point.
+///
+/// - `nan`, `NaN(ind)`, `-nan(ind)`: C libraries; `1.#QNAN`, `1.#IND`, `1.#INF`: Microsoft.
+/// - `NA`, `N/A`, `#N/A`, `NULL`: R, pandas and spreadsheets; `--`: masked arrays of NumPy.
+/// - `BAD`, `void`, `NoData`, `---`, `***`: profilometers and geographic programs. `***` is also
+///   what Fortran writes for a number that is too long.
+pub fn is_missing(word: &str) -> bool {
+    let word = word.trim_matches('"').to_ascii_lowercase();
+    let unsigned = word.strip_prefix(['-', '+']).unwrap_or(&word);
+    let is_starred = !word.is_empty() && word.bytes().all(|byte| byte == b'*');
+    is_starred
+        || MISSING.contains(&word.as_str())
+        || (unsigned.len() > 1 && MISSING.contains(&unsigned))
+        || (unsigned.starts_with("nan(") && unsigned.ends_with(')'))
+        || unsigned.starts_with("1.#")
+}
+
+/// Parses a number with a decimal point, whose exponent may be written with `D`, as in Fortran.
+///
+/// Returns `None` for other words, including `inf` and `nan`.
+pub fn parse(word: &str) -> Option<f64> {
+    let is_of_number =
+        |byte: u8| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-' | b'e' | b'E' | b'd' | b'D');
+    if !word.bytes().all(is_of_number) {
+        return None;
+    }
+    let word: Cow<str> =
+        if word.contains(['d', 'D']) { word.replace(['d', 'D'], "e").into() } else { word.into() };
+    word.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_many_programs_mark_missing_points() {
+        for word in [
+            "nan",
+            "-nan",
+            "NaN(ind)",
+            "-nan(ind)",
+            "nan(snan)",
+            "1.#QNAN",
+            "-1.#IND",
+            "1.#INF",
+            "+inf",
+            "-Infinity",
+            "NA",
+            "N/A",
+            "#N/A",
+            "None",
+            "null",
+            "NoData",
+            "void",
+            "--",
+            "---",
+            "***",
+            "BAD",
+        ] {
+            assert!(is_missing(word) && parse(word).is_none(), "{word}");
+        }
+        for word in ["1", "-1", "e", "x", "name", "", "+"] {
+            assert!(!is_missing(word), "{word}");
+        }
+    }
+
+    #[test]
+    fn fortran_writes_exponents_with_d() {
+        assert_eq!(parse("1.0D+02"), Some(100.0));
+        assert_eq!(parse("-2.5d-1"), Some(-0.25));
+        assert_eq!(parse("1e3"), Some(1000.0));
+        assert_eq!((parse("d"), parse("1,5"), parse("")), (None, None, None));
+    }
+}
