@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 
 import python_reference
@@ -24,7 +25,7 @@ DOCS = ROOT / "docs"
 # tests/cluster.py runs the commands of cluster.md, which need a scheduler. python/tests runs the blocks of
 # python.md in one interpreter.
 NOT_RUN = {DOCS / "cluster.md", DOCS / "how-to/python.md"}
-GENERATED = ["keys.md", "columns.md", "commands.md", "errors.md", "python.md"]
+GENERATED = ["keys.md", "columns.md", "commands.md", "errors.md", "formats.md", "python.md"]
 
 
 def program():
@@ -173,11 +174,32 @@ def errors_page():
     return text
 
 
+def formats_page():
+    """Returns the page of formats that other programs read in another way."""
+    text = (
+        "# Formats that readers disagree about\n\n"
+        "<!-- Written by `tests/guide.py reference --write` from\n"
+        "`crates/topography-files/tests/disagreements.toml`. -->\n\n"
+        "Each section is a [format](../how-to/measured-surface.md#formats). A row says what goes wrong elsewhere with a\n"
+        "kind of file, what asperity does, and the evidence. Tests read the files that are named, which are in\n"
+        "`data/topography/field`.\n"
+    )
+    rows = tomllib.loads((ROOT / "crates/topography-files/tests/disagreements.toml").read_text(encoding="utf-8"))["row"]
+    for name in sorted({row["format"] for row in rows}):
+        text += f"\n## {name}\n\n| kind of file | elsewhere | asperity | evidence |\n|---|---|---|---|\n"
+        for row in rows:
+            if row["format"] == name:
+                files = "".join(f"; `{file}`" for file in row.get("files", []))
+                text += f"| {row['kind']} | {row['others']} | {row['asperity']} | {row['evidence']}{files} |\n"
+    return text
+
+
 def check_reference(write):
     with tempfile.TemporaryDirectory() as folder:
         output = DOCS / "reference" if write else Path(folder)
         subprocess.run([program(), "reference", "--output", output], check=True, stdout=subprocess.DEVNULL)
         (output / "errors.md").write_text(errors_page(), encoding="utf-8")
+        (output / "formats.md").write_text(formats_page(), encoding="utf-8")
         (output / "python.md").write_text(python_reference.page(), encoding="utf-8")
         for name in GENERATED:
             committed = (DOCS / "reference" / name).read_text(encoding="utf-8")

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asperity_topography_files::{Channel, Statistics, TopographyFile, read};
+use asperity_topography_files::{Channel, Statistics, TopographyFile, formats, read};
 use serde_json::Value;
 
 /// Files that are not read right yet. The test fails as soon as one of them is.
@@ -105,6 +105,23 @@ fn field_files_show_their_truth() {
         }
     }
     assert!(wrong.is_empty(), "{} files:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn rows_about_other_readers_name_formats_and_files_that_are_read_right() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/disagreements.toml");
+    let rows: toml::Table = fs::read_to_string(path).unwrap().parse().unwrap();
+    for row in rows["row"].as_array().unwrap() {
+        let text = |name: &str| row[name].as_str().unwrap();
+        assert!(formats().iter().any(|format| format.name() == text("format")), "{row}");
+        for name in ["kind", "others", "asperity", "evidence"] {
+            assert!(!text(name).is_empty() && !text(name).contains('|'), "{name} of {row}");
+        }
+        for file in row.get("files").and_then(|files| files.as_array()).into_iter().flatten() {
+            let file = file.as_str().unwrap();
+            assert!(folder().join(file).is_file() && !FAILING.contains(&file), "{file}");
+        }
+    }
 }
 
 /// Returns the differences between a file and its row of `truth.json`.
