@@ -26,7 +26,7 @@ fn map(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
 }
 
 /// Returns the solver of a square surface on a periodic half-space.
-pub(super) fn solver(nodes: usize, heights: &[f64]) -> Solver {
+pub(crate) fn solver(nodes: usize, heights: &[f64]) -> Solver {
     Solver::new(PeriodicHalfSpace::new(square(nodes, 1.0)), heights)
 }
 
@@ -63,7 +63,7 @@ fn noise(nodes: usize, seed: u64) -> Vec<f64> {
 
 /// Returns white noise, convolved with the displacement kernel. This is a self-affine surface whose
 /// longest wavelength is the side of the cell.
-pub(super) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
+pub(crate) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
     let transform = Transform::<f64>::new([nodes; 2]);
     let mut heights = vec![0.0; nodes * nodes];
     let kernel = elasticity::displacement(&PeriodicHalfSpace::new(square(nodes, 1.0)));

@@ -54,12 +54,19 @@ fn partial_loads(schema: &mut Schema) {
     }
 }
 
+/// Version of the dissipated energy.
+const DISSIPATION_VERSION: u32 = 2;
+
 /// Friction and tangential loads.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
     coefficient: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     poisson_ratio: Option<f64>,
+    /// Version of the dissipated energy. Omitted without Poisson's ratio, on which it depends, so
+    /// that stick areas keep their keys.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dissipation_version: Option<u32>,
     /// Tangential loads Q/(f N) in the order of the path.
     loads: Vec<f64>,
 }
@@ -88,9 +95,11 @@ pub fn params(
         }
         before = load.value;
     }
+    let poisson_ratio = checks.optional_number("poisson_ratio", poisson_ratio)?;
     let params = Params {
         coefficient: decimal::nearest(*coefficient),
-        poisson_ratio: checks.optional_number("poisson_ratio", poisson_ratio)?,
+        poisson_ratio,
+        dissipation_version: poisson_ratio.map(|_| DISSIPATION_VERSION),
         loads: loads.value.iter().map(|load| decimal::nearest(load.value)).collect(),
     };
     params.check_loads(&loads.span, surfaces, checks)?;
@@ -314,7 +323,8 @@ mod tests {
     #[test]
     fn a_cycle_needs_one_share_and_has_numbered_branches() {
         let loads = vec![0.5, -0.5, 0.5, -0.5];
-        let params = Params { coefficient: 0.3, poisson_ratio: None, loads };
+        let params =
+            Params { coefficient: 0.3, poisson_ratio: None, dissipation_version: None, loads };
         assert_eq!(params.shares(), [0.5]);
         let expected = ["loading", "unloading", "loading-2", "unloading-2"];
         assert_eq!(branches(&params.loads), expected);
