@@ -96,3 +96,32 @@ fn a_path_without_memory_is_refused() {
     let output = bench.output(&["check", path.to_str().unwrap()]);
     assert!(text(&output.stderr).contains("needs `adhesion` or a `hardness`"));
 }
+
+#[test]
+fn gap_distributions_have_the_mean_gap_on_every_branch() {
+    let bench = Bench::new();
+    let gaps = "\n[stage.gaps]\nkind = \"measure\"\nfrom = \"contact\"\nwhat = \"gaps\"\n";
+    let bins = "tolerance = 1e-9\ngap_bins = { count = 4000, to = 8.0 }";
+    let manifest = study("[0.02, 0.15, 0.25, 0.1, 0.02]").replace("tolerance = 1e-9", bins) + gaps;
+    bench.run(&manifest);
+    let [surface, contact, gaps] =
+        ["surface", "contact", "gaps"].map(|stage| bench.table("cycle", stage));
+    let rms_height = real(&surface, "rms_height", 0);
+    for (load, largest) in [(0.02, None), (0.25, None), (0.1, Some(0.25)), (0.02, Some(0.25))] {
+        let is_of_load = |row: &usize| {
+            real(&gaps, "pressure", *row) == load
+                && gaps.reals("maximum_load").unwrap().iter().nth(*row).unwrap() == largest
+        };
+        let moment: f64 = (0..gaps.rows())
+            .filter(is_of_load)
+            .map(|row| {
+                let nodes = gaps.integers("gap_nodes").unwrap().value(row) as f64;
+                real(&gaps, "gap", row) * nodes / 4096.0
+            })
+            .sum();
+        let mean_gap = real(&contact, "mean_gap", row(&contact, load, largest));
+        // A gap differs from the centre of its bin by half a bin at most.
+        let error = (moment * rms_height - mean_gap).abs();
+        assert!(error < 1e-3 * rms_height, "{load}, {largest:?}: {moment} {mean_gap}");
+    }
+}

@@ -28,8 +28,8 @@ pub struct Contact {
     /// Compliance of a layer on a rigid base under a uniform pressure, and the height of the
     /// highest node above the mean plane, in the solver's units.
     uniform: Option<UniformCompression>,
-    /// Root mean square height in the solver's unit of length. It is 1 for a flat surface, and if
-    /// no gaps are counted.
+    /// Root mean square height of the surface before it yielded, in the solver's unit of length. It
+    /// is 1 for a flat surface, and if no gaps are counted.
     rms_height: f64,
     /// Plastic depth that the surface keeps from a larger load.
     kept: Option<KeptDepth>,
@@ -73,6 +73,7 @@ impl Contact {
             bound.check_load(scales.reduced_pressure(heaviest, params.load_unit))?;
         }
         let mut heights = scales.reduced_heights(surface);
+        let rms_height = params.gap_bins.map_or(1.0, |_| rms(&heights));
         let layer = params.layer.map(|layer| layer.below(grid.cell().longer_side())).transpose()?;
         let elastic = layer.map_or(params.boundary.into(), Elastic::Layer);
         let uniform = layer.and_then(|layer| layer.uniform_compliance());
@@ -100,7 +101,7 @@ impl Contact {
             hardness,
             under_unit_pressure: solver.displacement_under_unit_pressure(),
             uniform,
-            rms_height: params.gap_bins.map_or(1.0, |_| rms(&heights)),
+            rms_height,
             kept,
         };
         Ok((contact, solver))

@@ -15,7 +15,7 @@ use arrow::array::{ArrayRef, AsArray, Float64Array, Float64Builder, LargeListArr
 use arrow::buffer::NullBuffer;
 use arrow::datatypes::Float64Type;
 
-use super::{Params, Pressures, Stiffness};
+use super::{Branch, Params, Pressures, Stiffness};
 use crate::StageError;
 use crate::columns::*;
 use asperity_contact::distribution::EqualBins;
@@ -104,7 +104,7 @@ impl Params {
                 _ => Stiffness::None,
             },
             pressure_bins: self.pressure_bins.filter(|bins| wanted(&pressure_counts(*bins))),
-            gap_bins: self.gap_bins.filter(|bins| wanted(&gap_counts(*bins))),
+            gap_bins: self.gap_bins.filter(|bins| wanted(&gap_counts(self.branch, *bins))),
             ..self.clone()
         }
     }
@@ -142,9 +142,14 @@ pub fn pressure_counts(bins: EqualBins) -> Part {
     counts(PRESSURE_COUNTS, bins)
 }
 
-/// Returns the part with the counts of gaps in bins.
-pub fn gap_counts(bins: EqualBins) -> Part {
-    counts(GAP_COUNTS, bins)
+/// Returns the part with the counts of gaps in bins. On the branch of unloading, the name of the
+/// part has the version of its numbers.
+pub fn gap_counts(branch: Option<Branch>, bins: EqualBins) -> Part {
+    let mut part = counts(GAP_COUNTS, bins);
+    if matches!(branch, Some(Branch::Unloading(_))) {
+        part.name.push_str("_v2");
+    }
+    part
 }
 
 fn counts(column: Column, EqualBins { count, to }: EqualBins) -> Part {
@@ -164,7 +169,7 @@ pub fn requested(params: &Params) -> Vec<PartRows> {
         stiffness(params.stiffness),
         (!kept.is_empty()).then(pressures),
         params.pressure_bins.map(pressure_counts),
-        params.gap_bins.map(gap_counts),
+        params.gap_bins.map(|bins| gap_counts(params.branch, bins)),
     ];
     let rows = |part: Part| {
         let values = if part == pressures() { kept.clone() } else { params.loads.clone() };
@@ -378,6 +383,6 @@ mod tests {
     fn names_of_parts_hold_their_bins() {
         let name = pressure_counts(EqualBins { count: 40, to: 2.5 }).name;
         assert_eq!(name, "pressure_counts_40_2.5");
-        assert_eq!(gap_counts(EqualBins { count: 8, to: 3.0 }).name, "gap_counts_8_3");
+        assert_eq!(gap_counts(None, EqualBins { count: 8, to: 3.0 }).name, "gap_counts_8_3");
     }
 }
