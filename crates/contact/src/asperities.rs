@@ -26,7 +26,8 @@ mod equilibrium;
 mod summits;
 
 use equilibrium::Body;
-pub(crate) use equilibrium::Body as PointForces;
+#[cfg(test)]
+pub(crate) use equilibrium::samples;
 use summits::Summit;
 
 /// Elastic interaction of asperities through the half-space.
@@ -181,13 +182,13 @@ impl Asperities {
 }
 
 /// Returns the area of the cell, L_x L_y/L².
-fn nominal_area(grid: Grid) -> f64 {
+pub(crate) fn nominal_area(grid: Grid) -> f64 {
     let [aspect_x, aspect_y] = grid.cell().aspect();
     1.0 / (aspect_x * aspect_y)
 }
 
 /// Returns Δx/L and Δy/L.
-fn steps(grid: Grid) -> [f64; 2] {
+pub(crate) fn steps(grid: Grid) -> [f64; 2] {
     let (nodes, aspect) = (grid.nodes(), grid.cell().aspect());
     [0, 1].map(|axis| 1.0 / (aspect[axis] * nodes[axis] as f64))
 }

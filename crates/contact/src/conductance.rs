@@ -11,9 +11,11 @@
 //! with the distance s_ij of the centres of two spots. In a periodic cell, the sum includes the
 //! periodic images of all spots.
 
+mod point_sources;
+
 use std::f64::consts::PI;
 
-use crate::asperities::PointForces;
+use self::point_sources::PointSources;
 use crate::grid::{Boundary, Grid};
 use crate::morphology::clusters::Spot;
 use crate::morphology::map::ContactMap;
@@ -25,8 +27,8 @@ const MAX_PAIRED: usize = 20_000;
 pub struct SpotConductance {
     grid: Grid,
     boundary: Boundary,
-    /// Ewald sums of the periodic cell.
-    images: Option<PointForces>,
+    /// Sums over the images of a periodic cell.
+    images: Option<PointSources>,
 }
 
 /// Spots of one contact map.
@@ -45,7 +47,7 @@ pub struct ContactSpots {
 impl SpotConductance {
     /// Prepares the conductance on a grid with this boundary condition.
     pub fn new(grid: Grid, boundary: Boundary) -> Self {
-        let images = boundary.is_periodic().then(|| PointForces::new(grid));
+        let images = boundary.is_periodic().then(|| PointSources::new(grid));
         Self { grid, boundary, images }
     }
 
@@ -84,7 +86,10 @@ impl SpotConductance {
         }
         let shares: Vec<f64> = radii.iter().map(|radius| radius / total).collect();
         let interaction = match &mut self.images {
-            Some(images) => Some(of_images(images, self.grid, &spots, &shares)),
+            Some(images) => {
+                let centres: Vec<[f64; 2]> = spots.iter().map(|spot| spot.centre).collect();
+                Some(images.energy(&centres, &shares))
+            }
             None => (count <= MAX_PAIRED).then(|| of_pairs(self.grid, &spots, &shares)),
         };
         let resistance = interaction.map(|interaction| 0.5 / total + interaction);
@@ -95,13 +100,6 @@ impl SpotConductance {
             greenwood: greenwood.map(|resistance| 1.0 / (resistance * nominal_area)),
         }
     }
-}
-
-/// Returns Σ f_i f_j G(s_ij) with the shares f of the current, and G of the periodic cell.
-fn of_images(images: &mut PointForces, grid: Grid, spots: &[Spot], shares: &[f64]) -> f64 {
-    let nodes: Vec<usize> = spots.iter().map(|spot| spot.nearest_node(grid)).collect();
-    let sunk = images.displace(nodes.into_iter(), shares);
-    shares.iter().zip(sunk).map(|(share, sunk)| share * sunk).sum()
 }
 
 /// Returns Σ f_i f_j/(π s_ij) with the shares f of the current, over all pairs of spots.
@@ -125,6 +123,7 @@ fn of_pairs(grid: Grid, spots: &[Spot], shares: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::asperities::samples::ewald;
     use crate::grid::samples::square;
 
     /// Returns a map with discs of a radius in nodes around centres in nodes.
@@ -163,6 +162,36 @@ mod tests {
             let closed = 1.0 / (0.5 / radius - 3.900_264_920_001_956 / PI);
             assert_eq!(found.count, 1);
             assert!((found.greenwood.unwrap() / closed - 1.0).abs() < 1e-9, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn spots_conduct_alike_wherever_their_centres_lie_between_nodes() {
+        // Two spots of 2 × 2 and 3 × 2 nodes, whose centres lie between nodes, at every offset from
+        // the edges of the cell.
+        let conductance = |offset: usize| {
+            let inside = |node: usize| {
+                let [i, j] = [node / 12, node % 12].map(|index| (index + offset) % 12);
+                i < 2 && j < 2 || (5..8).contains(&i) && (6..8).contains(&j)
+            };
+            let pressure = |node| f64::from(u8::from(inside(node)));
+            let pressures: Vec<f64> = (0..144).map(pressure).collect();
+            let map = ContactMap::from_pressures([12; 2], &pressures);
+            SpotConductance::new(square(12, 1.0), Boundary::Periodic).of_map(&map)
+        };
+        let spots = [(4.0, [0.5, 0.5]), (6.0, [6.0, 6.5])];
+        let total: f64 = spots.iter().map(|(nodes, _)| (nodes / PI).sqrt() / 12.0).sum();
+        let mut resistance = 0.5 / total;
+        for (one, at) in spots {
+            for (other, to) in spots {
+                let share = |nodes: f64| (nodes / PI).sqrt() / 12.0 / total;
+                let distance = [0, 1].map(|axis| (to[axis] - at[axis]) / 12.0);
+                resistance += share(one) * share(other) * ewald([1.0; 2], distance);
+            }
+        }
+        for offset in 0..12 {
+            let found = conductance(offset).greenwood.unwrap();
+            assert!((found * resistance - 1.0).abs() < 1e-11, "{offset}: {found} {resistance}");
         }
     }
 

@@ -359,6 +359,8 @@ pub struct Surfaces {
     pub loads: Vec<(String, Vec<f64>, Option<&'static str>)>,
     /// The `solve` stages and the conductivities of their bodies.
     pub conduction: Vec<(String, Option<Conduction>)>,
+    /// A periodic `solve` stage with a stiffness, whose spots have images.
+    pub with_images: Option<String>,
     /// A `solve` stage with a layer.
     pub with_layer: Option<String>,
     /// Units of length of the surfaces, each once; empty texts for unknown units.
@@ -395,6 +397,7 @@ impl Surfaces {
             not_superposable: None,
             loads: Vec::new(),
             conduction: Vec::new(),
+            with_images: None,
             with_layer: None,
             length_units: distinct(params().map(|params| params.origin.unit().to_owned())),
             not_redrawable: params()
@@ -443,6 +446,10 @@ impl Surfaces {
             loads,
             without_adhesion: named(|recipe| matches!(recipe, Recipe::Solve(_))),
             with_adhesion: named(|recipe| matches!(recipe, Recipe::Adhesion(_))),
+            with_images: named(|recipe| {
+                matches!(recipe, Recipe::Solve(block)
+                    if !block.stiffness.is_none() && block.boundary.is_periodic())
+            }),
             with_layer: named(
                 |recipe| matches!(recipe, Recipe::Solve(block) if block.layer.is_some()),
             ),
@@ -468,6 +475,7 @@ impl Surfaces {
                 .or_else(|| other.pressures_uncounted.clone()),
             without_adhesion: self.without_adhesion.or_else(|| other.without_adhesion.clone()),
             with_adhesion: self.with_adhesion.or_else(|| other.with_adhesion.clone()),
+            with_images: self.with_images.or_else(|| other.with_images.clone()),
             with_layer: self.with_layer.or_else(|| other.with_layer.clone()),
             length_units: distinct(
                 self.length_units.into_iter().chain(other.length_units.iter().cloned()),

@@ -120,6 +120,10 @@ pub enum Params {
         /// that existing keys stay valid.
         #[serde(skip_serializing_if = "Option::is_none")]
         conduction: Option<Conduction>,
+        /// Version of the formula of separate spots. Omitted from the recipe unless a stage has
+        /// periodic contacts with a stiffness, so that existing keys stay valid.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        spots_version: Option<u32>,
         /// True if a surface of the stage has filled nodes, whose share of the contact area is then
         /// measured, too. Omitted from the recipe if false, so that existing keys stay valid.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -174,7 +178,7 @@ impl Stage for Params {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
             Params::Distribution(distribution) => distribution.measure(input),
-            Params::Contacts { stiffness, set, conduction, filled } => {
+            Params::Contacts { stiffness, set, conduction, filled, .. } => {
                 let measured = contacts::measure(&input.table, stiffness, set, conduction)?;
                 if !filled {
                     return Ok(measured);

@@ -242,7 +242,7 @@ pub enum Stiffness {
 }
 
 impl Stiffness {
-    fn is_none(&self) -> bool {
+    pub fn is_none(&self) -> bool {
         *self == Stiffness::None
     }
 }

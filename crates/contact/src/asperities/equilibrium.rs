@@ -330,12 +330,11 @@ fn near(grid: Grid, alpha: f64) -> Vec<f64> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod samples {
     use super::*;
-    use crate::grid::samples::{rectangle, square};
 
     /// Returns G(r) at r = `position` by direct summation of the Ewald sum, with another α.
-    fn ewald(size: [f64; 2], position: [f64; 2]) -> f64 {
+    pub fn ewald(size: [f64; 2], position: [f64; 2]) -> f64 {
         let alpha = 1.7 / size[0].min(size[1]);
         let area = size[0] * size[1];
         let mut sum = -2.0 * PI.sqrt() / (alpha * area);
@@ -354,6 +353,13 @@ mod tests {
         }
         sum / PI
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::samples::ewald;
+    use super::*;
+    use crate::grid::samples::{rectangle, square};
 
     #[test]
     fn displacements_are_the_lattice_sum_at_every_node() {

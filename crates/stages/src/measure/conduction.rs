@@ -16,6 +16,9 @@ use asperity_tables::column::{Column, integers, optional_reals, reals};
 use asperity_tables::table::Table;
 use asperity_topography_files::length_ratio;
 
+/// Version of the conductance of separate spots in periodic cells.
+pub const SPOTS_VERSION: u32 = 2;
+
 /// Returns the columns of the conductance of contacts, which the table of the solved loads decides.
 pub fn columns(solved: &Table, conduction: Option<Conduction>) -> Vec<Column> {
     if !solved.has(FROZEN_STIFFNESS.name) {

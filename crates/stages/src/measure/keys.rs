@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::areal::{self, Parameter};
+use super::conduction::SPOTS_VERSION;
 use super::distributions::Distribution;
 use super::friction::{self, FrictionTable};
 use super::statistics::Statistic;
@@ -248,7 +249,8 @@ fn of_loads(
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
         let conduction = conduction(span, surfaces, checks)?;
         let filled = surfaces.filled.is_some();
-        return Some(Params::Contacts { stiffness, set, conduction, filled });
+        let spots_version = surfaces.with_images.as_ref().map(|_| SPOTS_VERSION);
+        return Some(Params::Contacts { stiffness, set, conduction, spots_version, filled });
     };
     if stiffness {
         let why = "needs `what = \"contacts\"`";

@@ -65,7 +65,8 @@ pub struct Spot {
     /// Number of nodes in the spot.
     pub nodes: usize,
     /// Mean indices along x and y of the nodes. On a periodic map they are circular means, from 0
-    /// to the number of nodes along the axis.
+    /// to the number of nodes along the axis. A spot that lies evenly around the cell has no
+    /// circular mean along that axis; its index is 0.
     pub centre: [f64; 2],
 }
 
@@ -99,14 +100,10 @@ impl Spot {
         };
         sums.into_iter().map(spot).collect()
     }
-
-    /// Returns the node of a periodic grid that is nearest to the centre.
-    pub fn nearest_node(&self, grid: Grid) -> usize {
-        let nodes = grid.nodes();
-        let [i, j] = [0, 1].map(|axis| self.centre[axis].round() as usize % nodes[axis]);
-        i * nodes[1] + j
-    }
 }
+
+/// Length of the mean of unit vectors below which it is only their rounding errors.
+const EVEN: f64 = 1e-9;
 
 /// Mean of indices along an axis: the usual mean, or a circular one.
 struct Means {
@@ -136,6 +133,9 @@ impl Means {
     fn of(&self, [x, y]: [f64; 2], count: usize) -> f64 {
         if self.angles.is_empty() {
             return x / count as f64;
+        }
+        if libm::hypot(x, y) <= EVEN * count as f64 {
+            return 0.0;
         }
         let turns = libm::atan2(y, x) / (2.0 * PI);
         self.nodes as f64 * (turns - turns.floor())
