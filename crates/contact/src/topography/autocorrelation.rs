@@ -127,7 +127,9 @@ impl Autocorrelation {
 
     /// Returns the means of A(r) over rings of lags r, up to half the shorter side.
     ///
-    /// A ring contains the lags with lengths |r| that round to the same multiple of max(Δx, Δy).
+    /// A ring contains the lags with lengths |r| that round to the same multiple of max(Δx, Δy). Lag
+    /// zero is a ring of its own. Other lags shorter than max(Δx, Δy)/2 are along one axis only and
+    /// in no ring.
     pub fn rings(&self) -> Vec<LagRing> {
         let spacing = self.grid.spacing();
         let step = spacing[0].max(spacing[1]);
@@ -139,6 +141,9 @@ impl Autocorrelation {
             for (j, weight) in self.weighted_lags(i) {
                 let [x, y] = [i as f64 * spacing[0], j as f64 * spacing[1]];
                 let ring = ((x * x + y * y).sqrt() / step).round() as usize;
+                if ring == 0 && (i, j) != (0, 0) {
+                    continue;
+                }
                 let value = self.value(i, j);
                 if let Some((count, sum)) = sums.get_mut(ring) {
                     *count += weight;
@@ -280,12 +285,18 @@ mod tests {
 
     #[test]
     fn without_lag_it_is_the_variance() {
-        let surface = rough([12, 10]);
-        for boundary in [Boundary::Periodic, Boundary::Free] {
-            let found = Autocorrelation::from_surface(&surface, boundary);
-            let variance = Moments::from_surface(&surface).m00;
-            assert!((found.along(Axis::X)[0] - variance).abs() < 1e-14);
-            assert!((found.rings()[0].value - variance).abs() < 1e-14);
+        let nodes = [12, 10];
+        for side in [0.5, 5.0, 9.5, 25.0, 2000.0] {
+            let grid = rectangle(nodes, [side, 10.0]);
+            let surface = Surface::new(grid, rough(nodes).into_heights()).unwrap();
+            for boundary in [Boundary::Periodic, Boundary::Free] {
+                let found = Autocorrelation::from_surface(&surface, boundary);
+                let variance = Moments::from_surface(&surface).m00;
+                assert!((found.along(Axis::X)[0] - variance).abs() < 1e-14);
+                let first = found.rings()[0];
+                assert_eq!(first.steps, 0);
+                assert!((first.value - variance).abs() < 1e-14, "{side}: {first:?}");
+            }
         }
     }
 

@@ -178,7 +178,7 @@ impl What {
             What::StitchedSpectrum => return Quantity::Stitched,
             What::Spectrum => Statistic::Spectrum,
             What::ProfileSpectrum => Statistic::ProfileSpectrum,
-            What::Autocorrelation => Statistic::Autocorrelation,
+            What::Autocorrelation => Statistic::AUTOCORRELATION,
             What::Scales => Statistic::Scales,
             What::Bearing => Statistic::Bearing { bins, range },
             What::Roughness => Statistic::Roughness,

@@ -31,7 +31,10 @@ pub enum Statistic {
     /// Power spectral density of profiles along x and y.
     ProfileSpectrum,
     /// Autocorrelation along x, along y, and averaged over all directions.
-    Autocorrelation,
+    Autocorrelation {
+        /// Version of the numbers.
+        version: u32,
+    },
     /// Slope and curvature as functions of the scale, along x and y.
     Scales,
     /// Bearing curve (areal material ratio).
@@ -47,6 +50,9 @@ pub enum Statistic {
     Areal(Areal),
 }
 
+/// Version of the autocorrelation, which is part of its keys only.
+const AUTOCORRELATION_VERSION: u32 = 2;
+
 /// Returns the columns of all statistics.
 pub fn all_columns() -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
@@ -61,10 +67,14 @@ pub fn all_columns() -> Vec<Column> {
 type Measured = Vec<(Column, ArrayRef)>;
 
 impl Statistic {
+    /// The autocorrelation in its present version.
+    pub const AUTOCORRELATION: Statistic =
+        Statistic::Autocorrelation { version: AUTOCORRELATION_VERSION };
+
     const EACH: [Statistic; 7] = [
         Statistic::Spectrum,
         Statistic::ProfileSpectrum,
-        Statistic::Autocorrelation,
+        Statistic::AUTOCORRELATION,
         Statistic::Scales,
         Statistic::Bearing { bins: 1, range: 1.0 },
         Statistic::Roughness,
@@ -76,7 +86,7 @@ impl Statistic {
         match self {
             Statistic::Spectrum => RowKind::PowerSpectra,
             Statistic::ProfileSpectrum => RowKind::ProfileSpectra,
-            Statistic::Autocorrelation => RowKind::Autocorrelations,
+            Statistic::Autocorrelation { .. } => RowKind::Autocorrelations,
             Statistic::Scales => RowKind::Scales,
             Statistic::Bearing { .. } => RowKind::BearingCurves,
             Statistic::Roughness | Statistic::Areal(_) => RowKind::Roughness,
@@ -90,7 +100,7 @@ impl Statistic {
                 vec![WAVENUMBER, MODES, DEGREES_OF_FREEDOM, SPECTRAL_DENSITY]
             }
             Statistic::ProfileSpectrum => vec![ALONG, WAVENUMBER, PROFILE_DENSITY],
-            Statistic::Autocorrelation => vec![ALONG, LAG, AUTOCORRELATION],
+            Statistic::Autocorrelation { .. } => vec![ALONG, LAG, AUTOCORRELATION],
             Statistic::Scales => vec![ALONG, DISTANCE, SLOPE_AT_SCALE, CURVATURE_AT_SCALE],
             Statistic::Bearing { .. } => vec![BEARING_LEVEL, HEIGHT, BEARING_SHARE],
             Statistic::Roughness => ROUGHNESS.to_vec(),
@@ -104,7 +114,7 @@ impl Statistic {
         match *self {
             Statistic::Spectrum => spectrum(surface, origin, boundary),
             Statistic::ProfileSpectrum => profile_spectrum(surface, boundary),
-            Statistic::Autocorrelation => autocorrelation(surface, boundary),
+            Statistic::Autocorrelation { .. } => autocorrelation(surface, boundary),
             Statistic::Scales => slopes_and_curvatures(surface, boundary),
             Statistic::Bearing { bins, range } => bearing_curve(surface, bins, range),
             Statistic::Roughness => roughness(surface, boundary),
@@ -116,7 +126,7 @@ impl Statistic {
     /// surface.
     pub fn pairs(&self) -> f64 {
         match self {
-            Statistic::Autocorrelation => 5.0,
+            Statistic::Autocorrelation { .. } => 5.0,
             Statistic::Areal(areal) => areal.pairs(),
             _ => 2.0,
         }
@@ -126,7 +136,7 @@ impl Statistic {
     pub fn bytes_per_node(&self) -> f64 {
         match self {
             // A map that is not periodic is padded to four times its nodes, and transformed.
-            Statistic::Autocorrelation | Statistic::Areal(_) => 100.0,
+            Statistic::Autocorrelation { .. } | Statistic::Areal(_) => 100.0,
             _ => 28.0,
         }
     }
