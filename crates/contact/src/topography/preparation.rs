@@ -217,13 +217,14 @@ impl Preparation {
         edges: Edges,
     ) -> Result<(Surface, Option<Reliability>), MissingPoints> {
         let lines = self.tip_along.unwrap_or(Axis::X);
-        let tip = self.tip_radius.and_then(|radius| Tip { radius }.cutoff(&levelled, lines));
         let is_periodic = edges == Edges::Periodic;
+        let boundary = if is_periodic { Boundary::Periodic } else { Boundary::Free };
+        let tip =
+            self.tip_radius.and_then(|radius| Tip { radius }.cutoff(&levelled, lines, boundary));
         let surface = self.fill.unwrap_or_default().fill(levelled, is_periodic)?;
-        let reliability = self.tests_reliability().then(|| {
-            let boundary = if is_periodic { Boundary::Periodic } else { Boundary::Free };
-            Reliability::new(&surface, boundary, tip, self.noise_floor)
-        });
+        let reliability = self
+            .tests_reliability()
+            .then(|| Reliability::new(&surface, boundary, tip, self.noise_floor));
         Ok((surface, reliability))
     }
 

@@ -99,29 +99,34 @@ impl Tip {
     /// The second derivative along the scan lines at the scale ℓ is
     /// (h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ², and the stencil has the length λ = 2ℓ. The cutoff is the
     /// λ at which the most negative second derivative of the map is −[`SAFETY_FACTOR`]/R. Between
-    /// the nodes, heights are interpolated linearly. Stencils with a missing point do not count.
+    /// the nodes, heights are interpolated linearly. Stencils with a missing point do not count. On
+    /// a periodic map, stencils continue across the edges.
     ///
     /// The result is `None` if even the smallest stencil satisfies the condition, and the side
     /// along the scan lines if not even the largest one does. Heights of neighbouring lines often
     /// differ by more than the roughness, so the curvature across them says nothing about the tip.
     ///
     /// ```
-    /// use asperity_contact::grid::Grid;
+    /// use asperity_contact::grid::{Boundary, Grid};
     /// use asperity_contact::topography::reliability::Tip;
     /// use asperity_contact::topography::shapes::Shape;
     /// use asperity_contact::topography::surface::Axis;
     ///
     /// // The curvature of a paraboloid is 1/R at every scale.
     /// let dome = Shape::Paraboloid { radius: 0.25 }.draw(Grid::square(16, 1.0)?);
-    /// assert_eq!(Tip { radius: 0.12 }.cutoff(&dome.clone().into(), Axis::X), None);
-    /// assert_eq!(Tip { radius: 0.13 }.cutoff(&dome.into(), Axis::X), Some(1.0));
+    /// let cutoff = |tip: Tip| tip.cutoff(&dome.clone().into(), Axis::X, Boundary::Free);
+    /// assert_eq!(cutoff(Tip { radius: 0.12 }), None);
+    /// assert_eq!(cutoff(Tip { radius: 0.13 }), Some(1.0));
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
-    pub fn cutoff(self, map: &Scan, lines: Axis) -> Option<f64> {
+    pub fn cutoff(self, map: &Scan, lines: Axis, boundary: Boundary) -> Option<f64> {
         let (nodes, step) = (lines.select(map.grid().nodes()), lines.select(map.grid().spacing()));
         let limit = SAFETY_FACTOR / self.radius;
-        let is_too_sharp = |steps: f64| peak_curvature(map, lines, steps) > limit;
-        let longest = (nodes.saturating_sub(1) / 2) as f64;
+        let is_too_sharp = |steps: f64| peak_curvature(map, lines, boundary, steps) > limit;
+        let longest = match boundary {
+            Boundary::Periodic => nodes as f64 / 2.0,
+            Boundary::Free => (nodes.saturating_sub(1) / 2) as f64,
+        };
         if longest < 1.0 || !is_too_sharp(1.0) {
             return None;
         }
@@ -143,7 +148,7 @@ impl Tip {
 
 /// Returns the largest negative second derivative along the scan lines over a distance of `steps`
 /// grid spacings, as a positive number.
-fn peak_curvature(map: &Scan, lines: Axis, steps: f64) -> f64 {
+fn peak_curvature(map: &Scan, lines: Axis, boundary: Boundary, steps: f64) -> f64 {
     let [nodes_x, nodes_y] = map.grid().nodes();
     let (count, others, along, across) = match lines {
         Axis::X => (nodes_x, nodes_y, nodes_y, 1),
@@ -153,14 +158,24 @@ fn peak_curvature(map: &Scan, lines: Axis, steps: f64) -> f64 {
     let part = steps - steps.floor();
     let heights = map.heights();
     let mut least = f64::INFINITY;
-    for i in outer..count - outer {
+    let middles = match boundary {
+        Boundary::Periodic => 0..count,
+        Boundary::Free => outer..count - outer,
+    };
+    for i in middles {
+        let wrapped = |i: usize| i % count * along;
+        let [before_near, before_far] = [inner, outer].map(|by| wrapped(i + count - by));
+        let [after_near, after_far] = [inner, outer].map(|by| wrapped(i + by));
         for j in 0..others {
-            let height = |i: usize| heights[i * along + j * across];
-            let between = |near: f64, far: f64| near + part * (far - near);
-            let before = between(height(i - inner), height(i - outer));
-            let after = between(height(i + inner), height(i + outer));
+            let height = |line: usize| heights[line + j * across];
+            let between = |near: usize, far: usize| {
+                let near = height(near);
+                near + part * (height(far) - near)
+            };
+            let before = between(before_near, before_far);
+            let after = between(after_near, after_far);
             // The minimum ignores NaN, the result of a stencil with a missing point.
-            least = least.min(before + after - 2.0 * height(i));
+            least = least.min(before + after - 2.0 * height(i * along));
         }
     }
     let distance = steps * lines.select(map.grid().spacing());
@@ -316,29 +331,64 @@ mod tests {
         let sine = (PI * distance / wavelength).sin();
         let curvature = 4.0 * amplitude * sine * sine / (distance * distance);
         let tip = Tip { radius: SAFETY_FACTOR / curvature };
-        let found = tip.cutoff(&wave.into(), Axis::X).unwrap();
+        let found = tip.cutoff(&wave.into(), Axis::X, Boundary::Free).unwrap();
         assert!((found / (2.0 * distance) - 1.0).abs() < 1e-3, "{found}");
+    }
+
+    #[test]
+    fn stencils_continue_across_the_edges_of_a_periodic_map() {
+        // The only crest is at the edge. Its chords are those of the test above with λ = 1.
+        let (amplitude, distance) = (0.01, 0.305);
+        let wave = Shape::Wave { amplitude, waves: 1 };
+        let sine = libm::sin(PI * distance);
+        let curvature = 4.0 * amplitude * sine * sine / (distance * distance);
+        let tip = Tip { radius: SAFETY_FACTOR / curvature };
+        let along_x = wave.draw(rectangle([400, 3], [1.0, 1.0]));
+        let transposed = (0..1200).map(|node| along_x.heights()[node % 400 * 3 + node / 400]);
+        let along_y = Surface::new(rectangle([3, 400], [1.0, 1.0]), transposed.collect());
+        for (map, lines) in [(along_x, Axis::X), (along_y.unwrap(), Axis::Y)] {
+            let map = Scan::from(map);
+            let found = tip.cutoff(&map, lines, Boundary::Periodic).unwrap();
+            assert!((found / (2.0 * distance) - 1.0).abs() < 1e-3, "{found}");
+            assert!(tip.cutoff(&map, lines, Boundary::Free).unwrap() < 0.9 * found);
+        }
+        // A crest that is too sharp for the largest stencil, which is as long as the side.
+        let sharp = Tip { radius: 1.0 };
+        for nodes in [4, 5] {
+            let map = Scan::from(wave.draw(rectangle([nodes, 1], [1.0, 1.0])));
+            assert_eq!(sharp.cutoff(&map, Axis::X, Boundary::Periodic), None);
+            let map = Scan::from(
+                Shape::Wave { amplitude: 1.0, waves: 1 }.draw(rectangle([nodes, 1], [1.0, 1.0])),
+            );
+            assert_eq!(sharp.cutoff(&map, Axis::X, Boundary::Periodic), Some(1.0));
+        }
     }
 
     #[test]
     fn valleys_and_steps_between_lines_do_not_limit_a_tip() {
         let valley = scan([9, 6], [1.0, 1.0], |x, _| 10.0 * (x - 0.4).abs(), |_, _| false);
-        assert_eq!(Tip { radius: 0.1 }.cutoff(&valley, Axis::X), None);
+        assert_eq!(Tip { radius: 0.1 }.cutoff(&valley, Axis::X, Boundary::Free), None);
         let peak = scan([9, 6], [1.0, 1.0], |x, _| -10.0 * (x - 0.4).abs(), |_, _| false);
-        assert!(Tip { radius: 0.1 }.cutoff(&peak, Axis::X).is_some());
+        assert!(Tip { radius: 0.1 }.cutoff(&peak, Axis::X, Boundary::Free).is_some());
         let lines = scan([9, 6], [1.0, 1.0], |_, y| 1e3 * (40.0 * y).sin(), |_, _| false);
-        assert_eq!(Tip { radius: 0.1 }.cutoff(&lines, Axis::X), None);
-        assert!(Tip { radius: 0.1 }.cutoff(&lines, Axis::Y).is_some());
+        assert_eq!(Tip { radius: 0.1 }.cutoff(&lines, Axis::X, Boundary::Free), None);
+        assert!(Tip { radius: 0.1 }.cutoff(&lines, Axis::Y, Boundary::Free).is_some());
     }
 
     #[test]
     fn stencils_with_a_missing_point_do_not_count() {
         let height = |x: f64, _: f64| if (x - 0.5).abs() < 0.01 { 1.0 } else { 0.0 };
         let tip = Tip { radius: 0.1 };
-        assert!(tip.cutoff(&scan([10, 4], [1.0, 1.0], height, |_, _| false), Axis::X).is_some());
+        assert!(
+            tip.cutoff(&scan([10, 4], [1.0, 1.0], height, |_, _| false), Axis::X, Boundary::Free)
+                .is_some()
+        );
         let without_peak = scan([10, 4], [1.0, 1.0], height, |i, _| i == 5);
-        assert_eq!(tip.cutoff(&without_peak, Axis::X), None);
-        assert_eq!(tip.cutoff(&scan([10, 4], [1.0, 1.0], height, |_, _| true), Axis::X), None);
+        assert_eq!(tip.cutoff(&without_peak, Axis::X, Boundary::Free), None);
+        assert_eq!(
+            tip.cutoff(&scan([10, 4], [1.0, 1.0], height, |_, _| true), Axis::X, Boundary::Free),
+            None
+        );
     }
 
     /// Returns a periodic surface with the density (q/q₀)^(−exponent), where q₀ is 2π/`crossover`,

@@ -242,6 +242,7 @@ pub fn files(
             reader,
             channel: channel.cloned(),
             preparation: keys.preparation.clone(),
+            tip_version: MeasuredSurface::version_of_tip(keys.edges, &keys.preparation),
             seen,
         };
         let (surface, side) = match &found {

@@ -71,6 +71,9 @@ pub enum Origin {
     Yielded(Box<Yielded>),
 }
 
+/// Version of the numbers of the tip on periodic maps.
+const PERIODIC_TIP_VERSION: u32 = 2;
+
 /// The recipe of a measured surface: a height map in a file, and its preparation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "method", rename = "file")]
@@ -94,9 +97,21 @@ pub struct MeasuredSurface {
     /// of the edges.
     #[serde(flatten)]
     pub preparation: Preparation,
+    /// Version of the cutoff of the tip. Only the recipe of a periodic map with a `tip_radius` has
+    /// it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_version: Option<u32>,
     /// Properties of the map found when the manifest was checked, for forecasts and messages only.
     #[serde(skip)]
     pub seen: InspectedMap,
+}
+
+impl MeasuredSurface {
+    /// Returns the version of the cutoff of the tip for such a map.
+    pub fn version_of_tip(edges: Edges, preparation: &Preparation) -> Option<u32> {
+        let compares = edges == Edges::Periodic && preparation.tip_radius.is_some();
+        compares.then_some(PERIODIC_TIP_VERSION)
+    }
 }
 
 /// Properties of a measured map, found when the manifest was checked.

@@ -36,6 +36,7 @@ fn a_surface_is_known_from_its_recipe() {
         reader: None,
         channel: None,
         preparation: Preparation::default(),
+        tip_version: None,
         seen: InspectedMap::default(),
     };
     let shape = Shape::Punch { radius: 0.25, depth: 0.5 };
@@ -146,6 +147,7 @@ fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
             reader: None,
             channel: None,
             preparation: Preparation::default(),
+            tip_version: None,
             seen: InspectedMap { missing: 3, ..InspectedMap::default() },
         })),
     };
