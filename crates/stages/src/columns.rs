@@ -115,7 +115,12 @@ pub const RMS_SLOPE_OF_DIFFERENCES: Column = parameter(
     "root mean square gradient. It and all other moments are computed from the Fourier modes of a \
      periodic map, or from differences between neighbouring nodes of any other map",
 );
-pub const RMS_SLOPE: Column = parameter("rms_slope", "1", "root mean square gradient");
+pub const RMS_SLOPE: Column = parameter(
+    "rms_slope",
+    "1",
+    "root mean square gradient; of a random self-affine surface, that of its waves, which are also \
+     between the nodes",
+);
 pub const RMS_SLOPE_OF_SURFACE: Column = parameter(
     "rms_slope",
     "1",

@@ -398,7 +398,8 @@ pub const PRESSURE_NODES_BEYOND: Column = integer(
 pub const GAP: Column = parameter(
     "gap",
     "rms height",
-    "centre of the bin of gaps outside contact; bins have equal width and begin at zero",
+    "centre of the bin of gaps outside contact; bins have equal width and begin at zero. The unit is \
+     the rms height of the nodes before they yielded",
 );
 pub const GAP_BIN_WIDTH: Column = real("gap_bin_width", "rms height", "width of the bin of gaps");
 pub const GAP_NODES: Column = integer(

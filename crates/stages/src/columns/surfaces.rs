@@ -240,7 +240,12 @@ pub const RELIABILITY: [Column; 6] = [
 
 // Moments and descriptors of surfaces.
 
-pub const RMS_HEIGHT: Column = real("rms_height", "length", "root mean square height");
+pub const RMS_HEIGHT: Column = real(
+    "rms_height",
+    "length",
+    "root mean square height; this and all spectral moments of a random self-affine surface are \
+     those of its waves, also between the nodes",
+);
 pub const RMS_HEIGHT_GIVEN: Column = RMS_HEIGHT.with_role(Role::Parameter);
 
 /// Columns of the moments and descriptors of a surface.
@@ -393,7 +398,8 @@ pub const PROFILE_DENSITY: Column = real(
 pub const LAG: Column = parameter(
     "lag",
     "length",
-    "distance of the two points; for radial statistics rounded to mesh steps",
+    "distance of the two points; for radial statistics rounded to the larger mesh step. Distances \
+     below half of this step round to none",
 );
 pub const AUTOCORRELATION: Column = real(
     "autocorrelation",
@@ -422,7 +428,8 @@ pub const BEARING_SHARE: Column = real(
     "1",
     "fraction of the nodes at or above the plane: areal material ratio Smr, ISO 25178-2",
 );
-const SQ: Column = real("Sq", "length", "root mean square height about the mean, ISO 25178-2");
+const SQ: Column =
+    real("Sq", "length", "root mean square height of the nodes about their mean, ISO 25178-2");
 const SA: Column = real("Sa", "length", "mean absolute height about the mean, ISO 25178-2");
 const SZ: Column =
     real("Sz", "length", "height difference of the highest and the lowest node, ISO 25178-2");
@@ -433,7 +440,8 @@ const SDQ: Column = real(
     "Sdq",
     "1",
     "root mean square gradient, ISO 25178-2: from the Fourier modes of a periodic map, or from \
-     differences between neighbouring nodes of any other map, as `rms_slope`",
+     differences between neighbouring nodes of any other map. It equals `rms_slope`, except for a \
+     random surface whose shortest waves have two nodes",
 );
 
 /// Columns of `what = "roughness"` without the key `parameters`.
