@@ -37,8 +37,8 @@ use self::states::States;
 use crate::study::Work;
 use asperity_contact::grid::{Boundary, Grid};
 use asperity_contact::threads::Threads;
+use asperity_contact::topography::descriptors::Descriptors;
 use asperity_contact::topography::differences;
-use asperity_contact::topography::moments::Moments;
 use asperity_contact::topography::surface::{Surface, SurfaceError};
 use asperity_stages::columns::RMS_SLOPE;
 use asperity_stages::generate::Origin;
@@ -319,13 +319,14 @@ fn bits(bytes: &[u8], nodes: usize) -> Vec<bool> {
     (0..nodes).map(|node| bytes[node / 8] >> (node % 8) & 1 == 1).collect()
 }
 
+/// Returns the rms slope of a map, computed as a `generate` stage does, so that loads are equal to
+/// the last bit.
 fn rms_slope(map: &Map) -> f64 {
-    let moments = if map.is_periodic {
-        Moments::from_surface(&map.surface)
+    if map.is_periodic {
+        Descriptors::from_surface(&map.surface).rms_slope
     } else {
-        differences::moments(&map.surface)
-    };
-    moments.rms_slope()
+        differences::moments(&map.surface).rms_slope()
+    }
 }
 
 #[cfg(test)]
