@@ -1,11 +1,19 @@
 #!/usr/bin/env python3
 """Checks random contacts against an independent solver in NumPy.
 
-    python3 tests/differential.py                        2,000 cases, as CI runs them
-    python3 tests/differential.py --cases 200000 --jobs 2
-    python3 tests/differential.py --seed 1 --only 4711   one case, with all its numbers
+    python3 tests/differential.py                        all kinds of cases, as CI runs them
+    python3 tests/differential.py --kind contacts --cases 200000 --jobs 2
+    python3 tests/differential.py --kind contacts --seed 1 --only 4711
+                                                         one case, with all its numbers
 
-Each case is a random surface (rough maps, white noise, shapes, steps, spikes) on a random mesh (squares,
+Each kind of cases has a function that computes tables again from stored maps:
+
+- `contacts`, in this file, the contact of a surface under random loads;
+- `measures`, in `differential_measures.py`, layers, pairs of surfaces, unloading, stiffness and conductance,
+  histograms, and partial slip, in studies with all stages;
+- `surfaces`, in `differential_surfaces.py`, statistics of surfaces.
+
+A case of `contacts` is a random surface (rough maps, white noise, shapes, steps, spikes) on a random mesh (squares,
 rectangles, cells up to 200 times as long as wide). Random loads press it on an elastic or yielding, periodic
 or free half-space. The script uses only the results of the program and checks that
 
@@ -17,10 +25,11 @@ or free half-space. The script uses only the results of the program and checks t
 - in one small case of four, an active-set method with dense matrices gives the same contact node by node,
   except for nodes whose pressure or gap is below the tolerance.
 
-It needs NumPy and the Python module of asperity.
+It needs NumPy, polars and the Python module of asperity.
 """
 
 import argparse
+import importlib
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -33,9 +42,26 @@ DEFAULT_TOLERANCE = 5e-5
 TIGHT_TOLERANCE = 1e-9
 # Largest number of nodes for which dense matrices are solved.
 DENSE_NODES = 150
+# Module of each kind of cases, the number of its cases in CI, and the number that share a process or a study.
+KINDS = {
+    "contacts": ("differential", 2000, 250),
+    "measures": ("differential_measures", 40, 20),
+    "surfaces": ("differential_surfaces", 80, 40),
+}
 
 
 # Surfaces
+
+
+def draw_mesh(rng, smallest):
+    """Returns numbers of nodes and sides: squares, rectangles, and cells up to 200 times as long as wide."""
+    nodes = tuple(int(n) for n in rng.integers(smallest, rng.choice([smallest + 4, 13, 33]), 2))
+    side = [1.0, 1.0]
+    if rng.random() < 0.4:
+        side[int(rng.integers(2))] = 10 ** rng.uniform(0, 2.3)
+    else:
+        side = [n / max(nodes) for n in nodes]
+    return nodes, side
 
 
 def heights(rng, nodes, side):
@@ -116,6 +142,22 @@ class HalfSpace:
         return np.array(columns).T
 
 
+def relative_gap(p, g, full):
+    """Returns the gap `g`, whose zero is arbitrary, relative to its mean over the nodes in elastic contact.
+
+    `full` are the nodes whose pressure is the hardness.
+    """
+    elastic = (p > 0) & ~full
+    if elastic.any():
+        return g - g[elastic].mean()
+    if not full.any():
+        return g
+    # Any offset between the highest saturated node and the lowest open node solves the contact.
+    open_nodes = g[~full]
+    top = g[full].max()
+    return g - (top if open_nodes.size == 0 else 0.5 * (top + open_nodes.min()))
+
+
 def active_set(matrix, h, load, hardness):
     """Returns the pressures of the contact by exchanging nodes between three sets, or None if they cycle."""
     count = h.size
@@ -152,12 +194,7 @@ def active_set(matrix, h, load, hardness):
 
 def draw(seed, index):
     rng = np.random.default_rng([seed, index])
-    nodes = tuple(int(n) for n in rng.integers(2, rng.choice([6, 13, 33]), 2))
-    side = [1.0, 1.0]
-    if rng.random() < 0.4:
-        side[int(rng.integers(2))] = 10 ** rng.uniform(0, 2.3)
-    else:
-        side = [n / max(nodes) for n in nodes]
+    nodes, side = draw_mesh(rng, smallest=2)
     kind, h = heights(rng, nodes, side)
     case = {
         "kind": kind,
@@ -219,14 +256,7 @@ def check(seed, index, verbose=False):
             # Up to the last bits, a node bears the hardness or slightly less.
             full = p > hardness * (1 + 1e-14)
         elastic = (p > 0) & ~full
-        g = u - h
-        if elastic.any():
-            g = g - g[elastic].mean()
-        elif full.any():
-            # Any offset between the highest saturated node and the lowest open node solves the contact.
-            open_nodes = g[~full]
-            top = g[full].max()
-            g = g - (top if open_nodes.size == 0 else 0.5 * (top + open_nodes.min()))
+        g = relative_gap(p, u - h, full)
         violation = max(np.abs(g[elastic]).max(initial=0), -g[p == 0].min(initial=0), g[full].max(initial=0)) / step
         rounding = 1e-13 * scale / step
         single = 2.4e-7 * scale / step
@@ -264,46 +294,60 @@ def check(seed, index, verbose=False):
     return {"rows": len(table["load"]), "limit": limit, "dense": dense, "wrong": wrong}
 
 
-def some(seed, first, count):
+def check_many(seed, indices, verbose=False):
+    """Returns the sums of rows and errors of some cases."""
     total = {"rows": 0, "limit": 0, "dense": 0, "wrong": []}
-    for index in range(first, first + count):
+    for index in indices:
         try:
-            found = check(seed, index)
+            found = check(seed, index, verbose)
         except Exception as error:  # The number of the case allows to repeat it.
-            found = {"rows": 0, "limit": 0, "dense": 0, "wrong": [f"case {index}: {type(error).__name__}: {error}"]}
+            found = {"wrong": [f"case {index}: {type(error).__name__}: {error}"]}
         for key, value in found.items():
             total[key] += value
     return total
 
 
+def some(kind, seed, indices):
+    return importlib.import_module(KINDS[kind][0]).check_many(seed, indices)
+
+
+def run(kind, cases, seed, jobs):
+    """Checks the cases of a kind in several processes, and returns whether all their rows are right."""
+    _, default, chunk = KINDS[kind]
+    cases = cases or default
+    chunks = [range(start, min(start + chunk, cases)) for start in range(0, cases, chunk)]
+    total = {}
+    # The module has its own threads, which a fork would not copy.
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        for found in pool.map(some, [kind] * len(chunks), [seed] * len(chunks), chunks):
+            for key, value in found.items():
+                total[key] = total[key] + value if key in total else value
+            for line in found["wrong"]:
+                print(f"{kind}: {line}", flush=True)
+    wrong = len(total.pop("wrong"))
+    words = {"limit": "gave up at the limit of pairs", "dense": "compared with the active-set solution"}
+    further = "".join(f"; {total[key]} {text}" for key, text in words.items() if key in total)
+    print(f"{kind}: {total['rows']} rows of {cases} cases (seed {seed}): {wrong} wrong{further}", flush=True)
+    return wrong == 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", type=int, default=2000)
+    parser.add_argument("--kind", choices=KINDS, action="append", help="kind of cases; all by default")
+    parser.add_argument("--cases", type=int, help="number of cases of each kind")
     parser.add_argument("--seed", type=int, default=2026)
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--only", type=int)
+    parser.add_argument("--only", type=int, help="number of a single case")
     arguments = parser.parse_args()
-    if arguments.only is not None:
-        found = check(arguments.seed, arguments.only, verbose=True)
-        print("\n".join(found["wrong"]) or "nothing is wrong")
-        return bool(found["wrong"])
-    chunk = 250
-    starts = range(0, arguments.cases, chunk)
-    counts = [min(chunk, arguments.cases - start) for start in starts]
-    seeds = [arguments.seed] * len(starts)
-    total = {"rows": 0, "limit": 0, "dense": 0, "wrong": []}
-    # The module has its own threads, which a fork would not copy.
-    with ProcessPoolExecutor(arguments.jobs, mp_context=get_context("spawn")) as pool:
-        for found in pool.map(some, seeds, starts, counts):
-            for key, value in found.items():
-                total[key] += value
-            for line in found["wrong"]:
-                print(line, flush=True)
-    print(
-        f"{total['rows']} rows of {arguments.cases} cases (seed {arguments.seed}): {len(total['wrong'])} wrong; "
-        f"{total['limit']} gave up at the limit of pairs; {total['dense']} compared with the active-set solution"
-    )
-    return bool(total["wrong"])
+    kinds = arguments.kind or list(KINDS)
+    if arguments.only is None:
+        return not all([run(kind, arguments.cases, arguments.seed, arguments.jobs) for kind in kinds])
+    wrong = []
+    for kind in kinds:
+        module = importlib.import_module(KINDS[kind][0])
+        wrong += module.check_many(arguments.seed, [arguments.only], verbose=True)["wrong"]
+    print("\n".join(wrong) or "nothing is wrong")
+    return bool(wrong)
 
 
 if __name__ == "__main__":
