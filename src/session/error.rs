@@ -7,6 +7,7 @@ use asperity_manifest::diagnostics::{ManifestErrors, counted};
 use asperity_pipeline::data_folder::OpenError;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::series::FileName;
 use asperity_tables::table::TableError;
 use asperity_topography_files::TopographyFileError;
 
@@ -176,6 +177,15 @@ impl SessionError {
             StoreError::Damaged { path, .. } => Some(path),
             _ => None,
         }
+    }
+
+    /// Returns the key of a table whose rows are lost with a damaged file of a read-only store.
+    pub fn lost_in_layer(&self) -> Option<TaskKey> {
+        let StoreError::InLayer(cause) = self.of_file()? else { return None };
+        let (StoreError::Damaged { path, .. } | StoreError::Read { path, .. }) = &**cause else {
+            return None;
+        };
+        Some(path.file_name()?.to_str()?.parse::<FileName>().ok()?.key)
     }
 
     /// Returns whether the request or the manifest is wrong, as opposed to a failure of the

@@ -334,8 +334,7 @@ impl<'a> PreparedRun<'a> {
         let mut outcome = RunOutcome::default();
         loop {
             for (task, cause) in self.sampled.take_damaged() {
-                let damage = Damage::quarantine(task, &self.store, cause)?;
-                outcome.damaged.extend(damage);
+                outcome.damaged.extend(self.set_aside(task, cause)?);
             }
             let mut missing = self.sampled.deciding_tasks();
             missing.retain(|&task| !self.store.has(&self.plan().tasks[task].table));
@@ -424,14 +423,17 @@ impl<'a> PreparedRun<'a> {
         };
         let mut tasks = Vec::new();
         for (task, cause) in tables {
-            let damage = Damage::quarantine(task, &self.store, cause)?;
-            outcome.damaged.extend(damage);
+            outcome.damaged.extend(self.set_aside(task, cause)?);
             tasks.push(task);
         }
         tasks.sort_unstable();
         tasks.dedup();
         outcome.append(self.compute(&tasks, stop)?);
         Ok(publish()?)
+    }
+
+    fn set_aside(&self, task: usize, cause: StoreError) -> Result<Vec<Damage>, StoreError> {
+        Damage::set_aside(task, self.plan().tasks[task].table.key, &self.store, Some(cause))
     }
 
     /// Returns the warnings about the results, and sends them to the observer.

@@ -13,6 +13,7 @@ mod columns;
 mod commands;
 mod conductance;
 mod crashes;
+mod damaged_pairs;
 mod diff;
 mod disk;
 mod distributions;

@@ -130,6 +130,30 @@ fn a_damaged_table_below_is_computed_into_the_own_store_and_stays_in_place() {
 }
 
 #[test]
+fn a_damaged_map_below_is_named_with_the_command_that_computes_it() {
+    let (group, study) = (Bench::new(), STUDY.replace(LOADS, "[0.025, 0.05]\npressures = \"all\""));
+    group.run(&study);
+    let own = above(&group);
+    own.run(&study);
+    let mut files = group.files().into_iter();
+    let (path, mut bytes) =
+        files.find(|(path, _)| path.to_string_lossy().contains("-pressures-")).unwrap();
+    let middle = bytes.len() / 3;
+    bytes[middle] ^= 1;
+    fs::write(group.data().join(path), bytes).unwrap();
+    let archive = own.path("small.zip");
+    let manifest = manifest(&own);
+    let share = ["share", &manifest, "--store", "--output", archive.to_str().unwrap()];
+    let (is_done, printed) = said(&own, &share);
+    assert!(!is_done, "{printed}");
+    let hint = printed.split('`').find(|part| part.contains("--only")).unwrap();
+    let key = hint.split(' ').next_back().unwrap();
+    assert!(said(&own, &["run", &manifest, "--only", key]).0, "{key}");
+    let (is_done, printed) = said(&own, &share);
+    assert!(is_done, "{printed}");
+}
+
+#[test]
 fn a_store_that_does_not_exist_stops_runs_and_warns_readers() {
     let (group, own) = (group(), Bench::new());
     let study = STUDY.replace(LOADS, "[0.025, 0.05]");

@@ -34,7 +34,7 @@ use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Context, FinishedRows, Input, Recipe, StageError};
 use asperity_tables::parallel;
 use asperity_tables::parquet::Columns;
-use asperity_tables::store::series::TableRef;
+use asperity_tables::store::series::{SeriesRows, TableRef};
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::Table;
 
@@ -108,8 +108,9 @@ pub fn run(
 /// Minimum number of inputs for which one published table is read instead of many stored tables.
 const MANY_INPUTS: usize = 8;
 
-/// Maximum number of damaged files of one table that are recomputed before the run gives up.
-const MAX_DAMAGED: usize = 8;
+/// Maximum number of times that a damaged table is set aside and read again. The first time finds
+/// all damaged files, unless the disk or another process damages files meanwhile.
+const MAX_ATTEMPTS: usize = 8;
 
 struct Run<'a> {
     plan: &'a Plan,
@@ -242,11 +243,36 @@ impl<'a> Run<'a> {
             rows.finish();
             return Ok(());
         };
+        // Other commands read all files of a series, also those that count as missing here.
+        if store.has_unreadable(planned.table.key)? {
+            self.set_aside(task, None)?;
+        }
+        for _ in 0..MAX_ATTEMPTS {
+            match self.compute_rows(task, series, threads) {
+                Err(TaskError::Store(cause)) if cause.is_recomputable() => {
+                    self.set_aside(task, Some(cause))?;
+                }
+                done => return done,
+            }
+        }
+        self.compute_rows(task, series, threads)
+    }
+
+    /// Computes the rows and parts of a series that the store lacks. Returns an error if stored
+    /// rows from which a part is computed are damaged.
+    fn compute_rows(
+        &self,
+        task: usize,
+        series: &SeriesRows,
+        threads: &Threads,
+    ) -> Result<(), TaskError> {
+        let (store, planned) = (self.reader.store(), &self.plan.tasks[task]);
         for group in missing_rows::to_compute(planned, series, store)? {
+            let stored = group.stored(planned, store)?;
             let inputs = self.inputs(task, Some(&group.values), threads)?;
             let every = self.store_rows_every;
             let writer = RowWriter::new(store, self.plan, task, series.column, &group, every);
-            let (recipe, stored) = (group.recipe(&planned.recipe), group.stored(planned, store)?);
+            let recipe = group.recipe(&planned.recipe);
             let table = self.run(task, &recipe, &inputs, &writer, stored.as_ref(), threads)?;
             writer.write(&group.values, &table)?;
         }
@@ -331,8 +357,7 @@ impl<'a> Run<'a> {
     ) -> Result<Input<'_>, TaskError> {
         let store = self.reader.store();
         let mut read = store.read(table, columns);
-        // Each time, one damaged file is quarantined.
-        for _ in 0..MAX_DAMAGED {
+        for _ in 0..MAX_ATTEMPTS {
             match read {
                 Err(cause) if cause.is_recomputable() => {
                     self.recompute(task, cause, threads)?;
@@ -358,9 +383,7 @@ impl<'a> Run<'a> {
         cause: StoreError,
         threads: &Threads,
     ) -> Result<(), TaskError> {
-        if let Some(damage) = Damage::quarantine(task, self.reader.store(), cause)? {
-            self.outcome_mut(|outcome| outcome.damaged.push(damage));
-        }
+        self.set_aside(task, Some(cause))?;
         match self.compute(task, threads) {
             Ok(()) => {
                 self.outcome_mut(|outcome| outcome.computed.push(task));
@@ -372,6 +395,15 @@ impl<'a> Run<'a> {
                 Err(TaskError::Upstream(self.plan.tasks[task].table.key))
             }
         }
+    }
+
+    /// Sets all damaged files of a task aside. `cause` is the error of reading its table, if it was
+    /// read.
+    fn set_aside(&self, task: usize, cause: Option<StoreError>) -> Result<(), StoreError> {
+        let key = self.plan.tasks[task].table.key;
+        let damaged = Damage::set_aside(task, key, self.reader.store(), cause)?;
+        self.outcome_mut(|outcome| outcome.damaged.extend(damaged));
+        Ok(())
     }
 
     fn is_stopped(&self) -> bool {

@@ -44,6 +44,14 @@ pub struct Store {
     _lock: Arc<Lock>,
 }
 
+/// File of a store that cannot be used.
+#[derive(Debug)]
+pub struct DamagedFile {
+    pub cause: StoreError,
+    /// New path of the file, or `None` if it is in a read-only store.
+    pub quarantined: Option<PathBuf>,
+}
+
 /// Source of the tables of finished tasks, without maps.
 pub trait TaskTables {
     /// Returns, for each of the tables in the given order, whether all of its rows exist.
@@ -189,6 +197,11 @@ impl Store {
         if own.is_file() { own } else { self.layers.find(name).unwrap_or(own) }
     }
 
+    /// Returns the index of the read-only store from which a file is read, if it is one.
+    fn layer_of(&self, name: &FileName) -> Option<usize> {
+        self.layers.index_of(&self.locate(name))
+    }
+
     /// Returns, for each of the tables in the given order, whether all of its rows exist.
     ///
     /// If many of the tables are in the same folder, the folder is listed. On a parallel file
@@ -324,15 +337,18 @@ impl Store {
         })
     }
 
-    /// Returns the names of the files that together hold the table of a finished task.
+    /// Verifies the files from which the table of a finished task is read, with all parts, and
+    /// returns their names.
     ///
     /// # Errors
-    /// Returns an error if the folder cannot be listed.
-    pub fn files(&self, table: &TableRef) -> Result<Vec<FileName>, StoreError> {
-        match table.series {
-            None => Ok(vec![whole(table.key)]),
-            Some(_) => self.files_of(table.key),
-        }
+    /// Returns an error if a file is missing, unreadable or damaged.
+    pub fn verified_files(&self, table: &TableRef) -> Result<Vec<FileName>, StoreError> {
+        self.ignoring_unusable(|| {
+            let read = self.files_read(table, &self.files_of(table.key)?);
+            let read = read.ok_or_else(|| series::not_found(&self.path(table.key)))?;
+            read.iter().try_for_each(|name| verify(&self.locate(name), name))?;
+            Ok(read)
+        })
     }
 
     /// Stores the table of a finished task under the key that its provenance gives.
@@ -389,6 +405,43 @@ impl Store {
         let back = std::fs::rename(&quarantined, path);
         back.map_err(|source| StoreError::writing(path, source))?;
         Ok(None)
+    }
+
+    /// Returns whether a file of a task or a series does not say which rows it has. Such a file
+    /// counts as missing.
+    ///
+    /// # Errors
+    /// Returns an error if the folder cannot be listed.
+    pub fn has_unreadable(&self, key: TaskKey) -> Result<bool, StoreError> {
+        Ok(self.files_of(key)?.iter().any(|name| self.rows_of(name).is_none()))
+    }
+
+    /// Verifies all files with rows of a task or a series. Quarantines the damaged files of this
+    /// store, and ignores those of read-only stores from now on, so that all rows that the store
+    /// then has can be read.
+    ///
+    /// # Errors
+    /// Returns an error if the folder cannot be listed or is not writable.
+    pub fn set_damaged_aside(&self, key: TaskKey) -> Result<Vec<DamagedFile>, StoreError> {
+        let mut found = Vec::new();
+        for name in self.files_of(key)? {
+            let own = std::iter::once(self.root.as_path());
+            let paths = own.chain(self.layers()).map(|root| file_path(root, &name));
+            for path in paths.filter(|path| path.is_file()) {
+                let Err(cause) = verify(&path, &name) else { break };
+                if self.layers.index_of(&path).is_some() {
+                    if self.layers.ignore(&cause) {
+                        let cause = StoreError::InLayer(Box::new(cause));
+                        found.push(DamagedFile { cause, quarantined: None });
+                    }
+                } else if matches!(cause, StoreError::Damaged { .. })
+                    && let Some(path) = self.quarantine(&path)?
+                {
+                    found.push(DamagedFile { cause, quarantined: Some(path) });
+                }
+            }
+        }
+        Ok(found)
     }
 }
 

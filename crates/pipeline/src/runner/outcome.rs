@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use crate::plan::Plan;
 use asperity_stages::StageError;
 use asperity_tables::store::key::TaskKey;
-use asperity_tables::store::{Store, StoreError};
+use asperity_tables::store::{DamagedFile, Store, StoreError};
 use asperity_tables::table::TableError;
 
 /// Outcome of running a plan.
@@ -60,22 +60,21 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// Quarantines the damaged file of a task, unless it is in a read-only store. Returns `None` if
-    /// the file is missing or another process has already replaced it.
-    pub fn quarantine(
+    /// Sets all damaged files of a task aside: quarantines them, or ignores them if they are in a
+    /// read-only store. `cause` is the error of reading its table, if it was read.
+    pub fn set_aside(
         task: usize,
+        key: TaskKey,
         store: &Store,
-        cause: StoreError,
-    ) -> Result<Option<Damage>, StoreError> {
-        let quarantined = match &cause {
-            StoreError::Damaged { path, .. } => match store.quarantine(path)? {
-                None => return Ok(None),
-                quarantined => quarantined,
-            },
-            StoreError::InLayer(_) => None,
-            _ => return Ok(None),
-        };
-        Ok(Some(Damage { task, cause, quarantined }))
+        cause: Option<StoreError>,
+    ) -> Result<Vec<Damage>, StoreError> {
+        // The file of such an error is ignored already.
+        let ignored = cause.filter(|cause| matches!(cause, StoreError::InLayer(_)));
+        let ignored = ignored.map(|cause| DamagedFile { cause, quarantined: None });
+        let found = ignored.into_iter().chain(store.set_damaged_aside(key)?);
+        let damage =
+            found.map(|DamagedFile { cause, quarantined }| Damage { task, cause, quarantined });
+        Ok(damage.collect())
     }
 }
 

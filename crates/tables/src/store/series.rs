@@ -20,8 +20,8 @@ use std::sync::Arc;
 use super::key::TaskKey;
 use crate::table::Table;
 
-pub(super) use file_names::provenance_of;
 pub use file_names::{FileName, RowsName, holds_some_of};
+pub(super) use file_names::{not_found, provenance_of};
 pub(super) use stored_rows::KnownRows;
 pub use stored_rows::Listing;
 

@@ -143,6 +143,6 @@ pub(super) fn is_of(name: &FileName, part: Option<&str>) -> bool {
     rows.is_some_and(|rows| rows.part.as_deref() == part)
 }
 
-pub(super) fn not_found(path: &Path) -> StoreError {
+pub fn not_found(path: &Path) -> StoreError {
     StoreError::Read { path: path.to_owned(), source: std::io::ErrorKind::NotFound.into() }
 }

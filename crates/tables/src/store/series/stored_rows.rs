@@ -169,22 +169,28 @@ impl Store {
         missing.is_empty().then_some(chosen)
     }
 
-    /// Returns the indices of the layers from which a table with the files `names` is read.
-    fn layers_read(&self, table: &TableRef, names: &[FileName]) -> BTreeSet<usize> {
-        let layer = |name: &FileName| self.layers.index_of(&self.locate(name));
+    /// Returns the files among `names` from which a table is read. Returns `None` if they lack a
+    /// row.
+    pub(in crate::store) fn files_read(
+        &self,
+        table: &TableRef,
+        names: &[FileName],
+    ) -> Option<Vec<FileName>> {
         let Some(series) = &table.series else {
-            return layer(&FileName { key: table.key, rows: None }).into_iter().collect();
+            return names.iter().find(|name| name.rows.is_none()).map(|name| vec![name.clone()]);
         };
         let parts = series.parts.iter().map(|of| (Some(of.part.name.as_str()), &of.values));
-        let read = [(None, &series.values)].into_iter().chain(parts).flat_map(|(part, values)| {
+        let mut read = Vec::new();
+        for (part, values) in [(None, &series.values)].into_iter().chain(parts) {
             let exact = FileName { key: table.key, rows: Some(RowsName::new(part, values)) };
             if names.contains(&exact) {
-                return vec![exact];
+                read.push(exact);
+            } else {
+                let chosen = self.chosen(names, part, values)?.into_iter();
+                read.extend(chosen.map(|(name, _)| name.clone()));
             }
-            let chosen = self.chosen(names, part, values).unwrap_or_default();
-            chosen.into_iter().map(|(name, _)| name.clone()).collect()
-        });
-        read.filter_map(|name| layer(&name)).collect()
+        }
+        Some(read)
     }
 
     fn read_file(
@@ -198,7 +204,7 @@ impl Store {
     }
 
     /// Returns the values of the rows in a file, or `None` if the file cannot be read.
-    fn rows_of(&self, name: &FileName) -> Option<Arc<[f64]>> {
+    pub(in crate::store) fn rows_of(&self, name: &FileName) -> Option<Arc<[f64]>> {
         let lock = || self.known_rows.0.lock().expect("no code panics while it holds the lock");
         if let Some(known) = lock().get(name) {
             return Some(known.clone());
@@ -322,7 +328,10 @@ impl<'a> Listing<'a> {
     /// # Errors
     /// Returns an error if a folder cannot be listed.
     pub fn layers_of(&self, table: &TableRef) -> Result<BTreeSet<usize>, StoreError> {
-        self.with_files(table, |names| self.store.layers_read(table, names))
+        self.with_files(table, |names| {
+            let read = self.store.files_read(table, names).unwrap_or_default();
+            read.iter().filter_map(|name| self.store.layer_of(name)).collect()
+        })
     }
 
     /// Calls `read` with the names of the files that the store has for a table.
