@@ -13,13 +13,14 @@ pub mod key;
 pub mod layers;
 pub mod listing;
 mod permissions;
+mod publishing;
 pub mod series;
 pub mod users;
 
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::parquet::{self, Columns, Metadata, ParquetError};
 use crate::store::files::{Existing, Unflushed, make_folder, read_whole, write_file};
@@ -41,6 +42,8 @@ pub struct Store {
     unflushed: Arc<Unflushed>,
     known_rows: Arc<KnownRows>,
     layers: Arc<Layers>,
+    /// How a new table keeps an existing one of the same name, once it has been tried.
+    keep: Arc<OnceLock<Existing>>,
     _lock: Arc<Lock>,
 }
 
@@ -169,6 +172,7 @@ impl Store {
             unflushed: Arc::default(),
             known_rows: Arc::default(),
             layers: Arc::default(),
+            keep: Arc::default(),
             _lock: Arc::new(Lock::share(root)?),
         })
     }
@@ -356,7 +360,18 @@ impl Store {
     /// # Errors
     /// Returns an error if the disk is full or the folder is not writable.
     pub fn publish(&self, provenance: &Provenance, table: &Table) -> Result<(), StoreError> {
-        self.write(&self.path(provenance.key()), table, &provenance.metadata(), Existing::Keep)
+        let path = self.path(provenance.key());
+        let (folder, staging) = (path.parent().unwrap_or(&self.root), self.staging());
+        make_folder(folder)?;
+        make_folder(&staging)?;
+        let keep = *self.keep.get_or_init(|| publishing::trial(&self.root, &staging, folder));
+        self.write(&path, table, &provenance.metadata(), keep)
+    }
+
+    /// Returns whether tables are published under lock files, because the file system cannot rename
+    /// a file only to a free name.
+    pub fn uses_lock_files(&self) -> bool {
+        publishing::uses_lock_files(&self.root)
     }
 
     fn write(

@@ -7,8 +7,11 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use tempfile::NamedTempFile;
+
 use super::StoreError;
 use super::permissions::{Access, explained};
+use super::publishing::publish;
 use super::users::Writer;
 use crate::parquet::{self, Columns, Metadata, ParquetError, TableFile};
 use crate::table::Table;
@@ -24,6 +27,8 @@ const MAX_WAIT: Duration = Duration::from_secs(1);
 pub enum Existing {
     /// Keep the existing file, because it has the same content.
     Keep,
+    /// Keep the existing file on a file system that cannot rename a file only to a free name.
+    KeepByLockFile,
     /// Replace the existing file by the new one.
     Replace,
 }
@@ -74,27 +79,23 @@ pub fn write_with(
     make_folder(path.parent().unwrap_or(Path::new(".")))?;
     make_folder(staging)?;
     let result = (|| {
-        let mut file = tempfile::Builder::new()
-            .prefix(&Writer::own().prefix())
-            .permissions(as_the_umask_allows())
-            .tempfile_in(staging)?;
+        let mut file = unfinished_file(staging)?;
         write(file.as_file_mut())?;
-        file.as_file().sync_all()?;
-        match existing {
-            Existing::Replace => drop(file.persist(path)?),
-            Existing::Keep => match file.persist_noclobber(path) {
-                Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {
-                    is_file(path)?;
-                }
-                other => drop(other?),
-            },
-        }
-        Ok(())
+        file.as_file().sync_all().or_else(unless_unsupported)?;
+        publish(file, path, existing)
     })();
     result.map_err(|source| StoreError::Write {
         path: path.to_owned(),
         source: explained(source, Access::Write, &[staging, path]),
     })
+}
+
+/// Creates an empty file in the folder `staging`, with a name that identifies this process.
+pub(super) fn unfinished_file(staging: &Path) -> io::Result<NamedTempFile> {
+    tempfile::Builder::new()
+        .prefix(&Writer::own().prefix())
+        .permissions(as_the_umask_allows())
+        .tempfile_in(staging)
 }
 
 /// Flushes a folder, so that the names of its files are on the disk.
@@ -107,7 +108,7 @@ pub fn flush_folder(folder: &Path) -> Result<(), StoreError> {
 }
 
 /// Converts the errors `EINVAL` and `ENOSYS` to success. They mean that the file system cannot
-/// flush folders.
+/// flush a file or folder.
 fn unless_unsupported(error: io::Error) -> io::Result<()> {
     match error.kind() {
         io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported => Ok(()),
@@ -171,11 +172,6 @@ pub fn lock_to_write(folder: &Path) -> Option<File> {
 pub fn lock_to_read(folder: &Path) -> Option<File> {
     let folder = File::open(folder).ok()?;
     folder.lock_shared().is_ok().then_some(folder)
-}
-
-/// Checks that an existing path is a file and not, for example, a folder of the same name.
-fn is_file(path: &Path) -> io::Result<()> {
-    if path.is_file() { Ok(()) } else { Err(io::Error::other("the path exists and is not a file")) }
 }
 
 /// Creates a folder and its parents.
@@ -292,7 +288,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn file_systems_that_cannot_flush_folders_are_accepted() {
+    fn file_systems_that_cannot_flush_are_accepted() {
         // EINVAL, ENOSYS and EIO of Linux.
         let flushed = |number| unless_unsupported(io::Error::from_raw_os_error(number));
         assert!(flushed(22).is_ok() && flushed(38).is_ok());

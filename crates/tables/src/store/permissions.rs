@@ -20,6 +20,10 @@ pub(crate) enum Access {
     Open,
 }
 
+/// Number of the error of an operation that no permission would allow, unless a sticky bit forbids
+/// it. Some file systems refuse links with it.
+const EPERM: i32 = 1;
+
 /// Adds an explanation to an error of the kind `PermissionDenied`. `paths` are the paths that the
 /// operation used. Other errors are returned unchanged.
 pub(crate) fn explained(error: io::Error, access: Access, paths: &[&Path]) -> io::Error {
@@ -31,7 +35,8 @@ pub(crate) fn explained(error: io::Error, access: Access, paths: &[&Path]) -> io
     // Prefer a path whose permission bits deny the access.
     let is_unclear = |obstacle: &Obstacle| obstacle.needs.is_none() && !obstacle.is_sticky;
     let obstacle = obstacles.flatten().min_by_key(is_unclear);
-    match obstacle {
+    let is_of_operation = error.raw_os_error() == Some(EPERM);
+    match obstacle.filter(|obstacle| !(is_of_operation && is_unclear(obstacle))) {
         Some(obstacle) => io::Error::new(error.kind(), Denied { obstacle, user }),
         None => error,
     }
@@ -311,6 +316,14 @@ mod tests {
         let stranger = User { id: 54321, groups: vec![54321] };
         let obstacle = Obstacle::find(&inner.join("file"), Access::Read, Some(&stranger)).unwrap();
         assert_eq!((obstacle.path.as_path(), obstacle.needs), (folder.path(), Some("x")));
+    }
+
+    #[test]
+    fn an_operation_that_the_file_system_refuses_has_no_owner_to_ask() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = io::Error::from_raw_os_error(EPERM);
+        let error = explained(refused, Access::Write, &[&folder.path().join("link")]);
+        assert_eq!(error.to_string(), io::Error::from_raw_os_error(EPERM).to_string());
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! process then does not see the locks of other machines. Therefore the name of an unfinished file
 //! contains the names of the machine and the process that write it.
 
+use std::fmt;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::Path;
@@ -122,7 +123,7 @@ impl Writer {
 
     /// Returns the prefix of the names of unfinished files of this process. Random letters follow.
     pub fn prefix(&self) -> String {
-        format!("{UNFINISHED}{}@{}-", self.process, self.machine)
+        format!("{UNFINISHED}{self}-")
     }
 
     /// Parses the name of an unfinished file. Returns `None` for names that older versions of the
@@ -131,6 +132,12 @@ impl Writer {
         let (process, rest) = name.strip_prefix(UNFINISHED)?.split_once('@')?;
         let (machine, _) = rest.rsplit_once('-')?;
         Some(Writer { machine: machine.to_owned(), process: process.parse().ok()? })
+    }
+}
+
+impl fmt::Display for Writer {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}@{}", self.process, self.machine)
     }
 }
 
