@@ -1,8 +1,8 @@
 """Runs studies by `asperity submit` on a Slurm cluster of two nodes, both on this machine.
 
 `python3 tests/cluster.py PROGRAM [WHAT …]` starts the cluster, which needs root, `slurm-wlm` and `munge`. It
-compares the tables of each study with those of a plain run: undisturbed, with a node that fails, with
-a cancelled element, and with a full disk. One of the nodes uses AVX2.
+compares the tables of each study with those of a plain run: undisturbed, with variables of Slurm in the user's
+environment, with a node that fails, with a cancelled element, and with a full disk. One of the nodes uses AVX2.
 """
 
 import json
@@ -162,8 +162,9 @@ def stop(process):
 class Study:
     """A study with its own data folder."""
 
-    def __init__(self, program, folder, *options):
+    def __init__(self, program, folder, *options, variables=None):
         self.program, self.data = program, folder / "data"
+        self.environment = os.environ | (variables or {})
         folder.mkdir()
         self.manifest = folder / "study.toml"
         shutil.copy(HERE / "cluster/study.toml", self.manifest)
@@ -178,7 +179,8 @@ class Study:
 
     def asperity(self, command, *options):
         """Returns the output of the program."""
-        return output(self.program, "--data", self.data, command, self.manifest, *options)
+        command = (self.program, "--data", self.data, command, self.manifest, *options)
+        return output(*command, env=self.environment)
 
     def status(self):
         """Returns the status of the study."""
@@ -225,6 +227,70 @@ def undisturbed(program, folder, _cluster):
     nodes = {json.loads(receipt.read_text())["job"] for receipt in receipts}
     assert len(nodes) == len(receipts), "a receipt of each element"
     assert (study.data / "results/shared/report.html").exists()
+    return study
+
+
+# Variables that hide jobs from `squeue`, protect them from `scancel`, or beat the options in a batch script.
+VARIABLES = {
+    "SQUEUE_STATES": "COMPLETED",
+    "SQUEUE_PARTITION": "other",
+    "SQUEUE_ACCOUNT": "other",
+    "SQUEUE_QOS": "other",
+    "SQUEUE_LICENSES": "other",
+    "SQUEUE_USERS": "nobody",
+    "SCANCEL_STATE": "SUSPENDED",
+    "SCANCEL_PARTITION": "other",
+    "SBATCH_TIMELIMIT": "3",
+    "SBATCH_MEM_PER_NODE": "77",
+    "SBATCH_MEM_PER_CPU": "33",
+    "SBATCH_JOB_NAME": "other",
+    "SBATCH_ARRAY_INX": "1-3",
+    "SBATCH_OUTPUT": "/dev/null",
+    "SBATCH_OPEN_MODE": "truncate",
+    "SBATCH_WAIT": "1",
+}
+
+
+def variables_of_the_user(program, folder, _cluster):
+    """Tests that variables of Slurm in the user's environment change nothing, and that logs are appended."""
+    study = Study(program, folder, variables=VARIABLES)
+    kept = json.loads((study.data / "cluster/shared/submission.json").read_text())["submitted"][0]
+    script = (study.data / "cluster/shared/element.sh").read_text()
+    limit = next(line.split("=")[1] for line in script.splitlines() if line.startswith("#SBATCH --time="))
+    assert "#SBATCH --mem=1024M" in script, script
+    for job in (kept["array"], kept["finish"]):
+        told = output("scontrol", "show", "job", str(job))
+        assert f"JobName={'shared' if job == kept['array'] else 'shared-finish'}" in told, told
+        assert "MinMemoryNode=1G" in told, told
+        assert "/cluster/shared/logs/" in told, told
+        assert job == kept["array"] or "ArrayJobId" not in told, told
+    hours, minutes, seconds = limit.split(":")
+    told = output("scontrol", "show", "job", str(kept["array"]))
+    assert f"TimeLimit={int(hours):02}:{minutes}:{seconds}" in told, told
+    study.wait_until_running()
+    again = subprocess.run(
+        [program, "--data", study.data, "submit", study.manifest],
+        env=study.environment, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert again.returncode == 2 and "already in the queue" in again.stderr, again.stderr
+
+    def running():
+        return output("squeue", "--noheader", "--states=RUNNING", "--format=%A %K", f"--jobs={kept['array']}").split()
+
+    wait_until("an element runs", running)
+    job, element = running()[:2]
+    output("scontrol", "requeue", job)
+    wait_until("the job waits", lambda: "BeginTime: Slurm restarts" in study.asperity("status"))
+    log = study.data / f"cluster/shared/logs/{kept['array']}_{element}.txt"
+    before = log.read_text()
+    output("scontrol", "update", f"JobId={job}", "StartTime=now")
+    wait_until("the log grows", lambda: log.read_text() != before)
+    assert log.read_text().startswith(before), log.read_text()
+    cancelled = study.asperity("cancel")
+    assert str(kept["array"]) in cancelled and str(kept["finish"]) in cancelled, cancelled
+    wait_until("nothing is in the queue", lambda: not output("squeue", "--noheader", "--name=shared,shared-finish"))
+    print(study.asperity("submit"), end="")
+    study.wait()
     return study
 
 
@@ -300,7 +366,7 @@ def main():
         slurm.mkdir()
         cluster = Cluster(slurm)
         try:
-            for what in (undisturbed, node_dies, element_cancelled, disk_full):
+            for what in (undisturbed, variables_of_the_user, node_dies, element_cancelled, disk_full):
                 if sys.argv[2:] and what.__name__ not in sys.argv[2:]:
                     continue
                 if what is disk_full and not may_mount():

@@ -63,8 +63,10 @@ pub fn submit(
         Some(program) => program.to_owned(),
         None => env::current_exe()?,
     };
+    let (settings, files) = arguments.settings(session.data())?;
+    let origin = origin(&settings, &files);
     let planned = session.plan_submission(&SubmitOptions {
-        settings: arguments.settings(session.data())?,
+        settings,
         program,
         report: arguments.report,
         replace: arguments.replace,
@@ -85,25 +87,43 @@ pub fn submit(
         ] {
             writeln!(out, "==> {} <==\n{text}", path.display())?;
         }
-        write!(out, "{}", expected(&planned))?;
+        write!(out, "{}{origin}", expected(&planned))?;
         return Ok(ExitCode::SUCCESS);
     }
     let submission = session.submit(&planned)?;
-    write!(out, "{}{}", expected(&planned), submitted(&planned, &submission, &arguments.manifest))?;
+    let submitted = submitted(&planned, &submission, &arguments.manifest);
+    write!(out, "{}{origin}{submitted}", expected(&planned))?;
     Ok(ExitCode::SUCCESS)
 }
 
 impl SubmitArguments {
-    /// Returns the settings of the command line. Missing settings come from the settings files of
-    /// the data folder, the nearest first.
-    fn settings(&self, data: &DataFolder) -> Result<Settings, Failure> {
+    /// Returns the settings of the command line, and the settings files of the data folder that
+    /// exist. Missing settings come from these files, the nearest first.
+    fn settings<'a>(&self, data: &'a DataFolder) -> Result<(Settings, Vec<&'a Path>), Failure> {
         let mut settings = self.cluster.clone();
+        let mut files = Vec::new();
         for path in data.settings() {
             let read = SettingsFile::read(path).map_err(crate::session::SessionError::from)?;
-            settings = settings.or(read.unwrap_or_default().cluster);
+            if let Some(read) = read {
+                settings = settings.or(read.cluster);
+                files.push(path.as_path());
+            }
         }
-        Ok(settings)
+        Ok((settings, files))
     }
+}
+
+/// Names the settings files that were read, and the shell commands that each job will run.
+fn origin(settings: &Settings, files: &[&Path]) -> String {
+    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    let mut text = match names.as_slice() {
+        [] => String::new(),
+        names => format!("settings from {}\n", listed(names.iter().map(String::as_str), "and")),
+    };
+    for line in settings.before.iter().flatten() {
+        text += &format!("each job first runs: {line}\n");
+    }
+    text
 }
 
 /// Describes the expected cost of a submission in a few lines.
@@ -260,7 +280,11 @@ fn queued(queue: &Queue) -> String {
     if *running + *waiting == 0 && finish.is_none() {
         return "queue: no jobs of this study\n".to_owned();
     }
-    let reasons: Vec<&str> = reasons.iter().map(String::as_str).collect();
+    let reasons = reasons.iter().map(|reason| match reason.as_str() {
+        "BeginTime" => "BeginTime: Slurm restarts a job of a failed node after two minutes",
+        other => other,
+    });
+    let reasons: Vec<&str> = reasons.collect();
     let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let last = finish.as_ref().map_or_else(String::new, |finish| format!(", last job {finish}"));
     format!("queue: {} running, {waiting} waiting{why}{last}\n", counted(*running, "array element"))

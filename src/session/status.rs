@@ -412,13 +412,14 @@ impl Queue {
                 (None, true) => counts.finish = Some("runs".to_owned()),
                 (None, false) => counts.finish = Some("waits".to_owned()),
                 (Some(_), true) => counts.running += 1,
-                (Some(_), false) => {
-                    counts.waiting += 1;
-                    counts.reasons.insert(queued.reason.clone());
-                }
+                (Some(_), false) => counts.waiting += 1,
+            }
+            if !queued.is_running() {
+                counts.reasons.insert(queued.reason.clone());
             }
         }
-        counts.reasons.retain(|reason| !matches!(reason.as_str(), "" | "None"));
+        // The last job always waits for the array.
+        counts.reasons.retain(|reason| !matches!(reason.as_str(), "" | "None" | "Dependency"));
         counts
     }
 }

@@ -40,6 +40,10 @@ impl Slurm {
     }
 
     fn output(&self, command: &str, options: &[&str]) -> Output {
+        self.command(command, options).output().unwrap()
+    }
+
+    fn command(&self, command: &str, options: &[&str]) -> Command {
         let manifest = self.manifest.to_str().unwrap();
         let mut asperity = self.bench.asperity(&[&[command, manifest], options].concat());
         asperity
@@ -48,7 +52,7 @@ impl Slurm {
             .env("PATH", self.bench.path("bin"))
             .env("XDG_CONFIG_HOME", self.bench.path("config"))
             .env("LOG", self.bench.path("log"));
-        asperity.output().unwrap()
+        asperity
     }
 
     /// Returns the error message of a failing command, without the names of temporary folders.
@@ -85,15 +89,70 @@ fn an_array_is_submitted_and_a_job_after_it_however_it_ends() {
     let log = slurm.log();
     let lines: Vec<&str> = log.lines().collect();
     assert_eq!(lines.len(), 2, "{log}");
-    assert!(lines[0].starts_with("--parsable --array="), "{log}");
+    let options = " --signal=B:TERM@60 --open-mode=append ";
+    assert!(lines[0].starts_with("--parsable --job-name=small --array="), "{log}");
+    assert!(lines[0].contains(options), "{log}");
     assert!(lines[0].ends_with("FOLDER/data/cluster/small/element.sh"), "{log}");
-    let last = "--parsable --dependency=afterany:11 FOLDER/data/cluster/small/finish.sh 0";
-    assert_eq!(lines[1], last);
+    assert!(lines[1].starts_with("--parsable --job-name=small-finish --output="), "{log}");
+    assert!(lines[1].contains(options) && !lines[1].contains("--array"), "{log}");
+    let last = " --dependency=afterany:11 FOLDER/data/cluster/small/finish.sh 0";
+    assert!(lines[1].ends_with(last), "{log}");
     let printed = slurm.plain(&output.stdout);
     assert!(printed.contains("job 11 computes the tasks, job 12 completes the study"), "{printed}");
     let element = fs::read_to_string(slurm.bench.data().join("cluster/small/element.sh")).unwrap();
     // `MaxArraySize` is the largest index plus one.
     assert!(element.contains("$SLURM_ARRAY_TASK_ID/3\""), "{element}");
+}
+
+#[test]
+fn variables_of_the_user_change_no_command_of_slurm() {
+    let slurm = Slurm::with(&[
+        ("sbatch", "/usr/bin/env >> \"$LOG\"; echo 11"),
+        ("squeue", "/usr/bin/env >> \"$LOG\"; echo '12|11|1|PENDING|BeginTime'"),
+        ("scancel", "/usr/bin/env >> \"$LOG\""),
+    ]);
+    let variables = [
+        ("SQUEUE_STATES", "COMPLETED"),
+        ("SCANCEL_STATE", "SUSPENDED"),
+        ("SBATCH_TIMELIMIT", "3"),
+        ("SBATCH_ARRAY_INX", "1-3"),
+        ("SBATCH_PARTITION", "short"),
+        ("SLURM_CONF", "/etc/slurm.conf"),
+    ];
+    let output = |command: &str| {
+        let output = slurm.command(command, &[]).envs(variables).output().unwrap();
+        (output.status.success(), text(&output.stdout) + &text(&output.stderr))
+    };
+    assert!(!output("submit").0, "a job is in the queue");
+    assert!(slurm.output("finish", &[]).status.code() == Some(2), "nothing was submitted");
+    let folder = slurm.bench.data().join("cluster/small");
+    fs::create_dir_all(&folder).unwrap();
+    let submission = r#"{ "elements": 1, "cores": 1, "rounds": 1, "per_element": 1.0,
+        "core_hours": 1.0, "submitted": [{ "array": 11, "elements": [1], "finish": 13 }] }"#;
+    fs::write(folder.join("submission.json"), submission).unwrap();
+    let (_, status) = output("status");
+    assert!(status.contains("1 waiting (BeginTime: Slurm restarts a job"), "{status}");
+    let (is_cancelled, cancelled) = output("cancel");
+    assert!(is_cancelled && cancelled.contains("cancelled: `11`"), "{cancelled}");
+    let log = slurm.log();
+    assert!(log.contains("SBATCH_PARTITION=short") && log.contains("SLURM_CONF="), "{log}");
+    for (variable, _) in &variables[..4] {
+        assert!(!log.contains(variable), "{variable}");
+    }
+}
+
+#[test]
+fn what_a_settings_file_adds_to_the_scripts_is_said() {
+    let slurm = Slurm::willing();
+    let settings = "[cluster]\nbefore = [\"module load gcc\", \"ulimit -c 0\"]";
+    fs::write(slurm.bench.path("asperity.toml"), settings).unwrap();
+    for options in [&["--dry-run"][..], &SHORT] {
+        let output = slurm.output("submit", options);
+        let printed = slurm.plain(&output.stdout);
+        let told = "settings from `FOLDER/asperity.toml`\neach job first runs: module load gcc\n\
+                    each job first runs: ulimit -c 0\n";
+        assert!(printed.contains(told), "{printed}");
+    }
 }
 
 #[test]
@@ -151,7 +210,7 @@ fn the_last_job_computes_what_is_little_and_submits_again_what_is_much() {
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("left no receipt"), "{}", text(&output.stderr));
     assert!(
-        slurm.log().ends_with("--dependency=afterany:13 FOLDER/data/cluster/small/finish.sh 1\n")
+        slurm.log().ends_with(" --dependency=afterany:13 FOLDER/data/cluster/small/finish.sh 1\n")
     );
     assert!(!slurm.bench.data().join("results").exists());
     // No round remains: the last job computes missing tasks, and the tables equal those of a plain

@@ -136,7 +136,8 @@ fn line(line: &str) -> Result<String, String> {
 
 /// Checks that a text is one option of `sbatch` that asperity does not set itself.
 fn directive(option: &str) -> Result<String, String> {
-    const OWN: [&str; 6] = ["array", "dependency", "job-name", "output", "parsable", "signal"];
+    const OWN: [&str; 7] =
+        ["array", "dependency", "job-name", "open-mode", "output", "parsable", "signal"];
     /// Short forms of those options that have one.
     const SHORT: [(char, &str); 4] =
         [('a', "array"), ('d', "dependency"), ('J', "job-name"), ('o', "output")];

@@ -1,10 +1,9 @@
 //! Wrappers of the Slurm commands `sbatch`, `squeue`, `scancel`, `scontrol` and `sinfo`.
 
 use std::ffi::OsStr;
-use std::fmt;
-use std::io;
 use std::path::Path;
 use std::process::Command;
+use std::{env, fmt, fs, io};
 
 use serde::{Deserialize, Serialize};
 
@@ -61,12 +60,17 @@ pub enum SlurmError {
         /// Suggestion to the user, on a line after the message.
         suggestion: String,
     },
+    #[error("cannot read the batch script")]
+    Script { source: io::Error },
     #[error("`{command}` printed `{output}` instead of a job number")]
     UnexpectedOutput { command: &'static str, output: String },
 }
 
 /// Submits a script, as a job array if `array` lists array elements. The job starts after the job
 /// `after` has ended with all its array elements, successfully or not.
+///
+/// The options in the script are also given on the command line, where variables of the user's
+/// environment such as `SBATCH_TIMELIMIT` do not override them.
 pub fn submit(
     script: &Path,
     array: Option<&str>,
@@ -74,6 +78,8 @@ pub fn submit(
     arguments: &[String],
 ) -> Result<Job, SlurmError> {
     let mut words = vec!["--parsable".to_owned()];
+    let text = fs::read_to_string(script);
+    words.extend(options(&text.map_err(|source| SlurmError::Script { source })?));
     words.extend(array.map(|array| format!("--array={array}")));
     words.extend(after.map(|job| format!("--dependency=afterany:{job}")));
     words.push(script.to_string_lossy().into_owned());
@@ -82,6 +88,12 @@ pub fn submit(
     // `sbatch` prints `12`, or `12;cluster` if there are several clusters.
     let number = output.trim().split(';').next().and_then(|word| word.parse().ok());
     number.map(Job).ok_or(SlurmError::UnexpectedOutput { command: "sbatch", output })
+}
+
+/// Returns the options of `sbatch` in a script.
+fn options(script: &str) -> Vec<String> {
+    let lines = script.lines().filter_map(|line| line.strip_prefix("#SBATCH "));
+    lines.flat_map(|line| shlex::split(line).unwrap_or_default()).collect()
 }
 
 /// Returns the user's jobs in the queue whose name is in `names`.
@@ -123,24 +135,52 @@ pub fn largest_array() -> u32 {
     sizes.next_back().map_or(DEFAULT_MAX_ARRAY, |size| size.saturating_sub(1).max(1))
 }
 
-fn run(command: &'static str, words: &[impl AsRef<OsStr>]) -> Result<String, SlurmError> {
-    let output = match Command::new(command).args(words).output() {
+/// Variables of the environment that `sbatch` may read: they say where jobs run and who is charged.
+/// Settings of asperity override them.
+const OF_SBATCH: [&str; 8] = [
+    "SBATCH_ACCOUNT",
+    "SBATCH_CONSTRAINT",
+    "SBATCH_EXPORT",
+    "SBATCH_GET_USER_ENV",
+    "SBATCH_PARTITION",
+    "SBATCH_QOS",
+    "SBATCH_RESERVATION",
+    "SBATCH_WCKEY",
+];
+
+/// Returns a command of Slurm without the variables of the user's environment that would change its
+/// options, such as `SQUEUE_STATES`, which hides jobs.
+fn command(name: &str) -> Command {
+    let is_option = |variable: &str| {
+        let prefixes = ["SBATCH_", "SCANCEL_", "SCONTROL_", "SINFO_", "SQUEUE_"];
+        prefixes.iter().any(|prefix| variable.starts_with(prefix)) && !OF_SBATCH.contains(&variable)
+    };
+    let variables = env::vars_os().filter_map(|(variable, _)| variable.into_string().ok());
+    let mut command = Command::new(name);
+    variables.filter(|variable| is_option(variable)).for_each(|variable| {
+        command.env_remove(variable);
+    });
+    command
+}
+
+fn run(name: &'static str, words: &[impl AsRef<OsStr>]) -> Result<String, SlurmError> {
+    let output = match command(name).args(words).output() {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            return Err(SlurmError::NotInstalled { command });
+            return Err(SlurmError::NotInstalled { command: name });
         }
-        output => output.map_err(|source| SlurmError::CannotRun { command, source })?,
+        output => output.map_err(|source| SlurmError::CannotRun { command: name, source })?,
     };
     if output.status.success() {
         return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
     }
     let output = String::from_utf8_lossy(&output.stderr);
     let lines = output.lines().map(|line| {
-        let line = line.strip_prefix(&format!("{command}: ")).unwrap_or(line);
+        let line = line.strip_prefix(&format!("{name}: ")).unwrap_or(line);
         line.strip_prefix("error: ").unwrap_or(line).trim()
     });
     let output = lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ");
     let suggestion = suggestion(&output);
-    Err(SlurmError::Failed { command, output, suggestion })
+    Err(SlurmError::Failed { command: name, output, suggestion })
 }
 
 /// Returns what to do about an error message of Slurm, or an empty text if it is unknown.
@@ -177,8 +217,8 @@ fn partitions() -> Option<String> {
     (!names.is_empty()).then(|| listed(names.iter().map(String::as_str), "and"))
 }
 
-fn run_quietly(command: &str, words: &[&str]) -> Option<String> {
-    let output = Command::new(command).args(words).output().ok()?;
+fn run_quietly(name: &str, words: &[&str]) -> Option<String> {
+    let output = command(name).args(words).output().ok()?;
     let is_told = output.status.success();
     is_told.then(|| String::from_utf8_lossy(&output.stdout).into_owned())
 }
@@ -196,6 +236,15 @@ mod tests {
         assert_eq!((last.element, last.reason.as_str()), (None, "Dependency"));
         assert!(!last.is_running());
         assert_eq!(queued("slurm_load_jobs error"), None);
+    }
+
+    #[test]
+    fn options_of_a_script_are_words_of_the_command_line() {
+        let script = "#!/bin/bash\n# Notes\n#SBATCH --time=0:10:00\n#SBATCH -C avx2\n\
+                      #SBATCH --output='/a b/logs'/%A.txt\n#SBATCH --comment \"two words\"\necho\n";
+        let expected =
+            ["--time=0:10:00", "-C", "avx2", "--output=/a b/logs/%A.txt", "--comment", "two words"];
+        assert_eq!(options(script), expected);
     }
 
     #[test]

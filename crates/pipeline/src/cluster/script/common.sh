@@ -3,6 +3,7 @@
 #SBATCH --mem={{ mebibytes }}M
 #SBATCH --time={{ minutes }}
 #SBATCH --signal=B:TERM@60
+#SBATCH --open-mode=append
 {% for directive in directives %}
 #SBATCH {{ directive }}
 {% endfor %}

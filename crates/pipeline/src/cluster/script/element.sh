@@ -6,7 +6,7 @@
 #SBATCH --output={{ logs }}/%A_%a.txt
 {{ common }}
 
-# Slurm sends SIGTERM a minute before the time limit; `exec` passes it on to asperity.
+# Slurm sends SIGTERM one to two minutes before the time limit; `exec` passes it on to asperity.
 exec "$program" --data "$data" run "$manifest"{{ settings }} \
     --shard "$SLURM_ARRAY_TASK_ID/{{ elements }}" --job "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID" \
     --jobs {{ cores }} --memory {{ memory }}{{ " --replace" if replace }}
