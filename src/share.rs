@@ -21,6 +21,7 @@ use serde::Serialize;
 
 use crate::session::{Event, Notice, Session, SessionError};
 use asperity_claims::PaperClaims;
+use asperity_manifest::diagnostics::shell_word;
 use asperity_pipeline::results::ResultsError;
 use asperity_pipeline::results::StudyResults;
 use asperity_tables::store::StoreError;
@@ -176,7 +177,7 @@ pub enum ShareError {
     Clash { path: String },
     #[error(
         "the table of `{stage}` is out of date; run `asperity run {}` first",
-        manifest.display()
+        shell_word(manifest)
     )]
     Outdated { stage: String, manifest: PathBuf },
     #[error(transparent)]
@@ -185,7 +186,7 @@ pub enum ShareError {
     Results(#[from] ResultsError),
     #[error(
         "`{study}` has no tables for the current manifest; run `asperity run {}` first",
-        manifest.display()
+        shell_word(manifest)
     )]
     Nothing { study: String, manifest: PathBuf },
 }

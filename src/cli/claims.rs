@@ -14,7 +14,7 @@ use crate::session::claims::{
     Claim, ClaimOutcome, Judgement, LEVEL, Origin, Setting, Statement, Verdict, verdict,
     without_results,
 };
-use crate::session::words::counted;
+use crate::session::words::{counted, shell_word};
 use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
@@ -234,7 +234,7 @@ fn closing(claims: &[Claim], printer: &ClaimPrinter) -> String {
         });
         text += &format!("{} {whose}: {}\n", counted(own.len(), "claim"), parts.join(", "));
     }
-    let manifest = printer.manifest.display();
+    let manifest = shell_word(printer.manifest);
     text + &format!("`asperity claims {manifest} NAME` explains one claim in detail\n")
 }
 
@@ -291,7 +291,7 @@ fn figure_path(printer: &ClaimPrinter, figure: &str) -> String {
     if path.exists() {
         path.display().to_string()
     } else {
-        format!("{} (run `asperity report {}`)", path.display(), printer.manifest.display())
+        format!("{} (run `asperity report {}`)", path.display(), shell_word(printer.manifest))
     }
 }
 

@@ -17,7 +17,7 @@ use super::terminal::stdout;
 use super::{Failure, SetArguments, print_json, warn};
 use crate::session::status::Queue;
 use crate::session::submission::{Settings, SettingsFile, Submission, ranges};
-use crate::session::words::{counted, listed};
+use crate::session::words::{counted, listed, shell_word};
 use crate::session::{
     DataFolder, FinishOptions, FinishOutcome, PlannedSubmission, Progress, RunOptions, Session,
     SubmitOptions,
@@ -168,7 +168,7 @@ fn submitted(planned: &PlannedSubmission, submission: &Submission, manifest: &Pa
         None => format!("job {} completes the study\n", round.finish),
     });
     let rounds: String = rounds.collect();
-    let (folder, manifest) = (planned.folder.display(), manifest.display());
+    let (folder, manifest) = (planned.folder.display(), shell_word(manifest));
     format!(
         "{rounds}scripts and logs: {folder}\n\
          `asperity status {manifest}` shows the progress, `asperity cancel {manifest}` cancels the jobs\n"

@@ -14,7 +14,7 @@ use crate::session::diff::{
     self, Comparison, MeanComparison, Noise, StageComparison, StageSize, Studies, StudyComparison,
     StudyName, TableComparison, Test,
 };
-use crate::session::words::{counted, short, wrapped, written};
+use crate::session::words::{counted, shell_word, short, wrapped, written};
 use crate::session::{DataFolder, Setting};
 
 /// Maximum number of columns printed per stage without `--all`.
@@ -168,7 +168,7 @@ fn missing_text(study: &StudyComparison) -> String {
         }
         let mut missing = format!("{side} has no results of {}", shortened(&names));
         if origin.is_manifest {
-            let manifest = format!("{}{}", origin.path.display(), origin.settings);
+            let manifest = format!("{}{}", shell_word(&origin.path), origin.settings);
             missing += &format!(
                 " for its parameters; run `asperity run {manifest}`. If another version of the \
                  manifest or the program made its tables, name their folder `DATA/results/{}` \

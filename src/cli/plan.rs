@@ -13,7 +13,7 @@ use super::tables::write_json;
 use super::terminal::stdout;
 use super::{Failure, SetArguments, print_json};
 use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus, TasksFromStore};
-use crate::session::words::{counted, duration};
+use crate::session::words::{counted, duration, shell_word};
 use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, Warning, new_manifest};
 
 /// Maximum number of reasons printed per stage; `--json` prints all.
@@ -36,7 +36,7 @@ pub fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
     let unchanged = if new.schema_is_new { "" } else { " (exists, unchanged)" };
     writeln!(out, "manifest  {manifest}")?;
     writeln!(out, "schema    {}{unchanged}", new_manifest::SCHEMA)?;
-    writeln!(out, "next      asperity run {manifest}")?;
+    writeln!(out, "next      asperity run {}", shell_word(&new.path))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -23,7 +23,7 @@ use super::terminal::{Output, stdout};
 use super::{Failure, Misused, SetArguments, unknown};
 use crate::session::failures::COMMAND;
 use crate::session::results::{Description, Table, TableFile, TableSource};
-use crate::session::words::{cells, counted, listed, short, whole_cells, wrapped};
+use crate::session::words::{cells, counted, listed, shell_word, short, whole_cells, wrapped};
 use crate::session::{DataFolder, DescribedColumns, Session, StoreError, TableUnits, parallel};
 
 /// Number of rows that are converted to text together.
@@ -68,7 +68,7 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
     let session = super::session(&arguments.manifest, &arguments.set, data);
     let table: TableSource = match (&arguments.sql, &arguments.stage) {
         (Some(_), Some(stage)) => {
-            let manifest = arguments.manifest.display();
+            let manifest = shell_word(&arguments.manifest);
             let message = format!(
                 "`--sql` takes no stage beside it; name the stage in the query: `asperity table {manifest} \
                  --sql 'select * from \"{stage}\"'`"

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use super::Shard;
 use super::names::{TaskNameError, UnknownName};
 use asperity_contact::morphology::map::MapError;
-use asperity_manifest::diagnostics::{ManifestErrors, counted};
+use asperity_manifest::diagnostics::{ManifestErrors, counted, shell_word};
 use asperity_pipeline::data_folder::OpenError;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::key::TaskKey;
@@ -87,7 +87,7 @@ pub enum SessionError {
         "the store `{}` does not contain the maps of task {task}, only its rows; run `asperity run {}` to \
          compute them again",
         store.display(),
-        manifest.display()
+        shell_word(manifest)
     )]
     NoMaps { task: TaskKey, store: PathBuf, manifest: PathBuf },
     #[error("task {task} has no map; choose a task of a `generate` or `solve` stage")]
@@ -116,15 +116,18 @@ pub enum SessionError {
     #[error(
         "`{study}` is already in the queue as job {job}; `asperity status {}` shows its progress, \
          `asperity cancel {}` cancels it",
-        manifest.display(),
-        manifest.display()
+        shell_word(manifest),
+        shell_word(manifest)
     )]
     InQueue { study: String, job: String, manifest: PathBuf },
-    #[error("`{study}` has not been submitted; run `asperity submit {}` first", manifest.display())]
+    #[error(
+        "`{study}` has not been submitted; run `asperity submit {}` first",
+        shell_word(manifest)
+    )]
     NotSubmitted { study: String, manifest: PathBuf },
     #[error(
         "`{name}` has no results for the current manifest; run `asperity run {}` first",
-        manifest.display()
+        shell_word(manifest)
     )]
     NotComputed {
         /// Name of the stage or of the study.

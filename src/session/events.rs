@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use bytesize::ByteSize;
 
-use super::words::{chain, counted, duration};
+use super::words::{chain, counted, duration, shell_word};
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::plan::Plan;
@@ -232,7 +232,7 @@ impl fmt::Display for Notice<'_> {
                 formatter,
                 "`{stage}` is incomplete, {finished} of {} computed; `asperity run {}` continues",
                 counted(*tasks, "task"),
-                manifest.display(),
+                shell_word(manifest),
             ),
         }
     }

@@ -1,11 +1,11 @@
 //! Failed tasks of a run: their rows, the table of failures, and the messages about them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use arrow::array::Array;
 use arrow::util::display::array_value_to_string;
 
-use super::words::counted;
+use super::words::{counted, shell_word};
 use super::{Session, SessionError, Setting};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::PublishedTable;
@@ -60,12 +60,7 @@ pub(super) fn write(
 
 /// Returns the command that computes a single task.
 fn command(session: &Session, key: TaskKey) -> String {
-    let word = |path: &Path| {
-        let path = path.to_string_lossy();
-        let quoted = shlex::try_quote(&path).map(|word| word.into_owned());
-        quoted.unwrap_or_else(|_| path.into_owned())
-    };
-    let [data, manifest] = [session.data().path(), session.manifest()].map(word);
+    let [data, manifest] = [session.data().path(), session.manifest()].map(shell_word);
     let settings: String = session.settings().iter().map(Setting::option).collect();
     format!("asperity --data {data} run {manifest}{settings} --only {key}")
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 pub use asperity_manifest::decimal::written;
-pub use asperity_manifest::diagnostics::{chain, counted, listed, wrapped};
+pub use asperity_manifest::diagnostics::{chain, counted, listed, shell_word, wrapped};
 pub use asperity_tables::cells::{cells, whole_cells};
 
 /// Formats a number with six significant digits, without trailing zeros.

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::archive::{Archive, ArchivePaths, CHECKSUMS, Source, is_archive};
 use super::research_object::{self, Described, Role, Whole};
 use super::{ShareError, ShareOptions};
-use asperity_manifest::diagnostics::counted;
+use asperity_manifest::diagnostics::{counted, shell_word};
 use asperity_manifest::names;
 use asperity_pipeline::data_folder::DataFolder;
 use asperity_pipeline::manifest::composition::EffectiveManifest;
@@ -307,6 +307,7 @@ struct Facts<'a> {
 /// Returns the text of `README.txt`.
 fn readme(facts: &Facts) -> String {
     let Facts { study, manifest, .. } = facts;
+    let quoted = shell_word(Path::new(manifest));
     let runs = match facts.stored {
         Some((there, all)) if there == all => {
             "has nothing to compute: data/store/ contains all tables"
@@ -329,9 +330,9 @@ fn readme(facts: &Facts) -> String {
          \n\
          Check all files: sha256sum --check {CHECKSUMS}\n\
          Commands for this folder, with asperity {version}:\n\
-         \n    asperity columns {manifest}          what the columns mean\
-         \n    asperity table {manifest} STAGE      a table\
-         \n    asperity run {manifest}              {runs}\n\
+         \n    asperity columns {quoted}          what the columns mean\
+         \n    asperity table {quoted} STAGE      a table\
+         \n    asperity run {quoted}              {runs}\n\
          {incomplete}",
         about = facts.about,
         metadata = research_object::FILE,

@@ -8,6 +8,7 @@ use std::collections::HashSet;
 use std::error::Error;
 use std::fmt;
 use std::ops::Range;
+use std::path::Path;
 
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
 use thiserror::Error;
@@ -391,6 +392,13 @@ pub fn suggestion<'a>(
 pub fn counted(number: usize, thing: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
     format!("{number} {thing}{plural}")
+}
+
+/// Quotes a path as one word of a shell command.
+pub fn shell_word(path: &Path) -> String {
+    let path = path.to_string_lossy();
+    let word = shlex::try_quote(&path).map(|word| word.into_owned());
+    word.unwrap_or_else(|_| path.replace('\0', ""))
 }
 
 /// Formats words in backticks as a list, with `and` before the last word: `a`, `b` and `c`.

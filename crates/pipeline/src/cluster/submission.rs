@@ -13,6 +13,7 @@ use crate::cluster::settings::Settings;
 use crate::cluster::sizing::Sizing;
 use crate::cluster::slurm::Job;
 use crate::manifest::setting::Setting;
+use asperity_manifest::diagnostics::shell_word;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, write_whole};
 
@@ -106,12 +107,12 @@ impl Scripts {
             minutes: duration(sizing.minutes),
             directives: directives(settings),
             before: settings.before.as_deref().unwrap_or_default(),
-            program: quoted(&paths.program),
-            data: quoted(&paths.data),
-            path: quoted(&paths.manifest),
+            program: shell_word(&paths.program),
+            data: shell_word(&paths.data),
+            path: shell_word(&paths.manifest),
             manifest: paths.manifest.display().to_string(),
             // Slurm replaces patterns such as `%j` by numbers.
-            logs: quoted(&paths.folder.join("logs")).replace('%', "%%"),
+            logs: shell_word(&paths.folder.join("logs")).replace('%', "%%"),
             report: options.report,
             replace: options.replace,
             settings: options.settings.iter().map(Setting::option).collect(),
@@ -173,13 +174,6 @@ fn directives(settings: &Settings) -> Vec<String> {
 /// Formats minutes as Slurm does: `2:05:00`.
 fn duration(minutes: u32) -> String {
     format!("{}:{:02}:00", minutes / 60, minutes % 60)
-}
-
-/// Quotes a path as one word for the shell.
-fn quoted(path: &Path) -> String {
-    let path = path.to_string_lossy();
-    let word = shlex::try_quote(&path).map(|word| word.into_owned());
-    word.unwrap_or_else(|_| path.replace('\0', ""))
 }
 
 /// Record of what has been submitted for a study.

@@ -31,7 +31,7 @@ use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::Preparation;
 use asperity_contact::topography::surface::Axis;
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean};
+use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean, shell_word};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{
     always_pair, length, positive_items, required, swept, unit_of_lengths,
@@ -550,7 +550,8 @@ fn no_channel(path: &Spanned<String>, table: &FileTable, error: &ChannelError) -
             problem.help(format!("{meant}the channels of the file are {}", all.join(", ")))
         }
         ChannelError::OutOfRange { .. } | ChannelError::Ambiguous { .. } => {
-            problem.help(format!("list the channels with `asperity surface {}`", path.value))
+            let path = shell_word(Path::new(&path.value));
+            problem.help(format!("list the channels with `asperity surface {path}`"))
         }
     }
 }

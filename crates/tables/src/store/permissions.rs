@@ -131,6 +131,9 @@ impl fmt::Display for Denied {
         let kind = if obstacle.is_folder { "folder" } else { "file" };
         let (owner, group) = (user_name(obstacle.owner), group_name(obstacle.group));
         let path = obstacle.path.display();
+        // A path of NUL characters does not exist.
+        let text = obstacle.path.to_string_lossy();
+        let word = shlex::try_quote(&text).unwrap_or_default();
         write!(
             formatter,
             "Permission denied: the {kind} `{path}` belongs to user {owner} and group {group} \
@@ -149,15 +152,15 @@ impl fmt::Display for Denied {
             return write!(
                 formatter,
                 "; the sticky bit (`t`) protects files of other users, so {owner} must run \
-                 `chmod -t {path}`"
+                 `chmod -t {word}`"
             );
         };
         if obstacle.owner == user.id {
-            write!(formatter, "; run `chmod u+{needs} {path}`")
+            write!(formatter, "; run `chmod u+{needs} {word}`")
         } else if user.groups.contains(&obstacle.group) {
             write!(
                 formatter,
-                "; {owner} must run `chmod g+{needs} {path}`, and `umask 002` before \
+                "; {owner} must run `chmod g+{needs} {word}`, and `umask 002` before \
                 the next run"
             )
         } else {
