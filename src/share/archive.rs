@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Seek, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Component, Path, PathBuf};
 use std::{fs, io};
 
@@ -62,9 +62,66 @@ fn about(path: &Path) -> impl FnOnce(io::Error) -> io::Error {
 
 /// Writer of an archive that records checksums.
 pub struct Archive<W: Write + Seek> {
-    zip: ZipWriter<W>,
+    zip: ZipWriter<UntilFailure<W>>,
     /// Lines in the format of `sha256sum`.
     checksums: String,
+}
+
+/// Output that pretends to write after its first error. `ZipWriter` completes the archive when it
+/// is dropped, and would print a second error to the terminal.
+struct UntilFailure<W> {
+    output: W,
+    position: u64,
+    has_failed: bool,
+}
+
+impl<W> UntilFailure<W> {
+    fn new(output: W) -> UntilFailure<W> {
+        UntilFailure { output, position: 0, has_failed: false }
+    }
+
+    /// Returns the result of an operation on the output.
+    fn noted<T>(&mut self, done: io::Result<T>) -> io::Result<T> {
+        let is_failure = |error: &io::Error| error.kind() != io::ErrorKind::Interrupted;
+        self.has_failed = done.as_ref().is_err_and(is_failure);
+        done
+    }
+}
+
+impl<W: Write> Write for UntilFailure<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = if self.has_failed {
+            bytes.len()
+        } else {
+            let written = self.output.write(bytes);
+            self.noted(written)?
+        };
+        self.position += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        if self.has_failed {
+            return Ok(());
+        }
+        let flushed = self.output.flush();
+        self.noted(flushed)
+    }
+}
+
+impl<W: Seek> Seek for UntilFailure<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.position = match to {
+            SeekFrom::Start(position) if self.has_failed => position,
+            SeekFrom::Current(by) if self.has_failed => self.position.saturating_add_signed(by),
+            SeekFrom::End(_) if self.has_failed => self.position,
+            _ => {
+                let sought = self.output.seek(to);
+                self.noted(sought)?
+            }
+        };
+        Ok(self.position)
+    }
 }
 
 /// Returns whether a file is an archive of a study: a ZIP file with the list of checksums.
@@ -76,7 +133,7 @@ pub fn is_archive(path: &Path) -> bool {
 impl<W: Write + Seek> Archive<W> {
     /// Creates an archive without files.
     pub fn new(output: W) -> Archive<W> {
-        Archive { zip: ZipWriter::new(output), checksums: String::new() }
+        Archive { zip: ZipWriter::new(UntilFailure::new(output)), checksums: String::new() }
     }
 
     /// Adds a file under `path`, with `/` between folders.
@@ -107,7 +164,7 @@ impl<W: Write + Seek> Archive<W> {
         }
         let digits = hash.finalize().into_iter().map(|byte| format!("{byte:02x}"));
         let digits: String = digits.collect();
-        self.checksums += &format!("{digits}  {path}\n");
+        self.checksums += &checksum_line(&digits, path);
         Ok(())
     }
 
@@ -118,8 +175,16 @@ impl<W: Write + Seek> Archive<W> {
     pub fn finish(mut self) -> io::Result<W> {
         let checksums = std::mem::take(&mut self.checksums);
         self.add(CHECKSUMS, &Source::Bytes(checksums.into_bytes()))?;
-        Ok(self.zip.finish()?)
+        Ok(self.zip.finish()?.output)
     }
+}
+
+/// Returns the line of `sha256sum` about a file. The digits begin with a backslash if characters of
+/// the path are escaped, since a line break would end the line.
+fn checksum_line(digits: &str, path: &str) -> String {
+    let escaped = path.replace('\\', "\\\\").replace('\n', "\\n").replace('\r', "\\r");
+    let mark = if escaped == path { "" } else { "\\" };
+    format!("{mark}{digits}  {escaped}\n")
 }
 
 /// Paths of a manifest and its files in an archive, with `/` between folders.
@@ -254,6 +319,26 @@ mod tests {
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad  a/text.txt\n";
         assert!(list.starts_with(expected), "{list}");
         assert_eq!(list.lines().count(), 2);
+    }
+
+    #[test]
+    fn an_archive_that_finds_no_room_is_an_error_and_is_dropped_quietly() {
+        let whole = archive();
+        for room in 0..=whole.len() {
+            let mut archive = Archive::new(Cursor::new(vec![0; room].into_boxed_slice()));
+            let text = Source::Bytes(b"abc".to_vec());
+            let written = archive.add("a/text.txt", &text);
+            let table = Source::Bytes(b"rows".to_vec());
+            let written = written.and_then(|()| archive.add("b/table.parquet", &table));
+            let finished = written.and_then(|()| archive.finish());
+            assert_eq!(finished.is_ok(), room == whole.len(), "{room}");
+        }
+    }
+
+    #[test]
+    fn names_with_line_breaks_are_escaped_as_sha256sum_does() {
+        assert_eq!(checksum_line("ab12", "a b.txt"), "ab12  a b.txt\n");
+        assert_eq!(checksum_line("ab12", "a\nb\\c\r"), "\\ab12  a\\nb\\\\c\\r\n");
     }
 
     #[test]

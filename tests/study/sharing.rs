@@ -8,6 +8,7 @@ use serde_json::Value;
 use zip::ZipArchive;
 
 use crate::bench::{Bench, STUDY, is_idle, text};
+use crate::disk::Disk;
 
 const DAY: &str = "2026-11-22";
 
@@ -191,6 +192,47 @@ fn what_is_not_the_study_as_it_is_now_is_not_shared() {
     let (code, printed) = share(&bench);
     let why = "the table of `area` is out of date";
     assert!(code == Some(2) && printed.contains(why), "{printed}");
+}
+
+#[test]
+fn a_full_disk_is_reported_once() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let Some(disk) = Disk::mount(&bench.path("disk")) else {
+        return;
+    };
+    disk.resize(2);
+    let [manifest, output] = [bench.path("study.toml"), bench.path("disk/s.zip")];
+    let [manifest, output] = [&manifest, &output].map(|path| path.to_str().unwrap());
+    let shared = bench.output(&["share", manifest, "--output", output]);
+    assert_eq!(shared.status.code(), Some(1));
+    let printed = text(&shared.stderr);
+    assert!(printed.contains("No space left on device"), "{printed}");
+    assert_eq!(printed.lines().count(), 1, "{printed}");
+}
+
+#[test]
+fn names_with_line_breaks_pass_their_checksums_and_hints_are_commands() {
+    let bench = Bench::new();
+    let manifest = bench.path("two\nlines and 'quotes'.toml");
+    fs::write(&manifest, STUDY).unwrap();
+    let manifest = manifest.to_str().unwrap();
+    let early = bench.output(&["share", manifest]);
+    let printed = text(&early.stderr);
+    assert!(printed.contains("first"), "{printed}");
+    // The terminal shows the line break escaped; everything else is one word of the shell.
+    let hint = printed.split('`').find(|text| text.starts_with("asperity run ")).unwrap();
+    assert_eq!(shlex::split(hint).unwrap().len(), 3, "{hint}");
+    assert!(bench.output(&["run", manifest]).status.success());
+    let output = bench.path("s.zip");
+    assert!(
+        bench.output(&["share", manifest, "--output", output.to_str().unwrap()]).status.success()
+    );
+    let unpacked = unpack(&output);
+    let mut checked = Command::new("sha256sum");
+    checked.args(["--check", "--strict", "--quiet", "SHA256SUMS"]).current_dir(unpacked.path(""));
+    let checked = checked.output().unwrap();
+    assert!(checked.status.success(), "{}", text(&checked.stderr));
 }
 
 #[test]
