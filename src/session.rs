@@ -74,6 +74,9 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
 
 use asperity_claims::PaperClaims;
 use asperity_pipeline::data_folder;
@@ -311,7 +314,7 @@ impl Session<'_> {
     fn open(&self) -> Result<Store, SessionError> {
         // Ignore errors: unfinished files do no harm.
         let _ = data_folder::delete_unfinished(&self.data, &HostState::here());
-        Ok(self.data.open()?)
+        while_waiting(&self.data, self.observer, || Ok(self.data.open()?))
     }
 
     /// Opens the store for reading. The observer receives a notice about each listed store that
@@ -327,10 +330,32 @@ impl Session<'_> {
     }
 }
 
+/// Time of waiting for the lock of a store after which the observer receives a notice.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Calls `open`, which opens the stores of a data folder. If it waits for the lock of a store, the
+/// observer receives a notice after a second.
+fn while_waiting<T>(data: &DataFolder, observer: &dyn Observer, open: impl FnOnce() -> T) -> T {
+    let Some(store) = data.locked_store() else {
+        return open();
+    };
+    let (opened, is_opened) = mpsc::channel::<()>();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            if is_opened.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                observer.on_event(Event::Notice(Notice::Waiting(&store)));
+            }
+        });
+        let stores = open();
+        drop(opened);
+        stores
+    })
+}
+
 /// Opens the store of a data folder for reading. The observer receives a notice about each listed
 /// store that cannot be used.
 fn open_read_only(data: &DataFolder, observer: &dyn Observer) -> Result<Store, SessionError> {
-    let (store, unusable) = data.open_available()?;
+    let (store, unusable) = while_waiting(data, observer, || data.open_available())?;
     let notices = unusable.iter().map(|error| Event::Notice(Notice::UnusableStore(error)));
     notices.for_each(|notice| observer.on_event(notice));
     Ok(store)

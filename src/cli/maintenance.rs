@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use indicatif::{DecimalBytes, ProgressBar};
 
-use super::{Failure, SetArguments, print_answer};
+use super::{Failure, SetArguments, print_answer, print_notice};
 use crate::session::maintenance::{self, Finding, PruneOptions, Pruned, Verification};
 use crate::session::words::{chain, counted};
 use crate::session::{DataFolder, StoreError};
@@ -38,10 +38,12 @@ pub fn verify(arguments: &VerifyArguments, data: &DataFolder) -> Result<ExitCode
     let session = manifest.as_deref().map(|manifest| super::session(manifest, set, data));
     // The bar is hidden unless stderr is a terminal.
     let bar = ProgressBar::new(0);
-    let verification = maintenance::verify(data, session.as_ref(), arguments.stores, &|tables| {
+    let checked = |tables| {
         bar.set_length(tables as u64);
         bar.inc(1);
-    })?;
+    };
+    let (session, stores) = (session.as_ref(), arguments.stores);
+    let verification = maintenance::verify(data, session, stores, &print_notice, &checked)?;
     bar.finish_and_clear();
 
     print_answer(arguments.json, &verification, || verify_text(&verification))?;

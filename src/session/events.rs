@@ -120,6 +120,8 @@ pub enum Notice<'a> {
     },
     /// A read-only store that a settings file lists cannot be used.
     UnusableStore(&'a StoreError),
+    /// Another process deletes tables of this store, and the command waits until it has ended.
+    Waiting(&'a Path),
     /// The record of the run could not be written.
     RecordNotSaved(&'a StoreError),
     /// Path of a missing file of a measured surface. The results for its last known version are
@@ -154,6 +156,7 @@ impl Notice<'_> {
             | Notice::UnusableStore(_)
             | Notice::RecordNotSaved(_) => Severity::Warning,
             Notice::ScarceMemory { .. }
+            | Notice::Waiting(_)
             | Notice::OtherManifest { .. }
             | Notice::Orphan(_)
             | Notice::Recalled(_)
@@ -190,6 +193,11 @@ impl fmt::Display for Notice<'_> {
                     None => write!(formatter, "{cause}; left in place and computed again"),
                 }
             }
+            Notice::Waiting(store) => write!(
+                formatter,
+                "waiting for the lock of `{}`, which a process that deletes tables has",
+                store.display()
+            ),
             Notice::UnusableStore(error) => formatter.write_str(&chain(*error)),
             Notice::Edited { path, quarantined } => write!(
                 formatter,

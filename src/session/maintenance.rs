@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use serde::{Serialize, Serializer};
 
-use super::{DataFolder, Session, SessionError};
+use super::{DataFolder, Observer, Session, SessionError, while_waiting};
 use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names;
 use asperity_pipeline::plan::Plan;
@@ -77,7 +77,7 @@ pub struct PruneOptions {
 ///
 /// If `with_layers` is set, also verifies the tables in the read-only stores below the store of the
 /// data folder. Damaged files there are left in place. `checked` is called after each table with
-/// the total number of tables.
+/// the total number of tables. The observer receives a notice if the store is locked.
 ///
 /// # Errors
 /// Returns an error if the manifest is invalid, a folder cannot be listed, or a read-only store
@@ -86,10 +86,12 @@ pub fn verify(
     data: &DataFolder,
     study: Option<&Session<'_>>,
     with_layers: bool,
+    observer: &dyn Observer,
     checked: &(dyn Fn(usize) + Sync),
 ) -> Result<Verification, SessionError> {
     let plan = study.map(|session| Ok::<_, SessionError>(session.reading()?.plan)).transpose()?;
-    let (plan, store) = (plan.as_ref(), Store::open_read_only(&data.store())?);
+    let plan = plan.as_ref();
+    let store = while_waiting(data, observer, || Store::open_read_only(&data.store()))?;
     let mut tables = tables(plan, data)?;
     let own = tables.len();
     let layered = with_layers.then(|| study.map_or(data, Session::data).open_read_only());

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::process::Stdio;
+use std::thread::sleep;
+use std::time::Duration;
 
+use asperity::tables::store::users::Lock;
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, assert_same_files, is_idle, left_behind, text};
@@ -108,6 +111,25 @@ fn nothing_is_deleted_while_somebody_uses_the_store() {
     drop(reader);
     assert!(bench.output(&arguments).status.success());
     assert!(bench.files().len() < before.len());
+}
+
+#[test]
+fn a_command_that_waits_for_the_lock_says_so() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let pruning = Lock::exclusive(&bench.data().join("store")).unwrap().unwrap();
+    let manifest = bench.path("study.toml");
+    let mut status = bench.asperity(&["status", manifest.to_str().unwrap()]);
+    let status = status.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    sleep(Duration::from_millis(1500));
+    drop(pruning);
+    let told = status.wait_with_output().unwrap();
+    assert!(told.status.success());
+    let printed = text(&told.stderr);
+    assert_eq!(printed.matches("note: waiting for the lock of").count(), 1, "{printed}");
+    // A command that does not wait says nothing.
+    let told = bench.output(&["status", manifest.to_str().unwrap()]);
+    assert!(!text(&told.stderr).contains("waiting"), "{}", text(&told.stderr));
 }
 
 #[test]

@@ -146,6 +146,14 @@ impl DataFolder {
         Ok(Store::open_read_only(&self.store())?.above(&self.listed_stores()?))
     }
 
+    /// Returns the folder of the first store, own or listed, that another process has locked to
+    /// delete tables. Opening the stores waits for this process.
+    pub fn locked_store(&self) -> Option<PathBuf> {
+        let listed = self.listed_stores().unwrap_or_default().into_iter();
+        let folders = listed.flat_map(|listed| [listed.path.join("store"), listed.path]);
+        std::iter::once(self.store()).chain(folders).find(|folder| Lock::is_exclusive(folder))
+    }
+
     /// Returns the read-only stores of the nearest settings file that lists any.
     fn listed_stores(&self) -> Result<Vec<ListedStore>, ManifestErrors> {
         for file in &self.settings {

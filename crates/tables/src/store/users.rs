@@ -48,6 +48,13 @@ impl Lock {
         Ok(Lock { _file: locked.then_some(file) })
     }
 
+    /// Returns whether another process has the exclusive lock of the store in a folder, so that
+    /// [`Lock::share`] would wait.
+    pub fn is_exclusive(folder: &Path) -> bool {
+        let file = File::open(folder.join(LOCK)).ok();
+        file.is_some_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+    }
+
     /// Takes the shared lock of a store that must not be changed. Returns `None` if the store
     /// cannot be locked.
     pub(super) fn share_read_only(folder: &Path) -> Option<Lock> {
@@ -224,8 +231,10 @@ mod tests {
     #[test]
     fn the_exclusive_lock_makes_others_wait() {
         let folder = tempfile::tempdir().unwrap();
+        assert!(!Lock::is_exclusive(folder.path()));
         let alone = Lock::exclusive(folder.path()).unwrap().unwrap();
         assert!(Lock::exclusive(folder.path()).unwrap().is_none());
+        assert!(Lock::is_exclusive(folder.path()));
         std::thread::scope(|scope| {
             let waiting = scope.spawn(|| Lock::share(folder.path()).map(drop));
             drop(alone);
