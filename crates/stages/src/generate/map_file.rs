@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use asperity_contact::grid::{Cell, Grid};
-use asperity_contact::topography::surface::{Scan, SurfaceError};
+use asperity_contact::topography::surface::{Scan, SurfaceError, check_range};
 use asperity_topography_files::{
     ChannelError, NpyError, Quantity, Size, TopographyFileError, formats, npy_array, read,
 };
@@ -166,7 +166,8 @@ impl MapFile {
     /// they are `None`, with the sides in the file.
     ///
     /// # Errors
-    /// If sides are neither given nor in the file, or if a scaled height overflows.
+    /// If sides are neither given nor in the file, or if a scaled height is not finite or so high
+    /// that squares of it overflow.
     pub fn scan(self, side: Option<[f64; 2]>, height_scale: f64) -> Result<Scan, MapFileError> {
         let side = side.or(self.size.sides()).ok_or(MapFileError::NoSize)?;
         let cell = Cell::new(side).map_err(SurfaceError::from)?;
@@ -180,6 +181,7 @@ impl MapFile {
                 return Err(MapFileError::Surface(SurfaceError::NotFinite { row, column, height }));
             }
         }
+        check_range(grid, &heights)?;
         Ok(Scan::new(grid, heights)?)
     }
 }
@@ -235,9 +237,12 @@ mod tests {
     #[test]
     fn heights_beyond_all_numbers_are_refused() {
         let file = MapFile::read(TEXT.as_bytes(), None).unwrap();
-        assert!(file.scan(Some([1.0, 1.0]), f64::MAX).is_ok());
+        assert!(file.clone().scan(Some([1.0, 1.0]), 1e90).is_ok());
+        assert!(file.scan(Some([1.0, 1.0]), 1e110).is_err());
         let large = "1e308 1 1 1\n1 1 1 1\n1 1 1 1\n1 1 1 1\n";
         let file = MapFile::read(large.as_bytes(), None).unwrap();
+        // Sums of squares of such heights overflow, although the heights do not.
+        assert!(file.clone().scan(Some([1.0, 1.0]), 1.0).is_err());
         assert!(file.clone().scan(Some([1.0, 1.0]), 100.0).is_err());
         assert_eq!(file.scan(None, 1.0).unwrap_err(), MapFileError::NoSize);
     }
