@@ -63,9 +63,13 @@ fn verify_text(verification: &Verification) -> String {
 
 fn closing(verification: &Verification) -> String {
     let checked = counted(verification.checked, "table");
-    let is_edited = |finding: &&Finding| matches!(finding.cause, StoreError::Changed { .. });
-    let edited = verification.damaged.iter().filter(is_edited).count();
-    let tables = match verification.damaged.len() - edited {
+    let count = |is_of_kind: fn(&StoreError) -> bool| {
+        verification.damaged.iter().filter(|finding| is_of_kind(&finding.cause)).count()
+    };
+    let edited = count(|cause| matches!(cause, StoreError::Changed { .. }));
+    let unfinished = count(|cause| matches!(cause, StoreError::Interrupted { .. }));
+    let unread = count(|cause| !cause.is_recomputable()) - edited - unfinished;
+    let mut text = match verification.damaged.len() - edited - unfinished - unread {
         0 => format!("{checked} checked, none damaged"),
         damaged => {
             format!(
@@ -73,12 +77,16 @@ fn closing(verification: &Verification) -> String {
             )
         }
     };
-    match edited {
-        0 => tables,
-        _ => {
-            format!("{tables}\nedited pages and figures: {edited}; `asperity report` rewrites them")
+    for (count, line) in [
+        (unread, "files that cannot be read: {}; they were not checked"),
+        (edited, "edited pages and figures: {}; `asperity report` rewrites them"),
+        (unfinished, "unfinished pages and figures: {}; `asperity report` writes them again"),
+    ] {
+        if count > 0 {
+            text += &format!("\n{}", line.replace("{}", &count.to_string()));
         }
     }
+    text
 }
 
 #[derive(clap::Args)]

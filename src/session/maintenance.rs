@@ -15,7 +15,6 @@ use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::{adaptive_sampling, data_folder, results};
-use asperity_report::changed_files;
 use asperity_tables::parallel;
 use asperity_tables::parquet::{self, ParquetError};
 use asperity_tables::store::files::{quarantine, verify_whole};
@@ -162,15 +161,13 @@ fn of_plan(mut found: Vec<StoredFile>, plan: Option<&Plan>) -> Vec<StoredFile> {
     found
 }
 
-/// Returns the edited pages and figures of one study or of all. They are not moved, because a
-/// report writes them again.
+/// Returns the edited and unfinished pages and figures of one study or of all. They are not moved,
+/// because a report writes them again.
 fn edited_pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Finding>, StoreError> {
     let mut folders = listing::folders(&data.results())?;
     folders.retain(|folder| plan.is_none_or(|plan| folder.ends_with(&plan.study)));
-    let changed = folders.iter().flat_map(|folder| changed_files(folder));
-    let findings =
-        changed.map(|path| Finding { cause: StoreError::Changed { path }, quarantined: None });
-    Ok(findings.collect())
+    let causes = folders.iter().flat_map(|folder| asperity_report::problems(folder));
+    Ok(causes.map(|cause| Finding { cause, quarantined: None }).collect())
 }
 
 /// Verifies a table. If it is damaged and in the data folder, whose store is `own`, quarantines it.

@@ -210,6 +210,19 @@ fn a_folder_that_may_not_be_written_is_named_and_what_is_there_is_read() {
 }
 
 #[test]
+fn a_file_that_may_not_be_read_is_not_called_damaged() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let files = bench.files().into_keys();
+    let victim = files.map(|path| bench.data().join(path)).find(|path| is_table(path)).unwrap();
+    fs::set_permissions(&victim, fs::Permissions::from_mode(0o000)).unwrap();
+    let message = printed(&by_anybody(&bench, &["verify"]));
+    assert!(message.contains("Permission denied"), "{message}");
+    assert!(message.contains("checked, none damaged"), "{message}");
+    assert!(message.contains("files that cannot be read: 1"), "{message}");
+}
+
+#[test]
 fn a_read_only_disk_is_read_and_named_when_it_should_be_written() {
     let bench = Bench::new();
     let Some(disk) = Disk::mount(&bench.data()) else {

@@ -385,6 +385,14 @@ fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is()
         assert!(path.exists());
         fs::write(&path, written).unwrap();
     }
+    // A report that ends while it writes figures leaves a note beside them.
+    fs::write(folder.join("figures/slope.svg"), "another figure").unwrap();
+    fs::write(folder.join(".report-unfinished"), "").unwrap();
+    let said = text(&verify().stdout);
+    assert!(said.contains("`asperity report` was interrupted"), "{said}");
+    assert!(bench.output(&["report", bench.path("study.toml").to_str().unwrap()]).status.success());
+    assert!(verify().status.success());
+    assert!(!folder.join(".report-unfinished").exists());
     let by_hand = bench.data().join("results/small/area.parquet");
     fs::write(&by_hand, "edited").unwrap();
     assert_eq!(verify().status.code(), Some(1));

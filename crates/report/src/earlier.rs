@@ -106,9 +106,34 @@ fn digest(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_string()
 }
 
-/// Returns the page and the figures in a folder that were changed after the report was written.
-/// Waits while a report is being written.
-pub fn changed_files(folder: &Path) -> Vec<PathBuf> {
+/// Name of the file in the folder of a report that exists while the report is being written.
+const UNFINISHED: &str = ".report-unfinished";
+
+/// Notes that a report is being written. A process that is killed leaves the note.
+pub fn begin(folder: &Path) {
+    // Ignore errors: if the folder cannot be written, the report fails.
+    let _ = fs::write(folder.join(UNFINISHED), "");
+}
+
+/// Removes the note that a report is being written.
+pub fn end(folder: &Path) {
+    let _ = fs::remove_file(folder.join(UNFINISHED));
+}
+
+/// Returns an error for each page and figure in a folder that differs from what the report wrote:
+/// somebody has edited it, or a report was interrupted. Waits while a report is being written.
+pub fn problems(folder: &Path) -> Vec<StoreError> {
+    let changed = changed_files(folder).into_iter();
+    let is_interrupted = folder.join(UNFINISHED).exists();
+    let problem = |path: PathBuf| match is_interrupted {
+        true => StoreError::Interrupted { path },
+        false => StoreError::Changed { path },
+    };
+    changed.map(problem).collect()
+}
+
+/// Returns the page and the figures in a folder that differ from what the report wrote.
+fn changed_files(folder: &Path) -> Vec<PathBuf> {
     let _unchanging = lock_to_read(folder);
     let page = folder.join(PAGE);
     let Ok(bytes) = fs::read(&page) else {
@@ -228,6 +253,16 @@ mod tests {
         assert_eq!(found, Vec::<PathBuf>::new());
         fs::write(&page, "half a page").unwrap();
         assert_eq!(changed_files(folder.path()), [page]);
+    }
+
+    #[test]
+    fn an_interrupted_report_was_not_edited() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(PAGE), "half a page").unwrap();
+        begin(folder.path());
+        assert!(matches!(problems(folder.path())[..], [StoreError::Interrupted { .. }]));
+        end(folder.path());
+        assert!(matches!(problems(folder.path())[..], [StoreError::Changed { .. }]));
     }
 
     #[test]

@@ -86,14 +86,20 @@ pub fn report_of(results: &Path, study: &str) -> [Option<String>; 2] {
     [Some(format!("{study}/{PAGE}")), picture.map(|picture| format!("{study}/{picture}"))]
 }
 
-/// Returns what is wrong with the report of a study: files that were changed by hand.
+/// Returns what is wrong with the report of a study: files that were changed by hand, or that an
+/// interrupted report has left.
 pub fn problems_of_report(results: &Path, study: &str) -> Vec<String> {
-    let changed = earlier::changed_files(&results.join(study));
     let name = |path: &PathBuf| path.strip_prefix(results).unwrap_or(path).display().to_string();
-    changed
-        .iter()
-        .map(|path| format!("`{}` was changed since it was written", name(path)))
-        .collect()
+    let in_words = |problem: &StoreError| match problem {
+        StoreError::Changed { path } => {
+            format!("`{}` was changed since it was written", name(path))
+        }
+        StoreError::Interrupted { path } => {
+            format!("`{}` was not finished by an interrupted report", name(path))
+        }
+        other => other.to_string(),
+    };
+    earlier::problems(&results.join(study)).iter().map(in_words).collect()
 }
 
 /// Writes the page of these studies into the folder of results and returns its path.

@@ -50,7 +50,7 @@ mod units;
 pub use charts::map_panel::{BarNumbers, ColourBar, MapPanel, ScaleBar};
 pub use charts::raster::{Raster, Scale};
 pub use charts::svg::PixelsError;
-pub use earlier::{changed_files, check_folder};
+pub use earlier::{check_folder, problems};
 pub use ensembles::Bars;
 pub use units::{digits, length_in_words, pressure_in_words};
 
@@ -250,11 +250,13 @@ pub fn write(
     make_folder(folder)?;
     // The page contains digests of the figures, so `verify` must see either both or none.
     let _alone = lock_to_write(folder);
+    earlier::begin(folder);
     let pictures = folder.join(FIGURES);
     write_figures(&there, earlier::figure_files(&page), &pictures)?;
     let text = page::html(subject, &data, &there, &missing, &basis, folder);
     let text = earlier::sealed(text);
     write_whole(&page, text.as_bytes(), Existing::Replace, folder)?;
+    earlier::end(folder);
     Ok(Report {
         page,
         figures: pictures,
