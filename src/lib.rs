@@ -80,9 +80,9 @@ mod share;
 
 pub use asperity_contact as contact;
 pub use asperity_pipeline::{direct, plan, study};
-/// Reader of spectrum files, public for fuzz tests only.
+/// Readers of files, public for fuzz tests and the Python module only.
 #[doc(hidden)]
-pub use asperity_stages::spectrum_files;
+pub use asperity_stages::{spectrum_files, surface_files};
 pub use asperity_statistics as statistics;
 pub use asperity_tables as tables;
 pub use asperity_topography_files as topography_files;

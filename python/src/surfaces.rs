@@ -1,6 +1,5 @@
 //! Functions that generate, read and prepare height maps.
 
-use std::fs;
 use std::path::PathBuf;
 
 use asperity::contact::topography::alignment::{Alignment, LineFit, MAX_DEGREE};
@@ -10,6 +9,8 @@ use asperity::contact::topography::outliers::{MAX_WINDOW, Spikes, islands};
 use asperity::contact::topography::preparation::Crop;
 use asperity::contact::topography::surface::Axis;
 use asperity::direct;
+use asperity::surface_files::{MAX_BYTES, SurfaceFileError};
+use asperity::tables::store::regular::read_regular;
 use asperity::topography_files::{Quantity, Size};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -53,7 +54,11 @@ type Read<'py> = (
 #[pyfunction]
 #[pyo3(signature = (path, channel=None))]
 pub fn read<'py>(py: Python<'py>, path: PathBuf, channel: Option<String>) -> PyResult<Read<'py>> {
-    let bytes = py.detach(|| fs::read(&path))?;
+    let bytes = py.detach(|| read_regular(&path, MAX_BYTES));
+    let bytes = bytes.map_err(|source| match source.raw_os_error() {
+        Some(_) => source.into(),
+        None => surface_error(py, &SurfaceFileError::Read { path: path.clone(), source }),
+    })?;
     let file = py.detach(|| asperity::topography_files::read(&bytes));
     let file = file.map_err(|error| surface_error(py, &error))?;
     let index = match &channel {

@@ -125,6 +125,8 @@ def test_what_cannot_be_read_is_named():
     scan = Path(__file__).resolve().parents[2] / "data/topography/di-3.di"
     with pytest.raises(FileNotFoundError, match="nosuch.x3p"):
         asperity.read("nosuch.x3p")
+    with pytest.raises(asperity.SurfaceError, match="`/dev/zero`: it is not a regular file"):
+        asperity.read("/dev/zero")
     with pytest.raises(asperity.ArgumentError, match="`Heigth`; available channels: .*`ZSensor`"):
         asperity.read(scan, channel="Heigth")
     with pytest.raises(asperity.SurfaceError, match="complex"):

@@ -1,16 +1,29 @@
 //! Output of commands, with control characters escaped.
 //!
 //! Names, units and titles come from manifests and files of instruments. A control character in
-//! them could clear the screen, change the title of the window or hide the text after it. All
-//! output of the commands passes through this file, which escapes such characters as in JSON:
-//! `\u001b`.
+//! them could clear the screen, change the title of the window or hide the text after it, and a mark
+//! of the direction of writing could reverse it. All output of the commands passes through this
+//! file, which escapes such characters as in JSON: `\u001b`.
 
 use std::borrow::Cow;
 use std::io::{self, IsTerminal, StdoutLock, Write};
+use std::ops::RangeInclusive;
 
-/// Escapes control characters as in JSON, such as `\u001b`, except line ends and tabs.
+/// Separators of lines and paragraphs, and marks of the direction of writing.
+const FORMATS: [RangeInclusive<char>; 4] = [
+    '\u{61c}'..='\u{61c}',
+    '\u{200e}'..='\u{200f}',
+    '\u{2028}'..='\u{202e}',
+    '\u{2066}'..='\u{2069}',
+];
+
+/// Escapes control characters and [`FORMATS`] as in JSON, such as `\u001b`, except line ends and
+/// tabs.
 pub fn escaped(text: &str) -> Cow<'_, str> {
-    let is_escaped = |letter: char| letter.is_control() && letter != '\n' && letter != '\t';
+    let is_escaped = |letter: char| {
+        let is_control = letter.is_control() && letter != '\n' && letter != '\t';
+        is_control || FORMATS.iter().any(|range| range.contains(&letter))
+    };
     if !text.contains(is_escaped) {
         return Cow::Borrowed(text);
     }
@@ -70,6 +83,7 @@ mod tests {
         assert_eq!(escaped("µm\t1\n"), "µm\t1\n");
         assert_eq!(escaped("\u{1b}]0;x\u{7}"), "\\u001b]0;x\\u0007");
         assert_eq!(escaped("a\rb\u{9b}2J\u{7f}"), "a\\u000db\\u009b2J\\u007f");
+        assert_eq!(escaped("scan\u{202e}gpj.exe\u{2069}"), "scan\\u202egpj.exe\\u2069");
     }
 
     #[test]

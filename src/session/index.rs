@@ -76,8 +76,7 @@ fn tables(folder: &Path) -> Vec<PathBuf> {
 fn entry(data: &DataFolder, name: &str) -> StudyEntry {
     let folder = data.results_of(name);
     let record = Record::read(&data.records(), name);
-    let manifest = owner::manifest_of(&folder);
-    let text = manifest.as_ref().and_then(|path| fs::read_to_string(path).ok());
+    let (manifest, description) = owner::manifest_of(&folder).unzip();
     let [page, picture] = index::report_of(&data.results(), name);
     let tables = tables(&folder);
     let record_file = Record::path(&data.records(), name);
@@ -85,7 +84,7 @@ fn entry(data: &DataFolder, name: &str) -> StudyEntry {
     let stages: Vec<StageEntry> = record.iter().flat_map(stages).collect();
     StudyEntry {
         name: name.to_owned(),
-        description: text.as_deref().and_then(index::description),
+        description: description.flatten(),
         manifest: manifest.map(|path| path.display().to_string()),
         written: written.map(minute),
         surfaces: record.as_ref().map(surfaces),

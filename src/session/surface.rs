@@ -6,7 +6,8 @@ use serde::{Serialize, Serializer};
 
 use super::{SessionError, UnknownName};
 use asperity_report::Raster;
-use asperity_stages::surface_files::{MAX_BYTES, SurfaceFileError, read_regular};
+use asperity_stages::surface_files::{MAX_BYTES, SurfaceFileError};
+use asperity_tables::store::regular::read_regular;
 use asperity_topography_files::{
     Channel, ChannelError, Corners, HeightMap, Size, Statistics, TopographyFile, read,
 };

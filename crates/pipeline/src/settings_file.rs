@@ -14,8 +14,8 @@ use crate::manifest::syntax::report_syntax;
 use asperity_manifest::diagnostics::{
     ManifestErrors, Problem, Problems, Span, chain, did_you_mean,
 };
-use asperity_stages::surface_files::read_regular;
 use asperity_tables::store::StoreError;
+use asperity_tables::store::regular::read_regular;
 
 /// Name of the settings file.
 pub const FILE: &str = "asperity.toml";

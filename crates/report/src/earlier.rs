@@ -5,7 +5,6 @@
 //! files of the figures. It ends with a digest of the preceding text.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -17,11 +16,14 @@ use crate::{FIGURES, PAGE, ReportError};
 use asperity_pipeline::study::Study;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, lock_to_read};
+use asperity_tables::store::regular::read_below;
 
 /// Text before and after the basis on a page.
 const BASIS: [&str; 2] = ["id=\"basis\">", "</script>"];
 /// Text before and after the digest at the end of a page.
 const SEAL: [&str; 2] = ["<!-- blake3 ", " -->\n"];
+/// Maximum size in bytes of a page or figure that is read.
+const MAX_BYTES: u64 = 1 << 30;
 
 /// Contents of a page. They are compared with a new page before it replaces this page, because the
 /// new page may show less.
@@ -53,21 +55,29 @@ impl Basis {
         }
     }
 
+    /// Returns the basis as JSON for the block of a page. A title could contain the tag that ends
+    /// the block, so the JSON has no `<`.
     pub fn json(&self) -> String {
-        serde_json::to_string(self).expect("it is plain data")
+        let json = serde_json::to_string(self).expect("it is plain data");
+        json.replace('<', "\\u003c")
     }
 
-    /// Reads the basis of a page.
+    /// Reads the basis of a page. A page is a text that somebody may have edited, so files outside
+    /// of the folder of figures are left out.
     pub fn from_page(page: &str) -> Option<Basis> {
         let (_, rest) = page.split_once(BASIS[0])?;
         let (json, _) = rest.split_once(BASIS[1])?;
-        serde_json::from_str(json).ok()
+        let mut basis: Basis = serde_json::from_str(json).ok()?;
+        let is_inside = |name: &String| Path::new(name).file_name() == Some(name.as_ref());
+        basis.files.retain(|name, _| is_inside(name));
+        basis.main = basis.main.filter(is_inside);
+        Some(basis)
     }
 
     /// Lists the figures and rows that the existing page in the file `page` has and this basis
     /// lacks. The list is empty if the file does not exist.
     pub fn lacks_of(&self, page: &Path) -> Vec<String> {
-        let page = fs::read_to_string(page);
+        let page = read_page(page);
         match page.as_deref().map(Basis::from_page) {
             Ok(Some(basis)) => self.lacks(&basis),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
@@ -100,6 +110,17 @@ fn is_sealed(page: &str) -> bool {
     let sealed = page.rsplit_once(SEAL[0]);
     let sealed = sealed.and_then(|(page, end)| Some((page, end.strip_suffix(SEAL[1])?)));
     sealed.is_some_and(|(page, written)| digest(page.as_bytes()) == written)
+}
+
+/// Reads a page. Bytes that are not UTF-8 are replaced; its seal is then broken.
+///
+/// # Errors
+/// Returns an error if the page is a link to another folder, no regular file, or too large.
+pub fn read_page(page: &Path) -> io::Result<String> {
+    let folder = page.parent().filter(|folder| *folder != Path::new(""));
+    let folder = folder.unwrap_or(Path::new("."));
+    let bytes = read_below(folder, page, MAX_BYTES)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 fn digest(bytes: &[u8]) -> String {
@@ -136,14 +157,20 @@ pub fn problems(folder: &Path) -> Vec<StoreError> {
 fn changed_files(folder: &Path) -> Vec<PathBuf> {
     let _unchanging = lock_to_read(folder);
     let page = folder.join(PAGE);
-    let Ok(bytes) = fs::read(&page) else {
-        return Vec::new();
+    let text = match read_page(&page) {
+        Ok(text) => text,
+        // A link, a device or another kind of file stands where the page was.
+        Err(error) if error.kind() == io::ErrorKind::InvalidInput => return vec![page],
+        Err(_) => return Vec::new(),
     };
-    let text = String::from_utf8_lossy(&bytes);
     let figures = Basis::from_page(&text).unwrap_or_default().files;
     let figures = figures.into_iter().filter_map(|(name, written)| {
         let figure = folder.join(FIGURES).join(name);
-        fs::read(&figure).is_ok_and(|bytes| digest(&bytes) != written).then_some(figure)
+        let is_changed = match read_below(folder, &figure, MAX_BYTES) {
+            Ok(bytes) => digest(&bytes) != written,
+            Err(error) => error.kind() == io::ErrorKind::InvalidInput,
+        };
+        is_changed.then_some(figure)
     });
     let page = (!is_sealed(&text)).then_some(page);
     page.into_iter().chain(figures).collect()
@@ -152,10 +179,8 @@ fn changed_files(folder: &Path) -> Vec<PathBuf> {
 /// Returns the names of the files that an earlier report may have in the folder of figures: those
 /// that the page lists, and those of all figures that every study can have.
 pub fn figure_files(page: &Path) -> BTreeSet<String> {
-    let listed = fs::read_to_string(page).ok().and_then(|page| Basis::from_page(&page));
+    let listed = read_page(page).ok().and_then(|page| Basis::from_page(&page));
     let listed = listed.unwrap_or_default().files.into_keys();
-    // A page is a text that somebody may have edited: take nothing outside the folder.
-    let listed = listed.filter(|name| Path::new(name).file_name() == Some(name.as_ref()));
     let known = figures::ALL.iter().flat_map(|figure| figures::file_names(figure.name));
     known.chain(listed).collect()
 }
@@ -168,10 +193,10 @@ pub fn figure_files(page: &Path) -> BTreeSet<String> {
 /// Other files are replaced with [`Existing::Replace`].
 pub fn check_folder(folder: &Path, study: &Study, existing: Existing) -> Result<(), ReportError> {
     let page = folder.join(PAGE);
-    let basis = match fs::read(&page) {
+    let basis = match read_page(&page) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => None,
         Err(source) => return Err(StoreError::reading(page, source).into()),
-        Ok(bytes) => match Basis::from_page(&String::from_utf8_lossy(&bytes)) {
+        Ok(text) => match Basis::from_page(&text) {
             None => return Err(ReportError::NoReport { page }),
             basis => basis,
         },
@@ -201,6 +226,7 @@ pub fn check_folder(folder: &Path, study: &Study, existing: Existing) -> Result<
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
     use std::thread;
     use std::time::Duration;
 

@@ -1,6 +1,5 @@
 //! The page of all studies of a data folder, `index.html`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use minijinja::value::Serde;
@@ -22,7 +21,7 @@ const MARK: &str = "<meta name=\"generator\" content=\"asperity report --index\"
 #[derive(Debug, Clone, Serialize)]
 pub struct StudyEntry {
     pub name: String,
-    /// First paragraph of the comment at the beginning of the manifest.
+    /// First paragraph of the comment at the beginning of the manifest, as the last run recorded it.
     pub description: Option<String>,
     /// Path of the manifest, if it is known.
     pub manifest: Option<String>,
@@ -67,20 +66,13 @@ struct Contents<'a> {
     dark: String,
 }
 
-/// Returns the first paragraph of the comment at the beginning of a manifest.
-pub fn description(manifest: &str) -> Option<String> {
-    page::description(manifest)
-}
-
 /// Returns the paths of the report of a study and of its main figure, relative to the folder of
 /// results, as far as the files exist.
 pub fn report_of(results: &Path, study: &str) -> [Option<String>; 2] {
     let folder = results.join(study);
     let path = folder.join(PAGE);
-    let Ok(text) = fs::read_to_string(&path) else { return [None, None] };
+    let Ok(text) = earlier::read_page(&path) else { return [None, None] };
     let main = Basis::from_page(&text).and_then(|basis| basis.main);
-    // A page is a text that somebody may have edited: show nothing outside the folder.
-    let main = main.filter(|name| Path::new(name).file_name() == Some(name.as_ref()));
     let picture = main.map(|name| format!("{FIGURES}/{name}.svg"));
     let picture = picture.filter(|picture| folder.join(picture).is_file());
     [Some(format!("{study}/{PAGE}")), picture.map(|picture| format!("{study}/{picture}"))]
@@ -112,7 +104,7 @@ pub fn write_index(
     existing: Existing,
 ) -> Result<PathBuf, ReportError> {
     let path = results.join(INDEX);
-    match fs::read_to_string(&path) {
+    match earlier::read_page(&path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
         Err(source) => return Err(StoreError::reading(path, source).into()),
         Ok(text) if existing == Existing::Keep && !text.contains(MARK) => {
@@ -135,6 +127,8 @@ fn html(results: &Path, studies: &[StudyEntry]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn study(name: &str) -> StudyEntry {

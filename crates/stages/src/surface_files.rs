@@ -5,12 +5,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use thiserror::Error;
+
+use asperity_tables::store::regular::read_regular;
 
 /// Maximum size of a file: a map of 16384 × 16384 double-precision numbers and a header of 1 MiB.
 pub const MAX_BYTES: u64 = (8 << 28) + (1 << 20);
@@ -177,26 +178,6 @@ impl SurfaceFiles {
     }
 }
 
-/// Reads a regular file of at most `limit` bytes.
-///
-/// # Errors
-/// Returns an error if the path is a folder or a device, or if the file has more than `limit`
-/// bytes.
-pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let refuse = |reason: String| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
-    // Check before opening: opening a pipe would wait for a writer.
-    let metadata = std::fs::metadata(path)?;
-    if !metadata.is_file() {
-        return refuse("it is not a regular file".to_owned());
-    }
-    if metadata.len() > limit {
-        return refuse(format!("it has {} bytes; the limit is {limit}", metadata.len()));
-    }
-    let mut bytes = Vec::new();
-    File::open(path)?.take(limit).read_to_end(&mut bytes)?;
-    Ok(bytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -218,16 +199,6 @@ mod tests {
         assert!(matches!(files.read(&content), Err(SurfaceFileError::Read { .. })));
         let other = ContentHash::new(b"three");
         assert!(matches!(files.read(&other), Err(SurfaceFileError::Unknown { .. })));
-    }
-
-    #[test]
-    fn folders_and_oversized_files_are_not_read() {
-        let folder = tempfile::tempdir().unwrap();
-        assert!(read_regular(folder.path(), 10).is_err());
-        let file = folder.path().join("long");
-        std::fs::write(&file, b"0123456789").unwrap();
-        assert!(read_regular(&file, 9).is_err());
-        assert_eq!(read_regular(&file, 10).unwrap().len(), 10);
     }
 
     #[test]

@@ -14,6 +14,7 @@ pub mod layers;
 pub mod listing;
 mod permissions;
 mod publishing;
+pub mod regular;
 pub mod series;
 pub mod users;
 

@@ -14,7 +14,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use serde_spanned::Spanned as TomlSpanned;
-use toml::de::{DeString, DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue, Error};
 
 pub use self::plain_loads::PlainLoads;
 use super::setting::Setting;
@@ -23,7 +23,7 @@ use asperity_manifest::diagnostics::{
     ManifestErrors, Problem, Problems, SourceText, Span, listed, suggestion,
 };
 use asperity_manifest::keys::validation::found;
-use asperity_stages::surface_files::read_regular;
+use asperity_tables::store::regular::read_regular;
 
 /// Maximum size of a manifest in bytes.
 const MAX_BYTES: u64 = 4 << 20;
@@ -39,6 +39,8 @@ pub struct EffectiveManifest {
     /// Paths of the extended manifests relative to the folder of the manifest, the directly
     /// extended one first.
     pub bases: Vec<PathBuf>,
+    /// First paragraph of the comment at the beginning of the manifest.
+    pub description: Option<String>,
     /// Settings of the command line, in TOML.
     pub settings: Vec<String>,
     /// Loads without a unit that override pressures, for a warning.
@@ -160,10 +162,14 @@ impl Composition {
     pub fn document(&self, problems: &mut Problems) -> Option<DeTable<'_>> {
         let mut merged: Option<DeTable> = None;
         let mut is_valid = true;
-        for source in &self.sources {
+        for (index, source) in self.sources.iter().enumerate() {
             let (document, errors) = DeTable::parse_recoverable(&source.padded);
-            if !errors.is_empty() {
-                report_syntax(&source.padded, &errors, problems);
+            if let Some(first) = errors.first() {
+                if index < self.bases.len() {
+                    problems.push(self.not_toml(index, first));
+                } else {
+                    report_syntax(&source.padded, &errors, problems);
+                }
                 is_valid = false;
                 continue;
             }
@@ -192,6 +198,21 @@ impl Composition {
         Some(merged)
     }
 
+    /// Returns the problem of an extended manifest that is not valid TOML, at the key that names it.
+    /// The file can be any file on this machine, so the message does not quote it.
+    fn not_toml(&self, index: usize, error: &Error) -> Problem {
+        let [base, extending] = [&self.sources[index], &self.sources[index + 1]];
+        let (_, span) = extended_by(extending.text()).expect("it was found by this key");
+        let [line, column] =
+            base.in_messages().line_and_column(error.span().map_or(base.start, |span| span.start));
+        let message = format!(
+            "cannot extend `{name}`, which is not valid TOML in line {line}, column {column}; `asperity \
+             check {name}` shows the line",
+            name = base.name
+        );
+        Problem::new(message, span, "extended here").shifted(extending.start)
+    }
+
     /// Returns the position before which values are inherited: from extended manifests, or, if keys
     /// were set, from the manifest.
     pub fn inherited(&self) -> usize {
@@ -218,7 +239,9 @@ impl Composition {
             _ => self.merged_text(&document, &settings),
         };
         let plain_loads = self.plain_loads(&document);
-        EffectiveManifest { text, bases: self.bases.clone(), settings, plain_loads }
+        let own = self.sources.iter().rfind(|source| !source.is_setting);
+        let description = own.and_then(|source| description(source.text()));
+        EffectiveManifest { text, bases: self.bases.clone(), description, settings, plain_loads }
     }
 
     /// Writes the merged tables as TOML, with every value as it is written in its source.
@@ -345,6 +368,16 @@ impl File {
         let text = read_text(&full).map_err(unreadable)?;
         Ok(File { path, text })
     }
+}
+
+/// Returns the first paragraph of the comment at the beginning of a manifest.
+fn description(manifest: &str) -> Option<String> {
+    let lines = manifest.lines().map_while(|line| line.trim().strip_prefix('#'));
+    // Editors read `#:schema` as the path of the schema.
+    let lines = lines.filter(|line| !line.starts_with(':')).map(str::trim);
+    let paragraph = lines.skip_while(|line| line.is_empty()).take_while(|line| !line.is_empty());
+    let text = paragraph.collect::<Vec<_>>().join(" ");
+    (!text.is_empty()).then_some(text)
 }
 
 /// Returns a path without `.`, and without `..` after a folder.

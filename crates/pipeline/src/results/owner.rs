@@ -17,10 +17,10 @@ use crate::manifest::composition::{EffectiveManifest, names_study, normalized};
 use crate::plan::Plan;
 use crate::plan::reasons::record::{PointRecord, Record, StageRecord};
 use crate::study::Study;
-use asperity_stages::surface_files::read_regular;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, from_folder, write_whole};
 use asperity_tables::store::key::TaskKey;
+use asperity_tables::store::regular::read_regular;
 
 /// Name of the file that records the owners, beside the tables.
 pub const FILE: &str = "owner.json";
@@ -36,6 +36,10 @@ const MAX_BYTES: u64 = 64 << 20;
 pub struct Owner {
     #[serde(flatten)]
     last: RecordedManifest,
+    /// First paragraph of the comment at the beginning of the last manifest. It is recorded because
+    /// the manifest of a received folder is not read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    description: Option<String>,
     /// Manifests that the last one extends, relative to its folder.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     extends: Vec<PathBuf>,
@@ -116,6 +120,7 @@ impl Owner {
                 manifest: relative_path,
                 study: Record::new(study, plan, &[]),
             },
+            description: study.manifest.description.clone(),
             extends: study.manifest.bases.clone(),
             settings: study.manifest.settings.clone(),
             others: Vec::new(),
@@ -184,10 +189,11 @@ impl RecordedManifest {
     }
 }
 
-/// Returns the path of the manifest that was run last in a results folder, or `None` if there is no
-/// valid owner file.
-pub fn manifest_of(folder: &Path) -> Option<PathBuf> {
-    Some(Owner::read(folder)?.last.path(folder))
+/// Returns the path of the manifest that was run last in a results folder, and its description.
+/// Returns `None` if there is no valid owner file.
+pub fn manifest_of(folder: &Path) -> Option<(PathBuf, Option<String>)> {
+    let owner = Owner::read(folder)?;
+    Some((owner.last.path(folder), owner.description))
 }
 
 /// Checks that a study can be written to its results folder. Returns the other manifest that was

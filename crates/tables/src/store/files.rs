@@ -12,6 +12,7 @@ use tempfile::NamedTempFile;
 use super::StoreError;
 use super::permissions::{Access, explained};
 use super::publishing::publish;
+use super::regular::open_regular;
 use super::users::Writer;
 use crate::parquet::{self, Columns, Metadata, ParquetError, TableFile};
 use crate::table::Table;
@@ -249,7 +250,7 @@ fn read<T>(
     path: &Path,
     read: impl FnOnce(File) -> Result<T, ParquetError>,
 ) -> Result<T, StoreError> {
-    let file = File::open(path).map_err(ParquetError::Read);
+    let file = open_regular(path).map_err(ParquetError::Read);
     file.and_then(read).map_err(|error| StoreError::in_file(path, error))
 }
 

@@ -244,3 +244,21 @@ fn a_plain_load_that_overrides_pressures_has_a_warning_with_its_place() {
         assert_eq!(warnings(rest, &[setting]), [""; 0], "{rest} {setting}");
     }
 }
+
+#[test]
+fn a_description_is_the_first_paragraph_of_the_first_comment() {
+    let manifest =
+        "#:schema s.json\n# Area against H,\n# in two lines.\n#\n# More.\n[study]\n# No.";
+    assert_eq!(description(manifest).as_deref(), Some("Area against H, in two lines."));
+    assert_eq!(description("[study]\n# No."), None);
+}
+
+#[test]
+fn a_file_that_is_no_manifest_is_named_and_not_quoted() {
+    let variant = "[study]\nname = \"v\"\nextends = \"private\"\n";
+    let (folder, study) = read(&[("v.toml", variant), ("private", "a = 1\nroot:x:secret\n")], &[]);
+    let message = study.unwrap_err();
+    let place = format!("cannot extend `{}`", folder.path().join("private").display());
+    assert!(message.contains(&place) && message.contains("in line 2, column"), "{message}");
+    assert!(message.contains("v.toml:3:11") && !message.contains("secret"), "{message}");
+}

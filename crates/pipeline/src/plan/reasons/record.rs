@@ -21,6 +21,7 @@ use asperity_tables::store::files::{Existing, write_whole};
 use asperity_tables::store::key::Digest;
 use asperity_tables::store::listing;
 use asperity_tables::store::listing::{FileKind, StoredFile};
+use asperity_tables::store::regular::read_regular;
 use asperity_tables::store::series::Part;
 
 /// Maximum size in bytes of a record that is read, enough for tens of thousands of points.
@@ -107,9 +108,7 @@ impl Record {
     /// Reads the record of a study. Returns `None` if it cannot be read, because no result depends
     /// on it.
     pub fn read(folder: &Path, study: &str) -> Option<Record> {
-        let bytes =
-            asperity_stages::surface_files::read_regular(&Record::path(folder, study), MAX_BYTES)
-                .ok()?;
+        let bytes = read_regular(&Record::path(folder, study), MAX_BYTES).ok()?;
         serde_json::from_slice(&bytes).ok()
     }
 
