@@ -236,7 +236,7 @@ impl<'a> FigureData<'a> {
         Ok(format!(
             "According to the correction of 2017, {range} % of the counted area at the load \
              nearest to {} is an error of the mesh.",
-            self.light(),
+            self.loads.text_of_reduced(self.heaviest_light_load()?),
         ))
     }
 
@@ -248,6 +248,17 @@ impl<'a> FigureData<'a> {
             MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
             MeasuredMaps::There(_) => Drawn::missing(needs, lines),
         }
+    }
+
+    /// Returns the largest load of the measured contacts up to [`LIGHT`]: the end of the axes of
+    /// figures of light loads.
+    pub fn heaviest_light_load(&self) -> Result<f64, TableError> {
+        let mut heaviest = 0.0_f64;
+        for ensemble in &self.measured {
+            let light = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
+            heaviest = light.iter().fold(heaviest, |most, mean| most.max(mean.load));
+        }
+        Ok(if heaviest > 0.0 { heaviest } else { LIGHT })
     }
 
     /// Returns the text of [`LIGHT`] in the unit of the loads of the study.

@@ -34,14 +34,15 @@ const SECANT_FROM: f64 = LIGHT / 100.0;
 const FACTOR: f64 = 1.25;
 
 fn draw_area(data: &FigureData) -> Result<Drawn, ReportError> {
-    let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
+    let heaviest = data.heaviest_light_load()?;
+    let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * heaviest);
     let mut chart = Chart::new(axis.clone(), Axis::linear(AREA_LABEL));
     let mut secants = Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear("secant A/(A₀ y)"));
     for ensemble in &data.measured {
         let means = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
         let seen = means.iter().filter(|mean| mean.load >= SECANT_FROM);
         let secant: Vec<Mean> = seen.map(Mean::secant).collect();
-        data.add_curve(&mut chart, ensemble, &means, &spaced(LIGHT / 20.0, &means));
+        data.add_curve(&mut chart, ensemble, &means, &spaced(heaviest / 20.0, &means));
         data.add_curve(&mut secants, ensemble, &secant, &spaced_by(FACTOR, &secant));
     }
     if !chart.has_curves() {
@@ -50,10 +51,11 @@ fn draw_area(data: &FigureData) -> Result<Drawn, ReportError> {
         return Ok(Drawn::missing(needs, lines));
     }
     let lightest = secants.series.iter().flat_map(|series| &series.points);
-    let lightest = lightest.fold(LIGHT, |least, point| least.min(point.x));
-    for (chart, quantity, range) in
-        [(&mut chart, AREA, [LIGHT * 1e-3, LIGHT]), (&mut secants, SECANT, [lightest, LIGHT])]
+    let lightest = lightest.fold(heaviest, |least, point| least.min(point.x));
+    for (chart, quantity, from) in
+        [(&mut chart, AREA, heaviest * 1e-3), (&mut secants, SECANT, lightest)]
     {
+        let range = [from, heaviest];
         chart.series.push(persson_curve(quantity, range));
         chart.series.push(asymptote(quantity, range));
         chart.series.extend(asperity_curves(quantity, range));
@@ -83,7 +85,8 @@ pub const SLOPE: Definition = Definition {
 };
 
 fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
-    let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
+    let heaviest = data.heaviest_light_load()?;
+    let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * heaviest);
     let mut chart = Chart::new(axis, Axis::linear("slope d(A/A₀)/dy"));
     let mut kappas: Vec<String> = Vec::new();
     for ensemble in &data.measured {
@@ -99,7 +102,7 @@ fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
     for stage in data.finished.with(&["law", "kappa", "beta", "mu", "fitted_to"]) {
         for fit in fits(&stage.table)? {
             let style = Style::line(data.styles.colour(&fit.point), Dash::Solid, 2.0);
-            let range = [LIGHT * 1e-3, LIGHT];
+            let range = [heaviest * 1e-3, heaviest];
             let curve = Series::curve(|load| fit.law.slope(load), range, Spacing::Linear, style);
             chart.series.push(curve);
             let kappa = format!("κ = {:.3} √(2π)", fit.law.kappa / KAPPA_BGT);
@@ -109,7 +112,7 @@ fn draw_slope(data: &FigureData) -> Result<Drawn, ReportError> {
         }
     }
     let persson = Style::line(Colour::Text, Dash::Dashed, 1.8);
-    let range = [0.0, LIGHT];
+    let range = [0.0, heaviest];
     chart
         .series
         .push(Series::curve(persson::slope, range, Spacing::Linear, persson).named("Persson 2001"));

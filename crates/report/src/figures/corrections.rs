@@ -32,15 +32,18 @@ pub const CORRECTED: Definition =
     Definition { name: "area-corrected", title: "Corrected contact area", draw: draw_corrected };
 
 fn draw_errors(data: &FigureData) -> Result<Drawn, ReportError> {
-    let mut chart = Chart::new(
-        Axis::linear(AREA_LABEL).within(0.0, 1.02),
-        Axis::linear("relative error (π/8) S_d Δx/A"),
-    );
+    let mut chart =
+        Chart::new(Axis::linear(AREA_LABEL), Axis::linear("relative error (π/8) S_d Δx/A"));
     let mut by_load = Chart::new(
         Axis::logarithmic(LOAD_LABEL),
         Axis::logarithmic("relative error (π/8) S_d Δx/A"),
     );
     let mut surfaces = Vec::new();
+    let mut largest = 0.0_f64;
+    for ensemble in data.under(OF_2015) {
+        let areas = ensemble.mean(COUNTED_AREA)?;
+        largest = areas.iter().fold(largest, |most, area| most.max(area.mean));
+    }
     for ensemble in data.under(OF_2015) {
         let errors = ensemble.mean(ERROR_RELATIVE.name)?;
         let areas = ensemble.mean(COUNTED_AREA)?;
@@ -49,7 +52,7 @@ fn draw_errors(data: &FigureData) -> Result<Drawn, ReportError> {
             .zip(&areas)
             .map(|(error, area)| Mean { load: area.mean, ..*error })
             .collect();
-        data.add_curve(&mut chart, ensemble, &against_area, &spaced(0.025, &against_area));
+        data.add_curve(&mut chart, ensemble, &against_area, &spaced(largest / 40.0, &against_area));
         data.add_curve(&mut by_load, ensemble, &errors, &spaced_by(1.4, &errors));
         surfaces.push(ensemble.surfaces);
     }
@@ -101,21 +104,22 @@ fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
 
 /// Returns charts of area and secant at light loads for one correction, or `None` without curves.
 fn charts(data: &FigureData, correction: &str) -> Result<Option<Vec<Chart>>, ReportError> {
-    let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * LIGHT);
+    let heaviest = data.heaviest_light_load()?;
+    let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * heaviest);
     let title = format!("correction {correction}");
     let mut area = Chart::new(axis.clone(), Axis::linear(AREA_LABEL)).titled(title.clone());
     let mut secant = Chart::new(axis, Axis::linear("secant A/(A₀ y)")).titled(title);
     for ensemble in data.under(correction) {
         let corrected = up_to(LIGHT, ensemble.mean(AREA_CORRECTED.name)?);
         let counted = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
-        let corrected = spaced(LIGHT / 20.0, &corrected);
+        let corrected = spaced(heaviest / 20.0, &corrected);
         data.add_curve(&mut area, ensemble, &counted, &corrected);
         data.add_curve(&mut secant, ensemble, &secants(&counted), &secants(&corrected));
     }
     if !area.has_curves() {
         return Ok(None);
     }
-    let range = [LIGHT * 1e-3, LIGHT];
+    let range = [heaviest * 1e-3, heaviest];
     let counted = Style::line(Colour::Text, Dash::Solid, 1.0);
     area.series.push(Series::new([], counted).named("lines: counted on the mesh"));
     for (chart, quantity) in [(&mut area, AREA), (&mut secant, SECANT)] {

@@ -151,7 +151,7 @@ fn draw_clusters(data: &FigureData) -> Result<Drawn, ReportError> {
             Axis::logarithmic("clusters per ln(area)").within(0.5 * least, 2.0 * most)
         })?,
         row(CLUSTER_AREA_SHARE, &|_| Axis::linear("covered fraction of A₀"))?,
-        row(CLUSTER_COMPACTNESS, &|_| Axis::linear("4π area/perimeter²").within(0.0, 1.3))?,
+        row(CLUSTER_COMPACTNESS, &|_| Axis::linear("4π area/perimeter²"))?,
     ];
     let caption = format!(
         "Clusters of contact nodes connected along the axes (four neighbours), against the area \

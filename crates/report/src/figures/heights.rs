@@ -229,13 +229,19 @@ fn density_charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
     let x = Axis::linear("height/rms height");
     let y = Axis::linear("density");
     let label = data.styles.label(&densities.point).unwrap_or_default();
+    let series = densities.series();
+    let highest = |from: f64, to: f64| {
+        let points = series.iter().flat_map(|series| &series.points);
+        let densities = points.filter(|point| (from..=to).contains(&point.x)).map(|point| point.y);
+        densities.fold(0.0, f64::max)
+    };
+    let [all, tail] = [highest(-5.0, 5.0), highest(2.0, 4.0)];
     let axes = [
-        (x.clone().within(-5.0, 5.0), y.clone().within(0.0, 0.75)),
-        (x.clone().within(2.0, 4.0), y.within(0.0, 0.1)),
-        (x.within(-5.0, 5.0), Axis::logarithmic("density").within(1e-6, 1.5)),
+        (x.clone().within(-5.0, 5.0), y.clone().within(0.0, 1.1 * all)),
+        (x.clone().within(2.0, 4.0), y.within(0.0, 1.1 * tail)),
+        (x.within(-5.0, 5.0), Axis::logarithmic("density").within(1e-6, 2.0 * all)),
     ];
-    let chart =
-        |(x, y)| Chart { series: densities.series(), ..Chart::new(x, y).titled(label.clone()) };
+    let chart = |(x, y)| Chart { series: series.clone(), ..Chart::new(x, y).titled(label.clone()) };
     axes.map(chart).into()
 }
 

@@ -69,8 +69,11 @@ fn draw_mesh(data: &FigureData) -> Result<Drawn, ReportError> {
 }
 
 fn coefficient_chart(coefficients: &[Coefficient], styles: &Styles) -> Chart {
-    let mut chart =
-        Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear("coefficient c").within(0.0, 0.45));
+    let mut chart = Chart::new(Axis::logarithmic(LOAD_LABEL), Axis::linear("coefficient c"));
+    // The axis also holds the constants of both corrections, even if they are far from the data.
+    let values = coefficients.iter().flat_map(|one| one.interval.unwrap_or([one.value; 2]));
+    let [from, to] = chart.y.ends(values.chain([PI_OVER_EIGHT, YASTREBOV_2017]));
+    chart.y = chart.y.within(from, to);
     chart.title = "coefficient of the error".to_owned();
     let mut loads: Vec<f64> = coefficients.iter().map(|one| one.load).collect();
     loads.sort_by(f64::total_cmp);
