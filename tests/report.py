@@ -65,12 +65,12 @@ return [...document.querySelectorAll("figure .chart")].filter((chart) => {
 }).map((chart) => chart.closest("figure").id);
 """
 
-# Height in pixels of the smallest visible text, and this text.
+# Height in pixels of the smallest visible text beside subscripts, and this text.
 SMALLEST = """
 let smallest = [Infinity, ""];
 for (const element of document.querySelectorAll("body *")) {
     const own = [...element.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
-    if (!own || !element.getClientRects().length || element.closest("script, style, details:not([open]) > :not(summary)")) continue;
+    if (!own || !element.getClientRects().length || element.closest("script, style, sub, tspan[font-size], details:not([open]) > :not(summary)")) continue;
     const matrix = element instanceof SVGElement ? element.getScreenCTM() : null;
     const scale = matrix ? Math.hypot(matrix.c, matrix.d) : 1;
     const size = scale * parseFloat(getComputedStyle(element).fontSize);

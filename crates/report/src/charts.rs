@@ -13,6 +13,7 @@ pub mod pdf;
 pub mod raster;
 pub mod style;
 pub mod svg;
+pub mod text;
 
 use kuva::plot::scatter::ScatterPlot;
 use kuva::render::layout::{ComputedLayout, Layout};
@@ -22,7 +23,8 @@ use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 use crate::charts::chart::{Chart, Series};
 use crate::charts::map_panel::{Frame, MapPanel, WORDS};
 use crate::charts::style::{Colour, Style};
-use crate::charts::svg::{finished, lines_of, resized, shift, width_of};
+use crate::charts::svg::{finished, resized, shift};
+use crate::charts::text::{lines_of, width_of};
 
 /// Font family of all texts; the font that is part of the program comes first.
 pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
@@ -116,19 +118,24 @@ impl Figure {
             self.rows = in_rows(columns as usize, panels);
         }
         let panel = panel_width(columns);
-        self.panel = [panel, panel * self.panel[1] / self.panel[0]];
+        let least = self.least_height(panel).max(FLATTEST * panel);
+        self.panel = [panel, (panel * self.panel[1] / self.panel[0]).max(least)];
         let rows = self.rows.len() as f64;
         let around = self.height(&self.legend()) - rows * self.panel[1];
         if let Some(height) = height {
             self.panel[1] = (height / scale - around) / rows;
-            let labels = self.charts().map(|chart| width_of(&chart.y.label, WORDS));
-            let least = labels.fold(FLATTEST * panel, f64::max);
             if self.panel[1] < least {
                 return Err(scale * (around + rows * least));
             }
         }
         self.sheet = Some([width, scale * (around + rows * self.panel[1])]);
         Ok(())
+    }
+
+    /// Returns the smallest height of panels of this width that holds the labels of all axes, in
+    /// pixels of the drawing.
+    fn least_height(&self, width: f64) -> f64 {
+        self.charts().map(|chart| chart.least_height(width, WORDS)).fold(0.0, f64::max)
     }
 
     fn columns(&self) -> f64 {
@@ -158,7 +165,7 @@ impl Figure {
     }
 
     fn height_of_colours(&self) -> f64 {
-        self.colours.as_ref().map_or(0.0, |_| ColourScale::HEIGHT)
+        self.colours.as_ref().map_or(0.0, |colours| colours.height(self.width()))
     }
 
     fn legend(&self) -> Legend {
@@ -251,26 +258,60 @@ impl Figure {
 }
 
 impl ColourScale {
-    /// Height of the scale with its label, in pixels.
-    const HEIGHT: f64 = 24.0;
+    const SPACE: f64 = 8.0;
+    /// Height of the scale and of each line of a label above it, in pixels.
+    const ROW: [f64; 2] = [24.0, 18.0];
+
+    /// Returns the text before the bar, and the lines of the label above it if the label is too
+    /// long for its place before the bar.
+    fn texts(&self, width: f64) -> (String, Vec<String>) {
+        let before = format!("{}   {}", self.label, self.lowest);
+        let least = 0.25 * width;
+        let texts = [&before, &self.highest].map(|text| width_of(text, WORDS - 1));
+        if texts[0] + texts[1] + 2.0 * Self::SPACE + least <= width {
+            return (before, Vec::new());
+        }
+        (self.lowest.clone(), lines_of(&self.label, width - 2.0 * MARGIN, WORDS - 1))
+    }
+
+    /// Returns the height of the scale with its label, in pixels.
+    fn height(&self, width: f64) -> f64 {
+        Self::ROW[0] + Self::ROW[1] * self.texts(width).1.len() as f64
+    }
 
     /// Draws the scale below `top`, centred in `width`: label, lowest number, colours, highest
     /// number.
     fn draw(&self, scene: &mut Scene, top: f64, width: f64) {
-        const STEP: f64 = 3.0;
-        const SPACE: f64 = 8.0;
-        let before = format!("{}   {}", self.label, self.lowest);
-        let bar = STEP * style::GRADIENT_STEPS as f64;
+        const SPACE: f64 = ColourScale::SPACE;
+        let (before, above) = self.texts(width);
+        let mut top = top;
+        let text = |x, y, content, anchor| Primitive::Text {
+            x,
+            y,
+            content,
+            size: WORDS - 1,
+            anchor,
+            rotate: None,
+            bold: false,
+            color: Some(Colour::Text.css().into()),
+        };
+        for line in above {
+            scene.add(text(width / 2.0, top + 15.5, line, TextAnchor::Middle));
+            top += Self::ROW[1];
+        }
         let [left, right] = [&before, &self.highest].map(|text| width_of(text, WORDS - 1));
+        let room = width - left - right - 2.0 * (SPACE + MARGIN);
+        let step = (room / style::GRADIENT_STEPS as f64).clamp(0.1, 3.0);
+        let bar = step * style::GRADIENT_STEPS as f64;
         let from = (width - left - bar - right - 2.0 * SPACE).max(0.0) / 2.0 + left + SPACE;
-        for step in 0..style::GRADIENT_STEPS {
+        for index in 0..style::GRADIENT_STEPS {
             scene.add(Primitive::Rect {
-                x: from + STEP * step as f64,
+                x: from + step * index as f64,
                 y: top + 5.0,
                 // Neighbours overlap, so that no paper shines through between them.
-                width: STEP + 0.5,
+                width: step + 0.5,
                 height: 12.0,
-                fill: Colour::Gradient(step).css().into(),
+                fill: Colour::Gradient(index).css().into(),
                 stroke: None,
                 stroke_width: None,
                 opacity: None,
@@ -281,16 +322,7 @@ impl ColourScale {
             (from + bar + SPACE, self.highest.clone(), TextAnchor::Start),
         ];
         for (x, content, anchor) in ends {
-            scene.add(Primitive::Text {
-                x,
-                y: top + 15.5,
-                content,
-                size: WORDS - 1,
-                anchor,
-                rotate: None,
-                bold: false,
-                color: Some(Colour::Text.css().into()),
-            });
+            scene.add(text(x, top + 15.5, content, anchor));
         }
     }
 }
@@ -355,9 +387,10 @@ pub struct Legend {
     words: u32,
 }
 
-/// Entries in columns of equal width.
+/// Entries in columns of equal width. Labels that are wider than the block are broken into lines;
+/// they stand in a single column.
 struct Block {
-    entries: Vec<Entry>,
+    entries: Vec<(Entry, Vec<String>)>,
     columns: usize,
     column: f64,
 }
@@ -369,11 +402,28 @@ impl Block {
         let column = SAMPLE + longest.fold(0.0, f64::max) + GUTTER;
         let most = (((width + GUTTER) / column) as usize).max(1);
         let rows = entries.len().div_ceil(most).max(1);
-        Block { columns: entries.len().div_ceil(rows).max(1), entries, column }
+        let columns = entries.len().div_ceil(rows).max(1);
+        let entries = entries.into_iter().map(|entry| {
+            let lines = match columns {
+                1 if column > width + GUTTER => lines_of(&entry.label, width - SAMPLE, words),
+                _ => vec![entry.label.clone()],
+            };
+            (entry, lines)
+        });
+        Block { entries: entries.collect(), columns, column: column.min(width + GUTTER) }
     }
 
+    /// Returns the entries of each column.
+    fn by_column(&self) -> impl Iterator<Item = &[(Entry, Vec<String>)]> {
+        self.entries.chunks(self.entries.len().div_ceil(self.columns).max(1))
+    }
+
+    /// Returns the number of lines of the longest column.
     fn rows(&self) -> usize {
-        self.entries.len().div_ceil(self.columns)
+        let lines = |entries: &[(Entry, Vec<String>)]| -> usize {
+            entries.iter().map(|(_, lines)| lines.len()).sum()
+        };
+        self.by_column().map(lines).max().unwrap_or(0)
     }
 
     fn width(&self) -> f64 {
@@ -404,22 +454,27 @@ impl Legend {
         let left = (width - widest).max(0.0) / 2.0;
         let mut top = top;
         for block in &self.blocks {
-            let rows = block.rows();
-            for (index, entry) in block.entries.iter().enumerate() {
-                let x = left + block.column * (index / rows) as f64;
-                let y = top + self.row() * (0.5 + (index % rows) as f64);
-                self.draw_entry(scene, entry, x, y);
+            for (column, entries) in block.by_column().enumerate() {
+                let x = left + block.column * column as f64;
+                let mut y = top + 0.5 * self.row();
+                for (entry, lines) in entries {
+                    self.draw_sample(scene, entry, x, y);
+                    for line in lines {
+                        self.draw_label(scene, line, [x + SAMPLE, y]);
+                        y += self.row();
+                    }
+                }
             }
-            top += self.row() * rows as f64;
+            top += self.row() * block.rows() as f64;
         }
     }
 
-    fn draw_entry(&self, scene: &mut Scene, entry: &Entry, x: f64, y: f64) {
-        self.draw_sample(scene, entry, x, y);
+    /// Draws a label whose vertical centre is at `y`.
+    fn draw_label(&self, scene: &mut Scene, label: &str, [x, y]: [f64; 2]) {
         scene.add(Primitive::Text {
-            x: x + SAMPLE,
+            x,
             y: y + f64::from(self.words) * 0.36,
-            content: entry.label.clone(),
+            content: label.to_owned(),
             size: self.words,
             anchor: TextAnchor::Start,
             rotate: None,

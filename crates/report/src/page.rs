@@ -11,6 +11,7 @@ use minijinja::{Environment, Value};
 use serde::Serialize;
 
 use crate::Subject;
+use crate::charts::text::with_html_subscripts;
 use crate::charts::{style, svg};
 use crate::earlier::Basis;
 use crate::figure_data::{FigureData, FinishedStage};
@@ -145,7 +146,7 @@ pub fn html(
     let [light, dark] = style::declarations();
     let contents = Contents {
         study: &plan.study,
-        description: description(subject.manifest),
+        description: subject.study.manifest.description.clone(),
         version: env!("CARGO_PKG_VERSION"),
         machine: machine(),
         summary: Summary::new(subject, data),
@@ -169,34 +170,34 @@ pub fn html(
 }
 
 /// Returns the environment of templates, with filters for texts that mark code by backticks: `code`
-/// writes it as HTML, `plain` removes the backticks.
+/// writes it as HTML, `plain` removes the backticks. `symbols` writes subscripts.
 pub fn environment() -> Environment<'static> {
     let mut environment = Environment::new();
     environment.add_filter("code", |text: &str| Value::from_safe_string(with_code(text)));
+    environment.add_filter("symbols", |text: &str| {
+        Value::from_safe_string(with_html_subscripts(&escaped(text)))
+    });
     environment.add_filter("plain", |text: &str| text.replace('`', ""));
     environment
 }
 
-/// Escapes a text for HTML and marks its parts in backticks as code.
-fn with_code(text: &str) -> String {
+/// Escapes a text for HTML.
+fn escaped(text: &str) -> String {
     let escaped = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    let escaped = escaped.replace('"', "&quot;");
-    let mut written = String::new();
-    for (index, part) in escaped.split('`').enumerate() {
-        let is_code = index % 2 == 1;
-        written += &if is_code { format!("<code>{part}</code>") } else { part.to_owned() };
-    }
-    written
+    escaped.replace('"', "&quot;")
 }
 
-/// Returns the first paragraph of the comment at the beginning of a manifest.
-pub fn description(manifest: &str) -> Option<String> {
-    let lines = manifest.lines().map_while(|line| line.trim().strip_prefix('#'));
-    // Editors read `#:schema` as the path of the schema.
-    let lines = lines.filter(|line| !line.starts_with(':')).map(str::trim);
-    let paragraph = lines.skip_while(|line| line.is_empty()).take_while(|line| !line.is_empty());
-    let text = paragraph.collect::<Vec<_>>().join(" ");
-    (!text.is_empty()).then_some(text)
+/// Escapes a text for HTML, marks its parts in backticks as code, and writes subscripts elsewhere.
+fn with_code(text: &str) -> String {
+    let mut written = String::new();
+    for (index, part) in escaped(text).split('`').enumerate() {
+        let is_code = index % 2 == 1;
+        written += &match is_code {
+            true => format!("<code>{part}</code>"),
+            false => with_html_subscripts(part),
+        };
+    }
+    written
 }
 
 /// Sorts the figures into sections, in the order of the page.
@@ -276,13 +277,6 @@ mod tests {
             "set <code>a &lt; 1</code>, or &quot;b&quot;"
         );
         assert_eq!(with_code("a & b"), "a &amp; b");
-    }
-
-    #[test]
-    fn a_description_is_the_first_paragraph_of_the_first_comment() {
-        let manifest =
-            "#:schema s.json\n# Area against H,\n# in two lines.\n#\n# More.\n[study]\n# No.";
-        assert_eq!(description(manifest).as_deref(), Some("Area against H, in two lines."));
-        assert_eq!(description("[study]\n# No."), None);
+        assert_eq!(with_code("h_c of `h_c`"), "h<sub>c</sub> of <code>h_c</code>");
     }
 }

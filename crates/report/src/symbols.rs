@@ -228,7 +228,14 @@ impl Labels {
 
 #[cfg(test)]
 mod tests {
+    use resvg::usvg::{Group, Node};
+
     use super::*;
+    use crate::charts::axis::Axis;
+    use crate::charts::chart::{Chart, Series};
+    use crate::charts::style::{Colour, Dash, Style, marker};
+    use crate::charts::svg::{alone, tree};
+    use crate::charts::{ColourScale, Figure};
 
     #[test]
     fn pressures_and_energies_are_shown_in_the_units_that_the_manifest_names() {
@@ -245,6 +252,90 @@ mod tests {
         assert_eq!(unit.factor, 1.0);
         let energy = labels.unit("energy", [1.0].into_iter());
         assert_eq!(energy.label("energy"), "energy, in kJ/m²");
+    }
+
+    /// Returns the boxes [left, top, right, bottom] of the texts of a drawing, with the texts.
+    fn boxes(group: &Group, found: &mut Vec<([f32; 4], String)>) {
+        for node in group.children() {
+            match node {
+                Node::Group(group) => boxes(group, found),
+                Node::Text(text) => {
+                    let place = text.abs_bounding_box();
+                    let content = text.chunks().iter().map(|chunk| chunk.text()).collect();
+                    let corners = [place.left(), place.top(), place.right(), place.bottom()];
+                    found.push((corners, content));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    #[test]
+    fn all_texts_of_a_figure_fit_at_all_sizes_and_none_covers_another() {
+        const MILLIMETRE: f64 = 96.0 / 25.4;
+        const POINT: f64 = 96.0 / 72.0;
+        let mut labels: Vec<String> = KNOWN
+            .iter()
+            .flat_map(|(_, label, _)| ["kW/(m² K)", "the unit of the side"].map(|u| (*label, u)))
+            .map(|(label, unit)| format!("{label}, in {unit}"))
+            .collect();
+        labels.sort_by_key(|label| std::cmp::Reverse(label.chars().count()));
+        labels.dedup();
+        let columns = [("one", 1), ("two", 2)];
+        for (index, label) in labels[..6].iter().enumerate() {
+            let other = &labels[(5 * index + 3) % labels.len()];
+            for (millimetres, points) in
+                [60.0, 86.0, 180.0].into_iter().flat_map(|mm| (6..=12).map(move |pt| (mm, pt)))
+            {
+                let (name, count) = columns[index % 2];
+                let chart = Chart {
+                    series: vec![
+                        Series::new(
+                            [(1.0, 3e4), (52.3, 7.1e5)],
+                            Style::marker(Colour::Series(0), marker(0)),
+                        )
+                        .named(format!("{} · k_upper = 32 · H = 0.8", label)),
+                        Series::new([(1.0, 4e4)], Style::line(Colour::Text, Dash::Solid, 1.0))
+                            .named("a-very-long-name-of-a-measured-surface.x3p"),
+                    ],
+                    ..Chart::new(Axis::linear(label), Axis::linear(other))
+                };
+                let mut figure = Figure::from_charts(vec![vec![chart; count]], [600.0, 410.0]);
+                figure.title = format!("{label} against {other}");
+                figure.colours = Some(ColourScale {
+                    label: label.clone(),
+                    lowest: "0.001".to_owned(),
+                    highest: "1000".to_owned(),
+                });
+                figure
+                    .fit([Some(MILLIMETRE * millimetres), None], POINT * f64::from(points))
+                    .unwrap();
+                let drawn = tree(&alone(&figure.to_svg(name))).unwrap();
+                let [width, height] = [drawn.size().width(), drawn.size().height()];
+                let mut found = Vec::new();
+                boxes(drawn.root(), &mut found);
+                let case = format!("{label}; {other}; {millimetres} mm, {points} pt");
+                for (at, (one, text)) in found.iter().enumerate() {
+                    let is_inside = one[0] > -0.5
+                        && one[1] > -0.5
+                        && one[2] < width + 0.5
+                        && one[3] < height + 0.5;
+                    assert!(is_inside, "`{text}` at {one:?} of {width} × {height}: {case}");
+                    for (other, covered) in &found[at + 1..] {
+                        // Boxes hold the ascents and descents of the font, which lie at the sides of
+                        // texts that are turned.
+                        let room = 0.25 * points as f32;
+                        let is_turned = one[3] - one[1] > one[2] - one[0];
+                        let [x, y] = if is_turned { [room, 0.5] } else { [0.5, room] };
+                        let is_apart = one[2] < other[0] + x
+                            || other[2] < one[0] + x
+                            || one[3] < other[1] + y
+                            || other[3] < one[1] + y;
+                        assert!(is_apart, "`{text}` {one:?} covers `{covered}` {other:?}: {case}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -215,7 +215,7 @@ fn scientific(value: f64) -> String {
     }
 }
 
-fn superscript(exponent: i32) -> String {
+pub fn superscript(exponent: i32) -> String {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let digit = |letter: char| letter.to_digit(10).map_or('⁻', |d| DIGITS[d as usize]);
     exponent.to_string().chars().map(digit).collect()

@@ -2,16 +2,21 @@
 
 use kuva::plot::{LinePlot, ScatterPlot};
 use kuva::render::annotations::TextAnnotation;
-use kuva::render::layout::{ComputedLayout, Layout};
+use kuva::render::layout::{AxisLabelOverlap, ComputedLayout, Layout};
 use kuva::render::plots::Plot;
 use kuva::render::render::{PathData, Primitive, Scene, render_multiple};
 use kuva::{AxisLine, Theme, TickAlign};
 
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::style::{Colour, Style};
+use crate::charts::text::{letters_in_line, widest_line, width_in_two_lines, width_of};
 
 /// Width in pixels below which a chart has fewer ticks.
 const NARROW: f64 = 330.0;
+/// Distance of a label from the edge of the panel, in pixels.
+const EDGE: f64 = 2.0;
+/// Smallest height of the area between the axes, in pixels.
+const LOWEST: f64 = 80.0;
 /// Room for a note above its point, relative to the length of the axis.
 const NOTE_HEIGHT: f64 = 0.08;
 
@@ -186,6 +191,7 @@ impl Chart {
             .with_axis_line(AxisLine::Box)
             .with_tick_align(TickAlign::Inside)
             .with_ticks(if width < NARROW { 3 } else { 5 })
+            .with_x_label_overlap(AxisLabelOverlap::Thin)
             .with_label_size(words)
             .with_tick_size(words - 1)
             .with_title_size(words)
@@ -204,7 +210,48 @@ impl Chart {
             Spacing::Logarithmic => layout.with_log_y(),
             Spacing::Octaves => layout.with_y_tick_step(1.0),
         };
+        // Half of the last number of the axis is in the margin. The crate assumes that it has as many
+        // digits as the end of the axis, and less room in a narrow panel.
+        let last = match frame.spacing[0] {
+            Spacing::Linear => rounded(x_to, 3),
+            Spacing::Logarithmic => rounded(x_to, 1),
+            Spacing::Octaves => x_to.floor(),
+        };
+        let half = width_of(&layout.x_tick_format.format(last), words - 1) / 2.0;
+        layout.force_margin_right = Some(half.max(f64::from(words)));
+        self.with_fitting_labels(layout, [width, height], words)
+    }
+
+    /// Breaks the labels of the axes and the title into lines that fit into the panel, and shifts a
+    /// label that would reach beyond its edge.
+    fn with_fitting_labels(&self, mut layout: Layout, [w, h]: [f64; 2], words: u32) -> Layout {
+        // The number of lines of one label changes the place of the others.
+        for _ in 0..3 {
+            let computed = ComputedLayout::from_layout(&layout);
+            let y_end =
+                computed.margin_left - computed.y_tick_label_px - computed.tick_label_margin;
+            let inner = [
+                computed.margin_left + computed.plot_width() / 2.0,
+                computed.margin_top + computed.plot_height() / 2.0,
+            ];
+            let (letters, shift) = fitted(&self.y.label, inner[1], [EDGE, h - EDGE], words);
+            layout = layout.with_y_label_wrap(letters).with_y_label_offset(0.0, shift);
+            let (letters, shift) = fitted(&self.x.label, inner[0], [y_end, w - EDGE], words);
+            layout = layout.with_x_label_wrap(letters).with_x_label_offset(shift, 0.0);
+            let room = 2.0 * (inner[0] - EDGE).min(w - EDGE - inner[0]);
+            layout = layout.with_title_wrap(letters_in_line(&self.title, room, words));
+        }
         layout
+    }
+
+    /// Returns the smallest height of a panel of this width that holds the labels of its axes, in
+    /// pixels.
+    pub(super) fn least_height(&self, width: f64, words: u32) -> f64 {
+        let any_height = [width, 1000.0];
+        let computed =
+            ComputedLayout::from_layout(&self.layout(&Frame::new(self), any_height, words));
+        let between = computed.margin_top + LOWEST + computed.margin_bottom;
+        between.max(width_in_two_lines(&self.y.label, words) + 2.0 * EDGE)
     }
 
     fn with_notes(&self, mut layout: Layout, frame: &Frame, words: u32) -> Layout {
@@ -275,6 +322,20 @@ impl Chart {
         let has_place = |point: &&DataPoint| self.x.can_show(point.x) && self.y.can_show(point.y);
         series.points.iter().filter(has_place)
     }
+}
+
+/// Rounds a number to significant digits.
+fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
+}
+
+/// Returns the number of letters in a line of a label that is centred at `centre`, and the distance
+/// by which it has to be shifted to lie between `from` and `to`.
+fn fitted(label: &str, centre: f64, [from, to]: [f64; 2], words: u32) -> (usize, f64) {
+    let letters = letters_in_line(label, to - from, words);
+    let half = widest_line(label, letters, words) / 2.0;
+    let shift = (from - (centre - half)).max(0.0) + (to - (centre + half)).min(0.0);
+    (letters, shift)
 }
 
 /// Ends of the two axes, and the conversion of points to the numbers that the drawing crate draws.

@@ -19,7 +19,7 @@ use crate::charts::chart::{Chart, Frame, Series};
 use crate::charts::map_panel::{Frame as MapFrame, WORDS};
 use crate::charts::style::Colour;
 use crate::charts::svg::finished;
-use crate::charts::{ColourScale, Entry, Figure, Legend, Panel, SAMPLE, add_shifted, entries};
+use crate::charts::{Entry, Figure, Legend, Panel, SAMPLE, add_shifted, entries};
 use asperity_manifest::decimal;
 
 /// Largest width of a chart in pixels. On a screen of 390 pixels, its texts are then at least 10
@@ -75,7 +75,7 @@ impl Figure {
         let rows = rows.map(|row| PageRow { columns, panels: row.iter().map(&mut draw).collect() });
         let rows = rows.collect();
         let colours = self.colours.as_ref().map(|scale| {
-            let mut scene = empty_scene([WIDEST, ColourScale::HEIGHT]);
+            let mut scene = empty_scene([WIDEST, scale.height(WIDEST)]);
             let width = scene.width;
             scale.draw(&mut scene, MARGIN, width);
             finished(&scene, "", &format!("{name}-colours"), 1.0)
@@ -90,7 +90,9 @@ impl Figure {
             Panel::Chart(chart) => {
                 let scale = (WIDEST / width).min(1.0);
                 // Flat charts need room for the numbers and labels of their axes.
-                let size = [scale * width, (1.08 * scale * height).min(height)];
+                let width = scale * width;
+                let height = (1.08 * scale * height).min(height);
+                let size = [width, height.max(chart.least_height(width, WORDS))];
                 let mut scene = empty_scene(size);
                 add_shifted(&mut scene, chart.draw_in_groups(size, legend), [MARGIN; 2]);
                 finished(&scene, &pictures, name, GROW)

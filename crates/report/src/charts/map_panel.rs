@@ -7,7 +7,7 @@ use kuva::render::render::{Primitive, Scene, TextAnchor};
 
 use crate::charts::raster::Raster;
 use crate::charts::style::Colour;
-use crate::charts::svg::width_of;
+use crate::charts::text::width_of;
 
 /// Font size of all texts, in pixels.
 pub const WORDS: u32 = 13;

@@ -9,17 +9,16 @@ use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{Primitive, Scene};
 use resvg::tiny_skia::{self, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
-use skrifa::instance::{LocationRef, Size};
-use skrifa::{FontRef, MetadataProvider};
 
 use crate::charts::raster::Raster;
 use crate::charts::style::{self, Colour};
+use crate::charts::text::with_subscripts;
 
 /// Returns the scene as SVG that scales with the page up to the factor `grow`. `maps` are drawn
 /// behind it.
 pub(super) fn finished(scene: &Scene, maps: &str, name: &str, grow: f64) -> String {
     let svg = SvgBackend::new().render_scene(scene);
-    let svg = with_own_numbers(&svg, name);
+    let svg = with_subscripts(&with_own_numbers(&svg, name));
     let head = svg.find('>').expect("a drawing begins with its tag");
     let (width, height) = (scene.width, scene.height);
     // The figure grows on a wide page, but its texts stay similar to those around it.
@@ -51,19 +50,6 @@ pub(super) fn resized(svg: &str, [width, height]: [f64; 2]) -> String {
         }
     }
     resized + rest
-}
-
-/// Breaks a text into lines of at most this width, in pixels. An empty text has no lines.
-pub(super) fn lines_of(text: &str, width: f64, size: u32) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        let joined = lines.last().map(|line| format!("{line} {word}"));
-        match joined.filter(|line| width_of(line, size) <= width) {
-            Some(line) => *lines.last_mut().expect("a line was joined") = line,
-            None => lines.push(word.to_owned()),
-        }
-    }
-    lines
 }
 
 /// Renumbers the clip paths of a drawing from zero. The drawing crate numbers clip paths per
@@ -126,7 +112,7 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 });
 
 /// Parses a drawing and lays out its texts.
-pub(super) fn tree(svg: &str) -> Result<Tree, PixelsError> {
+pub fn tree(svg: &str) -> Result<Tree, PixelsError> {
     let options = Options { fontdb: FONTS.clone(), ..Options::default() };
     Ok(Tree::from_str(svg, &options)?)
 }
@@ -161,20 +147,6 @@ pub fn to_raster(svg: &str, scale: f32) -> Result<Raster, PixelsError> {
     Ok(Raster::from_pixels([width as usize, height as usize], colours.collect()))
 }
 
-/// Returns the width of a text of this size, in pixels. A character that is not in the font counts
-/// as a square.
-pub fn width_of(text: &str, size: u32) -> f64 {
-    let font = FontRef::new(FONT).expect("the font is part of the program");
-    let letters = font.charmap();
-    let glyphs = font.glyph_metrics(Size::new(size as f32), LocationRef::default());
-    let width = |letter| {
-        let glyph = letters.map(letter);
-        let advance = glyph.and_then(|glyph| glyphs.advance_width(glyph));
-        advance.unwrap_or(size as f32)
-    };
-    text.chars().map(|letter| f64::from(width(letter))).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -185,19 +157,5 @@ mod tests {
         let expected =
             "<svg xmlns=\"x\" width=\"325.04\" height=\"200.00\" viewBox=\"0 0 616 400\">a</svg>";
         assert_eq!(resized(svg, [325.04, 200.0]), expected);
-    }
-
-    #[test]
-    fn a_title_is_broken_between_words() {
-        let width = width_of("one two", 15) + 1.0;
-        assert_eq!(lines_of("one two three", width, 15), ["one two", "three"]);
-        assert!(lines_of("", width, 15).is_empty());
-    }
-
-    #[test]
-    fn width_goes_with_size_and_adds_up() {
-        assert!((width_of("load", 26) - 2.0 * width_of("load", 13)).abs() < 1e-3);
-        assert!((width_of("load y", 13) - width_of("load", 13) - width_of(" y", 13)).abs() < 1e-4);
-        assert!(width_of("mm", 13) > 2.0 * width_of("ii", 13));
     }
 }

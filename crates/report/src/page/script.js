@@ -79,13 +79,23 @@ tip.className = "tip";
 tip.setAttribute("role", "status");
 tip.hidden = true;
 document.body.append(tip);
+// Writes the subscripts of symbols such as h_c, as the drawings have them.
+const typeset = (text) => {
+  const line = document.createElement("div");
+  text.split(/(?<![\p{L}\p{N}_.-])(\p{L}_[\p{L}\p{N}]+)(?![_]|[.-][\p{L}\p{N}])/u).forEach((part, index) => {
+    const [symbol, subscript] = index % 2 ? part.split("_") : [part];
+    line.append(symbol);
+    if (subscript) line.append(Object.assign(document.createElement("sub"), { textContent: subscript }));
+  });
+  return line;
+};
 const written = (number) => number.replaceAll("-", "−").replace(/e(−?\d+)/, " · 10^$1");
 
 document.querySelectorAll(".panel svg").forEach((svg) => {
   const chart = svg.querySelector(".chart");
   if (!chart) return;
   const figure = svg.closest("figure");
-  const labels = [...figure.querySelectorAll(".legend li")].map((entry) => entry.textContent.trim());
+  const labels = [...figure.querySelectorAll(".legend li")].map((entry) => entry.dataset.label);
   const [left, top, width, height] = chart.dataset.box.split(" ").map(Number);
   const share = (axis) => {
     const [from, to, spacing] = axis.split(" ");
@@ -115,11 +125,7 @@ document.querySelectorAll(".panel svg").forEach((svg) => {
       `${chart.dataset.yLabel}: ${y}`,
       lower && `${lower} to ${upper}`,
     ].filter(Boolean);
-    tip.replaceChildren(...lines.map((text) => {
-      const line = document.createElement("div");
-      line.textContent = text;
-      return line;
-    }));
+    tip.replaceChildren(...lines.map(typeset));
     ring.setAttribute("cx", point.x);
     ring.setAttribute("cy", point.y);
     chart.append(ring);
