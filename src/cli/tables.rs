@@ -66,7 +66,7 @@ pub struct TableArguments {
 
 pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = super::session(&arguments.manifest, &arguments.set, data);
-    let table: TableSource = match (&arguments.sql, &arguments.stage) {
+    let (table, units): (TableSource, TableUnits) = match (&arguments.sql, &arguments.stage) {
         (Some(_), Some(stage)) => {
             let manifest = shell_word(&arguments.manifest);
             let message = format!(
@@ -75,8 +75,14 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
             );
             return Err(Misused(message).into());
         }
-        (Some(query), None) => session.sql(query)?.into(),
-        (None, Some(stage)) => session.tables()?.open(stage)?,
+        (Some(query), None) => {
+            let tables = session.tables()?;
+            (tables.sql(query)?.into(), tables.units_of_query(query)?)
+        }
+        (None, Some(stage)) => {
+            let tables = session.tables()?;
+            (tables.open(stage)?, tables.units(stage))
+        }
         (None, None) => {
             let stages = session.study()?.stages;
             let names = listed(stages.iter().map(|stage| stage.name.as_str()), "and");
@@ -101,7 +107,8 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
             (Some(_), true) => ColumnLayout::Fitting,
             (None, true) => ColumnLayout::Summary,
         };
-        write_grid(&mut out, &table, &columns, arguments.rows, layout)?;
+        let units = TableUnits::from_source(&table)?.or(&units);
+        write_grid(&mut out, &table, &units, &columns, arguments.rows, layout)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -366,6 +373,7 @@ enum ColumnLayout {
 fn write_grid(
     out: &mut impl Write,
     table: &TableSource,
+    units: &TableUnits,
     columns: &[usize],
     rows: usize,
     layout: ColumnLayout,
@@ -375,7 +383,7 @@ fn write_grid(
         0 => table.rows(),
         rows => rows.min(table.rows()),
     };
-    let (columns, constant) = printed(table, columns, shown, layout)?;
+    let (columns, constant) = printed(table, units, columns, shown, layout)?;
     let fitting = match layout {
         ColumnLayout::Everything => columns.len(),
         ColumnLayout::Summary | ColumnLayout::Fitting => fitting(&columns, width),
@@ -422,17 +430,17 @@ impl Printed {
 /// that are constant are returned separately, as texts.
 fn printed(
     table: &TableSource,
+    units: &TableUnits,
     indices: &[usize],
     shown: usize,
     layout: ColumnLayout,
 ) -> Result<(Vec<Printed>, Vec<String>), StoreError> {
     let (mut printed, mut constant) = (Vec::new(), Vec::new());
     let first = table.first(indices, shown)?;
-    let units = TableUnits::from_source(table)?;
     let columns = first.batch().columns().iter().zip(first.batch().schema_ref().fields());
     for ((array, field), &index) in columns.zip(indices) {
         let name = field.name();
-        let unit = named_unit(field, &units);
+        let unit = named_unit(field, units);
         let is_summary = layout == ColumnLayout::Summary && table.rows() > 1;
         if is_summary && table.is_constant(index)? {
             if array.is_valid(0) {
@@ -514,7 +522,8 @@ mod tests {
         let mut out = Vec::new();
         let columns: Vec<usize> = (0..table.names().len()).collect();
         let table = table.clone().into();
-        write_grid(&mut out, &table, &columns, rows, ColumnLayout::Summary).unwrap();
+        let units = TableUnits::default();
+        write_grid(&mut out, &table, &units, &columns, rows, ColumnLayout::Summary).unwrap();
         String::from_utf8(out).unwrap()
     }
 

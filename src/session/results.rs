@@ -99,6 +99,28 @@ impl<'a> Tables<'a> {
         })
     }
 
+    /// Returns the units of length and pressure of the table of a stage, as the manifest names them.
+    /// The tables of `aggregate` stages do not name them.
+    pub fn units(&self, stage: &str) -> TableUnits {
+        self.units_of(|name| name == stage)
+    }
+
+    /// Returns the units of length and pressure that the tables of a query share.
+    ///
+    /// # Errors
+    /// Returns an error if the query is invalid.
+    pub fn units_of_query(&self, query: &str) -> Result<TableUnits, SessionError> {
+        let named = sql::tables_of(query).map_err(refused)?;
+        Ok(self.units_of(|name| named.contains(name)))
+    }
+
+    fn units_of(&self, is_read: impl Fn(&str) -> bool) -> TableUnits {
+        let study = &self.reading.study;
+        let units = study.units();
+        let stages = study.stages.iter().zip(&units).filter(|(stage, _)| is_read(&stage.name));
+        TableUnits::common(stages.map(|(_, units)| units))
+    }
+
     /// Returns the names of the stages in the order of the plan.
     pub fn names(&self) -> Vec<&str> {
         let stages = self.reading.plan.stages.iter();

@@ -537,3 +537,225 @@ fn an_index_says_what_is_damaged_and_refuses_an_empty_folder() {
     let refused = bench.output(&["report", "--index"]);
     assert!(text(&refused.stderr).contains("was not written by"), "{}", text(&refused.stderr));
 }
+
+/// Returns a text that would end a script, a tag and an attribute.
+fn hostile(name: &str) -> String {
+    format!("</script><evil-{name}>\" evil='{name}' &")
+}
+
+#[test]
+fn no_text_of_a_page_is_read_as_markup() {
+    let bench = Bench::new();
+    let heights = |j: i32| -> String {
+        (0..24).map(|i| format!("{:.6} ", rough(i, j))).chain(["\n".to_owned()]).collect()
+    };
+    let rows: String = (0..16).map(heights).collect();
+    let head = "# Channel: <evil-channel>\n# Width: 6 µm\n# Height: 3 µm\n# Value units: nm\n";
+    fs::write(bench.path("<evil-file>\" &.txt"), format!("{head}{rows}")).unwrap();
+    let [description, title, caption, code, legend, theory] =
+        ["description", "title", "caption", "code", "legend", "theory"].map(hostile);
+    bench.run(&format!(
+        r#"# {description}
+[study]
+name = "hostile"
+
+[stage.scan]
+kind = "generate"
+method = "file"
+path = '<evil-file>" &.txt'
+periodic = false
+level = "plane"
+
+[stage.contact]
+kind = "solve"
+from = "scan"
+boundary = "free"
+bodies = [{{ youngs_modulus = "50 GPa", poisson_ratio = 0.3 }}]
+loads = ["10 MPa", "20 MPa"]
+
+[stage.area]
+kind = "measure"
+from = "contact"
+
+[stage.query]
+kind = "aggregate"
+from = "area"
+sql = '''select load, area_fraction as "<evil-column>", '<evil-value>' as word from area'''
+
+[figure.one]
+from = "area"
+x = "pressure"
+y = "area_fraction"
+facet = "content"
+title = '''{title}'''
+caption = '''{caption} `{code}`'''
+legend = {{ area_fraction = '''{legend}''', persson = '''{theory}''' }}
+theories = ["persson"]
+
+[figure.two]
+from = "query"
+x = "load"
+y = "<evil-column>"
+"#
+    ));
+    let (_, page) = report(&bench);
+    for name in [
+        "description",
+        "title",
+        "caption",
+        "code",
+        "legend",
+        "theory",
+        "channel",
+        "file",
+        "column",
+        "value",
+    ] {
+        assert!(page.contains(&format!("&lt;evil-{name}")), "`{name}` is not on the page");
+    }
+    assert!(!page.contains("<evil"), "{page}");
+    assert_eq!((page.matches("<script").count(), page.matches("</script").count()), (2, 2));
+    // The title is also in the JSON of the page, which has its own quotes.
+    assert!(!page.replace("\\\" evil", "").contains("\" evil"), "{page}");
+    let figures = bench.data().join("results/hostile/figures");
+    for file in fs::read_dir(&figures).unwrap() {
+        let file = file.unwrap().path();
+        let is_svg = file.extension().is_some_and(|ending| ending == "svg");
+        assert!(!is_svg || !fs::read_to_string(&file).unwrap().contains("<evil"), "{file:?}");
+    }
+    // The page still lists the digests of its figures.
+    assert!(bench.output(&["verify"]).status.success());
+    let figure = figures.join("one.svg");
+    fs::write(&figure, fs::read_to_string(&figure).unwrap() + " ").unwrap();
+    assert_eq!(bench.output(&["verify"]).status.code(), Some(1));
+    let copy = bench.data().join("results/<evil-study>");
+    fs::create_dir(&copy).unwrap();
+    fs::copy(bench.data().join("results/hostile/owner.json"), copy.join("owner.json")).unwrap();
+    let (_, page) = index(&bench);
+    assert!(page.contains("&lt;evil-study") && page.contains("&lt;evil-description"), "{page}");
+    assert!(!page.contains("<evil") && !page.contains("\" evil"), "{page}");
+}
+
+#[test]
+fn files_that_a_received_page_or_owner_names_are_not_read() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    report(&bench);
+    fs::write(bench.path("private.toml"), "# A secret.\n[study]\nname = \"small\"\n").unwrap();
+    let folder = bench.data().join("results/small");
+    let owner = fs::read_to_string(folder.join("owner.json")).unwrap();
+    fs::write(folder.join("owner.json"), owner.replace("study.toml", "private.toml")).unwrap();
+    // A device has no end, and a pipe would wait for a writer.
+    let listed = ["../../../../../../../../dev/zero", "/dev/zero", "link.svg"];
+    let files: Vec<String> = listed.iter().map(|name| format!("\"{name}\":\"00\"")).collect();
+    let basis = format!("{{\"figures\":[],\"rows\":{{}},\"files\":{{{}}}}}", files.join(","));
+    let page = format!("<script id=\"basis\">{basis}</script>");
+    fs::write(folder.join("report.html"), page).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", folder.join("figures/link.svg")).unwrap();
+    let pipe = folder.join("pipe.parquet");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    let output = bench.output(&["verify"]);
+    let printed = text(&output.stdout) + &text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    for part in ["report.html` was edited", "link.svg` was edited", "it is not a regular file"] {
+        assert!(printed.contains(part), "{part} in {printed}");
+    }
+    let (said, page) = index(&bench);
+    assert!(said["studies"][0]["manifest"].as_str().unwrap().ends_with("private.toml"), "{said}");
+    assert!(!said.to_string().contains("secret") && !page.contains("secret"), "{page}");
+    fs::remove_file(pipe).unwrap();
+}
+
+/// Study of two spectra under light pressures in MPa, with means that are grouped by pressure.
+const IN_MEGAPASCALS: &str = r#"
+[study]
+name = "pascals"
+
+[stage.surfaces]
+kind = "generate"
+nodes = 32
+side = "100 um"
+hurst = [0.5, 0.8]
+k_lower = 2
+k_upper = 8
+rms_slope = 0.1
+realizations = 2
+
+[stage.contact]
+kind = "solve"
+from = "surfaces"
+bodies = [{ youngs_modulus = "105 GPa", poisson_ratio = 0.3, conductivity = "50 W/(m K)" }]
+loads = { from = "5 MPa", to = "50 MPa", steps = 6, spacing = "geometric" }
+stiffness = true
+
+[stage.area]
+kind = "measure"
+from = "contact"
+
+[stage.means]
+kind = "aggregate"
+from = "area"
+group_by = ["hurst", "pressure"]
+over = ["mean_gap", "thermal_conductance"]
+statistics = ["mean", "sd"]
+
+[stage.query]
+kind = "aggregate"
+from = "area"
+sql = "select hurst, pressure, avg(mean_gap) as mean_gap from area group by hurst, pressure"
+"#;
+
+#[test]
+fn axes_summary_and_tables_of_statistics_have_the_units_of_the_manifest() {
+    let bench = Bench::new();
+    bench.run(IN_MEGAPASCALS);
+    let (_, page) = report(&bench);
+    let svg = figure(&bench, "means");
+    for label in ["mean pressure p₀, in MPa", "mean gap ū, in µm"] {
+        assert!(svg.contains(&format!(">{label}<")), "{label} in {svg}");
+    }
+    // The symbol has a subscript.
+    assert!(svg.contains(">thermal conductance h<tspan ") && svg.contains(">c</tspan>"), "{svg}");
+    let summary = page.split("<section id=\"summary\"").nth(1).unwrap();
+    let summary = summary.split("</section>").next().unwrap();
+    for part in
+        ["mean gap ū, in µm", "thermal conductance h<sub>c</sub>, in kW/(m² K)", "7.339 MPa"]
+    {
+        assert!(summary.contains(part), "{part} in {summary}");
+    }
+    for head in ["pressure [MPa]", "mean_gap_mean [µm]", "mean_gap [µm]"] {
+        assert!(page.contains(&format!(">{head}</button>")), "{head}");
+    }
+    assert!(!page.contains("in the unit of"), "{page}");
+    let manifest = bench.path("study.toml");
+    let print = |arguments: &[&str]| {
+        let output = bench.output(&[&["table", manifest.to_str().unwrap()], arguments].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    for arguments in [
+        &["means", "--columns", "pressure,mean_gap_mean"][..],
+        &["query"],
+        &["--sql", "select pressure, mean_gap from area"],
+    ] {
+        let printed = print(arguments);
+        assert!(printed.contains("pressure [MPa]") && printed.contains(" [µm]"), "{printed}");
+    }
+}
+
+#[test]
+fn axes_of_light_loads_end_where_the_data_end() {
+    let bench = Bench::new();
+    bench.run(IN_MEGAPASCALS);
+    let (_, page) = report(&bench);
+    for name in ["area-light", "slope", "area-corrected"] {
+        let Some(figure) = page.split(&format!("<figure id=\"{name}\"")).nth(1) else {
+            assert_eq!(name, "area-corrected", "the study corrects no areas");
+            continue;
+        };
+        let ends = figure.split("data-x=\"").nth(1).unwrap().split('"').next().unwrap();
+        let end: f64 = ends.split(' ').nth(1).unwrap().parse().unwrap();
+        assert!((50.0..53.0).contains(&end), "{name} ends at {end} MPa, its data at 50 MPa");
+    }
+}

@@ -27,6 +27,7 @@ use asperity_stages::columns::{
 use asperity_stages::correct::AS_COUNTED;
 use asperity_stages::generate::{self, Origin};
 use asperity_stages::surface_files::SurfaceFiles;
+use asperity_stages::units::{TableUnits, pressure_unit};
 use asperity_stages::{Kind, Recipe, caveats};
 use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
@@ -37,6 +38,9 @@ pub struct FinishedStage {
     pub name: String,
     pub kind: Kind,
     pub table: Table,
+    /// Units of length and pressure of the table. The manifest names them where the table does not,
+    /// as that of an `aggregate` stage.
+    pub units: TableUnits,
     /// Path of the published table, or `None` if it does not contain exactly these rows.
     pub path: Option<PathBuf>,
 }
@@ -53,12 +57,13 @@ pub struct FinishedStages<'a> {
 impl<'a> FinishedStages<'a> {
     /// Collects the finished stages of a study.
     pub fn new(subject: &Subject<'a>) -> FinishedStages<'a> {
-        let stages = subject.plan.stages.iter().zip(subject.rows);
-        let stages = stages.filter_map(|(stage, rows)| {
+        let stages = subject.plan.stages.iter().zip(subject.rows).zip(units_of_stages(subject));
+        let stages = stages.filter_map(|((stage, rows), units)| {
             Some(FinishedStage {
                 name: stage.name.clone(),
                 kind: stage.kind,
                 table: rows.table.clone()?,
+                units,
                 path: rows.is_published.then(|| rows.path.clone()),
             })
         });
@@ -82,6 +87,20 @@ impl<'a> FinishedStages<'a> {
         let found = stages.find(|stage| stage.kind == kind)?;
         Some(&found.name)
     }
+}
+
+/// Returns the units of the table of each stage. If the manifest names no unit of pressure, the unit
+/// is the one that is assumed for the moduli of the stage or of the stages that it reads.
+fn units_of_stages(subject: &Subject) -> Vec<TableUnits> {
+    let mut units = subject.study.units();
+    for (index, (stage, rows)) in subject.study.stages.iter().zip(subject.rows).enumerate() {
+        if units[index].pressure.is_none() {
+            let own = rows.table.as_ref().and_then(pressure_unit);
+            let read = TableUnits::common(stage.inputs.iter().map(|&input| &units[input]));
+            units[index].pressure = own.or(read.pressure);
+        }
+    }
+    units
 }
 
 /// Largest load that the paper calls light, in units of E* × rms slope.

@@ -21,6 +21,7 @@ use crate::page::summary::Summary;
 use crate::styles::Styles;
 use asperity_pipeline::forecast;
 use asperity_stages::Recipe;
+use asperity_stages::units::TableUnits;
 use asperity_tables::cells::cells;
 use asperity_tables::column::Description;
 use asperity_tables::store::files::from_folder;
@@ -112,13 +113,15 @@ struct ShownColumn {
 }
 
 impl ShownColumn {
-    fn new(description: &Description) -> ShownColumn {
+    fn new(description: &Description, units: &TableUnits) -> ShownColumn {
+        let in_brackets = |unit: String| format!(" [{unit}]");
         let unit = match description.unit.as_str() {
             "" | "1" => String::new(),
-            unit => format!(" [{unit}]"),
+            unit => in_brackets(units.name(unit)),
         };
+        let shown = units.shown(&description.unit).map(in_brackets).unwrap_or_default();
         ShownColumn {
-            name: description.name.clone(),
+            name: format!("{}{shown}", description.name),
             meaning: format!("{}{unit}", description.explained()),
             numeric: matches!(description.kind, "real" | "integer"),
         }
@@ -236,10 +239,12 @@ fn picture(subject: &Subject) -> String {
 }
 
 fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
-    let FinishedStage { name, kind, table, path, .. } = stage;
+    let FinishedStage { name, kind, table, units, path } = stage;
+    let units = TableUnits::from_table(table).or(units);
     let shown = table.rows().min(ROWS);
     let fields = table.batch().schema_ref().fields();
-    let columns = fields.iter().map(|field| ShownColumn::new(&Description::from(field.as_ref())));
+    let descriptions = fields.iter().map(|field| Description::from(field.as_ref()));
+    let columns = descriptions.map(|description| ShownColumn::new(&description, &units));
     let by_column: Vec<Vec<String>> =
         table.batch().columns().iter().map(|column| cells(column.as_ref(), shown)).collect();
     let row = |row: usize| by_column.iter().map(|column| column[row].clone()).collect();

@@ -135,6 +135,14 @@ impl AxisUnit {
     pub fn label(&self, name: &str) -> String {
         if self.unit.is_empty() { name.to_owned() } else { format!("{name}, in {}", self.unit) }
     }
+
+    /// Formats a number with this many digits and its unit. A unit without a name is not repeated
+    /// with every number.
+    pub fn text(&self, number: f64, number_of_digits: usize) -> String {
+        let unit = if self.unit.starts_with("the unit of") { "" } else { &self.unit };
+        let text = format!("{} {unit}", digits(self.factor * number, number_of_digits));
+        text.trim_end().to_owned()
+    }
 }
 
 /// Labels of the values of the columns of a table.
@@ -148,19 +156,25 @@ pub struct Labels {
 }
 
 impl Labels {
-    pub fn new(data: &FigureData, table: &Table) -> Result<Labels, TableError> {
+    /// Creates the labels of a table. `named` are the units that the manifest names for it.
+    pub fn new(data: &FigureData, table: &Table, named: &TableUnits) -> Result<Labels, TableError> {
         let names = table.names().into_iter();
         let of_length = grouped(&table.only(&[UNIT.name, SPECTRUM_OF.name])).into_iter();
         let points = of_length.map(|rows| ensembles::point(table, rows[0]));
         let units: BTreeSet<Option<String>> =
             points.map(|point| data.units.at(&point).map(str::to_owned)).collect();
-        let lengths = LengthUnit::common(units.iter().map(Option::as_deref));
-        Ok(Labels {
-            units: names.map(|name| (name.to_owned(), unit(table, name))).collect(),
-            lengths,
-            length: units.first().cloned().flatten().filter(|_| units.len() == 1),
-            pressure: loads::unit_of_pressures(table, &data.units)?,
-        })
+        let mut lengths = LengthUnit::common(units.iter().map(Option::as_deref));
+        let mut length = units.first().cloned().flatten().filter(|_| units.len() == 1);
+        if lengths == LengthUnit::Unknown {
+            length.clone_from(&named.length);
+            lengths = LengthUnit::common([length.as_deref()]);
+        }
+        let pressure = match loads::unit_of_pressures(table, &data.units)? {
+            PressureUnit::Unknown => PressureUnit::named(named.pressure.as_deref().unwrap_or("")),
+            known => known,
+        };
+        let units = names.map(|name| (name.to_owned(), unit(table, name)));
+        Ok(Labels { units: units.collect(), lengths, length, pressure })
     }
 
     /// Returns the unit in which values of a column are shown.
@@ -176,7 +190,7 @@ impl Labels {
             _ if column.starts_with(LOAD.name) || column == TANGENTIAL_LOAD.name => {
                 Scaled { factor: 1.0, unit: String::new() }
             }
-            unit @ ("N" | "Ω" | "Ω m") => prefixed(largest, unit),
+            unit @ ("m" | "Pa" | "N" | "Ω" | "Ω m" | "W/(m² K)") => prefixed(largest, unit),
             unit => Scaled { factor: 1.0, unit: self.named().name(unit) },
         };
         AxisUnit { factor: scaled.factor, unit: scaled.unit }
@@ -205,11 +219,7 @@ impl Labels {
             Some(Value::Integer(number)) => return format!("{symbol} = {number}"),
             Some(Value::Real(number)) => *number,
         };
-        let AxisUnit { factor, unit } = self.unit(column, std::iter::once(number));
-        // A unit without a name is not repeated with every value.
-        let unit = if unit.starts_with("the unit of") { String::new() } else { unit };
-        let text = format!("{symbol} = {} {unit}", digits(factor * number, 6));
-        text.trim_end().to_owned()
+        format!("{symbol} = {}", self.unit(column, std::iter::once(number)).text(number, 6))
     }
 
     /// Lists the values of a column for messages.

@@ -49,6 +49,23 @@ impl TableUnits {
         Ok(TableUnits::from_table(&source.first(&constant, 1)?))
     }
 
+    /// Returns these units, and those of `other` where the table names none.
+    pub fn or(self, other: &TableUnits) -> TableUnits {
+        TableUnits {
+            length: self.length.or_else(|| other.length.clone()),
+            pressure: self.pressure.or_else(|| other.pressure.clone()),
+        }
+    }
+
+    /// Returns the units that all tables share.
+    pub fn common<'a>(tables: impl IntoIterator<Item = &'a TableUnits>) -> TableUnits {
+        let tables: Vec<&TableUnits> = tables.into_iter().collect();
+        TableUnits {
+            length: shared(tables.iter().map(|units| units.length.as_deref())),
+            pressure: shared(tables.iter().map(|units| units.pressure.as_deref())),
+        }
+    }
+
     /// Returns the unit of a column with the names of the units of length and pressure:
     /// `1/length²` becomes `1/µm²`, and `pressure × length` becomes `J/m²`.
     pub fn name(&self, unit: &str) -> String {
@@ -104,8 +121,12 @@ pub fn assumed_pressure_unit(modulus: f64, length_unit: Option<&str>) -> Option<
 
 /// Returns the text that all rows of a column have, if it is not empty.
 fn common(table: &Table, column: &str) -> Option<String> {
-    let texts = table.texts(column).ok()?;
-    let mut texts = texts.iter().map(|text| text.filter(|text| !text.is_empty()));
+    shared(table.texts(column).ok()?.iter())
+}
+
+/// Returns the text that all have, if it is not empty.
+fn shared<'a>(texts: impl IntoIterator<Item = Option<&'a str>>) -> Option<String> {
+    let mut texts = texts.into_iter().map(|text| text.filter(|text| !text.is_empty()));
     let first = texts.next().flatten()?;
     texts.all(|other| other == Some(first)).then(|| first.to_owned())
 }

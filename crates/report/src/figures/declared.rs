@@ -45,7 +45,7 @@ pub fn draw(data: &FigureData, figure: &FigureSpec) -> Result<Drawn, ReportError
         let points = Points::from_table(&stage.table, figure, quantity)?;
         drawings.push((quantity, points));
     }
-    let labels = Labels::new(data, &stage.table)?;
+    let labels = Labels::new(data, &stage.table, &stage.units)?;
     Plot { data, figure, stage, labels, drawings }.draw()
 }
 

@@ -8,16 +8,16 @@ use serde::Serialize;
 
 use super::ShownColumn;
 use crate::Subject;
-use crate::ensembles::{self, Point};
-use crate::figure_data::{FigureData, FinishedStages, LIGHT};
+use crate::charts::axis::superscript;
+use crate::ensembles;
+use crate::figure_data::{FigureData, FinishedStage, FinishedStages, LIGHT};
 use crate::figures::sample;
 use crate::independent::independent;
-use crate::loads::{Loads, unit_of_pressures};
+use crate::loads::Loads;
 use crate::plotted::distinct;
 use crate::styles::ascending;
-use crate::symbols;
-use crate::units::{LengthUnit, PressureUnit, Scaled, digits, length_in_words};
-use asperity_manifest::keys::quantity::{Dimension, Unit};
+use crate::symbols::{self, Labels};
+use crate::units::{digits, length_in_words};
 use asperity_stages::aggregate::{self, Groups, Statistic};
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, BRANCH, CONTENT, LOAD, MEAN_GAP, PRESSURE, PULL_OFF_LOAD, STEP,
@@ -95,13 +95,13 @@ fn varied(finished: &FinishedStages, data: &FigureData) -> String {
         let names = independent(&stage.table, &data.derived);
         let names: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
         let table = stage.table.only(&names);
-        let written = Written::new(&stage.table, data);
+        let Ok(labels) = Labels::new(data, &stage.table, &stage.units) else { continue };
         for description in table.descriptions() {
             // The branch of a state belongs to its path.
             if description.name == BRANCH.name && stage.table.has(STEP.name) {
                 continue;
             }
-            let column = column_cells(&stage.table, &description, &written);
+            let column = column_cells(&stage.table, &description, &labels);
             let known = parameters.iter().position(|(name, _)| *name == description.name);
             let index = known.unwrap_or_else(|| {
                 parameters.push((description.name.clone(), Vec::new()));
@@ -256,6 +256,8 @@ fn results(subject: &Subject, data: &FigureData) -> Vec<ResultTable> {
     let stages = subject.study.stages.iter().zip(subject.rows);
     let (mut aggregates, mut fits) = (Vec::new(), Vec::new());
     for (stage, rows) in stages {
+        let finished = data.finished.stages.iter().find(|finished| finished.name == stage.name);
+        let Some(finished) = finished else { continue };
         let (Work::Evaluate(recipes), Some(table)) = (&stage.work, &rows.table) else { continue };
         match recipes.first() {
             Some(Recipe::Aggregate(params)) => {
@@ -263,10 +265,10 @@ fn results(subject: &Subject, data: &FigureData) -> Vec<ResultTable> {
                     let inputs = stage.inputs.iter();
                     let inputs = inputs.filter_map(|&input| subject.rows[input].table.clone());
                     let inputs: Vec<Table> = inputs.collect();
-                    aggregates.extend(means(&stage.name, &inputs, groups, data));
+                    aggregates.extend(means(finished, &inputs, groups, data));
                 }
             }
-            Some(Recipe::Fit(fit)) => fits.extend(fitted(&stage.name, table, fit.level, data)),
+            Some(Recipe::Fit(fit)) => fits.extend(fitted(finished, table, fit.level, data)),
             _ => {}
         }
     }
@@ -288,11 +290,16 @@ fn areas(data: &FigureData) -> Option<ResultTable> {
     })?;
     let over = vec![area.to_owned()];
     let groups = Groups { group_by: None, over, statistics: Vec::new(), models: Vec::new() };
-    means(&stage.name, std::slice::from_ref(&stage.table), &groups, data)
+    means(stage, std::slice::from_ref(&stage.table), &groups, data)
 }
 
 /// Returns the means of the columns of an `aggregate` stage with 95 % intervals.
-fn means(stage: &str, inputs: &[Table], groups: &Groups, data: &FigureData) -> Option<ResultTable> {
+fn means(
+    stage: &FinishedStage,
+    inputs: &[Table],
+    groups: &Groups,
+    data: &FigureData,
+) -> Option<ResultTable> {
     let wanted = Groups {
         statistics: vec![Statistic::Mean, Statistic::Confidence(0.95)],
         models: Vec::new(),
@@ -312,7 +319,12 @@ fn means(stage: &str, inputs: &[Table], groups: &Groups, data: &FigureData) -> O
 }
 
 /// Returns the parameters of a fit with their intervals.
-fn fitted(stage: &str, table: &Table, level: f64, data: &FigureData) -> Option<ResultTable> {
+fn fitted(
+    stage: &FinishedStage,
+    table: &Table,
+    level: f64,
+    data: &FigureData,
+) -> Option<ResultTable> {
     let names = table.names();
     let estimates = names.iter().filter_map(|name| {
         let ends = ["lower", "upper"].map(|end| format!("{name}_{end}"));
@@ -335,7 +347,7 @@ struct Estimate {
 /// Returns the table that a reader sees: the coordinates that differ between its rows, and the
 /// estimates.
 fn shown(
-    stage: &str,
+    stage: &FinishedStage,
     level: f64,
     table: &Table,
     is_fit: bool,
@@ -364,7 +376,7 @@ fn shown(
     let table = &table.pick(&(0..table.rows()).filter(is_known).collect::<Vec<_>>());
     let Selection { rows, note, points } = Selection::new(table, &data.loads);
     let picked = table.pick(&rows);
-    let written = Written::new(&picked, data);
+    let labels = Labels::new(data, &picked, &stage.units).ok()?;
     let mut columns = Vec::new();
     let mut by_column = Vec::new();
     let varied = independent(&picked, &data.derived);
@@ -373,7 +385,7 @@ fn shown(
         let name = &description.name;
         let is_other_unit = [LOAD.name, PRESSURE.name].contains(&name.as_str())
             && description.role != Role::Load.name();
-        let cells = column_cells(&picked, &description, &written);
+        let cells = column_cells(&picked, &description, &labels);
         let is_constant = cells.iter().all(|cell| *cell == cells[0]);
         let is_dependent = description.role == Role::Parameter.name()
             && !varied.iter().any(|(varied, _)| varied == name);
@@ -382,7 +394,7 @@ fn shown(
             continue;
         }
         let name = symbols::symbol(name);
-        columns.push(ShownColumn { name, ..ShownColumn::new(&description) });
+        columns.push(ShownColumn { name, ..ShownColumn::new(&description, &stage.units) });
         by_column.push(cells);
     }
     for estimate in &estimates {
@@ -391,9 +403,8 @@ fn shown(
         let value = value?;
         let description = picked.descriptions();
         let description = description.into_iter().find(|one| one.name == estimate.columns[0])?;
-        let largest = value.iter().flatten().fold(0.0, |most: f64, one| most.max(one.abs()));
-        let Scaled { factor, unit } = written.unit(&description, largest);
-        let unit = if unit.is_empty() { unit } else { format!(", {unit}") };
+        let unit = labels.unit(&estimate.columns[0], value.iter().flatten());
+        let factor = unit.factor;
         let cells = (0..picked.rows()).map(|row| {
             let real = |column: &Option<Float64Array>| {
                 let column = column.as_ref().filter(|column| column.is_valid(row));
@@ -408,8 +419,9 @@ fn shown(
         let label = symbols::name(&estimate.name);
         let labels = estimates.iter().map(|other| symbols::name(&other.name));
         let is_unique = labels.filter(|other| *other == label).count() == 1;
-        let name = format!("{}{unit}", if is_unique { &label } else { &estimate.name });
-        columns.push(ShownColumn { name, numeric: true, ..ShownColumn::new(&description) });
+        let name = unit.label(if is_unique { &label } else { &estimate.name });
+        let column = ShownColumn::new(&description, &stage.units);
+        columns.push(ShownColumn { name, numeric: true, ..column });
     }
     let cells = (0..picked.rows())
         .map(|row| by_column.iter().map(|column: &Vec<String>| column[row].clone()).collect());
@@ -424,7 +436,7 @@ fn shown(
     if points > rows.len() {
         caption += &format!("; {} of {points} rows", rows.len());
     }
-    Some(ResultTable { stage: stage.to_owned(), caption, columns, cells: cells.collect() })
+    Some(ResultTable { stage: stage.name.clone(), caption, columns, cells: cells.collect() })
 }
 
 /// Rows of a table that the summary shows.
@@ -467,65 +479,23 @@ impl Selection {
     }
 }
 
-/// Units in which the values of a table are written.
-struct Written {
-    length_unit: Option<String>,
-    pressures: PressureUnit,
-}
-
-impl Written {
-    fn new(table: &Table, data: &FigureData) -> Written {
-        let point = (table.rows() > 0).then(|| crate::ensembles::point(table, 0));
-        let unit = point.as_ref().and_then(|point: &Point| data.units.at(point));
-        Written {
-            length_unit: unit.map(str::to_owned),
-            pressures: unit_of_pressures(table, &data.units).unwrap_or(PressureUnit::Unknown),
-        }
-    }
-
-    /// Returns the unit in which values of a column up to `largest` are written; its name is empty
-    /// for pure numbers.
-    fn unit(&self, description: &Description, largest: f64) -> Scaled {
-        let unit = description.unit.as_str();
-        let pure = Scaled { factor: 1.0, unit: String::new() };
-        let pressures = match (unit, Unit::find(unit).map(|unit| unit.dimension)) {
-            ("pressure", _) => self.pressures.clone(),
-            (_, Some(Dimension::Pressure)) => PressureUnit::named(unit),
-            ("length", _) | (_, Some(Dimension::Length)) => {
-                let own = if unit == "length" { self.length_unit.as_deref() } else { Some(unit) };
-                let lengths = LengthUnit::common([own]);
-                let factor = lengths.factor(own);
-                return match lengths {
-                    LengthUnit::Unknown => pure,
-                    known => known.scaled(factor * largest).times(factor),
-                };
-            }
-            _ => return pure,
-        };
-        match pressures {
-            PressureUnit::Unknown => pure,
-            known => known.scaled(largest),
-        }
-    }
-}
-
 /// Returns the cells of a column of coordinates as a person writes them.
-fn column_cells(table: &Table, description: &Description, written: &Written) -> Vec<String> {
+fn column_cells(table: &Table, description: &Description, labels: &Labels) -> Vec<String> {
     let name = description.name.as_str();
     let Ok(values) = table.reals(name) else {
         let column = table.batch().column_by_name(name).expect("the table has described it");
         return cells(column.as_ref(), table.rows());
     };
     let text = |value: f64| {
-        let Scaled { factor, unit } = written.unit(description, value.abs());
-        let number = digits(factor * value, if unit.is_empty() { 6 } else { 4 });
-        format!("{number} {unit}").trim_end().to_owned()
+        let number_of_digits = if description.unit == "1" { 6 } else { 4 };
+        labels.unit(name, std::iter::once(value)).text(value, number_of_digits)
     };
     values.iter().map(|value| value.map_or_else(|| "–".to_owned(), text)).collect()
 }
 
 /// Formats a value with half of its interval, `0.1234 ± 0.0014`, or with the ends of the interval
-/// if it is asymmetric. The interval has two significant digits.
+/// if it is asymmetric. The interval has two significant digits. Very large and small numbers have a
+/// common power of ten.
 fn with_interval(value: f64, ends: Option<(f64, f64)>) -> String {
     // A quantity that is the same for all surfaces has an interval of rounding errors.
     let is_wide = |(lower, upper): &(f64, f64)| upper - lower > 1e-9 * value.abs();
@@ -533,17 +503,24 @@ fn with_interval(value: f64, ends: Option<(f64, f64)>) -> String {
         return digits(value, 4);
     };
     let half = (upper - lower) / 2.0;
-    let decimals = 1 - half.log10().floor() as i32;
-    if !(0..=9).contains(&decimals) && half < 1e-3 || value.abs() >= 1e6 {
-        return format!("{} ({} to {})", digits(value, 4), digits(lower, 4), digits(upper, 4));
-    }
-    let decimals = decimals.clamp(0, 9) as usize;
-    let text = |number: f64| format!("{number:.decimals$}").replace('-', "−");
+    let largest = half.max(value.abs());
+    let exponent = if (1e-3..1e6).contains(&largest) { 0 } else { largest.log10().floor() as i32 };
+    let power = 10f64.powi(exponent);
+    // Decimals of the last digit shown; negative ones stand before the point.
+    let decimals = 1 - (half / power).log10().floor() as i32;
+    let unit = 10f64.powi(decimals);
+    let text = |number: f64| {
+        let rounded = (number / power * unit).round() / unit;
+        format!("{rounded:.*}", decimals.clamp(0, 9) as usize).replace('-', "−")
+    };
     let is_symmetric = (f64::midpoint(lower, upper) - value).abs() < 0.1 * half;
-    if is_symmetric {
-        format!("{} ± {}", text(value), text(half))
-    } else {
-        format!("{} ({} to {})", text(value), text(lower), text(upper))
+    let (numbers, brackets) = match is_symmetric {
+        true => (format!("{} ± {}", text(value), text(half)), ["(", ")"]),
+        false => (format!("{} ({} to {})", text(value), text(lower), text(upper)), ["", ""]),
+    };
+    match exponent {
+        0 => numbers,
+        _ => format!("{}{numbers}{}·10{}", brackets[0], brackets[1], superscript(exponent)),
     }
 }
 
@@ -558,6 +535,10 @@ mod tests {
             (-2.0, Some((-2.25, -1.75)), "−2.00 ± 0.25"),
             (2.0, Some((1.9, 2.4)), "2.00 (1.90 to 2.40)"),
             (1234.4, Some((1200.0, 1268.8)), "1234 ± 34"),
+            (1855.0, Some((1514.0, 2196.0)), "1860 ± 340"),
+            (3.0e-6, Some((-1.5e-6, 7.5e-6)), "(3.0 ± 4.5)·10⁻⁶"),
+            (-2.3456e7, Some((-2.3479e7, -2.3433e7)), "(−2.3456 ± 0.0023)·10⁷"),
+            (2e-9, Some((1.9e-9, 2.4e-9)), "2.00 (1.90 to 2.40)·10⁻⁹"),
             (0.123456, None, "0.1235"),
             (0.5, Some((0.5, 0.5)), "0.5"),
             (1.785, Some((1.785 - 1e-15, 1.785 + 1e-15)), "1.785"),
