@@ -121,7 +121,12 @@ pub fn run_text(report: &RunReport, only: Option<&str>) -> Result<String, Failur
     if let Some(path) = &report.receipt {
         text += &format!("receipt: {}\n", path.display());
     }
-    Ok(text + &closing(&report.wanted, &report.outcome) + "\n")
+    // A process of a shard has a receipt.
+    let nothing_to_do = match report.receipt {
+        Some(_) => "nothing to do: no missing task belongs to this shard",
+        None => "nothing to do: all tables exist",
+    };
+    Ok(text + &closing(&report.wanted, &report.outcome, nothing_to_do) + "\n")
 }
 
 impl RunArguments {
@@ -139,7 +144,7 @@ impl RunArguments {
     }
 }
 
-fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
+fn closing(missing: &[usize], outcome: &RunOutcome, nothing_to_do: &str) -> String {
     let computed = outcome.computed.len();
     if outcome.interrupted || outcome.halted {
         let all = counted(missing.len(), "task");
@@ -161,7 +166,7 @@ fn closing(missing: &[usize], outcome: &RunOutcome) -> String {
         return format!("stopped after {computed} of {all}; {cure}run again to continue");
     }
     match computed {
-        0 if outcome.failed.is_empty() => "nothing to do: all tables exist".to_owned(),
+        0 if outcome.failed.is_empty() => nothing_to_do.to_owned(),
         _ => format!("{} computed", counted(computed, "task")),
     }
 }
@@ -234,7 +239,7 @@ mod tests {
                 halted: true,
                 ..RunOutcome::default()
             };
-            closing(&[0], &outcome)
+            closing(&[0], &outcome, "")
         };
         use io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
         for kind in [PermissionDenied, ReadOnlyFilesystem] {
