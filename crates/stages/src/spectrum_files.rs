@@ -1,7 +1,7 @@
 //! Files of power spectral densities: tables of wavenumbers and densities, as CSV or Parquet.
 //!
-//! The first column `wavenumber` holds angular wavenumbers. The first column `spectral_density`, or
-//! else `density`, holds the density C(q) with ∫ C d²q/(2π)² = h_rms². Other columns are ignored.
+//! The column `wavenumber` holds angular wavenumbers. The column `spectral_density`, or else
+//! `density`, holds the density C(q) with ∫ C d²q/(2π)² = h_rms². Other columns are ignored.
 //! In a CSV file a name may be followed by its unit in brackets: `wavenumber [1/µm]`, `density
 //! [µm^4]`. Fields are separated by commas, semicolons, tabs or spaces, and lines that begin with
 //! `#` are comments. The published table of a `measure` stage is such a file.
@@ -50,6 +50,8 @@ pub enum SpectrumFileError {
     Parquet(ParquetError),
     #[error("has no column `{wanted}`; its columns are {found}")]
     Missing { wanted: &'static str, found: String },
+    #[error("has several columns `{name}`; remove or rename all but one")]
+    Repeated { name: &'static str },
     #[error("has {found:?} in line {line} instead of a number")]
     Number { line: usize, found: String },
     #[error("has more than {MAX_ROWS} rows")]
@@ -121,16 +123,23 @@ fn read_text(text: &str) -> Result<SpectrumTable, SpectrumFileError> {
 /// Returns the indices of the columns of wavenumbers and of densities.
 fn find_columns(names: &[&str]) -> Result<[usize; 2], SpectrumFileError> {
     let index = |wanted: &[&'static str]| {
-        let found = wanted
-            .iter()
-            .find_map(|wanted| names.iter().position(|name| name.eq_ignore_ascii_case(wanted)));
-        found.ok_or_else(|| SpectrumFileError::Missing {
-            wanted: wanted[wanted.len() - 1],
-            found: match names {
-                [] => "none".to_owned(),
-                names => names.join(", "),
-            },
-        })
+        let indices = |wanted: &str| -> Vec<usize> {
+            let named = names.iter().enumerate();
+            let named = named.filter(|(_, name)| name.eq_ignore_ascii_case(wanted));
+            named.map(|(index, _)| index).collect()
+        };
+        let found = wanted.iter().map(|name| (*name, indices(name)));
+        match found.into_iter().find(|(_, indices)| !indices.is_empty()) {
+            Some((_, indices)) if indices.len() == 1 => Ok(indices[0]),
+            Some((name, _)) => Err(SpectrumFileError::Repeated { name }),
+            None => Err(SpectrumFileError::Missing {
+                wanted: wanted[wanted.len() - 1],
+                found: match names {
+                    [] => "none".to_owned(),
+                    names => names.join(", "),
+                },
+            }),
+        }
     };
     Ok([index(&[WAVENUMBER])?, index(&DENSITIES)?])
 }
@@ -270,6 +279,8 @@ mod tests {
             refused("wavenumber [µm],density [µm^4]\n1,2\n"),
             "has the unit \"µm\" for `wavenumber`; write it like `1/µm`"
         );
+        let twice = "has several columns `density`; remove or rename all but one";
+        assert_eq!(refused("wavenumber,density,Density\n1,2,3\n"), twice);
         assert!(read(&[0xff, 0xfe, 0]).is_err());
         assert!(read(b"PAR1").is_err());
         assert!(table("").is_err());

@@ -87,8 +87,10 @@ pub const PAGE: &[Shape] = &[
     Shape::Struct(&[INT, INT, INT, INT, STATISTICS]),
     EMPTY,
     Shape::Struct(DICTIONARY),
-    Shape::Struct(&[INT, INT, INT, INT, INT, INT, BOOL, STATISTICS]),
+    Shape::Struct(DATA_PAGE),
 ];
+/// Fields of `DataPageHeaderV2`, which is part of `PageHeader`.
+pub const DATA_PAGE: &[Shape] = &[INT, INT, INT, INT, INT, INT, BOOL, STATISTICS];
 /// Fields of `DictionaryPageHeader`, which is part of `PageHeader`.
 pub const DICTIONARY: &[Shape] = &[INT, INT, BOOL];
 

@@ -3,23 +3,28 @@
 //! Time and memory are at most proportional to the bytes and rows of the file. Each page begins
 //! with a header, which is validated like the footer before the `parquet` crate reads it
 //! ([`thrift`](super::thrift)). The crate allocates memory for the uncompressed size of the page
-//! and for the number of values in a dictionary, as given in the header.
+//! and for the number of values in a dictionary, as given in the header. Its decoders of gzip and
+//! Brotli unpack whatever a page contains, so such pages are unpacked once without keeping their
+//! bytes. The other decoders stop at the size in the header, or have a bounded ratio (LZ4).
 
+use std::io::{self, Read};
 use std::sync::Arc;
 
 use arrow::array::{Array, AsArray};
 use arrow::compute::cast;
 use arrow::datatypes::{DataType, Field, Float64Type};
 use bytes::Bytes;
+use flate2::read::MultiGzDecoder;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{
     ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder,
 };
+use parquet::basic::Compression;
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 
 use super::ParquetError;
 use super::decode::{catch_panics, leaf};
-use super::footer::{self, DICTIONARY, PAGE};
+use super::footer::{self, DATA_PAGE, DICTIONARY, PAGE};
 use super::thrift::{InvalidThrift, Walk};
 
 /// Maximum number of uncompressed bytes per row. The largest type, a decimal, has 32 bytes; in
@@ -130,7 +135,7 @@ fn check_chunks<'a>(
         if read > file.len() {
             return Err(refused(InvalidThrift::Bytes));
         }
-        check_pages(pages, &mut left).map_err(refused)?;
+        check_pages(pages, chunk.compression(), &mut left).map_err(refused)?;
     }
     Ok(())
 }
@@ -138,7 +143,11 @@ fn check_chunks<'a>(
 /// Subtracts the uncompressed sizes of the pages from `left`, the number of uncompressed bytes that
 /// the column may still have. Returns an error if `left` would become negative, or if the header of
 /// a page is invalid.
-fn check_pages(mut pages: &[u8], left: &mut usize) -> Result<(), InvalidThrift> {
+fn check_pages(
+    mut pages: &[u8],
+    codec: Compression,
+    left: &mut usize,
+) -> Result<(), InvalidThrift> {
     while !pages.is_empty() {
         let (after, header) = Header::read(pages)?;
         let rest = &pages[after..];
@@ -151,9 +160,26 @@ fn check_pages(mut pages: &[u8], left: &mut usize) -> Result<(), InvalidThrift> 
             return Err(InvalidThrift::Values(header.values));
         }
         let length = usize::try_from(header.length).map_err(|_| InvalidThrift::Bytes)?;
-        pages = rest.get(length..).ok_or(InvalidThrift::Bytes)?;
+        let page = rest.get(..length).ok_or(InvalidThrift::Bytes)?;
+        let levels = usize::try_from(header.levels).map_err(|_| InvalidThrift::Bytes)?;
+        let values = page.get(levels..).ok_or(InvalidThrift::Bytes)?;
+        if !fits(values, codec, unpacked.saturating_sub(levels) as u64) {
+            return Err(InvalidThrift::Unpacked(header.unpacked));
+        }
+        pages = &rest[length..];
     }
     Ok(())
+}
+
+/// Returns whether the decoder of a codec stops at `size` bytes. Damaged bytes are left to it.
+fn fits(packed: &[u8], codec: Compression, size: u64) -> bool {
+    let unpacked = |decoder: &mut dyn Read| io::copy(&mut decoder.take(size + 1), &mut io::sink());
+    let unpacked = match codec {
+        Compression::GZIP(_) => unpacked(&mut MultiGzDecoder::new(packed)),
+        Compression::BROTLI(_) => unpacked(&mut brotli::Decompressor::new(packed, 4096)),
+        _ => return true,
+    };
+    !unpacked.is_ok_and(|bytes| bytes > size)
 }
 
 /// Fields of a page header that [`check_pages`] checks.
@@ -165,6 +191,8 @@ struct Header {
     unpacked: i64,
     /// Number of values of a dictionary page; zero for other pages.
     values: i64,
+    /// Length of the levels, which are not compressed in data pages of version 2, in bytes.
+    levels: i64,
 }
 
 impl Header {
@@ -180,6 +208,13 @@ impl Header {
                     1 => walk.number().map(|values| header.values = values),
                     _ => walk.skip(kind, shape),
                 })?,
+                8 => walk.fields(DATA_PAGE, |walk, field, kind, shape| {
+                    match field {
+                        5 | 6 => header.levels = header.levels.saturating_add(walk.number()?),
+                        _ => walk.skip(kind, shape)?,
+                    }
+                    Ok(())
+                })?,
                 _ => walk.skip(kind, shape)?,
             }
             Ok(())
@@ -190,6 +225,8 @@ impl Header {
 
 #[cfg(test)]
 mod tests {
+    use parquet::basic::{BrotliLevel, GzipLevel};
+
     use super::*;
     use crate::column::{Column, ColumnKind, reals, texts};
     use crate::parquet::{Metadata, encode};
@@ -249,9 +286,53 @@ mod tests {
         }
     }
 
+    /// Files with 40 rows of two columns, as each program writes them with this codec or by
+    /// default: pandas with snappy, polars with zstd, DuckDB with snappy.
+    const CODECS: [&[u8]; 9] = [
+        include_bytes!("samples/pandas.parquet"),
+        include_bytes!("samples/polars-default.parquet"),
+        include_bytes!("samples/duckdb-default.parquet"),
+        include_bytes!("samples/pyarrow-zstd.parquet"),
+        include_bytes!("samples/pyarrow-gzip.parquet"),
+        include_bytes!("samples/pyarrow-gzip-v2.parquet"),
+        include_bytes!("samples/pyarrow-lz4.parquet"),
+        include_bytes!("samples/pyarrow-brotli.parquet"),
+        include_bytes!("samples/pyarrow-brotli-v2.parquet"),
+    ];
+
+    #[test]
+    fn files_of_the_usual_codecs_are_read() {
+        for sample in CODECS {
+            let columns = NumberColumns::from_bytes(sample.to_vec()).unwrap();
+            assert_eq!(columns.names(), ["wavenumber", "density"]);
+            let [wavenumbers, densities] = [0, 1].map(|column| columns.read(column).unwrap());
+            assert_eq!(wavenumbers, (1..=40).map(f64::from).collect::<Vec<_>>());
+            assert_eq!(densities, vec![0.5; 40]);
+        }
+    }
+
+    #[test]
+    fn pages_unpack_to_no_more_than_their_size() {
+        let zeros = vec![0; 1 << 20];
+        let mut gzip = Vec::new();
+        let encoder = flate2::read::GzEncoder::new(&zeros[..], flate2::Compression::best());
+        { encoder }.read_to_end(&mut gzip).unwrap();
+        let mut packed = Vec::new();
+        let parameters = brotli::enc::BrotliEncoderParams::default();
+        brotli::BrotliCompress(&mut &zeros[..], &mut packed, &parameters).unwrap();
+        let codecs = [
+            (&gzip, Compression::GZIP(GzipLevel::default())),
+            (&packed, Compression::BROTLI(BrotliLevel::default())),
+        ];
+        for (packed, codec) in codecs {
+            assert!(fits(packed, codec, 1 << 20) && !fits(packed, codec, (1 << 20) - 1));
+            assert!(fits(&packed[1..], codec, 1 << 20), "damaged bytes are left to the decoder");
+        }
+    }
+
     #[test]
     fn a_damaged_byte_in_a_foreign_file_does_no_harm() {
-        for sample in SAMPLES {
+        for sample in SAMPLES.into_iter().chain(CODECS) {
             for index in 0..sample.len() {
                 let mut damaged = sample.to_vec();
                 damaged[index] ^= 1 << (index % 8);
@@ -269,7 +350,7 @@ mod tests {
     }
 
     fn passed(pages: &[u8], mut left: usize) -> Result<usize, InvalidThrift> {
-        check_pages(pages, &mut left).map(|()| left)
+        check_pages(pages, Compression::UNCOMPRESSED, &mut left).map(|()| left)
     }
 
     #[test]
