@@ -3,7 +3,8 @@
 //! Arrays are named in the singular: `height`, `contact`, `repulsive`, `pressure`, `gap` and
 //! `displacement`. The first axis of a NumPy array is x, and the second is y, as in the library and
 //! in Python. With several loads or states of a path, the load or the state is the first of three
-//! axes. VTK files have x, y and z, with one node along z.
+//! axes. VTK files have x, y and z. Each node is a cell around its position, so that areas and
+//! integrals over cells are those of the tables.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -364,12 +365,14 @@ impl<'m> Export<'m> {
         }
     }
 
-    /// Returns VTK image data with the heights and the maps of a load. Nodes are points, of which x
-    /// varies fastest.
+    /// Returns VTK image data with the heights and the maps of a load. Nodes are cells, of which x
+    /// varies fastest. As points, they would bound one cell less along each side: filters that keep
+    /// or integrate cells would give other areas and forces.
     fn vti(&self, of: Option<&LoadMaps>) -> Vec<u8> {
         let ([nodes_x, nodes_y], [step_x, step_y]) =
             (self.any().grid.nodes(), self.any().grid.spacing());
-        let extent = format!("0 {} 0 {} 0 0", nodes_x - 1, nodes_y - 1);
+        let extent = format!("0 {nodes_x} 0 {nodes_y} 0 0");
+        let [first_x, first_y] = [step_x, step_y].map(|step| -0.5 * step);
         let (mut arrays, mut data) = (String::new(), Vec::new());
         for map in self.heights.iter().chain(of.map_or(&[][..], |of| &of.maps)) {
             let is_flag = map.kind.is_set();
@@ -402,9 +405,10 @@ impl<'m> Export<'m> {
         });
         let head = format!(
             "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
-             header_type=\"UInt64\">\n  <ImageData WholeExtent=\"{extent}\" Origin=\"0 0 0\" \
-             Spacing=\"{step_x} {step_y} {step_x}\">\n{load}    <Piece Extent=\"{extent}\">\n      \
-             <PointData>\n{arrays}      </PointData>\n    </Piece>\n  </ImageData>\n  \
+             header_type=\"UInt64\">\n  <ImageData WholeExtent=\"{extent}\" \
+             Origin=\"{first_x} {first_y} 0\" Spacing=\"{step_x} {step_y} {step_x}\">\n\
+             {load}    <Piece Extent=\"{extent}\">\n      \
+             <CellData>\n{arrays}      </CellData>\n    </Piece>\n  </ImageData>\n  \
              <AppendedData encoding=\"raw\">\n_"
         );
         let tail = b"\n  </AppendedData>\n</VTKFile>\n";

@@ -95,13 +95,15 @@ fn a_sweep_has_an_axis_of_loads_and_a_single_load_has_none() {
 }
 
 #[test]
-fn vtk_image_data_has_x_fastest_and_units() {
+fn vtk_image_data_has_a_cell_for_each_node_with_x_fastest_and_units() {
     let bench = ridge();
     export(&bench, "contact", "maps.vti", &["--load", "0.02", "--map", "heights,contact"]).unwrap();
     let bytes = fs::read(bench.path("maps.vti")).unwrap();
     let start = bytes.windows(5).position(|window| window == b"raw\">").unwrap() + 7;
     let head = String::from_utf8_lossy(&bytes[..start]);
-    assert!(head.contains("WholeExtent=\"0 23 0 15 0 0\""), "{head}");
+    assert!(head.contains("WholeExtent=\"0 24 0 16 0 0\""), "{head}");
+    assert!(head.contains("Origin=\"-0.125 -0.125 0\""), "{head}");
+    assert!(head.contains("<CellData>") && !head.contains("<PointData>"), "{head}");
     assert!(head.contains("Spacing=\"0.25 0.25 0.25\""), "{head}");
     assert!(head.contains(">µm</InformationKey>"), "{head}");
     assert!(head.contains("Name=\"load\" NumberOfTuples=\"1\" format=\"ascii\">0.02<"), "{head}");
