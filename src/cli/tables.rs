@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
-use arrow::array::{Array, AsArray};
+use arrow::array::{Array, ArrayRef, AsArray, StringArray};
 use arrow::csv;
 use arrow::datatypes::{DataType, Field, Float64Type};
 use arrow::error::ArrowError;
@@ -169,8 +170,23 @@ fn write_csv(out: &mut Output, table: &TableSource, columns: &[usize]) -> Result
 fn csv_text(batch: &RecordBatch, with_header: bool) -> Result<Vec<u8>, ArrowError> {
     let mut text = Vec::new();
     let builder = csv::WriterBuilder::new().with_header(with_header);
-    builder.build(&mut text).write(batch)?;
+    builder.build(&mut text).write(&with_capital_booleans(batch)?)?;
     Ok(text)
+}
+
+/// Returns the rows with the texts `TRUE` and `FALSE` in place of booleans. R, pandas, polars,
+/// DuckDB and Excel read these words as booleans, whereas R keeps `true` as a text.
+fn with_capital_booleans(batch: &RecordBatch) -> Result<RecordBatch, ArrowError> {
+    let word = |is_true| if is_true { "TRUE" } else { "FALSE" };
+    let columns = batch.columns().iter().map(|column| match column.as_boolean_opt() {
+        Some(truths) => {
+            let words = truths.iter().map(|truth| truth.map(word));
+            Arc::new(words.collect::<StringArray>()) as ArrayRef
+        }
+        None => column.clone(),
+    });
+    let schema = batch.schema();
+    RecordBatch::try_from_iter(schema.fields().iter().map(|field| field.name()).zip(columns))
 }
 
 /// Writes one JSON object per line.

@@ -46,6 +46,14 @@ fn json_and_csv_give_every_row_to_the_last_digit() {
 }
 
 #[test]
+fn booleans_in_csv_are_words_that_r_and_spreadsheets_read() {
+    let bench = Bench::new();
+    bench.run(STUDY);
+    let query = "select distinct load > 0.06 as heavy from area order by heavy";
+    assert_eq!(table(&bench, &["--csv", "--sql", query]), "heavy\nFALSE\nTRUE\n");
+}
+
+#[test]
 fn a_table_for_reading_says_what_it_leaves_out() {
     let bench = Bench::new();
     bench.run(STUDY);
