@@ -367,6 +367,8 @@ pub struct Surfaces {
     pub length_units: Vec<String>,
     /// Smallest and largest rms slope to which surfaces are scaled.
     pub slopes: Option<[f64; 2]>,
+    /// A stage with surfaces that are not scaled to a given rms slope.
+    pub without_slope: Option<String>,
 }
 
 impl Surfaces {
@@ -385,8 +387,10 @@ impl Surfaces {
         let mut grids = params().filter_map(|params| params.grid().ok());
         let non_square = grids.find(|grid| !grid.has_square_cells());
         let slopes = params().filter_map(|params| Some([params.origin.given_rms_slope()?; 2]));
+        let lacks_slope = params().any(|params| params.origin.given_rms_slope().is_none());
         Surfaces {
             coarsest,
+            without_slope: lacks_slope.then(|| stage.to_owned()),
             slopes: slopes.reduce(spanning),
             open: is_open.then(|| stage.to_owned()),
             filled: is_filled.then(|| stage.to_owned()),
@@ -459,6 +463,12 @@ impl Surfaces {
         }
     }
 
+    /// Returns the rms slope of all surfaces, if all are scaled to the same one.
+    pub fn common_slope(&self) -> Option<f64> {
+        let [lowest, highest] = self.slopes.filter(|_| self.without_slope.is_none())?;
+        (lowest == highest).then_some(lowest)
+    }
+
     /// Combines the properties of two sets of surfaces. If two stages have a property, the first
     /// one is named.
     pub fn and(self, other: &Surfaces) -> Surfaces {
@@ -467,6 +477,7 @@ impl Surfaces {
         Surfaces {
             coarsest: steps.reduce(|one, next| if next.1 > one.1 { next } else { one }),
             slopes: slopes.reduce(spanning),
+            without_slope: self.without_slope.or_else(|| other.without_slope.clone()),
             open: self.open.or_else(|| other.open.clone()),
             filled: self.filled.or_else(|| other.filled.clone()),
             not_redrawable: self.not_redrawable.or_else(|| other.not_redrawable.clone()),

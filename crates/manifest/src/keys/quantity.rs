@@ -4,7 +4,8 @@
 //! number and a unit. All lengths of a table are read in one unit, and so are its pressures and its
 //! works. This is the unit that a key of the table names (`unit = "um"`), otherwise the unit of the
 //! first quantity, in the order in which the keys are declared. Conductivities and resistivities
-//! are always read in W/(m K) and Ω m. [`Units::read`] finds the units and the number of each
+//! are always read in W/(m K) and Ω m. A key of a pure number accepts the ratio of two quantities:
+//! `modulus_ratio = "2 GPa / 210 GPa"`. [`Units::read`] finds the units and the number of each
 //! quantity, and [`replace`] puts these numbers into the table. All later steps read plain numbers.
 //!
 //! Every unit is a power of ten of a unit of the SI. A conversion only moves the decimal point and
@@ -79,6 +80,22 @@ pub fn split(text: &str) -> Option<(&str, &str)> {
     (is_unit && number.parse::<f64>().is_ok()).then_some((number, unit))
 }
 
+/// Returns the ratio of two quantities of one dimension: 0.01 for `"2 GPa / 200 GPa"`. Returns
+/// `None` for all other texts.
+pub fn ratio(text: &str) -> Option<f64> {
+    let of_texts = |above: &str, below: &str| {
+        let [(above, of_above), (below, of_below)] = [split(above)?, split(below)?];
+        let [of_above, of_below] = [Unit::find(of_above)?, Unit::find(of_below)?];
+        let power = of_above.power - of_below.power;
+        let is_ratio = of_above.dimension == of_below.dimension;
+        is_ratio
+            .then(|| decimal::nearest(decimal::shifted(above, power) / decimal::shifted(below, 0)))
+    };
+    // Units contain slashes, too: `N/mm²`.
+    let slashes = text.match_indices('/');
+    slashes.filter_map(|(at, _)| of_texts(&text[..at], &text[at + 1..])).next()
+}
+
 /// The unit of the lengths, pressures or works of a table, and the position that determines it.
 #[derive(Debug, Clone)]
 pub struct NamedUnit {
@@ -105,7 +122,7 @@ pub struct Units {
 /// Units and numbers that [`Units::read`] found in a table.
 pub struct ReadUnits {
     pub units: Units,
-    /// For each scalar of the table, in order, its number if it is a quantity.
+    /// For each scalar of the table, in order, its number if it is a quantity or a ratio of two.
     pub numbers: Vec<Option<String>>,
     /// Keys with a reported problem.
     pub reported_keys: BTreeSet<String>,
@@ -118,6 +135,8 @@ struct Scalar<'v> {
     /// Key in messages, with the keys of inner tables: `loads.from`.
     path: String,
     declared: Option<Declared>,
+    /// True if the value can be a number.
+    takes_number: bool,
     value: &'v TomlSpanned<DeValue<'v>>,
 }
 
@@ -128,6 +147,12 @@ impl<'v> Scalar<'v> {
         let unit = Unit::find(unit).filter(|unit| unit.dimension == dimension)?;
         let is_declared = self.declared.is_some_and(|declared| declared.dimension == dimension);
         is_declared.then_some((number, unit))
+    }
+
+    /// Returns the ratio of two quantities in the place of a pure number.
+    fn ratio(&self) -> Option<f64> {
+        let is_pure = self.takes_number && self.declared.is_none();
+        self.value.get_ref().as_str().filter(|_| is_pure).and_then(ratio)
     }
 
     /// Returns the problem of a text whose unit is unknown or belongs to another dimension.
@@ -180,7 +205,8 @@ impl Units {
             numbers: vec![None; scalars.len()],
             reported_keys: BTreeSet::new(),
         };
-        for scalar in &scalars {
+        for (scalar, number) in scalars.iter().zip(&mut read.numbers) {
+            *number = scalar.ratio().map(decimal::written);
             if let Some(problem) = scalar.problem() {
                 problems.push(problem);
                 read.reported_keys.insert(scalar.key.to_owned());
@@ -325,12 +351,12 @@ fn visit<'v>(
             // A key that takes only lists keeps the text that a message quotes.
             let takes_number = alternatives(schema).into_iter().any(is_number);
             let declared = declared.filter(|_| takes_number);
-            found.push(Scalar { key, path, declared, value });
+            found.push(Scalar { key, path, declared, takes_number, value });
         }
     }
 }
 
-/// Replaces the quantities of a table by their numbers, and removes keys with a reported problem.
+/// Replaces the quantities of a table and their ratios by their numbers, and removes keys with a reported problem.
 pub fn replace<'n>(mut table: DeTable<'n>, read: &'n ReadUnits) -> DeTable<'n> {
     let mut numbers = read.numbers.iter().map(Option::as_deref);
     table.iter_mut().for_each(|(_, value)| replace_scalars(value, &mut numbers));

@@ -393,8 +393,8 @@ fn number_in_quotes(
     let percent = text.strip_suffix('%').map(str::trim_end);
     let percent = percent.filter(|number| number.parse::<f64>().is_ok());
     if let Some(Declared { dimension, or_ratio: false }) = quantity {
-        let example = percent.map(|number| format!("\"{number} {}\"", dimension.common_unit()))?;
-        return Some(format!("write a {dimension}, such as {example}"));
+        let unit = dimension.common_unit();
+        return percent.map(|_| format!("write a {dimension} with its unit, such as \"1 {unit}\""));
     }
     let (number, unit) = match percent {
         Some(percent) => (decimal::written(decimal::shifted(percent, -2)), "%"),
@@ -402,14 +402,14 @@ fn number_in_quotes(
     };
     let parsed = DeValue::parse(&number).ok()?;
     let parsed = Some(parsed.get_ref()).filter(|number| is_of_type(number, schema))?;
-    Some(match (out_of_bounds(parsed, schema), about) {
-        (Some(must), about) => {
-            let about = about.map_or_else(String::new, |about| format!("; {about}"));
-            format!("write a number without a unit, which {must}{about}")
-        }
-        _ if unit == "%" => format!("write `{number}` for {text}"),
-        _ => format!("this key has no unit: write `{number}`, without quotes and without `{unit}`"),
-    })
+    let must = out_of_bounds(parsed, schema);
+    if unit == "%" && must.is_none() {
+        return Some(format!("write `{number}` for {text}"));
+    }
+    // The number without its unit may mean something else, so the advice is the meaning of the key.
+    let must = must.map_or_else(String::new, |must| format!(", which {must}"));
+    let about = about.map_or_else(String::new, |about| format!("; {about}"));
+    Some(format!("write a number without a unit{must}{about}"))
 }
 
 #[cfg(test)]

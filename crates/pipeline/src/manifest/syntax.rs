@@ -70,7 +70,7 @@ fn slip(written: &str, from_start: &str) -> Option<(&'static str, String)> {
     if rest == "%" {
         let percent = written.trim_end_matches(['%', ' ']);
         let fraction = decimal::written(decimal::shifted(percent, -2));
-        return Some(("a percent sign after a number", format!("write `{fraction}`")));
+        return Some(("a percent sign after a number", format!("write `{fraction}` for a ratio")));
     }
     if rest.starts_with(['%', ';']) || rest.starts_with("//") {
         return Some(("text after a number", "comments begin with `#`".to_owned()));

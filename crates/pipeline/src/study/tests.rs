@@ -235,6 +235,41 @@ fn block(loads: &str) -> solve::Params {
 }
 
 #[test]
+fn bins_to_a_pressure_with_a_unit_are_multiples_of_the_modulus_and_the_given_slope() {
+    let keys = "effective_modulus = \"100 GPa\"\nloads = [\"1 GPa\"]\n\
+                pressure_bins = { count = 4, to = \"20000 MPa\" }\n";
+    let given = block(keys);
+    assert_eq!(given.pressure_bins.map(|bins| bins.to), Some(0.2));
+    assert_eq!(given, block(&keys.replace("\"20000 MPa\"", "0.2")));
+    let rough = "nodes = 64\nside = \"9 um\"\nk_lower = 2\nk_upper = 32\n";
+    let pressed = format!("[stage.c]\nkind = \"solve\"\nfrom = \"s\"\n{keys}");
+    for several in ["rms_height = \"1 um\"\n", "rms_slope = [0.1, 0.2]\n"] {
+        let told = message(&format!("{}{several}{pressed}", surface(rough)));
+        assert!(told.contains("surfaces do not have one given `rms_slope`"), "{told}");
+        assert!(told.contains("this pressure is 0.2 / (rms slope)"), "{told}");
+    }
+    let gaps = message(&format!(
+        "{}{pressed}gap_bins = {{ count = 4, to = \"10 nm\" }}\n",
+        surface("nodes = 64\nk_lower = 2\nk_upper = 32\n")
+    ));
+    assert!(gaps.contains("write a number without a unit; `gap_bins.to`: Upper edge"), "{gaps}");
+}
+
+#[test]
+fn the_modulus_ratio_of_a_coating_may_be_a_ratio_of_moduli() {
+    let coated = |ratio: &str| {
+        block(&format!(
+            "loads = [0.1]\nsubstrate = {{ poisson_ratio = 0.3 }}\n\
+             layer = {{ thickness = 0.1, poisson_ratio = 0.3, modulus_ratio = {ratio} }}\n"
+        ))
+    };
+    let plain = coated("\"2 / 210\"");
+    for ratio in ["\"2 GPa / 210 GPa\"", "\"2000 MPa/210 GPa\"", "0.00952380952381"] {
+        assert_eq!(coated(ratio), plain, "{ratio}");
+    }
+}
+
+#[test]
 fn a_block_leaves_its_start_out_and_ends_exactly() {
     let linear = block("loads = { from = 0.1, to = 0.7, steps = 3 }").loads;
     assert_eq!(linear, [0.3, 0.5, 0.7]);

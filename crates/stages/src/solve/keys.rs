@@ -11,7 +11,7 @@ use super::adhesion;
 use super::adhesion::keys::{AdhesionTable, Control, Gaps, PathShape};
 use super::bodies::{Body, bodies, modulus};
 use super::layer::{LayerTable, SubstrateTable, layer};
-use super::loads::{Bins, Loads, StoredPressures};
+use super::loads::{GapBins, Loads, PressureBins, StoredPressures};
 use super::units::{LoadUnit, PressureUnit};
 use super::{GivenHardness, ListedLoads, Params, Stiffness, against, loads, unloading};
 use crate::form::Surfaces;
@@ -94,15 +94,16 @@ pub struct SolveTable {
     #[schemars(extend("default" = "none"), transform = pressure_or_ratio)]
     pub pressures: Key<StoredPressures>,
     /// Histogram of the pressures under each load, `{ count, to }`: `count` equal bins from zero to
-    /// the pressure `to`, in units of E* × rms slope. With `adhesion`, bins of the same width also
-    /// extend down to −w/ρ. A `measure` stage with `what = "pressures"` reads it and needs no
+    /// the pressure `to`, in units of E* × rms slope or with a unit such as `"2 GPa"`, which needs
+    /// surfaces of one given `rms_slope`. With `adhesion`, bins of the same width also extend down
+    /// to −w/ρ. A `measure` stage with `what = "pressures"` reads it and needs no
     /// stored pressure fields. By default pressures are not counted.
-    pub pressure_bins: Key<Bins>,
+    pub pressure_bins: Key<PressureBins>,
     /// Histogram of the gaps under each load, `{ count, to }`: `count` equal bins from zero to the
     /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it.
     /// Without `adhesion` it costs one pair of Fourier transforms per load. By default gaps are not
     /// counted.
-    pub gap_bins: Key<Bins>,
+    pub gap_bins: Key<GapBins>,
     /// Name of another `generate` stage whose surfaces are pressed against those of `from`. The
     /// heights of both are added node by node, and the sum is pressed against a flat body. Heights
     /// are positive towards the other body, and both maps have the same x and y axes. By default
@@ -282,8 +283,8 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     let max_pairs = checks.value("max_pairs", &table.max_pairs);
     let all = loads.as_ref().map(|(loads, _)| loads.as_slice());
     let pressures = loads::pressures(table, all, checks);
-    let pressure_bins = loads::bins("pressure_bins", &table.pressure_bins, all, checks);
-    let gap_bins = loads::bins("gap_bins", &table.gap_bins, all, checks);
+    let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
+    let gap_bins = loads::gap_bins(table, all, checks);
     let flow = flow(table, checks);
     let stiffness = checks.value("stiffness", &table.stiffness);
     let bodies = bodies(table, surfaces, checks);

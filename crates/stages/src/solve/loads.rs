@@ -5,9 +5,10 @@ use serde::Deserialize;
 
 use super::Pressures;
 use super::keys::SolveTable;
+use crate::form::Surfaces;
 use asperity_contact::distribution::EqualBins;
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::Problem;
+use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{positive_items, pressure_or_ratio};
 use asperity_manifest::keys::{Key, Spanned, deserialize_either};
@@ -76,20 +77,32 @@ pub enum StoredPressures {
 
 deserialize_either!(StoredPressures { word => Word, list => At });
 
-/// A histogram with equal bins from zero.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+/// A histogram of pressures with equal bins from zero.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Bins {
+pub struct PressureBins {
     /// Number of bins of the histogram.
     #[schemars(range(min = 1, max = MAX_BINS))]
     pub count: u32,
-    /// Upper edge of the last bin.
+    /// Upper edge of the last bin: a multiple of E* × rms slope, or a pressure with a unit if all
+    /// surfaces have one given `rms_slope`.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = pressure_or_ratio)]
+    pub to: Spanned<f64>,
+}
+
+/// A histogram of gaps with equal bins from zero.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GapBins {
+    /// Number of bins of the histogram.
+    #[schemars(range(min = 1, max = MAX_BINS))]
+    pub count: u32,
+    /// Upper edge of the last bin, a multiple of the rms height.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub to: f64,
 }
 
-/// Differences between the list of loads in the manifest and the loads that are solved, for a
-/// warning.
+/// Differences between the loads in the manifest and the loads that are solved, for warnings.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ListedLoads {
     /// True if the list does not ascend.
@@ -233,22 +246,73 @@ fn chosen(load: &Spanned<f64>, loads: &[f64], checks: &mut Checks) -> Option<f64
     checks.reject(Problem::new(message, load.span.clone(), label))
 }
 
-/// Returns the bins of a histogram, or `Some(None)` if the key is left out.
-pub fn bins(
-    name: &str,
-    key: &Key<Bins>,
+/// Returns the bins of the histogram of pressures, in units of E* × rms slope, or `Some(None)` if
+/// the key is left out. `modulus` is E*, if it is valid.
+pub fn pressure_bins(
+    table: &SolveTable,
+    modulus: Option<f64>,
+    loads: Option<&[f64]>,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Option<EqualBins>> {
+    let Some(Spanned { value: bins, span }) =
+        checks.optional("pressure_bins", &table.pressure_bins)?
+    else {
+        return Some(None);
+    };
+    let to = decimal::nearest(bins.to.value);
+    let to = if checks.units.is_quantity(&bins.to.span) {
+        let relative = to / modulus?;
+        match surfaces.common_slope() {
+            Some(slope) => decimal::nearest(relative / slope),
+            None => return several_slopes(&bins.to, relative, checks),
+        }
+    } else {
+        to
+    };
+    checked_bins("pressure_bins", EqualBins { count: bins.count, to }, span, loads, checks)
+}
+
+/// Refuses an upper edge with a unit that would be a different multiple of E* × rms slope on each
+/// surface. `relative` is its ratio to E*.
+fn several_slopes<T>(to: &Spanned<f64>, relative: f64, checks: &mut Checks) -> Option<T> {
+    let message = "`pressure_bins.to` has a unit, but its bins are multiples of E* × rms slope, and \
+                   the surfaces do not have one given `rms_slope`";
+    let problem = Problem::new(message, to.span.clone(), "must be a number without a unit");
+    checks.reject(problem.help(format!(
+        "this pressure is {} / (rms slope) in units of E* × rms slope; `asperity surface` and the \
+         column `rms_slope` tell the rms slope",
+        decimal::written(format!("{relative:.2e}").parse().unwrap_or(relative))
+    )))
+}
+
+/// Returns the bins of the histogram of gaps, or `Some(None)` if the key is left out.
+pub fn gap_bins(
+    table: &SolveTable,
     loads: Option<&[f64]>,
     checks: &mut Checks,
 ) -> Option<Option<EqualBins>> {
-    let Some(written) = checks.optional(name, key)? else {
+    let Some(Spanned { value, span }) = checks.optional("gap_bins", &table.gap_bins)? else {
         return Some(None);
     };
-    let Bins { count, to } = written.value;
+    let bins = EqualBins { count: value.count, to: decimal::nearest(value.to) };
+    checked_bins("gap_bins", bins, span, loads, checks)
+}
+
+/// Refuses too many bins under all loads together.
+fn checked_bins(
+    name: &str,
+    bins: EqualBins,
+    span: &Span,
+    loads: Option<&[f64]>,
+    checks: &mut Checks,
+) -> Option<Option<EqualBins>> {
+    let count = bins.count;
     let loads = loads.map_or(0, <[f64]>::len);
     if loads.saturating_mul(count as usize) > MAX_BINS_OF_POINT {
         let message = format!("`{name}` has {count} bins under each of {loads} loads");
         let label = format!("must be at most {MAX_BINS_OF_POINT} bins under all loads together");
-        return checks.refuse(name, message, &written.span, label);
+        return checks.refuse(name, message, span, label);
     }
-    Some(Some(EqualBins { count, to: decimal::nearest(to) }))
+    Some(Some(bins))
 }

@@ -187,6 +187,25 @@ fn numbers_without_units_are_ratios_only_where_this_is_declared() {
 }
 
 #[test]
+fn a_pure_number_may_be_the_ratio_of_two_quantities_of_one_dimension() {
+    for (text, number) in [
+        ("2 GPa / 200 GPa", 0.01),
+        ("50 MPa/210 GPa", 50.0 / 210_000.0),
+        ("1 N/mm² / 4 N/mm²", 0.25),
+        ("3 um / 1 mm", 0.003),
+    ] {
+        assert_eq!(ratio(text), Some(decimal::nearest(number)), "{text}");
+        let section = valid(&format!("hurst = \"{text}\""));
+        assert_eq!(section.points[0].table.hurst.value(), Some(decimal::nearest(number)));
+    }
+    for text in ["2 GPa / 1 mm", "2 GPa", "2 N/mm²", "2 GPa / 4", "1 / 2"] {
+        assert_eq!(ratio(text), None, "{text}");
+    }
+    let (_, problems) = read("wavelength = \"2 um / 1 um\"");
+    assert!(problems[0].contains("unknown unit `um / 1 um`"), "{problems:?}");
+}
+
+#[test]
 fn mistakes_in_units_are_reported_once_with_a_suggestion() {
     for (text, part) in [
         ("modulus = \"2 Mpa\"", "unknown unit `Mpa` (did you mean `MPa`?)"),

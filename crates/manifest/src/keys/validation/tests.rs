@@ -72,7 +72,7 @@ fn all_mistakes_of_a_value_are_reported() {
         ("length = 2024-01-01", vec!["`length` must be a number (this is a date)"]),
         (
             "length = \"2 mm\"",
-            vec!["this key has no unit: write `2`, without quotes and without `mm`"],
+            vec!["(this is the text \"2 mm\"); write a number without a unit; `length`: Length."],
         ),
         ("length = \"2 %\"", vec!["(this is the text \"2 %\"); write `0.02` for 2 %"]),
         ("width = \"10 um\"", vec!["write a number without a unit, which must be from 1 to 9"]),

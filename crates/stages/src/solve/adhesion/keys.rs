@@ -153,8 +153,9 @@ pub fn recipe(
     };
     let path = checks.optional("path", &table.path)?;
     let targets = path.map_or(PathShape::AsGiven, |path| path.value).states(listed);
-    let pressure_bins = loads::bins("pressure_bins", &table.pressure_bins, Some(&targets), checks);
-    let gap_bins = loads::bins("gap_bins", &table.gap_bins, Some(&targets), checks);
+    let all = Some(&targets[..]);
+    let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
+    let gap_bins = loads::gap_bins(table, all, checks);
     Some(Recipe::Adhesion(Arc::new(Params {
         version: VERSION,
         effective_modulus: effective_modulus?,
