@@ -31,7 +31,6 @@ use serde::Serialize;
 use crate::session::words::chain;
 use crate::session::{
     DataFolder, Event, Instructions, SETTINGS_FILE, Session, SessionError, Setting, UnknownName,
-    Warning,
 };
 
 pub use crate::session::silence_panics;
@@ -309,8 +308,8 @@ pub fn warn(line: &str) {
     let _ = writeln!(stderr(), "{}", terminal::escaped(line));
 }
 
-/// Prints the warnings about a study.
-fn print_warnings(warnings: &[Warning]) {
+/// Prints warnings about a study or a file.
+fn print_warnings(warnings: &[impl std::fmt::Display]) {
     for warning in warnings {
         warn(&format!("warning: {warning}"));
     }

@@ -289,6 +289,7 @@ pub fn surface(arguments: &SurfaceArguments) -> Result<ExitCode, Failure> {
     if let Some((output, picture)) = output.zip(file.picture.as_ref()) {
         write_png(output, picture, arguments.replace)?;
     }
+    super::print_warnings(&file.warnings);
     print_answer(arguments.json, &file, || file_text(&file, path, output))
 }
 

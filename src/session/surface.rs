@@ -5,7 +5,9 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 
 use super::{SessionError, UnknownName};
+use asperity_contact::grid::{Cell, Grid};
 use asperity_report::Raster;
+use asperity_stages::generate::plausibility::EnteredMap;
 use asperity_stages::surface_files::{MAX_BYTES, SurfaceFileError};
 use asperity_tables::store::regular::read_regular;
 use asperity_topography_files::{
@@ -32,6 +34,9 @@ pub struct DescribedFile {
     /// The requested channel, or the first one with heights.
     #[serde(skip)]
     pub chosen: Option<ChosenChannel>,
+    /// Warnings if the chosen channel was probably read in a wrong unit.
+    #[serde(skip)]
+    pub warnings: Vec<String>,
     /// PNG file of the chosen channel, if requested; missing points are red.
     #[serde(skip)]
     pub picture: Option<Vec<u8>>,
@@ -91,6 +96,7 @@ pub fn describe(
     })?;
     let chosen = chosen(&file, channel)?;
     let mut described = Vec::new();
+    let mut warnings = Vec::new();
     let mut picture = None;
     for (index, one) in file.channels().iter().enumerate() {
         if channel.is_some() && index != chosen {
@@ -102,7 +108,11 @@ pub fn describe(
             let raster = Raster::from_heights(map.nodes(), map.heights());
             picture = Some(raster.at_most(MAX_PIXELS).to_png());
         }
-        described.push(DescribedChannel::new(index + 1, one, &map));
+        let one = DescribedChannel::new(index + 1, one, &map);
+        if index == chosen {
+            warnings.extend(one.warnings(path, file.format().name()));
+        }
+        described.push(one);
     }
     let format = file.format();
     Ok(DescribedFile {
@@ -115,6 +125,7 @@ pub fn describe(
             name: channel.name().to_owned(),
             quantity: channel.quantity().clone(),
         }),
+        warnings,
         picture,
     })
 }
@@ -138,6 +149,19 @@ impl DescribedChannel {
             corners: statistics.corners,
             notes: channel.notes().to_vec(),
         }
+    }
+
+    /// Returns the warnings of a study with this map, if its heights and sides are in metres.
+    fn warnings(&self, path: &Path, format: &str) -> Vec<String> {
+        let grid = self.size.and_then(|size| Grid::new(self.nodes, Cell::new(size).ok()?).ok());
+        let (Some(grid), Some(rms_slope), Some(unit)) = (grid, self.rms_slope, self.size_unit)
+        else {
+            return vec![];
+        };
+        let height_span = self.highest.unwrap_or_default() - self.lowest.unwrap_or_default();
+        let (format, has_given_sides) = (Some(format), false);
+        let map = EnteredMap { grid, unit, rms_slope, height_span, format, has_given_sides };
+        map.warnings(&format!("`{}`", path.display()))
     }
 }
 

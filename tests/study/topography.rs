@@ -32,6 +32,28 @@ fn channels(bench: &Bench, arguments: &[&str]) -> Vec<Value> {
 }
 
 #[test]
+fn a_slope_that_no_solid_surface_has_is_told_with_the_unit_that_would_explain_it() {
+    let bench = Bench::new();
+    let told = |heights: &str| {
+        let path = bench.path("map.txt");
+        fs::write(
+            &path,
+            format!(
+                "# Width: 4 µm\n# Height: 2 µm\n# Value units: {heights}\n\
+                                  12 -9 31 2\n-20 5 -7 18\n"
+            ),
+        )
+        .unwrap();
+        text(&bench.output(&["surface", path.to_str().unwrap()]).stderr)
+    };
+    assert_eq!(told("nm"), "");
+    let warning = told("µm");
+    assert!(warning.starts_with("warning: the rms slope of `"), "{warning}");
+    assert!(warning.contains("with heights that span 51 µm on 4 µm × 2 µm; check"), "{warning}");
+    assert_eq!(warning.lines().count(), 1, "{warning}");
+}
+
+#[test]
 fn a_file_is_described_in_metres() {
     let bench = Bench::new();
     let sdf = channels(&bench, &[&example("sdf-1.sdf")]);

@@ -8,6 +8,7 @@ mod mesh;
 pub mod method;
 pub mod origin;
 pub mod pair;
+pub mod plausibility;
 mod random;
 pub mod shapes;
 pub mod spectrum;

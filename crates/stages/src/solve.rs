@@ -148,7 +148,7 @@ pub struct Params {
     /// Properties of `bodies` that change no solved load. They are not part of the recipe.
     #[serde(skip)]
     pub bodies: Bodies,
-    /// Differences between the list in the manifest and `loads`, for a warning. They are not part
+    /// Differences between the loads in the manifest and `loads`, for warnings. They are not part
     /// of the recipe.
     #[serde(skip)]
     pub listed: ListedLoads,

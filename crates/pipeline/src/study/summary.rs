@@ -97,6 +97,18 @@ impl Roughness {
     }
 }
 
+/// Returns the rms slope of a surface, or the expected one of random surfaces that are not scaled to
+/// a slope. Returns `None` if it is not known before the surface is drawn.
+pub(super) fn rms_slope(params: &Params, sources: &SurfaceFiles) -> Option<f64> {
+    match &params.origin {
+        Origin::Random { surface, .. } => Some(surface.rms_slope),
+        Origin::Spectrum { .. } => Some(Roughness::from_params(params, sources)?.slope?.value),
+        Origin::File(file) => file.seen.rms_slope,
+        Origin::Yielded(yielded) => rms_slope(&yielded.body, sources),
+        Origin::Shape { .. } | Origin::Pair(_) => None,
+    }
+}
+
 fn of_surfaces<'a>(
     params: impl Iterator<Item = &'a Params> + Clone,
     sources: &SurfaceFiles,

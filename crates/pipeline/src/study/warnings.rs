@@ -2,18 +2,16 @@
 
 mod coarse_mesh;
 mod files;
+mod loads;
 
 use std::fmt;
-use std::sync::Arc;
 
 use serde::Serialize;
 
 use self::files::file_warnings;
-use crate::manifest::composition::PlainLoads;
+use self::loads::{improbable_modulus, rearranged_loads};
 use crate::study::{Stage, Study, Work, pairs};
 use asperity_manifest::diagnostics::listed;
-use asperity_manifest::keys::quantity::{self, Dimension, Unit};
-use asperity_stages::solve::{self, ListedLoads, PressureUnit};
 use asperity_stages::{Recipe, measure};
 
 /// Largest magnitude of Dundurs' constant β of bodies that count as elastically similar. Tractions
@@ -39,7 +37,8 @@ impl Study {
     ///
     /// - A mesh overestimates the contact area.
     /// - Lists of `nodes` and `side` are ambiguous.
-    /// - Loads were probably meant in another unit, or override pressures and have no unit.
+    /// - Loads have no unit, although other pressures have one or the loads override pressures.
+    /// - Loads were probably meant in another unit, or all of them close the gap.
     /// - Loads are out of order or repeated.
     /// - E* exceeds that of all materials.
     /// - A mesh resolves the adhesion poorly.
@@ -47,6 +46,7 @@ impl Study {
     /// - The file of a measured surface has several channels or missing points, or its slope comes
     ///   mainly from waves that the instrument did not resolve.
     /// - Opposite edges of a map that is said to be periodic do not match.
+    /// - Heights or sides of a surface were probably read in another unit.
     /// - Partial slip is computed for bodies that are not elastically similar.
     /// - A figure selects rows that the study does not have.
     pub fn warnings(&self) -> Vec<Warning> {
@@ -55,7 +55,8 @@ impl Study {
             let messages = [
                 ambiguous_pairs(stage),
                 self.coarse_mesh(index, stage),
-                self.plain_loads(stage).or_else(|| improbable_loads(stage)),
+                self.plain_loads(stage),
+                self.improbable_loads(stage),
                 rearranged_loads(stage),
                 improbable_modulus(stage),
                 self.pressed_alone(stage),
@@ -64,6 +65,7 @@ impl Study {
                 pairs::of_equal_bodies(&stage.work),
             ];
             let messages = messages.into_iter().flatten();
+            let messages = messages.chain(self.steep_surfaces(stage));
             let messages = messages.chain(file_warnings(stage, &self.sources));
             messages.map(|message| Warning { stage: stage.name.clone(), message })
         });
@@ -90,7 +92,7 @@ impl Study {
     }
 
     /// Warns that a stage computes partial slip of bodies that are not elastically similar.
-    fn dissimilar_bodies(&self, stage: &Stage) -> Option<String> {
+    pub(crate) fn dissimilar_bodies(&self, stage: &Stage) -> Option<String> {
         let slips =
             |recipe: &Recipe| matches!(recipe, Recipe::Measure(measure::Params::Friction(_)));
         if !stage.work.recipes().iter().any(slips) {
@@ -114,17 +116,6 @@ impl Study {
                 ))
             })
     }
-
-    /// Warns of loads without a unit in a variant of a study whose loads are pressures.
-    fn plain_loads(&self, stage: &Stage) -> Option<String> {
-        let plain = self.manifest.plain_loads.iter().find(|plain| plain.stage == stage.name)?;
-        let PlainLoads { key, place, number, pressure, unit, overridden, .. } = plain;
-        Some(format!(
-            "`{key}` ({place}) has no unit and overrides pressures, such as {pressure:?} in \
-             `{overridden}`; {number} is read as {number} × E* × rms slope, not as {number} {unit}; \
-             write \"{number} {unit}\" if it is a pressure, or `load_unit = \"relative\"` if not"
-        ))
-    }
 }
 
 /// Warns that the lists `nodes` and `side` are read as one rectangle, not as sweeps.
@@ -140,93 +131,6 @@ fn ambiguous_pairs(stage: &Stage) -> Option<String> {
          `side = [[{side_x}, {side_y}]]` to make this explicit, or list squares as \
          `cases = [{{ nodes = {nodes_x}, side = {side_x} }}, …]`"
     ))
-}
-
-/// Largest plausible load in units of E* × rms slope. Every surface is in full contact under a
-/// third of this load.
-const HEAVY: f64 = 10.0;
-/// Smallest plausible load in units of E* × rms slope. On a large mesh, a single node can bear it.
-const LIGHT: f64 = 1e-7;
-
-/// Smallest and largest plausible mean pressure in units of E*, for rms slopes from 1e-4 to 10.
-const PRESSURES: [f64; 2] = [1e-4 * LIGHT, 10.0 * HEAVY];
-
-/// Warns if all loads of a stage are too large or too small to be intended.
-fn improbable_loads(stage: &Stage) -> Option<String> {
-    stage.work.recipes().iter().find_map(|recipe| match recipe {
-        Recipe::Solve(params) => of_block(params),
-        _ => None,
-    })
-}
-
-/// Tells that the list of loads of a stage was sorted, or that repeated loads are solved once.
-fn rearranged_loads(stage: &Stage) -> Option<String> {
-    let lists = stage.work.recipes().iter().filter_map(|recipe| match recipe {
-        Recipe::Solve(params) => Some(params),
-        _ => None,
-    });
-    let rearranged = |params: &&Arc<solve::Params>| params.listed != ListedLoads::default();
-    let params = lists.into_iter().find(rearranged)?;
-    let ListedLoads { is_unsorted, repeated } = &params.listed;
-    let sorted = is_unsorted
-        .then(|| "`loads` is out of order; loads are solved in ascending order".to_owned());
-    let repeated = repeated.first().map(|load| {
-        let load = quantity::written(*load, params.unit_of_loads());
-        format!("`loads` repeats the load {load}; each load is solved once")
-    });
-    Some(sorted.into_iter().chain(repeated).collect::<Vec<_>>().join(". "))
-}
-
-/// Largest plausible E* in pascals, about twice that of diamond.
-const STIFFEST: f64 = 2e12;
-
-/// Warns that E* with a unit exceeds that of all materials.
-fn improbable_modulus(stage: &Stage) -> Option<String> {
-    let mut moduli = stage.work.recipes().iter().filter_map(|recipe| match recipe {
-        Recipe::Solve(params) => Some((params.effective_modulus, params.pressure_unit?)),
-        Recipe::Adhesion(params) => Some((params.effective_modulus, params.pressure_unit?)),
-        _ => None,
-    });
-    let pascal = Unit::si(Dimension::Pressure);
-    let is_too_stiff = |modulus: f64, unit: &Unit| modulus * unit.factor_to(pascal) > STIFFEST;
-    let (modulus, unit) = moduli.find(|(modulus, unit)| {
-        Unit::find(unit).is_some_and(|unit| is_too_stiff(*modulus, unit))
-    })?;
-    Some(format!(
-        "E* is {}, which exceeds that of diamond (about 1 TPa). A modulus may lack its unit: plain \
-         numbers are in {unit}",
-        quantity::range([modulus].into_iter(), Some(unit))?
-    ))
-}
-
-fn of_block(params: &solve::Params) -> Option<String> {
-    let (lightest, heaviest) = (*params.loads.first()?, *params.loads.last()?);
-    let modulus = params.effective_modulus;
-    let shown = |pressure: f64| quantity::written(pressure, params.pressure_unit);
-    let same_unit = if params.pressure_unit.is_none() { " in the same unit" } else { "" };
-    match params.load_unit {
-        PressureUnit::Relative if lightest > HEAVY => Some(format!(
-            "all loads are at least {lightest} in units of E* × rms slope, but every node touches \
-             from about 2 upwards; set `load_unit = \"absolute\"` if they are pressures"
-        )),
-        PressureUnit::Relative if heaviest < LIGHT => Some(format!(
-            "all loads are at most {heaviest} in units of E* × rms slope, so that only a node or \
-             two touch; set `load_unit = \"absolute\"` if they are pressures"
-        )),
-        PressureUnit::Absolute if lightest > PRESSURES[1] * modulus => Some(format!(
-            "all loads are pressures of at least {}, and E* is {}{same_unit}, so that every node \
-             touches; check the units of the loads and of E*",
-            shown(lightest),
-            shown(modulus)
-        )),
-        PressureUnit::Absolute if heaviest < PRESSURES[0] * modulus => Some(format!(
-            "all loads are pressures of at most {}, and E* is {}{same_unit}, so that only a node \
-             or two touch; check the units of the loads and of E*",
-            shown(heaviest),
-            shown(modulus)
-        )),
-        _ => None,
-    }
 }
 
 #[cfg(test)]
@@ -423,6 +327,71 @@ mod tests {
         assert_eq!(pressed("210e3"), [""; 0]);
         let without_unit = "loads = [1e11]\nload_unit = \"absolute\"\neffective_modulus = 2e13";
         assert_eq!(warned(without_unit), [""; 0]);
+    }
+
+    #[test]
+    fn plain_loads_beside_moduli_with_units_are_told_with_both_readings() {
+        let steel = "bodies = [{ youngs_modulus = \"210 GPa\", poisson_ratio = 0.3 }]";
+        let told = warned(&format!("{steel}\nloads = [0.02, 0.01]"));
+        assert_eq!(
+            told[0],
+            "`loads` have no unit, but other pressures have one; 0.02 is read as 0.02 × E* × rms \
+             slope, here 4.62 GPa, and not as 0.02 GPa; write \"0.02 GPa\" if it is a pressure, or \
+             `load_unit = \"relative\"` if not"
+        );
+        let heavy = warned(&format!("{steel}\nloads = [10, 20]"));
+        let [unit, closed] = heavy.as_slice() else { panic!("{heavy:?}") };
+        assert!(unit.contains("20 is read as 20 × E* × rms slope, here 4620 GPa"), "{unit}");
+        assert!(closed.contains("every node touches from about 2.5 upwards; write them with"));
+        let path = format!(
+            "{steel}\nadhesion = {{ work = 0.0, range = 0.1 }}\nloads = [0.0, -0.02, 0.01]"
+        );
+        assert!(warned(&path)[0].contains("-0.02 is read as -0.02 × E*"), "{:?}", warned(&path));
+        for plain in [
+            format!("{steel}\nloads = [0.02]\nload_unit = \"relative\""),
+            format!("{steel}\nloads = [\"20 MPa\"]"),
+            format!("{steel}\nloads = {{ from = 0, to = \"20 MPa\", steps = 2 }}"),
+            "loads = [0.02]\neffective_modulus = 2e11".to_owned(),
+        ] {
+            assert_eq!(warned(&plain), [""; 0], "{plain}");
+        }
+    }
+
+    #[test]
+    fn loads_that_close_the_gap_of_a_gaussian_surface_are_told() {
+        // The surface has an rms slope of 1 and 64 × 64 nodes.
+        assert!(warned("loads = [2.6, 3]")[0].contains("every node touches from about 2.5"));
+        assert_eq!(warned("loads = [2.4, 3]"), [""; 0]);
+        let pressures = |lightest: f64| {
+            warned(&format!(
+                "loads = [{lightest}, 900]\nload_unit = \"absolute\"\neffective_modulus = 100"
+            ))
+        };
+        assert!(
+            pressures(260.0)[0].contains("the rms slope at most 1, so that every node touches")
+        );
+        assert_eq!(pressures(240.0), [""; 0]);
+        assert_eq!(warned("loads = [2.6]\nhardness = 5\nhardness_unit = \"relative\""), [""; 0]);
+    }
+
+    #[test]
+    fn heights_in_a_wrong_unit_are_told_by_the_slope_that_they_mean() {
+        let rough = |keys: &str| {
+            let start = PRESSED.find("[stage.loads]").unwrap();
+            warnings(&format!("{}{keys}\n", PRESSED[..start].replace("[8, 16, 32]", "8")))
+        };
+        let [warning] = &rough("side = \"100 um\"\nrms_height = \"200 um\"")[..] else {
+            panic!("one warning")
+        };
+        assert!(warning.contains("`rms_height` is 200 µm on a side of 100 µm"), "{warning}");
+        assert!(warning.contains("nm in place of µm would give an rms slope of 0.0"), "{warning}");
+        for plausible in [
+            "side = \"100 um\"\nrms_height = \"200 nm\"",
+            "side = \"100 um\"\nrms_slope = 2",
+            "side = 100\nrms_height = 200",
+        ] {
+            assert_eq!(rough(plausible), [""; 0], "{plausible}");
+        }
     }
 
     #[test]

@@ -141,6 +141,11 @@ pub struct InspectedMap {
     /// Rms step between opposite edges over the rms step between neighbouring nodes, for a map that
     /// the manifest declares periodic; otherwise 0.
     pub edge_step_ratio: f64,
+    /// Rms slope of the levelled map, from differences between neighbouring points; `None` if the
+    /// file could not be read.
+    pub rms_slope: Option<f64>,
+    /// Difference between the highest and the lowest point of the levelled map.
+    pub height_span: f64,
 }
 
 impl InspectedMap {

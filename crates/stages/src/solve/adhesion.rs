@@ -95,6 +95,10 @@ pub struct Params {
     /// are pressed against each other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shift: Option<PerAxis<f64>>,
+    /// True if the loads are plain numbers and `load_unit` is left out, although other pressures of
+    /// the stage have a unit. It is not part of the recipe.
+    #[serde(skip)]
+    pub loads_lack_unit: bool,
 }
 
 /// Columns that only paths with adhesion have.

@@ -242,7 +242,7 @@ fn elastic(
     let states = path.value.states(adhesion::keys::listed_loads(table, checks)?);
     let block = |(branch, loads)| {
         let branch = Some(branch);
-        let listed = ListedLoads::default();
+        let listed = ListedLoads { is_unsorted: false, repeated: vec![], ..params.listed };
         Recipe::Solve(Arc::new(Params { branch, loads, listed, ..params.clone() }))
     };
     Some(unloading::branches(&states).into_iter().map(block).collect())
@@ -291,6 +291,8 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     let asperities = asperities(table, checks);
     let shift = against::shift(table, checks);
     let (loads, listed) = loads?;
+    let load_unit = load_unit?;
+    let listed = ListedLoads { lack_unit: lack_unit(table, load_unit, checks), ..listed };
     let hardness = hardness?;
     let stiffness = match (stiffness?, hardness) {
         (false, _) => Stiffness::None,
@@ -299,7 +301,7 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     };
     Some(Params {
         effective_modulus: effective_modulus?,
-        load_unit: load_unit?,
+        load_unit,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
         loads,
         listed,
@@ -318,6 +320,13 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
         asperities: asperities?,
         shift: shift?,
     })
+}
+
+/// Returns whether plain loads are read in units of E* × rms slope only because `load_unit` is left
+/// out, although other pressures of the stage have a unit.
+pub(super) fn lack_unit(table: &SolveTable, unit: PressureUnit, checks: &Checks) -> bool {
+    let is_default = unit == PressureUnit::Relative && table.load_unit.written().is_none();
+    is_default && checks.units.pressure.is_some()
 }
 
 /// Returns the unit of the loads. Loads with a unit are absolute. Refuses pressures without a unit
@@ -350,22 +359,29 @@ pub(super) fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<Press
         loads.extend(list);
     }
     let has_unit = |value: &&&Spanned<f64>| checks.units.is_quantity(&value.span);
-    let Some(absolute) = loads.iter().find(has_unit).map(|load| load.span.clone()) else {
+    let absolute = loads.iter().find(has_unit).map(|load| load.span.clone());
+    if absolute.is_none() && word != LoadUnit::Absolute {
         return Some(written);
-    };
-    if let (LoadUnit::Relative, Some(written)) = (word, table.load_unit.written()) {
+    }
+    if let (LoadUnit::Relative, Some(written), Some(absolute)) =
+        (word, table.load_unit.written(), &absolute)
+    {
         let message = "`load_unit` is \"relative\", but a load has a unit of pressure";
         let problem =
             Problem::new(message, written.span.clone(), "loads in units of E* × rms slope");
         let help = format!("remove `load_unit`, or set `load_unit = \"{symbol}\"`");
-        return checks.reject(problem.and(absolute, "has a unit").help(help));
+        return checks.reject(problem.and(absolute.clone(), "has a unit").help(help));
     }
-    let plain = loads.iter().find(|load| !has_unit(load)).filter(|_| !named.by_key);
-    if let Some(plain) = plain.filter(|load| load.value != 0.0) {
+    let is_plain = |load: &&&Spanned<f64>| !has_unit(load) && load.value != 0.0;
+    if let Some(plain) = loads.iter().find(is_plain).filter(|_| !named.by_key) {
         let number = decimal::written(plain.value);
-        let message = format!("the load {number} has no unit, but another load has one");
+        let (other, span) = match absolute {
+            Some(span) => ("another load", span),
+            None => ("another pressure", named.span.clone()),
+        };
+        let message = format!("the load {number} has no unit, but {other} has one");
         let label = format!("write \"{number} {symbol}\" if it is in {symbol}");
-        let problem = Problem::new(message, plain.span.clone(), label).and(absolute, "has a unit");
+        let problem = Problem::new(message, plain.span.clone(), label).and(span, "has a unit");
         return checks.reject(problem.help(format!(
             "or set `load_unit = \"{symbol}\"`, which is then the unit of all numbers without a unit"
         )));

@@ -109,6 +109,9 @@ pub struct ListedLoads {
     pub is_unsorted: bool,
     /// Loads that the list repeats, in ascending order.
     pub repeated: Vec<f64>,
+    /// True if the loads are plain numbers and `load_unit` is left out, although other pressures of
+    /// the stage have a unit.
+    pub lack_unit: bool,
 }
 
 impl Loads {
@@ -168,7 +171,7 @@ fn listed(list: &[Spanned<f64>], checks: &mut Checks) -> Option<(Vec<f64>, Liste
     let mut repeated: Vec<f64> = repeats.map(|pair| pair[0]).collect();
     repeated.dedup();
     loads.dedup();
-    Some((loads, ListedLoads { is_unsorted: !written().is_sorted(), repeated }))
+    Some((loads, ListedLoads { is_unsorted: !written().is_sorted(), repeated, lack_unit: false }))
 }
 
 /// Returns whether each load exceeds the previous one by more than rounding errors.

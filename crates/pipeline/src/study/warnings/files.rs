@@ -1,13 +1,47 @@
-//! Warnings about the files of measured surfaces.
+//! Warnings about surfaces: their files, and heights or sides in a wrong unit.
 
-use crate::study::{Stage, Work};
+use crate::study::summary::rms_slope;
+use crate::study::{Stage, Study, Work};
 use asperity_manifest::keys::quantity;
-use asperity_stages::generate::{MeasuredSurface, Origin};
+use asperity_stages::generate::plausibility::{EnteredMap, STEEP, reading_of};
+use asperity_stages::generate::{MeasuredSurface, Origin, Params};
 use asperity_stages::surface_files::SurfaceFiles;
+
+impl Study {
+    /// Warns of random surfaces whose rms slope follows from lengths with a unit, and exceeds that
+    /// of solid surfaces. A given `rms_slope` has no unit that could be wrong.
+    pub(super) fn steep_surfaces(&self, stage: &Stage) -> Option<String> {
+        let Work::Generate(ensembles) = &stage.work else {
+            return None;
+        };
+        ensembles.iter().find_map(|ensemble| self.too_steep(&ensemble.params))
+    }
+
+    fn too_steep(&self, params: &Params) -> Option<String> {
+        let Params { origin, .. } = params;
+        let is_drawn = matches!(origin, Origin::Random { .. } | Origin::Spectrum { .. });
+        if !is_drawn || origin.given_rms_slope().is_some() || origin.unit().is_empty() {
+            return None;
+        }
+        let slope = rms_slope(params, &self.sources).filter(|slope| *slope > STEEP)?;
+        let length = |length: f64| quantity::range([length].into_iter(), Some(origin.unit()));
+        let given = match origin.given_rms_height() {
+            Some(height) => format!("`rms_height` is {}", length(height)?),
+            None => "the spectrum is given".to_owned(),
+        };
+        Some(format!(
+            "{given} on a side of {}, which means an rms slope of about {}{}",
+            length(params.size().into_iter().fold(0.0, f64::max))?,
+            quantity::range([slope].into_iter(), None)?,
+            reading_of(slope)
+        ))
+    }
+}
 
 /// Returns the warnings about the files of measured surfaces that a stage reads, without
 /// duplicates: which channel was chosen, how many points are missing, whether the edges of a
-/// periodic map match, whether the instrument resolved the slope, and what the reader guessed.
+/// periodic map match, whether the instrument resolved the slope, what the reader guessed, and
+/// implausible slopes and sides.
 pub fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
     let Work::Generate(ensembles) = &stage.work else {
         return vec![];
@@ -28,13 +62,29 @@ pub fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
             unresolved(file, &path),
         ];
         let notes = file.seen.notes.iter().map(|note| format!("`{path}`: {note}"));
-        for message in messages.into_iter().flatten().chain(notes) {
+        let implausible = implausible(file, &path, ensemble.params.sides().is_some());
+        for message in messages.into_iter().flatten().chain(notes).chain(implausible) {
             if !distinct.contains(&message) {
                 distinct.push(message);
             }
         }
     }
     distinct
+}
+
+fn implausible(file: &MeasuredSurface, path: &str, has_given_sides: bool) -> Vec<String> {
+    let (Some(grid), Some(rms_slope)) = (file.seen.file, file.seen.rms_slope) else {
+        return vec![];
+    };
+    let map = EnteredMap {
+        grid,
+        unit: &file.unit,
+        rms_slope,
+        height_span: file.seen.height_span,
+        format: file.reader.as_ref().map(|reader| reader.format.as_str()),
+        has_given_sides,
+    };
+    map.warnings(&format!("`{path}`"))
 }
 
 fn channel(file: &MeasuredSurface, path: &str) -> Option<String> {

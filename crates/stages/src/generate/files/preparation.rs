@@ -5,6 +5,7 @@ use std::ops::RangeBounds;
 use super::{FileKeys, FileTable, FoundLowPass, WrittenLowPass, repairs};
 use crate::generate::map_file::MapFile;
 use crate::generate::mesh::{MAX_NODES, MIN_NODES};
+use crate::generate::plausibility::slope_and_span;
 use crate::generate::{InspectedMap, PerAxis};
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::topography::differences::edge_step_ratio;
@@ -174,6 +175,7 @@ pub fn inspected(
     let (nodes, side) = prepared(keys, grid);
     let edge_step_ratio = if keys.edges == Edges::Periodic { edge_step_ratio(scan) } else { 0.0 };
     let (points, missing, removed) = (grid.count(), scan.missing(), levelled.removed);
+    let (rms_slope, height_span) = slope_and_span(grid, scan.heights());
     let reliability = if keys.preparation.tests_reliability() {
         let filled = keys.preparation.filled(levelled.scan, keys.edges);
         filled.expect("missing points were checked").1
@@ -193,6 +195,8 @@ pub fn inspected(
         file: Some(of_file),
         reliability,
         edge_step_ratio,
+        rms_slope: Some(rms_slope),
+        height_span,
     })
 }
 

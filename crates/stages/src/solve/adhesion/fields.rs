@@ -118,6 +118,7 @@ impl Params {
             gap_bins: None,
             boundary: solve::boundary_of(table),
             shift: None,
+            loads_lack_unit: false,
         })
     }
 }

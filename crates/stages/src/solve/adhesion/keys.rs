@@ -156,10 +156,12 @@ pub fn recipe(
     let all = Some(&targets[..]);
     let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
     let gap_bins = loads::gap_bins(table, all, checks);
+    let load_unit = load_unit?;
+    let has_loads = control == Control::Load && targets.iter().any(|load| *load != 0.0);
     Some(Recipe::Adhesion(Arc::new(Params {
         version: VERSION,
         effective_modulus: effective_modulus?,
-        load_unit: load_unit?,
+        load_unit,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
         work: adhesion.work,
         range: adhesion.range,
@@ -172,6 +174,7 @@ pub fn recipe(
         gap_bins: gap_bins?,
         boundary: boundary?,
         shift: against::shift(table, checks)?,
+        loads_lack_unit: has_loads && keys::lack_unit(table, load_unit, checks),
     })))
 }
 

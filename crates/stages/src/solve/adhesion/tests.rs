@@ -34,6 +34,7 @@ pub(super) fn params() -> Params {
         gap_bins: None,
         boundary: Boundary::Periodic,
         shift: None,
+        loads_lack_unit: false,
     }
 }
 

@@ -1,0 +1,227 @@
+//! Warnings about loads and moduli whose units are probably not the ones that the user meant.
+
+use std::sync::Arc;
+
+use crate::manifest::composition::PlainLoads;
+use crate::study::summary::rms_slope;
+use crate::study::{Stage, Study, Work};
+use asperity_contact::grid::Boundary;
+use asperity_manifest::decimal;
+use asperity_manifest::keys::quantity::{self, Dimension, Unit};
+use asperity_stages::Recipe;
+use asperity_stages::generate::{Origin, Params};
+use asperity_stages::solve::{self, PressureUnit};
+
+/// Load in units of E* × rms slope above which loads are probably a mistake for surfaces whose
+/// heights are not Gaussian. It is about five times the load of full contact of other surfaces.
+const HEAVY: f64 = 10.0;
+/// Smallest plausible load in units of E* × rms slope. On a large mesh, a single node can bear it.
+const LIGHT: f64 = 1e-7;
+
+/// Smallest and largest plausible rms slope of a surface whose slope is not known.
+const SLOPES: [f64; 2] = [1e-4, 10.0];
+
+/// Largest plausible E* in pascals, about twice that of diamond.
+const STIFFEST: f64 = 2e12;
+
+impl Study {
+    /// Warns of loads without a unit in a stage whose other pressures have one, or in a variant of
+    /// a study whose loads are pressures.
+    pub(super) fn plain_loads(&self, stage: &Stage) -> Option<String> {
+        let overriding = self.manifest.plain_loads.iter().find(|plain| plain.stage == stage.name);
+        let Some(plain) = overriding else {
+            return self.loads_without_unit(stage);
+        };
+        let PlainLoads { key, place, number, pressure, unit, overridden, .. } = plain;
+        Some(format!(
+            "`{key}` ({place}) has no unit and overrides pressures, such as {pressure:?} in \
+             `{overridden}`; {number} is read as {number} × E* × rms slope, not as {number} {unit}; \
+             write \"{number} {unit}\" if it is a pressure, or `load_unit = \"relative\"` if not"
+        ))
+    }
+
+    fn loads_without_unit(&self, stage: &Stage) -> Option<String> {
+        let mut lacking = stage.work.recipes().iter().filter_map(|recipe| match recipe {
+            Recipe::Solve(params) if params.listed.lack_unit => {
+                Some((&params.loads, params.effective_modulus, params.pressure_unit?))
+            }
+            Recipe::Adhesion(params) if params.loads_lack_unit => {
+                Some((&params.targets, params.effective_modulus, params.pressure_unit?))
+            }
+            _ => None,
+        });
+        let (loads, modulus, unit) = lacking.next()?;
+        let load = loads.iter().copied().max_by(|one, other| one.abs().total_cmp(&other.abs()))?;
+        let pressures = self.pressed_slopes(stage).and_then(|slopes| {
+            let pressures = slopes.map(|slope| load * modulus * slope);
+            quantity::range(pressures.into_iter(), Some(unit))
+        });
+        let pressure = pressures.map_or_else(String::new, |shown| format!(", here {shown},"));
+        let number = decimal::written(load);
+        Some(format!(
+            "`loads` have no unit, but other pressures have one; {number} is read as {number} × E* \
+             × rms slope{pressure} and not as {number} {unit}; write \"{number} {unit}\" if it is a \
+             pressure, or `load_unit = \"relative\"` if not"
+        ))
+    }
+
+    /// Warns if all loads of a stage are so large that every node touches, or too small to be
+    /// intended.
+    pub(super) fn improbable_loads(&self, stage: &Stage) -> Option<String> {
+        let mut solved = stage.work.recipes().iter().filter_map(|recipe| match recipe {
+            Recipe::Solve(params) => Some(params),
+            _ => None,
+        });
+        let closing = self.pressed_surfaces(stage).map(full_contact).reduce(f64::max);
+        solved.find_map(|params| {
+            let slopes = match params.load_unit {
+                PressureUnit::Relative => Some([1.0; 2]),
+                PressureUnit::Absolute => self.pressed_slopes(stage),
+            };
+            improbable(params, slopes, closing.unwrap_or(HEAVY))
+        })
+    }
+
+    /// Returns the warnings about a contact that is solved without a study, on a surface of this rms
+    /// slope.
+    pub(crate) fn warnings_of_contact(&self, stage: &Stage, rms_slope: f64) -> Vec<String> {
+        let slopes = (rms_slope > 0.0).then_some([rms_slope; 2]);
+        let mut solved = stage.work.recipes().iter().filter_map(|recipe| match recipe {
+            Recipe::Solve(params) => Some(params),
+            _ => None,
+        });
+        let messages = [
+            self.plain_loads(stage),
+            solved.find_map(|params| improbable(params, slopes, HEAVY)),
+            rearranged_loads(stage),
+            improbable_modulus(stage),
+            self.coarse_for_adhesion(stage),
+        ];
+        messages.into_iter().flatten().collect()
+    }
+
+    /// Returns the recipes of the surfaces that a stage presses.
+    fn pressed_surfaces<'a>(&'a self, stage: &'a Stage) -> impl Iterator<Item = &'a Params> {
+        let works = stage.inputs.iter().map(|&input| &self.stages[input].work);
+        let ensembles = works.filter_map(|work| match work {
+            Work::Generate(ensembles) => Some(ensembles),
+            Work::Evaluate(_) => None,
+        });
+        ensembles.flatten().map(|ensemble| &ensemble.params)
+    }
+
+    /// Returns the smallest and the largest rms slope of the surfaces that a stage presses, if all
+    /// are known before the surfaces are drawn.
+    fn pressed_slopes(&self, stage: &Stage) -> Option<[f64; 2]> {
+        let slopes = self.pressed_surfaces(stage).map(|params| rms_slope(params, &self.sources));
+        let slopes: Vec<f64> = slopes.collect::<Option<_>>()?;
+        let lowest = slopes.iter().copied().reduce(f64::min)?;
+        Some([lowest, slopes.into_iter().fold(lowest, f64::max)])
+    }
+}
+
+/// Returns a load, in units of E* × rms slope, under which every node of a surface touches an
+/// elastic half-space.
+///
+/// In full contact, the pressures of a Gaussian surface have the standard deviation E* h′/2. A node
+/// lies z standard deviations below the mean with a probability below exp(−z²/2)/2. With
+/// z = √(2 ln(100 N)), this is the case at any of N nodes with a probability below 1/200.
+fn full_contact(params: &Params) -> f64 {
+    match params.origin {
+        Origin::Random { .. } | Origin::Spectrum { .. } => {
+            let nodes: f64 = params.nodes().iter().map(|nodes| *nodes as f64).product();
+            (2.0 * libm::log(100.0 * nodes)).sqrt() / 2.0
+        }
+        _ => HEAVY,
+    }
+}
+
+/// Warns if all loads of a point are improbable. `slopes` are the rms slopes of its surfaces, if
+/// they are known, and `closing` is the load that closes the gap of an elastic half-space.
+fn improbable(params: &solve::Params, slopes: Option<[f64; 2]>, closing: f64) -> Option<String> {
+    let (lightest, heaviest) = (*params.loads.first()?, *params.loads.last()?);
+    let modulus = params.effective_modulus;
+    let is_half_space = params.layer.is_none()
+        && params.hardness.is_none()
+        && params.boundary == Boundary::Periodic
+        && params.asperities.is_none();
+    let closing = if is_half_space { closing } else { HEAVY.max(closing) };
+    let [flattest, steepest] = slopes.unwrap_or(SLOPES);
+    let shown = |pressure: f64| quantity::written(pressure, params.pressure_unit);
+    let same_unit = if params.pressure_unit.is_none() { " in the same unit" } else { "" };
+    let is_heavy = |unit: f64| lightest >= closing * unit;
+    let is_light = |unit: f64| heaviest < LIGHT * unit;
+    let pressures = match params.pressure_unit {
+        Some(unit) => format!("write them with their unit, such as \"{lightest} {unit}\","),
+        None => "set `load_unit = \"absolute\"`".to_owned(),
+    };
+    let scale = match slopes {
+        Some([_, steepest]) => {
+            let slope = quantity::range([steepest].into_iter(), None).unwrap_or_default();
+            format!("E* is {}{same_unit} and the rms slope at most {slope}", shown(modulus))
+        }
+        None => format!("E* is {}{same_unit}", shown(modulus)),
+    };
+    match params.load_unit {
+        PressureUnit::Relative if is_heavy(1.0) => Some(format!(
+            "all loads are at least {lightest} in units of E* × rms slope, but every node touches \
+             from about {closing:.1} upwards; {pressures} if they are pressures"
+        )),
+        PressureUnit::Relative if is_light(1.0) => Some(format!(
+            "all loads are at most {heaviest} in units of E* × rms slope, so that only a node or \
+             two touch; {pressures} if they are pressures"
+        )),
+        PressureUnit::Absolute if is_heavy(modulus * steepest) => Some(format!(
+            "all loads are pressures of at least {}, and {scale}, so that every node touches; check \
+             the units of the loads and of E*",
+            shown(lightest)
+        )),
+        PressureUnit::Absolute if is_light(modulus * flattest) => Some(format!(
+            "all loads are pressures of at most {}, and E* is {}{same_unit}, so that only a node \
+             or two touch; check the units of the loads and of E*",
+            shown(heaviest),
+            shown(modulus)
+        )),
+        _ => None,
+    }
+}
+
+/// Tells that the list of loads of a stage was sorted, or that repeated loads are solved once.
+pub fn rearranged_loads(stage: &Stage) -> Option<String> {
+    let lists = stage.work.recipes().iter().filter_map(|recipe| match recipe {
+        Recipe::Solve(params) => Some(params),
+        _ => None,
+    });
+    let rearranged = |params: &&Arc<solve::Params>| {
+        params.listed.is_unsorted || !params.listed.repeated.is_empty()
+    };
+    let params = lists.into_iter().find(rearranged)?;
+    let sorted = params
+        .listed
+        .is_unsorted
+        .then(|| "`loads` is out of order; loads are solved in ascending order".to_owned());
+    let repeated = params.listed.repeated.first().map(|load| {
+        let load = quantity::written(*load, params.unit_of_loads());
+        format!("`loads` repeats the load {load}; each load is solved once")
+    });
+    Some(sorted.into_iter().chain(repeated).collect::<Vec<_>>().join(". "))
+}
+
+/// Warns that E* with a unit exceeds that of all materials.
+pub fn improbable_modulus(stage: &Stage) -> Option<String> {
+    let mut moduli = stage.work.recipes().iter().filter_map(|recipe| match recipe {
+        Recipe::Solve(params) => Some((params.effective_modulus, params.pressure_unit?)),
+        Recipe::Adhesion(params) => Some((params.effective_modulus, params.pressure_unit?)),
+        _ => None,
+    });
+    let pascal = Unit::si(Dimension::Pressure);
+    let is_too_stiff = |modulus: f64, unit: &Unit| modulus * unit.factor_to(pascal) > STIFFEST;
+    let (modulus, unit) = moduli.find(|(modulus, unit)| {
+        Unit::find(unit).is_some_and(|unit| is_too_stiff(*modulus, unit))
+    })?;
+    Some(format!(
+        "E* is {}, which exceeds that of diamond (about 1 TPa). A modulus may lack its unit: plain \
+         numbers are in {unit}",
+        quantity::range([modulus].into_iter(), Some(unit))?
+    ))
+}

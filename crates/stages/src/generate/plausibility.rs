@@ -1,0 +1,262 @@
+//! Warnings of maps whose heights or sides were probably read in another unit.
+//!
+//! A file whose unit is misread looks like any other map: all its numbers are off by one factor.
+//! Slopes of solid surfaces, and pixels of optical instruments, are within known bounds.
+
+use asperity_contact::grid::Grid;
+use asperity_manifest::keys::quantity;
+use asperity_topography_files::length_ratio;
+
+/// Rms slope above which a map is improbable. Contact theories assume slopes below it.
+pub const STEEP: f64 = 1.0;
+
+/// Largest rms slope that a mistake in the unit would explain.
+const USUAL_SLOPE: f64 = 0.5;
+
+/// Shortest wavelength of visible light in metres. Optical instruments map larger areas.
+const LIGHT: f64 = 400e-9;
+
+/// Largest pixel of an optical instrument in metres.
+const LARGEST_PIXEL: f64 = 0.01;
+
+/// Ranges of plausible pixels and sides of optical instruments in metres.
+const PIXELS: [f64; 2] = [5e-8, 1e-3];
+
+/// Largest difference between the sides of a pixel that counts as rounding.
+const UNEVEN: f64 = 0.03;
+
+/// Formats of optical instruments.
+const OPTICAL: [&str; 11] = [
+    "al3d",
+    "datx",
+    "keyence-csv",
+    "lext",
+    "metropro",
+    "opd",
+    "opdx",
+    "plu",
+    "vk",
+    "wyko-asc",
+    "zygo-asc",
+];
+
+/// A map as it enters the program.
+#[derive(Debug, Clone, Copy)]
+pub struct EnteredMap<'a> {
+    /// Grid of the map, with its sides in `unit`.
+    pub grid: Grid,
+    /// Name of the unit of length; empty if it is unknown.
+    pub unit: &'a str,
+    /// Rms slope, from differences between neighbouring points.
+    pub rms_slope: f64,
+    /// Difference between the highest and the lowest point, in `unit`.
+    pub height_span: f64,
+    /// Name of the file format, if the map is from a file.
+    pub format: Option<&'a str>,
+    /// True if the user gives the sides, and not the file.
+    pub has_given_sides: bool,
+}
+
+impl EnteredMap<'_> {
+    /// Returns a warning for each property of the map that is implausible. `name` names the map.
+    pub fn warnings(&self, name: &str) -> Vec<String> {
+        let warnings = [self.too_steep(name), self.too_large(name), self.uneven(name)];
+        warnings.into_iter().flatten().collect()
+    }
+
+    fn shown(&self, length: f64) -> String {
+        quantity::range([length].into_iter(), Some(self.unit)).unwrap_or_default()
+    }
+
+    fn sides(&self) -> String {
+        let [x, y] = self.grid.cell().size().map(|side| self.shown(side));
+        if x == y { x } else { format!("{x} × {y}") }
+    }
+
+    /// Warns of a slope that no solid surface has, or of heights that span more than the side.
+    fn too_steep(&self, name: &str) -> Option<String> {
+        let is_high = self.height_span > self.grid.cell().longer_side();
+        (self.rms_slope > STEEP || is_high).then(|| {
+            format!(
+                "the rms slope of {name} is {}, with heights that span {} on {}{}",
+                number(self.rms_slope),
+                self.shown(self.height_span),
+                self.sides(),
+                reading_of(self.rms_slope)
+            )
+        })
+    }
+
+    /// Warns of a map of an optical instrument that is smaller than a wavelength of light, or has
+    /// pixels larger than any instrument.
+    fn too_large(&self, name: &str) -> Option<String> {
+        let format = self.format.filter(|format| OPTICAL.contains(format))?;
+        let metres = length_ratio(self.unit, "m")?;
+        let pixel = self.grid.spacing().into_iter().fold(0.0, f64::max);
+        let side = self.grid.cell().size().into_iter().fold(f64::INFINITY, f64::min);
+        let (what, length, direction) = if pixel * metres > LARGEST_PIXEL {
+            ("a pixel", pixel, -1)
+        } else if side * metres < LIGHT {
+            ("a side", side, 1)
+        } else {
+            return None;
+        };
+        let units = [("µm", "mm"), ("µm", "m"), ("nm", "m")];
+        let mut readings = units.iter().zip([3, 6, 9]).map(|((small, large), power)| {
+            let right = if direction < 0 { [small, large] } else { [large, small] };
+            (right, pixel * libm::exp10(f64::from(direction * power)))
+        });
+        let reading =
+            readings.find(|(_, pixel)| (PIXELS[0]..=PIXELS[1]).contains(&(pixel * metres)));
+        let reading = reading.map_or_else(String::new, |([right, read], pixel)| {
+            format!("; {right} in place of {read} would be a pixel of {}", self.shown(pixel))
+        });
+        Some(format!(
+            "{what} of {name} is {}, which no optical instrument has (format {format}); check the \
+             unit of its sides{reading}",
+            self.shown(length)
+        ))
+    }
+
+    /// Warns of given sides with which pixels are not square, although the same sides in the other
+    /// order, or sides in the ratio of the nodes, make them square.
+    fn uneven(&self, name: &str) -> Option<String> {
+        let ([nodes_x, nodes_y], [x, y]) = (self.grid.nodes(), self.grid.cell().size());
+        let [nodes_x, nodes_y] = [nodes_x as f64, nodes_y as f64];
+        let is_square = |x: f64, y: f64| (x / nodes_x / (y / nodes_y) - 1.0).abs() <= UNEVEN;
+        let meant = if !self.has_given_sides || is_square(x, y) {
+            return None;
+        } else if x == y {
+            [x, x * nodes_y / nodes_x]
+        } else if is_square(y, x) {
+            [y, x]
+        } else {
+            return None;
+        };
+        let [across, along] = self.grid.spacing().map(|step| self.shown(step));
+        let [meant_x, meant_y] = meant.map(|side| self.shown(side));
+        Some(format!(
+            "the pixels of {name} are {across} × {along}; if they are square, the sides along x and y \
+             are {meant_x} × {meant_y}"
+        ))
+    }
+}
+
+/// Returns the advice about an rms slope that is too large: which unit of the heights makes it
+/// usual.
+pub fn reading_of(rms_slope: f64) -> String {
+    let units = [(1e3, "nm in place of µm"), (1e6, "nm in place of mm"), (1e9, "nm in place of m")];
+    let reading = units.iter().find(|(factor, _)| rms_slope / factor <= USUAL_SLOPE);
+    match reading {
+        Some((factor, units)) => format!(
+            "; check the unit of the heights: {units} would give an rms slope of {}",
+            number(rms_slope / factor)
+        ),
+        None => "; a marker of missing points may have been read as a height".to_owned(),
+    }
+}
+
+/// Formats a number with three digits.
+fn number(value: f64) -> String {
+    quantity::range([value].into_iter(), None).unwrap_or_default()
+}
+
+/// Returns the rms slope of a map from the differences between neighbouring points, √(⟨(Δh/Δx)²⟩ +
+/// ⟨(Δh/Δy)²⟩), and the difference between the highest and the lowest point. Missing points, which
+/// are not finite, are left out.
+pub fn slope_and_span(grid: Grid, heights: &[f64]) -> (f64, f64) {
+    let [nodes_x, nodes_y] = grid.nodes();
+    let steps = [(nodes_x, nodes_y), (nodes_y, 1)];
+    let squares = steps.iter().zip(grid.spacing()).map(|(&(nodes, stride), spacing)| {
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for (node, height) in heights.iter().enumerate() {
+            let is_last = node / stride % nodes + 1 == nodes;
+            let step = if is_last { f64::NAN } else { heights[node + stride] - height };
+            if step.is_finite() {
+                sum += (step / spacing) * (step / spacing);
+                count += 1;
+            }
+        }
+        sum / count.max(1) as f64
+    });
+    let finite = || heights.iter().copied().filter(|height| height.is_finite());
+    let span = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
+    (squares.sum::<f64>().sqrt(), if span.is_finite() { span } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_contact::grid::Cell;
+
+    fn map<'a>(nodes: [usize; 2], sides: [f64; 2], unit: &'a str) -> EnteredMap<'a> {
+        EnteredMap {
+            grid: Grid::new(nodes, Cell::new(sides).unwrap()).unwrap(),
+            unit,
+            rms_slope: 0.1,
+            height_span: 0.0,
+            format: Some("zygo-asc"),
+            has_given_sides: false,
+        }
+    }
+
+    fn warned(map: EnteredMap<'_>) -> String {
+        map.warnings("`a`").join("\n")
+    }
+
+    #[test]
+    fn the_slope_of_a_plane_is_its_gradient_and_missing_points_are_left_out() {
+        let grid = Grid::new([4, 3], Cell::new([8.0, 3.0]).unwrap()).unwrap();
+        let mut heights: Vec<f64> =
+            (0..12).map(|node| 3.0 * 2.0 * (node / 3) as f64 + 4.0 * (node % 3) as f64).collect();
+        heights[5] = f64::NAN;
+        let (slope, span) = slope_and_span(grid, &heights);
+        assert!((slope - 5.0).abs() < 1e-12, "{slope}");
+        assert_eq!(span, 26.0);
+        assert_eq!(slope_and_span(grid, &[f64::NAN; 12]), (0.0, 0.0));
+    }
+
+    #[test]
+    fn a_steep_map_is_told_with_the_unit_that_would_make_it_plausible() {
+        let plausible = map([64; 2], [1e-4; 2], "m");
+        assert_eq!(warned(plausible), "");
+        let steep = EnteredMap { rms_slope: 88.6, height_span: 4.1e-4, ..plausible };
+        assert_eq!(
+            warned(steep),
+            "the rms slope of `a` is 88.6, with heights that span 410 µm on 100 µm; check the unit \
+             of the heights: nm in place of µm would give an rms slope of 0.0886"
+        );
+        let far = warned(EnteredMap { rms_slope: 78039.0, ..plausible });
+        assert!(far.ends_with("nm in place of mm would give an rms slope of 0.078"), "{far}");
+        let marker = warned(EnteredMap { rms_slope: 1e34, height_span: 1e29, ..plausible });
+        assert!(marker.contains("a marker of missing points"), "{marker}");
+        let high = EnteredMap { height_span: 1.01e-4, ..plausible };
+        assert!(warned(high).contains("span 101 µm on 100 µm"), "{}", warned(high));
+    }
+
+    #[test]
+    fn pixels_and_sides_of_optical_instruments_have_bounds() {
+        let wide = warned(map([512; 2], [10240.0; 2], "m"));
+        assert!(wide.starts_with("a pixel of `a` is 20 m, which no optical instrument"), "{wide}");
+        assert!(wide.ends_with("µm in place of m would be a pixel of 20 µm"), "{wide}");
+        let narrow = warned(map([500; 2], [1e-7; 2], "m"));
+        assert!(narrow.starts_with("a side of `a` is 100 nm"), "{narrow}");
+        assert!(narrow.ends_with("mm in place of µm would be a pixel of 200 nm"), "{narrow}");
+        let probe = EnteredMap { format: Some("nanoscope"), ..map([500; 2], [1e-7; 2], "m") };
+        assert_eq!(warned(probe), "");
+        assert_eq!(warned(map([512; 2], [1e6; 2], "px")), "");
+    }
+
+    #[test]
+    fn given_sides_whose_pixels_are_square_in_the_other_order_are_told() {
+        let given =
+            |nodes, sides| warned(EnteredMap { has_given_sides: true, ..map(nodes, sides, "µm") });
+        assert_eq!(given([640, 480], [64.0, 48.0]), "");
+        let swapped = given([640, 480], [48.0, 64.0]);
+        assert!(swapped.ends_with("the sides along x and y are 64 µm × 48 µm"), "{swapped}");
+        assert!(given([640, 480], [64.0; 2]).ends_with("64 µm × 48 µm"));
+        // Lines of a stylus are farther apart than points, and the user says so.
+        assert_eq!(given([1000, 100], [1000.0, 2000.0]), "");
+        assert_eq!(warned(map([640, 480], [48.0, 64.0], "µm")), "");
+    }
+}
