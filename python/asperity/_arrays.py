@@ -7,8 +7,13 @@ from typing import Any, Callable, Optional, Sequence, Tuple, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: One side for squares, or the sides along x and y.
-Size = Union[float, Sequence[float]]
+from asperity import _asperity
+
+#: A number, or a text with a unit such as ``"100 um"``.
+Quantity = Union[float, str]
+
+#: One side for squares, or the sides along x and y; each may be a text with a unit.
+Size = Union[Quantity, Sequence[Quantity]]
 
 Reals = NDArray[np.float64]
 
@@ -29,12 +34,21 @@ def heights_of(heights: ArrayLike) -> Reals:
     return array
 
 
-def sides_of(size: Size) -> Tuple[float, float]:
-    """Returns the sides along x and y."""
-    if isinstance(size, (int, float, np.integer, np.floating)):
-        return float(size), float(size)
-    along_x, along_y = size
-    return float(along_x), float(along_y)
+def sides_of(size: Size, unit: Optional[str] = None) -> Tuple[Tuple[float, float], Optional[str]]:
+    """Returns the sides along x and y with their unit: `unit`, or if it is None that of the first text."""
+    both = (size, size) if isinstance(size, (int, float, str, np.integer, np.floating)) else tuple(size)
+    if len(both) != 2:
+        from asperity.errors import ArgumentError
+
+        raise ArgumentError(f"size is {size!r}, but must be one side or a pair of sides")
+    if unit is None:
+        unit = next((_asperity.length(side)[1] for side in both if isinstance(side, str)), None)
+        if unit is not None and not all(isinstance(side, str) for side in both):
+            from asperity.errors import ArgumentError
+
+            raise ArgumentError(f"size is {size!r}, but only one of the sides has a unit")
+    along_x, along_y = (_asperity.length(side, unit)[0] if isinstance(side, str) else float(side) for side in both)
+    return (along_x, along_y), unit
 
 
 def each(function: Callable[[Reals], Reals], values: ArrayLike) -> Any:

@@ -60,7 +60,7 @@ class Map(NDArrayOperatorsMixin):
         load_unit: Optional[str],
     ) -> None:
         self.values: NDArray[Any] = np.asarray(values)
-        self.size = sides_of(size)
+        self.size, _ = sides_of(size)
         self.quantity = quantity
         self.unit = unit
         self.length_unit = length_unit

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from asperity import _asperity
-from asperity._arrays import Size
+from asperity._arrays import Quantity, Size
 from asperity._contact import Contact, ContactState
 from asperity._topography import Topography
 from asperity.errors import ArgumentError, MissingArgumentError, StudyWarning, SurfaceError
 
-#: One load or mean gap, several of them, or ``{"from", "to", "steps", "spacing"}``.
+#: One load or mean gap, several of them, or ``{"from", "to", "steps", "spacing"}``. Each may be a text with a
+#: unit, such as ``"50 MPa"``.
 Loads = Union[ArrayLike, Mapping[str, Any]]
 
 
@@ -27,10 +28,10 @@ def press(
     gaps: Optional[Loads] = None,
     adhesion: Optional[Mapping[str, Any]] = None,
     path: Optional[str] = None,
-    effective_modulus: Optional[float] = None,
-    bodies: Optional[Sequence[Mapping[str, float]]] = None,
+    effective_modulus: Optional[Quantity] = None,
+    bodies: Optional[Sequence[Mapping[str, Quantity]]] = None,
     boundary: Optional[str] = None,
-    hardness: Optional[float] = None,
+    hardness: Optional[Quantity] = None,
     hardness_unit: Optional[str] = None,
     layer: Optional[Mapping[str, Any]] = None,
     substrate: Optional[Mapping[str, float]] = None,
@@ -49,6 +50,9 @@ def press(
     Solves frictionless contact by preconditioned conjugate gradients with FFT. The results are bitwise equal to
     those of a `solve` stage. Other Python threads run during the computation, and Ctrl-C interrupts it.
 
+    Pressures, lengths and works may be texts with a unit, such as ``"50 MPa"``, as in a manifest. A number without
+    a unit beside a text of the same kind is refused. Lengths are converted to the unit of the topography.
+
     With `adhesion`, the surfaces attract each other. The loads or mean gaps are then the states of a path: each
     state starts from the one before, and loads may be negative.
 
@@ -56,14 +60,15 @@ def press(
     ----------
     heights : Topography or array_like, shape (n_x, n_y)
         The surface; heights are positive towards the elastic body.
-    size : float or (float, float), optional
+    size : float or str, or a pair of them, optional
         Sides along x and y, in the unit of the heights. Required for arrays, not allowed for a topography.
     loads : float, array_like or mapping
         Ascending mean pressures in units of E* × rms slope: numbers, or
-        ``{"to": 0.1, "steps": 10, "from": 0, "spacing": "linear"}``.
-    pressures : float, array_like or mapping
-        Mean pressures in the unit of `effective_modulus`; alternative to `loads`.
-    gaps : float, array_like or mapping
+        ``{"to": 0.1, "steps": 10, "from": 0, "spacing": "linear"}``. Texts such as ``"50 MPa"`` are pressures.
+    pressures : float, str, array_like or mapping
+        Mean pressures in the unit of the moduli; alternative to `loads`. If the moduli are texts with a unit,
+        the pressures must be texts, too.
+    gaps : float, str, array_like or mapping
         Mean gaps in the unit of the heights, in the order of the path: numbers, or
         ``{"from": 0.2, "to": 0.02, "steps": 10}``. Alternative to `loads` with `adhesion`.
     adhesion : mapping, optional
@@ -140,7 +145,8 @@ def press(
     Warns
     -----
     StudyWarning
-        If the mesh is coarse for the adhesion.
+        If the mesh is coarse for the adhesion, if every node touches under all loads, if loads are out of order,
+        or if the rms slope of the heights is above 1, so that heights or sides are probably in another unit.
 
     Notes
     -----
@@ -203,10 +209,10 @@ def press_each(
     gaps: Optional[Loads] = None,
     adhesion: Optional[Mapping[str, Any]] = None,
     path: Optional[str] = None,
-    effective_modulus: Optional[float] = None,
-    bodies: Optional[Sequence[Mapping[str, float]]] = None,
+    effective_modulus: Optional[Quantity] = None,
+    bodies: Optional[Sequence[Mapping[str, Quantity]]] = None,
     boundary: Optional[str] = None,
-    hardness: Optional[float] = None,
+    hardness: Optional[Quantity] = None,
     hardness_unit: Optional[str] = None,
     layer: Optional[Mapping[str, Any]] = None,
     substrate: Optional[Mapping[str, float]] = None,
@@ -292,16 +298,26 @@ def _states(
         "adhesion": None if adhesion is None else dict(adhesion),
         "path": path,
         "loads" if gaps is None else "gaps": _list(name, given[name]),
-        "load_unit": "absolute" if name == "pressures" else "relative",
     }
-    return states if gaps is None else {**states, "control": "gap"}
+    if name == "gaps":
+        return {**states, "control": "gap"}
+    if name == "pressures":
+        return {**states, "load_unit": "absolute"}
+    # Texts have a unit. Numbers are named as multiples of E* × rms slope by the argument.
+    return states if _has_text(states["loads"]) else {**states, "load_unit": "relative"}
+
+
+def _has_text(states: Union[List[Quantity], Dict[str, Any]]) -> bool:
+    if isinstance(states, list):
+        return any(isinstance(state, str) for state in states)
+    return any(isinstance(states.get(end), str) for end in ("from", "to"))
 
 
 def _setting(
-    effective_modulus: Optional[float],
-    bodies: Optional[Sequence[Mapping[str, float]]],
+    effective_modulus: Optional[Quantity],
+    bodies: Optional[Sequence[Mapping[str, Quantity]]],
     boundary: Optional[str],
-    hardness: Optional[float],
+    hardness: Optional[Quantity],
     hardness_unit: Optional[str],
     layer: Optional[Mapping[str, Any]],
     substrate: Optional[Mapping[str, float]],
@@ -324,12 +340,16 @@ def _setting(
     }
 
 
-def _list(name: str, states: Optional[Loads]) -> Union[List[float], Dict[str, Any]]:
-    """Returns the numbers of the argument `name`, or its range."""
+def _list(name: str, states: Optional[Loads]) -> Union[List[Quantity], Dict[str, Any]]:
+    """Returns the numbers and the texts with a unit of the argument `name`, or its range."""
     if isinstance(states, Mapping):
         return dict(states)
+    if isinstance(states, str):
+        return [states]
+    if isinstance(states, (list, tuple)) and any(isinstance(state, str) for state in states):
+        return list(states)
     try:
-        numbers: List[float] = np.asarray(states, dtype=np.float64).reshape(-1).tolist()
+        numbers: List[Quantity] = np.asarray(states, dtype=np.float64).reshape(-1).tolist()
     except (TypeError, ValueError):
         kind, unit = ("gaps", "the unit of the heights") if name == "gaps" else (
             "loads", "units of E* × rms slope, or `pressures` in the unit of `effective_modulus`"
@@ -364,21 +384,19 @@ def _topography(
             )
         topography = Topography(heights, size, is_periodic=boundary == "periodic")
     _refuse_missing(topography)
+    if topography._is_unchecked:
+        topography._warn(None, has_given_sides=True)
     if against is None:
         for name, value in {"shift": shift, "mirror": mirror}.items():
             if value is not None:
                 raise ArgumentError(f"`{name}` needs `against`, the second surface")
         return topography
     if not isinstance(against, Topography):
-        against = Topography(
-            against, topography.size, unit=topography.unit, is_periodic=topography.is_periodic
-        )
+        against = Topography._of(against, topography.size, topography.unit, topography.is_periodic)
     _refuse_missing(against)
     keys = {"shift": None if shift is None else list(shift), "mirror": mirror, "boundary": boundary}
     placed = _asperity.placed(against.values, against.size, keys)
-    return topography + Topography(
-        placed, against.size, unit=against.unit, is_periodic=against.is_periodic
-    )
+    return topography + Topography._of(placed, against.size, against.unit, against.is_periodic)
 
 
 def _refuse_missing(topography: Topography) -> None:
@@ -395,6 +413,7 @@ def _pressing(
     pressing = _asperity.Pressing(
         topography._heights,
         topography.size,
+        topography.unit,
         topography._rms_slope,
         topography.is_periodic,
         keys,

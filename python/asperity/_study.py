@@ -291,7 +291,7 @@ class Study:
             stage, _written(coordinates)
         )
         _warn(notices)
-        heights = Topography(values, size, unit=unit, is_periodic=is_periodic)
+        heights = Topography._of(values, size, unit, is_periodic)
         heights._rms_slope = rms_slope
         return heights
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import warnings
 from typing import Any, Dict, Mapping, Optional, Sequence, Union
 
 from asperity import _asperity
 from asperity._arrays import Size
 from asperity._table import Table
 from asperity._topography import Topography
-from asperity.errors import SurfaceError
+from asperity.errors import StudyWarning, SurfaceError
 
 
 def read(
@@ -33,10 +34,12 @@ def read(
         Path of the file.
     channel : str or int, optional
         Name of a channel, or its number from 1; default: the first channel of heights.
-    size : float or (float, float), optional
-        Sides along x and y, in the unit of the heights; default: the sides in the file.
+    size : float or str, or a pair of them, optional
+        Sides along x and y, in the unit of the heights or as texts such as ``"100 um"``; default: the sides in
+        the file.
     unit : str, optional
-        Label for the unit of the heights, if the file has none. Lengths of files with a unit are in metres.
+        Unit of the heights, if the file has none; default: the unit of `size`, if that is a text. Lengths of
+        files with a unit are in metres.
     height_scale : float
         Factor by which the numbers of the file are multiplied.
     is_periodic : bool
@@ -56,6 +59,12 @@ def read(
     OSError
         If the file cannot be read.
 
+    Warns
+    -----
+    StudyWarning
+        If the heights or sides are probably in another unit: an rms slope above 1, sides or pixels that the
+        instrument cannot have, or given sides in the wrong order.
+
     Examples
     --------
     >>> scan = read("data/topography/di-3.di", channel="ZSensor")
@@ -74,7 +83,9 @@ def read(
         heights = heights * height_scale
     sides = size if size is not None else found
     assert sides is not None
-    return Topography(heights, sides, unit=own_unit or unit, is_periodic=is_periodic)
+    read = Topography._of(heights, sides, own_unit or unit, is_periodic)
+    read._warn(format, has_given_sides=size is not None)
+    return read
 
 
 def surface(
@@ -109,8 +120,8 @@ def surface(
         Wavenumber up to which the spectrum is flat; default: no plateau.
     rms_slope : float, optional
         Rms slope √⟨|∇h|²⟩ of this surface; default: 1.
-    side : float or (float, float), optional
-        Sides of the cell in any unit of length; default: 1.
+    side : float or str, or a pair of them, optional
+        Sides of the cell in any unit of length, or as texts such as ``"100 um"``; default: 1.
     seed : int, optional
         Seed of the random numbers.
     realization : int
@@ -121,7 +132,7 @@ def surface(
     anisotropy : mapping, optional
         Anisotropy of the spectrum, such as ``{"ratio": 2.0, "angle": 30}``.
     unit : str, optional
-        Label for the unit of length.
+        Unit of length, to which texts are converted; default: that of `side`, if it is a text.
     **keys
         Other keys of the method, such as ``radius`` of a paraboloid or ``amplitude`` of a wave.
 
@@ -134,6 +145,11 @@ def surface(
     ------
     ArgumentError
         If an argument is invalid.
+
+    Warns
+    -----
+    StudyWarning
+        If the lengths have a unit and mean an rms slope above 1.
 
     Notes
     -----
@@ -161,10 +177,13 @@ def surface(
         "seed": seed,
         "method": method,
         "anisotropy": None if anisotropy is None else dict(anisotropy),
+        "unit": unit,
         **keys,
     }
-    heights, sides, slope, is_periodic, row = _asperity.draw(written, realization)
-    drawn = Topography(heights, sides, unit=unit, is_periodic=is_periodic)
+    heights, sides, unit, slope, is_periodic, row, notices = _asperity.draw(written, realization)
+    for message in notices:
+        warnings.warn(message, StudyWarning, stacklevel=2)
+    drawn = Topography._of(heights, sides, unit, is_periodic)
     drawn._rms_slope = slope
     drawn._description = Table(row)
     return drawn

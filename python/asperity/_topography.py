@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from html import escape
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple
@@ -10,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from asperity import _asperity
-from asperity._arrays import Reals, Size, as_array, each, heights_of, sides_of
+from asperity._arrays import Quantity, Reals, Size, as_array, each, heights_of, sides_of
 from asperity._table import Table
-from asperity.errors import SurfaceError
+from asperity.errors import StudyWarning, SurfaceError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,10 +52,11 @@ class Topography:
     heights : array_like, shape (n_x, n_y)
         Heights; masked and non-finite points are missing. A C-contiguous float64 array is not copied, so do
         not change it afterwards.
-    size : float or (float, float)
-        Sides of the map along x and y, in the unit of the heights: nodes × spacing.
+    size : float or str, or a pair of them
+        Sides of the map along x and y: nodes × spacing. Numbers are in the unit of the heights, and texts such
+        as ``"100 um"`` are converted to it.
     unit : str, optional
-        Label for the unit of heights and sides.
+        Unit of heights and sides; default: the unit of `size`, if that is a text.
     is_periodic : bool
         True if the surface is periodic.
 
@@ -62,6 +64,13 @@ class Topography:
     ------
     SurfaceError
         If `heights` is not a two-dimensional array, or if a side is not positive.
+    ArgumentError
+        If a text is not a length.
+
+    Warns
+    -----
+    StudyWarning
+        If the unit is known and the rms slope is above 1, so that heights or sides are probably in another unit.
 
     Examples
     --------
@@ -88,9 +97,23 @@ class Topography:
         unit: Optional[str] = None,
         is_periodic: bool = False,
     ) -> None:
+        self._set(heights, size, unit, is_periodic)
+        # Without a unit, a contact warns: many maps are never pressed, and may have any slope.
+        self._is_unchecked = self.unit is None
+        if self.unit is not None:
+            self._warn(None, has_given_sides=True)
+
+    @classmethod
+    def _of(cls, heights: ArrayLike, size: Size, unit: Optional[str], is_periodic: bool) -> "Topography":
+        """Returns a map that the library has made, without a warning about its unit."""
+        made = cls.__new__(cls)
+        made._set(heights, size, unit, is_periodic)
+        return made
+
+    def _set(self, heights: ArrayLike, size: Size, unit: Optional[str], is_periodic: bool) -> None:
+        self._is_unchecked = False
         self._heights = heights_of(heights)
-        self._size = sides_of(size)
-        self.unit = unit
+        self._size, self.unit = sides_of(size, unit)
         self._is_periodic = bool(is_periodic)
         self._rms_slope: Optional[float] = None
         self._description: Optional[Table] = None
@@ -98,6 +121,11 @@ class Topography:
             raise SurfaceError(f"size is {self._size}, but both sides must be positive and finite")
         if self._heights.size == 0:
             raise SurfaceError("a surface needs at least one node")
+
+    def _warn(self, format: Optional[str], has_given_sides: bool) -> None:
+        """Warns if heights or sides are probably in another unit."""
+        for message in _asperity.implausible(self._heights, self._size, self.unit, format, has_given_sides):
+            warnings.warn(message, StudyWarning, stacklevel=3)
 
     @property
     def heights(self) -> "np.ma.MaskedArray[Any, np.dtype[np.float64]]":
@@ -184,12 +212,10 @@ class Topography:
         ]:
             if not is_same:
                 raise SurfaceError(f"maps cannot be {verb}, because their {names} differ: {ours} and {theirs}")
-        return Topography(
-            combine(self._heights, other._heights),
-            self._size,
-            unit=self.unit,
-            is_periodic=self._is_periodic and other._is_periodic,
-        )
+        is_periodic = self._is_periodic and other._is_periodic
+        combined = Topography._of(combine(self._heights, other._heights), self._size, self.unit, is_periodic)
+        combined._is_unchecked = self._is_unchecked or other._is_unchecked
+        return combined
 
     def mirror(self) -> "Topography":
         """Returns the map reversed along x, as a surface that is turned over towards the other body.
@@ -322,14 +348,14 @@ class Topography:
         filled = _asperity.fill(self._heights, self._size, method, self._is_periodic)
         return self._changed(filled)
 
-    def crop(self, origin: Sequence[float], size: Size) -> "Topography":
+    def crop(self, origin: Sequence[Quantity], size: Size) -> "Topography":
         """Returns a rectangular part of the map, which is not periodic.
 
         Parameters
         ----------
         origin : (float, float)
             Position of the first node of the part, relative to the first node of the map.
-        size : float or (float, float)
+        size : float or str, or a pair of them
             Sides of the part; position and sides are rounded to whole nodes.
 
         Raises
@@ -344,10 +370,12 @@ class Topography:
         >>> whole.crop((1.0, 0.0), (2.0, 4.0)).nodes
         (4, 8)
         """
-        along_x, along_y = origin
-        start = (float(along_x), float(along_y))
-        heights, sides = _asperity.crop(self._heights, self._size, start, sides_of(size))
-        return Topography(heights, sides, unit=self.unit, is_periodic=False)
+        start, _ = sides_of(origin, self.unit)
+        part, _ = sides_of(size, self.unit)
+        heights, sides = _asperity.crop(self._heights, self._size, start, part)
+        cropped = Topography._of(heights, sides, self.unit, False)
+        cropped._is_unchecked = self._is_unchecked
+        return cropped
 
     def statistics(self) -> Dict[str, float]:
         """Computes statistics of the heights, named like table columns.
@@ -497,7 +525,9 @@ class Topography:
         return draw_map(axes, self.heights, self._size, unit, f"height ({unit})", image)
 
     def _changed(self, heights: Reals) -> "Topography":
-        return Topography(heights, self._size, unit=self.unit, is_periodic=self._is_periodic)
+        changed = Topography._of(heights, self._size, self.unit, self._is_periodic)
+        changed._is_unchecked = self._is_unchecked
+        return changed
 
     def __repr__(self) -> str:
         (nodes_x, nodes_y), (size_x, size_y) = self.nodes, self.size

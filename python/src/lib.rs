@@ -36,7 +36,8 @@ mod _asperity {
     use super::statistics::{areal_parameters, material_ratio, power_spectrum, statistics};
     #[pymodule_export]
     use super::surfaces::{
-        align, crop, draw, fill, level, level_through, read, remove_islands, remove_spikes,
+        align, crop, draw, fill, implausible, length, level, level_through, read, remove_islands,
+        remove_spikes,
     };
     #[pymodule_export]
     use super::table::Table;

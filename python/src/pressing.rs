@@ -46,6 +46,7 @@ impl Pressing {
         py: Python<'_>,
         heights: PyReadonlyArray2<'_, f64>,
         size: [f64; 2],
+        unit: Option<String>,
         rms_slope: Option<f64>,
         is_periodic: bool,
         keys: &Bound<'_, PyDict>,
@@ -55,6 +56,7 @@ impl Pressing {
         let keys = conversion::keys(keys)?;
         let map = direct::Map {
             surface: conversion::surface(py, &heights, size)?,
+            unit: unit.unwrap_or_default(),
             rms_slope,
             is_periodic,
         };
@@ -99,7 +101,7 @@ impl Pressing {
         Ok(Table::from(table.map_err(|error| surface_error(py, &error))?))
     }
 
-    /// Returns warnings about the mesh of a contact with adhesion.
+    /// Returns the warnings about the contact.
     fn warnings(&self, py: Python<'_>) -> Vec<String> {
         py.detach(|| self.lock().warnings().to_vec())
     }

@@ -21,8 +21,9 @@ use crate::errors::{direct_error, surface_error, value_error};
 use crate::interruption::interruptible;
 use crate::table::Table;
 
-/// Heights, sides, rms slope, periodicity and table row of a generated surface.
-type Drawn<'py> = (Bound<'py, PyArray2<f64>>, [f64; 2], f64, bool, Table);
+/// Heights, sides, unit, rms slope, periodicity, table row and warnings of a generated surface.
+type Drawn<'py> =
+    (Bound<'py, PyArray2<f64>>, [f64; 2], Option<String>, f64, bool, Table, Vec<String>);
 
 /// Generates the surface that the keys of a `generate` stage define.
 #[pyfunction]
@@ -36,7 +37,31 @@ pub fn draw<'py>(
     let drawn = drawn.map_err(|error| direct_error(py, &error))?;
     let grid = drawn.surface.grid();
     let heights = map(py, drawn.surface.into_heights(), grid.nodes())?;
-    Ok((heights, grid.cell().size(), drawn.rms_slope, drawn.is_periodic, drawn.row.into()))
+    let unit = Some(drawn.unit).filter(|unit| !unit.is_empty());
+    let (size, row) = (grid.cell().size(), drawn.row.into());
+    Ok((heights, size, unit, drawn.rms_slope, drawn.is_periodic, row, drawn.warnings))
+}
+
+/// Reads a length with a unit, such as `100 um`, in the unit `unit` or in its own unit.
+#[pyfunction]
+#[pyo3(signature = (text, unit=None))]
+pub fn length(py: Python<'_>, text: &str, unit: Option<&str>) -> PyResult<(f64, String)> {
+    direct::length(text, unit).map_err(|error| direct_error(py, &error.into()))
+}
+
+/// Returns warnings if the heights or the sides of a map were probably read in a wrong unit.
+#[pyfunction]
+pub fn implausible(
+    py: Python<'_>,
+    heights: PyReadonlyArray2<'_, f64>,
+    size: [f64; 2],
+    unit: Option<&str>,
+    format: Option<&str>,
+    has_given_sides: bool,
+) -> PyResult<Vec<String>> {
+    let scan = scan(py, &heights, size)?;
+    let unit = unit.unwrap_or_default();
+    Ok(py.detach(|| direct::implausible(&scan, unit, format, has_given_sides)))
 }
 
 /// Heights (NaN if missing), sides in the unit of the heights, unit, name of the channel, names of

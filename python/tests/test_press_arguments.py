@@ -136,3 +136,74 @@ def test_surfaces_that_do_not_match_are_refused(rough):
         asperity.press(rough, against=rough, shift=(2, 0), loads=[0.1])
     with pytest.raises(asperity.ArgumentError, match="cannot be shifted"):
         asperity.press(rough, against=rough, shift=(0.5, 0), boundary="free", loads=[0.1])
+
+
+STEEL = [{"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}]
+
+
+@pytest.fixture(scope="module")
+def scan():
+    return asperity.surface(**KEYS, side="100 um")
+
+
+def test_quantities_are_accepted_wherever_a_manifest_accepts_them(scan):
+    assert (scan.size, scan.unit) == ((100.0, 100.0), "µm")
+    modulus = 210.0 / 0.91
+    same = asperity.press(scan, pressures=[0.05, 0.1], effective_modulus=modulus).area
+    for states in [
+        dict(pressures=["50 MPa", "0.1 GPa"]),
+        dict(loads=["50 MPa", "100 MPa"]),
+        dict(pressures={"to": "100 MPa", "steps": 2}),
+    ]:
+        np.testing.assert_array_equal(asperity.press(scan, bodies=STEEL, **states).area, same)
+    one = asperity.press(scan, bodies=STEEL, pressures="50 MPa")
+    np.testing.assert_array_equal(one.area, same[:1])
+    soft = {"effective_modulus": "10 MPa", "adhesion": {"work": "50 mJ/m^2", "range": "500 nm"}}
+    plain = {"effective_modulus": 10.0, "adhesion": {"work": 0.05, "range": 0.5}}
+    np.testing.assert_array_equal(
+        asperity.press(scan, gaps=["2000 nm"], **soft).mean_pressure,
+        asperity.press(scan, gaps=[2.0], **plain).mean_pressure,
+    )
+
+
+def test_a_number_beside_quantities_is_refused_as_in_a_manifest(scan):
+    for states in [dict(pressures=50), dict(pressures=[50, "50 MPa"]), dict(loads=[50, "50 MPa"])]:
+        with pytest.raises(asperity.errors.ArgumentError, match="the load 50 has no unit, but another"):
+            asperity.press(scan, bodies=STEEL, **states)
+    with pytest.raises(asperity.errors.ArgumentError, match="`hardness` has no unit"):
+        asperity.press(scan, pressures="50 MPa", bodies=STEEL, hardness=3)
+    with pytest.warns(asperity.errors.StudyWarning, match="so that every node touches"):
+        asperity.press(scan, pressures=["300 GPa"], bodies=STEEL)
+
+
+def test_sides_with_a_unit_name_the_unit_of_the_map(scan, tmp_path):
+    np.save(tmp_path / "heights.npy", scan.values)
+    for map in [
+        asperity.Topography(scan.values, "100 um"),
+        asperity.Topography(scan.values, ("0.1 mm", "100 um"), unit="µm"),
+        asperity.read(tmp_path / "heights.npy", size="100 um"),
+    ]:
+        assert map.unit == "µm"
+        np.testing.assert_allclose(map.size, 100.0, rtol=1e-15)
+    assert scan.crop(("10 um", 0.0), "0.05 mm").size == (50.0, 50.0)
+    with pytest.raises(asperity.errors.ArgumentError, match="`MPa` is no unit of length"):
+        asperity.Topography(scan.values, "100 MPa")
+    with pytest.raises(asperity.errors.ArgumentError, match="only one of the sides has a unit"):
+        asperity.Topography(scan.values, ("100 um", 100))
+
+
+def test_implausible_slopes_are_told_at_the_door(scan, tmp_path):
+    nanometres = 1000 * scan.values
+    np.save(tmp_path / "heights.npy", nanometres)
+    words = r"the rms slope of the map is 9.*nm in place of µm would give an rms slope of 0\.09"
+    for enter in [
+        lambda: asperity.Topography(nanometres, "100 um"),
+        lambda: asperity.read(tmp_path / "heights.npy", size=100.0, unit="um"),
+        lambda: asperity.press(nanometres, size=100.0, boundary="periodic", loads=[0.1]),
+        lambda: asperity.press(asperity.Topography(nanometres, 100.0).detrend(), boundary="free", loads=[0.1]),
+    ]:
+        with pytest.warns(asperity.errors.StudyWarning, match=words) as told:
+            enter()
+        assert len(told) == 1
+    with pytest.warns(asperity.errors.StudyWarning, match="`rms_height` is 200 µm on a side of 100 µm"):
+        asperity.surface(nodes=64, hurst=0.8, k_lower=1, k_upper=4, side="100 um", rms_height="200 um")

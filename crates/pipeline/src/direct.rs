@@ -12,7 +12,7 @@
 //! let drawn = draw(&surface, 0)?;
 //! assert_eq!(drawn.rms_slope, 1.0);
 //! let (slope, is_periodic) = (Some(drawn.rms_slope), drawn.is_periodic);
-//! let map = Map { surface: drawn.surface, rms_slope: slope, is_periodic };
+//! let map = Map { surface: drawn.surface, unit: drawn.unit, rms_slope: slope, is_periodic };
 //! let mut pressing = Pressing::new(map, &"loads = [0.01, 0.1]".parse()?)?;
 //! while pressing.press(&|| false)? {}
 //! let table = pressing.table()?;
@@ -39,9 +39,10 @@ use asperity_contact::grid::{Boundary, Grid};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::descriptors::Descriptors;
 use asperity_contact::topography::differences;
-use asperity_contact::topography::surface::{Surface, SurfaceError};
+use asperity_contact::topography::surface::{Scan, Surface, SurfaceError};
 use asperity_stages::columns::RMS_SLOPE;
 use asperity_stages::generate::Origin;
+use asperity_stages::generate::plausibility::{EnteredMap, slope_and_span};
 use asperity_stages::measure::friction;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{StageError, grids};
@@ -74,8 +75,12 @@ pub struct Drawn {
     pub rms_slope: f64,
     /// True if the surface is periodic. Maps from files may not be.
     pub is_periodic: bool,
+    /// Name of the unit of heights and sides; empty if the keys name none.
+    pub unit: String,
     /// Row that describes the surface in the table of the stage, without the heights.
     pub row: Table,
+    /// Warnings of a study with this surface.
+    pub warnings: Vec<String>,
 }
 
 /// Generates the surface that the keys of a `generate` stage describe, for one realization.
@@ -87,11 +92,36 @@ pub struct Drawn {
 /// Returns an error if a key is invalid, if the keys describe several surfaces, or if a file cannot
 /// be read.
 pub fn draw(keys: &Keys, realization: u32) -> Result<Drawn, DirectError> {
-    let params = checks::surface(keys)?.params.realization(realization);
+    let (planned, warnings) = checks::surface(keys)?;
+    let params = planned.params.realization(realization);
     let surface = params.draw(&SurfaceFiles::new(Path::new("")), &Threads::one())?;
     let row = params.described(&surface);
     let rms_slope = row.reals(RMS_SLOPE.name).map_err(of_table)?.value(0);
-    Ok(Drawn { surface, rms_slope, is_periodic: !params.origin.is_open(), row })
+    let (unit, is_periodic) = (params.origin.unit().to_owned(), !params.origin.is_open());
+    Ok(Drawn { surface, rms_slope, is_periodic, unit, row, warnings })
+}
+
+/// Reads a length with a unit, such as `100 um`. Returns it in the unit `unit`, or with its own
+/// unit if that is `None`.
+///
+/// # Errors
+/// Returns an error if the text is no length, or if `unit` is no unit of length.
+pub fn length(text: &str, unit: Option<&str>) -> Result<(f64, String), KeyErrors> {
+    checks::length(text, unit)
+}
+
+/// Returns warnings if the heights or the sides of a map were probably read in a wrong unit, as a
+/// study with this map would give. `format` is the format of its file, if it is from one.
+pub fn implausible(
+    scan: &Scan,
+    unit: &str,
+    format: Option<&str>,
+    has_given_sides: bool,
+) -> Vec<String> {
+    let grid = scan.grid();
+    let (rms_slope, height_span) = slope_and_span(grid, scan.heights());
+    let map = EnteredMap { grid, unit, rms_slope, height_span, format, has_given_sides };
+    map.warnings("the map")
 }
 
 /// Returns the map of a second rough surface in the position in which its heights are added to
@@ -106,7 +136,7 @@ pub fn placed(against: Surface, keys: &Keys) -> Result<Surface, DirectError> {
     contact.insert("from".to_owned(), "surface".into());
     contact.insert("against".to_owned(), "against".into());
     contact.insert("loads".to_owned(), vec![1.0].into());
-    let surface = checks::stage("generate", &placeholder_surface(against.grid()));
+    let surface = checks::stage("generate", &placeholder_surface(against.grid(), ""));
     let stages = vec![("surface", surface.clone()), ("against", surface), ("contact", contact)];
     let study = checks::study(stages)?;
     let pairs = study.stages.iter().filter_map(|stage| match &stage.work {
@@ -132,6 +162,9 @@ fn of_table(error: TableError) -> DirectError {
 pub struct Map {
     /// Heights, with peaks pointing towards the elastic body.
     pub surface: Surface,
+    /// Name of the unit of heights and sides, to which lengths with a unit are converted; empty if
+    /// it is unknown.
+    pub unit: String,
     /// Rms slope h′ that defines the reduced load p₀/(E* h′), if it is known more exactly than from
     /// the heights. For a random surface, it is the slope of the Fourier modes.
     pub rms_slope: Option<f64>,
@@ -194,7 +227,8 @@ impl Pressing {
     /// Returns the same errors as [`Pressing::new`].
     pub fn new_on(cores: NonZeroUsize, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
         let grid = map.surface.grid();
-        let Checked { contact, friction, warnings } = checked(keys, grid)?;
+        let rms_slope = map.rms_slope.unwrap_or_else(|| rms_slope(&map));
+        let Checked { contact, friction, warnings } = checked(keys, grid, &map.unit, rms_slope)?;
         let boundary = match &contact {
             CheckedContact::Path(params) => params.boundary,
             CheckedContact::Branches(branches) => branches[0].boundary,
@@ -202,7 +236,6 @@ impl Pressing {
         if boundary == Boundary::Periodic && !map.is_periodic {
             return Err(DirectError::NotPeriodic);
         }
-        let rms_slope = map.rms_slope.unwrap_or_else(|| rms_slope(&map));
         let mut row = grids::coordinates(grid.nodes(), grid.cell().size());
         row.push((RMS_SLOPE, Value::Real(rms_slope)));
         let row = Table::row(&row);
@@ -224,7 +257,8 @@ impl Pressing {
         Pressing { keeps_fields: false, ..self }
     }
 
-    /// Returns warnings about the mesh of a contact with adhesion.
+    /// Returns the warnings of a study with this contact: about units and the order of loads, the
+    /// mesh of a contact with adhesion, and partial slip.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -338,6 +372,7 @@ mod tests {
         let keys = "method = \"wave\"\nnodes = 64\nside = 2.0\namplitude = 0.01".parse();
         Map {
             surface: draw(&keys.unwrap(), 0).unwrap().surface,
+            unit: String::new(),
             rms_slope: None,
             is_periodic: true,
         }

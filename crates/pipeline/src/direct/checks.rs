@@ -7,7 +7,9 @@ use toml::Table as Keys;
 
 use crate::study::{Study, Work};
 use asperity_contact::grid::Grid;
-use asperity_manifest::diagnostics::ManifestErrors;
+use asperity_manifest::decimal;
+use asperity_manifest::diagnostics::{ManifestErrors, listed};
+use asperity_manifest::keys::quantity::{self, Dimension, Unit};
 use asperity_stages::Recipe;
 use asperity_stages::generate::growth::PlannedSurfaces;
 use asperity_stages::measure::{self, friction};
@@ -24,12 +26,14 @@ impl From<ManifestErrors> for KeyErrors {
     }
 }
 
-/// Returns the parameters of the single surface that these keys of a `generate` stage describe.
-pub fn surface(keys: &Keys) -> Result<PlannedSurfaces, KeyErrors> {
+/// Returns the parameters of the single surface that these keys of a `generate` stage describe, and
+/// the warnings about it.
+pub fn surface(keys: &Keys) -> Result<(PlannedSurfaces, Vec<String>), KeyErrors> {
     let study = study(vec![("surface", stage("generate", keys))])?;
+    let warnings = study.warnings().into_iter().map(|warning| warning.message).collect();
     match &study.stages[0].work {
         Work::Generate(surfaces) => match surfaces.as_slice() {
-            [one] => Ok(one.clone()),
+            [one] => Ok((one.clone(), warnings)),
             several => Err(expected_one(several.len(), "surfaces")),
         },
         Work::Evaluate(_) => unreachable!("a `generate` stage makes surfaces"),
@@ -54,15 +58,16 @@ pub enum CheckedContact {
     Path(Arc<solve::adhesion::Params>),
 }
 
-/// Checks the keys of a `solve` stage for a surface on this grid.
-pub fn checked(keys: &Keys, grid: Grid) -> Result<Checked, KeyErrors> {
+/// Checks the keys of a `solve` stage for a surface on this grid. `unit` is the unit of its heights
+/// and sides, or empty.
+pub fn checked(keys: &Keys, grid: Grid, unit: &str, rms_slope: f64) -> Result<Checked, KeyErrors> {
     let mut contact = stage("solve", keys);
     contact.insert("from".to_owned(), "surface".into());
     let slip = contact.remove("friction").map(|friction| {
         let keys = [("from", "contact".into()), ("friction", friction)];
         stage("measure", &keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect())
     });
-    let surface = stage("generate", &placeholder_surface(grid));
+    let surface = stage("generate", &placeholder_surface(grid, unit));
     let stages = [("surface", surface), ("contact", contact)];
     let study = study(stages.into_iter().chain(slip.map(|slip| ("slip", slip))).collect())?;
     let recipes = study.stages[1].work.recipes();
@@ -85,7 +90,8 @@ pub fn checked(keys: &Keys, grid: Grid) -> Result<Checked, KeyErrors> {
         Some([Recipe::Measure(measure::Params::Friction(friction))]) => Some(friction.clone()),
         Some(several) => return Err(expected_one(several.len(), "values of `friction`")),
     };
-    let warnings = study.coarse_for_adhesion(&study.stages[1]).into_iter().collect();
+    let mut warnings = study.warnings_of_contact(&study.stages[1], rms_slope);
+    warnings.extend(study.stages.get(2).and_then(|slip| study.dissimilar_bodies(slip)));
     Ok(Checked { contact, friction, warnings })
 }
 
@@ -106,7 +112,7 @@ fn branches(recipes: &[Recipe]) -> Option<Vec<Arc<solve::Params>>> {
 /// Returns the keys of a surface with the spacing of `grid`, which the check of a `solve` stage
 /// requires. The rms slope of this surface is unknown until the surface is generated. The mesh of
 /// an adhesive contact is therefore checked, but no check depends on the heights.
-pub fn placeholder_surface(grid: Grid) -> Keys {
+pub fn placeholder_surface(grid: Grid, unit: &str) -> Keys {
     const NODES: u8 = 16;
     let [along_x, along_y] = grid.spacing();
     let keys = [
@@ -114,8 +120,28 @@ pub fn placeholder_surface(grid: Grid) -> Keys {
         ("nodes", NODES.into()),
         ("side", (f64::from(NODES) * along_x.max(along_y)).into()),
         ("amplitude", 1.0.into()),
+        ("unit", unit.into()),
     ];
     keys.map(|(key, value)| (key.to_owned(), value)).into_iter().collect()
+}
+
+/// Reads a length with a unit, as [`length`](super::length).
+pub fn length(text: &str, unit: Option<&str>) -> Result<(f64, String), KeyErrors> {
+    let wrong = |message: String| KeyErrors(vec![message]);
+    let of_length = |name: &str| {
+        let unit = Unit::find(name).filter(|unit| unit.dimension == Dimension::Length);
+        let units = listed(Dimension::Length.names(), "and");
+        unit.ok_or_else(|| wrong(format!("`{name}` is no unit of length; these are {units}")))
+    };
+    let (number, own) = quantity::split(text).ok_or_else(|| {
+        wrong(format!("{text:?} is no length; give a number, or a text such as \"100 um\""))
+    })?;
+    let own = of_length(own)?;
+    let (wanted, name) = match unit {
+        Some(unit) => (of_length(unit)?, unit),
+        None => (own, own.symbol),
+    };
+    Ok((decimal::shifted(number, own.power - wanted.power), name.to_owned()))
 }
 
 /// Returns the keys of a stage with its kind added.
@@ -159,7 +185,7 @@ mod tests {
 
     /// Checks the keys of a `solve` stage for a mesh of 64 × 64 nodes.
     fn checked(text: &str) -> Result<Checked, KeyErrors> {
-        super::checked(&table(text), Grid::square(64, 2.0).unwrap())
+        super::checked(&table(text), Grid::square(64, 2.0).unwrap(), "µm", 0.1)
     }
 
     #[test]
@@ -203,6 +229,44 @@ mod tests {
             let message = checked(keys).unwrap_err().to_string();
             assert!(message.contains("parameter points"), "{message}");
         }
+    }
+
+    #[test]
+    fn lengths_have_their_unit_or_that_of_the_map() {
+        assert_eq!(length("100 um", None), Ok((100.0, "µm".to_owned())));
+        assert_eq!(length("100 um", Some("m")), Ok((1e-4, "m".to_owned())));
+        assert_eq!(length("0.1 mm", Some("um")), Ok((100.0, "um".to_owned())));
+        for (text, unit, part) in [
+            ("100", None, "is no length"),
+            ("100 MPa", None, "`MPa` is no unit of length"),
+            ("1 m", Some("px"), "`px` is no unit of length"),
+        ] {
+            let message = length(text, unit).unwrap_err().to_string();
+            assert!(message.contains(part), "{message}");
+        }
+    }
+
+    #[test]
+    fn pressures_with_and_without_units_are_treated_as_in_a_manifest() {
+        let steel = "bodies = [{ youngs_modulus = \"210 GPa\", poisson_ratio = 0.3 }]";
+        let with = |loads: &str| checked(&format!("{steel}\n{loads}"));
+        let plain = with("load_unit = \"absolute\"\nloads = [50]").unwrap_err().to_string();
+        assert!(plain.contains("the load 50 has no unit, but another pressure has one"), "{plain}");
+        assert!(with("loads = [50, \"50 MPa\"]").is_err());
+        let given = with("loads = [\"50 MPa\"]").unwrap();
+        assert!(given.warnings.is_empty(), "{:?}", given.warnings);
+        let closed = with("loads = [\"300 GPa\"]").unwrap().warnings;
+        assert!(closed[0].contains("so that every node touches"), "{closed:?}");
+        let CheckedContact::Path(params) = with(
+            "adhesion = { work = \"50 mJ/m^2\", range = \"20 nm\" }\ncontrol = \"gap\"\n\
+                  gaps = [\"100 nm\"]",
+        )
+        .unwrap()
+        .contact
+        else {
+            panic!("a path")
+        };
+        assert_eq!((params.range, params.targets[0]), (0.02, 0.1));
     }
 
     #[test]
