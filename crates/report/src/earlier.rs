@@ -5,6 +5,7 @@
 //! files of the figures. It ends with a digest of the preceding text.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 

@@ -186,7 +186,7 @@ mod tests {
     fn this_file_system_needs_no_lock_files() {
         let root = tempfile::tempdir().unwrap();
         let [staging, folder] = ["unfinished", "ab"].map(|name| root.path().join(name));
-        [&staging, &folder].map(|path| fs::create_dir(path).unwrap());
+        [&staging, &folder].into_iter().for_each(|path| fs::create_dir(path).unwrap());
         fs::write(root.path().join(NOTE), TEXT).unwrap();
         assert_eq!(trial(root.path(), &staging, &folder), Existing::Keep);
         assert!(!uses_lock_files(root.path()));
