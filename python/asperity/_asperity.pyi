@@ -138,6 +138,8 @@ __all__ = [
     "evolution",
     "fill",
     "fit_evolution",
+    "implausible",
+    "length",
     "level",
     "level_through",
     "main",

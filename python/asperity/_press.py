@@ -294,17 +294,18 @@ def _states(
     if not (adhesion is None or isinstance(adhesion, Mapping)):
         raise ArgumentError(f'`adhesion` is {adhesion!r}, but must be {{"work": …, "range": …}}')
     name = named[0]
-    states = {
+    listed = _list(name, given[name])
+    states: Dict[str, Any] = {
         "adhesion": None if adhesion is None else dict(adhesion),
         "path": path,
-        "loads" if gaps is None else "gaps": _list(name, given[name]),
+        "loads" if gaps is None else "gaps": listed,
     }
     if name == "gaps":
         return {**states, "control": "gap"}
     if name == "pressures":
         return {**states, "load_unit": "absolute"}
     # Texts have a unit. Numbers are named as multiples of E* × rms slope by the argument.
-    return states if _has_text(states["loads"]) else {**states, "load_unit": "relative"}
+    return states if _has_text(listed) else {**states, "load_unit": "relative"}
 
 
 def _has_text(states: Union[List[Quantity], Dict[str, Any]]) -> bool:
@@ -349,7 +350,7 @@ def _list(name: str, states: Optional[Loads]) -> Union[List[Quantity], Dict[str,
     if isinstance(states, (list, tuple)) and any(isinstance(state, str) for state in states):
         return list(states)
     try:
-        numbers: List[Quantity] = np.asarray(states, dtype=np.float64).reshape(-1).tolist()
+        numbers: List[Quantity] = [*np.asarray(states, dtype=np.float64).reshape(-1).tolist()]
     except (TypeError, ValueError):
         kind, unit = ("gaps", "the unit of the heights") if name == "gaps" else (
             "loads", "units of E* × rms slope, or `pressures` in the unit of `effective_modulus`"

@@ -173,7 +173,8 @@ def surface(
         "k_upper": k_upper,
         "k_rolloff": k_rolloff,
         "rms_slope": rms_slope,
-        "side": side,
+        # A unit without a side is that of the default side.
+        "side": 1.0 if side is None and unit is not None and method not in ("file", "spectrum") else side,
         "seed": seed,
         "method": method,
         "anisotropy": None if anisotropy is None else dict(anisotropy),

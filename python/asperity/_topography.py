@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from asperity import _asperity
 from asperity._arrays import Quantity, Reals, Size, as_array, each, heights_of, sides_of
 from asperity._table import Table
-from asperity.errors import StudyWarning, SurfaceError
+from asperity.errors import ArgumentError, StudyWarning, SurfaceError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,6 +86,7 @@ class Topography:
     0.133286
     """
 
+    unit: Optional[str]
     # Arrays and numbers of NumPy leave operators to this class.
     __array_priority__ = 1.0
 
@@ -370,8 +371,10 @@ class Topography:
         >>> whole.crop((1.0, 0.0), (2.0, 4.0)).nodes
         (4, 8)
         """
-        start, _ = sides_of(origin, self.unit)
-        part, _ = sides_of(size, self.unit)
+        start, unit_of_origin = sides_of(origin, self.unit)
+        part, unit_of_size = sides_of(size, self.unit)
+        if not unit_of_origin == unit_of_size == self.unit:
+            raise ArgumentError("the map has no unit, so that `origin` and `size` must be numbers")
         heights, sides = _asperity.crop(self._heights, self._size, start, part)
         cropped = Topography._of(heights, sides, self.unit, False)
         cropped._is_unchecked = self._is_unchecked

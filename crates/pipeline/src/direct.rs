@@ -34,7 +34,7 @@ pub use self::checks::KeyErrors;
 use self::checks::{Checked, CheckedContact, checked, expected_one, placeholder_surface};
 use self::loads::Loads;
 use self::states::States;
-use crate::study::Work;
+use crate::study::{Work, improbable_contact};
 use asperity_contact::grid::{Boundary, Grid};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::descriptors::Descriptors;
@@ -228,7 +228,7 @@ impl Pressing {
     pub fn new_on(cores: NonZeroUsize, map: Map, keys: &Keys) -> Result<Pressing, DirectError> {
         let grid = map.surface.grid();
         let rms_slope = map.rms_slope.unwrap_or_else(|| rms_slope(&map));
-        let Checked { contact, friction, warnings } = checked(keys, grid, &map.unit, rms_slope)?;
+        let Checked { contact, friction, mut warnings } = checked(keys, grid, &map.unit)?;
         let boundary = match &contact {
             CheckedContact::Path(params) => params.boundary,
             CheckedContact::Branches(branches) => branches[0].boundary,
@@ -245,7 +245,11 @@ impl Pressing {
                 Box::new(States::new(&params, map.surface, row, threads)?)
             }
             CheckedContact::Branches(branches) => {
-                Box::new(Loads::new(branches, map.surface, row, threads)?)
+                let params = branches[0].clone();
+                let loads = Loads::new(branches, map.surface, row, threads)?;
+                let full = loads.full_contact_load();
+                warnings.extend(improbable_contact(&params, rms_slope, full));
+                Box::new(loads)
             }
         };
         solved.set_threads(Threads::one());

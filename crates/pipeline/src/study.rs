@@ -34,6 +34,7 @@ use asperity_tables::table::Table;
 
 pub use summary::StageSummary;
 pub use warnings::Warning;
+pub(crate) use warnings::improbable_contact;
 
 pub use asperity_manifest::diagnostics::{ManifestErrors, Problem};
 pub use asperity_stages::Work;

@@ -60,7 +60,7 @@ pub enum CheckedContact {
 
 /// Checks the keys of a `solve` stage for a surface on this grid. `unit` is the unit of its heights
 /// and sides, or empty.
-pub fn checked(keys: &Keys, grid: Grid, unit: &str, rms_slope: f64) -> Result<Checked, KeyErrors> {
+pub fn checked(keys: &Keys, grid: Grid, unit: &str) -> Result<Checked, KeyErrors> {
     let mut contact = stage("solve", keys);
     contact.insert("from".to_owned(), "surface".into());
     let slip = contact.remove("friction").map(|friction| {
@@ -90,7 +90,7 @@ pub fn checked(keys: &Keys, grid: Grid, unit: &str, rms_slope: f64) -> Result<Ch
         Some([Recipe::Measure(measure::Params::Friction(friction))]) => Some(friction.clone()),
         Some(several) => return Err(expected_one(several.len(), "values of `friction`")),
     };
-    let mut warnings = study.warnings_of_contact(&study.stages[1], rms_slope);
+    let mut warnings = study.warnings_of_contact(&study.stages[1]);
     warnings.extend(study.stages.get(2).and_then(|slip| study.dissimilar_bodies(slip)));
     Ok(Checked { contact, friction, warnings })
 }
@@ -185,7 +185,7 @@ mod tests {
 
     /// Checks the keys of a `solve` stage for a mesh of 64 × 64 nodes.
     fn checked(text: &str) -> Result<Checked, KeyErrors> {
-        super::checked(&table(text), Grid::square(64, 2.0).unwrap(), "µm", 0.1)
+        super::checked(&table(text), Grid::square(64, 2.0).unwrap(), "µm")
     }
 
     #[test]
@@ -255,8 +255,8 @@ mod tests {
         assert!(with("loads = [50, \"50 MPa\"]").is_err());
         let given = with("loads = [\"50 MPa\"]").unwrap();
         assert!(given.warnings.is_empty(), "{:?}", given.warnings);
-        let closed = with("loads = [\"300 GPa\"]").unwrap().warnings;
-        assert!(closed[0].contains("so that every node touches"), "{closed:?}");
+        let unsorted = with("loads = [\"50 MPa\", \"1 MPa\"]").unwrap().warnings;
+        assert!(unsorted[0].contains("`loads` is out of order"), "{unsorted:?}");
         let CheckedContact::Path(params) = with(
             "adhesion = { work = \"50 mJ/m^2\", range = \"20 nm\" }\ncontrol = \"gap\"\n\
                   gaps = [\"100 nm\"]",

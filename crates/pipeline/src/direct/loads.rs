@@ -47,6 +47,11 @@ impl Loads {
         Ok(Loads { params, branches, surface: kept, row, threads, pressures })
     }
 
+    /// Returns the load of full contact in units of E* × rms slope, if it is known.
+    pub fn full_contact_load(&self) -> Option<f64> {
+        self.branches[0].solver.full_contact_load()
+    }
+
     /// Prepares the next branch if all loads of the last one are finished. Returns false if there
     /// is no further load.
     fn advance(&mut self, interrupted: &dyn Fn() -> bool) -> Result<bool, StageError> {

@@ -9,6 +9,7 @@ use std::fmt;
 use serde::Serialize;
 
 use self::files::file_warnings;
+pub(crate) use self::loads::improbable_contact;
 use self::loads::{improbable_modulus, rearranged_loads};
 use crate::study::{Stage, Study, Work, pairs};
 use asperity_manifest::diagnostics::listed;

@@ -82,17 +82,11 @@ impl Study {
         })
     }
 
-    /// Returns the warnings about a contact that is solved without a study, on a surface of this rms
-    /// slope.
-    pub(crate) fn warnings_of_contact(&self, stage: &Stage, rms_slope: f64) -> Vec<String> {
-        let slopes = (rms_slope > 0.0).then_some([rms_slope; 2]);
-        let mut solved = stage.work.recipes().iter().filter_map(|recipe| match recipe {
-            Recipe::Solve(params) => Some(params),
-            _ => None,
-        });
+    /// Returns the warnings about a contact that is solved without a study, except those that
+    /// [`improbable_contact`] gives.
+    pub(crate) fn warnings_of_contact(&self, stage: &Stage) -> Vec<String> {
         let messages = [
             self.plain_loads(stage),
-            solved.find_map(|params| improbable(params, slopes, HEAVY)),
             rearranged_loads(stage),
             improbable_modulus(stage),
             self.coarse_for_adhesion(stage),
@@ -134,6 +128,17 @@ fn full_contact(params: &Params) -> f64 {
         }
         _ => HEAVY,
     }
+}
+
+/// Warns if all loads of a contact that is solved without a study are improbable. `full_contact` is
+/// its load of full contact in units of E* × rms slope, if it is known.
+pub(crate) fn improbable_contact(
+    params: &solve::Params,
+    rms_slope: f64,
+    full_contact: Option<f64>,
+) -> Option<String> {
+    let slopes = (rms_slope > 0.0).then_some([rms_slope; 2]);
+    improbable(params, slopes, full_contact.unwrap_or(HEAVY))
 }
 
 /// Warns if all loads of a point are improbable. `slopes` are the rms slopes of its surfaces, if
