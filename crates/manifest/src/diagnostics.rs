@@ -10,7 +10,10 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
+use miette::{
+    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError,
+    MietteSpanContents, NamedSource, SourceCode, SourceSpan, SpanContents,
+};
 use thiserror::Error;
 
 /// Range of bytes in the text of a manifest.
@@ -19,7 +22,10 @@ pub type Span = Range<usize>;
 /// Maximum number of problems that are collected for a manifest.
 const MAX_COLLECTED: usize = 200;
 /// Maximum number of problems that are displayed.
-const MAX_SHOWN: usize = 40;
+const MAX_SHOWN: usize = 20;
+/// Number of bytes above which the lines around a mistake are cut: a list of a hundred thousand
+/// values may be one line.
+const MAX_EXCERPT: usize = 2000;
 
 /// A mistake in a manifest, with its positions and help.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -197,10 +203,9 @@ impl ManifestErrors {
         }
         let handler =
             GraphicalReportHandler::new_themed(theme).with_wrap_lines(false).with_links(false);
-        let named = self
-            .sources
-            .iter()
-            .map(|source| NamedSource::new(sanitized(&source.name), sanitized(&source.text)));
+        let named = self.sources.iter().map(|source| {
+            NamedSource::new(sanitized(&source.name), Lines(sanitized(&source.text)))
+        });
         let named: Vec<_> = named.collect();
         let mut page = String::new();
         for problem in self.problems.iter().take(MAX_SHOWN) {
@@ -244,7 +249,10 @@ impl ManifestErrors {
         let start = self.sources[index].start;
         for (span, label) in &problem.labels {
             let other = self.source_index(span.start);
-            if other == index {
+            let is_far = own.labels.first().is_some_and(|(first, _): &(Span, String)| {
+                (first.start + start).abs_diff(span.start) > MAX_EXCERPT
+            });
+            if other == index && !is_far {
                 let span = span.start.saturating_sub(start)..span.end.saturating_sub(start);
                 own.labels.push((span, label.clone()));
                 continue;
@@ -287,12 +295,12 @@ struct ProblemInText<'a> {
     message: String,
     labels: Vec<LabeledSpan>,
     help: Option<String>,
-    source: &'a NamedSource<String>,
+    source: &'a NamedSource<Lines>,
 }
 
 impl<'a> ProblemInText<'a> {
-    fn new(problem: &Problem, source: &'a NamedSource<String>) -> Self {
-        let text = source.inner();
+    fn new(problem: &Problem, source: &'a NamedSource<Lines>) -> Self {
+        let Lines(text) = source.inner();
         let label = |(span, label): &(Span, String)| {
             let span = first_line(span, text);
             LabeledSpan::new_with_span(Some(sanitized(label)), span)
@@ -311,13 +319,43 @@ impl<'a> ProblemInText<'a> {
     }
 }
 
+/// Text whose lines are cut around a mistake if they are long.
+struct Lines(String);
+
+impl SourceCode for Lines {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        before: usize,
+        after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        const MARGIN: usize = 60;
+        let Lines(text) = self;
+        let contents = text.read_span(span, before, after)?;
+        let first = text.floor_char_boundary(span.offset());
+        let last = text.ceil_char_boundary(span.offset() + span.len());
+        if contents.data().len() <= MAX_EXCERPT || last - first > MAX_EXCERPT {
+            return Ok(contents);
+        }
+        let line = text[..first].rfind('\n').map_or(0, |end| end + 1);
+        let end = text[last..].find('\n').map_or(text.len(), |length| last + length);
+        let from = text.floor_char_boundary(first.saturating_sub(MARGIN).max(line));
+        let to = text.ceil_char_boundary((last + MARGIN).min(end));
+        let above = text[..from].matches('\n').count();
+        let data = &text.as_bytes()[from..to];
+        let cut = MietteSpanContents::new(data, (from..to).into(), above, from - line, 1);
+        Ok(Box::new(cut))
+    }
+}
+
 /// Returns the part of `span` on the line of `text` on which the span starts, clamped to the length
 /// of `text`.
 fn first_line(span: &Span, text: &str) -> Span {
     let start = span.start.min(text.len());
     let end = span.end.clamp(start, text.len());
     let lines = text.get(start..end).unwrap_or_default();
-    start..start + lines.find(['\r', '\n']).unwrap_or(lines.len())
+    let length = lines.find(['\r', '\n']).unwrap_or(lines.len()).min(MAX_EXCERPT / 2);
+    start..text.floor_char_boundary(start + length)
 }
 
 impl fmt::Display for ProblemInText<'_> {
@@ -501,6 +539,26 @@ mod tests {
         assert_eq!(sanitized(text).len(), text.len());
         let page = errors(text, Problem::new("a\u{1b}b", 0..1, "\u{7}")).render(false);
         assert!(!page.contains(|c: char| c.is_control() && c != '\n'), "{page:?}");
+    }
+
+    #[test]
+    fn a_hundred_thousand_mistakes_on_a_line_fit_on_a_page() {
+        let values: Vec<String> = (0..100_000).map(|value| format!("\"é{value}\"")).collect();
+        let text = format!("loads = [{}]\n", values.join(", "));
+        let mut problems = Problems::default();
+        for (start, _) in text.match_indices("\"é") {
+            let span = start..start + 5;
+            problems.push(
+                Problem::new("wrong", span, "here").and(text.len() - 4..text.len() - 3, "end"),
+            );
+        }
+        let page = problems.into_errors("study.toml", &text).render(false);
+        assert!(page.len() < 20_000, "{} bytes", page.len());
+        assert!(page.contains("study.toml:1:10") && page.contains("^^^^"), "{page}");
+        assert!(
+            page.contains("200 problems in `study.toml`, of which 180 are not shown"),
+            "{page}"
+        );
     }
 
     #[test]
