@@ -30,6 +30,8 @@ pub struct Parameter<'i> {
     pub values: Vec<TomlSpanned<DeValue<'i>>>,
     /// True if the value is a list.
     pub is_swept: bool,
+    /// Names in the expressions of the values, with the positions of the expressions.
+    uses: Vec<(String, Span)>,
 }
 
 impl<'i> Parameters<'i> {
@@ -58,15 +60,18 @@ impl<'i> Parameters<'i> {
     /// Marks a parameter as used. Among it and the parameters on which it depends, adds those that
     /// are swept to `swept`.
     pub fn use_in(&self, name: &str, swept: &mut BTreeSet<String>) {
-        let Some(parameter) = self.by_name.get(name) else {
-            return;
-        };
-        self.used.borrow_mut().insert(name.to_owned());
-        if parameter.is_swept {
-            swept.insert(name.to_owned());
+        let mut reached = BTreeSet::new();
+        let mut pending = vec![name];
+        while let Some(name) = pending.pop() {
+            let Some(parameter) = self.by_name.get(name).filter(|_| reached.insert(name)) else {
+                continue;
+            };
+            if parameter.is_swept {
+                swept.insert(name.to_owned());
+            }
+            pending.extend(parameter.uses.iter().map(|(name, _)| name.as_str()));
         }
-        // Cycles have been removed by `check_cycles`.
-        parameter.references().iter().for_each(|name| self.use_in(name, swept));
+        self.used.borrow_mut().extend(reached.into_iter().map(str::to_owned));
     }
 
     /// Reports parameters that no stage has used. Parameters before the position `inherited` may be
@@ -88,27 +93,23 @@ impl<'i> Parameters<'i> {
 
     /// Reports names in expressions of parameters that are not parameters.
     fn check_names(&mut self, problems: &mut Problems) {
-        let names: Vec<String> = self.by_name.keys().cloned().collect();
+        let names: BTreeSet<String> = self.by_name.keys().cloned().collect();
         for (own, parameter) in &mut self.by_name {
             let mut is_valid = true;
-            for value in &parameter.values {
-                let unknown = references(value);
-                let unknown = unknown.iter().filter(|name| !names.contains(name));
-                for name in unknown {
-                    let message = format!("the parameter `{own}` uses `{name}`");
-                    let known = names.iter().map(String::as_str).filter(|known| known != own);
-                    let label = suggestion('`', name, known.clone(), "not a parameter");
-                    let problem = Problem::new(message, value.span(), label);
-                    let help = format!(
-                        "an expression in `[parameters]` can use the other parameters: {}",
-                        listed(known, "and")
-                    );
-                    problems.push(problem.help(help));
-                    is_valid = false;
-                }
+            for (name, span) in parameter.uses.iter().filter(|(name, _)| !names.contains(name)) {
+                let message = format!("the parameter `{own}` uses `{name}`");
+                let known = names.iter().map(String::as_str).filter(|known| known != own);
+                let label = suggestion('`', name, known.clone(), "not a parameter");
+                let problem = Problem::new(message, span.clone(), label);
+                let help = format!(
+                    "an expression in `[parameters]` can use the other parameters: {}",
+                    listed(known, "and")
+                );
+                problems.push(problem.help(help));
+                is_valid = false;
             }
             if !is_valid {
-                parameter.values.clear();
+                parameter.clear();
             }
         }
     }
@@ -116,8 +117,11 @@ impl<'i> Parameters<'i> {
     /// Reports parameters that depend on themselves.
     fn check_cycles(&mut self, problems: &mut Problems) {
         let names: Vec<String> = self.by_name.keys().cloned().collect();
-        for name in names {
-            let links = self.cycle(&name);
+        // Parameters that are in no cycle, which the search need not visit again.
+        let mut free = BTreeSet::new();
+        for name in &names {
+            let links = self.cycle(name, &free);
+            free.insert(name.as_str());
             let problem = match links.as_slice() {
                 [] => continue,
                 [(_, span)] => {
@@ -129,25 +133,22 @@ impl<'i> Parameters<'i> {
                 }
             };
             problems.push(problem.help("write one of these parameters as a number"));
-            self.by_name.get_mut(&name).expect("it is known").values.clear();
+            self.by_name.get_mut(name).expect("it is known").clear();
         }
     }
 
     /// Returns the parameters through which a parameter depends on itself, beginning with this one.
     /// Each has the position at which it uses the next one. Returns none if there is no cycle.
-    fn cycle(&self, name: &str) -> Vec<(&str, Span)> {
+    fn cycle(&self, name: &str, free: &BTreeSet<&str>) -> Vec<(&str, Span)> {
         // The parameter that uses the key of the map, and the position at which it does.
         let mut users: BTreeMap<&str, (&str, Span)> = BTreeMap::new();
         let mut pending: Vec<&str> =
             self.by_name.get_key_value(name).map_or(vec![], |(own, _)| vec![own]);
         while let Some(user) = pending.pop() {
-            for value in &self.by_name[user].values {
-                for used in references(value) {
-                    let (used, _) = self.by_name.get_key_value(&used).expect("names are checked");
-                    if !users.contains_key(used.as_str()) {
-                        users.insert(used, (user, value.span()));
-                        pending.push(used);
-                    }
+            for (used, span) in &self.by_name[user].uses {
+                if !free.contains(used.as_str()) && !users.contains_key(used.as_str()) {
+                    users.insert(used, (user, span.clone()));
+                    pending.push(used);
                 }
             }
         }
@@ -185,12 +186,16 @@ impl<'i> Parameter<'i> {
         };
         values.retain(|value| is_valid && is_valid_value(name.get_ref(), value, problems));
         remove_repeats(name.get_ref(), &mut values, problems);
-        Parameter { span: name.span(), values, is_swept }
+        let uses = values
+            .iter()
+            .flat_map(|value| references(value).into_iter().map(|name| (name, value.span())));
+        Parameter { span: name.span(), uses: uses.collect(), values, is_swept }
     }
 
-    /// Returns the names in the expressions of the parameter.
-    fn references(&self) -> BTreeSet<String> {
-        self.values.iter().flat_map(references).collect()
+    /// Removes all values, because a problem with them has been reported.
+    fn clear(&mut self) {
+        self.values.clear();
+        self.uses.clear();
     }
 }
 

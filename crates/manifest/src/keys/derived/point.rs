@@ -25,6 +25,8 @@ pub struct Point<'a> {
     reported_keys: &'a BTreeSet<String>,
     /// Results by the position of the expression.
     results: RefCell<BTreeMap<usize, Progress>>,
+    /// Numbers of the parameters that have been evaluated.
+    known_parameters: RefCell<BTreeMap<String, f64>>,
     /// Expressions whose evaluation has begun, each with its key. The evaluation of one expression
     /// needs the result of the next one.
     under_way: RefCell<Vec<(String, Span)>>,
@@ -60,9 +62,17 @@ impl<'a> Point<'a> {
         chosen: &'a BTreeMap<&'a str, &'a Written<'a>>,
         reported_keys: &'a BTreeSet<String>,
     ) -> (Numbers, Vec<(String, Problem)>) {
-        let (results, under_way, problems) = Default::default();
-        let point =
-            Point { expressions, table, chosen, reported_keys, results, under_way, problems };
+        let (results, known_parameters, under_way, problems) = Default::default();
+        let point = Point {
+            expressions,
+            table,
+            chosen,
+            reported_keys,
+            results,
+            known_parameters,
+            under_way,
+            problems,
+        };
         let mut numbers = Numbers::new();
         for (key, value) in table {
             let key = key.get_ref().as_ref();
@@ -182,26 +192,41 @@ impl<'a> Point<'a> {
         }
     }
 
-    /// Returns the number of a parameter at this point.
+    /// Returns the number of a parameter at this point. Each parameter on which it depends is
+    /// evaluated once. Cycles have been reported before.
     fn parameter(&self, parameters: &Parameters<'_>, name: &str) -> Result<f64, Failure> {
-        let first = || parameters.get(name).and_then(|parameter| parameter.values.first());
-        let value = self.chosen.get(name).copied().or_else(first).ok_or(Failure::Reported)?;
-        let text = match value.get_ref() {
-            DeValue::String(text) => text.as_ref(),
-            plain => return Ok(number(plain)),
-        };
-        if has_unit(text) {
-            let reason = format!(
-                "`{name}` is {text:?}, and expressions take plain numbers; use `{name}` alone, or \
-                 give it as a plain number and name its unit by `unit` or `load_unit`"
-            );
-            return Err(Failure::Reason(reason));
+        let mut known = self.known_parameters.borrow_mut();
+        let mut pending = vec![name.to_owned()];
+        while let Some(name) = pending.last() {
+            let first = || parameters.get(name).and_then(|parameter| parameter.values.first());
+            let value = self.chosen.get(name.as_str()).copied().or_else(first);
+            let value = value.ok_or(Failure::Reported)?;
+            let number = match value.get_ref() {
+                DeValue::String(text) if has_unit(text) => {
+                    let reason = format!(
+                        "`{name}` is {text:?}, and expressions take plain numbers; use `{name}` \
+                         alone, or give it as a plain number and name its unit by `unit` or \
+                         `load_unit`"
+                    );
+                    return Err(Failure::Reason(reason));
+                }
+                DeValue::String(text) => {
+                    let expression = Expression::parse(text).map_err(|_| Failure::Reported)?;
+                    let names = expression.columns().into_iter();
+                    let unknown = names.filter(|name| !known.contains_key(*name));
+                    let unknown: Vec<String> = unknown.map(str::to_owned).collect();
+                    if !unknown.is_empty() {
+                        pending.extend(unknown);
+                        continue;
+                    }
+                    expression.value(&|name| known[name])
+                }
+                plain => number(plain),
+            };
+            known.insert(name.clone(), number);
+            pending.pop();
         }
-        let expression = Expression::parse(text).map_err(|_| Failure::Reported)?;
-        let names = expression.columns().into_iter();
-        let values = names.map(|name| Ok((name, self.parameter(parameters, name)?)));
-        let values = values.collect::<Result<BTreeMap<&str, f64>, Failure>>()?;
-        Ok(expression.value(&|name| values[name]))
+        Ok(known[name])
     }
 
     /// Returns the integer of an expression that only names a parameter. Integers above 2⁵³, such

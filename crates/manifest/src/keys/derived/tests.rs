@@ -99,6 +99,16 @@ fn a_swept_parameter_is_one_axis() {
 }
 
 #[test]
+fn parameters_that_build_on_each_other_are_evaluated_once() {
+    let chain: String = (1..20_000).map(|i| format!("p{i} = \"p{} + 0\"\n", i - 1)).collect();
+    let twice: String =
+        (2..200).map(|i| format!("q{i} = \"(q{} + q{}) / 2\"\n", i - 1, i - 2)).collect();
+    let parameters = format!("p0 = 3\n{chain}q0 = 5\nq1 = 5\n{twice}");
+    let expected = vec![([3, 3], Some(5), None)];
+    assert_eq!(points(&parameters, "nodes = \"p19999\"\nk = \"q199\""), expected);
+}
+
+#[test]
 fn keys_shadow_parameters_but_never_mean_themselves() {
     let written = points("k = 3\nnodes = 7", "k = \"k + 1\"\nnodes = \"nodes * k\"");
     assert_eq!(written, [([28; 2], Some(4), None)]);
