@@ -14,7 +14,7 @@ use asperity_stages::columns::{SURFACE, needed_key};
 use asperity_stages::form::{PressedStage, StagePoints, Surfaces};
 use asperity_stages::generate::growth::{self, AT_LEAST, Growing, KnownMean, Until};
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::{CheckContext, Kind, RowKind, stacked};
+use asperity_stages::{CheckContext, InputScope, Kind, RowKind, stacked};
 use asperity_statistics::intervals::FEWEST_SURFACES;
 use asperity_tables::column::Role;
 use asperity_tables::table::Table;
@@ -23,6 +23,8 @@ use asperity_tables::table::Table;
 const MAX_TASKS: usize = 1_000_000;
 /// Maximum number of tasks of a study.
 const MAX_TASKS_OF_STUDY: usize = 2_000_000;
+/// Maximum number of rows of a stage. Planning takes 0.7 s and 30 MB per million rows.
+const MAX_ROWS: usize = 10_000_000;
 
 /// Validates a manifest and reports all problems. Returns `None` if it is invalid. Figures that
 /// select rows which the study does not have are added to `empty_selections`.
@@ -107,6 +109,8 @@ struct Validated {
     /// Indices of the stages on which this stage depends, the nearest first.
     earlier: Vec<usize>,
     tasks: usize,
+    /// Upper bound on the number of rows per task.
+    rows_per_task: usize,
 }
 
 struct Validator<'a> {
@@ -237,6 +241,8 @@ impl Validator<'_> {
         };
         let tasks = work.as_ref().map_or(0, |work| work.tasks(above));
         self.count(tasks, above, &table.name.span, problems);
+        let rows_per_task =
+            self.count_rows(work.as_ref(), inputs, above, &table.name.span, problems);
         let empty = work
             .as_ref()
             .zip(read)
@@ -247,7 +253,7 @@ impl Validator<'_> {
             .and_then(|((empty, read), points)| points.validate_answer(empty, &read, problems));
         let made = work.as_ref().map(|work| Surfaces::made_by(&table.name.value, work));
         let surfaces = surfaces.and(&made.unwrap_or_default());
-        Validated { rows, surfaces, work, pairs, empty, earlier, tasks }
+        Validated { rows, surfaces, work, pairs, empty, earlier, tasks, rows_per_task }
     }
 
     /// Adds the larger of `tasks` (of a stage) and `above` (of the inputs of the stage) to the
@@ -272,6 +278,35 @@ impl Validator<'_> {
             return;
         };
         problems.push(Problem::new(message, name.clone(), label).help(help));
+    }
+
+    /// Reports a stage with more rows than a data folder can hold. Returns an upper bound on the
+    /// number of rows per task.
+    fn count_rows(
+        &self,
+        work: Option<&Work>,
+        inputs: &[usize],
+        above: usize,
+        name: &Span,
+        problems: &mut Problems,
+    ) -> usize {
+        let read = inputs.iter().map(|&input| self.validated[input].rows_per_task).max();
+        let read = read.unwrap_or(1);
+        let recipes = work.map_or(&[][..], Work::recipes).iter();
+        let recipes = recipes.filter(|recipe| recipe.input_scope() == InputScope::Single);
+        let per_task: Vec<usize> = recipes.map(|recipe| recipe.rows(read)).collect();
+        let rows = per_task.iter().fold(0, |rows: usize, one| rows.saturating_add(*one));
+        let rows = rows.saturating_mul(above);
+        // A stage that only keeps the rows of its input would be the second to be reported.
+        if rows > MAX_ROWS && per_task.iter().any(|&own| own > read) {
+            let message = format!("the stage has {rows} rows, but at most {MAX_ROWS} are allowed");
+            let problem = Problem::new(message, name.clone(), "limit exceeded here");
+            problems.push(problem.help(
+                "solve fewer loads or surfaces, or split the study: studies share the results of \
+                 equal tasks",
+            ));
+        }
+        per_task.into_iter().max().unwrap_or(1)
     }
 
     /// Returns the name and the table without rows of each input. Returns `None` if one of these
