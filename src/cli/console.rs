@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
+use tempfile::TempDir;
 
 use super::{print_notice, warn};
 use crate::session::events::Batch;
@@ -201,6 +202,22 @@ impl StopSignal {
             end();
         }
     }
+}
+
+/// Creates a folder for temporary files, which is removed even if a signal ends the process.
+pub fn removed_on_signal() -> io::Result<TempDir> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().to_owned();
+    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    let wait = move || {
+        if let Some(signal) = signals.forever().next() {
+            // The process ends in any case, and has nobody left to tell.
+            let _ = std::fs::remove_dir_all(path);
+            exit(128 + signal);
+        }
+    };
+    Builder::new().spawn(wait)?;
+    Ok(folder)
 }
 
 /// Returns whether the process ignores a signal, as `/proc/self/status` reports.

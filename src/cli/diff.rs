@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use comfy_table::{CellAlignment, Table as Grid, presets};
+use tempfile::TempDir;
 
+use super::console::removed_on_signal;
 use super::terminal::stdout;
 use super::{Failure, print_json, print_notice};
 use crate::session::diff::columns::ColumnComparison;
@@ -80,8 +82,11 @@ pub struct DiffArguments {
 pub fn diff(arguments: &DiffArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let DiffArguments { a, b, settings, settings_a, .. } = arguments;
     let b = b.as_ref().unwrap_or(a);
-    let a = Studies::open(a, settings_a, data, &print_notice)?;
-    let b = Studies::open(b, settings, data, &print_notice)?;
+    let scratch = [a, b].iter().any(|path| diff::is_zip(path)).then(removed_on_signal);
+    let scratch = scratch.transpose()?;
+    let folder = scratch.as_ref().map(TempDir::path);
+    let a = Studies::open(a, settings_a, data, folder, &print_notice)?;
+    let b = Studies::open(b, settings, data, folder, &print_notice)?;
     let comparison = Comparison::new(&a, &b, arguments.study.as_deref())?;
     if let Some(path) = &arguments.output {
         diff::write(&comparison, path)?;

@@ -28,7 +28,7 @@ use studies::StageTable;
 pub use asperity_pipeline::plan::reasons::differences::{Difference, StageDifference};
 pub use columns::{MeanComparison, Test};
 pub use output::{table, write};
-pub use studies::{ComparedStudy, Studies};
+pub use studies::{ComparedStudy, Studies, is_zip};
 
 /// Comparison of the studies of two folders, or of single studies.
 #[derive(Debug, Serialize)]

@@ -10,6 +10,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+use bytesize::ByteSize;
 use tempfile::TempDir;
 use zip::ZipArchive;
 
@@ -24,6 +25,9 @@ use asperity_tables::table::Table;
 
 /// Name of the folder with the tables of all studies, in a data folder.
 const RESULTS: &str = "results";
+
+/// Largest ratio of the size of a table to its size in an archive.
+const MAX_RATIO: u64 = 10;
 
 /// One side of a comparison: the studies at a path.
 #[derive(Debug)]
@@ -68,7 +72,8 @@ pub struct StageTable {
 impl Studies {
     /// Opens the studies at a path: a manifest, a data folder, the folder of the tables of one
     /// study, or an archive. `data` is the data folder of a manifest, and `settings` override its
-    /// keys.
+    /// keys. An archive is unpacked into a folder in `scratch`, or in the folder of the system for
+    /// temporary files.
     ///
     /// # Errors
     /// Returns an error if the path has no study, if a manifest is invalid, if a file cannot be
@@ -77,6 +82,7 @@ impl Studies {
         path: &Path,
         settings: &[Setting],
         data: &DataFolder,
+        scratch: Option<&Path>,
         observer: &dyn Observer,
     ) -> Result<Studies, SessionError> {
         let is_archive = is_zip(path);
@@ -90,7 +96,7 @@ impl Studies {
             return Studies::of_folder(path);
         }
         if is_archive {
-            return Studies::of_archive(path);
+            return Studies::of_archive(path, scratch);
         }
         let session = Session::with_data(path, data.clone()).with_settings(settings.to_vec());
         session.observed_by(observer).compared()
@@ -115,7 +121,7 @@ impl Studies {
         Ok(Studies { path: path.to_owned(), studies, _unpacked: None })
     }
 
-    fn of_archive(path: &Path) -> Result<Studies, SessionError> {
+    fn of_archive(path: &Path, scratch: Option<&Path>) -> Result<Studies, SessionError> {
         if !is_archive(path) {
             return Err(SessionError::Refused(format!(
                 "`{}` is not an archive of `asperity share`; unpack it and name its data folder",
@@ -123,7 +129,7 @@ impl Studies {
             )));
         }
         let read = |source: io::Error| StoreError::reading(path, source);
-        let folder = tempfile::tempdir().map_err(read)?;
+        let folder = scratch.map_or_else(tempfile::tempdir, tempfile::tempdir_in).map_err(read)?;
         unpack_results(path, folder.path()).map_err(read)?;
         let mut studies = Studies::of_folder(&folder.path().join("data"))?;
         studies.studies.iter_mut().for_each(|study| study.path = path.to_owned());
@@ -242,7 +248,7 @@ fn programs(folder: &Path) -> BTreeSet<String> {
 }
 
 /// Returns whether a file begins like a ZIP file.
-fn is_zip(path: &Path) -> bool {
+pub fn is_zip(path: &Path) -> bool {
     let mut start = [0; 4];
     let read = File::open(path).and_then(|mut file| io::Read::read_exact(&mut file, &mut start));
     read.is_ok() && start == *b"PK\x03\x04"
@@ -252,7 +258,7 @@ fn is_zip(path: &Path) -> bool {
 fn unpack_results(archive: &Path, folder: &Path) -> io::Result<()> {
     let mut archive = ZipArchive::new(File::open(archive)?)?;
     for index in 0..archive.len() {
-        let mut file = archive.by_index(index)?;
+        let file = archive.by_index(index)?;
         // The path is that of the archive, which may be crafted: it must stay inside the folder.
         let Some(path) = file.enclosed_name() else { continue };
         let is_table = path.extension().is_some_and(|ending| ending == "parquet");
@@ -260,11 +266,23 @@ fn unpack_results(archive: &Path, folder: &Path) -> io::Result<()> {
         if !path.starts_with(Path::new("data").join(RESULTS)) || !(is_table || is_owner) {
             continue;
         }
+        // Tables are compressed themselves: `asperity share` stores them as they are.
+        let limit = MAX_RATIO * file.compressed_size() + (1 << 20);
+        if file.size() > limit {
+            let reason = format!(
+                "`{}` takes {} in the archive and would take {} on disk; compare an archive that \
+                 `asperity share` wrote",
+                path.display(),
+                ByteSize(file.compressed_size()).display().si(),
+                ByteSize(file.size()).display().si()
+            );
+            return Err(io::Error::new(io::ErrorKind::InvalidData, reason));
+        }
         let target = folder.join(path);
         if let Some(parent) = target.parent() {
             fs::create_dir_all(parent)?;
         }
-        io::copy(&mut file, &mut File::create(target)?)?;
+        io::copy(&mut io::Read::take(file, limit), &mut File::create(target)?)?;
     }
     Ok(())
 }
