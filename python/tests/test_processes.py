@@ -66,7 +66,7 @@ def test_a_panic_of_polars_is_an_error_in_plain_words_without_a_trace(finished):
 import asperity
 study = asperity.Study({str(finished.path)!r}, data={str(finished.data)!r})
 try:
-    study.sql("select load, row_number() over (partition by load order by load) as r from contact group by load")
+    study.sql("select greatest() as g from contact")
 except asperity.errors.QueryError as error:
     print(error)
 """

@@ -53,6 +53,7 @@ mod sharing;
 mod shipped;
 mod signals;
 mod slurm;
+mod sql;
 mod statistics;
 mod stores;
 mod tables;

@@ -48,6 +48,9 @@ pub const STAGE: Definition = Definition {
     },
 };
 
+/// Version of the answers to queries, part of the key of every stored answer.
+pub const SQL_VERSION: u32 = 2;
+
 /// Statistics that a task computes, or query that it answers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -169,6 +172,8 @@ pub struct Sql {
     /// are not part of the recipe.
     #[serde(skip)]
     pub columns: BTreeMap<String, Meaning>,
+    /// [`SQL_VERSION`].
+    pub version: u32,
 }
 
 impl Sql {

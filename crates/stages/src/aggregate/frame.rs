@@ -4,7 +4,6 @@
 //! memory would require `unsafe`.
 
 use std::any::Any;
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use arrow::array::{Array, ArrayRef, AsArray, BooleanArray, Float64Array, Int64Array, StringArray};
@@ -15,7 +14,6 @@ use polars::prelude::{
 };
 
 use crate::StageError;
-use asperity_tables::column::Value;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
@@ -62,7 +60,11 @@ pub fn columns(frame: &DataFrame) -> Result<Vec<(String, ArrayRef)>, StageError>
     columns.map(|column| Ok((column.name().to_string(), array(column)?))).collect()
 }
 
-fn array(column: &Column) -> Result<ArrayRef, StageError> {
+/// Converts a column to the type of a table's column.
+///
+/// # Errors
+/// Returns an error if the column holds anything but numbers, flags and text.
+pub fn array(column: &Column) -> Result<ArrayRef, StageError> {
     let cast = |to: &DataType| column.cast(to).map_err(polars_error);
     let array: ArrayRef = match column.dtype() {
         kind if kind.is_float() => {
@@ -144,24 +146,6 @@ impl FirstStoreError {
 pub fn rows_of(table: &dyn AnonymousScan) -> usize {
     let known = table.as_any().downcast_ref::<Scan>();
     known.map_or(0, |scan| scan.table.rows())
-}
-
-/// Counts the rows of each combination of values in some columns, or returns `None` if a column is
-/// missing or cannot be read. Rows with a null are left out, because no join matches them.
-pub fn counts_of(table: &dyn AnonymousScan, names: &[&str]) -> Option<BTreeMap<Vec<Value>, usize>> {
-    let table = &table.as_any().downcast_ref::<Scan>()?.table;
-    let columns = column_indices(table, Some(names));
-    let read = (columns.len() == names.len()).then(|| table.first(&columns, table.rows()).ok());
-    let read = read.flatten()?;
-    let mut counts = BTreeMap::new();
-    for row in 0..read.rows() {
-        let columns = read.batch().columns().iter();
-        let key = columns.map(|column| Value::from_array(column.as_ref(), row));
-        if let Some(key) = key.collect::<Option<Vec<Value>>>() {
-            *counts.entry(key).or_default() += 1;
-        }
-    }
-    Some(counts)
 }
 
 struct Scan {

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::sql::QueryError;
-use super::{Groups, Meaning, Model, Params, SPECTRUM_COLUMNS, Sql, Statistic};
+use super::{Groups, Meaning, Model, Params, SPECTRUM_COLUMNS, SQL_VERSION, Sql, Statistic};
 use crate::columns::ALTERATIONS;
 use crate::form::unknown_column;
 use crate::{CheckContext, Recipe, StageError};
@@ -119,7 +119,8 @@ fn query(table: &AggregateTable, sql: &Spanned<String>, checks: &mut Checks) -> 
     }
     let clear = group_by.and(over).and(statistics).and(models);
     let columns = columns?;
-    clear.map(|()| Params::Sql(Sql { query: sql.value.clone(), tables: Vec::new(), columns }))
+    let (query, tables, version) = (sql.value.clone(), Vec::new(), SQL_VERSION);
+    clear.map(|()| Params::Sql(Sql { query, tables, columns, version }))
 }
 
 /// Returns the descriptions of the columns of the result of a query.

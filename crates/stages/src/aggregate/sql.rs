@@ -1,7 +1,10 @@
 //! SQL queries over the tables of a study.
 
 pub mod engine;
+mod functions;
+mod plan;
 mod statement;
+mod window;
 
 pub use engine::silence_panics;
 
@@ -11,8 +14,8 @@ use arrow::array::ArrayRef;
 use arrow::datatypes::{Field, Metadata, Schema, SchemaRef};
 use bytesize::ByteSize;
 use polars::prelude::{DataFrame, PolarsError};
-use polars::sql::SQLContext;
 
+use plan::Planner;
 use statement::Statement;
 
 use super::frame::{self, FirstStoreError};
@@ -92,15 +95,16 @@ fn answer(
     let columns: Vec<(String, Vec<String>)> =
         tables.iter().map(|(name, table)| (name.clone(), table.names())).collect();
     let first_error = FirstStoreError::default();
-    let mut context = SQLContext::new();
-    for (name, table) in tables {
-        context.register(&name, frame::lazy(table, &first_error)?);
-    }
-    let answer = context.execute(&statement.text);
-    let answer = answer.and_then(|frame| engine::collect(frame, memory));
+    let frames =
+        tables.into_iter().map(|(name, table)| Ok((name, frame::lazy(table, &first_error)?)));
+    let frames = frames.collect::<Result<Vec<_>, StageError>>()?;
+    let converted = |error: &PolarsError| QueryError::from_polars(error, &statement, &columns);
+    let answer = Planner::new(frames, memory, &converted).answer(statement.query.clone());
+    let answer =
+        answer.and_then(|frame| engine::collect(frame, memory).map_err(|error| converted(&error)));
     answer.map_err(|error| match first_error.take() {
         Some(error) => StageError::Store(error),
-        None => QueryError::from_polars(&error, &statement, &columns).into(),
+        None => error.into(),
     })
 }
 
@@ -205,7 +209,8 @@ fn unknown_of_a_table(
 /// Parses the message `unable to find column "laod"; valid columns: ["load", "area",
 /// "load:other"]`.
 ///
-/// Polars gives the name `load:other` to a column that two joined tables have.
+/// Polars gives the name `load:other` to a column that two joined tables have. Names that start with
+/// `__` are those of the planner.
 fn unknown_anywhere(reason: &str) -> Option<QueryError> {
     let (name, mut rest) = quoted_after("unable to find column ", reason)?;
     let mut known = Vec::new();
@@ -213,7 +218,7 @@ fn unknown_anywhere(reason: &str) -> Option<QueryError> {
         known.push(column.to_owned());
         rest = after;
     }
-    known.retain(|column| !column.contains(':'));
+    known.retain(|column| !column.contains(':') && !column.starts_with("__"));
     Some(QueryError::Unknown {
         message: format!("there is no column `{name}`"),
         name: name.to_owned(),
@@ -237,6 +242,7 @@ fn quoted(text: &str) -> Option<(&str, &str)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::aggregate::SQL_VERSION;
     use asperity_manifest::diagnostics::chain;
     use asperity_tables::column::{Column, ColumnKind, integers, reals};
 
@@ -256,6 +262,7 @@ mod tests {
             query: query_text.to_owned(),
             tables: vec![("light".to_owned(), 2), ("heavy".to_owned(), 1)],
             columns: [("total".to_owned(), TOTAL)].into(),
+            version: SQL_VERSION,
         };
         query(&[table(0..3), table(3..500), table(0..4)], &sql, ByteSize::mb(1))
     }
@@ -283,6 +290,7 @@ mod tests {
                 query: "select l.point from light l join heavy r using (point)".to_owned(),
                 tables: vec![("light".to_owned(), 1), ("heavy".to_owned(), 1)],
                 columns: BTreeMap::new(),
+                version: SQL_VERSION,
             };
             query(&[keyed(500, key), keyed(1000, key)], &sql, ByteSize::mb(1))
         };
@@ -378,15 +386,81 @@ mod tests {
     }
 
     #[test]
-    fn unsupported_queries_are_errors_even_if_polars_panics() {
-        for text in [
-            "select rank() over (order by area) as r from light",
-            "select area, row_number() over (partition by area order by point) as r from light \
-             group by area, point",
+    fn columns_without_a_name_have_that_of_their_expression() {
+        let names = |text: &str| ask(text).unwrap().names().join(", ");
+        assert_eq!(
+            names("select min(point), max(point), count(*), point from light group by point"),
+            "min(point), max(point), count(*), point"
+        );
+        assert_eq!(
+            names("select round(l.area * 2, 1), l.area from light l"),
+            "round(l.area * 2, 1), area"
+        );
+        let answer = ask("select max(point) from light").unwrap();
+        assert_eq!(answer.descriptions()[0].meaning, "value computed by the query");
+    }
+
+    #[test]
+    fn errors_say_what_to_write() {
+        for (text, expected) in [
+            ("select point, avg(area) from light", "write `group by point` for one row per value"),
+            ("select *, count(*) from light", "list the columns and add a `group by`"),
+            (
+                "select point, area from light group by point",
+                "add it to `group by`, or write `first",
+            ),
+            ("select area as a, point as a from light", "two columns of the answer are named `a`"),
+            ("select stdev_pop(area) from light", "there is no function `stdev_pop`"),
+            ("select sum(max(area)) from light", "compute the inner one in a subquery"),
+            ("select sum(distinct area) from light", "(select distinct …)"),
+            ("select log(2, area) from light", "`ln(x) / ln(base)`"),
+            ("select * from light l right join heavy h using (point)", "`on a.load = b.load`"),
+            (
+                "select * from light l left join heavy h on l.point = h.point and h.area > 1",
+                "put other conditions into a subquery",
+            ),
+            ("select * from light l join light l using (point)", "`l as other`"),
+            (
+                "select sum(area) over (order by area range between 1 preceding and current row) \
+                 from light",
+                "write `rows between …`",
+            ),
+            (
+                "select area from light where point = (select point from heavy)",
+                "4 rows of 1 columns",
+            ),
         ] {
-            let error = ask(text).unwrap_err();
-            assert!(matches!(error, StageError::Query(_)), "{error:?}");
+            let message = chain(&ask(text).unwrap_err());
+            assert!(message.contains(expected), "{text}\n{message}");
         }
+    }
+
+    #[test]
+    fn tables_that_are_used_twice_do_not_double_the_time() {
+        let mut query = "with t0 as (select point, area from light)".to_owned();
+        for level in 1..40 {
+            let below = format!("t{}", level - 1);
+            query += &format!(
+                ", t{level} as (select a.point, b.area from {below} a join {below} b using (point))"
+            );
+        }
+        let answer = ask(&format!("{query} select count(*) as n from t39")).unwrap();
+        assert_eq!(answer.integers("n").unwrap().values(), &[500]);
+    }
+
+    #[test]
+    fn joins_of_subqueries_are_counted() {
+        let join = |key: &str| {
+            format!(
+                "with l as (select point % {key} as k, area from light where point >= 0) \
+                 select a.area, b.area as other from l a join l b on a.k = b.k"
+            )
+        };
+        assert_eq!(ask(&join("250")).unwrap().rows(), 1000);
+        let message = chain(&ask(&join("2")).unwrap_err());
+        assert!(message.contains("it combines 125500 rows of"), "{message}");
+        let range = "select l.area, r.area as other from light l join light r on l.area < r.area";
+        assert!(chain(&ask(range).unwrap_err()).contains("it combines 250000 rows"));
     }
 
     fn unknown(query: &str) -> (String, Vec<String>) {

@@ -5,24 +5,25 @@
 //! so that the last digits of a mean would differ between runs. This module makes polars keep all
 //! orders and work on one thread.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::{env, panic, thread};
 
 use bytesize::ByteSize;
 use polars::polars_utils::arena::{Arena, Node};
 use polars::prelude::{
-    AnonymousScan, DataFrame, DataType, JoinType, LazyFrame, MaintainOrderJoin, PolarsError,
-    PolarsResult, Schema, UniqueKeepStrategy,
+    DataFrame, DataType, DslPlan, Expr, IntoLazy, JoinType, LazyFrame, MaintainOrderJoin, OptFlags,
+    PolarsError, PolarsResult, Schema, UniqueKeepStrategy, col, len,
 };
 use polars_async::executor::ALLOW_RAYON_THREADS;
 use polars_plan::dsl::FileScanIR;
-use polars_plan::plans::expr_ir::ExprIR;
 use polars_plan::plans::{AExpr, IR};
 
 use super::QueryError;
 use crate::aggregate::frame;
 use asperity_contact::threads::available_cores;
 use asperity_manifest::diagnostics::{counted, words_of_panic};
+use asperity_tables::column::Value;
 
 /// Message for systems that do not let polars start its threads.
 const TOO_FEW_THREADS: &str = "polars, which computes statistics and answers queries, cannot \
@@ -155,43 +156,30 @@ fn keep_orders(plan: &mut Arena<IR>) {
 
 /// Optimized query plan with its memory limit.
 ///
-/// The memory is estimated before anything is read. The numbers of rows of tables are known, and a
-/// cross join has their product. If another join might be too large, its pairs of equal values are
-/// counted, provided that it joins columns of tables. All other joins are assumed to have as many
-/// rows as the longer side.
+/// The memory is estimated before the query is executed. The numbers of rows of tables are known,
+/// and a join has at most their product. If that might be too much, and the join compares values by
+/// `=`, its sides are computed, and their pairs of equal values are counted.
 struct Plan<'a> {
-    nodes: &'a Arena<IR>,
+    nodes: &'a mut Arena<IR>,
     expressions: &'a Arena<AExpr>,
     memory: ByteSize,
+    /// Output size of the node that takes the most memory.
+    largest: Extent,
 }
 
 /// Refuses a plan in which one node takes more memory than `memory`.
 fn check_memory(
     root: Node,
-    nodes: &Arena<IR>,
+    nodes: &mut Arena<IR>,
     expressions: &Arena<AExpr>,
     memory: ByteSize,
 ) -> PolarsResult<()> {
-    let plan = Plan { nodes, expressions, memory };
-    let mut largest = Extent::default();
-    plan.output_size(root, &mut largest);
-    if largest.bytes <= memory.0 as f64 {
-        return Ok(());
-    }
-    let Extent { rows, columns, bytes } = largest;
-    Err(PolarsError::ComputeError(
-        format!(
-            "it combines {rows} rows of {}, which take {} of memory (limit {}): select rows and \
-             columns first, join on equal columns, or raise the limit",
-            counted(columns, "column"),
-            ByteSize(bytes as u64).display().si(),
-            memory.display().si(),
-        )
-        .into(),
-    ))
+    let mut plan = Plan { nodes, expressions, memory, largest: Extent::default() };
+    plan.rows(root)?;
+    plan.check()
 }
 
-/// Output size of the plan node that takes the most memory.
+/// Estimated size of the output of a plan node.
 #[derive(Default)]
 struct Extent {
     rows: f64,
@@ -199,80 +187,125 @@ struct Extent {
     bytes: f64,
 }
 
-/// Estimated size of the output of a plan node.
-struct OutputSize<'a> {
-    /// Upper bound or estimate of the number of rows.
-    rows: f64,
-    /// Table that the output contains with all rows unchanged, if there is one.
-    table: Option<&'a dyn AnonymousScan>,
-}
-
 impl Plan<'_> {
-    /// Estimates the output of a node, and updates `largest` for the node and all its inputs.
-    fn output_size(&self, node: Node, largest: &mut Extent) -> OutputSize<'_> {
-        let part = self.nodes.get(node);
-        let inputs = part.inputs().map(|input| self.output_size(input, largest));
-        let inputs: Vec<OutputSize> = inputs.collect();
-        let longest = || inputs.iter().fold(0.0, |most, input| input.rows.max(most));
-        let rows = match part {
+    fn check(&self) -> PolarsResult<()> {
+        let Extent { rows, columns, bytes } = self.largest;
+        if bytes <= self.memory.0 as f64 {
+            return Ok(());
+        }
+        Err(PolarsError::ComputeError(
+            format!(
+                "it combines {rows} rows of {}, which take {} of memory (limit {}): select rows and \
+                 columns first, join on equal columns, or raise the limit",
+                counted(columns, "column"),
+                ByteSize(bytes as u64).display().si(),
+                self.memory.display().si(),
+            )
+            .into(),
+        ))
+    }
+
+    /// Returns an upper bound or an estimate of the number of rows of a node, and updates `largest`
+    /// for the node and all its inputs.
+    fn rows(&mut self, node: Node) -> PolarsResult<f64> {
+        let inputs: Vec<Node> = self.nodes.get(node).inputs().collect();
+        let sizes = inputs.iter().map(|&input| self.rows(input));
+        let sizes: Vec<f64> = sizes.collect::<PolarsResult<_>>()?;
+        let longest = sizes.iter().copied().fold(0.0, f64::max);
+        let width = width(&self.nodes.get(node).schema(self.nodes));
+        let rows = match self.nodes.get(node) {
             IR::Scan { scan_type, unified_scan_args, .. } => {
                 let FileScanIR::Anonymous { function, .. } = scan_type.as_ref() else {
-                    return OutputSize { rows: 0.0, table: None };
+                    return Ok(0.0);
                 };
-                let table = function.as_ref();
-                let all = frame::rows_of(table);
+                let all = frame::rows_of(function.as_ref());
                 let slice = unified_scan_args.pre_slice.as_ref();
-                let rows = slice.map_or(all, |slice| all.min(slice.len()));
-                largest.extend(rows as f64, &part.schema(self.nodes));
-                return OutputSize { rows: rows as f64, table: (rows == all).then_some(table) };
+                slice.map_or(all, |slice| all.min(slice.len())) as f64
             }
             IR::DataFrameScan { df, .. } => df.height() as f64,
-            IR::Slice { len, .. } => longest().min(f64::from(*len)),
-            IR::Union { .. } => inputs.iter().map(|input| input.rows).sum(),
+            IR::Slice { len, .. } => longest.min(f64::from(*len)),
+            IR::Union { .. } => sizes.iter().sum(),
             IR::Join { options, left_on, right_on, .. } => {
-                let product: f64 = inputs.iter().map(|input| input.rows).product();
-                let all = match &options.args.how {
-                    JoinType::Cross if options.options.is_none() => product,
+                let options = options.clone();
+                let product: f64 = sizes.iter().product();
+                let counts = matches!(
+                    options.args.how,
                     JoinType::Inner | JoinType::Left | JoinType::Right | JoinType::Full
-                        if product * width(&part.schema(self.nodes)) > self.memory.0 as f64 =>
-                    {
-                        longest() + self.pairs(&inputs, [left_on, right_on]).unwrap_or(0.0)
-                    }
-                    _ => longest(),
+                );
+                let all = if counts && product * width > self.memory.0 as f64 {
+                    let on = [left_on, right_on].map(|columns| {
+                        columns.iter().map(|column| column.to_expr(self.expressions)).collect()
+                    });
+                    longest + self.pairs(&inputs, on)?
+                } else {
+                    product.max(longest)
                 };
-                let slice = options.args.slice;
-                slice.map_or(all, |(_, length)| all.min(length as f64))
+                options.args.slice.map_or(all, |(_, length)| all.min(length as f64))
             }
-            _ => longest(),
+            _ => longest,
         };
-        largest.extend(rows, &part.schema(self.nodes));
-        let keeps_rows = matches!(
-            part,
-            IR::SimpleProjection { .. } | IR::Cache { .. } | IR::Sort { slice: None, .. }
-        );
-        let table = inputs.first().and_then(|input| input.table.filter(|_| keeps_rows));
-        OutputSize { rows, table }
+        self.largest.extend(rows, &self.nodes.get(node).schema(self.nodes));
+        Ok(rows)
     }
 
-    /// Counts the pairs of rows that a join of `inputs` on the expressions `on` matches. Returns
-    /// `None` if an expression is not a column of a table.
-    fn pairs(&self, inputs: &[OutputSize], on: [&[ExprIR]; 2]) -> Option<f64> {
-        let counts = |side: usize| {
-            let names = on[side].iter().map(|column| {
-                let AExpr::Column(name) = self.expressions.get(column.node()) else {
-                    return None;
-                };
-                Some(name.as_str())
-            });
-            frame::counts_of(inputs.get(side)?.table?, &names.collect::<Option<Vec<_>>>()?)
-        };
-        let (left, right) = (counts(0)?, counts(1)?);
-        let pairs = left.iter().map(|(key, count)| {
-            let others = right.get(key).copied().unwrap_or(0);
+    /// Counts the pairs of rows that a join of two nodes on the expressions `on` matches. The
+    /// tables that have been computed for this take the places of the nodes.
+    fn pairs(&mut self, inputs: &[Node], on: [Vec<Expr>; 2]) -> PolarsResult<f64> {
+        self.check()?;
+        let mut counts = Vec::new();
+        for (&node, on) in inputs.iter().zip(on) {
+            let table = self.computed(node)?;
+            counts.push(counts_of(&table, on)?);
+            let schema = table.schema().clone();
+            let scan = IR::DataFrameScan { df: Arc::new(table), schema, output_schema: None };
+            self.nodes.replace(node, scan);
+        }
+        let pairs = counts[0].iter().map(|(key, count)| {
+            let others = counts[1].get(key).copied().unwrap_or(0);
             *count as f64 * others as f64
         });
-        Some(pairs.sum())
+        Ok(pairs.sum())
     }
+
+    /// Computes the table of a node.
+    fn computed(&self, node: Node) -> PolarsResult<DataFrame> {
+        let plan = DslPlan::IR {
+            dsl: Arc::default(),
+            version: self.nodes.version(),
+            node: Some(node),
+            opt_flags: Some(OptFlags::default()),
+        };
+        let frame = LazyFrame::from(plan);
+        frame.set_cached_arena(self.nodes.clone(), self.expressions.clone());
+        let table = frame._collect_post_opt(|_, plan, _, _| {
+            keep_orders(plan);
+            Ok(())
+        })?;
+        if table.schema() != self.nodes.get(node).schema(self.nodes).as_ref() {
+            return Err(PolarsError::ComputeError("polars lost a part of the plan".into()));
+        }
+        Ok(table)
+    }
+}
+
+/// Counts the rows of each combination of values of some expressions. Rows with a null are left
+/// out, because no join matches them.
+fn counts_of(table: &DataFrame, on: Vec<Expr>) -> PolarsResult<BTreeMap<Vec<Value>, i64>> {
+    let keys: Vec<Expr> = (0..on.len()).map(|index| col(format!("{index}"))).collect();
+    let named = on.into_iter().zip(0..).map(|(key, index)| key.alias(format!("{index}")));
+    let grouped = table.clone().lazy().select(named.collect::<Vec<_>>()).group_by(keys);
+    let grouped = grouped.agg([len().cast(DataType::Int64).alias("count")]).collect()?;
+    let columns = frame::columns(&grouped);
+    let columns = columns.map_err(|error| PolarsError::ComputeError(error.to_string().into()))?;
+    let mut counts = BTreeMap::new();
+    for row in 0..grouped.height() {
+        let values = columns.iter().map(|(_, column)| Value::from_array(column.as_ref(), row));
+        let Some(mut key) = values.collect::<Option<Vec<Value>>>() else { continue };
+        if let Some(Value::Integer(count)) = key.pop() {
+            counts.insert(key, count);
+        }
+    }
+    Ok(counts)
 }
 
 impl Extent {
