@@ -147,9 +147,8 @@ pub fn end(folder: &Path) {
 pub fn problems(folder: &Path) -> Vec<StoreError> {
     let changed = changed_files(folder).into_iter();
     let is_interrupted = folder.join(UNFINISHED).exists();
-    let problem = |path: PathBuf| match is_interrupted {
-        true => StoreError::Interrupted { path },
-        false => StoreError::Changed { path },
+    let problem = |path: PathBuf| {
+        if is_interrupted { StoreError::Interrupted { path } } else { StoreError::Changed { path } }
     };
     changed.map(problem).collect()
 }
