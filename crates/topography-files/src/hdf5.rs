@@ -22,7 +22,7 @@ use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
 
 use self::lzf::filters;
 use super::channel::{Channel, Size};
-use super::input::MAX_INFLATION;
+use super::input::decoded_limit;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -103,7 +103,7 @@ impl Container {
         if !starts.any(|start| bytes[start..].starts_with(SIGNATURE)) {
             return Err(FormatError::Signature);
         }
-        let budget = bytes.len().saturating_mul(MAX_INFLATION);
+        let budget = decoded_limit(bytes.len());
         let options = OpenOptions::default()
             .with_filter_registry(filters())
             .with_max_chunk_bytes(budget)

@@ -21,6 +21,15 @@ pub struct Entries {
 /// Maximum number of bytes to which one deflated byte can expand.
 pub const MAX_INFLATION: usize = 1032;
 
+/// Returns the number of bytes that a file with `bytes` bytes may have after decompression. Heights
+/// compress by far less than a hundred times; a megabyte that becomes a gigabyte has none.
+pub fn decoded_limit(bytes: usize) -> usize {
+    const MAX_DENSITY: usize = 100;
+    const ALWAYS_ALLOWED: usize = 512 << 20;
+    let plausible = bytes.saturating_mul(MAX_DENSITY).max(ALWAYS_ALLOWED);
+    bytes.saturating_mul(MAX_INFLATION).min(plausible)
+}
+
 impl<'a> Cursor<'a> {
     pub fn new(bytes: &'a [u8]) -> Cursor<'a> {
         Cursor { bytes, position: 0 }
@@ -217,6 +226,13 @@ mod tests {
     fn a_huge_expected_length_allocates_nothing() {
         let error = inflate("data", [0; 4].as_slice(), 4, usize::MAX).unwrap_err();
         assert!(error.to_string().contains("4 bytes cannot expand"), "{error}");
+    }
+
+    #[test]
+    fn a_megabyte_does_not_become_a_gigabyte() {
+        assert_eq!(decoded_limit(1000), 1_032_000);
+        assert_eq!(decoded_limit(1 << 20), 512 << 20);
+        assert_eq!(decoded_limit(100 << 20), 10_000 << 20);
     }
 
     #[test]
