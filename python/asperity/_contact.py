@@ -135,8 +135,9 @@ class Contact:
 
     @property
     def converged(self) -> bool:
-        """True if no load has reached the limit of pairs of transforms."""
-        return all(stop != "pair-limit" for stop in self._table["stop"])
+        """True if all loads have converged, and states of a path have reached their mean gaps."""
+        unconverged = ("pair-limit", "stalled", "gap-not-reached")
+        return all(stop not in unconverged for stop in self._table["stop"])
 
     def pressure(self, load: int) -> Reals:
         """Returns the contact pressure, shape (n_x, n_y); exactly zero outside the contact.

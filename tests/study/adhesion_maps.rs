@@ -93,3 +93,19 @@ fn surfaces_that_have_pulled_off_have_no_gap_to_draw() {
     let output = bench.output(&[&["view", manifest.to_str().unwrap()], &options[..]].concat());
     assert!(text(&output.stderr).contains("have pulled off in this state"));
 }
+
+#[test]
+fn a_free_patch_has_the_mean_gap_of_its_map() {
+    let bench = Bench::new();
+    let manifest = study("[0.2, 0.12, 0.05, 0.01]")
+        .replace("tolerance = 1e-9", "boundary = \"free\"\ntolerance = 5e-5")
+        .replace("work = 0.006, range = 0.02", "work = 0.04, range = 0.055")
+        .replace("periodic = true", "periodic = false");
+    bench.run(&manifest);
+    let contact = bench.table("sticky", "contact");
+    for (row, prescribed) in [0.2, 0.12, 0.05, 0.01].into_iter().enumerate() {
+        let gap = map(&bench, &[&format!("step={}", row + 1)], MapKind::Gap, None).unwrap();
+        assert!((real(&contact, "mean_gap", row) / mean(&gap) - 1.0).abs() < 1e-9, "{row}");
+        assert_eq!(real(&contact, "prescribed_gap", row), prescribed);
+    }
+}

@@ -14,7 +14,7 @@ use asperity_stages::columns::*;
 use asperity_stages::ensemble::{ParameterPoint, grouped};
 use asperity_stages::generate;
 use asperity_stages::grids::Meshes;
-use asperity_stages::solve::PAIR_LIMIT;
+use asperity_stages::solve::is_unconverged;
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
 
@@ -161,7 +161,7 @@ pub fn of_asperities(table: &Table, setting: &Setting) -> Table {
         return table.pick(&[]);
     };
     let stops = table.texts(STOP.name).ok();
-    let is_given_up = |row| stops.is_some_and(|stops| stops.value(row) == PAIR_LIMIT);
+    let is_given_up = |row| stops.is_some_and(|stops| is_unconverged(stops.value(row)));
     let rows: Vec<usize> =
         (0..table.rows()).filter(|&row| interactions.is_valid(row) && !is_given_up(row)).collect();
     let of_surfaces = Setting {

@@ -35,6 +35,9 @@
 //! stiffness must be exact. For an isolated patch, it is exact on the doubled mesh, whose nodes
 //! outside the map are unknowns without wall and attraction (`body`).
 //!
+//! The states of a symmetric surface are shaken and solved again, because a descent that keeps a
+//! symmetry can end at a saddle point of the energy (`descent::shake`).
+//!
 //! # Limits
 //!
 //! The mesh must resolve the interaction. The error of the energy is 0.1 to 0.3 percent if
@@ -176,9 +179,14 @@ impl Default for Settings {
 pub enum Stop {
     /// The residual is within the tolerance.
     Converged,
-    /// The pair limit was reached, rounding prevents further progress, or the mean gap of an
-    /// isolated patch was not reached.
+    /// The pair limit was reached.
     PairLimit,
+    /// The state no longer moves, although its residual exceeds the tolerance: rounding prevents
+    /// further progress.
+    Stalled,
+    /// The state is in balance, but its mean gap is not the prescribed one: an isolated patch jumps
+    /// past it.
+    GapNotReached,
     /// The caller stopped the computation.
     Interrupted,
     /// No state in contact bears the load: the bodies are apart.

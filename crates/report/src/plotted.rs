@@ -16,7 +16,7 @@ use arrow::util::display::array_value_to_string;
 use asperity_pipeline::study::figures::{BarSource, ErrorBars, FigureSpec, Quantity, has_surfaces};
 use asperity_stages::columns::{CONTENT, CORRECTION, HURST, K_LOWER, K_ROLLOFF, K_UPPER, STOP};
 use asperity_stages::ensemble::{self, grouped};
-use asperity_stages::solve::PAIR_LIMIT;
+use asperity_stages::solve::is_unconverged;
 use asperity_statistics::intervals::two_sided_quantile;
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
@@ -124,7 +124,7 @@ fn is_selected(table: &Table, row: usize, figure: &FigureSpec) -> bool {
 
 fn unconverged(table: &Table) -> usize {
     if let Ok(stops) = table.texts(STOP.name) {
-        return stops.iter().filter(|stop| *stop == Some(PAIR_LIMIT)).count();
+        return stops.iter().filter(|stop| stop.is_some_and(is_unconverged)).count();
     }
     let counts = table.integers("unconverged").ok();
     counts.map_or(0, |counts| counts.iter().flatten().sum::<i64>() as usize)

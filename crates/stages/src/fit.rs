@@ -23,7 +23,7 @@ use rows::{Parameter, Row, STATUS};
 
 use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, MEAN_GAP, STOP};
 use crate::ensemble::{Ensemble, Member, ensembles};
-use crate::solve::PAIR_LIMIT;
+use crate::solve::is_unconverged;
 use crate::stage::{number, range};
 use crate::{
     Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, RowKind, Stage,
@@ -258,7 +258,7 @@ impl CurvesOfPoint {
             members: ensemble.members.clone(),
             unconverged: ensemble
                 .states()
-                .filter(|&(_, _, row)| stops.value(row) == PAIR_LIMIT)
+                .filter(|&(_, _, row)| is_unconverged(stops.value(row)))
                 .count(),
             curves: curves(&ensemble, values),
         });

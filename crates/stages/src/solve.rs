@@ -384,6 +384,14 @@ impl Stage for Params {
 /// Code in the column `stop` of loads that did not converge within `max_pairs` pairs of transforms.
 pub const PAIR_LIMIT: &str = "pair-limit";
 
+/// Codes in the column `stop` of loads whose solution is not that of the prescribed load or gap.
+pub const UNCONVERGED: [&str; 3] = [PAIR_LIMIT, adhesion::STALLED, adhesion::GAP_NOT_REACHED];
+
+/// Returns whether a code of the column `stop` is that of a load that did not converge.
+pub fn is_unconverged(stop: &str) -> bool {
+    UNCONVERGED.contains(&stop)
+}
+
 fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     let table = source.table().map_err(StageError::Store)?;
     let rows = table.rows();
@@ -394,7 +402,7 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     };
     let surfaces: BTreeSet<_> = table.texts(SURFACE.name)?.iter().collect();
     let solved = if table.has(STEP.name) { "state" } else { "load" };
-    let unconverged = among(PAIR_LIMIT)?;
+    let unconverged: usize = UNCONVERGED.into_iter().map(among).sum::<Result<_, _>>()?;
     let [full, apart] = [among("full-contact")?, among(adhesion::PULLED_OFF)?];
     Ok(vec![
         Some(format!("{} on {}", counted(rows, solved), counted(surfaces.len(), "surface"))),

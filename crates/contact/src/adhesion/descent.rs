@@ -25,6 +25,13 @@
 //! the load is prescribed, the uniform wave belongs to the unknowns. A has no entry for it, and the
 //! compliance of the free nodes to a uniform displacement takes its place. Nodes of the wall that t
 //! would push into it do not move (`direction`).
+//!
+//! Where many nodes are about to close, the clipped step may lead uphill, or be so nearly level that
+//! the line search hardly moves. A step therefore counts only if it lowers the energy by a fraction
+//! of what the clipped step down the plain gradient would, d = max(g − α λ, 0) − g with the least
+//! compliance α of all waves. After three steps that do not count, that step is taken. It lowers
+//! the energy unless the state is in balance, so that the descent ends in a state of balance
+//! (Bertsekas, *SIAM J. Control Optim.* 20, 1982, 221).
 
 use super::body::Body;
 use super::exponential::exponential;
@@ -36,6 +43,7 @@ use crate::solver::Watch;
 use crate::threads::Threads;
 
 mod direction;
+mod shake;
 
 /// Gap, in units of the range, beyond which the attraction does not change the energy of a step.
 const FAR: f64 = 30.0;
@@ -49,12 +57,26 @@ const LONGEST_EXTENSION: f64 = 4.0;
 /// Number of iterations after which the compliance to a uniform displacement is computed anew.
 const UNIFORM_EVERY: u32 = 10;
 
+/// Least decrease of energy of a step, as a fraction of that of a step down the gradient.
+const LEAST_GAIN: f64 = 1e-3;
+
 /// Number of consecutive steps that do not lower the energy after which the solver gives up.
 const FAILURES: u32 = 20;
 
 /// Number of consecutive steps that do not lower the energy after which the compliance is not used
 /// for the next one.
 const FAILURES_WITH_COMPLIANCE: u32 = 3;
+
+/// Number of consecutive iterations without movement and without a smaller residual after which the
+/// solver gives up.
+const IDLE_ITERATIONS: u32 = 200;
+
+/// Largest step, in units of the range, that is no movement.
+const IDLE_STEP: f64 = 1e-6;
+
+/// Tolerance after a symmetric state was shaken, as a fraction of the largest attraction. A coarser
+/// one would accept the first slow growth of an instability.
+const SHAKEN_TOLERANCE: f64 = 1e-6;
 
 /// Bodies are apart if no node is in contact, and if attraction is this fraction of the tension.
 const APART: f64 = 0.01;
@@ -138,7 +160,9 @@ impl Descent<'_> {
         self.refresh();
         let (mut is_fresh, mut has_step) = (true, false);
         let (mut length, mut failures, mut iterations) = (1.0, 0, 0);
-        let mut uniform = 0.0;
+        let (mut uniform, mut idle, mut least_error) = (0.0, 0, f64::INFINITY);
+        let mut tolerance = settings.tolerance;
+        let mut is_to_be_shaken = self.body.may_be_symmetric && self.adhesion.work() > 0.0;
         loop {
             let balance = self.balance();
             let end = |stop| End {
@@ -147,9 +171,15 @@ impl Descent<'_> {
                 mean_pressure: balance.mean_pressure,
             };
             watch.spent(self.pairs);
-            if balance.error <= settings.tolerance {
-                if is_fresh {
+            if balance.error <= tolerance {
+                if is_fresh && !is_to_be_shaken {
                     return end(Stop::Converged);
+                }
+                if is_fresh {
+                    let largest = self.adhesion.largest_attraction();
+                    tolerance = tolerance.min(SHAKEN_TOLERANCE * largest);
+                    (is_to_be_shaken, length) = (false, 1.0);
+                    self.shake();
                 }
                 self.refresh();
                 (is_fresh, has_step) = (true, false);
@@ -158,8 +188,18 @@ impl Descent<'_> {
             if balance.is_apart {
                 return end(Stop::PulledOff);
             }
-            if self.pairs >= settings.pair_limit || failures >= FAILURES {
-                return end(Stop::PairLimit);
+            if balance.error < least_error {
+                (least_error, idle) = (balance.error, 0);
+            }
+            let is_stalled = failures >= FAILURES || idle >= IDLE_ITERATIONS;
+            if is_stalled || self.pairs >= settings.pair_limit {
+                return end(if balance.error <= settings.tolerance {
+                    Stop::Converged
+                } else if is_stalled {
+                    Stop::Stalled
+                } else {
+                    Stop::PairLimit
+                });
             }
             if watch.is_interrupted() {
                 return end(Stop::Interrupted);
@@ -168,7 +208,9 @@ impl Descent<'_> {
                 uniform = self.uniform_compliance(balance.mean_pressure);
             }
             iterations += 1;
-            self.precondition(failures < FAILURES_WITH_COMPLIANCE);
+            let with_compliance = failures < FAILURES_WITH_COMPLIANCE;
+            self.precondition(with_compliance);
+            let uniform = if with_compliance { uniform } else { 0.0 };
             self.find_direction(has_step, &balance, uniform);
             length = self.limited(length);
             self.clip(length);
@@ -176,8 +218,10 @@ impl Descent<'_> {
             self.pairs += 1;
             let line = self.line(balance.mean_pressure);
             is_fresh = false;
-            if line.slope < 0.0 {
-                let best = line.best(self.along());
+            let best = if line.slope < 0.0 { line.best(self.along()) } else { 0.0 };
+            idle = if best * line.reach > IDLE_STEP { 0 } else { idle + 1 };
+            let least_gain = if with_compliance { LEAST_GAIN * line.gradient_gain } else { 0.0 };
+            if best > 0.0 && -line.slope * best >= least_gain {
                 self.take(best);
                 length = (length * best).clamp(LENGTHS[0], LENGTHS[1]);
                 (has_step, failures) = (true, 0);
@@ -274,7 +318,7 @@ impl Descent<'_> {
         let Fields { gap, pressure, pull, step, step_pressure, .. } = &*self.fields;
         let range = self.adhesion.range();
         let inputs = [&gap[..], &pressure[..], &pull[..], &step[..], &step_pressure[..]];
-        let far = FAR * range;
+        let (far, compliance) = (FAR * range, self.body.least_compliance);
         let found = visit(self.threads, self.body.domain, inputs, [], |site, x, []| {
             let [gap, pressure, pull, step, step_pressure] = x;
             let force = pressure + pull + mean_pressure;
@@ -284,15 +328,19 @@ impl Descent<'_> {
             let closing = if step < 0.0 && site.weight > 0.0 { -step / gap } else { 0.0 };
             let is_near = gap < far || gap + step < far;
             let reach = f64::from(u8::from(is_near)) * site.weight * part.abs();
-            ([], [step * force, step * step_pressure, second, third, fourth], [closing, reach])
+            let (down, room) = (compliance * force, gap - site.floor);
+            let gain = force * if down < room { down } else { room };
+            let sums = [step * force, step * step_pressure, second, third, fourth, gain];
+            ([], sums, [closing, reach])
         });
-        let [slope, stiffness, second, third, fourth] = found.sums;
+        let [slope, stiffness, second, third, fourth, gradient_gain] = found.sums;
         let [closing, reach] = found.highest;
         let longest = if closing > 0.0 { 1.0 / closing } else { LONGEST_EXTENSION };
         Line {
             slope,
             stiffness,
             attraction: [second, third, fourth],
+            gradient_gain,
             reach,
             longest: longest.clamp(1.0, LONGEST_EXTENSION),
         }

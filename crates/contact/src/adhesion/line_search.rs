@@ -32,6 +32,8 @@ pub struct Line {
     pub stiffness: f64,
     /// Σ a d² / ρ, Σ a d³ / ρ² and Σ a d⁴ / ρ³.
     pub attraction: [f64; 3],
+    /// First-order decrease of the energy by a clipped step down the gradient.
+    pub gradient_gain: f64,
     /// Largest |d|/ρ where attraction matters.
     pub reach: f64,
     /// Largest α for which no gap is negative; at least one.

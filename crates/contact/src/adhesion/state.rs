@@ -7,15 +7,12 @@ use super::passes::visit;
 use super::{AdhesivePath, Settings, Stop, Target};
 use crate::solver::Watch;
 
-/// Maximum number of trials to find the mean gap of an isolated patch.
-const TRIALS: u32 = 40;
-
-/// Largest change of the mean gap of an isolated patch between trials towards contact, as a
-/// fraction of the mean gap.
-const LARGEST_APPROACH: f64 = -0.9;
-
 /// Largest relative error of the mean gap of an isolated patch.
 const GAP_ERROR: f64 = 1e-11;
+
+/// Tolerance during the search for the load of pull-off, as a fraction of its accuracy. The error
+/// of the load at which a state becomes unstable is about the residual.
+const SEARCH_TOLERANCE: f64 = 0.1;
 
 /// State of an adhesive contact, without its maps.
 ///
@@ -46,6 +43,10 @@ pub struct AdhesiveState {
     pub repulsive_nodes: usize,
     /// Mean of max(−p, 0) over the map.
     pub attractive_pressure: f64,
+    /// Mean of max(p, 0) over the map.
+    pub repulsive_pressure: f64,
+    /// Mean over the map of the net pressures of the nodes with g = 0.
+    pub pressure_in_contact: f64,
     /// Largest net pressure.
     pub peak_pressure: f64,
     /// Lowest net pressure, at least −w/ρ except for the residual.
@@ -54,6 +55,92 @@ pub struct AdhesiveState {
     pub elastic_energy: f64,
     /// Energy of the interaction ⟨φ(g)⟩, which is not positive.
     pub adhesion_energy: f64,
+}
+
+/// Result of a descent at a mean gap over the mesh.
+#[derive(Debug, Clone, Copy)]
+struct Trial {
+    /// Mean gap over the mesh.
+    on_mesh: f64,
+    /// Mean gap over the map, less the prescribed one.
+    error: f64,
+}
+
+/// Search for the mean gap over the doubled mesh of an isolated patch at which the mean gap over
+/// the map is the prescribed one.
+///
+/// The secant method, within a bracket once both signs of the error were found. If the bracket
+/// becomes narrow beside the errors at its ends, these belong to two branches of states, and the map
+/// jumps between them. The search then follows the branch of the last trial to the other side. It
+/// ends if the map jumps back.
+#[derive(Debug, Default)]
+struct GapSearch {
+    last: Option<Trial>,
+    below: Option<Trial>,
+    above: Option<Trial>,
+    /// Width of the bracket when it was last halved, and the trials since then.
+    width: Option<f64>,
+    slow: u32,
+    /// Change of the mean gap over the mesh per change over the map.
+    ratio: Option<f64>,
+    jumps: u32,
+    trials: u32,
+}
+
+impl GapSearch {
+    /// Maximum number of trials, far more than usual.
+    const TRIALS: u32 = 60;
+    /// Jumps after which no state with the prescribed mean gap is expected.
+    const JUMPS: u32 = 3;
+    /// Width of a bracket at which the map jumps, as a fraction of the change of its mean gap.
+    const NARROW: f64 = 1e-3;
+    /// Number of trials after which a bracket that was not halved is bisected.
+    const SLOW: u32 = 3;
+    /// Smallest ratio, and the largest as a multiple of the ratio before.
+    const RATIOS: [f64; 2] = [0.2, 4.0];
+
+    /// Returns the mean gap over the mesh of the next trial, or `None` if no state is expected.
+    fn next(&mut self, trial: Trial) -> Option<f64> {
+        self.trials += 1;
+        let is_below = trial.error < 0.0;
+        *(if is_below { &mut self.below } else { &mut self.above }) = Some(trial);
+        if let (Some(below), Some(above)) = (self.below, self.above)
+            && above.on_mesh - below.on_mesh <= Self::NARROW * (above.error - below.error)
+        {
+            *(if is_below { &mut self.above } else { &mut self.below }) = None;
+            (self.last, self.width, self.ratio) = (None, None, None);
+            self.jumps += 1;
+        }
+        if self.jumps == Self::JUMPS || self.trials == Self::TRIALS {
+            return None;
+        }
+        let secant = self
+            .last
+            .map_or(f64::NAN, |last| (trial.on_mesh - last.on_mesh) / (trial.error - last.error));
+        let has_last = self.last.replace(trial).is_some();
+        let (Some(below), Some(above)) = (self.below, self.above) else {
+            let [least, growth] = Self::RATIOS;
+            let before = self.ratio.unwrap_or(1.0);
+            let largest = growth * before;
+            let ratio = match secant {
+                secant if secant > 0.0 && secant.is_finite() => secant.clamp(least, largest),
+                _ if has_last => largest,
+                _ => before,
+            };
+            self.ratio = Some(ratio);
+            return Some(trial.on_mesh - ratio * trial.error);
+        };
+        let width = above.on_mesh - below.on_mesh;
+        if self.width.is_none_or(|before| width <= 0.5 * before) {
+            (self.width, self.slow) = (Some(width), 0);
+        } else {
+            self.slow += 1;
+        }
+        let next = trial.on_mesh - secant * trial.error;
+        let is_inside = below.on_mesh < next && next < above.on_mesh;
+        let middle = 0.5 * (below.on_mesh + above.on_mesh);
+        Some(if is_inside && self.slow < Self::SLOW { next } else { middle })
+    }
 }
 
 impl AdhesivePath {
@@ -65,6 +152,9 @@ impl AdhesivePath {
     /// If no state bears the load, the load of pull-off is found by bisection between the load of
     /// the last state and the target, and the bodies are apart. If the pair limit is reached during
     /// the bisection, the bodies are apart without a load of pull-off.
+    ///
+    /// The mean gap of an isolated patch may jump past the target. The state then has another mean
+    /// gap, and [stops](AdhesiveState::stop) with [`Stop::GapNotReached`].
     ///
     /// # Panics
     ///
@@ -107,27 +197,52 @@ impl AdhesivePath {
         if end.stop != Stop::Converged {
             return AdhesiveState { stop: end.stop, ..self.pulled_off(pairs, None) };
         }
-        let mut holds = end.mean_pressure / self.on_mesh();
-        let mut fails = load;
+        let holds = end.mean_pressure / self.on_mesh();
+        match self.search_pull_off([holds, load], &mut pairs, settings, watch) {
+            Ok(load) => self.pulled_off(pairs, Some(load)),
+            Err(stop) => AdhesiveState { stop, ..self.pulled_off(pairs, None) },
+        }
+    }
+
+    /// Returns the lowest load that the bodies bear, given the load of the last state and a lower
+    /// load that they did not bear, or the reason why a trial ended without an answer.
+    ///
+    /// A long step may tear off bodies that would bear the load if it grew slowly. The search
+    /// therefore ends only after a short step from a state that holds has torn them off.
+    fn search_pull_off(
+        &mut self,
+        [mut holds, mut fails]: [f64; 2],
+        pairs: &mut u32,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> Result<f64, Stop> {
         let accuracy = settings.pull_off_tolerance * self.adhesion.largest_attraction();
-        while holds - fails > accuracy {
-            let middle = 0.5 * (holds + fails);
-            if middle >= holds || middle <= fails {
-                break;
+        let tolerance = settings.tolerance.min(SEARCH_TOLERANCE * accuracy);
+        let settings = &Settings { tolerance, ..*settings };
+        let (mut torn_from, mut stride) = (holds, accuracy);
+        loop {
+            let is_close = holds - fails <= accuracy;
+            let load = if is_close { fails } else { 0.5 * (holds + fails) };
+            let is_certain = is_close && torn_from - fails <= 2.0 * accuracy;
+            let is_rounding = load >= holds || load <= fails && !is_close;
+            if is_certain || is_rounding {
+                return Ok(holds);
             }
-            let end = self.try_load(middle, &mut pairs, settings, watch);
+            let end = self.try_load(load, pairs, settings, watch);
             match end.stop {
                 Stop::Converged => {
                     self.store(end.mean_pressure);
-                    holds = middle;
+                    holds = load;
+                    if load <= fails {
+                        // The bodies may bear far more than the load that had torn them off.
+                        stride *= 4.0;
+                        (fails, torn_from) = (load - stride, f64::INFINITY);
+                    }
                 }
-                Stop::PulledOff => fails = middle,
-                Stop::PairLimit | Stop::Interrupted => {
-                    return AdhesiveState { stop: end.stop, ..self.pulled_off(pairs, None) };
-                }
+                Stop::PulledOff => (fails, torn_from) = (load, holds),
+                stop => return Err(stop),
             }
         }
-        self.pulled_off(pairs, Some(holds))
     }
 
     /// Descends under `load` from the last state of the path, and keeps that state.
@@ -165,6 +280,8 @@ impl AdhesivePath {
             contact_nodes: 0,
             repulsive_nodes: 0,
             attractive_pressure: 0.0,
+            repulsive_pressure: 0.0,
+            pressure_in_contact: 0.0,
             peak_pressure: 0.0,
             lowest_pressure: 0.0,
             elastic_energy: 0.0,
@@ -174,27 +291,21 @@ impl AdhesivePath {
 
     fn step_to_gap(&mut self, gap: f64, settings: &Settings, watch: &dyn Watch) -> AdhesiveState {
         let mut pairs = self.restore();
-        let mut change = gap - self.mean_gap();
-        // Mean gaps of two descents, and how far the mesh was moved between them.
-        let mut last: Option<(f64, f64)> = None;
-        let mut trials = 0;
+        self.move_by(gap - self.mean_gap());
+        let mut search = GapSearch::default();
         loop {
-            self.move_by(change);
+            let on_mesh = self.mean_gap_of_mesh();
             let end = self.descend(Control::MeanGap, &mut pairs, settings, watch);
-            trials += 1;
-            let found = self.mean_gap();
-            let is_found = (found - gap).abs() <= GAP_ERROR * gap || !self.body.is_padded();
+            let error = self.mean_gap() - gap;
+            let is_found = error.abs() <= GAP_ERROR * gap || !self.body.is_padded();
             if is_found || end.stop != Stop::Converged {
                 return self.stored(end, pairs);
             }
-            if trials == TRIALS {
-                return self.stored(End { stop: Stop::PairLimit, ..end }, pairs);
-            }
-            let ratio = last.map_or(1.0, |(before, moved)| moved / (found - before));
-            let ratio = if ratio.is_finite() { ratio.clamp(0.2, 5.0) } else { 1.0 };
-            // The mean gap stays positive.
-            change = (ratio * (gap - found)).max(LARGEST_APPROACH * found);
-            last = Some((found, change));
+            let Some(next) = search.next(Trial { on_mesh, error }) else {
+                return self.stored(End { stop: Stop::GapNotReached, ..end }, pairs);
+            };
+            self.move_by(-error);
+            self.move_surroundings(next);
         }
     }
 
@@ -266,6 +377,25 @@ impl AdhesivePath {
 
     fn mean_gap(&self) -> f64 {
         self.body.mean_on_map(&self.threads, &self.fields.gap)
+    }
+
+    /// Returns the mean gap over the mesh, which a descent with [`Control::MeanGap`] keeps.
+    fn mean_gap_of_mesh(&self) -> f64 {
+        let domain = self.body.domain;
+        let gap = &self.fields.gap[..];
+        let found = visit(&self.threads, domain, [gap], [], |_, [gap], []| ([], [gap], [0.0; 0]));
+        found.sums[0] / domain.mesh_nodes() as f64
+    }
+
+    /// Moves the nodes outside the map so that the mean gap over the mesh is `mean`.
+    fn move_surroundings(&mut self, mean: f64) {
+        let domain = self.body.domain;
+        let nodes = domain.mesh_nodes() as f64;
+        let missing = (mean - self.mean_gap_of_mesh()) * nodes;
+        let rise = missing / (nodes - domain.map_nodes() as f64);
+        visit(&self.threads, domain, [], [&mut self.fields.gap[..]], |site, [], [gap]| {
+            ([if site.weight > 0.0 { gap } else { gap + rise }], [0.0; 0], [0.0; 0])
+        });
     }
 
     /// Changes the mean gap over the map by `change`: gaps are reduced by the same amount and not
@@ -355,17 +485,21 @@ impl AdhesivePath {
                     pressure * moved,
                     interaction,
                     site.weight * moved,
+                    pressure,
+                    counts(gap == 0.0) * pressure,
                 ],
                 [high(pressure), high(-pressure)],
             )
         });
-        let [gap, closed, repulsive, attractive, energy, interaction, moved] = found.sums;
+        let [gap, closed, repulsive, attractive, energy, interaction, moved, net, in_contact] =
+            found.sums;
         let [peak, lowest] = found.highest;
         let (mut elastic, mut displacement) = (0.5 * energy / nodes, moved / nodes);
         let uniform = self.body.uniform_stiffness;
         if uniform > 0.0 {
-            // The uniform wave of the pressure on the mesh.
-            let mean = end.mean_pressure;
+            // The uniform wave of the pressure on the mesh. The pressures of a state that did not
+            // converge have another mean than the load.
+            let mean = net / nodes * self.on_mesh();
             elastic += 0.5 * mean * mean / uniform / self.on_mesh();
             displacement += mean / uniform;
         } else {
@@ -382,6 +516,8 @@ impl AdhesivePath {
             contact_nodes: closed as usize,
             repulsive_nodes: repulsive as usize,
             attractive_pressure: attractive / nodes,
+            repulsive_pressure: (net + attractive) / nodes,
+            pressure_in_contact: in_contact / nodes,
             peak_pressure: peak,
             lowest_pressure: -lowest,
             elastic_energy: elastic,

@@ -13,7 +13,8 @@ use crate::runner::{RunOutcome, TaskError};
 use asperity_manifest::diagnostics::{chain, counted};
 use asperity_manifest::names::FAILURES;
 use asperity_stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
-use asperity_stages::solve::PAIR_LIMIT;
+use asperity_stages::solve::adhesion::{GAP_NOT_REACHED, STALLED};
+use asperity_stages::solve::is_unconverged;
 use asperity_stages::{Kind, Recipe};
 use asperity_tables::column::ColumnKind::Text;
 use asperity_tables::column::{Code, Column, texts};
@@ -101,7 +102,7 @@ impl Failures<'_> {
 
     fn given_up(&self, stage: &PlannedStage, table: &Table) -> Result<Table, TableError> {
         let stops = table.texts(STOP.name)?;
-        let is_given_up = |row: &usize| stops.value(*row) == PAIR_LIMIT;
+        let is_given_up = |row: &usize| is_unconverged(stops.value(*row));
         let rows: Vec<usize> = (0..table.rows()).filter(is_given_up).collect();
         let table = table.pick(&rows);
         let [residual, tolerance] = [RESIDUAL, TOLERANCE].map(|column| table.reals(column.name));
@@ -115,15 +116,22 @@ impl Failures<'_> {
                 _ => None,
             }
         };
+        let stops = table.texts(STOP.name)?;
         let reason = |row: usize| {
-            format!(
-                "did not converge: stopped after {} of transforms{} with a residual of {:.2e}, \
-                 above the tolerance {:.2e}",
-                counted(pairs.value(row) as usize, "pair"),
-                limit(row).map_or_else(String::new, |limit| format!(" (`max_pairs = {limit}`)")),
-                residual.value(row),
-                tolerance.value(row),
-            )
+            let limit = limit(row).filter(|_| stops.value(row) != STALLED);
+            match stops.value(row) {
+                GAP_NOT_REACHED => "did not reach its mean gap: the contact of the isolated patch \
+                                    jumps past it. `mean_gap` is that of the state"
+                    .to_owned(),
+                _ => format!(
+                    "did not converge: stopped after {} of transforms{} with a residual of {:.2e}, \
+                     above the tolerance {:.2e}",
+                    counted(pairs.value(row) as usize, "pair"),
+                    limit.map_or_else(String::new, |limit| format!(" (`max_pairs = {limit}`)")),
+                    residual.value(row),
+                    tolerance.value(row),
+                ),
+            }
         };
         let tasks = keys.iter().flatten();
         let command = |key: &str| key.parse().map_or_else(|_| String::new(), self.command);

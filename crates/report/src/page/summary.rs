@@ -24,7 +24,7 @@ use asperity_stages::columns::{
     STOP, SURFACE,
 };
 use asperity_stages::ensemble::{self, ParameterPoint};
-use asperity_stages::solve::PAIR_LIMIT;
+use asperity_stages::solve::is_unconverged;
 use asperity_stages::{Kind, Recipe, Work};
 use asperity_tables::cells::cells;
 use asperity_tables::column::{Description, Role};
@@ -241,7 +241,7 @@ fn convergence(finished: &FinishedStages) -> Option<Line> {
     let word = if are_states { "states" } else { "loads" };
     let stops = solved().filter_map(|stage| stage.table.texts(STOP.name).ok());
     let (loads, given_up) = stops.fold((0, 0), |(loads, given_up), stops| {
-        let failed = stops.iter().filter(|stop| *stop == Some(PAIR_LIMIT)).count();
+        let failed = stops.iter().filter(|stop| stop.is_some_and(is_unconverged)).count();
         (loads + stops.len(), given_up + failed)
     });
     let text = match given_up {

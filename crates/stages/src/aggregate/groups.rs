@@ -19,7 +19,7 @@ use crate::columns::{
 };
 use crate::fit::rows::STATUS;
 use crate::fit::status::FITTED;
-use crate::solve::PAIR_LIMIT;
+use crate::solve::UNCONVERGED as STOPS_UNCONVERGED;
 use crate::{StageError, ensemble};
 use asperity_manifest::decimal;
 use asperity_tables::column::{Column, Role};
@@ -102,7 +102,9 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
         expressions.push(col(SAMPLING_UNIT).n_unique().alias(SURFACES.name));
     }
     if table.has(STOP.name) {
-        let unconverged = col(STOP.name).eq(lit(PAIR_LIMIT));
+        let unconverged = STOPS_UNCONVERGED.map(|stop| col(STOP.name).eq(lit(stop)));
+        let unconverged = unconverged.into_iter().reduce(|one, other| one.or(other));
+        let unconverged = unconverged.expect("there are such codes");
         expressions.push(unconverged.sum().alias(UNCONVERGED.name));
     }
     if is_of_fits(table) {

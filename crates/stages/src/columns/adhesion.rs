@@ -36,6 +36,12 @@ pub const ADHESIVE_TOLERANCE: Column = Column {
 };
 
 // Results of a state.
+pub const PRESCRIBED_GAP: Column = real(
+    "prescribed_gap",
+    "length",
+    "mean gap that the path prescribes; `mean_gap` is that of the state, and differs where `stop` \
+     says so. Only for free boundaries with `control = \"gap\"`",
+);
 pub const STEP: Column =
     integer("step", "1", "number of the state along the path; the first state is 1");
 pub const ADHESIVE_CONTACT_NODES: Column =
@@ -52,6 +58,13 @@ pub const ATTRACTIVE_PRESSURE: Column = real(
     "mean over the nominal area of the negative pressures, as a positive number; `pressure` is the \
      mean of the positive pressures minus this",
 );
+pub const REPULSIVE_PRESSURE: Column =
+    real("repulsive_pressure", "pressure", "mean over the nominal area of the positive pressures");
+pub const PRESSURE_IN_CONTACT: Column = real(
+    "pressure_in_contact",
+    "pressure",
+    "mean over the nominal area of the pressures of the nodes in contact, negative ones included",
+);
 pub const ELASTIC_ENERGY: Column =
     real("elastic_energy", "pressure × length", "elastic energy per unit of nominal area");
 pub const ADHESION_ENERGY: Column = real(
@@ -64,7 +77,9 @@ pub const DISSIPATED_ENERGY: Column = real(
     "pressure × length",
     "energy per unit of nominal area that was lost along the path up to this state: the work of \
      the mean pressure on the approach, minus the change of elastic and adhesion energy. The work \
-     is a sum of trapezoids, whose error falls with the square of the steps of the path",
+     is a sum of trapezoids, whose error falls with the square of the steps of the path. It is zero \
+     in the first state, and again in the first state after the surfaces have been apart, because \
+     the work of a tension on surfaces that part has no limit",
 );
 pub const PULL_OFF_LOAD: Column = real(
     "pull_off_load",
@@ -102,9 +117,17 @@ pub const ADHESIVE_STOP: Column = STOP.with_codes(&[
     Code {
         word: "pair-limit",
         meaning:
-            "`max_pairs` pairs of transforms were not enough: the residual exceeds the tolerance, \
-             the mean gap of an isolated patch is not the prescribed one, or the search for \
-             `pull_off_load` did not end and most results are null",
+            "`max_pairs` pairs of transforms were not enough: the residual exceeds the tolerance, or \
+             the search for `pull_off_load` did not end and most results are null",
+    },
+    Code {
+        word: "stalled",
+        meaning: "the state no longer moves, although its residual exceeds the tolerance",
+    },
+    Code {
+        word: "gap-not-reached",
+        meaning: "the state is in balance, but its mean gap is not `prescribed_gap`: the contact of \
+                  an isolated patch jumps past it",
     },
 ]);
 pub const REPULSIVE: Column = Column::heavy(

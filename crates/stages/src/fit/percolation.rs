@@ -8,7 +8,7 @@ use super::status;
 use crate::columns::*;
 use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::grids::Meshes;
-use crate::solve::PAIR_LIMIT;
+use crate::solve::is_unconverged;
 use asperity_contact::morphology::area::{CountedArea, YASTREBOV_2017};
 use asperity_statistics::bootstrap::Interval;
 use asperity_statistics::percolation::{Channels, Interface, PercolationProblem};
@@ -128,7 +128,7 @@ impl<'a> Measured<'a> {
     }
 
     fn unconverged(&self, ensemble: &Ensemble) -> usize {
-        let is_unconverged = |&(_, _, row): &(_, _, usize)| self.stops.value(row) == PAIR_LIMIT;
-        ensemble.states().filter(is_unconverged).count()
+        let stops = self.stops;
+        ensemble.states().filter(|&(_, _, row)| is_unconverged(stops.value(row))).count()
     }
 }

@@ -278,7 +278,7 @@ impl Contacts {
                 energy: energies.value(row),
             };
             let area = nodes.value(row) as f64 / grids.grid(row)?.count() as f64;
-            let is_solved = stops.value(row) != solve::PAIR_LIMIT;
+            let is_solved = !solve::is_unconverged(stops.value(row));
             let stiffness = stiffnesses.and_then(|stiffnesses| stiffnesses.iter().nth(row)?);
             Ok(is_solved.then_some(Solved { area, normal, stiffness }))
         };

@@ -36,7 +36,7 @@ use asperity_tables::table::Table;
 
 /// Version of the numbers with adhesion. Only recipes with adhesion contain it, so raising it does
 /// not recompute other contacts.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Number of pairs of transforms by which a state takes fewer pairs if the tolerance is tenfold.
 /// With the default tolerance of the solver, 1e-9, it takes [`AdhesivePath::PAIRS_PER_STATE`].
@@ -58,6 +58,12 @@ const PULL_OFF_TOLERANCE: f64 = 1e-5;
 
 /// Code in the column `stop` of states in which the surfaces are apart.
 pub const PULLED_OFF: &str = "pulled-off";
+
+/// Code in the column `stop` of states that no longer move and are not in balance.
+pub const STALLED: &str = "stalled";
+
+/// Code in the column `stop` of states whose mean gap is not the prescribed one.
+pub const GAP_NOT_REACHED: &str = "gap-not-reached";
 
 /// Parameters of a path on one surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -102,22 +108,28 @@ pub struct Params {
 }
 
 /// Columns that only paths with adhesion have.
-pub const ADDED_COLUMNS: [Column; 16] = [
+pub const ADDED_COLUMNS: [Column; 22] = [
+    ADHESIVE_TOLERANCE,
     WORK_OF_ADHESION,
     INTERACTION_RANGE,
     CONTROL,
     BRANCH,
+    PRESCRIBED_GAP,
     STEP,
     TABOR,
     STICKINESS,
+    ADHESIVE_CONTACT_NODES,
     CONTACT_FRACTION,
     REPULSIVE_NODES,
     REPULSIVE_FRACTION,
     ATTRACTIVE_PRESSURE,
+    REPULSIVE_PRESSURE,
+    PRESSURE_IN_CONTACT,
     ELASTIC_ENERGY,
     ADHESION_ENERGY,
     DISSIPATED_ENERGY,
     PULL_OFF_LOAD,
+    ADHESIVE_RESIDUAL,
     ADHESIVE_STOP,
 ];
 
@@ -140,6 +152,8 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     columns.push(BRANCH);
     columns.extend(state_columns(optional.control, optional.load_unit));
     columns.extend((optional.boundary == Boundary::Free).then_some(MEAN_DISPLACEMENT));
+    let may_miss = optional.boundary == Boundary::Free && optional.control == Control::Gap;
+    columns.extend(may_miss.then_some(PRESCRIBED_GAP));
     columns.extend([
         STEP,
         TABOR,
@@ -149,6 +163,8 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
         REPULSIVE_NODES,
         REPULSIVE_FRACTION,
         ATTRACTIVE_PRESSURE,
+        REPULSIVE_PRESSURE,
+        PRESSURE_IN_CONTACT,
         PEAK_PRESSURE,
         ELASTIC_ENERGY,
         ADHESION_ENERGY,

@@ -33,7 +33,7 @@ impl Descent<'_> {
     }
 
     /// Computes z = A r on all nodes, or z proportional to r. The latter is a direction of descent
-    /// even where many nodes are about to close or open.
+    /// even where many nodes are about to close or open, also after clipping.
     pub(super) fn precondition(&mut self, with_compliance: bool) {
         let Fields { residual, direction, .. } = &mut *self.fields;
         if with_compliance {
@@ -41,9 +41,7 @@ impl Descent<'_> {
             self.pairs += 1;
             return;
         }
-        let [rows, columns] = self.body.domain.mesh;
-        let compliance = 1.0 / rows.max(columns) as f64;
-        let residual = &residual[..];
+        let (compliance, residual) = (self.body.least_compliance, &residual[..]);
         visit(self.threads, self.body.domain, [residual], [direction], |_, [residual], [_]| {
             ([compliance * residual], [0.0; 0], [0.0; 0])
         });

@@ -1,6 +1,6 @@
 //! Closed forms, limits and invariants.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{PI, SQRT_2, TAU};
 use std::num::NonZeroUsize;
 
 use super::*;
@@ -226,4 +226,81 @@ fn a_pair_limit_during_the_search_for_the_pull_off_load_parts_the_bodies() {
     assert!(path.gap().is_none());
     assert_eq!(state.pull_off_load, None);
     assert_eq!(path.step(Target::Load(0.05), &settings, &|| false).stop, Stop::Converged);
+}
+
+#[test]
+fn a_wave_whose_nodes_close_one_after_another_reaches_every_load_from_both_sides() {
+    // reference/faults/F5-stalls-pair-limit: a wave of unit rms slope on eight nodes.
+    let grid = rectangle([8, 7], [1.0, 0.875]);
+    let height = |node: usize| libm::cos(TAU * (node / 7) as f64 / 8.0) / (PI * SQRT_2);
+    let heights: Vec<f64> = (0..grid.count()).map(height).collect();
+    let adhesion = Adhesion::new(0.030_601_5, 0.098_090_0).unwrap();
+    let body = PeriodicHalfSpace::new(grid);
+    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &heights);
+    let loads = [0.0074075, 0.0010146, -0.0641486, 0.0018188, -0.0641486, 0.0010146, 0.0074075];
+    let states = loads.map(|load| solved(&mut path, Target::Load(load)));
+    assert!(states.iter().all(|state| state.pairs < 60), "{states:?}");
+    let nodes = states.map(|state| state.contact_nodes);
+    assert_eq!(nodes, [21, 21, 7, 21, 7, 21, 21]);
+    for (one, other) in states.iter().zip(states.iter().rev()) {
+        let energy = |state: &AdhesiveState| state.elastic_energy + state.adhesion_energy;
+        assert!((energy(one) - energy(other)).abs() < 1e-9, "{one:?} {other:?}");
+    }
+}
+
+#[test]
+fn a_state_that_rounding_keeps_from_the_tolerance_ends_with_few_pairs() {
+    let mut path = path(64, &rough64(), Adhesion::new(0.006, 0.020).unwrap());
+    let settings = Settings { tolerance: 0.0, ..Settings::default() };
+    for target in [Target::MeanGap(0.05), Target::Load(0.02)] {
+        let state = path.step(target, &settings, &|| false);
+        assert_eq!(state.stop, Stop::Stalled, "{state:?}");
+        assert!(state.residual < 1e-12 && state.pairs < 1500, "{state:?}");
+    }
+}
+
+#[test]
+fn the_pull_off_load_does_not_depend_on_the_loads_before_it() {
+    // A step from the second of five loads tears off bodies that bear more if it is approached.
+    let heights = [
+        -1, 3, -16, 0, -12, -2, 0, -2, -9, 0, 9, 9, 15, 20, 5, 1, 7, 11, -5, -14, 7, 4, -8, -4, -21,
+    ];
+    let heights = heights.map(|height| 0.01 * f64::from(height));
+    let adhesion = Adhesion::new(0.015_343_366, 0.158_880_187).unwrap();
+    let strongest = adhesion.largest_attraction();
+    let pull_off = |steps: u32| {
+        let mut path = path(5, &heights, adhesion);
+        let settings = Settings { pull_off_tolerance: 1e-5, ..Settings::default() };
+        let load = |step: u32| 0.1 - (0.1 + 1.001 * strongest) * f64::from(step) / f64::from(steps);
+        let states =
+            (0..=steps).map(|step| path.step(Target::Load(load(step)), &settings, &|| false));
+        states.filter_map(|state| state.pull_off_load).next().unwrap()
+    };
+    let slow = pull_off(400);
+    for steps in [1, 2, 3, 5, 20] {
+        let found = pull_off(steps);
+        assert!((found - slow).abs() < 2e-5 * strongest, "{steps}: {found} for {slow}");
+    }
+}
+
+#[test]
+fn states_of_symmetric_surfaces_are_minima_of_the_energy() {
+    // Four equal summits, of which some would let go first if the surface were not symmetric.
+    let wave = |index: usize| libm::cos(2.0 * TAU * (index as f64 + 0.5) / 16.0);
+    let heights: Vec<f64> = (0..256).map(|node| 0.03 * wave(node / 16) * wave(node % 16)).collect();
+    let tilted: Vec<f64> =
+        heights.iter().enumerate().map(|(node, height)| height + 1e-7 * node as f64).collect();
+    let adhesion = Adhesion::new(0.005_12, 0.02).unwrap();
+    let mut symmetric = path(16, &heights, adhesion);
+    let mut tilted = path(16, &tilted, adhesion);
+    for step in (1..=12).rev().chain(1..=20) {
+        let target = Target::MeanGap(0.005 * f64::from(step));
+        let state = solved(&mut symmetric, target);
+        tilted.resume(symmetric.gap().map(<[f64]>::to_vec));
+        let other = solved(&mut tilted, target);
+        let energy = |state: &AdhesiveState| state.elastic_energy + state.adhesion_energy;
+        let fallen = energy(&state) - energy(&other);
+        // The tilt changes heights by 3e-5 and the energy by less than 1e-6.
+        assert!(fallen < 1e-6, "{target:?}: {fallen} {state:?}");
+    }
 }

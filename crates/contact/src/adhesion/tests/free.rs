@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::*;
-use crate::elasticity::FreeHalfSpace;
+use crate::elasticity::{FreeHalfSpace, displacement, transform};
 
 /// Returns the path of a sphere of unit radius on a square of `side`, with E* = w = 1.
 fn sphere(nodes: usize, side: f64, range: f64) -> AdhesivePath {
@@ -88,4 +88,73 @@ fn a_patch_may_jump_between_all_mean_gaps() {
         assert!((state.mean_gap / gap - 1.0).abs() < 1e-10, "{gap}: {state:?}");
         assert!(state.mean_pressure.is_finite(), "{gap}: {state:?}");
     }
+}
+
+#[test]
+fn a_patch_has_the_mean_gap_that_its_state_says_or_reports_the_jump_past_it() {
+    // Strong adhesion, as in reference/faults/F6-free-gap-control.
+    let heights = rough64();
+    let mean = heights.iter().sum::<f64>() / 4096.0;
+    let body = FreeHalfSpace::new(square(64, 1.0));
+    let adhesion = Adhesion::new(0.039, 0.054).unwrap();
+    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &heights);
+    let settings = Settings { tolerance: 5e-5, ..Settings::default() };
+    let mut jumps = 0;
+    for step in (1..=9).rev().chain(2..=9) {
+        let gap = 0.018 * f64::from(step);
+        let state = path.step(Target::MeanGap(gap), &settings, &|| false);
+        let gaps = path.gap().unwrap();
+        let pressures = path.pressure();
+        let mean_of = |values: &[f64]| values.iter().sum::<f64>() / 4096.0;
+        assert!((mean_of(gaps) - state.mean_gap).abs() < 1e-14, "{gap}: {state:?}");
+        assert!((mean_of(pressures) - state.mean_pressure).abs() < 1e-12, "{gap}: {state:?}");
+        // The displacement is g + h + δ, so that it has the energy ½⟨p (g + h)⟩ up to a constant.
+        let work =
+            |node: usize| pressures[node] * (gaps[node] + heights[node] - mean - state.mean_gap);
+        let energy = 0.5 * (0..4096).map(work).sum::<f64>() / 4096.0
+            + 0.5 * state.mean_pressure * state.mean_displacement;
+        assert!((energy / state.elastic_energy - 1.0).abs() < 1e-3, "{gap}: {energy} {state:?}");
+        match state.stop {
+            Stop::Converged => assert!((state.mean_gap / gap - 1.0).abs() < 1e-10, "{state:?}"),
+            Stop::GapNotReached => jumps += 1,
+            stop => panic!("{gap}: {stop:?}"),
+        }
+    }
+    assert_eq!(jumps, 0);
+}
+
+#[test]
+fn a_patch_that_jumps_past_a_mean_gap_says_so_and_has_its_own() {
+    let at = |index: usize| (index as f64 + 0.5) / 6.0 - 0.5;
+    let heights: Vec<f64> =
+        (0..36).map(|node| -at(node / 6).powi(2) - at(node % 6).powi(2)).collect();
+    let body = FreeHalfSpace::new(square(6, 1.0));
+    let adhesion = Adhesion::new(0.288, 0.2).unwrap();
+    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &heights);
+    solved(&mut path, Target::MeanGap(0.2));
+    let state = step(&mut path, Target::MeanGap(0.1));
+    assert_eq!(state.stop, Stop::GapNotReached, "{state:?}");
+    assert!(state.residual <= 1e-9);
+    assert!((state.mean_gap - 0.1).abs() > 1e-3, "{state:?}");
+    let mean = path.gap().unwrap().iter().sum::<f64>() / 36.0;
+    assert!((mean - state.mean_gap).abs() < 1e-15);
+    solved(&mut path, Target::MeanGap(0.05));
+}
+
+#[test]
+fn the_energy_of_a_state_that_did_not_converge_is_that_of_its_pressures() {
+    let mut path = sphere(32, 8.0, 1.0);
+    let settings = Settings { pair_limit: 4, ..Settings::default() };
+    let state = path.step(Target::Load(0.01), &settings, &|| false);
+    assert_eq!(state.stop, Stop::PairLimit);
+    let pressures = path.pressure().to_vec();
+    let body = FreeHalfSpace::new(square(32, 8.0));
+    let (transform, kernel) = (transform(&body), displacement(&body));
+    let mut displacement = vec![0.0; 1024];
+    transform.convolve(&kernel, &pressures, &mut displacement, &mut transform.scratch());
+    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / 1024.0;
+    let moved = mean(&mut displacement.iter().copied());
+    let energy = mean(&mut displacement.iter().zip(&pressures).map(|(u, p)| 0.5 * u * p));
+    assert!((state.mean_displacement / moved - 1.0).abs() < 1e-12, "{state:?} {moved}");
+    assert!((state.elastic_energy / energy - 1.0).abs() < 1e-12, "{state:?} {energy}");
 }

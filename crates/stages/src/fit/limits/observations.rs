@@ -11,7 +11,7 @@ use super::LimitChoices;
 use crate::columns::{K_LOWER, K_ROLLOFF, LOAD, REALIZATION, STOP};
 use crate::ensemble::{Ensemble, Member, Members, ParameterPoint, ensembles, grouped};
 use crate::fit::rows::SURFACES;
-use crate::solve::PAIR_LIMIT;
+use crate::solve::is_unconverged;
 use asperity_manifest::decimal;
 use asperity_statistics::Window;
 use asperity_statistics::limits::{LimitPoint, Observed};
@@ -254,7 +254,7 @@ impl<'a> Reader<'a> {
         let found = ensembles(self.table)?.into_iter().map(|ensemble| {
             let states = ensemble.states();
             let unconverged_loads = states
-                .filter(|&(_, _, row)| stops.is_some_and(|stops| stops.value(row) == PAIR_LIMIT));
+                .filter(|&(_, _, row)| stops.is_some_and(|stops| is_unconverged(stops.value(row))));
             let unconverged_loads = unconverged_loads.map(|(_, load, _)| load.reduced).collect();
             let values = Values::Surfaces {
                 states: self.curves(&ensemble, reduced),

@@ -98,6 +98,8 @@ impl Params {
     fn of_solved(table: &Table) -> Result<Params, TableError> {
         let number = |column: &str| table.reals(column).map(|values| values.value(0));
         let given = load_column(table);
+        let may_miss = table.has(PRESCRIBED_GAP.name);
+        let targets = if may_miss { PRESCRIBED_GAP.name } else { given };
         Ok(Params {
             version: VERSION,
             effective_modulus: number(EFFECTIVE_MODULUS.name)?,
@@ -110,7 +112,7 @@ impl Params {
             work: number(WORK_OF_ADHESION.name)?,
             range: number(INTERACTION_RANGE.name)?,
             control: if given == MEAN_GAP.name { Control::Gap } else { Control::Load },
-            targets: table.reals(given)?.values().to_vec(),
+            targets: table.reals(targets)?.values().to_vec(),
             tolerance: number(TOLERANCE.name)?,
             max_pairs: u32::try_from(table.integers(MAX_PAIRS.name)?.value(0)).unwrap_or(u32::MAX),
             keeps_maps: false,

@@ -71,6 +71,9 @@ pub fn row(
     ]);
     if let Some(displacement) = mean.displacement {
         columns.push((MEAN_DISPLACEMENT, reals([displacement])));
+        if params.control == Control::Gap {
+            columns.push((PRESCRIBED_GAP, reals([given])));
+        }
     }
     columns.extend([
         (STEP, integers([index as i64 + 1])),
@@ -81,6 +84,8 @@ pub fn row(
         (REPULSIVE_NODES, integers([state.repulsive_nodes as i64])),
         (REPULSIVE_FRACTION, reals([state.repulsive_nodes as f64 / nodes])),
         (ATTRACTIVE_PRESSURE, known(state.attractive_pressure * unit)),
+        (REPULSIVE_PRESSURE, known(state.repulsive_pressure * unit)),
+        (PRESSURE_IN_CONTACT, known(state.pressure_in_contact * unit)),
         (PEAK_PRESSURE, known(state.peak_pressure * unit)),
         (ELASTIC_ENERGY, optional_reals([mean.elastic])),
         (ADHESION_ENERGY, optional_reals([mean.adhesion])),
@@ -147,7 +152,8 @@ struct MeanState {
 }
 
 impl MeanState {
-    /// Converts a state. The prescribed quantity keeps the value of the manifest exactly.
+    /// Converts a state. The prescribed quantity keeps the value of the manifest exactly, except for
+    /// the mean gap of an isolated patch that is not reached.
     fn new(
         params: &Params,
         scales: &Scales,
@@ -163,10 +169,10 @@ impl MeanState {
                 [scales.reduced_pressure(given, params.load_unit), given]
             }
         };
-        let gap = match params.control {
-            Control::Gap => Some(given),
-            Control::Load => is_bound.then(|| state.mean_gap * scales.length()),
-        };
+        let found = state.mean_gap * scales.length();
+        let is_given = params.control == Control::Gap
+            && (params.boundary.is_periodic() || state.stop == Stop::Converged);
+        let gap = is_bound.then_some(if is_given { given } else { found });
         let known = |energy: f64| is_bound.then_some(energy * unit);
         MeanState {
             load,
@@ -219,6 +225,8 @@ fn stop_name(stop: Stop) -> &'static str {
         Stop::Converged => "converged",
         Stop::PulledOff => super::PULLED_OFF,
         Stop::PairLimit => crate::solve::PAIR_LIMIT,
+        Stop::Stalled => super::STALLED,
+        Stop::GapNotReached => super::GAP_NOT_REACHED,
         Stop::Interrupted => "interrupted",
     }
 }
