@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use arrow::array::Array;
 use asperity::session::{Coordinate, Map, MapKind, Session, SessionError};
 
 use crate::adhesion::study;
@@ -107,5 +108,53 @@ fn a_free_patch_has_the_mean_gap_of_its_map() {
         let gap = map(&bench, &[&format!("step={}", row + 1)], MapKind::Gap, None).unwrap();
         assert!((real(&contact, "mean_gap", row) / mean(&gap) - 1.0).abs() < 1e-9, "{row}");
         assert_eq!(real(&contact, "prescribed_gap", row), prescribed);
+    }
+}
+
+#[test]
+fn mean_contact_pressures_are_means_of_the_pressures_over_the_nodes() {
+    // reference/faults/F7-mean-contact-pressure.
+    let bench = Bench::new();
+    bench.run(
+        r#"
+[study]
+name = "sticky"
+
+[stage.surface]
+kind = "generate"
+method = "wave-product"
+nodes = 32
+amplitude = 0.05
+
+[stage.contact]
+kind = "solve"
+from = "surface"
+loads = [0.0, 0.02, 0.1]
+adhesion = { work = 0.002, range = 0.03 }
+tolerance = 1e-8
+
+[stage.area]
+kind = "measure"
+from = "contact"
+
+[stage.repulsive]
+kind = "measure"
+from = "contact"
+set = "repulsive"
+"#,
+    );
+    for row in 0..3 {
+        let of = |kind| map(&bench, &[&format!("step={}", row + 1)], kind, None).unwrap();
+        let pressures = of(MapKind::Pressures);
+        for (stage, nodes) in [("area", MapKind::Contact), ("repulsive", MapKind::Repulsive)] {
+            let nodes = of(nodes);
+            let both = || nodes.values.iter().zip(&pressures.values);
+            let expected = both().map(|(node, pressure)| node * pressure).sum::<f64>()
+                / nodes.values.iter().sum::<f64>();
+            let table = bench.table("sticky", stage);
+            let found = real(&table, "mean_contact_pressure", row);
+            assert!((found / expected - 1.0).abs() < 1e-12, "{stage}: {found} for {expected}");
+            assert!(table.reals("secant").unwrap().is_null(row));
+        }
     }
 }

@@ -148,9 +148,13 @@ pub const GAP_PERCOLATES_Y: Column = flag(
      or reaches from edge to edge of a free map",
 );
 pub const MEAN_CONTACT_PRESSURE: Column =
-    real("mean_contact_pressure", "pressure", "mean pressure over the contact nodes");
-pub const SECANT: Column =
-    real("secant", "1", "area fraction divided by the load; it tends to κ under small loads");
+    real("mean_contact_pressure", "pressure", "mean pressure over the nodes of the area");
+pub const SECANT: Column = real(
+    "secant",
+    "1",
+    "area fraction divided by the load; it tends to κ under small loads. Null with adhesion, where \
+     the area does not vanish with the load",
+);
 
 pub const FILLED_AREA_SHARE: Column = real(
     "filled_area_share",

@@ -82,6 +82,16 @@ impl NodeSet {
             NodeSet::Repulsive => REPULSIVE,
         }
     }
+
+    /// Returns the column with the pressures of the nodes, as a mean over the nominal area. Without
+    /// adhesion this is the load: all other nodes have no pressure.
+    fn pressure(self, attracts: bool) -> Column {
+        match self {
+            _ if !attracts => PRESSURE,
+            NodeSet::Contact => PRESSURE_IN_CONTACT,
+            NodeSet::Repulsive => REPULSIVE_PRESSURE,
+        }
+    }
 }
 
 /// Choice of the columns that only some tables of contacts have.
@@ -174,9 +184,10 @@ pub fn measure(
     };
     let flag = |value: fn(&Contact) -> bool| flags(measured.iter().map(value));
     let load = solved.reals(LOAD.name)?;
-    let pressure = solved.reals(PRESSURE.name)?;
+    let attracts = solved.has(WORK_OF_ADHESION.name);
+    let pressure = solved.reals(set.pressure(attracts).name)?;
     let mut columns = Vec::new();
-    if solved.has(WORK_OF_ADHESION.name) {
+    if attracts {
         columns.push((NODE_SET, texts(measured.iter().map(|_| set.name()))));
     }
     columns.extend([
@@ -214,7 +225,8 @@ pub fn measure(
         (
             SECANT,
             optional_reals(measured.iter().enumerate().map(|(row, contact)| {
-                (load.value(row) > 0.0).then(|| contact.area.fraction() / load.value(row))
+                let has_secant = load.value(row) > 0.0 && !attracts;
+                has_secant.then(|| contact.area.fraction() / load.value(row))
             })),
         ),
     ]);
@@ -281,7 +293,7 @@ fn stiffnesses(solved: &Table, grids: Grids) -> Result<Vec<Option<f64>>, StageEr
             .flatten()
             .filter(|depths| depths.is_valid(row))
             .fold(-gaps.value(row), |sum, depths| sum + depths.value(row)),
-        is_solved: stops.value(row) != solve::PAIR_LIMIT,
+        is_solved: !solve::is_unconverged(stops.value(row)),
     };
     let loads: Vec<_> = (0..solved.rows()).map(approach).collect();
     let found = stiffness_of_block(&loads).into_iter().enumerate();
