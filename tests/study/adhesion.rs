@@ -288,3 +288,26 @@ fn distributions_include_the_attractive_part() {
     }
     assert_eq!(pressures.reals("pressure_density_persson").unwrap().null_count(), pressures.rows());
 }
+
+#[test]
+fn statistics_and_laws_of_areas_that_vanish_with_the_load_are_refused() {
+    let bench = Bench::new();
+    let refused = |stage: &str, part: &str| {
+        let manifest = study("[0.1]") + stage;
+        let output = bench.output(&["check", bench.write(&manifest).to_str().unwrap()]);
+        let told = text(&output.stderr);
+        assert!(!output.status.success() && told.contains(part), "{told}");
+    };
+    for statistic in ["slope", "secant", "approach"] {
+        let keys = format!(
+            "[stage.curve]\nkind = \"aggregate\"\nfrom = \"area\"\nover = [\"area_fraction\"]\n\
+             group_by = [\"load\"]\nstatistics = [\"mean\", \"{statistic}\"]\n"
+        );
+        let part = format!("\"{statistic}\" is for contacts whose area vanishes with the load");
+        refused(&keys, &part);
+    }
+    for law in ["contact-evolution", "mean-pressure", "scaled-erf", "load-separation"] {
+        let keys = format!("[stage.law]\nkind = \"fit\"\nfrom = \"area\"\nlaw = \"{law}\"\n");
+        refused(&keys, "is for contacts without adhesion");
+    }
+}

@@ -75,8 +75,38 @@ pub fn recipes(
 ) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
     let checks = &mut Checks::new(section, point, context.problems);
-    let params = params(&point.table, context.input, context.earlier, checks)?;
-    Some(vec![Recipe::Aggregate(Arc::new(params))])
+    let adhesive = context.surfaces.with_adhesion.as_deref();
+    let params = params(&point.table, context.input, context.earlier, checks);
+    check_physics(&point.table, adhesive, checks)?;
+    Some(vec![Recipe::Aggregate(Arc::new(params?))])
+}
+
+/// Refuses statistics that take quantities to vanish with the load, if `adhesive` names a stage
+/// with adhesion: its contacts have an area without load, and loads may be zero or negative.
+fn check_physics(
+    table: &AggregateTable,
+    adhesive: Option<&str>,
+    checks: &mut Checks,
+) -> Option<()> {
+    let (Some(stage), Some(written)) = (adhesive, table.statistics.written()) else {
+        return Some(());
+    };
+    let mut clear = Some(());
+    for Spanned { value, span } in &written.value {
+        let statistic = Statistic::named(value);
+        if let Some(Statistic::Slope | Statistic::Secant | Statistic::Approach) = statistic {
+            let message = format!(
+                "{value:?} is for contacts whose area vanishes with the load, but stage `{stage}` \
+                 has `adhesion`"
+            );
+            let label = "not defined with adhesion";
+            checks.problems.push(Problem::new(message, span.clone(), label).help(
+                "group by `branch` and `load` and compare the means, or take differences with `sql`",
+            ));
+            clear = None;
+        }
+    }
+    clear
 }
 
 fn params(

@@ -14,7 +14,7 @@ use super::limits::keys::LimitTable;
 use super::{Params, limits};
 use crate::{CheckContext, Reads, Recipe, RowKind};
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problems, Span};
+use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::declare::swept;
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
@@ -174,6 +174,7 @@ impl LawWord {
 impl FitPoints {
     /// Returns the fits, one for each point of the grid, or `None` after reporting problems.
     pub fn recipes(&self, context: &mut CheckContext) -> Option<Vec<Recipe>> {
+        self.check_physics(context)?;
         match self {
             FitPoints::Evolution(section) => fits(section, None, context, |table, checks| {
                 let to = checks.value("to", &table.to)?;
@@ -192,6 +193,31 @@ impl FitPoints {
                 fits(section, Some(window), context, |_, _| Some(Law::Plain(*law)))
             }
         }
+    }
+
+    /// Refuses laws of contacts without adhesion. With adhesion the area does not vanish with the
+    /// load, surfaces are apart under some loads, and loads may be zero or negative.
+    fn check_physics(&self, context: &mut CheckContext) -> Option<()> {
+        let (law, span) = match self {
+            FitPoints::Evolution(section) => (contact_evolution::WORD, &section.span),
+            FitPoints::Limits(_) => return Some(()),
+            FitPoints::Plain(law, section) => match law.definition().fits {
+                Fits::Areas(_) | Fits::Gaps(_) => (law.definition().word, &section.span),
+                Fits::Meshes | Fits::Percolation | Fits::Spectra => return Some(()),
+            },
+        };
+        let Some(stage) = &context.surfaces.with_adhesion else {
+            return Some(());
+        };
+        let message = format!(
+            "the law {law:?} is for contacts without adhesion, but stage `{stage}` has `adhesion`"
+        );
+        let problem = Problem::new(message, span.clone(), "this stage fits its contacts");
+        context.problems.push(problem.help(
+            "remove the stage, or let it read stages without `adhesion`; `aggregate` stages give \
+             means under each load",
+        ));
+        None
     }
 
     /// Returns the kinds of rows that the law can read, or `None` if they are those of most laws:
