@@ -11,7 +11,8 @@ Each kind of cases has a function that computes tables again from stored maps:
 - `contacts`, in this file, the contact of a surface under random loads;
 - `measures`, in `differential_measures.py`, layers, pairs of surfaces, unloading, stiffness and conductance,
   histograms, and partial slip, in studies with all stages;
-- `surfaces`, in `differential_surfaces.py`, statistics of surfaces.
+- `surfaces`, in `differential_surfaces.py`, statistics of surfaces;
+- `adhesion`, in `differential_adhesion.py`, states of paths with adhesion.
 
 A case of `contacts` is a random surface (rough maps, white noise, shapes, steps, spikes) on a random mesh (squares,
 rectangles, cells up to 200 times as long as wide). Random loads press it on an elastic or yielding, periodic
@@ -47,6 +48,7 @@ KINDS = {
     "contacts": ("differential", 2000, 250),
     "measures": ("differential_measures", 40, 20),
     "surfaces": ("differential_surfaces", 80, 40),
+    "adhesion": ("differential_adhesion", 200, 50),
 }
 
 
@@ -325,7 +327,11 @@ def run(kind, cases, seed, jobs):
             for line in found["wrong"]:
                 print(f"{kind}: {line}", flush=True)
     wrong = len(total.pop("wrong"))
-    words = {"limit": "gave up at the limit of pairs", "dense": "compared with the active-set solution"}
+    words = {
+        "limit": "gave up at the limit of pairs", "dense": "compared with the active-set solution",
+        "unconverged": "did not converge", "apart": "apart", "minima": "compared with the curvature of the energy",
+        "pulled": "pulled off again", "jumps": "of them from other states",
+    }
     further = "".join(f"; {total[key]} {text}" for key, text in words.items() if key in total)
     print(f"{kind}: {total['rows']} rows of {cases} cases (seed {seed}): {wrong} wrong{further}", flush=True)
     return wrong == 0
