@@ -65,6 +65,22 @@ tolerance = 1e-9
 }
 
 #[test]
+fn the_pressure_at_which_a_surface_yielded_has_the_unit_of_its_contact() {
+    let bench = Bench::new();
+    let modulus = "effective_modulus = \"1 GPa\"\nload_unit = \"GPa\"\n";
+    let study = cycle().replace("load_unit = \"absolute\"\n", modulus);
+    let study = study.replace("hardness = 0.6", "hardness = \"0.6 GPa\"");
+    let manifest = bench.write(&format!(
+        "{study}\n[stage.rough]\nkind = \"measure\"\nfrom = [\"surface\", \"run-in\"]\nwhat = \"roughness\"\n"
+    ));
+    let output = bench.output(&["columns", manifest.to_str().unwrap(), "rough"]);
+    let printed = text(&output.stdout);
+    let line = printed.lines().find(|line| line.contains("yielded_pressure"));
+    let line = line.unwrap_or_else(|| panic!("{printed}{}", text(&output.stderr)));
+    assert!(line.contains("GPa"), "{line}");
+}
+
+#[test]
 fn a_surface_that_has_yielded_has_lost_the_plastic_depth_of_an_independent_solver() {
     let bench = Bench::new();
     bench.run(&cycle());

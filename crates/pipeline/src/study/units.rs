@@ -5,13 +5,14 @@ use asperity_contact::grid::Boundary;
 use asperity_stages::generate::Origin;
 use asperity_stages::solve::PressureUnit;
 use asperity_stages::units::TableUnits;
-use asperity_stages::{ContactLoads, Recipe};
+use asperity_stages::{ContactLoads, Kind, Recipe};
 
 impl Study {
     /// Returns the units of length and pressure of the table of each stage. A stage has the units
-    /// of the stages that it reads, if they agree.
+    /// of the stages that it reads, if they agree. Surfaces that were not pressed have no pressures.
     pub fn units(&self) -> Vec<TableUnits> {
         let mut units: Vec<TableUnits> = Vec::with_capacity(self.stages.len());
+        let mut are_pressed: Vec<bool> = Vec::with_capacity(self.stages.len());
         for stage in &self.stages {
             let read = || stage.inputs.iter().map(|&input| &units[input]);
             let length = match &stage.work {
@@ -25,8 +26,10 @@ impl Study {
                 Recipe::Adhesion(params) => params.pressure_unit,
                 _ => None,
             });
-            let inherited = || common(read().map(|units| units.pressure.as_deref()));
+            let pressed = || stage.inputs.iter().filter(|&&input| are_pressed[input]);
+            let inherited = || common(pressed().map(|&input| units[input].pressure.as_deref()));
             let pressure = own.map(str::to_owned).or_else(inherited);
+            are_pressed.push(stage.work.kind() == Kind::Solve || pressed().next().is_some());
             units.push(TableUnits { length, pressure });
         }
         units
