@@ -8,8 +8,12 @@ use arrow::array::Array;
 use asperity_pipeline::study::figures::{FigureSpec, Quantity, Scales, is_number};
 use asperity_pipeline::study::{Stage, Study};
 use asperity_stages::Kind;
-use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION, HURST, STEP};
+use asperity_stages::columns::{
+    AREA_CORRECTED, AREA_FRACTION, GREENWOOD_CONDUCTANCE, GREENWOOD_RESISTANCE, HOLM_RESISTANCE,
+    HURST, STEP,
+};
 use asperity_stages::ensemble::load_column;
+use asperity_tables::column::Column;
 use asperity_tables::table::Table;
 
 use crate::figure_data::{FinishedStage, FinishedStages};
@@ -130,10 +134,16 @@ fn varies(table: &Table, name: &str) -> bool {
     distinct(table, if table.has(name) { name } else { &mean }) > 1
 }
 
+/// Formulas for a quantity that the solver computes.
+const FORMULAS: [Column; 3] = [GREENWOOD_CONDUCTANCE, GREENWOOD_RESISTANCE, HOLM_RESISTANCE];
+
 /// Keeps one quantity of each label, the last one: of the counted and the corrected area, the
-/// corrected one. Omits quantities along x and y beside their mean.
+/// corrected one, but of a solution and a formula, the solution. Omits quantities along x and y
+/// beside their mean.
 fn without_repeats(mut quantities: Vec<Quantity>) -> Vec<Quantity> {
     let bases: Vec<String> = quantities.iter().map(|one| one.base().to_owned()).collect();
+    let is_formula = |one: &Quantity| FORMULAS.iter().any(|formula| formula.name == one.base());
+    quantities.sort_by_key(|one| !is_formula(one));
     let mut labels = BTreeSet::new();
     quantities.reverse();
     quantities.retain(|one| {
@@ -142,6 +152,7 @@ fn without_repeats(mut quantities: Vec<Quantity>) -> Vec<Quantity> {
         !has_mean && labels.insert(symbols::name(one.base()))
     });
     quantities.reverse();
+    quantities.sort_by_key(|one| bases.iter().position(|base| base == one.base()));
     quantities.truncate(MOST_QUANTITIES);
     quantities
 }
@@ -156,4 +167,26 @@ fn spans(table: &Table, column: &str) -> Option<f64> {
     };
     let least = numbers.iter().copied().reduce(f64::min).filter(|least| *least > 0.0)?;
     Some(numbers.iter().copied().fold(least, f64::max) / least)
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_stages::columns::{ELECTRICAL_RESISTANCE, SPOTS};
+    use asperity_tables::column::reals;
+
+    use super::*;
+
+    #[test]
+    fn a_resistance_that_the_solver_computes_comes_before_those_of_formulas() {
+        let columns =
+            [SPOTS, ELECTRICAL_RESISTANCE, GREENWOOD_RESISTANCE, HOLM_RESISTANCE, AREA_FRACTION];
+        let table = Table::new(1, columns.map(|column| (column, reals([1.0]))).to_vec());
+        let quantities = |names: &[Column]| {
+            let found = names.iter().map(|one| Quantity::find(&table, one.name, None).unwrap());
+            let kept = without_repeats(found.collect());
+            kept.iter().map(|one| one.base().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(quantities(&columns), ["spots", "electrical_resistance", "area_fraction"]);
+        assert_eq!(quantities(&[GREENWOOD_RESISTANCE]), ["greenwood_resistance"]);
+    }
 }
