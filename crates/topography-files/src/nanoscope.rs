@@ -1,11 +1,23 @@
 //! Nanoscope files of Digital Instruments, Veeco and Bruker, with a text header in sections and
 //! maps of integers.
 //!
-//! The file gives the sides of the scan. Lines run along x; the first line has the largest y. A
-//! height is number × hard scale / 256^(bytes per number) × soft scale. The entry `@2:Z scale` of
-//! the image gives the hard scale and the name of the scanner entry with the soft scale, such as
-//! `@Sens. Zsens`. If the soft scale does not lead to a length, the channel has another unit. For
-//! such channels, SurfaceTopography returns the stored numbers instead.
+//! Lines run along x; the first line has the largest y. A height is number × hard scale /
+//! 256^(bytes per number) × soft scale. The entry `@2:Z scale` of the image gives the hard scale
+//! and the name of the scanner entry with the soft scale, such as `@Sens. Zsens`. If the soft scale
+//! does not lead to a length, the channel has another unit. For such channels, SurfaceTopography
+//! returns the stored numbers instead. Nanoscope 4.2 and older (before 1999) write one entry
+//! `Z scale: 3000 nm (65536)`: the height of that many steps.
+//!
+//! An image has the lines that its data length and `Valid data len Y` state. `Number of lines` and
+//! the `Lines` of the scan list may be larger (a scan that was stopped) or smaller: in
+//! `bruker_data_header.001` of pySPM (Nanoscope 5.15, 16:1), the scan list says 16 lines, but the
+//! image has 32.
+//!
+//! Side along y: if `Scan Size` has two different numbers, they are the sides of the `Number of
+//! lines`. Otherwise it states the side along x. With an `Aspect Ratio` other than 1:1, the pixels
+//! are square (pySPM issue 22: 2:1, `Scan Size: 10 10 ~m`, 256 × 128 nodes are 10 × 5 µm). With
+//! 1:1, the scan list covers a square, of which a stopped scan (`bruker_data_header.002` of pySPM,
+//! Nanoscope 9.7) has a part. Pixels of a complete 1:1 scan need not be square.
 
 use super::channel::{Channel, Size};
 use super::input::{Cursor, Entries, factor, latin1};
@@ -16,7 +28,7 @@ use super::{Format, FormatError, at_least_one};
 pub const FORMAT: Format = Format {
     name: "nanoscope",
     title: "Nanoscope of Digital Instruments, Veeco and Bruker",
-    version: 1,
+    version: 2,
     has_signature: true,
     read,
 };
@@ -35,9 +47,24 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     }
     let sections = Section::all(bytes);
     let file = File::from_sections(&sections)?;
-    let images = sections.iter().filter(|section| section.is_image());
-    let channels = images.map(|image| file.channel(bytes, image));
-    at_least_one(channels, "*Ciao image list")
+    let images: Vec<&Section> = sections.iter().filter(|section| section.is_image()).collect();
+    let (read, errors): (Vec<_>, Vec<_>) =
+        images.iter().map(|image| file.channel(bytes, image)).partition(Result::is_ok);
+    // An image that is cut off, or whose entries are incomplete, does not hide the others.
+    if read.is_empty() {
+        return at_least_one(errors, "*Ciao image list");
+    }
+    let errors: Vec<String> = errors.into_iter().filter_map(Result::err).map(unread).collect();
+    Ok(read
+        .into_iter()
+        .flatten()
+        .map(|channel| errors.iter().fold(channel, Channel::noted))
+        .collect())
+}
+
+/// Returns the note about an image that could not be read.
+fn unread(error: FormatError) -> String {
+    format!("another image of the file cannot be read: {error}")
 }
 
 /// Properties of a file that all its images share.
@@ -46,6 +73,8 @@ struct File<'a> {
     scanner: Vec<&'a Section>,
     /// Numbers of nodes of the whole scan along x and y.
     scan: Option<[i64; 2]>,
+    /// True if the scan list has an aspect ratio other than 1:1.
+    is_strip: bool,
     /// Side along y and its unit, from the entry `Slow Axis Size`. If present, it replaces the side
     /// along y in the scan size of an image.
     slow_side: Option<(f64, String)>,
@@ -71,6 +100,7 @@ impl<'a> File<'a> {
             version: version.unwrap_or(0),
             scanner: scanner.chain(named(scan_list)).collect(),
             scan: nodes("samps/line").zip(nodes("lines")).map(|(x, y)| [x, y]),
+            is_strip: entry(scan_list, "aspect ratio").is_some_and(is_strip),
             slow_side: entry(scan_list, "slow axis size")
                 .map(|size| quantity("slow axis size", size))
                 .transpose()?,
@@ -87,19 +117,19 @@ impl<'a> File<'a> {
             image.entries.whole("samps/line")?,
             image.entries.whole("number of lines")?,
         ])?;
+        let stated = map_bytes(image.valid_nodes(own).unwrap_or(own), Element::I32);
         let element = match bytes_per_pixel {
-            2 if self.version >= FOUR_BYTES && length as usize >= 4 * own[0] * own[1] => {
-                Element::I32
-            }
+            2 if self.version >= FOUR_BYTES && length >= stated as i64 => Element::I32,
             2 => Element::I16,
             4 => Element::I32,
             _ => return Err(FormatError::value("Bytes/pixel", bytes_per_pixel, "2 or 4")),
         };
-        let nodes = self.nodes(own, element, length)?;
+        let (nodes, skipped) = self.nodes(image, own, element, length)?;
         let offset = image.entries.whole("data offset")?;
         let offset = usize::try_from(offset)
             .map_err(|_| FormatError::value("Data offset", offset, "a positive number"))?;
-        let stored = Cursor::at(bytes, offset).take(map_bytes(nodes, element))?;
+        let start = offset.saturating_add(map_bytes([nodes[0], 1], element) * skipped);
+        let stored = Cursor::at(bytes, start).take(map_bytes(nodes, element))?;
         let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?.upside_down();
         let (scale, unit) = self.scale(image, bytes_per_pixel)?;
         let unit = match Unit::parse(&unit) {
@@ -109,33 +139,53 @@ impl<'a> File<'a> {
         };
         let size = self.size(image, own, nodes)?;
         let raster = raster.scaled(scale, 0.0);
-        Ok(Channel::new(image.image_name(), unit, size, raster))
+        let channel = Channel::new(image.image_name(), unit, size, raster);
+        let unused = (length as u64).saturating_sub(map_bytes(nodes, element) as u64);
+        Ok(if unused == 0 {
+            channel
+        } else {
+            channel.noted(format!("{unused} of {length} bytes of the image were not used"))
+        })
     }
 
-    /// Returns the numbers of nodes of an image along x and y: the numbers `own` that the image
-    /// gives, or the numbers of the whole scan. The numbers of the scan are used if they fit the
-    /// `length` of the data in bytes and `own` does not.
+    /// Returns the numbers of nodes of an image along x and y, and the number of stored lines
+    /// before them.
+    ///
+    /// `own` are the numbers that the image gives and `length` is its length in bytes.
     fn nodes(
         &self,
+        image: &Section,
         own: [usize; 2],
         element: Element,
         length: i64,
-    ) -> Result<[usize; 2], FormatError> {
+    ) -> Result<([usize; 2], usize), FormatError> {
         let length = usize::try_from(length).unwrap_or(0);
-        let needed = map_bytes(own, element);
-        let Some(scan) = self.scan.filter(|_| length != needed) else {
-            return Ok(own);
+        let fits = |[x, y]: [usize; 2]| map_bytes([x, y], element) <= length;
+        if let Some(valid) = image.valid_nodes(own)
+            && fits(valid)
+        {
+            let first = image.entries.whole("valid data start y").unwrap_or(0);
+            let first = usize::try_from(first).unwrap_or(0);
+            let skipped = if fits([valid[0], valid[1].saturating_add(first)]) { first } else { 0 };
+            return Ok((valid, skipped));
+        }
+        let line = map_bytes([own[0], 1], element);
+        let scan = self.scan.and_then(|scan| checked_nodes(scan).ok());
+        let scan = scan.filter(|scan| map_bytes(*scan, element) == length);
+        let nodes = match scan {
+            _ if map_bytes(own, element) == length => own,
+            Some(scan) => scan,
+            None if !fits(own) && length >= line => [own[0], length / line],
+            None => own,
         };
-        let scan = checked_nodes(scan)?;
-        let of_scan = map_bytes(scan, element);
-        if length == of_scan || (needed > length && length >= of_scan) { Ok(scan) } else { Ok(own) }
+        Ok((nodes, 0))
     }
 
-    /// Returns the size of a map of `nodes` nodes.
+    /// Returns the size of a map of `nodes` nodes; `own` are the numbers of nodes that the image
+    /// gives. The module documents the rule.
     ///
-    /// The entry `Scan Size` of the image is the size of a map of `own` nodes and is scaled to
-    /// `nodes`. If the file also gives the size along the slow axis, x is the `Scan Size`, and y is
-    /// the size along the slow axis, reduced if the scan was stopped early.
+    /// If the file also gives the size along the slow axis, x is the `Scan Size`, and y is the size
+    /// along the slow axis, reduced if the scan was stopped early.
     fn size(
         &self,
         image: &Section,
@@ -143,25 +193,41 @@ impl<'a> File<'a> {
         nodes: [usize; 2],
     ) -> Result<Size, FormatError> {
         let (x, y, unit) = image.scan_size()?;
+        let is_strip = image.entries.get("aspect ratio").is_some_and(is_strip);
+        // A scan that was stopped early has fewer lines than the scan list.
+        let full = self.scan.map_or(nodes[1] as f64, |scan| scan[1] as f64);
+        let share = (nodes[1] as f64 / full).min(1.0);
         if let Some((slow, slow_unit)) = &self.slow_side {
             let ratio = ratio(slow_unit, &unit).ok_or_else(|| {
                 FormatError::value("unit of Slow Axis Size", slow_unit, "a unit of length")
             })?;
-            // A scan that was stopped early has fewer lines than the slow axis size covers.
-            let full = self.scan.map_or(nodes[1] as f64, |scan| scan[1] as f64);
-            let share = if image.is_square() { 1.0 } else { (nodes[1] as f64 / full).min(1.0) };
+            let share = if image.has_ratio_one() { 1.0 } else { share };
             return Size::new([x, slow * ratio * share], &Unit::parse(&unit));
         }
-        let grown = [0, 1].map(|axis| nodes[axis] as f64 / own[axis] as f64);
-        Size::new([x * grown[0], y * grown[1]], &Unit::parse(&unit))
+        let [along, lines] = [0, 1].map(|axis| nodes[axis] as f64);
+        let x_side = x * along / own[0] as f64;
+        let y_side = if x != y {
+            // Of a stopped scan, the sides may be those of all lines: then the pixels are square.
+            let squareness = |of: f64| (y / of * along / x_side).ln().abs();
+            let of = own[1] as f64;
+            let of = if lines < full && squareness(full) < squareness(of) { full } else { of };
+            y * lines / of
+        } else if is_strip || self.is_strip {
+            x_side * lines / along
+        } else if nodes == own {
+            y * share
+        } else {
+            y * lines / own[1] as f64
+        };
+        Size::new([x_side, y_side], &Unit::parse(&unit))
     }
 
     /// Returns the factor that converts stored numbers to heights, and the unit of the heights.
     fn scale(&self, image: &Section, bytes_per_pixel: i64) -> Result<(f64, String), FormatError> {
         let scale = image.entries.get("@4:z scale").or_else(|| image.entries.get("@2:z scale"));
-        let scale = scale.ok_or_else(|| {
-            FormatError::unsupported("Nanoscope 4.2 or older (no `@2:Z scale`) is not supported")
-        })?;
+        let Some(scale) = scale else {
+            return image.old_scale();
+        };
         let scale = Scale::parse("@2:Z scale", scale)?;
         let steps = if bytes_per_pixel == 4 { 4294967296.0 } else { 65536.0 };
         let (hard, hard_unit) = quantity("@2:Z scale", &scale.value)?;
@@ -241,6 +307,13 @@ impl Section {
         names.contains(&&*self.name)
     }
 
+    /// Returns the numbers of nodes of the entries `Valid data len`, if the lines are complete.
+    fn valid_nodes(&self, own: [usize; 2]) -> Option<[usize; 2]> {
+        let valid = |axis: &str| self.entries.whole(&format!("valid data len {axis}")).ok();
+        let valid = checked_nodes([valid("x")?, valid("y")?]).ok()?;
+        (valid[0] == own[0]).then_some(valid)
+    }
+
     /// Returns the name of the measured quantity, for instance `Height`.
     fn image_name(&self) -> String {
         let keys = ["@2:image data", "@3:image data", "@4:image data"];
@@ -262,12 +335,34 @@ impl Section {
         Ok((x, y, unit))
     }
 
-    /// Returns true if the nodes have equal distances along x and y.
-    fn is_square(&self) -> bool {
+    /// Returns true if the image has no aspect ratio, or one that starts with 1.
+    fn has_ratio_one(&self) -> bool {
         let ratio = self.entries.get("aspect ratio").unwrap_or("1:1");
         let first = ratio.split(':').next().and_then(|first| first.parse().ok());
         first.is_none_or(|first: f64| first == 1.0)
     }
+
+    /// Returns the factor that converts stored numbers to heights, and the unit of the heights, of
+    /// an image of Nanoscope 4.2 or older, such as `3000 nm (65536)`.
+    fn old_scale(&self) -> Result<(f64, String), FormatError> {
+        let text = self.entries.text("z scale")?;
+        let (range, rest) = quantity("Z scale", text)?;
+        let (unit, steps) = match rest.split_once('(') {
+            Some((unit, steps)) => (unit.trim(), steps.trim_end_matches(')').trim()),
+            None => (rest.as_str(), "65536"),
+        };
+        let number = steps.split_whitespace().next().and_then(|first| first.parse::<f64>().ok());
+        let number =
+            number.ok_or_else(|| FormatError::value("Z scale", text, "3000 nm (65536)"))?;
+        Ok((factor("Z scale", range)? / factor("Z scale", number)?, unit.to_owned()))
+    }
+}
+
+/// Returns true for an aspect ratio such as 2:1. Stopped scans have a single number, the share of
+/// the lines.
+fn is_strip(ratio: &str) -> bool {
+    let parts = ratio.split_once(':').map(|(x, y)| (x.trim().parse(), y.trim().parse()));
+    matches!(parts, Some((Ok::<f64, _>(x), Ok::<f64, _>(y))) if x != y)
 }
 
 impl Scale {
