@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use flate2::read::ZlibDecoder;
 
 use super::channel::{Channel, Size};
-use super::input::{Cursor, factor, inflate};
+use super::input::{Cursor, factor, finite, inflate};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
@@ -17,7 +17,7 @@ use super::{Format, FormatError, at_least_one};
 /// The blocks 0x0B and 0x7D contain maps, and another block gives their sides in metres. Lines run
 /// along x; the first line has the largest y. The number 1 marks missing points.
 pub const FRT: Format =
-    Format { name: "frt", title: "FRT MicroProf", version: 1, has_signature: true, read: read_frt };
+    Format { name: "frt", title: "FRT MicroProf", version: 2, has_signature: true, read: read_frt };
 
 // Numbers of the blocks. The grid block has the numbers of nodes and of bits per height. The scale
 // block has the metres per unit of the stored heights.
@@ -177,7 +177,7 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// largest y. Floats of at least 1e10, and two-byte integers of at least 32766, mark missing
 /// points.
 pub const OPD: Format =
-    Format { name: "opd", title: "Wyko", version: 1, has_signature: true, read: read_opd };
+    Format { name: "opd", title: "Wyko", version: 2, has_signature: true, read: read_opd };
 
 /// Length of an entry of the directory, in bytes.
 const OPD_ENTRY: usize = 24;
@@ -349,16 +349,27 @@ fn plu_layer<'a>(
 /// Digital Surf format, which MountainsMap and several instruments write.
 ///
 /// A file has a header of 512 bytes, a comment, a private zone, and integers of two or four bytes.
-/// The sides are nodes × spacing. Lines run along x; the first line has y = 0 unless the header
-/// declares an inversion. The number `zmin` − 2 marks missing points. In files that start with
-/// `DSCOMPRESSED`, the integers are compressed as zlib streams, preceded by a list of their
-/// lengths. If a file has several objects, the first one is read.
+/// A height is number × spacing + offset, both in the unit of the step of z, as in Gwyddion 2.62,
+/// which writes the lowest height as the offset; MountainsMap writes numbers centred on zero with
+/// the middle of the range as the offset. (rosettasciio 0.15.0 subtracts `zmin` first,
+/// SurfaceTopography 1.27.1 ignores the offset.) The sides are nodes × spacing. Lines run along x;
+/// the first line has y = 0 unless the header declares an inversion. The number `zmin` − 2 marks
+/// missing points. In files that start with `DSCOMPRESSED`, the integers are compressed as zlib
+/// streams, preceded by a list of their lengths. If a file has several objects, the first one is
+/// read; the bytes after its numbers, such as photos, are not used.
+///
+/// Object type 1 is a profile if it has one line. Gwyddion 2.62 writes maps with this type.
+///
+/// Not known: what an inversion means. Four programs treat it in three ways, and no public file
+/// uses it. As in Gwyddion, it negates the heights here, and 2 and 3 mirror the map, too.
 pub const SUR: Format =
-    Format { name: "sur", title: "Digital Surf", version: 1, has_signature: true, read: read_sur };
+    Format { name: "sur", title: "Digital Surf", version: 2, has_signature: true, read: read_sur };
 
+/// Type of a profile, or of a map that Gwyddion wrote.
+const SUR_PROFILE: u16 = 1;
 /// Types of objects that begin with a height map: a surface, a series or layers of surfaces, and a
 /// surface with its image.
-const SUR_KINDS: [u16; 6] = [2, 5, 8, 11, 13, 16];
+const SUR_KINDS: [u16; 7] = [SUR_PROFILE, 2, 5, 8, 11, 13, 16];
 
 fn read_sur(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let is_compressed = match bytes.get(..12) {
@@ -384,6 +395,8 @@ struct SurHeader {
     has_missing: bool,
     lowest: i32,
     spacing: [f64; 3],
+    /// Offset of the heights, in the unit of their spacing.
+    offset: f64,
     units: [String; 3],
     inversion: u16,
     /// Length of the comment and the private zone together, in bytes.
@@ -396,7 +409,7 @@ impl SurHeader {
         cursor.skip(6)?;
         let kind = cursor.u16()?;
         if !SUR_KINDS.contains(&kind) {
-            let allowed = "the type of a surface (2, 5, 8, 11, 13 or 16)";
+            let allowed = "the type of a surface (1, 2, 5, 8, 11, 13 or 16)";
             return Err(FormatError::value("type of the object", kind, allowed));
         }
         cursor.skip(66)?;
@@ -410,6 +423,9 @@ impl SurHeader {
         let lowest = cursor.i32()?;
         cursor.skip(4)?;
         let nodes = checked_nodes([cursor.i32()?.into(), cursor.i32()?.into()])?;
+        if kind == SUR_PROFILE && nodes[1] == 1 {
+            return Err(FormatError::unsupported("the file holds a profile, not a map"));
+        }
         cursor.skip(4)?;
         let spacing = [cursor.single()?, cursor.single()?, cursor.single()?];
         cursor.skip(3 * 16)?;
@@ -418,7 +434,19 @@ impl SurHeader {
         let inversion = cursor.u16()?;
         cursor.skip(42)?;
         let extra = usize::from(cursor.u16()?) + usize::from(cursor.u16()?);
-        Ok(SurHeader { nodes, element, has_missing, lowest, spacing, units, inversion, extra })
+        cursor.skip(128 + 2 * 4)?;
+        let offset = finite("offset of z", cursor.single()?)?;
+        Ok(SurHeader {
+            nodes,
+            element,
+            has_missing,
+            lowest,
+            spacing,
+            offset,
+            units,
+            inversion,
+            extra,
+        })
     }
 
     fn channel<'a>(&self, stored: Cow<'a, [u8]>) -> Result<Channel<'a>, FormatError> {
@@ -444,7 +472,7 @@ impl SurHeader {
         })?;
         let sides = [nodes[0] as f64 * self.spacing[0], nodes[1] as f64 * self.spacing[1] * y];
         let size = Size::new(sides, &Unit::parse(unit_x))?;
-        let raster = raster.scaled(sign * scale, 0.0);
+        let raster = raster.scaled(sign * scale, sign * self.offset);
         Ok(Channel::new("heights", Unit::parse(unit_z), size, raster))
     }
 }

@@ -68,7 +68,7 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// y = 0. Heights are in `zunit`; integers are multiplied by `bit2nm`. The integer 32767 and floats
 /// of at least 1.7e38 mark missing points.
 pub const BCR: Format =
-    Format { name: "bcrf", title: "BCR-STM", version: 1, has_signature: true, read: read_bcr };
+    Format { name: "bcrf", title: "BCR-STM", version: 2, has_signature: true, read: read_bcr };
 
 /// Default length of the header, in characters.
 const BCR_LETTERS: usize = 2048;
@@ -116,7 +116,7 @@ fn bcr_channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, Fo
             let scale = header.optional_number("bit2nm")?.unwrap_or(1.0);
             (Element::I16, Missing::Value(32767.0), factor("bit2nm", scale)?)
         }
-        "bcrf" | "bcrf_unicode" => (Element::F32, Missing::From(1.7e38), 1.0),
+        "bcrf" | "bcrf_unicode" => (Element::F32, Missing::From(1.7e38_f32.into()), 1.0),
         other => {
             let allowed = "bcrstm or bcrf";
             return Err(FormatError::value("fileformat", other, allowed));
@@ -204,7 +204,7 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 pub const MI: Format = Format {
     name: "mi",
     title: "Molecular Imaging",
-    version: 1,
+    version: 2,
     has_signature: true,
     read: read_mi,
 };
