@@ -4,14 +4,16 @@
 //! The file gives the sides of the map. Lines run along x; the first line, at the top of the image,
 //! has y = 0. Masked points are missing.
 
+use std::borrow::Cow;
+
 use super::channel::{Channel, Size};
-use super::input::Cursor;
+use super::input::{Cursor, latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "gwy", title: "Gwyddion", version: 1, has_signature: true, read };
+    Format { name: "gwy", title: "Gwyddion", version: 2, has_signature: true, read };
 
 /// Maximum depth of nested objects.
 const MAX_DEPTH: usize = 16;
@@ -80,13 +82,13 @@ fn raster<'a>(field: &Object<'a>) -> Result<Raster<'a>, FormatError> {
 
 /// Object of a Gwyddion file: named values in the order of the file.
 struct Object<'a> {
-    components: Vec<(&'a str, Value<'a>)>,
+    components: Vec<(Cow<'a, str>, Value<'a>)>,
 }
 
 enum Value<'a> {
     Whole(i64),
     Real(f64),
-    Text(&'a str),
+    Text(Cow<'a, str>),
     Doubles(&'a [u8]),
     Object(Object<'a>),
     /// Value of a type that no map uses. It is skipped.
@@ -94,7 +96,7 @@ enum Value<'a> {
 }
 
 impl<'a> Value<'a> {
-    fn text(&self) -> Option<&'a str> {
+    fn text(&self) -> Option<&str> {
         match self {
             Value::Text(text) => Some(text),
             _ => None,
@@ -192,11 +194,12 @@ fn skip_array<'a>(cursor: &mut Cursor<'a>, size: usize) -> Result<Value<'a>, For
     array(cursor, size).map(|_| Value::Other)
 }
 
-/// Reads text up to the next zero byte.
-fn text<'a>(cursor: &mut Cursor<'a>) -> Result<&'a str, FormatError> {
+/// Reads text up to the next zero byte. Text is UTF-8, but instruments and scripts also put
+/// ISO-8859-1 into metadata (TopoStats issue 832, 2024).
+fn text<'a>(cursor: &mut Cursor<'a>) -> Result<Cow<'a, str>, FormatError> {
     let rest = cursor.rest();
     let length = rest.iter().position(|&byte| byte == 0);
     let bytes = cursor.take(length.unwrap_or(rest.len()))?;
     cursor.skip(1)?;
-    str::from_utf8(bytes).map_err(|error| FormatError::damaged("a text", error))
+    Ok(str::from_utf8(bytes).map_or_else(|_| latin1(bytes).into(), Cow::Borrowed))
 }

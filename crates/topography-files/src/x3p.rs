@@ -5,6 +5,9 @@
 //! y = 0. A height is number × increment + offset of the z axis. Integers are signed, as in the
 //! openGPS library. NaN marks missing points. The file that `ValidPointsLink` names has one bit per
 //! point, starting at the lowest bit of a byte; points whose bit is 0 are missing.
+//!
+//! Instead of the binary file, `main.xml` may have a `DataList` with the numbers as text in the same
+//! order, as x3pio 2.0.0 writes it with `storage = XML`. An empty `Datum` is a missing point.
 
 use roxmltree::{Document, Node, ParsingOptions};
 
@@ -16,12 +19,12 @@ use super::unit::Unit;
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
-    Format { name: "x3p", title: "X3P, ISO 25178-72", version: 1, has_signature: true, read };
+    Format { name: "x3p", title: "X3P, ISO 25178-72", version: 2, has_signature: true, read };
 
 /// Maximum number of bytes of a `main.xml` that are read.
 const MAX_XML_BYTES: usize = 16 << 20;
-/// Maximum number of XML nodes of a `main.xml`.
-const MAX_XML_ELEMENTS: u32 = 1 << 20;
+/// Smallest number of bytes of an XML node in a `DataList`. Each datum has two, itself and its text.
+const NODE_BYTES: usize = 8;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if !bytes.starts_with(archive::SIGNATURE) {
@@ -30,10 +33,12 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let mut archive = Archive::new(bytes)?;
     let index = index(&archive)?;
     let folder = index.strip_suffix("main.xml").unwrap_or_default();
-    let text = archive.file(&index, MAX_XML_BYTES)?;
+    // A `DataList` may be long; its digits shrink to a third or less.
+    let text = archive.file(&index, MAX_XML_BYTES.max(16 * bytes.len()))?;
     let text = String::from_utf8(text);
     let text = text.map_err(|error| FormatError::damaged("main.xml", error))?;
-    let options = ParsingOptions { nodes_limit: MAX_XML_ELEMENTS, ..ParsingOptions::default() };
+    let nodes_limit = u32::try_from(text.len() / NODE_BYTES).unwrap_or(u32::MAX).max(1 << 16);
+    let options = ParsingOptions { nodes_limit, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options);
     let document = document.map_err(|error| FormatError::damaged("main.xml", error))?;
     let description = Description::from_xml(document.root_element())?;
@@ -59,8 +64,15 @@ struct Description {
     element: Element,
     scale: f64,
     offset: f64,
-    points: String,
-    valid: Option<String>,
+    points: Points,
+}
+
+/// Numbers of the points.
+enum Points {
+    /// Paths of the file of the numbers, and of the file of the valid points.
+    Files { numbers: String, valid: Option<String> },
+    /// Texts of the data in `main.xml`.
+    List(Vec<f64>),
 }
 
 impl Description {
@@ -90,13 +102,18 @@ impl Description {
             element: element(&text(root, &["Record1", "Axes", "CZ", "DataType"])?)?,
             scale: factor("Increment of CZ", axis("CZ", "Increment", 1.0)?)?,
             offset: finite("Offset of CZ", axis("CZ", "Offset", 0.0)?)?,
-            points: text(root, &["Record3", "DataLink", "PointDataLink"])?,
-            valid: text(root, &["Record3", "DataLink", "ValidPointsLink"]).ok(),
+            points: match child(root, &["Record3", "DataList"]) {
+                Some(list) => Points::List(data(list)?),
+                None => Points::Files {
+                    numbers: text(root, &["Record3", "DataLink", "PointDataLink"])?,
+                    valid: text(root, &["Record3", "DataLink", "ValidPointsLink"]).ok(),
+                },
+            },
         })
     }
 
     fn channel<'a>(
-        &self,
+        self,
         archive: &mut Archive<'a>,
         folder: &str,
     ) -> Result<Channel<'a>, FormatError> {
@@ -105,21 +122,52 @@ impl Description {
             let link = link.replace('\\', "/");
             format!("{folder}{}", link.trim_start_matches("./"))
         };
-        let expected = map_bytes(nodes, self.element);
-        let stored = archive.exactly(&path(&self.points), expected)?;
-        let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
-        let mut raster = raster.scaled(self.scale, self.offset);
-        if let Some(link) = &self.valid {
-            let count = nodes[0] * nodes[1];
-            let bits = archive.exactly(&path(link), count.div_ceil(8))?;
-            let is_missing = |point: usize| 1 - (bits[point / 8] >> (point % 8) & 1);
-            let marks: Vec<u8> = (0..count).map(is_missing).collect();
-            raster = raster.masked(Raster::rows(nodes, Element::U8, ByteOrder::Little, marks)?);
-        }
+        let raster = match self.points {
+            Points::List(numbers) if numbers.len() == nodes[0] * nodes[1] => {
+                Raster::from_rows(nodes, numbers)
+            }
+            Points::List(numbers) => {
+                let allowed = format!("{} × {}, the size of the matrix", nodes[0], nodes[1]);
+                return Err(FormatError::value("number of data", numbers.len(), &allowed));
+            }
+            Points::Files { numbers, valid } => {
+                let expected = map_bytes(nodes, self.element);
+                let stored = archive.exactly(&path(&numbers), expected)?;
+                let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
+                match valid {
+                    Some(link) => raster.masked(marks(archive, &path(&link), nodes)?),
+                    None => raster,
+                }
+            }
+        };
+        let raster = raster.scaled(self.scale, self.offset);
         let sides = [0, 1].map(|axis| nodes[axis] as f64 * self.steps[axis]);
         let size = Size::metres(sides)?;
         Ok(Channel::new("heights", Unit::Length(1.0), size, raster))
     }
+}
+
+/// Reads the file of the valid points, and returns a mask of the missing ones.
+fn marks<'a>(
+    archive: &mut Archive<'a>,
+    path: &str,
+    nodes: [usize; 2],
+) -> Result<Raster<'a>, FormatError> {
+    let count = nodes[0] * nodes[1];
+    let bits = archive.exactly(path, count.div_ceil(8))?;
+    let is_missing = |point: usize| 1 - (bits[point / 8] >> (point % 8) & 1);
+    let marks: Vec<u8> = (0..count).map(is_missing).collect();
+    Raster::rows(nodes, Element::U8, ByteOrder::Little, marks)
+}
+
+/// Returns the numbers of a `DataList`; an empty datum is NaN.
+fn data(list: Node<'_, '_>) -> Result<Vec<f64>, FormatError> {
+    let data = list.children().filter(|child| child.tag_name().name() == "Datum");
+    let numbers = data.map(|datum| match datum.text().unwrap_or_default().trim() {
+        "" => Ok(f64::NAN),
+        text => text.parse().map_err(|_| FormatError::value("Datum", text, "a number or nothing")),
+    });
+    numbers.collect()
 }
 
 fn element(code: &str) -> Result<Element, FormatError> {
@@ -132,14 +180,17 @@ fn element(code: &str) -> Result<Element, FormatError> {
     }
 }
 
-/// Returns the text of the XML element at a path of names; namespaces are ignored.
-fn text(root: Node<'_, '_>, path: &[&str]) -> Result<String, FormatError> {
-    let mut node = root;
-    for name in path {
+/// Returns the XML element at a path of names; namespaces are ignored.
+fn child<'a, 'input>(root: Node<'a, 'input>, path: &[&str]) -> Option<Node<'a, 'input>> {
+    path.iter().try_fold(root, |node, name| {
         let mut children = node.children();
-        let child = children.find(|child| child.is_element() && child.tag_name().name() == *name);
-        node = child.ok_or_else(|| FormatError::missing(path.join("/")))?;
-    }
+        children.find(|child| child.is_element() && child.tag_name().name() == *name)
+    })
+}
+
+/// Returns the text of the XML element at a path of names.
+fn text(root: Node<'_, '_>, path: &[&str]) -> Result<String, FormatError> {
+    let node = child(root, path).ok_or_else(|| FormatError::missing(path.join("/")))?;
     let text = node.text().unwrap_or_default().trim();
     if text.is_empty() { Err(FormatError::missing(path.join("/"))) } else { Ok(text.to_owned()) }
 }
