@@ -4,6 +4,56 @@ use super::FormatError;
 use super::raster::Raster;
 use super::unit::Unit;
 
+/// Words of the names of channels that are heights.
+const HEIGHTS: [&str; 13] = [
+    "height",
+    "heights",
+    "z",
+    "zsensor",
+    "topography",
+    "topo",
+    "surface",
+    "elevation",
+    "original",
+    "profile",
+    "dem",
+    "band1",
+    "hgt",
+];
+/// Words of the names of channels that are no heights, also if they have the unit of heights.
+const OTHERS: [&str; 30] = [
+    "error",
+    "err",
+    "deflection",
+    "amplitude",
+    "phase",
+    "friction",
+    "lateral",
+    "adhesion",
+    "current",
+    "mask",
+    "contact",
+    "pressure",
+    "displacement",
+    "gap",
+    "traction",
+    "force",
+    "stiffness",
+    "intensity",
+    "potential",
+    "dissipation",
+    "modulus",
+    "deformation",
+    "quality",
+    "confidence",
+    "image",
+    "valid",
+    "weight",
+    "bounds",
+    "indentation",
+    "count",
+];
+
 /// Physical quantity of the numbers of a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Quantity {
@@ -29,7 +79,7 @@ pub enum Size {
 /// One map of a file, with its name, quantity and size. [`Channel::map`] decodes its numbers.
 #[derive(Debug, Clone)]
 pub struct Channel<'a> {
-    name: String,
+    pub(super) name: String,
     quantity: Quantity,
     size: Size,
     raster: Raster<'a>,
@@ -188,6 +238,27 @@ impl<'a> Channel<'a> {
     /// Returns true if the numbers are heights or have no unit.
     pub fn may_be_heights(&self) -> bool {
         !matches!(self.quantity, Quantity::Other(_))
+    }
+
+    /// Returns the rank of the channel as the one to read if none is chosen: the lowest is first.
+    ///
+    /// The name decides before the unit, because deflections and errors may be in nanometres. A
+    /// scan in the forward direction comes before one in the backward direction.
+    pub(super) fn rank(&self) -> (u8, bool, bool) {
+        let name = self.name.to_lowercase();
+        let has = |words: &[&str]| {
+            let parts = name.split(|letter: char| !letter.is_alphanumeric());
+            parts.into_iter().any(|part| words.contains(&part))
+        };
+        let class = match (has(&OTHERS), has(&HEIGHTS)) {
+            // `Height error` is an error, `image_original` the measured map of TopoStats.
+            (true, false) => 2,
+            (true, true) if !has(&["original"]) => 2,
+            (_, true) => 0,
+            (false, false) => 1,
+        };
+        let is_back = has(&["retrace", "backward", "bwd"]);
+        (class, self.quantity != Quantity::Height, is_back)
     }
 
     /// Decodes the map. Its numbers are in the unit that [`Channel::unit`] returns.

@@ -12,14 +12,14 @@
 use hdf5_reader::{Attribute, Dataset, Datatype};
 
 use super::channel::{Channel, Size};
-use super::hdf5::{Container, Lines, attribute, members, number, text};
+use super::hdf5::{Container, Lines, attribute, number, text};
 use super::input::factor;
 use super::raster::Missing;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "datx", title: "Zygo DATX", version: 1, has_signature: true, read };
+    Format { name: "datx", title: "Zygo DATX", version: 2, has_signature: true, read };
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;
@@ -32,7 +32,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 fn surfaces(container: &Container) -> Option<Vec<Dataset>> {
     let root = container.root().ok()?;
     let datasets = match root.group("Data").and_then(|data| data.group("Surface")) {
-        Ok(group) => members(&group, "Data/Surface").ok()?.1,
+        Ok(group) => container.members(&group, "Data/Surface").ok()?.datasets,
         Err(_) => vec![root.group("Measurement").ok()?.dataset("Surface").ok()?],
     };
     let is_surface = |dataset: &Dataset| attribute(&dataset.attributes(), "Unit").is_some();

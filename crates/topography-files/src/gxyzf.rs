@@ -11,7 +11,7 @@ use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "gxyzf", title: "Gwyddion XYZ field", version: 1, has_signature: true, read };
+    Format { name: "gxyzf", title: "Gwyddion XYZ field", version: 2, has_signature: true, read };
 
 const SIGNATURE: &[u8] = b"Gwyddion XYZ Field 1.0\n";
 

@@ -1,52 +1,100 @@
 //! HDF5 files with maps, and helpers for the formats that are built on HDF5.
 //!
-//! The crate `hdf5-reader` decodes the container: it is pure Rust and reads what h5py and netCDF4
-//! write, that is, old and new groups, chunks with all kinds of index, deflate, shuffle, checksums
-//! and text of variable length. An own reader of this subset would need a thousand lines.
+//! The crate `hdf5-reader` decodes the container: it is pure Rust and reads what h5py, MATLAB 7.3
+//! and netCDF4 write. Where its version 0.12.1 is wrong, this module does it: integers of fewer
+//! bits and texts ([`stored`]), places of chunks ([`container`]), members of a group ([`links`]).
 //!
-//! A file of the format `hdf5` follows no convention. Its channels are the two-dimensional datasets
-//! of numbers in the root group or, if there are none, in all groups. The first index is x, as in
-//! the reader of SurfaceTopography and in the 2048 × 2048 surface of the contact-mechanics
-//! challenge. The attribute `unit` or `units` of a dataset is its unit. The size is unknown.
+//! The channels are the arrays of numbers with two long dimensions in the root group or, if there
+//! are none, in all groups. The module [`labelled`](super::labelled) documents how axes, sides,
+//! units and missing points follow from attributes. They come from, in this order:
+//!
+//! - dimension scales (netCDF4 1.7.5, xarray 2026.9, h5py 3.16);
+//! - `axes` of a group `NXdata` or of its dataset (NeXus definitions 2024.02), whose last axis is x
+//!   unless the names tell;
+//! - groups `axis-0`, `axis-1`, … with `name`, `scale` and `units` beside the dataset (HyperSpy
+//!   2.5), whose last axis is x;
+//! - `xreal`, `yreal`, `si_unit_xy`, `si_unit_z` and `name` of the group (gwyddionpy 0.1.0), in
+//!   lines along x;
+//! - `system_size` and `discretization` of the root group (Tamaas 2.9.0).
+//!
+//! Otherwise the first index is x, as in the reader of SurfaceTopography, in the 2048 × 2048
+//! surface of the contact-mechanics challenge, and in MATLAB matrices whose first index is y, which
+//! MATLAB stores by columns. Texts of MATLAB are no maps.
 //!
 //! Files of TopoStats have a dataset `pixel_to_nm_scaling`, which is the step in nanometres. Lines
 //! of their images run along x, the first line has y = 0, and heights are in nanometres.
+//! `image_original` is the map as measured; TopoStats 2 has flattened and smoothed `image`.
 
-mod lzf;
+mod container;
+mod filters;
+mod links;
+mod stored;
 
-use std::cell::Cell;
-use std::collections::BTreeSet;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5_reader::group::Group;
-use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions};
+use hdf5_reader::{Dataset, Datatype};
 
-use self::lzf::filters;
+use self::container::Members;
+pub use self::container::{Container, Lines, attribute, number, text};
 use super::channel::{Channel, Size};
-use super::input::decoded_limit;
-use super::raster::{ByteOrder, Element, Raster, checked_nodes};
+use super::labelled::{Array, Attributes, Axis};
+use super::netcdf::complete_heights;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "hdf5", title: "HDF5", version: 1, has_signature: true, read };
+    Format { name: "hdf5", title: "HDF5", version: 2, has_signature: true, read };
 
-const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// Maximum number of groups that are searched for datasets.
 const MAX_GROUPS: usize = 10_000;
+/// Maximum number of HyperSpy's groups of axes.
+const MAX_AXES: usize = 8;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::open(bytes)?;
     let root = container.root()?;
-    let (groups, datasets) = members(&root, "the root group")?;
-    if let Some(step) = datasets.iter().find(|dataset| dataset.name() == "pixel_to_nm_scaling") {
-        return topostats(&container, &datasets, step);
+    let members = container.members(&root, "the root group")?;
+    let scaling = |dataset: &&Dataset| dataset.name() == "pixel_to_nm_scaling";
+    if let Some(step) = members.datasets.iter().find(scaling) {
+        return topostats(&container, &members.datasets, step);
     }
-    let mut maps = maps_of("", datasets);
-    if maps.is_empty() {
-        maps = nested_maps(groups)?;
+    maps(&container, &root, members)
+}
+
+/// Reads all maps of a file.
+pub fn maps(
+    container: &Container,
+    root: &Group,
+    members: Members,
+) -> Result<Vec<Channel<'static>>, FormatError> {
+    let mut file = Groups {
+        container,
+        root: container.group_attributes(root)?,
+        known: BTreeMap::new(),
+        read: BTreeSet::new(),
+        unreadable: vec![],
+    };
+    let (groups, folder) = file.folder(String::new(), root, members)?;
+    let mut channels = file.channels(&folder);
+    if channels.is_empty() {
+        for folder in file.nested(groups) {
+            channels.extend(file.channels(&folder));
+        }
     }
-    let channels = maps.iter().map(|(name, dataset)| container.plain_map(name, dataset));
-    at_least_one(channels, "two-dimensional dataset of numbers")
+    if channels.is_empty() {
+        return Err(file.unreadable.into_iter().next().unwrap_or_else(|| {
+            FormatError::unsupported(
+                "the file has no dataset of numbers with two dimensions longer than one",
+            )
+        }));
+    }
+    let noted = |channel| {
+        let note = |error: &FormatError| format!("a part of the file was not read: {error}");
+        file.unreadable.iter().map(note).fold(channel, Channel::noted)
+    };
+    Ok(channels.into_iter().map(noted).collect())
 }
 
 /// Reads the images of a file of TopoStats.
@@ -60,256 +108,288 @@ fn topostats(
         let allowed = "one number";
         return Err(FormatError::value("pixel_to_nm_scaling", step.len(), allowed));
     };
-    let images = datasets.iter().filter(|dataset| is_map(dataset));
+    let is_map = |dataset: &&Dataset| dataset.ndim() == 2 && Array::is_map_of(dataset.shape());
+    let images = datasets.iter().filter(is_map);
     let images = images.filter(|dataset| dataset.name().starts_with("image"));
     let channels = images.map(|dataset| {
         let raster = container.raster(dataset, Lines::AlongX)?;
         let nanometres = Unit::parse("nm");
         let size = Size::new(raster.nodes().map(|nodes| nodes as f64 * step), &nanometres)?;
-        Ok(Channel::new(dataset.name(), nanometres, size, raster))
+        let channel = Channel::new(dataset.name(), nanometres, size, raster);
+        Ok(if dataset.name() == "image" {
+            channel.noted("TopoStats has flattened and smoothed `image`")
+        } else {
+            channel
+        })
     });
     at_least_one(channels, "image")
 }
 
-/// Opened file.
-pub struct Container {
-    file: Hdf5File,
-    /// Number of bytes that may still be decoded. It keeps a damaged size from allocating memory.
-    budget: Cell<usize>,
+/// Groups of a file, from which maps are read.
+struct Groups<'a> {
+    container: &'a Container,
+    /// Attributes of the root group.
+    root: Attributes,
+    /// Datasets by their addresses, to which lists of dimensions refer.
+    known: BTreeMap<u64, Dataset>,
+    /// Addresses of the datasets that were read.
+    read: BTreeSet<u64>,
+    /// Reasons why parts of the file could not be read.
+    unreadable: Vec<FormatError>,
 }
 
-/// Direction of the stored lines of a map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Lines {
-    /// The second index of the dataset is x.
-    AlongX,
-    /// The second index of the dataset is y.
-    AlongY,
+/// Group with its datasets.
+struct Folder {
+    /// Path, empty or with a slash at its end.
+    path: String,
+    attributes: Attributes,
+    datasets: Vec<Dataset>,
+    /// Attributes of the groups `axis-0`, `axis-1`, …
+    axes: Vec<Attributes>,
 }
 
-/// Stored numbers: those that a [`Raster`] decodes, or integers of 64 bits.
-#[derive(Debug, Clone, Copy)]
-enum Stored {
-    Element(Element),
-    I64,
-    U64,
-}
-
-impl Container {
-    pub fn open(bytes: &[u8]) -> Result<Container, FormatError> {
-        // A block of the user may precede the signature; its length is a power of two.
-        let starts = std::iter::once(0).chain((9..u32::BITS - 1).map(|power| 1_usize << power));
-        let mut starts = starts.take_while(|start| *start < bytes.len());
-        if !starts.any(|start| bytes[start..].starts_with(SIGNATURE)) {
-            return Err(FormatError::Signature);
+impl Groups<'_> {
+    /// Returns the groups in a group, and its datasets.
+    fn folder(
+        &mut self,
+        path: String,
+        group: &Group,
+        members: Members,
+    ) -> Result<(Vec<Group>, Folder), FormatError> {
+        let Members { groups, datasets, unreadable } = members;
+        self.unreadable.extend(unreadable);
+        for dataset in &datasets {
+            self.known.insert(dataset.address(), dataset.clone());
         }
-        let budget = decoded_limit(bytes.len());
-        let options = OpenOptions::default()
-            .with_filter_registry(filters())
-            .with_max_chunk_bytes(budget)
-            .with_max_read_bytes(budget);
-        let file = Hdf5File::from_vec_with_options(bytes.to_vec(), options);
-        let file = file.map_err(|error| FormatError::damaged("the HDF5 file", error))?;
-        let needed = usize::try_from(file.superblock().eof_address).unwrap_or(usize::MAX);
-        if needed > bytes.len() {
-            return Err(FormatError::CutOff { needed, found: bytes.len() });
-        }
-        Ok(Container { file, budget: Cell::new(budget) })
+        let axis = |index| groups.iter().find(|group| group.name() == format!("axis-{index}"));
+        let axes = (0..MAX_AXES).map_while(axis);
+        let axes = axes.map(|axis| self.container.group_attributes(axis));
+        let axes = axes.collect::<Result<_, _>>()?;
+        let attributes = self.container.group_attributes(group)?;
+        Ok((groups, Folder { path, attributes, datasets, axes }))
     }
 
-    /// Opens a file for a format that is built on HDF5. If the file is damaged, the error is that
-    /// it does not have this format; the reader of HDF5 files then reports the damage.
-    pub fn of_format(bytes: &[u8]) -> Result<Container, FormatError> {
-        Container::open(bytes).map_err(|_| FormatError::Signature)
-    }
-
-    pub fn root(&self) -> Result<Group, FormatError> {
-        self.file.root_group().map_err(|error| FormatError::damaged("the root group", error))
-    }
-
-    /// Reads a map of a file that follows no convention.
-    fn plain_map(&self, name: &str, dataset: &Dataset) -> Result<Channel<'static>, FormatError> {
-        let raster = self.raster(dataset, Lines::AlongY)?;
-        let attributes = dataset.attributes();
-        let unit = text(&attributes, "unit").or_else(|| text(&attributes, "units"));
-        Ok(Channel::new(name, Unit::parse(&unit.unwrap_or_default()), Size::Unknown, raster))
-    }
-
-    /// Reads a two-dimensional dataset.
-    pub fn raster(&self, dataset: &Dataset, lines: Lines) -> Result<Raster<'static>, FormatError> {
-        let shape = dataset.shape().iter().map(|&count| i64::try_from(count).unwrap_or(i64::MAX));
-        let shape: Vec<i64> = shape.collect();
-        let &[first, second] = shape.as_slice() else {
-            let dimensions = format!("dimensions of {}", dataset.name());
-            return Err(FormatError::value(&dimensions, shape.len(), "2"));
-        };
-        let nodes = match lines {
-            Lines::AlongX => [second, first],
-            Lines::AlongY => [first, second],
-        };
-        let nodes = checked_nodes(nodes)?;
-        let (stored, order, bytes) = self.bytes(dataset)?;
-        match lines {
-            Lines::AlongX => rows(nodes, stored, order, bytes),
-            Lines::AlongY => match stored {
-                Stored::Element(element) => Raster::columns(nodes, element, order, bytes),
-                _ => Ok(Raster::from_columns(nodes, wide(stored, order, &bytes))),
-            },
-        }
-    }
-
-    /// Reads the frames of a two-dimensional dataset with a row for each node, in lines along x,
-    /// and a column for each frame.
-    pub fn frames(
-        &self,
-        dataset: &Dataset,
-        nodes: [usize; 2],
-    ) -> Result<Vec<Raster<'static>>, FormatError> {
-        let (stored, order, bytes) = self.bytes(dataset)?;
-        let size = match stored {
-            Stored::Element(element) => element.size(),
-            Stored::I64 | Stored::U64 => size_of::<u64>(),
-        };
-        let count = bytes.len() / size / (nodes[0] * nodes[1]);
-        let frames = (0..count).map(|frame| {
-            let column = bytes.chunks_exact(size).skip(frame).step_by(count);
-            rows(nodes, stored, order, column.flatten().copied().collect())
-        });
-        frames.collect()
-    }
-
-    /// Reads the numbers of a dataset of any shape.
-    fn numbers(&self, dataset: &Dataset) -> Result<Vec<f64>, FormatError> {
-        let (stored, order, bytes) = self.bytes(dataset)?;
-        match stored {
-            Stored::Element(element) => {
-                let nodes = [bytes.len() / element.size(), 1];
-                Ok(Raster::rows(nodes, element, order, bytes)?.decode())
+    /// Returns all groups below the given ones. Those of NeXus data come first, because they have
+    /// axes; other groups may link to the same datasets.
+    fn nested(&mut self, groups: Vec<Group>) -> Vec<Folder> {
+        let mut folders = Vec::new();
+        let mut visited = BTreeSet::new();
+        let mut left: Vec<(String, Group)> =
+            groups.into_iter().rev().map(|group| (format!("{}/", group.name()), group)).collect();
+        while let Some((path, group)) = left.pop() {
+            // Links may form loops.
+            if !visited.insert(group.address()) || visited.len() > MAX_GROUPS {
+                continue;
             }
-            Stored::I64 | Stored::U64 => Ok(wide(stored, order, &bytes)),
+            let members = self.container.members(&group, &path);
+            match members.and_then(|members| self.folder(path.clone(), &group, members)) {
+                Ok((groups, folder)) => {
+                    folders.push(folder);
+                    let below = groups.into_iter().rev();
+                    left.extend(below.map(|group| (format!("{path}{}/", group.name()), group)));
+                }
+                Err(error) => self.unreadable.push(error),
+            }
         }
+        folders.sort_by_key(|folder| !folder.is_nexus());
+        folders
     }
 
-    fn bytes(&self, dataset: &Dataset) -> Result<(Stored, ByteOrder, Vec<u8>), FormatError> {
-        let part = format!("dataset {}", dataset.name());
-        let Some((stored, order)) = stored(dataset.dtype()) else {
-            let found = format!("{:?}", dataset.dtype());
-            let allowed = "integers, or floats of 32 or 64 bits";
-            return Err(FormatError::value(&format!("type of {part}"), found, allowed));
+    /// Reads the maps of a group.
+    fn channels(&mut self, folder: &Folder) -> Vec<Channel<'static>> {
+        let mut channels = Vec::new();
+        for dataset in &folder.datasets {
+            // The same dataset may have several names.
+            if Array::is_map_of(dataset.shape()) && self.read.insert(dataset.address()) {
+                match self.channels_of(folder, dataset) {
+                    Ok(maps) => channels.extend(maps),
+                    Err(error) => self.unreadable.push(error),
+                }
+            }
+        }
+        channels
+    }
+
+    fn channels_of(
+        &self,
+        folder: &Folder,
+        dataset: &Dataset,
+    ) -> Result<Vec<Channel<'static>>, FormatError> {
+        let attributes = self.container.attributes(dataset)?;
+        let is_number =
+            matches!(dataset.dtype(), Datatype::FixedPoint { .. } | Datatype::FloatingPoint { .. });
+        if !is_number || attributes.text("MATLAB_class")? == Some("char") {
+            return Ok(vec![]);
+        }
+        let find = |name: &str| folder.datasets.iter().find(|dataset| dataset.name() == name);
+        if dataset.name() == "mask"
+            && let Some(heights) = find("heights")
+            && self.is_surface(heights)?
+        {
+            return Ok(vec![]);
+        }
+        let mut array = self.array(folder, dataset, attributes)?;
+        if dataset.name() == "heights" && self.is_surface(dataset)? {
+            let mask = find("mask").map(|mask| {
+                let attributes = self.container.attributes(mask)?;
+                self.array(folder, mask, attributes)
+            });
+            complete_heights(&mut array, mask.transpose()?)?;
+        }
+        array.channels()
+    }
+
+    /// Returns true for the heights of SurfaceTopography, whose axes state sides.
+    fn is_surface(&self, heights: &Dataset) -> Result<bool, FormatError> {
+        let axes = self.scales(heights)?.unwrap_or_default();
+        Ok(axes.iter().any(|axis| axis.side.is_some()))
+    }
+
+    fn array(
+        &self,
+        folder: &Folder,
+        dataset: &Dataset,
+        attributes: Attributes,
+    ) -> Result<Array<'static>, FormatError> {
+        let (element, order, bytes) = self.container.bytes(dataset)?;
+        let whole = |&length: &u64| usize::try_from(length).unwrap_or(usize::MAX);
+        let mut array = Array {
+            name: format!("{}{}", folder.path, dataset.name()),
+            shape: dataset.shape().iter().map(whole).collect(),
+            axes: vec![Axis::default(); dataset.ndim()],
+            attributes,
+            element,
+            order,
+            bytes: Cow::Owned(bytes),
+            unit: None,
+            unwritten: self.container.unwritten(dataset),
+            last_is_x: false,
+            mask: None,
         };
-        let damaged = |error| FormatError::damaged(&part, error);
-        let needed = dataset.raw_byte_len().map_err(damaged)?;
-        let Some(left) = self.budget.get().checked_sub(needed).filter(|_| needed > 0) else {
-            let reason = format!("the file is too short for the {needed} bytes that are needed");
-            return Err(FormatError::damaged(&part, reason));
+        if let Some(axes) = self.scales(dataset)? {
+            array.axes = axes;
+        } else if let Some(axes) = self.nexus(folder, &array)? {
+            (array.axes, array.last_is_x) = (axes, true);
+        } else if folder.axes.len() == dataset.ndim() {
+            self.hyperspy(folder, &mut array)?;
+        } else if let Some(axes) = folder.gwyddion()?.filter(|_| dataset.ndim() == 2) {
+            array.axes = axes;
+            array.unit = folder.attributes.text("si_unit_z")?.map(Unit::parse);
+            if let Some(name) = folder.attributes.text("name")? {
+                name.clone_into(&mut array.name);
+            }
+        }
+        self.tamaas(&mut array);
+        Ok(array)
+    }
+
+    /// Returns the axes of a dataset with dimension scales or with names of its dimensions.
+    fn scales(&self, dataset: &Dataset) -> Result<Option<Vec<Axis>>, FormatError> {
+        let attributes = dataset.attributes();
+        let Some(list) = attribute(&attributes, "DIMENSION_LIST") else {
+            let attributes = self.container.attributes(dataset)?;
+            let labels = attributes.texts("DIMENSION_LABELS")?;
+            let axes = || labels.iter().map(Axis::named).collect();
+            return Ok((labels.len() == dataset.ndim()).then(axes));
         };
-        self.budget.set(left);
-        Ok((stored, order, dataset.read_raw_bytes().map_err(damaged)?))
+        let file = self.container.file();
+        let size = usize::from(file.superblock().offset_size);
+        let references = list.raw_data.chunks_exact(8 + size);
+        let axes = references.zip(dataset.shape()).map(|(reference, &length)| {
+            let address = stored::heap_bytes(file, reference, size);
+            let address = address.and_then(|bytes| {
+                let mut wide = [0; 8];
+                wide[..size].copy_from_slice(bytes.get(..size)?);
+                Some(u64::from_le_bytes(wide))
+            });
+            match address.and_then(|address| self.known.get(&address)) {
+                Some(scale) => self.axis(scale, length),
+                None => Ok(Axis::default()),
+            }
+        });
+        let axes = axes.collect::<Result<Vec<Axis>, FormatError>>()?;
+        Ok((axes.len() == dataset.ndim()).then_some(axes))
+    }
+
+    /// Returns the axis of which a dataset has the coordinates.
+    fn axis(&self, scale: &Dataset, length: u64) -> Result<Axis, FormatError> {
+        let attributes = self.container.attributes(scale)?;
+        let name = attributes.text("NAME")?.unwrap_or_default();
+        // A dimension without a variable has a dataset of zeros.
+        let is_variable = !name.starts_with("This is a netCDF dimension but not a netCDF variable");
+        if is_variable && scale.shape() == [length] {
+            Axis::new(scale.name(), &self.container.numbers(scale)?, &attributes)
+        } else {
+            Ok(Axis::named(scale.name()))
+        }
+    }
+
+    /// Returns the axes that a group of NeXus data or its dataset names.
+    fn nexus(&self, folder: &Folder, array: &Array<'_>) -> Result<Option<Vec<Axis>>, FormatError> {
+        let own = array.attributes.texts("axes")?;
+        let names = if own.is_empty() { folder.attributes.texts("axes")? } else { own };
+        let names: Vec<&str> = match names {
+            [one] => one.split([':', ',']).map(str::trim).collect(),
+            several => several.iter().map(String::as_str).collect(),
+        };
+        if names.len() != array.shape.len() || names.is_empty() {
+            return Ok(None);
+        }
+        let axes = names.iter().zip(&array.shape).map(|(name, &length)| {
+            match folder.datasets.iter().find(|dataset| dataset.name() == *name) {
+                Some(scale) => self.axis(scale, length as u64),
+                None => Ok(Axis::named(*name)),
+            }
+        });
+        axes.collect::<Result<_, _>>().map(Some)
+    }
+
+    /// Sets the axes of a signal of HyperSpy, and the unit of its quantity, such as `Height (µm)`.
+    fn hyperspy(&self, folder: &Folder, array: &mut Array<'_>) -> Result<(), FormatError> {
+        let axes = folder.axes.iter().map(|axis| {
+            let unit = axis.unit()?.filter(|unit| *unit != Unit::parse("<undefined>"));
+            let name = axis.text("name")?.unwrap_or_default().to_owned();
+            Ok(Axis { name, step: axis.number("scale"), unit, ..Axis::default() })
+        });
+        array.axes = axes.collect::<Result<_, FormatError>>()?;
+        array.last_is_x = true;
+        let signal = self.container.file().group(&format!("{}metadata/Signal", folder.path));
+        if let Ok(signal) = signal {
+            let attributes = self.container.group_attributes(&signal)?;
+            let quantity = attributes.text("quantity")?.unwrap_or_default();
+            let unit = quantity.rsplit_once('(').and_then(|(_, unit)| unit.split(')').next());
+            array.unit = unit.map(Unit::parse);
+        }
+        Ok(())
+    }
+
+    /// Sets the sides that the root group states for all fields of a Tamaas model.
+    fn tamaas(&self, array: &mut Array<'_>) {
+        let [.., x_side, y_side] = *self.root.numbers("system_size") else { return };
+        let [.., x_nodes, y_nodes] = *self.root.numbers("discretization") else { return };
+        let long = |axis: &usize| array.shape[*axis] > 1;
+        let mut long = (0..array.shape.len()).filter(long);
+        let (Some(x), Some(y)) = (long.next(), long.next()) else { return };
+        let is_model = [array.shape[x], array.shape[y]].map(|count| count as f64);
+        let is_known = array.axes[x].step.is_some() || array.axes[y].step.is_some();
+        if is_model == [x_nodes, y_nodes] && !is_known {
+            array.axes[x] = Axis { side: Some(x_side), ..Axis::named("x") };
+            array.axes[y] = Axis { side: Some(y_side), ..Axis::named("y") };
+        }
     }
 }
 
-/// Returns the groups and datasets of a group.
-pub fn members(group: &Group, name: &str) -> Result<(Vec<Group>, Vec<Dataset>), FormatError> {
-    group.members().map_err(|error| FormatError::damaged(name, error))
-}
-
-/// Returns the text of an attribute, or the first of its texts.
-pub fn text(attributes: &[Attribute], name: &str) -> Option<String> {
-    let texts = attribute(attributes, name)?.read_strings().ok()?;
-    texts.into_iter().next()
-}
-
-/// Returns the number of an attribute, or the first of its numbers.
-pub fn number(attributes: &[Attribute], name: &str) -> Option<f64> {
-    attribute(attributes, name)?.read_as_f64().ok()
-}
-
-pub fn attribute<'a>(attributes: &'a [Attribute], name: &str) -> Option<&'a Attribute> {
-    attributes.iter().find(|attribute| attribute.name == name)
-}
-
-/// Returns the maps among the datasets with their names, which start with the path of their group.
-fn maps_of(path: &str, datasets: Vec<Dataset>) -> Vec<(String, Dataset)> {
-    let maps = datasets.into_iter().filter(is_map);
-    maps.map(|dataset| (format!("{path}{}", dataset.name()), dataset)).collect()
-}
-
-/// Returns the maps of all groups below the given ones.
-fn nested_maps(groups: Vec<Group>) -> Result<Vec<(String, Dataset)>, FormatError> {
-    let mut maps = Vec::new();
-    let mut visited = BTreeSet::new();
-    let mut left: Vec<(String, Group)> =
-        groups.into_iter().rev().map(|group| (format!("{}/", group.name()), group)).collect();
-    while let Some((path, group)) = left.pop() {
-        // Links may form loops.
-        if !visited.insert(group.address()) || visited.len() > MAX_GROUPS {
-            continue;
-        }
-        let (groups, datasets) = members(&group, &path)?;
-        maps.extend(maps_of(&path, datasets));
-        let below = groups.into_iter().rev();
-        left.extend(below.map(|group| (format!("{path}{}/", group.name()), group)));
+impl Folder {
+    fn is_nexus(&self) -> bool {
+        matches!(self.attributes.text("NX_class"), Ok(Some("NXdata")))
     }
-    Ok(maps)
-}
 
-fn is_map(dataset: &Dataset) -> bool {
-    let shape = dataset.shape();
-    shape.len() == 2 && !shape.contains(&0) && stored(dataset.dtype()).is_some()
-}
-
-/// Returns the type and byte order of stored numbers, or `None` if they are not numbers.
-fn stored(datatype: &Datatype) -> Option<(Stored, ByteOrder)> {
-    let (stored, order) = match datatype {
-        Datatype::FloatingPoint { size: 4, byte_order } => {
-            (Stored::Element(Element::F32), byte_order)
-        }
-        Datatype::FloatingPoint { size: 8, byte_order } => {
-            (Stored::Element(Element::F64), byte_order)
-        }
-        Datatype::FixedPoint { size, signed, byte_order } => {
-            let stored = match (size, signed) {
-                (1, true) => Stored::Element(Element::I8),
-                (1, false) => Stored::Element(Element::U8),
-                (2, true) => Stored::Element(Element::I16),
-                (2, false) => Stored::Element(Element::U16),
-                (4, true) => Stored::Element(Element::I32),
-                (4, false) => Stored::Element(Element::U32),
-                (8, true) => Stored::I64,
-                (8, false) => Stored::U64,
-                _ => return None,
-            };
-            (stored, byte_order)
-        }
-        _ => return None,
-    };
-    let order = match order {
-        hdf5_reader::ByteOrder::LittleEndian => ByteOrder::Little,
-        hdf5_reader::ByteOrder::BigEndian => ByteOrder::Big,
-    };
-    Some((stored, order))
-}
-
-/// Creates a raster of lines along x.
-fn rows(
-    nodes: [usize; 2],
-    stored: Stored,
-    order: ByteOrder,
-    bytes: Vec<u8>,
-) -> Result<Raster<'static>, FormatError> {
-    match stored {
-        Stored::Element(element) => Raster::rows(nodes, element, order, bytes),
-        Stored::I64 | Stored::U64 => Ok(Raster::from_rows(nodes, wide(stored, order, &bytes))),
+    /// Returns the axes y and x that gwyddionpy writes as attributes of the group of a dataset.
+    fn gwyddion(&self) -> Result<Option<Vec<Axis>>, FormatError> {
+        let sides = ["yreal", "xreal"].map(|name| self.attributes.number(name));
+        let [Some(y), Some(x)] = sides else { return Ok(None) };
+        let unit = self.attributes.text("si_unit_xy")?.map(Unit::parse);
+        let axis = |name, side| Axis { side: Some(side), unit: unit.clone(), ..Axis::named(name) };
+        Ok(Some(vec![axis("y", y), axis("x", x)]))
     }
-}
-
-/// Decodes integers of 64 bits.
-fn wide(stored: Stored, order: ByteOrder, bytes: &[u8]) -> Vec<f64> {
-    let (chunks, _) = bytes.as_chunks::<8>();
-    let bits = chunks.iter().map(|chunk| match order {
-        ByteOrder::Little => u64::from_le_bytes(*chunk),
-        ByteOrder::Big => u64::from_be_bytes(*chunk),
-    });
-    let is_signed = matches!(stored, Stored::I64);
-    bits.map(|bits| if is_signed { bits as i64 as f64 } else { bits as f64 }).collect()
 }

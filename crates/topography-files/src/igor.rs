@@ -12,7 +12,7 @@ use super::unit::Unit;
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
-    Format { name: "ibw", title: "Igor binary wave", version: 1, has_signature: true, read };
+    Format { name: "ibw", title: "Igor binary wave", version: 2, has_signature: true, read };
 
 /// Length of the file header, in bytes.
 const FILE: usize = 64;

@@ -15,7 +15,7 @@ use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "jpk", title: "JPK image", version: 1, has_signature: true, read };
+    Format { name: "jpk", title: "JPK image", version: 2, has_signature: true, read };
 
 // Tags of the first image.
 const VERSION: u16 = 0x8000;

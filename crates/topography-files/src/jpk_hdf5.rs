@@ -11,7 +11,7 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset};
 
 use super::channel::{Channel, Size};
-use super::hdf5::{Container, members, number, text};
+use super::hdf5::{Container, number, text};
 use super::input::finite;
 use super::jpk::directed;
 use super::raster::checked_nodes;
@@ -19,7 +19,7 @@ use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "h5-jpk", title: "JPK HDF5 images", version: 1, has_signature: true, read };
+    Format { name: "h5-jpk", title: "JPK HDF5 images", version: 2, has_signature: true, read };
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;
@@ -72,11 +72,11 @@ impl Measurement {
         let is_reflected = reflect.is_some_and(|text| text == "true");
         let size = Size::metres(pair(["ulength", "vlength"])?)?;
         let mut channels = Vec::new();
-        for group in members(&self.group, self.group.name())?.0 {
+        for group in container.members(&self.group, self.group.name())?.groups {
             let attributes = group.attributes();
             let attributes = attributes.map_err(|e| FormatError::damaged(group.name(), e))?;
             let Some(name) = name(&attributes) else { continue };
-            let datasets = members(&group, group.name())?.1;
+            let datasets = container.members(&group, group.name())?.datasets;
             let mut datasets = datasets.iter().filter(|dataset| has_frames(dataset, nodes));
             let Some(dataset) = datasets.next() else { continue };
             let text = |name: &str| text(&attributes, &format!("net-encoder.scaling.{name}"));

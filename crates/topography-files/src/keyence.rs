@@ -16,7 +16,7 @@ use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "vk", title: "Keyence VK", version: 1, has_signature: true, read };
+    Format { name: "vk", title: "Keyence VK", version: 2, has_signature: true, read };
 
 /// Name of the VK4 file in the archive of a VK6 or VK7 file.
 const MEMBER: &str = "Vk4File";

@@ -26,8 +26,10 @@
 //! | `binary_headers` | formats with a binary header: `frt`, `metropro`, `opd`, `plu`, `sur` |
 //! | `text_exports` | text exports with an own header: `wyko-asc`, `zygo-asc`, `keyence-csv` |
 //! | `text` | text files with a matrix, or with triplets of x, y and height |
-//! | `hdf5` | maps in HDF5 files; `datx`, `jpk_hdf5` and `netcdf4` are built on it |
-//! | `tiff` | images of TIFF files; `jpk` and `lext` are built on it |
+//! | `hdf5` | maps in HDF5 files; `datx`, `jpk_hdf5`, `netcdf4` and `nhf` are built on it |
+//! | `labelled` | arrays with named axes, of netCDF and HDF5 files |
+//! | `tiff` | images of TIFF files; `jpk`, `lext`, `park` and `tiff_maps` are built on it |
+//! | `more_optical` | `nms`, `plux` and `tmd` |
 //! | `archive` | zip archives; `keyence`, `nmm` and `x3p` are built on it |
 //! | `grid` | maps assembled from points x, y and height |
 //! | `gwy`, `gxyzf`, `igor`, `nanoscope`, `nanosurf`, `netcdf` | one format each |
@@ -65,21 +67,27 @@ mod input;
 mod jpk;
 mod jpk_hdf5;
 mod keyence;
+mod labelled;
 mod lext;
+mod more_optical;
 mod nanoscope;
 mod nanosurf;
 mod netcdf;
 mod netcdf4;
+mod nhf;
 mod nmm;
 mod npy;
 mod number;
 mod opdx;
+mod park;
 mod raster;
 mod sdf;
+mod sxm;
 mod text;
 mod text_exports;
 mod text_headers;
 mod tiff;
+mod tiff_maps;
 mod unit;
 mod wsxm;
 mod x3p;
@@ -93,8 +101,9 @@ pub use self::npy::{NpyError, npy_array};
 pub use self::unit::{is_metre, length_ratio};
 
 /// All formats, in the order in which [`read`] tries them.
-static FORMATS: [Format; 32] = [
+static FORMATS: [Format; 39] = [
     nmm::FORMAT,
+    more_optical::PLUX,
     x3p::FORMAT,
     binary_headers::SUR,
     gwy::FORMAT,
@@ -110,18 +119,24 @@ static FORMATS: [Format; 32] = [
     opdx::FORMAT,
     lext::FORMAT,
     nanosurf::FORMAT,
+    sxm::FORMAT,
+    more_optical::TMD,
     wsxm::FORMAT,
     netcdf::FORMAT,
     datx::FORMAT,
+    nhf::FORMAT,
     netcdf4::FORMAT,
     jpk_hdf5::FORMAT,
     hdf5::FORMAT,
     jpk::FORMAT,
+    park::FORMAT,
+    tiff_maps::FORMAT,
     text_headers::MI,
     binary_headers::FRT,
     text_headers::BCR,
     npy::FORMAT,
     binary_headers::PLU,
+    more_optical::NMS,
     text_exports::WYKO,
     text_exports::ZYGO,
     text_exports::KEYENCE,
@@ -291,12 +306,17 @@ impl<'a> TopographyFile<'a> {
         }
     }
 
-    /// Returns the index of the first channel of heights in metres. If there is none, returns the
-    /// index of the first channel without a unit.
+    /// Returns the index of the channel of heights to read if none is chosen, or `None` if no
+    /// channel may be heights.
+    ///
+    /// Channels with names such as height, z and topography come before those with other names, and
+    /// these before error, deflection, amplitude, phase, friction, pressure and others, whatever
+    /// their unit. Among them, heights in metres come before numbers without a unit, and trace
+    /// before retrace. If several channels remain, the first of the file is taken.
     pub fn first_heights(&self) -> Option<usize> {
-        let heights = |channel: &Channel<'_>| *channel.quantity() == Quantity::Height;
-        let heights = self.channels.iter().position(heights);
-        heights.or_else(|| self.channels.iter().position(Channel::may_be_heights))
+        let channels = self.channels.iter().enumerate();
+        let heights = channels.filter(|(_, channel)| channel.may_be_heights());
+        heights.min_by_key(|(index, channel)| (channel.rank(), *index)).map(|(index, _)| index)
     }
 }
 

@@ -208,7 +208,8 @@ impl<'a> File<'a> {
         let x_side = x * along / own[0] as f64;
         let y_side = if x != y {
             // Of a stopped scan, the sides may be those of all lines: then the pixels are square.
-            let squareness = |of: f64| (y / of * along / x_side).ln().abs();
+            let aspect = |of: f64| y / of * along / x_side;
+            let squareness = |of: f64| aspect(of).max(aspect(of).recip());
             let of = own[1] as f64;
             let of = if lines < full && squareness(full) < squareness(of) { full } else { of };
             y * lines / of

@@ -16,7 +16,7 @@ use super::unit::{Unit, ratio};
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
-    Format { name: "nid", title: "Nanosurf NID", version: 1, has_signature: true, read };
+    Format { name: "nid", title: "Nanosurf NID", version: 2, has_signature: true, read };
 
 const SIGNATURE: &[u8] = b"[DataSet]";
 /// Marker of the end of the header, at the start of a line.

@@ -1,126 +1,78 @@
-//! NetCDF files in versions 1 and 2 of the classic format, as `to_netcdf` of SurfaceTopography
-//! writes them.
+//! NetCDF files in the classic format (versions 1, 2 and 5, CDF-5), as netCDF4, SciPy, GMT, GDAL,
+//! and `to_netcdf` of SurfaceTopography and xarray write them.
 //!
-//! The variable `heights` has the dimensions `x` and `y`. The variables `x` and `y` have the
-//! attributes `length`, which is the side of the map, and `unit`. An optional variable `mask` is
-//! nonzero at missing points. Lines run along y if the first dimension is x, as in files of
-//! SurfaceTopography.
+//! All variables with two long dimensions are channels; the module [`labelled`](super::labelled)
+//! documents their conventions. SurfaceTopography 1.27.1 writes the variable `heights[x, y]`, whose
+//! axes have the attributes `length` and `unit`, and an optional variable `mask`, which is nonzero
+//! at missing points. The heights have the unit of x unless they have an own one. Variables along
+//! the unlimited dimension are stored in records.
 
-use super::channel::{Channel, Size};
-use super::input::{Cursor, factor, finite, utf8_or_latin1};
-use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
+use std::borrow::Cow;
+
+use super::channel::Channel;
+use super::input::{Cursor, utf8_or_latin1};
+use super::labelled::{Array, Attributes, Axis, Value};
+use super::raster::{ByteOrder, Element};
 use super::unit::Unit;
-use super::{Format, FormatError};
+use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format {
-    name: "netcdf",
-    title: "netCDF of SurfaceTopography",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format { name: "netcdf", title: "netCDF", version: 2, has_signature: true, read };
 
-/// Surface of a file of SurfaceTopography, in the classic format or in netCDF-4.
-pub struct Surface<'a> {
-    pub heights: Raster<'a>,
-    pub unit: Option<String>,
-    /// Numbers that are nonzero at missing points.
-    pub mask: Option<Raster<'a>>,
-    /// Attributes of the variables `x` and `y`.
-    pub axes: [Axis; 2],
-}
-
-/// Attributes of the variable of an axis.
-#[derive(Default)]
-pub struct Axis {
-    pub length: Option<f64>,
-    pub unit: Option<String>,
+/// Number that netCDF stores where no number of a type was written. Bytes have none: every byte may
+/// be a number.
+pub fn default_fill(element: Element) -> Option<f64> {
+    match element {
+        Element::I8 | Element::U8 | Element::F16 => None,
+        Element::I16 => Some(-32767.0),
+        Element::U16 => Some(65535.0),
+        Element::I32 => Some(-2147483647.0),
+        Element::U32 => Some(4294967295.0),
+        Element::I64 => Some(-9223372036854775806.0),
+        Element::U64 => Some(18446744073709551614.0),
+        Element::F32 | Element::F64 => Some(9.969_209_968_386_869e36),
+    }
 }
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let dataset = Dataset::read(bytes)?;
-    let heights = dataset.variable("heights")?;
-    let mask = dataset.variable("mask").ok();
-    let axis = |name| {
-        let axis = dataset.variable(name).ok()?;
-        Some(Axis { length: axis.number("length"), unit: axis.text("unit") })
+    let is_map = |variable: &&Variable<'_>| {
+        let is_mask = variable.name == "mask" && dataset.is_surface();
+        let shape = variable.dimensions.iter().map(|&number| dataset.length(number));
+        let is_map = Array::is_map_of(&shape.collect::<Vec<_>>());
+        is_map && !is_mask && variable.element().is_some() && !dataset.is_bounds(variable.name)
     };
-    let surface = Surface {
-        heights: raster(&dataset, heights, bytes)?,
-        unit: heights.text("unit"),
-        mask: mask.map(|mask| raster(&dataset, mask, bytes)).transpose()?,
-        axes: ["x", "y"].map(|name| axis(name).unwrap_or_default()),
-    };
-    Ok(vec![surface.channel()?])
-}
-
-impl<'a> Surface<'a> {
-    /// Converts the surface to a channel.
-    pub fn channel(self) -> Result<Channel<'a>, FormatError> {
-        let mut raster = self.heights;
-        if let Some(mask) = self.mask {
-            if mask.nodes() != raster.nodes() {
-                let found = format!("{:?}", mask.nodes());
-                return Err(FormatError::value("size of `mask`", found, "the size of `heights`"));
-            }
-            raster = raster.masked(mask);
-        }
-        let [x, y] = self.axes;
-        if let (Some(x), Some(y)) = (&x.unit, &y.unit)
-            && x != y
-        {
-            return Err(FormatError::value("unit of `y`", y, &format!("the unit of `x`, {x}")));
-        }
-        let size = match (x.length, y.length) {
-            (Some(x_length), Some(y_length)) => {
-                let unit = Unit::parse(x.unit.as_deref().unwrap_or_default());
-                Size::new([x_length, y_length], &unit)?
-            }
-            _ => Size::Unknown,
-        };
-        let unit = self.unit.or(x.unit).unwrap_or_default();
-        Ok(Channel::new("heights", Unit::parse(&unit), size, raster))
+    let maps: Vec<&Variable<'_>> = dataset.variables.iter().filter(is_map).collect();
+    let mut channels = Vec::new();
+    for variable in maps {
+        channels.extend(dataset.array(variable)?.channels()?);
     }
+    at_least_one(channels.into_iter().map(Ok), "variable of numbers with two dimensions")
 }
 
-/// Applies the attributes of a variable that mark missing points and scale numbers.
-pub fn unpacked<'a>(
-    raster: Raster<'a>,
-    number: impl Fn(&str) -> Option<f64>,
-) -> Result<Raster<'a>, FormatError> {
-    let missing = number("_FillValue").or_else(|| number("missing_value"));
-    let scale = factor("scale_factor", number("scale_factor").unwrap_or(1.0))?;
-    let offset = finite("add_offset", number("add_offset").unwrap_or(0.0))?;
-    let raster = raster.scaled(scale, offset);
-    Ok(match missing {
-        Some(missing) => raster.missing(Missing::Value(missing)),
-        None => raster,
-    })
+/// Completes the array `heights` of a file of SurfaceTopography: its unit may be that of x, and
+/// `mask` marks missing points. SurfaceTopography 1.27.1 spells the ångström `A`.
+pub fn complete_heights<'a>(
+    heights: &mut Array<'a>,
+    mask: Option<Array<'a>>,
+) -> Result<(), FormatError> {
+    let angstrom = |unit: Unit| if unit == Unit::parse("A") { Unit::parse("Å") } else { unit };
+    for axis in &mut heights.axes {
+        axis.unit = axis.unit.take().map(angstrom);
+    }
+    let of_axis = heights.axes.iter().find_map(|axis| axis.unit.clone());
+    heights.unit = heights.attributes.unit()?.map(angstrom).or(of_axis);
+    heights.attributes.0.retain(|(name, _)| name != "unit" && name != "units");
+    heights.mask = mask.map(Box::new);
+    Ok(())
 }
 
-fn raster<'a>(
-    dataset: &Dataset<'a>,
-    variable: &Variable<'a>,
-    bytes: &'a [u8],
-) -> Result<Raster<'a>, FormatError> {
-    let stored = bytes.get(variable.begin..).unwrap_or_default();
-    let (element, order) = (variable.element()?, ByteOrder::Big);
-    let dimensions = dataset.dimensions(variable)?;
-    let raster = match dimensions[..] {
-        [("x", x), ("y", y)] => Raster::columns(checked_nodes([x, y])?, element, order, stored),
-        [("y", y), ("x", x)] => Raster::rows(checked_nodes([x, y])?, element, order, stored),
-        _ => {
-            let names: Vec<&str> = dimensions.iter().map(|(name, _)| *name).collect();
-            let allowed = "x and y";
-            return Err(FormatError::value("dimensions", names.join(", "), allowed));
-        }
-    }?;
-    unpacked(raster, |name| variable.number(name))
-}
-
-/// Header of a file: dimensions, each with name and length, and variables.
+/// File with its dimensions, each with name and length, and its variables.
 struct Dataset<'a> {
-    dimensions: Vec<(&'a str, i64)>,
+    bytes: &'a [u8],
+    dimensions: Vec<(&'a str, u64)>,
+    /// Number of records along the unlimited dimension, whose length is 0 in the header.
+    records: u64,
     variables: Vec<Variable<'a>>,
 }
 
@@ -128,160 +80,239 @@ struct Dataset<'a> {
 struct Variable<'a> {
     name: &'a str,
     dimensions: Vec<usize>,
-    attributes: Vec<Attribute<'a>>,
+    attributes: Attributes,
     kind: u32,
     /// Offset of the numbers in the file.
     begin: usize,
 }
 
-struct Attribute<'a> {
-    name: &'a str,
-    kind: u32,
-    bytes: &'a [u8],
-}
-
 // Codes of the types of numbers.
-const BYTE: u32 = 1;
 const CHARACTER: u32 = 2;
-const SHORT: u32 = 3;
-const INTEGER: u32 = 4;
-const FLOAT: u32 = 5;
-const DOUBLE: u32 = 6;
+
+fn element(kind: u32) -> Option<Element> {
+    match kind {
+        1 => Some(Element::I8),
+        3 => Some(Element::I16),
+        4 => Some(Element::I32),
+        5 => Some(Element::F32),
+        6 => Some(Element::F64),
+        7 => Some(Element::U8),
+        8 => Some(Element::U16),
+        9 => Some(Element::U32),
+        10 => Some(Element::I64),
+        11 => Some(Element::U64),
+        _ => None,
+    }
+}
 
 impl<'a> Dataset<'a> {
     fn read(bytes: &'a [u8]) -> Result<Dataset<'a>, FormatError> {
-        let wide = match bytes {
-            [b'C', b'D', b'F', 1, ..] => false,
-            [b'C', b'D', b'F', 2, ..] => true,
-            [b'C', b'D', b'F', 5, ..] => {
-                let what = "netCDF with 64-bit data is not supported; save the classic format";
-                return Err(FormatError::unsupported(what));
-            }
+        let version = match bytes {
+            [b'C', b'D', b'F', version @ (1 | 2 | 5), ..] => *version,
             _ => return Err(FormatError::Signature),
         };
-        let mut cursor = Cursor::at(bytes, 4);
-        // The number of records is ignored, because maps have no record dimension.
-        whole(&mut cursor)?;
-        let dimensions = list(&mut cursor, |cursor| Ok((name(cursor)?, whole(cursor)?.into())))?;
-        list(&mut cursor, attribute)?;
-        let variables = list(&mut cursor, |cursor| variable(cursor, wide))?;
-        Ok(Dataset { dimensions, variables })
+        let mut header = Header { cursor: Cursor::at(bytes, 4), version };
+        let records = header.count()?;
+        let dimensions = header.list(|header| Ok((header.name()?, header.count()?)))?;
+        header.list(Header::attribute)?;
+        let variables = header.list(Header::variable)?;
+        let mut dataset = Dataset { bytes, dimensions, records, variables };
+        // All bits are set while a program still writes the file.
+        if records == u64::from(u32::MAX) || records == u64::MAX {
+            let first = dataset.variables.iter().filter(|v| dataset.is_record(v));
+            let first = first.map(|variable| variable.begin).min().unwrap_or(bytes.len());
+            let left = bytes.len().saturating_sub(first) as u64;
+            dataset.records = left.checked_div(dataset.record_bytes()).unwrap_or(0);
+        }
+        Ok(dataset)
     }
 
-    fn variable(&self, name: &str) -> Result<&Variable<'a>, FormatError> {
-        let mut variables = self.variables.iter();
-        let variable = variables.find(|variable| variable.name == name);
-        variable.ok_or_else(|| FormatError::missing(format!("variable {name}")))
+    fn variable(&self, name: &str) -> Option<&Variable<'a>> {
+        self.variables.iter().find(|variable| variable.name == name)
     }
 
-    /// Returns the names and lengths of the dimensions of a variable.
-    fn dimensions(&self, variable: &Variable<'a>) -> Result<Vec<(&'a str, i64)>, FormatError> {
-        let dimensions = variable.dimensions.iter().map(|&number| {
-            let dimension = self.dimensions.get(number).copied();
-            dimension.ok_or_else(|| FormatError::missing(format!("dimension {number}")))
-        });
-        dimensions.collect()
+    /// Returns true for files of SurfaceTopography, whose axes state sides.
+    fn is_surface(&self) -> bool {
+        let states_side = |&number: &usize| {
+            let axis = self.dimensions.get(number).and_then(|(name, _)| self.variable(name));
+            axis.is_some_and(|axis| axis.attributes.number("length").is_some())
+        };
+        self.variable("heights").is_some_and(|heights| heights.dimensions.iter().any(states_side))
     }
-}
 
-impl<'a> Variable<'a> {
-    fn element(&self) -> Result<Element, FormatError> {
-        match self.kind {
-            BYTE => Ok(Element::I8),
-            SHORT => Ok(Element::I16),
-            INTEGER => Ok(Element::I32),
-            FLOAT => Ok(Element::F32),
-            DOUBLE => Ok(Element::F64),
-            kind => {
-                let entry = format!("type of {}", self.name);
-                Err(FormatError::value(&entry, kind, "a type of numbers: 1, 3, 4, 5 or 6"))
+    fn length(&self, dimension: usize) -> u64 {
+        match self.dimensions.get(dimension) {
+            Some((_, 0)) => self.records,
+            Some((_, length)) => *length,
+            None => 0,
+        }
+    }
+
+    /// Returns true if another variable names this one as the bounds of its cells.
+    fn is_bounds(&self, name: &str) -> bool {
+        let bounds = |of: &Variable<'a>| of.attributes.text("bounds").ok().flatten() == Some(name);
+        self.variables.iter().any(bounds)
+    }
+
+    fn is_record(&self, variable: &Variable<'a>) -> bool {
+        let first = variable.dimensions.first().and_then(|&first| self.dimensions.get(first));
+        first.is_some_and(|(_, length)| *length == 0)
+    }
+
+    /// Returns the numbers of one record of a variable, or of a whole variable without records, in
+    /// bytes.
+    fn variable_bytes(&self, variable: &Variable<'a>) -> u64 {
+        let skipped = usize::from(self.is_record(variable));
+        let lengths = variable.dimensions.iter().skip(skipped).map(|&number| self.length(number));
+        let size = element(variable.kind).map_or(1, Element::size) as u64;
+        lengths.fold(size, u64::saturating_mul)
+    }
+
+    /// Returns the distance of records in bytes. The parts of several variables are padded.
+    fn record_bytes(&self) -> u64 {
+        let records = self.variables.iter().filter(|variable| self.is_record(variable));
+        let lengths: Vec<u64> = records.map(|variable| self.variable_bytes(variable)).collect();
+        match lengths.as_slice() {
+            [only] => *only,
+            several => several
+                .iter()
+                .fold(0, |sum, length| sum.saturating_add(length.saturating_add(3) / 4 * 4)),
+        }
+    }
+
+    /// Returns the numbers of a variable.
+    fn stored(&self, variable: &Variable<'a>) -> Result<Cow<'a, [u8]>, FormatError> {
+        let whole = |length: u64| usize::try_from(length).unwrap_or(usize::MAX);
+        let length = whole(self.variable_bytes(variable));
+        if !self.is_record(variable) {
+            return Ok(Cursor::at(self.bytes, variable.begin).take(length)?.into());
+        }
+        let distance = whole(self.record_bytes());
+        // The file has all records, so that the number of records is bounded by its length.
+        let needed = whole(self.records).saturating_sub(1).saturating_mul(distance);
+        Cursor::at(self.bytes, variable.begin.saturating_add(needed)).take(length)?;
+        let starts = (0..whole(self.records)).map(|record| variable.begin + record * distance);
+        Ok(starts.flat_map(|start| &self.bytes[start..start + length]).copied().collect())
+    }
+
+    fn array(&self, variable: &Variable<'a>) -> Result<Array<'a>, FormatError> {
+        let mut array = self.plain_array(variable)?;
+        if variable.name == "heights" && self.is_surface() {
+            let mask = self.variable("mask").map(|mask| self.plain_array(mask)).transpose()?;
+            complete_heights(&mut array, mask)?;
+        }
+        Ok(array)
+    }
+
+    fn plain_array(&self, variable: &Variable<'a>) -> Result<Array<'a>, FormatError> {
+        let missing = || FormatError::missing(format!("type of numbers of {}", variable.name));
+        let element = variable.element().ok_or_else(missing)?;
+        let axes = variable.dimensions.iter().map(|&number| {
+            let missing = || FormatError::missing(format!("dimension {number}"));
+            let (name, _) = *self.dimensions.get(number).ok_or_else(missing)?;
+            let coordinates = self.variable(name).filter(|axis| axis.dimensions == [number]);
+            match coordinates.and_then(|axis| Some((axis, axis.element()?))) {
+                Some((axis, element)) => {
+                    let numbers = element.numbers(ByteOrder::Big, &self.stored(axis)?);
+                    Axis::new(name, &numbers, &axis.attributes)
+                }
+                None => Ok(Axis::named(name)),
             }
+        });
+        let lengths = variable.dimensions.iter().map(|&number| self.length(number));
+        Ok(Array {
+            name: variable.name.to_owned(),
+            shape: lengths.map(|length| usize::try_from(length).unwrap_or(usize::MAX)).collect(),
+            axes: axes.collect::<Result<_, FormatError>>()?,
+            attributes: variable.attributes.clone(),
+            element,
+            order: ByteOrder::Big,
+            bytes: self.stored(variable)?,
+            unit: None,
+            unwritten: default_fill(element),
+            last_is_x: false,
+            mask: None,
+        })
+    }
+}
+
+impl Variable<'_> {
+    fn element(&self) -> Option<Element> {
+        element(self.kind)
+    }
+}
+
+/// Reader of a header. In CDF-5, counts have 64 bits.
+struct Header<'a> {
+    cursor: Cursor<'a>,
+    version: u8,
+}
+
+impl<'a> Header<'a> {
+    fn whole(&mut self) -> Result<u32, FormatError> {
+        Ok(u32::from_be_bytes(self.cursor.array()?))
+    }
+
+    fn count(&mut self) -> Result<u64, FormatError> {
+        match self.version {
+            5 => Ok(u64::from_be_bytes(self.cursor.array()?)),
+            _ => self.whole().map(u64::from),
         }
     }
 
-    fn attribute(&self, name: &str) -> Option<&Attribute<'a>> {
-        self.attributes.iter().find(|attribute| attribute.name == name)
+    fn size(&mut self) -> Result<usize, FormatError> {
+        Ok(usize::try_from(self.count()?).unwrap_or(usize::MAX))
     }
 
-    /// Returns the value of a text attribute.
-    fn text(&self, name: &str) -> Option<String> {
-        let attribute = self.attribute(name).filter(|found| found.kind == CHARACTER)?;
-        Some(utf8_or_latin1(attribute.bytes))
+    /// Reads a list, which consists of a tag, the number of elements and the elements.
+    fn list<T>(
+        &mut self,
+        element: impl Fn(&mut Header<'a>) -> Result<T, FormatError>,
+    ) -> Result<Vec<T>, FormatError> {
+        self.whole()?;
+        // The vector grows as elements are read, so that a damaged number allocates no memory.
+        (0..self.count()?).map(|_| element(self)).collect()
     }
 
-    /// Returns the first number of a numeric attribute.
-    fn number(&self, name: &str) -> Option<f64> {
-        let attribute = self.attribute(name)?;
-        let mut cursor = Cursor::new(attribute.bytes);
-        match attribute.kind {
-            BYTE => cursor.array().ok().map(|b| i8::from_be_bytes(b).into()),
-            SHORT => cursor.array().ok().map(|b| i16::from_be_bytes(b).into()),
-            INTEGER => cursor.array().ok().map(|b| i32::from_be_bytes(b).into()),
-            FLOAT => cursor.array().ok().map(|b| f32::from_be_bytes(b).into()),
-            DOUBLE => cursor.array().ok().map(f64::from_be_bytes),
-            _ => None,
+    /// Reads `length` bytes and skips their padding to a multiple of four.
+    fn padded(&mut self, length: usize) -> Result<&'a [u8], FormatError> {
+        let bytes = self.cursor.take(length)?;
+        self.cursor.skip(length.next_multiple_of(4) - length)?;
+        Ok(bytes)
+    }
+
+    fn name(&mut self) -> Result<&'a str, FormatError> {
+        let length = self.size()?;
+        let bytes = self.padded(length)?;
+        str::from_utf8(bytes).map_err(|error| FormatError::damaged("a name", error))
+    }
+
+    fn attribute(&mut self) -> Result<(String, Value), FormatError> {
+        let name = self.name()?.to_owned();
+        let kind = self.whole()?;
+        let count = self.size()?;
+        if kind == CHARACTER {
+            let text = utf8_or_latin1(self.padded(count)?);
+            return Ok((name, Value::Texts(vec![text.trim_end_matches('\0').to_owned()])));
         }
+        let wrong = || FormatError::value("type of an attribute", kind, "1 to 11");
+        let element = element(kind).ok_or_else(wrong)?;
+        let bytes = self.padded(count.saturating_mul(element.size()))?;
+        Ok((name, Value::Numbers(element.numbers(ByteOrder::Big, bytes))))
     }
-}
 
-fn whole(cursor: &mut Cursor<'_>) -> Result<u32, FormatError> {
-    Ok(u32::from_be_bytes(cursor.array()?))
-}
-
-/// Reads a list, which consists of a tag, the number of elements and the elements.
-fn list<'a, T>(
-    cursor: &mut Cursor<'a>,
-    element: impl Fn(&mut Cursor<'a>) -> Result<T, FormatError>,
-) -> Result<Vec<T>, FormatError> {
-    whole(cursor)?;
-    // The vector grows as elements are read, so that a damaged number allocates no memory.
-    (0..whole(cursor)?).map(|_| element(cursor)).collect()
-}
-
-/// Reads `length` bytes and skips their padding to a multiple of four.
-fn padded<'a>(cursor: &mut Cursor<'a>, length: usize) -> Result<&'a [u8], FormatError> {
-    let bytes = cursor.take(length)?;
-    cursor.skip(length.next_multiple_of(4) - length)?;
-    Ok(bytes)
-}
-
-fn name<'a>(cursor: &mut Cursor<'a>) -> Result<&'a str, FormatError> {
-    let length = whole(cursor)? as usize;
-    let bytes = padded(cursor, length)?;
-    str::from_utf8(bytes).map_err(|error| FormatError::damaged("a name", error))
-}
-
-fn attribute<'a>(cursor: &mut Cursor<'a>) -> Result<Attribute<'a>, FormatError> {
-    let name = name(cursor)?;
-    let kind = whole(cursor)?;
-    let size = match kind {
-        BYTE | CHARACTER => 1,
-        SHORT => 2,
-        INTEGER | FLOAT => 4,
-        DOUBLE => 8,
-        _ => {
-            let allowed = "1 to 6";
-            return Err(FormatError::value("type of an attribute", kind, allowed));
-        }
-    };
-    let length = (whole(cursor)? as usize).saturating_mul(size);
-    let bytes = padded(cursor, length)?;
-    Ok(Attribute { name, kind, bytes })
-}
-
-fn variable<'a>(cursor: &mut Cursor<'a>, wide: bool) -> Result<Variable<'a>, FormatError> {
-    let name = name(cursor)?;
-    let rank = whole(cursor)?;
-    let dimensions = (0..rank).map(|_| Ok(whole(cursor)? as usize));
-    let dimensions = dimensions.collect::<Result<_, FormatError>>()?;
-    let attributes = list(cursor, attribute)?;
-    let kind = whole(cursor)?;
-    // The length in bytes is ignored: it follows from the dimensions.
-    whole(cursor)?;
-    let begin = if wide {
-        usize::try_from(u64::from_be_bytes(cursor.array()?)).unwrap_or(usize::MAX)
-    } else {
-        whole(cursor)? as usize
-    };
-    Ok(Variable { name, dimensions, attributes, kind, begin })
+    fn variable(&mut self) -> Result<Variable<'a>, FormatError> {
+        let name = self.name()?;
+        let dimensions = (0..self.count()?).map(|_| self.size());
+        let dimensions = dimensions.collect::<Result<_, FormatError>>()?;
+        let attributes = Attributes(self.list(Header::attribute)?);
+        let kind = self.whole()?;
+        // The length in bytes is ignored: it follows from the dimensions.
+        self.count()?;
+        let begin = match self.version {
+            1 => self.whole()? as usize,
+            _ => usize::try_from(u64::from_be_bytes(self.cursor.array()?)).unwrap_or(usize::MAX),
+        };
+        Ok(Variable { name, dimensions, attributes, kind, begin })
+    }
 }

@@ -1,4 +1,6 @@
-//! NumPy files with one two-dimensional array `[x, y]` of little-endian `f32` or `f64`.
+//! NumPy files with one two-dimensional array `[x, y]` of integers or floats of any size and byte
+//! order, in C or Fortran order, as NumPy 1 and 2 write them. If the array has more dimensions,
+//! those of length one are dropped.
 //!
 //! The format has neither size nor unit. Numbers that are not finite are missing points. The header
 //! is a Python dictionary with three entries in a fixed notation. The shape in the header is
@@ -7,7 +9,7 @@
 use thiserror::Error;
 
 use super::channel::{Channel, Size};
-use super::raster::{Raster, checked_nodes};
+use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
@@ -39,7 +41,7 @@ pub enum NpyError {
     CutOff,
     #[error("the header `{header}` has no valid `{entry}`")]
     Entry { entry: &'static str, header: String },
-    #[error("the elements have the type `{found}`; convert the array to `<f8` or `<f4`")]
+    #[error("the elements have the type `{found}`; convert the array to `<f8`")]
     Type { found: String },
     #[error("the array has shape {found:?}; a height map has two dimensions, such as [256, 256]")]
     Shape { found: Vec<u64> },
@@ -47,7 +49,7 @@ pub enum NpyError {
         "an array of shape {shape:?} and type `{element}` needs {needed} bytes of data, but the \
          file has {found}"
     )]
-    Length { shape: Vec<u64>, element: &'static str, needed: u128, found: usize },
+    Length { shape: Vec<u64>, element: String, needed: u128, found: usize },
 }
 
 /// Decodes a `.npy` file. Returns the numbers of rows and columns of the array, and its elements.
@@ -56,7 +58,7 @@ pub enum NpyError {
 ///
 /// # Errors
 /// Returns an error if the bytes are not a NumPy file or do not hold one two-dimensional array of
-/// little-endian floats.
+/// integers or floats.
 ///
 /// ```
 /// use asperity_topography_files::{NpyError, npy_array};
@@ -76,11 +78,12 @@ pub enum NpyError {
 /// ```
 pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
     let (header, data) = split(bytes)?;
-    let element = Element::from_header(header)?;
+    let (element, order) = element(header)?;
     let columns_first = fortran_order(header)?;
     let shape = shape(header)?;
-    let [rows, columns] = match shape[..] {
-        [rows, columns] => [rows, columns],
+    let long: Vec<u64> = shape.iter().copied().filter(|&length| length != 1).collect();
+    let [rows, columns] = match (&shape[..], &long[..]) {
+        (&[rows, columns], _) | (&[_, _, _, ..], &[rows, columns]) => [rows, columns],
         _ => return Err(NpyError::Shape { found: shape }),
     };
     let needed = u128::from(rows)
@@ -89,13 +92,13 @@ pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
     if needed != Some(data.len() as u128) {
         return Err(NpyError::Length {
             shape,
-            element: element.name(),
+            element: descr(header)?,
             needed: needed.unwrap_or(u128::MAX),
             found: data.len(),
         });
     }
     let nodes = [rows as usize, columns as usize];
-    let heights = element.decode(data);
+    let heights = element.numbers(order, data);
     // An array without columns may claim so many rows that a loop over them would not end.
     if columns_first && !heights.is_empty() {
         Ok((nodes, transposed(&heights, nodes)))
@@ -104,49 +107,36 @@ pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-enum Element {
-    Single,
-    Double,
+/// Returns the type of the elements and their byte order.
+fn element(header: &str) -> Result<(Element, ByteOrder), NpyError> {
+    let found = descr(header)?;
+    let (order, kind) = match found.as_bytes() {
+        [b'>', kind @ ..] => (ByteOrder::Big, kind),
+        [b'<' | b'|', kind @ ..] => (ByteOrder::Little, kind),
+        _ => return Err(NpyError::Type { found }),
+    };
+    let element = match kind {
+        b"i1" => Element::I8,
+        b"u1" => Element::U8,
+        b"i2" => Element::I16,
+        b"u2" => Element::U16,
+        b"i4" => Element::I32,
+        b"u4" => Element::U32,
+        b"i8" => Element::I64,
+        b"u8" => Element::U64,
+        b"f2" => Element::F16,
+        b"f4" => Element::F32,
+        b"f8" => Element::F64,
+        _ => return Err(NpyError::Type { found }),
+    };
+    Ok((element, order))
 }
 
-impl Element {
-    fn from_header(header: &str) -> Result<Self, NpyError> {
-        let text = value(header, "descr")?;
-        match quoted(text) {
-            Some("<f8") => Ok(Self::Double),
-            Some("<f4") => Ok(Self::Single),
-            found => Err(NpyError::Type {
-                // A structured type is a list, which may be long.
-                found: found.map_or_else(|| text.chars().take(40).collect(), str::to_owned),
-            }),
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Single => "<f4",
-            Self::Double => "<f8",
-        }
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::Single => 4,
-            Self::Double => 8,
-        }
-    }
-
-    fn decode(self, data: &[u8]) -> Vec<f64> {
-        match self {
-            Self::Single => decode(data, |bytes| f32::from_le_bytes(bytes).into()),
-            Self::Double => decode(data, f64::from_le_bytes),
-        }
-    }
-}
-
-fn decode<const SIZE: usize>(data: &[u8], value: impl Fn([u8; SIZE]) -> f64) -> Vec<f64> {
-    data.as_chunks().0.iter().map(|bytes| value(*bytes)).collect()
+/// Returns the notation of the type, such as `<f8`.
+fn descr(header: &str) -> Result<String, NpyError> {
+    let text = value(header, "descr")?;
+    // A structured type is a list, which may be long.
+    Ok(quoted(text).map_or_else(|| text.chars().take(40).collect(), str::to_owned))
 }
 
 /// Splits a NumPy file into its header and its data.
@@ -291,8 +281,25 @@ mod tests {
     }
 
     #[test]
+    fn integers_and_both_byte_orders_are_read() {
+        let read = |descr: &str, data: &[u8]| npy_array(&npy(descr, "False", "(1, 2)", data));
+        let expected = Ok(([1, 2], vec![1.0, 2.0]));
+        assert_eq!(read("|u1", &[1, 2]), expected);
+        assert_eq!(read("<i2", &[1, 0, 2, 0]), expected);
+        assert_eq!(read(">i8", &[0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 2]), expected);
+        assert_eq!(read("<f2", &[0, 0x3c, 0, 0x40]), expected);
+        assert_eq!(read(">f4", &[0x3f, 0x80, 0, 0, 0x40, 0, 0, 0]), expected);
+    }
+
+    #[test]
+    fn axes_of_length_one_are_dropped() {
+        let bytes = npy("<f8", "False", "(1, 2, 1, 2)", &doubles(&[1.0, 2.0, 3.0, 4.0]));
+        assert_eq!(npy_array(&bytes), npy_array(&valid()));
+    }
+
+    #[test]
     fn other_types_are_named() {
-        for descr in [">f8", "<i4", "<c16", "|O"] {
+        for descr in ["<c16", "|O", "|b1", "<f16", "=f8"] {
             let found = descr.to_owned();
             let error = npy_array(&npy(descr, "False", "(2, 2)", &[0; 32]));
             assert_eq!(error, Err(NpyError::Type { found }));
@@ -301,7 +308,7 @@ mod tests {
 
     #[test]
     fn arrays_of_other_dimensions_are_refused_with_their_shape() {
-        let shapes = [("(4,)", vec![4]), ("()", vec![]), ("(2, 2, 1)", vec![2, 2, 1])];
+        let shapes = [("(4,)", vec![4]), ("()", vec![]), ("(2, 2, 2)", vec![2, 2, 2])];
         for (shape, found) in shapes {
             let error = npy_array(&npy("<f8", "False", shape, &[0; 32]));
             assert_eq!(error, Err(NpyError::Shape { found }));

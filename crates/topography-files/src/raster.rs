@@ -16,6 +16,9 @@ pub enum Element {
     U16,
     I32,
     U32,
+    I64,
+    U64,
+    F16,
     F32,
     F64,
 }
@@ -78,10 +81,50 @@ impl Element {
     pub fn size(self) -> usize {
         match self {
             Element::I8 | Element::U8 => 1,
-            Element::I16 | Element::U16 => 2,
+            Element::I16 | Element::U16 | Element::F16 => 2,
             Element::I32 | Element::U32 | Element::F32 => 4,
-            Element::F64 => 8,
+            Element::I64 | Element::U64 | Element::F64 => 8,
         }
+    }
+
+    /// Returns the smallest and the largest number of a type of integers.
+    pub fn limits(self) -> Option<[f64; 2]> {
+        let bits = 8 * self.size() as i32;
+        match self {
+            Element::F16 | Element::F32 | Element::F64 => None,
+            _ if self.unsigned() == self => Some([0.0, 2_f64.powi(bits) - 1.0]),
+            _ => Some([-2_f64.powi(bits - 1), 2_f64.powi(bits - 1) - 1.0]),
+        }
+    }
+
+    /// Returns the unsigned type of the same size.
+    pub fn unsigned(self) -> Element {
+        match self {
+            Element::I8 => Element::U8,
+            Element::I16 => Element::U16,
+            Element::I32 => Element::U32,
+            Element::I64 => Element::U64,
+            other => other,
+        }
+    }
+
+    /// Rounds a number to the precision of the type. Unsigned types wrap negative numbers, because
+    /// netCDF stores the fill of unsigned integers as a signed number.
+    pub fn rounded(self, number: f64) -> f64 {
+        match self {
+            Element::F32 => f64::from(number as f32),
+            Element::U8 | Element::U16 | Element::U32 if number < 0.0 => {
+                number + 2_f64.powi(8 * self.size() as i32)
+            }
+            _ => number,
+        }
+    }
+
+    /// Decodes all numbers of `bytes`.
+    pub fn numbers(self, order: ByteOrder, bytes: &[u8]) -> Vec<f64> {
+        let count = bytes.len() / self.size();
+        let samples = Samples::Bytes { bytes: bytes.into(), element: self, order, stride: 0 };
+        Raster::new([count, 1], samples, true).stored_numbers(|number| number)
     }
 }
 
@@ -225,22 +268,7 @@ impl<'a> Raster<'a> {
 
     /// Decodes the map in row-major order with x along the first axis; missing points are NaN.
     pub fn decode(&self) -> Vec<f64> {
-        let mut values = match &self.samples {
-            Samples::Numbers(numbers) => {
-                let length = self.nodes[usize::from(!self.lines_along_x)];
-                self.gather(|line, index| numbers[line * length + index])
-            }
-            Samples::Bytes { element, .. } => match element {
-                Element::I8 => self.stored(|byte: [u8; 1]| i8::from_le_bytes(byte).into()),
-                Element::U8 => self.stored(|byte: [u8; 1]| byte[0].into()),
-                Element::I16 => self.stored(|bytes| i16::from_le_bytes(bytes).into()),
-                Element::U16 => self.stored(|bytes| u16::from_le_bytes(bytes).into()),
-                Element::I32 => self.stored(|bytes| i32::from_le_bytes(bytes).into()),
-                Element::U32 => self.stored(|bytes| u32::from_le_bytes(bytes).into()),
-                Element::F32 => self.stored(|bytes| f32::from_le_bytes(bytes).into()),
-                Element::F64 => self.stored(f64::from_le_bytes),
-            },
-        };
+        let mut values = self.stored_numbers(|stored| self.value(stored));
         if let Some(mask) = &self.mask {
             let is_missing = mask.decode();
             let marks = values.iter_mut().zip(is_missing);
@@ -249,6 +277,29 @@ impl<'a> Raster<'a> {
             }
         }
         values
+    }
+
+    /// Returns the numbers in the order of [`Raster::decode`], converted by `value`.
+    fn stored_numbers(&self, value: impl Fn(f64) -> f64) -> Vec<f64> {
+        match &self.samples {
+            Samples::Numbers(numbers) => {
+                let length = self.nodes[usize::from(!self.lines_along_x)];
+                self.gather(|line, index| value(numbers[line * length + index]))
+            }
+            Samples::Bytes { element, .. } => match element {
+                Element::I8 => self.stored(|byte: [u8; 1]| value(i8::from_le_bytes(byte).into())),
+                Element::U8 => self.stored(|byte: [u8; 1]| value(byte[0].into())),
+                Element::I16 => self.stored(|bytes| value(i16::from_le_bytes(bytes).into())),
+                Element::U16 => self.stored(|bytes| value(u16::from_le_bytes(bytes).into())),
+                Element::I32 => self.stored(|bytes| value(i32::from_le_bytes(bytes).into())),
+                Element::U32 => self.stored(|bytes| value(u32::from_le_bytes(bytes).into())),
+                Element::I64 => self.stored(|bytes| value(i64::from_le_bytes(bytes) as f64)),
+                Element::U64 => self.stored(|bytes| value(u64::from_le_bytes(bytes) as f64)),
+                Element::F16 => self.stored(|bytes| value(half(u16::from_le_bytes(bytes)))),
+                Element::F32 => self.stored(|bytes| value(f32::from_le_bytes(bytes).into())),
+                Element::F64 => self.stored(|bytes| value(f64::from_le_bytes(bytes))),
+            },
+        }
     }
 
     fn stored<const N: usize>(&self, number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
@@ -266,8 +317,8 @@ impl<'a> Raster<'a> {
         })
     }
 
-    /// Returns the heights of the map in row-major order with x along the first axis. `stored`
-    /// returns the stored number with a given index of the line and index within the line.
+    /// Returns the numbers of the map in row-major order with x along the first axis. `stored`
+    /// returns the number with a given index of the line and index within the line.
     fn gather(&self, stored: impl Fn(usize, usize) -> f64) -> Vec<f64> {
         let [nodes_x, nodes_y] = self.nodes;
         let mut values = Vec::with_capacity(nodes_x * nodes_y);
@@ -275,7 +326,7 @@ impl<'a> Raster<'a> {
             let x = if self.mirrored { nodes_x - 1 - i } else { i };
             values.extend((0..nodes_y).map(|j| {
                 let y = if self.upside_down { nodes_y - 1 - j } else { j };
-                self.value(if self.lines_along_x { stored(y, x) } else { stored(x, y) })
+                if self.lines_along_x { stored(y, x) } else { stored(x, y) }
             }));
         }
         values
@@ -292,6 +343,18 @@ impl<'a> Raster<'a> {
         };
         let value = (self.scale * stored + self.offset) / self.per_metre;
         if is_missing || !value.is_finite() { f64::NAN } else { value }
+    }
+}
+
+/// Converts a number of half precision: a sign, five bits of exponent and ten of mantissa.
+fn half(bits: u16) -> f64 {
+    let sign = if bits & 0x8000 == 0 { 1.0 } else { -1.0 };
+    let [exponent, mantissa] = [i32::from(bits >> 10 & 31), i32::from(bits & 1023)];
+    sign * match exponent {
+        0 => f64::from(mantissa) * 2_f64.powi(-24),
+        31 if mantissa == 0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => f64::from(1024 + mantissa) * 2_f64.powi(exponent - 25),
     }
 }
 
@@ -342,6 +405,16 @@ mod tests {
             |order| Raster::rows([1, 1], Element::I16, order, &[0x01, 0x80][..]).unwrap().decode();
         assert_eq!(read(ByteOrder::Little), [f64::from(-0x7fff)]);
         assert_eq!(read(ByteOrder::Big), [f64::from(0x0180)]);
+    }
+
+    #[test]
+    fn numbers_of_half_precision_have_eleven_bits() {
+        let read = |bits: u16| Element::F16.numbers(ByteOrder::Big, &bits.to_be_bytes())[0];
+        assert_eq!(
+            [0x3c00, 0xc000, 0x7bff, 0x0001].map(read),
+            [1.0, -2.0, 65504.0, 2_f64.powi(-24)]
+        );
+        assert!(read(0x7e00).is_nan() && read(0xfc00) == f64::NEG_INFINITY);
     }
 
     #[test]

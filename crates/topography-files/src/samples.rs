@@ -1,6 +1,7 @@
 //! Small files of every format, all of which contain the map [`EXPECTED`].
 
 mod jpk;
+mod new_formats;
 pub mod vendors;
 
 use std::io::{Cursor, Write};
@@ -70,6 +71,7 @@ pub fn samples() -> Vec<Sample> {
     samples.extend(texts());
     samples.extend(hdf5());
     samples.extend(vendors::samples());
+    samples.extend(new_formats::samples());
     samples
 }
 

@@ -168,6 +168,8 @@ impl Edition {
                 Element::U32 => Missing::Value(u32::MAX.into()),
                 Element::F32 => Missing::From(3.4e38),
                 Element::F64 => Missing::From(1.7e308),
+                // No type of the format.
+                Element::I64 | Element::U64 | Element::F16 => Missing::None,
             }
         } else {
             match element {
@@ -176,7 +178,7 @@ impl Edition {
                 Element::I32 => Missing::Value(i32::MIN.into()),
                 Element::F32 => Missing::UpTo(-3.4e38),
                 Element::F64 => Missing::UpTo(-1.7e308),
-                Element::U8 | Element::U16 | Element::U32 => Edition::Bcr1.missing(element),
+                _ => Edition::Bcr1.missing(element),
             }
         }
     }

@@ -2,10 +2,15 @@
 
 use proptest::prelude::*;
 
+use super::raster::Raster;
 use super::samples::{
     Archive, EXPECTED, Sample, deflated_sur, igor, samples, sur, with_checksum, x3p,
 };
-use super::{Channel, HeightMap, Quantity, Size, Statistics, TopographyFileError, formats, read};
+use super::unit::Unit;
+use super::{
+    Channel, HeightMap, Quantity, Size, Statistics, TopographyFile, TopographyFileError, formats,
+    read,
+};
 
 #[track_caller]
 fn first_map(bytes: &[u8]) -> HeightMap {
@@ -66,6 +71,29 @@ fn channels_of_other_quantities_are_listed_with_their_unit() {
     assert_eq!(listed, [("HeightTrace", Some("m")), ("PhaseTrace", Some("deg"))]);
     assert!(!file.channels()[1].may_be_heights());
     assert_eq!(file.channels()[1].map().steps(), None);
+}
+
+/// Returns the name of the channel that is read if none is chosen.
+fn chosen(names: &[(&str, &str)]) -> String {
+    let raster = Raster::from_rows([2, 2], vec![0.0; 4]);
+    let channel = |(name, unit): &(&str, &str)| {
+        Channel::new(*name, Unit::parse(unit), Size::Unknown, raster.clone())
+    };
+    let channels: Vec<_> = names.iter().map(channel).collect();
+    let file = TopographyFile { format: &formats()[0], channels };
+    file.channels[file.first_heights().unwrap()].name.clone()
+}
+
+#[test]
+fn heights_are_chosen_by_name_before_unit() {
+    assert_eq!(chosen(&[("Deflection Error", "nm"), ("Height", "nm")]), "Height");
+    assert_eq!(chosen(&[("contact", ""), ("heights", ""), ("pressure", "")]), "heights");
+    assert_eq!(chosen(&[("Amplitude", "V"), ("Phase", "nm"), ("ZSensor", "nm")]), "ZSensor");
+    assert_eq!(chosen(&[("Height Error", "nm"), ("Height (measured)", "nm")]), "Height (measured)");
+    assert_eq!(chosen(&[("Height (retrace)", "nm"), ("Height", "nm")]), "Height");
+    assert_eq!(chosen(&[("image", "nm"), ("image_original", "nm")]), "image_original");
+    assert_eq!(chosen(&[("b", ""), ("a", "nm"), ("c", "nm")]), "a");
+    assert_eq!(chosen(&[("deflection", "nm")]), "deflection");
 }
 
 #[test]
@@ -140,7 +168,7 @@ fn errors_name_the_entry_and_the_expected_value() {
 fn the_error_for_an_unknown_format_lists_all_readers() {
     let error = read(b"GIF89a\x01\x00").unwrap_err();
     let TopographyFileError::Unknown { others, .. } = &error else { panic!("{error}") };
-    assert_eq!(others[..3], ["nmm", "x3p", "sur"]);
+    assert_eq!(others[..3], ["nmm", "plux", "x3p"]);
     let error = error.to_string();
     assert!(
         error.starts_with("no known format matches the file, which starts with `GIF89a` ("),

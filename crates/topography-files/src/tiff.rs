@@ -333,9 +333,37 @@ impl<'a> Directory<'a> {
                 }
                 Ok(Cow::Owned(bytes))
             }
-            other => Err(FormatError::value("TIFF predictor", other, "1, or 2 for integers")),
+            3 if !is_integer => {
+                Ok(floats_of_differences(&bytes, line, element.size(), self.order).into())
+            }
+            other => {
+                let allowed = "1, 2 for integers or 3 for floats";
+                Err(FormatError::value("TIFF predictor", other, allowed))
+            }
         }
     }
+}
+
+/// Undoes the prediction of floats. A line has the first bytes of all numbers, which are the most
+/// significant ones, then their second bytes, and so on, as differences between neighbouring bytes.
+fn floats_of_differences(bytes: &[u8], line: usize, size: usize, order: ByteOrder) -> Vec<u8> {
+    let mut floats = Vec::with_capacity(bytes.len());
+    for line in bytes.chunks_exact(line) {
+        let sums = line.iter().scan(0_u8, |sum, byte| {
+            *sum = sum.wrapping_add(*byte);
+            Some(*sum)
+        });
+        let planes: Vec<u8> = sums.collect();
+        let count = line.len() / size;
+        for number in 0..count {
+            let stored = (0..size).map(|byte| match order {
+                ByteOrder::Big => byte,
+                ByteOrder::Little => size - 1 - byte,
+            });
+            floats.extend(stored.map(|byte| planes[byte * count + number]));
+        }
+    }
+    floats
 }
 
 /// Strips or tiles of an image: their size in pixels and the tags of their offsets and lengths.
@@ -346,6 +374,11 @@ struct Blocks {
 }
 
 impl<'a> Entry<'a> {
+    /// Returns the bytes of all values.
+    pub fn bytes(self) -> &'a [u8] {
+        self.bytes
+    }
+
     /// Returns the values if they are integers.
     pub fn wholes(self) -> Option<impl Iterator<Item = i64>> {
         let is_signed = match self.kind {
@@ -477,6 +510,16 @@ mod tests {
         // The next directory of the first directory is the first directory.
         let looped = b"II*\0\x08\0\0\0\0\0\x08\0\0\0";
         assert!(directories(looped).unwrap_err().to_string().contains("loop"));
+    }
+
+    #[test]
+    fn predicted_floats_are_stored_by_bytes() {
+        // 1 is 3f800000 and 2 is 40000000; the bytes 3f 40, 80 00, 00 00 and 00 00 as differences.
+        let stored = [0x3f, 0x01, 0x40, 0x80, 0, 0, 0, 0];
+        let floats = floats_of_differences(&stored, 8, 4, ByteOrder::Big);
+        assert_eq!(Element::F32.numbers(ByteOrder::Big, &floats), [1.0, 2.0]);
+        let little = floats_of_differences(&stored, 8, 4, ByteOrder::Little);
+        assert_eq!(Element::F32.numbers(ByteOrder::Little, &little), [1.0, 2.0]);
     }
 
     #[test]

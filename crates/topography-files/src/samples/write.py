@@ -105,8 +105,27 @@ def netcdf4():
         heights.attrs.update(attributes)
 
 
+def nhf():
+    """A scan of Nanosurf Studio, version 2, whose last point was not measured."""
+    with h5py.File("scan.nhf", "w", libver="earliest") as file:
+        file.attrs["nsf_file_version_major"] = np.uint32(2)
+        file.attrs["nsf_file_version_minor"] = np.uint32(0)
+        scan = file.create_group("group_0000")
+        scan.attrs["rect_axis_size"] = np.array([2, 3], "u4")
+        scan.attrs["rect_axis_range"] = np.array([4e-6, 3e-6])
+        forward = scan.create_group("subgroup_0000")
+        forward.attrs["name"] = "Forward"
+        heights = np.array([1, 2, 3, 4, 5, -32768], "i2")
+        channel = forward.create_dataset("dataset_0000", data=heights)
+        channel.attrs["signal_name"] = "Topography"
+        channel.attrs["signal_calibration_min"] = -32767e-9
+        channel.attrs["signal_calibration_max"] = 32767e-9
+        channel.attrs["signal_calibration_unit"] = "Meter (m)"
+
+
 plain()
 topostats()
 datx()
 jpk()
 netcdf4()
+nhf()

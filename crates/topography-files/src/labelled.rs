@@ -1,0 +1,383 @@
+//! Arrays with named axes and attributes, as netCDF, HDF5, NeXus and HyperSpy files hold them, and
+//! the conventions that turn them into maps.
+//!
+//! - **Axes.** An axis called x, lon(gitude), easting, width or column(s) is x; y, lat(itude),
+//!   northing, height, row(s) or line(s) is y. If the names do not tell, the container says whether
+//!   the last axis is x (images) or y (NumPy arrays `[x, y]`, as SurfaceTopography, Tamaas and h5py
+//!   scripts store them). Axes of length one are dropped (frames of Tamaas 2.9.0 and
+//!   ContactMechanics 1.8.3); a longer third axis counts channels.
+//! - **Sides.** A side is the attribute `length` of the axis (SurfaceTopography 1.27.1), or nodes ×
+//!   step of its coordinates (netCDF4 1.7.5, xarray 2026.9, GMT 6, GDAL 3.10), whether the
+//!   coordinates are those of nodes or of pixel centres. Descending coordinates turn the map.
+//! - **Numbers.** A height is number × `scale_factor` + `add_offset`. `_FillValue`,
+//!   `missing_value`, the default fill of netCDF, and numbers outside of `valid_range`, `valid_min`
+//!   and `valid_max` are missing points, compared before scaling (netCDF User's Guide,
+//!   conventions of 2006).
+//! - **Units.** The attribute `units` or `unit`. A unit that cannot be read is an error.
+
+use std::borrow::Cow;
+
+use super::FormatError;
+use super::channel::{Channel, Size};
+use super::input::{factor, finite};
+use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
+use super::unit::Unit;
+
+/// Maximum number of maps in a stack.
+const MAX_FRAMES: usize = 10_000;
+/// Maximum length of a last axis without a name that is taken for colours or components.
+const MAX_COMPONENTS: usize = 4;
+
+/// Value of an attribute.
+#[derive(Debug, Clone)]
+pub enum Value {
+    Texts(Vec<String>),
+    Numbers(Vec<f64>),
+    /// Value that could not be decoded, with the reason.
+    Unreadable(String),
+    /// Value of a type that no convention uses.
+    Other,
+}
+
+/// Attributes of an array, an axis or a group.
+#[derive(Debug, Clone, Default)]
+pub struct Attributes(pub Vec<(String, Value)>);
+
+impl Attributes {
+    pub fn get(&self, name: &str) -> Option<&Value> {
+        self.0.iter().find(|(known, _)| known == name).map(|(_, value)| value)
+    }
+
+    /// Returns the texts of an attribute; none if it is missing or of another type.
+    pub fn texts(&self, name: &str) -> Result<&[String], FormatError> {
+        match self.get(name) {
+            Some(Value::Texts(texts)) => Ok(texts),
+            Some(Value::Unreadable(reason)) => {
+                Err(FormatError::damaged(&format!("attribute `{name}`"), reason))
+            }
+            _ => Ok(&[]),
+        }
+    }
+
+    /// Returns the text of an attribute, or the first of its texts.
+    pub fn text(&self, name: &str) -> Result<Option<&str>, FormatError> {
+        Ok(self.texts(name)?.first().map(String::as_str))
+    }
+
+    pub fn numbers(&self, name: &str) -> &[f64] {
+        match self.get(name) {
+            Some(Value::Numbers(numbers)) => numbers,
+            _ => &[],
+        }
+    }
+
+    /// Returns the number of an attribute, or the first of its numbers.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        self.numbers(name).first().copied()
+    }
+
+    /// Returns the unit, or `None` if the attributes name no unit.
+    pub fn unit(&self) -> Result<Option<Unit>, FormatError> {
+        let text = match self.text("units")? {
+            Some(text) => Some(text),
+            None => self.text("unit")?,
+        };
+        // The unit of numbers without a unit is `1` by the convention of UDUNITS.
+        Ok(text.filter(|text| !matches!(text.trim(), "" | "1")).map(Unit::parse))
+    }
+}
+
+/// Axis of an array.
+#[derive(Debug, Clone, Default)]
+pub struct Axis {
+    pub name: String,
+    pub side: Option<f64>,
+    /// Distance between neighbouring nodes; negative if the coordinates descend.
+    pub step: Option<f64>,
+    pub unit: Option<Unit>,
+    /// Reason why the nodes are not evenly spaced.
+    pub uneven: Option<String>,
+}
+
+impl Axis {
+    pub fn named(name: impl Into<String>) -> Axis {
+        Axis { name: name.into(), ..Axis::default() }
+    }
+
+    /// Creates an axis from its coordinates and their attributes.
+    pub fn new(
+        name: impl Into<String>,
+        coordinates: &[f64],
+        attributes: &Attributes,
+    ) -> Result<Axis, FormatError> {
+        let mut axis = Axis { unit: attributes.unit()?, ..Axis::named(name) };
+        axis.side = attributes.number("length");
+        let is_length = !matches!(axis.unit, Some(Unit::Other(_)));
+        if let [first, .., last] = *coordinates
+            && axis.side.is_none()
+            && is_length
+        {
+            let step = (last - first) / (coordinates.len() - 1) as f64;
+            let largest = first.abs().max(last.abs());
+            // Coordinates in single precision have seven digits.
+            let allowed = 1e-3 * step.abs() + 1.2e-7 * largest;
+            let expected = (0..).map(|index| first + f64::from(index) * step);
+            let is_off =
+                |(at, expected): (&f64, f64)| at.is_nan() || (at - expected).abs() > allowed;
+            if coordinates.iter().zip(expected).any(is_off) {
+                axis.uneven = Some(format!(
+                    "the coordinates of `{}` are not evenly spaced; interpolate the map first",
+                    axis.name
+                ));
+            } else if step != 0.0 {
+                axis.step = Some(step);
+            }
+        }
+        Ok(axis)
+    }
+
+    /// Returns the side of an axis of `nodes` nodes.
+    fn side(&self, nodes: usize) -> Option<f64> {
+        self.side.or_else(|| Some(self.step?.abs() * nodes as f64))
+    }
+
+    fn is(&self, words: &[&str]) -> bool {
+        let name = self.name.trim().to_lowercase();
+        // Names such as `x`, `x_um` and `x (nm)`.
+        let start = name.split(|letter: char| !letter.is_alphabetic()).next().unwrap_or_default();
+        words.contains(&start)
+    }
+
+    fn is_x(&self) -> bool {
+        self.is(&["x", "lon", "longitude", "easting", "width", "column", "columns"])
+    }
+
+    fn is_y(&self) -> bool {
+        self.is(&["y", "lat", "latitude", "northing", "height", "row", "rows", "line", "lines"])
+    }
+}
+
+/// Array of stored numbers in row-major order.
+#[derive(Debug, Clone)]
+pub struct Array<'a> {
+    pub name: String,
+    pub shape: Vec<usize>,
+    /// One axis for each dimension.
+    pub axes: Vec<Axis>,
+    pub attributes: Attributes,
+    pub element: Element,
+    pub order: ByteOrder,
+    pub bytes: Cow<'a, [u8]>,
+    /// Unit of the numbers, unless an attribute names one.
+    pub unit: Option<Unit>,
+    /// Number that stands at points that were not written.
+    pub unwritten: Option<f64>,
+    /// True if the last axis is x, unless the names of the axes tell.
+    pub last_is_x: bool,
+    /// Numbers of the same shape that are nonzero at missing points.
+    pub mask: Option<Box<Array<'a>>>,
+}
+
+impl<'a> Array<'a> {
+    /// Returns true if the array is a map or a stack of maps by its shape.
+    pub fn is_map_of(shape: &[u64]) -> bool {
+        shape.iter().filter(|&&length| length > 1).count() >= 2 && !shape.contains(&0)
+    }
+
+    /// Converts the array to channels: one, or one for each map of a stack.
+    pub fn channels(mut self) -> Result<Vec<Channel<'a>>, FormatError> {
+        if self.attributes.text("_Unsigned")?.is_some_and(|text| text.eq_ignore_ascii_case("true"))
+        {
+            self.element = self.element.unsigned();
+        }
+        let (x, y) = self.plane()?;
+        let frames = self.frames(x, y)?;
+        let masks = match self.mask.take() {
+            Some(mask) if mask.shape == self.shape => {
+                mask.frames(x, y)?.into_iter().map(Some).collect()
+            }
+            Some(mask) => {
+                let found = format!("{:?}", mask.shape);
+                let allowed = format!("{:?}, the shape of `{}`", self.shape, self.name);
+                return Err(FormatError::value("shape of `mask`", found, &allowed));
+            }
+            None => vec![None; frames.len()],
+        };
+        let (size, size_note) = self.size(x, y)?;
+        let unit = self.attributes.unit()?.or(self.unit.clone()).unwrap_or(Unit::None);
+        let count = frames.len();
+        let stack =
+            (0..self.shape.len()).find(|axis| *axis != x && *axis != y && self.shape[*axis] > 1);
+        let stack = stack.map(|axis| self.axes[axis].name.as_str()).filter(|name| !name.is_empty());
+        let channels = frames.into_iter().zip(masks).enumerate().map(|(index, (frame, mask))| {
+            let raster = self.unpacked(frame)?;
+            let raster = match mask {
+                Some(mask) => raster.masked(mask),
+                None => raster,
+            };
+            let name = match count {
+                1 => self.name.clone(),
+                _ => format!("{}, {} {}", self.name, stack.unwrap_or("frame"), index + 1),
+            };
+            let channel = Channel::new(name, unit.clone(), size, raster);
+            Ok(size_note.iter().fold(channel, |channel, note| channel.noted(note)))
+        });
+        channels.collect()
+    }
+
+    /// Returns the dimensions that are x and y.
+    fn plane(&self) -> Result<(usize, usize), FormatError> {
+        let long: Vec<usize> = (0..self.shape.len()).filter(|&axis| self.shape[axis] > 1).collect();
+        let &[.., before, last] = long.as_slice() else {
+            return Err(FormatError::unsupported(format!("`{}` is not a map", self.name)));
+        };
+        let find =
+            |is: fn(&Axis) -> bool| long.iter().rev().copied().find(|&at| is(&self.axes[at]));
+        let other = |taken: usize| if last == taken { before } else { last };
+        match (find(Axis::is_x), find(Axis::is_y)) {
+            (Some(x), Some(y)) => Ok((x, y)),
+            (Some(x), None) => Ok((x, other(x))),
+            (None, Some(y)) => Ok((other(y), y)),
+            (None, None) if long.len() > 2 && self.shape[last] <= MAX_COMPONENTS => {
+                let shape: Vec<String> = self.shape.iter().map(usize::to_string).collect();
+                Err(FormatError::unsupported(format!(
+                    "`{}` has {} dimensions ({}), and its axes have no names that tell x and y; \
+                     save a map of two dimensions",
+                    self.name,
+                    shape.len(),
+                    shape.join(" × ")
+                )))
+            }
+            (None, None) if self.last_is_x => Ok((last, before)),
+            (None, None) => Ok((before, last)),
+        }
+    }
+
+    /// Returns the maps of a stack, or the only map, in the plane of the dimensions x and y.
+    fn frames(&self, x: usize, y: usize) -> Result<Vec<Raster<'a>>, FormatError> {
+        let counts = [x, y].map(|axis| i64::try_from(self.shape[axis]).unwrap_or(i64::MAX));
+        let nodes = checked_nodes(counts)?;
+        let [first, second] = [x.min(y), x.max(y)];
+        let between = self.shape[first + 1..second].iter().all(|&length| length == 1);
+        let last = self.shape[second + 1..].iter().all(|&length| length == 1);
+        let plane = nodes[0] * nodes[1] * self.element.size();
+        let count = self.shape.iter().product::<usize>() / (nodes[0] * nodes[1]);
+        if count > MAX_FRAMES {
+            let entry = format!("number of maps in `{}`", self.name);
+            return Err(FormatError::value(&entry, count, &format!("at most {MAX_FRAMES}")));
+        }
+        let raster = |bytes: Cow<'a, [u8]>| {
+            let raster = if x > y {
+                Raster::rows(nodes, self.element, self.order, bytes)
+            } else {
+                Raster::columns(nodes, self.element, self.order, bytes)
+            }?;
+            let raster = if self.axes[x].step.is_some_and(|step| step < 0.0) {
+                raster.mirrored()
+            } else {
+                raster
+            };
+            let descends = self.axes[y].step.is_some_and(|step| step < 0.0);
+            Ok(if descends { raster.upside_down() } else { raster })
+        };
+        if count == 1 {
+            return Ok(vec![raster(self.bytes.clone())?]);
+        }
+        let frame = |index: usize| {
+            let bytes = if between && last {
+                self.bytes.get(index * plane..(index + 1) * plane).unwrap_or_default().to_vec()
+            } else {
+                self.gathered(first, second, index)
+            };
+            raster(Cow::Owned(bytes))
+        };
+        (0..count).map(frame).collect()
+    }
+
+    /// Collects the bytes of a map whose dimensions are not the last ones. `index` counts the maps
+    /// along the other dimensions.
+    fn gathered(&self, first: usize, second: usize, mut index: usize) -> Vec<u8> {
+        let size = self.element.size();
+        let strides: Vec<usize> =
+            (0..self.shape.len()).map(|axis| self.shape[axis + 1..].iter().product()).collect();
+        let mut start = 0;
+        for axis in (0..self.shape.len()).rev().filter(|axis| *axis != first && *axis != second) {
+            start += index % self.shape[axis] * strides[axis];
+            index /= self.shape[axis];
+        }
+        let [outer, inner] = [strides[first], strides[second]];
+        let lines = (0..self.shape[first]).map(|line| start + line * outer);
+        let elements =
+            lines.flat_map(|line| (0..self.shape[second]).map(move |at| line + at * inner));
+        let bytes = elements.flat_map(|at| &self.bytes[at * size..(at + 1) * size]);
+        bytes.copied().collect()
+    }
+
+    /// Returns the size of the map, and a note if the file has sides that are not lengths.
+    fn size(&self, x: usize, y: usize) -> Result<(Size, Option<String>), FormatError> {
+        let axes = [&self.axes[x], &self.axes[y]];
+        if let Some(reason) = axes.iter().find_map(|axis| axis.uneven.as_ref()) {
+            return Err(FormatError::unsupported(reason));
+        }
+        let sides = [axes[0].side(self.shape[x]), axes[1].side(self.shape[y])];
+        let [Some(x_side), Some(y_side)] = sides else {
+            let other = axes.iter().find(|axis| matches!(axis.unit, Some(Unit::Other(_))));
+            let note = other.map(|axis| {
+                let unit = match &axis.unit {
+                    Some(Unit::Other(unit)) => unit.as_str(),
+                    _ => "",
+                };
+                format!("`{}` is in `{unit}`, which is not a length", axis.name)
+            });
+            return Ok((Size::Unknown, note));
+        };
+        let [x_unit, y_unit] = [axes[0], axes[1]].map(|axis| axis.unit.as_ref());
+        // SurfaceTopography may leave out one of the units.
+        let (Some(x_unit), Some(y_unit)) = (x_unit.or(y_unit), y_unit.or(x_unit)) else {
+            return Ok((Size::new([x_side, y_side], &Unit::None)?, None));
+        };
+        match (x_unit.per_metre(), y_unit.per_metre()) {
+            (Some(x), Some(y)) if x == y => Ok((Size::new([x_side, y_side], x_unit)?, None)),
+            (Some(x), Some(y)) => Ok((Size::metres([x_side / x, y_side / y])?, None)),
+            _ => {
+                let note = format!("the sides are in {x_unit:?} and {y_unit:?}, not in lengths");
+                Ok((Size::Unknown, Some(note)))
+            }
+        }
+    }
+
+    /// Applies the attributes that mark missing points and scale numbers.
+    fn unpacked(&self, raster: Raster<'a>) -> Result<Raster<'a>, FormatError> {
+        let number = |name: &str| self.attributes.number(name);
+        let scale = factor("scale_factor", number("scale_factor").unwrap_or(1.0))?;
+        let offset = finite("add_offset", number("add_offset").unwrap_or(0.0))?;
+        let named: Vec<f64> = ["_FillValue", "missing_value"]
+            .into_iter()
+            .flat_map(|name| self.attributes.numbers(name))
+            .map(|&marker| self.element.rounded(marker))
+            .collect();
+        let unwritten = self.unwritten.filter(|_| self.attributes.get("_FillValue").is_none());
+        let markers: Vec<f64> = named.into_iter().chain(unwritten).collect();
+        let range = self.attributes.numbers("valid_range");
+        let [lowest, highest] = match *range {
+            [lowest, highest] => [Some(lowest), Some(highest)],
+            _ => [number("valid_min"), number("valid_max")],
+        };
+        let raster = match (markers.as_slice(), lowest, highest) {
+            ([], None, None) => raster,
+            (&[marker], None, None) => raster.missing(Missing::Value(marker)),
+            _ => {
+                let nodes = raster.nodes();
+                let is_missing = |number: f64| {
+                    markers.contains(&number)
+                        || lowest.is_some_and(|lowest| number < self.element.rounded(lowest))
+                        || highest.is_some_and(|highest| number > self.element.rounded(highest))
+                };
+                let numbers = raster.decode().into_iter();
+                let numbers = numbers.map(|h| if is_missing(h) { f64::NAN } else { h });
+                Raster::from_columns(nodes, numbers.collect())
+            }
+        };
+        Ok(raster.scaled(scale, offset))
+    }
+}

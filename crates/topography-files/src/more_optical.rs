@@ -1,0 +1,162 @@
+//! Formats of optical profilers whose two public readers disagree: NanoFocus NMS and TrueMap TMD,
+//! and Sensofar PLUX, on which they agree. The constant of each format documents the evidence.
+
+use roxmltree::{Document, Node};
+
+use super::archive::{self, Archive};
+use super::channel::{Channel, Size};
+use super::input::{Cursor, finite, utf8_or_latin1};
+use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
+use super::unit::Unit;
+use super::{Format, FormatError, at_least_one};
+
+/// NanoFocus NMS format (µsurf), a header of 3468 bytes and integers of 16 bits.
+///
+/// The header has the lowest and highest height in micrometres, the nodes along x and y, and the
+/// steps in nanometres. The numbers 0 to 65534 span the heights. Lines run along x; the first line
+/// has y = 0. surfalize 0.19.2 and SurfaceTopography 1.27.1 agree on the places; surfalize counts
+/// the heights from the highest one, which would put them above it, and SurfaceTopography takes the
+/// steps for millimetres, which makes a field of 160 µm one of 160 m.
+///
+/// Not known: whether 0 or 65535 marks points that were not measured. 65535 lies above the highest
+/// height and is taken for a missing point. The format has no signature: a file is recognized by
+/// its length, which fits nodes with one number and at most further images for each.
+pub const NMS: Format =
+    Format { name: "nms", title: "NanoFocus", version: 1, has_signature: false, read: read_nms };
+
+// Offsets in bytes of the range of heights, the nodes and steps, and the numbers.
+const NMS_RANGE: usize = 16;
+const NMS_NODES: usize = 1368;
+const NMS_DATA: usize = 3468;
+/// Largest plausible step in nanometres.
+const NMS_MAX_STEP: f64 = 1e6;
+
+fn read_nms(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if bytes.len() <= NMS_DATA {
+        return Err(FormatError::Signature);
+    }
+    let mut range = Cursor::at(bytes, NMS_RANGE);
+    let [lowest, highest] = [range.double()?, range.double()?];
+    let mut grid = Cursor::at(bytes, NMS_NODES);
+    let nodes = checked_nodes([grid.u32()?.into(), grid.u32()?.into()]);
+    let steps = [grid.double()?, grid.double()?];
+    let Ok(nodes) = nodes else { return Err(FormatError::Signature) };
+    let is_step = |step: &f64| *step > 0.0 && *step < NMS_MAX_STEP;
+    let data = &bytes[NMS_DATA..];
+    let needed = map_bytes(nodes, Element::U16);
+    let fits = needed <= data.len() && data.len() <= needed.saturating_mul(4);
+    let is_range = lowest < highest && highest - lowest < 1e6;
+    if !(fits && is_range && steps.iter().all(is_step)) {
+        return Err(FormatError::Signature);
+    }
+    let raster = Raster::rows(nodes, Element::U16, ByteOrder::Little, data)?;
+    let scale = (highest - lowest) / 65534.0;
+    let raster = raster.missing(Missing::Value(65535.0)).scaled(scale, lowest);
+    let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
+    let size = Size::new(sides, &Unit::parse("nm"))?;
+    Ok(vec![Channel::new("heights", Unit::parse("µm"), size, raster)])
+}
+
+/// TrueMap data format (TMD) of GelSight and TrueGage, a short header and `f32` numbers.
+///
+/// The header has a signature of 32 bytes, a comment that ends with a zero byte, the nodes, the
+/// sides and the offsets. Lines run along x; the first line has y = 0. Sides and heights are in
+/// millimetres: so reads SurfaceTopography 1.27.1, which names Gwyddion's `rmitmd.c`. surfalize
+/// 0.19.2 reads and writes micrometres; its files have lengths 1000 times too large here. No file
+/// of an instrument was at hand. NaN marks missing points.
+pub const TMD: Format =
+    Format { name: "tmd", title: "TrueMap", version: 1, has_signature: true, read: read_tmd };
+
+const TMD_SIGNATURE: &[u8] = b"Binary TrueMap Data File v2.0";
+const TMD_COMMENT: usize = 32;
+/// Length of nodes, sides and offsets in bytes.
+const TMD_HEADER: usize = 24;
+
+fn read_tmd(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if !bytes.starts_with(TMD_SIGNATURE) {
+        return Err(FormatError::Signature);
+    }
+    let comment = bytes.get(TMD_COMMENT..).unwrap_or_default();
+    let end = comment.iter().position(|&byte| byte == 0);
+    let end = end.ok_or_else(|| FormatError::missing("end of the comment"))? + 1;
+    // The comment may be padded to 24 bytes.
+    let channels = [end, 24].map(|length| tmd_map(bytes, TMD_COMMENT + length));
+    let [at_end, padded] = channels;
+    at_end.or(padded).map(|channel| vec![channel])
+}
+
+/// Reads the map whose header starts at `start`. Its numbers fill the rest of the file.
+fn tmd_map(bytes: &[u8], start: usize) -> Result<Channel<'_>, FormatError> {
+    let mut cursor = Cursor::at(bytes, start);
+    let nodes = checked_nodes([cursor.u32()?.into(), cursor.u32()?.into()])?;
+    let sides = [cursor.single()?, cursor.single()?];
+    let stored = Cursor::at(bytes, start + TMD_HEADER).rest();
+    let needed = map_bytes(nodes, Element::F32);
+    if stored.len() != needed {
+        let (element, found) = (Element::F32.size(), stored.len());
+        return Err(FormatError::Heights { nodes, element, needed: needed as u128, found });
+    }
+    let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
+    let millimetre = Unit::parse("mm");
+    let size = Size::new(sides, &millimetre)?;
+    Ok(Channel::new("heights", millimetre, size, raster))
+}
+
+/// Sensofar PLUX format, a zip archive with `index.xml` and a file of `f32` numbers per layer.
+///
+/// `GENERAL` of the index has the nodes and the steps, `FOV_X` and `FOV_Y`, in micrometres, and
+/// `LAYER_0`, `LAYER_1`, … name the files of the heights in micrometres. Lines run along x; the
+/// first line has y = 0. NaN and, as in PLU files, 1000001 mark missing points. So read surfalize
+/// 0.19.2 and SurfaceTopography 1.27.1.
+pub const PLUX: Format = Format {
+    name: "plux",
+    title: "Sensofar PLUX",
+    version: 1,
+    has_signature: true,
+    read: read_plux,
+};
+
+/// Maximum length of the index in bytes.
+const PLUX_MAX_INDEX: usize = 1 << 24;
+/// Maximum number of layers.
+const PLUX_MAX_LAYERS: usize = 64;
+
+fn read_plux(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if !bytes.starts_with(archive::SIGNATURE) {
+        return Err(FormatError::Signature);
+    }
+    let mut archive = Archive::new(bytes).map_err(|_| FormatError::Signature)?;
+    let index = archive.file("index.xml", PLUX_MAX_INDEX).map_err(|_| FormatError::Signature)?;
+    let index = utf8_or_latin1(&index);
+    let document = Document::parse(index.trim_start_matches('\u{feff}'));
+    let document = document.map_err(|_| FormatError::Signature)?;
+    let root = document.root_element();
+    let general = child(root, "GENERAL").ok_or(FormatError::Signature)?;
+    let text = |name: &str| child(general, name).and_then(|node| node.text()).map(str::trim);
+    if text("IMAGE_SIZE_X").is_none() {
+        return Err(FormatError::Signature);
+    }
+    let number = |name: &str| {
+        let text = text(name).ok_or_else(|| FormatError::missing(name))?;
+        text.parse::<f64>().map_err(|_| FormatError::value(name, text, "a number"))
+    };
+    let nodes = [number("IMAGE_SIZE_X")?, number("IMAGE_SIZE_Y")?].map(|count| count as i64);
+    let nodes = checked_nodes(nodes)?;
+    let steps = [finite("FOV_X", number("FOV_X")?)?, finite("FOV_Y", number("FOV_Y")?)?];
+    let micrometre = Unit::parse("µm");
+    let size = Size::new([0, 1].map(|axis| nodes[axis] as f64 * steps[axis]), &micrometre)?;
+    let layers = (0..PLUX_MAX_LAYERS).map_while(|layer| child(root, &format!("LAYER_{layer}")));
+    let files = layers.filter_map(|layer| child(layer, "FILENAME_Z")?.text());
+    let channels = files.enumerate().map(|(layer, file)| {
+        let file = file.trim().trim_start_matches("./");
+        let stored = archive.exactly(file, map_bytes(nodes, Element::F32))?;
+        let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
+        let raster = raster.missing(Missing::Value(1000001.0));
+        Ok(Channel::new(format!("layer{layer}"), micrometre.clone(), size, raster))
+    });
+    at_least_one(channels, "LAYER_0")
+}
+
+fn child<'a, 'input>(node: Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input>> {
+    node.children().find(|child| child.tag_name().name() == name)
+}

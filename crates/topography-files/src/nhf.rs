@@ -1,0 +1,155 @@
+//! NHF files of Nanosurf Studio, which are HDF5 files.
+//!
+//! A group of a measurement states points and lines of the scan and its sides in metres; groups in
+//! it, such as `Forward`, have a one-dimensional dataset for each channel. Version 1 names them
+//! `image_points_per_line`, `image_number_of_lines`, `image_size_x` and `image_size_y`, and
+//! version 2 `rect_axis_size` and `rect_axis_range`, both in the order y, x. Lines run along x; the
+//! first line has y = 0. The integers of the type span the calibrated range. The smallest integer,
+//! which is also the fill of the dataset, marks a point that was not measured; in version 2 it is no
+//! part of the range.
+//!
+//! The layout is that of a file of 2023 in nanosurf-apps 2.0.7 (version 1.1) and of the reader of
+//! nanosurf-utils 2.0.7. NSFopen 2.2.4 returns the marker as a height, and folds rectangular scans
+//! of version 1. Channels without calibration have numbers without a unit.
+
+use hdf5_reader::group::Group;
+use hdf5_reader::{Attribute, Dataset};
+
+use super::channel::{Channel, Size};
+use super::hdf5::{Container, attribute, number, text};
+use super::input::finite;
+use super::jpk::directed;
+use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
+use super::unit::Unit;
+use super::{Format, FormatError, at_least_one};
+
+pub const FORMAT: Format =
+    Format { name: "nhf", title: "Nanosurf NHF", version: 1, has_signature: true, read };
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let container = Container::of_format(bytes)?;
+    let root = container.root().map_err(|_| FormatError::Signature)?;
+    let attributes = root.attributes().map_err(|_| FormatError::Signature)?;
+    if attribute(&attributes, "nsf_file_version_major").is_none() {
+        return Err(FormatError::Signature);
+    }
+    let version = number(&attributes, "nsf_file_version_major").unwrap_or(2.0);
+    let mut channels = Vec::new();
+    for group in container.members(&root, "the root group")?.groups {
+        let Some(scan) = Scan::new(&group, version)? else { continue };
+        let members = container.members(&group, group.name())?;
+        channels.extend(scan.channels(&container, "", &members.datasets)?);
+        for part in members.groups {
+            let attributes = attributes_of(&part)?;
+            let direction = text(&attributes, "name").unwrap_or_default();
+            let datasets = container.members(&part, part.name())?.datasets;
+            channels.extend(scan.channels(&container, &direction, &datasets)?);
+        }
+    }
+    at_least_one(channels.into_iter().map(Ok), "channel of a scan")
+}
+
+fn attributes_of(group: &Group) -> Result<Vec<Attribute>, FormatError> {
+    group.attributes().map_err(|error| FormatError::damaged(group.name(), error))
+}
+
+/// Grid of a measurement.
+struct Scan {
+    nodes: [usize; 2],
+    size: Size,
+    /// True if the marker of missing points is no part of the calibrated range (version 2).
+    excludes_marker: bool,
+}
+
+impl Scan {
+    /// Returns `None` if the group is not a measurement of a rectangle.
+    fn new(group: &Group, version: f64) -> Result<Option<Scan>, FormatError> {
+        let attributes = attributes_of(group)?;
+        let pair = |name: &str| {
+            let numbers = attribute(&attributes, name)?.read_1d::<f64>().ok();
+            let numbers = numbers.or_else(|| {
+                let wholes = attribute(&attributes, name)?.read_1d::<u32>().ok()?;
+                Some(wholes.into_iter().map(f64::from).collect())
+            })?;
+            // The order is y, x.
+            <[f64; 2]>::try_from(numbers).ok().map(|[y, x]| [x, y])
+        };
+        let two = |x: &str, y: &str| Some([number(&attributes, x)?, number(&attributes, y)?]);
+        let nodes = two("image_points_per_line", "image_number_of_lines")
+            .or_else(|| two("grid_number_of_columns", "grid_number_of_rows"))
+            .or_else(|| pair("rect_axis_size"));
+        let Some(nodes) = nodes else { return Ok(None) };
+        let nodes = checked_nodes(nodes.map(|count| count as i64))?;
+        let sides = two("image_size_x", "image_size_y").or_else(|| pair("rect_axis_range"));
+        let size = sides.map_or(Ok(Size::Unknown), Size::metres)?;
+        Ok(Some(Scan { nodes, size, excludes_marker: version >= 2.0 }))
+    }
+
+    fn channels(
+        &self,
+        container: &Container,
+        direction: &str,
+        datasets: &[Dataset],
+    ) -> Result<Vec<Channel<'static>>, FormatError> {
+        let count = (self.nodes[0] * self.nodes[1]) as u64;
+        // Other datasets hold curves for each point.
+        let maps = datasets.iter().filter(|dataset| *dataset.shape() == [count]);
+        maps.map(|dataset| self.channel(container, direction, dataset)).collect()
+    }
+
+    fn channel(
+        &self,
+        container: &Container,
+        direction: &str,
+        dataset: &Dataset,
+    ) -> Result<Channel<'static>, FormatError> {
+        let attributes = dataset.attributes();
+        let name = text(&attributes, "signal_name").or_else(|| text(&attributes, "name"));
+        let name = name.unwrap_or_else(|| dataset.name().to_owned());
+        let is_back = direction.eq_ignore_ascii_case("backward");
+        let (element, order, bytes) = container.bytes(dataset)?;
+        let (raster, unit) = self.calibrated(&attributes, element, order, bytes)?;
+        Ok(Channel::new(directed(name, is_back), unit, self.size, raster))
+    }
+
+    fn calibrated(
+        &self,
+        attributes: &[Attribute],
+        element: Element,
+        order: ByteOrder,
+        bytes: Vec<u8>,
+    ) -> Result<(Raster<'static>, Unit), FormatError> {
+        let raster = Raster::rows(self.nodes, element, order, bytes)?;
+        // The marker is the smallest number of signed types, and in version 2 the largest number
+        // of unsigned types.
+        let (limits, marker) = match element.limits() {
+            Some([lowest, highest]) if lowest < 0.0 => {
+                let first = if self.excludes_marker { lowest + 1.0 } else { lowest };
+                (Some([first, highest]), Some(lowest))
+            }
+            Some([lowest, highest]) if self.excludes_marker => {
+                (Some([lowest, highest - 1.0]), Some(highest))
+            }
+            limits => (limits, None),
+        };
+        let raster = match marker {
+            Some(marker) => raster.missing(Missing::Value(marker)),
+            None => raster,
+        };
+        let calibration = ["signal_calibration", "base_calibration"].into_iter().find_map(|name| {
+            let [low, high] =
+                ["min", "max"].map(|end| number(attributes, &format!("{name}_{end}")));
+            Some((name, low?, high?))
+        });
+        let (Some((name, low, high)), Some([lowest, highest])) = (calibration, limits) else {
+            return Ok((raster, Unit::None));
+        };
+        let [low, high] = [finite(name, low)?, finite(name, high)?];
+        let scale = (high - low) / (highest - lowest);
+        let unit = text(attributes, &format!("{name}_unit")).unwrap_or_default();
+        // The unit may be written out, with the symbol in parentheses.
+        let symbol = unit.split_once('(').and_then(|(_, rest)| rest.split(')').next());
+        let unit = Unit::parse(symbol.unwrap_or(&unit));
+        Ok((raster.scaled(scale, low - scale * lowest), unit))
+    }
+}
