@@ -1,7 +1,7 @@
 //! Channels of a file, their height maps and the statistics of a map.
 
 use super::FormatError;
-use super::raster::Raster;
+use super::raster::{Raster, is_marker};
 use super::unit::Unit;
 
 /// Words of the names of channels that are heights.
@@ -83,6 +83,8 @@ pub struct Channel<'a> {
     quantity: Quantity,
     size: Size,
     raster: Raster<'a>,
+    /// Unit of the sides, if it is no known unit of length.
+    unknown_side_unit: Option<String>,
     notes: Vec<String>,
 }
 
@@ -96,6 +98,36 @@ pub struct HeightMap {
     heights: Vec<f64>,
     missing: Vec<bool>,
 }
+
+/// Number in a file that probably marks missing points although the format does not say so, such as
+/// −9999: it stands far from all others, which changes slopes and contacts completely.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SuspectNumber {
+    /// Number as in the file, before it is converted to a height.
+    pub number: f64,
+    /// Number of points that have it.
+    pub count: usize,
+}
+
+/// Distance from the other numbers, in ranges of these, from which on a number is suspect.
+const FAR: f64 = 3.0;
+/// Magnitudes of numbers that mark missing points in many programs.
+const USUAL_MARKERS: [f64; 14] = [
+    999.0,
+    9999.0,
+    99999.0,
+    999999.0,
+    32767.0,
+    32768.0,
+    65535.0,
+    2147483647.0,
+    2147483648.0,
+    1e10,
+    1e20,
+    1e30,
+    1.70141e38,
+    3.402823e38,
+];
 
 /// Summary of a map as measured, before any correction, in the unit of its heights.
 #[derive(Debug, Clone, PartialEq)]
@@ -190,7 +222,22 @@ impl<'a> Channel<'a> {
             Unit::Length(per_metre) => (Quantity::Height, raster.in_metres(per_metre)),
             Unit::Other(unit) => (Quantity::Other(unit), raster),
         };
-        Channel { name: name.into(), quantity, size, raster, notes: vec![] }
+        let name = name.into();
+        Channel { name, quantity, size, raster, unknown_side_unit: None, notes: vec![] }
+    }
+
+    /// Keeps the unit of the sides for messages if it is no known unit of length.
+    pub(super) fn sides_in(self, unit: &Unit) -> Channel<'a> {
+        match unit {
+            Unit::Other(name) => Channel { unknown_side_unit: Some(name.clone()), ..self },
+            Unit::None | Unit::Length(_) => self,
+        }
+    }
+
+    /// Copies the bytes that the channel borrows from a file.
+    pub(super) fn into_owned(self) -> Channel<'static> {
+        let Channel { name, quantity, size, raster, unknown_side_unit, notes } = self;
+        Channel { name, quantity, size, raster: raster.into_owned(), unknown_side_unit, notes }
     }
 
     /// Adds a note, a sentence without a full stop that starts in lower case.
@@ -229,6 +276,12 @@ impl<'a> Channel<'a> {
         }
     }
 
+    /// Returns the unit that the file gives for the sides if it is no known unit of length. The size
+    /// is then unknown.
+    pub fn unknown_side_unit(&self) -> Option<&str> {
+        self.unknown_side_unit.as_deref()
+    }
+
     /// Returns what the reader guessed, and which parts of the file it did not use, such as `first
     /// line and first column taken for axes`. A note about the whole file is a note of each channel.
     pub fn notes(&self) -> &[String] {
@@ -263,7 +316,22 @@ impl<'a> Channel<'a> {
 
     /// Decodes the map. Its numbers are in the unit that [`Channel::unit`] returns.
     pub fn map(&self) -> HeightMap {
-        let heights = self.raster.decode();
+        self.map_of(self.raster.decode())
+    }
+
+    /// Decodes the map. Points whose number in the file is `marker` are missing, too.
+    ///
+    /// The marker is compared before the numbers are converted to heights, in single precision.
+    pub fn map_without(&self, marker: f64) -> HeightMap {
+        self.map_of(self.raster.decode_without(marker))
+    }
+
+    /// Returns the number in the file that probably marks missing points, if there is one.
+    pub fn suspect_number(&self) -> Option<SuspectNumber> {
+        SuspectNumber::find(&self.raster.numbers_of_file())
+    }
+
+    fn map_of(&self, heights: Vec<f64>) -> HeightMap {
         HeightMap {
             nodes: self.nodes(),
             size: self.size,
@@ -318,6 +386,35 @@ impl HeightMap {
     /// Returns the vectors behind [`HeightMap::heights`] and [`HeightMap::missing`].
     pub fn into_parts(self) -> (Vec<f64>, Vec<bool>) {
         (self.heights, self.missing)
+    }
+}
+
+impl SuspectNumber {
+    /// Finds the lowest or highest number if it is repeated, or is a usual marker, and stands several
+    /// times as far from the next number as all other numbers from each other.
+    ///
+    /// Numbers that are not finite are left out.
+    pub fn find(numbers: &[f64]) -> Option<SuspectNumber> {
+        let below = |number: f64| move |other: &f64| *other < number;
+        let extremes = |numbers: &mut dyn Iterator<Item = f64>| {
+            let none = [f64::INFINITY, f64::NEG_INFINITY];
+            numbers.fold(none, |[low, high], number| [low.min(number), high.max(number)])
+        };
+        let finite = || numbers.iter().copied().filter(|number| number.is_finite());
+        let [lowest, highest] = extremes(&mut finite());
+        let [_, below_highest] = extremes(&mut finite().filter(below(highest)));
+        let [above_lowest, _] = extremes(&mut finite().filter(|number| *number > lowest));
+        let of_lowest = (lowest, above_lowest - lowest, highest - above_lowest);
+        let of_highest = (highest, highest - below_highest, below_highest - lowest);
+        let found = [of_lowest, of_highest].into_iter().find(|(number, gap, range)| {
+            let count = || finite().filter(|other| other == number).count();
+            let is_usual = || USUAL_MARKERS.iter().any(|usual| is_marker(number.abs(), *usual));
+            *range > 0.0 && *gap > FAR * range && (is_usual() || count() > 1)
+        });
+        found.map(|(number, ..)| SuspectNumber {
+            number,
+            count: finite().filter(|other| *other == number).count(),
+        })
     }
 }
 

@@ -1,7 +1,8 @@
 //! Gwyddion XYZ field: lines `Name = value`, zero padding to eight bytes, and points of `f64`.
 //!
 //! Each point has x, y and a number for each channel. The points must lie on a grid; the sides are
-//! nodes × step, and grid points without a point in the file are missing.
+//! nodes × step, and grid points without a point in the file are missing. Channels are numbered from
+//! 1; Gwyddion 2.62 numbers their titles from 0 and their units from 1.
 
 use super::channel::{Channel, Size};
 use super::grid::Grid;
@@ -42,6 +43,10 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         f64::from_le_bytes(*number.expect("a point has all its numbers"))
     };
     let unit = |name: &str| Unit::parse(entries.get(name).unwrap_or_default());
+    let numbered = |name: &str, channel: usize| {
+        let from = usize::from(entries.get(&format!("{name}0")).is_none());
+        format!("{name}{}", channel - 1 + from)
+    };
     let channels = (1..=count).map(|channel| {
         let points = stored.chunks_exact(point);
         let triplets =
@@ -49,10 +54,11 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let grid = Grid::from_triplets(&triplets.collect::<Vec<f64>>())?;
         let size = Size::new(grid.sides, &unit("XYUnits"))?;
         // `ZUnits` without a number is the unit of all channels.
-        let own = format!("ZUnits{channel}");
+        let own = numbered("ZUnits", channel);
         let z = unit(if entries.get("ZUnits").is_some() { "ZUnits" } else { &own });
-        let name = entries.get(&format!("Title{channel}")).unwrap_or("heights");
-        Ok(Channel::new(name, z, size, Raster::from_columns(grid.nodes, grid.heights)))
+        let name = entries.get(&numbered("Title", channel)).unwrap_or("heights");
+        let raster = Raster::from_columns(grid.nodes, grid.heights);
+        Ok(Channel::new(name, z, size, raster).sides_in(&unit("XYUnits")))
     });
     at_least_one(channels, "NChannels")
 }

@@ -1,7 +1,10 @@
 //! Helpers for reading headers: a cursor over bytes, named values, decompression.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Read;
+
+use encoding_rs::{GBK, SHIFT_JIS, WINDOWS_1252};
 
 use super::FormatError;
 
@@ -152,9 +155,21 @@ pub fn latin1(bytes: &[u8]) -> String {
     bytes.iter().map(|&byte| char::from(byte)).collect()
 }
 
-/// Decodes UTF-8 text, or ISO-8859-1 text if the bytes are not valid UTF-8.
+/// Decodes text whose encoding is not known: UTF-8 if it is valid, otherwise ISO-8859-1.
+///
+/// Text has none of the control characters that ISO-8859-1 has from 0x80 to 0x9f. Bytes in this
+/// range are letters of Shift-JIS (Japanese), GBK (Chinese) or Windows-1252, of which the first
+/// counts that decodes all bytes. The unit µm is understood in any of these encodings.
 pub fn utf8_or_latin1(bytes: &[u8]) -> String {
-    str::from_utf8(bytes).map_or_else(|_| latin1(bytes), str::to_owned)
+    if let Ok(text) = str::from_utf8(bytes) {
+        return text.to_owned();
+    }
+    let has_controls = bytes.iter().any(|byte| (0x80..0xa0).contains(byte));
+    let encodings = [SHIFT_JIS, GBK, WINDOWS_1252].into_iter().filter(|_| has_controls);
+    encodings
+        .filter_map(|one| one.decode_without_bom_handling_and_without_replacement(bytes))
+        .next()
+        .map_or_else(|| latin1(bytes), Cow::into_owned)
 }
 
 /// Returns the value, or an error about the entry `entry` if the value is not finite.
@@ -215,6 +230,15 @@ mod tests {
         assert_eq!(cursor.text(1).unwrap(), "é");
         assert!(cursor.take(usize::MAX).is_err());
         assert!(Cursor::at(&[], 7).rest().is_empty());
+    }
+
+    #[test]
+    fn encodings_of_instruments_are_told_from_each_other() {
+        assert_eq!(utf8_or_latin1("5 µm, größe".as_bytes()), "5 µm, größe");
+        assert_eq!(utf8_or_latin1(b"5 \xb5m, gr\xf6\xdfe"), "5 µm, größe");
+        assert_eq!(utf8_or_latin1(b"\x95\x9d: 3 \x83\xcam"), "幅: 3 μm");
+        assert_eq!(utf8_or_latin1(b"\x80\x81 \xa6\xccm \xff".trim_ascii_end()).len(), 9);
+        assert_eq!(utf8_or_latin1(b"5 \x96 10 \xb5m"), "5 – 10 µm");
     }
 
     #[test]

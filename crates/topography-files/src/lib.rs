@@ -30,10 +30,12 @@
 //! | `labelled` | arrays with named axes, of netCDF and HDF5 files |
 //! | `tiff` | images of TIFF files; `jpk`, `lext`, `park` and `tiff_maps` are built on it |
 //! | `more_optical` | `nms`, `plux` and `tmd` |
-//! | `archive` | zip archives; `keyence`, `nmm` and `x3p` are built on it |
+//! | `archive` | zip archives; `keyence`, `nmm`, `npz` and `x3p` are built on it |
+//! | `container` | files in a gzip file or a zip archive, and names of other containers |
 //! | `grid` | maps assembled from points x, y and height |
+//! | `grids` | `esri-asc` and `surfer` |
 //! | `gwy`, `gxyzf`, `igor`, `nanoscope`, `nanosurf`, `netcdf` | one format each |
-//! | `npy`, `opdx`, `sdf`, `wsxm` | one format each |
+//! | `iso28600`, `npy`, `nrrd`, `opdx`, `sdf`, `wsxm` | one format each |
 //! | `number` | numbers in texts, and words for missing points |
 //!
 //! ```
@@ -57,13 +59,16 @@
 mod archive;
 mod binary_headers;
 mod channel;
+mod container;
 mod datx;
 mod grid;
+mod grids;
 mod gwy;
 mod gxyzf;
 mod hdf5;
 mod igor;
 mod input;
+mod iso28600;
 mod jpk;
 mod jpk_hdf5;
 mod keyence;
@@ -77,6 +82,8 @@ mod netcdf4;
 mod nhf;
 mod nmm;
 mod npy;
+mod npz;
+mod nrrd;
 mod number;
 mod opdx;
 mod park;
@@ -95,15 +102,17 @@ mod x3p;
 use thiserror::Error;
 
 pub use self::channel::{
-    Channel, Corners, HeightMap, HeightStatistics, Quantity, Size, Statistics,
+    Channel, Corners, HeightMap, HeightStatistics, Quantity, Size, Statistics, SuspectNumber,
 };
 pub use self::npy::{NpyError, npy_array};
+pub use self::raster::is_marker;
 pub use self::unit::{is_metre, length_ratio};
 
 /// All formats, in the order in which [`read`] tries them.
-static FORMATS: [Format; 39] = [
+static FORMATS: [Format; 44] = [
     nmm::FORMAT,
     more_optical::PLUX,
+    npz::FORMAT,
     x3p::FORMAT,
     binary_headers::SUR,
     gwy::FORMAT,
@@ -137,11 +146,18 @@ static FORMATS: [Format; 39] = [
     npy::FORMAT,
     binary_headers::PLU,
     more_optical::NMS,
+    grids::ESRI,
+    grids::SURFER,
+    iso28600::FORMAT,
+    nrrd::FORMAT,
     text_exports::WYKO,
     text_exports::ZYGO,
     text_exports::KEYENCE,
     text::FORMAT,
 ];
+
+/// Number of containers in each other that are read through, such as a zip archive of a `.gz` file.
+const MAX_DEPTH: usize = 2;
 
 /// A topography file with its format and at least one channel.
 #[derive(Debug)]
@@ -158,6 +174,13 @@ pub enum TopographyFileError {
     Empty,
     #[error("damaged or unsupported {name} file ({title})")]
     Damaged { name: &'static str, title: &'static str, source: FormatError },
+    #[error("the file is {kind}; {advice}")]
+    Container {
+        /// What the file is, with an article.
+        kind: String,
+        /// What to do.
+        advice: String,
+    },
     #[error("no known format matches the file, which starts with {start} ({})", attempts(tried))]
     Unknown {
         start: String,
@@ -240,14 +263,28 @@ pub fn formats() -> &'static [Format] {
 
 /// Recognizes the format of a file, reads its header and lists its channels.
 ///
-/// The heights are decoded only by [`Channel::map`].
+/// The heights are decoded only by [`Channel::map`]. A file in a gzip file, or the only file in a zip
+/// archive, is read like the file itself.
 ///
 /// # Errors
 /// Returns an error if the file is empty, damaged or cut off, or if its format or its variant of
 /// the format is not supported. If no format is recognized, the error lists all of them.
 pub fn read(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
+    read_through(bytes, MAX_DEPTH)
+}
+
+/// Reads a file, or the only file of a container. `depth` is the number of containers in each other
+/// that are read through.
+fn read_through(bytes: &[u8], depth: usize) -> Result<TopographyFile<'_>, TopographyFileError> {
     if bytes.is_empty() {
         return Err(TopographyFileError::Empty);
+    }
+    if depth > 0
+        && let Some(content) = container::content(bytes)?
+    {
+        let TopographyFile { format, channels } = read_through(&content, depth - 1)?;
+        let channels = channels.into_iter().map(Channel::into_owned).collect();
+        return Ok(TopographyFile { format, channels });
     }
     let mut tried = Vec::new();
     let mut others = Vec::new();

@@ -261,6 +261,36 @@ impl<'a> Raster<'a> {
         Raster { mask: Some(Box::new(mask)), ..self }
     }
 
+    /// Copies the bytes of the map if they are borrowed.
+    pub fn into_owned(self) -> Raster<'static> {
+        let lines = self.nodes[usize::from(self.lines_along_x)];
+        let along = self.nodes[usize::from(!self.lines_along_x)];
+        let samples = match self.samples {
+            Samples::Numbers(numbers) => Samples::Numbers(numbers),
+            Samples::Bytes { bytes, element, order, stride } => {
+                // Other maps may follow.
+                let needed = stride * (lines - 1) + along * element.size();
+                let bytes = match bytes {
+                    Cow::Borrowed(bytes) => bytes[..needed].to_vec(),
+                    Cow::Owned(bytes) => bytes,
+                };
+                Samples::Bytes { bytes: bytes.into(), element, order, stride }
+            }
+        };
+        Raster {
+            nodes: self.nodes,
+            samples,
+            lines_along_x: self.lines_along_x,
+            upside_down: self.upside_down,
+            mirrored: self.mirrored,
+            scale: self.scale,
+            offset: self.offset,
+            per_metre: self.per_metre,
+            missing: self.missing,
+            mask: self.mask.map(|mask| Box::new(mask.into_owned())),
+        }
+    }
+
     /// Returns the numbers of nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.nodes
@@ -268,7 +298,25 @@ impl<'a> Raster<'a> {
 
     /// Decodes the map in row-major order with x along the first axis; missing points are NaN.
     pub fn decode(&self) -> Vec<f64> {
-        let mut values = self.stored_numbers(|stored| self.value(stored));
+        self.decode_by(|stored| self.value(stored))
+    }
+
+    /// Decodes the map with another marker of missing points beside that of the format.
+    pub fn decode_without(&self, marker: f64) -> Vec<f64> {
+        self.decode_by(
+            |stored| {
+                if is_marker(stored, marker) { f64::NAN } else { self.value(stored) }
+            },
+        )
+    }
+
+    /// Returns the stored numbers before scaling; missing points are NaN.
+    pub fn numbers_of_file(&self) -> Vec<f64> {
+        self.decode_by(|stored| if self.value(stored).is_nan() { f64::NAN } else { stored })
+    }
+
+    fn decode_by(&self, value: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut values = self.stored_numbers(value);
         if let Some(mask) = &self.mask {
             let is_missing = mask.decode();
             let marks = values.iter_mut().zip(is_missing);
@@ -336,8 +384,7 @@ impl<'a> Raster<'a> {
         let is_missing = match self.missing {
             Missing::None => false,
             Missing::Value(marker) => stored == marker,
-            // The relative spacing of single-precision numbers is at most 1.2e-7.
-            Missing::Around(marker) => (stored - marker).abs() <= 1.5e-7 * marker.abs(),
+            Missing::Around(marker) => is_marker(stored, marker),
             Missing::From(marker) => stored >= marker,
             Missing::UpTo(marker) => stored <= marker,
         };
@@ -356,6 +403,12 @@ fn half(bits: u16) -> f64 {
         31 => f64::NAN,
         _ => f64::from(1024 + mantissa) * 2_f64.powi(exponent - 25),
     }
+}
+
+/// Returns true if two numbers are equal in single precision, whose relative spacing is at most
+/// 1.2e-7. Infinite numbers are always missing and never equal.
+pub fn is_marker(stored: f64, marker: f64) -> bool {
+    (stored - marker).abs() <= 1.5e-7 * marker.abs()
 }
 
 #[cfg(test)]

@@ -69,6 +69,7 @@ pub fn samples() -> Vec<Sample> {
         Sample::with_missing("gsf", gsf()),
     ];
     samples.extend(texts());
+    samples.extend(grids());
     samples.extend(hdf5());
     samples.extend(vendors::samples());
     samples.extend(new_formats::samples());
@@ -114,6 +115,54 @@ fn texts() -> Vec<Sample> {
         Sample::with_missing("text", factor.as_bytes().to_vec()),
         unitless("npy", npy()),
     ]
+}
+
+/// Returns grids of geographic programs, and other formats with a text header.
+fn grids() -> Vec<Sample> {
+    let unitless =
+        |format, bytes: Vec<u8>| Sample { sides: None, ..Sample::with_missing(format, bytes) };
+    let esri = "NCOLS 3\nNROWS 2\nXLLCENTER 0\nYLLCENTER 0\nCELLSIZE 1\nNODATA_value -1\n\
+                4 5 -1\n1 2 3\n";
+    // The first line of the text has the largest y, so that the last point is in it.
+    let surfer = "DSAA\n3 2\n0 2\n0 1\n1 5\n1 2 3\n4 5 1.70141e+038\n";
+    let six = Fields::default().text("DSBB", 4).u16(3).u16(2);
+    let six = [0.0, 2.0, 0.0, 1.0, 1.0, 5.0].into_iter().fold(six, Fields::f64);
+    let six = six.rows(ROWS, single).0;
+    let seven =
+        Fields::default().text("DSRB", 4).i32(4).i32(2).text("GRID", 4).i32(72).i32(2).i32(3);
+    let seven = [0.0, 0.0, 1.0, 1.0, 1.0, 5.0, 0.0, 9e9].into_iter().fold(seven, Fields::f64);
+    let seven = seven.text("DATA", 4).i32(48).rows(ROWS, |h| f64::from(h).to_le_bytes()).0;
+    let nrrd = "NRRD0004\n# A comment\ntype: short\ndimension: 2\nsizes: 3 2\nspacings: 1 2\n\
+                units: \"µm\" \"µm\"\nsampleunits: nm\nencoding: raw\nendian: big\n\n";
+    let nrrd = Fields::default().bytes(nrrd.as_bytes()).rows(ROWS, i16::to_be_bytes).0;
+    vec![
+        unitless("esri-asc", esri.as_bytes().to_vec()),
+        unitless("surfer", surfer.as_bytes().to_vec()),
+        unitless("surfer", with_last(six, &1.70141e38_f32.to_le_bytes())),
+        unitless("surfer", with_last(seven, &9e9_f64.to_le_bytes())),
+        Sample::new("nrrd", nrrd),
+        Sample::with_missing("iso28600", iso28600().into_bytes()),
+        Sample { sides: None, ..Sample::new("npz", npz()) },
+    ]
+}
+
+fn iso28600() -> String {
+    let mut lines = vec![""; 120];
+    lines[0] = "ISO/TC 201 SPM data transfer format";
+    lines[7] = "MAP_SC";
+    lines[16] = "REGULAR MAPPING";
+    lines[23..29].copy_from_slice(&["3", "2", "um", "um", "3", "4"]);
+    lines[68..70].copy_from_slice(&["Height", "nm"]);
+    lines[119] = "end of header";
+    lines.extend(["1", "2", "3", "4", "5", "nan", "end of experiment"]);
+    lines.join("\r\n")
+}
+
+fn npz() -> Vec<u8> {
+    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
+    writer.start_file("heights.npy", SimpleFileOptions::default()).unwrap();
+    writer.write_all(&npy()).unwrap();
+    writer.finish().unwrap().into_inner()
 }
 
 /// Builder for the bytes of a file.

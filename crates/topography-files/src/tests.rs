@@ -1,5 +1,7 @@
 //! Tests with small files of every format and with damaged files.
 
+use std::io::Write;
+
 use proptest::prelude::*;
 
 use super::raster::Raster;
@@ -8,8 +10,8 @@ use super::samples::{
 };
 use super::unit::Unit;
 use super::{
-    Channel, HeightMap, Quantity, Size, Statistics, TopographyFile, TopographyFileError, formats,
-    read,
+    Channel, HeightMap, Quantity, Size, Statistics, SuspectNumber, TopographyFile,
+    TopographyFileError, formats, read,
 };
 
 #[track_caller]
@@ -49,7 +51,9 @@ fn shows_the_map(sample: &Sample) {
             let agree = |axis: usize| (sides[axis] / expected[axis] - 1.0).abs() < 1e-6;
             assert!(agree(0) && agree(1), "{format}: {sides:?}");
         }
-        (expected, size) => assert!(expected.is_none() && size == Size::Unknown, "{format}"),
+        (expected, size) => {
+            assert!(expected.is_none() && !matches!(size, Size::Metres(_)), "{format}");
+        }
     }
     for (node, expected) in EXPECTED.iter().enumerate() {
         let height = map.heights()[node];
@@ -168,7 +172,7 @@ fn errors_name_the_entry_and_the_expected_value() {
 fn the_error_for_an_unknown_format_lists_all_readers() {
     let error = read(b"GIF89a\x01\x00").unwrap_err();
     let TopographyFileError::Unknown { others, .. } = &error else { panic!("{error}") };
-    assert_eq!(others[..3], ["nmm", "plux", "x3p"]);
+    assert_eq!(others[..3], ["nmm", "plux", "npz"]);
     let error = error.to_string();
     assert!(
         error.starts_with("no known format matches the file, which starts with `GIF89a` ("),
@@ -220,6 +224,83 @@ fn heights_and_sides_in_different_units_have_no_slope() {
     assert_eq!(Statistics::new(&channel.map()).heights.unwrap().rms_slope, None);
 }
 
+#[test]
+fn a_number_far_from_all_others_is_suspect_and_may_be_declared_missing() {
+    let text = "12 15 -9999 13\n11 -9999 14 12\n";
+    let file = read(text.as_bytes()).unwrap();
+    let channel = &file.channels()[0];
+    let suspect = channel.suspect_number().unwrap();
+    assert_eq!((suspect.number, suspect.count), (-9999.0, 2));
+    assert_eq!(Statistics::new(&channel.map_without(-9999.0)).missing, 2);
+    let find = |numbers: &[f64]| SuspectNumber::find(numbers).map(|suspect| suspect.number);
+    assert_eq!(find(&[1.0, 2.0, 3.0, 1e20]), Some(1e20));
+    assert_eq!(find(&[1.0, 2.0, 3.0, f64::from(f32::MAX)]), Some(f64::from(f32::MAX)));
+    assert_eq!(find(&[500.0, 501.0, 0.0, 0.0]), Some(0.0));
+    // A single spike, two levels, and ordinary heights.
+    assert_eq!(find(&[1.0, 2.0, 3.0, 50.0]), None);
+    assert_eq!(find(&[0.0, 0.0, 1.0, 1.0]), None);
+    assert_eq!(find(&[1.0, 4.0, 2.0, 5.0, 3.0]), None);
+    assert_eq!(find(&[f64::NAN; 3]), None);
+}
+
+#[test]
+fn an_unknown_unit_of_the_sides_is_named() {
+    let file = b"# Width: 3 px\n# Height: 2 px\n# Value units: m\n1 2 4\n3 5 6\n";
+    assert_eq!(read(file).unwrap().channels()[0].unknown_side_unit(), Some("px"));
+}
+
+fn compressed(name: &str, bytes: &[u8]) -> [Vec<u8>; 2] {
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    gzip.write_all(bytes).unwrap();
+    [gzip.finish().unwrap(), zipped(&[(name, bytes), ("__MACOSX/._x", b"x")])]
+}
+
+fn zipped(files: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut writer = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, bytes) in files {
+        writer.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
+        writer.write_all(bytes).unwrap();
+    }
+    writer.finish().unwrap().into_inner()
+}
+
+#[test]
+fn a_compressed_file_is_read_like_the_file() {
+    for sample in samples() {
+        let plain = read(&sample.bytes).unwrap();
+        for bytes in compressed("scan.dat", &sample.bytes) {
+            let file = read(&bytes).unwrap_or_else(|error| panic!("{}: {error}", sample.format));
+            assert_eq!(file.format(), plain.format());
+            let maps = file.channels().iter().zip(plain.channels());
+            for (one, other) in maps {
+                let [one, other] = [one, other].map(|channel| channel.map());
+                assert_eq!((one.nodes(), one.size()), (other.nodes(), other.size()));
+                let bits =
+                    |map: &HeightMap| map.heights().iter().map(|h| h.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&one), bits(&other), "{}", sample.format);
+            }
+        }
+    }
+}
+
+#[test]
+fn other_containers_are_named() {
+    let named = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
+    let excel = zipped(&[("xl/workbook.xml", b""), ("[Content_Types].xml", b"")]);
+    assert_eq!(
+        named(&excel),
+        "the file is an Excel workbook; export the sheet with the heights as CSV"
+    );
+    let two = zipped(&[("a.txt", b"1 2 3"), ("b.txt", b"1 2 3")]);
+    assert_eq!(
+        named(&two),
+        "the file is a zip archive of 2 files (a.txt, b.txt); unpack it and name one of its files"
+    );
+    assert_eq!(named(b"7z\xbc\xaf\x27\x1c rest"), "the file is a 7-Zip archive; unpack it first");
+    let [gzip, _] = compressed("x", &[b'1'; 100]);
+    assert!(named(&gzip[..gzip.len() - 12]).contains("a damaged gzip file"));
+}
+
 /// Checks that bytes are either read as consistent maps or refused with a message.
 fn check_read(bytes: &[u8]) {
     match read(bytes) {
@@ -250,7 +331,8 @@ fn a_truncated_binary_file_is_refused() {
     // Files of these formats can be valid even if they are cut off: text, and formats with optional
     // data after the heights.
     let ends = ["text", "sdf", "ibw", "plu", "netcdf", "lext", "vk", "opdx"];
-    let ends = [&ends[..], &["wyko-asc", "zygo-asc", "keyence-csv"]].concat();
+    let texts = ["wyko-asc", "zygo-asc", "keyence-csv", "esri-asc", "surfer"];
+    let ends = [&ends[..], &texts].concat();
     let binary = samples().into_iter().filter(|sample| !ends.contains(&sample.format));
     for sample in binary {
         let cut = &sample.bytes[..sample.bytes.len() - 1];

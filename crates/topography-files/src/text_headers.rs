@@ -193,7 +193,8 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         _ => Size::Unknown,
     };
     let title = entries.get("Title").unwrap_or("heights");
-    Ok(vec![Channel::new(title, unit("ZUnits"), size, raster)])
+    let channel = Channel::new(title, unit("ZUnits"), size, raster);
+    Ok(vec![channel.sides_in(&unit("XYUnits"))])
 }
 
 /// Format of Molecular Imaging and Agilent, with a text header followed by maps of integers.

@@ -42,6 +42,21 @@ impl Unit {
         }
     }
 
+    /// Returns a name of the unit, if there is one.
+    pub fn name(&self) -> Option<String> {
+        match self {
+            Unit::None => None,
+            Unit::Other(name) => Some(name.clone()),
+            Unit::Length(per_metre) => {
+                let prefix = PREFIXES.iter().find(|(_, count)| count == per_metre);
+                Some(match prefix {
+                    Some((prefix, _)) => format!("{prefix}m"),
+                    None => format!("units of {:e} m", 1.0 / per_metre),
+                })
+            }
+        }
+    }
+
     /// Returns the number of such units in a metre, or `None` if this is not a unit of length.
     pub fn per_metre(&self) -> Option<f64> {
         match self {
@@ -83,14 +98,47 @@ pub fn length_ratio(from: &str, to: &str) -> Option<f64> {
     Some(to? / from?)
 }
 
+/// Units of other quantities than lengths, to which a prefix of `PREFIXES` may be added.
+const OTHERS: [&str; 40] = [
+    "V", "A", "W", "N", "J", "K", "s", "Hz", "g", "Pa", "T", "F", "H", "C", "Ω", "ohm", "Ohm",
+    "rad", "deg", "degree", "degrees", "°", "°C", "%", "1", "dB", "lm", "lx", "cd", "mol", "L",
+    "eV", "bit", "bits", "px", "pixel", "pixels", "pt", "sr", "min",
+];
+/// Words for numbers without a unit, in lower case.
+const ARBITRARY: [&str; 9] =
+    ["a.u.", "au", "arb", "arb.", "arb. units", "counts", "count", "grey", "gray"];
+
+/// Returns true if a unit is one of a known quantity other than a length, such as `mV` or `N/m`.
+pub fn is_of_other_quantity(unit: &str) -> bool {
+    let is_base = |part: &str| OTHERS.contains(&part);
+    let is_known = |part: &str| {
+        let part = part.trim().trim_end_matches(|letter: char| "0123456789^-²³⁻¹".contains(letter));
+        let prefixed =
+            || PREFIXES.iter().any(|(prefix, _)| part.strip_prefix(prefix).is_some_and(is_base));
+        part.is_empty() || length(part).is_some() || prefixed()
+    };
+    ARBITRARY.contains(&unit.to_lowercase().as_str())
+        || unit.split(['/', '*', '·', ' ']).all(is_known)
+}
+
+/// Spellings of the micro sign in texts that were decoded in another encoding than they were
+/// written: UTF-8 read as ISO-8859-1, Windows-1252 or Windows-1251, Shift-JIS and GBK read as
+/// ISO-8859-1, MS-DOS, and the replacement character.
+const GARBLED_MICRO: [&str; 9] = ["Âµ", "Î¼", "Ој", "Вµ", "\u{83}Ê", "ƒÊ", "¦Ì", "æ", "\u{fffd}"];
+
 /// Normalizes the spelling of a unit: strips brackets and quotes, and replaces all variants of µ by
 /// the micro sign.
 fn normal(text: &str) -> String {
     let text = text.trim().trim_matches(['[', ']', '(', ')', '"']).trim();
-    // Greek letter mu instead of the micro sign. Below: `æm` in files of MS-DOS, `~m` in Nanoscope.
+    // Greek letter mu instead of the micro sign.
     let text = text.replace('μ', "µ");
-    match text.as_str() {
-        "æm" | "~m" => "µm".to_owned(),
+    let garbled = GARBLED_MICRO.iter().find_map(|garbled| text.strip_prefix(garbled));
+    match (garbled, text.as_str()) {
+        (Some("m"), _) => "µm".to_owned(),
+        // Nanoscope.
+        (_, "~m") => "µm".to_owned(),
+        // The sign of the unit, and UTF-8 read as ISO-8859-1 or Windows-1252.
+        (_, "\u{212b}" | "Ã\u{85}" | "Ã…") => "Å".to_owned(),
         _ => text,
     }
 }
@@ -99,11 +147,19 @@ fn normal(text: &str) -> String {
 fn length(text: &str) -> Option<f64> {
     let named = match text.to_lowercase().as_str() {
         "meter" | "metre" | "meters" | "metres" => Some(1.0),
+        "centimeter" | "centimetre" | "centimeters" | "centimetres" => Some(1e2),
         "millimeter" | "millimetre" | "millimeters" | "millimetres" => Some(1e3),
         "micron" | "microns" | "micrometer" | "micrometre" | "micrometers" | "micrometres"
         | "µ" => Some(1e6),
         "nanometer" | "nanometre" | "nanometers" | "nanometres" => Some(1e9),
-        "å" | "ångström" | "angstrom" | "ångstrom" => Some(1e10),
+        "picometer" | "picometre" | "picometers" | "picometres" => Some(1e12),
+        "å" | "ångström" | "ångströms" | "ångstrom" | "ångstroms" | "angstrom" | "angstroms"
+        | "ang" => Some(1e10),
+        // An inch is 25.4 mm, a mil a thousandth of it, and a foot 12 inches.
+        "in" | "inch" | "inches" => Some(1e4 / 254.0),
+        "mil" | "mils" | "thou" => Some(1e7 / 254.0),
+        "µin" | "uin" | "microinch" | "microinches" => Some(1e10 / 254.0),
+        "ft" | "foot" | "feet" => Some(1e4 / 3048.0),
         _ => None,
     };
     let of_prefix = || {
@@ -120,7 +176,20 @@ mod tests {
 
     #[test]
     fn a_micrometre_has_many_spellings() {
-        for text in ["µm", "μm", "um", "~m", "æm", " [µm] ", "microns"] {
+        for text in [
+            "µm",
+            "μm",
+            "um",
+            "~m",
+            "æm",
+            " [µm] ",
+            "microns",
+            "Âµm",
+            "Î¼m",
+            "¦Ìm",
+            "\u{83}Êm",
+            "\u{fffd}m",
+        ] {
             assert_eq!(Unit::parse(text), Unit::Length(1e6), "{text}");
         }
     }
@@ -132,6 +201,30 @@ mod tests {
         assert_eq!(Unit::parse(" "), Unit::None);
         assert!(is_metre("m") && is_metre(" metre ") && !is_metre("mm") && !is_metre(""));
         assert_eq!(Unit::parse("Å"), Unit::Length(1e10));
+    }
+
+    #[test]
+    fn imperial_units_and_angstroms_are_lengths() {
+        let metres = |text: &str| 1.0 / Unit::parse(text).per_metre().unwrap();
+        let agrees = |text: &str, expected: f64| {
+            assert!((metres(text) / expected - 1.0).abs() < 1e-14, "{text}");
+        };
+        ["in", "inch", "inches"].into_iter().for_each(|text| agrees(text, 0.0254));
+        ["mil", "mils", "thou"].into_iter().for_each(|text| agrees(text, 25.4e-6));
+        for text in ["Å", "Angstroms", "angstrom", "Ångströms", "Ã\u{85}"] {
+            agrees(text, 1e-10);
+        }
+        agrees("µin", 25.4e-9);
+    }
+
+    #[test]
+    fn units_of_known_quantities_are_told_from_other_words() {
+        for unit in ["V", "mV", "nA", "N/m", "m/s", "deg", "a.u.", "%", "m^2", "nN", "1/0"] {
+            assert!(is_of_other_quantity(unit), "{unit}");
+        }
+        for unit in ["furlong", "foo", "xyz", "Vx", "scan"] {
+            assert!(!is_of_other_quantity(unit), "{unit}");
+        }
     }
 
     #[test]

@@ -2,17 +2,20 @@
 //!
 //! The header gives the sides of the map, `X Amplitude` and `Y Amplitude`. Floats are in the unit
 //! of the `Z Amplitude`. Integers are multiplied by the Z amplitude over their range, `Maximum` −
-//! `Minimum`. The map is turned by 180°: lines run along x, and the first number has the largest x
+//! `Minimum`, or over the range of the numbers if the header has no such entries, as in files of
+//! Gwyddion 2.62. Numbers in the header may have a decimal comma: Gwyddion writes them as the
+//! desktop does. The map is turned by 180°: lines run along x, and the first number has the largest x
 //! and the largest y. The format has no marker of missing points.
 
 use super::channel::{Channel, Size};
 use super::input::{Entries, factor, latin1};
+use super::number;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
-    Format { name: "wsxm", title: "WSxM image", version: 1, has_signature: true, read };
+    Format { name: "wsxm", title: "WSxM image", version: 2, has_signature: true, read };
 
 const END: &[u8] = b"[Header end]";
 
@@ -34,11 +37,18 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         entries.whole("General Info/Number of columns")?,
         entries.whole("General Info/Number of rows")?,
     ])?;
+    let stored = &bytes[end + line_end + 1..];
     let (amplitude, unit) = quantity(&entries, "General Info/Z Amplitude")?;
     let (element, scale) = match entries.get("General Info/Image Data Type") {
         None | Some("short" | "integer") => {
-            let limit = |name: &str| entries.number(&format!("Miscellaneous/{name}"));
-            let range = limit("Maximum")? - limit("Minimum")?;
+            let limit = |name: &str| entries.get(&format!("Miscellaneous/{name}")).map(number);
+            let range = match (limit("Maximum"), limit("Minimum")) {
+                (Some(highest), Some(lowest)) => {
+                    let wrong = || FormatError::missing("Miscellaneous/Maximum and Minimum");
+                    highest.ok_or_else(wrong)? - lowest.ok_or_else(wrong)?
+                }
+                _ => range(&Raster::rows(nodes, Element::I16, ByteOrder::Little, stored)?),
+            };
             // Any scale is right for a flat map, whose range is zero.
             (Element::I16, if range == 0.0 { 1.0 } else { amplitude / range })
         }
@@ -60,10 +70,11 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         FormatError::value("unit of the Y Amplitude", &unit_y, &allowed)
     })?;
     let size = Size::new([x, y], &Unit::parse(&unit_x))?;
-    let raster = Raster::rows(nodes, element, ByteOrder::Little, &bytes[end + line_end + 1..])?;
+    let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
     let raster = raster.upside_down().mirrored().scaled(factor("Z Amplitude", scale)?, 0.0);
     let name = entries.get("General Info/Acquisition channel").unwrap_or("heights");
-    Ok(vec![Channel::new(name, Unit::parse(&unit), size, raster)])
+    let channel = Channel::new(name, Unit::parse(&unit), size, raster);
+    Ok(vec![channel.sides_in(&Unit::parse(&unit_x))])
 }
 
 /// Parses the header. The names of the entries are `section/name`.
@@ -84,7 +95,22 @@ fn entries(header: &str) -> Entries {
 fn quantity(entries: &Entries, name: &str) -> Result<(f64, String), FormatError> {
     let text = entries.text(name)?;
     let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
-    let number = number.parse();
-    let number = number.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
+    let number = self::number(number);
+    let number = number.ok_or_else(|| FormatError::value(name, text, "a number and its unit"))?;
     Ok((number, unit.trim().to_owned()))
+}
+
+/// Parses a number with a decimal point or comma.
+fn number(text: &str) -> Option<f64> {
+    number::parse(&text.replacen(',', ".", 1))
+}
+
+/// Returns the difference of the highest and the lowest number of a map.
+fn range(raster: &Raster<'_>) -> f64 {
+    let numbers = raster.decode();
+    let [lowest, highest] =
+        numbers.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &number| {
+            [low.min(number), high.max(number)]
+        });
+    highest - lowest
 }

@@ -217,6 +217,31 @@ impl Header {
     }
 }
 
+impl Description {
+    /// Replaces the units by those of titles, of axes or of the heights.
+    ///
+    /// # Errors
+    /// Returns an error if the units of x and y are of different quantities.
+    pub fn set_units(
+        &mut self,
+        x: Option<&str>,
+        y: Option<&str>,
+        height: Option<&str>,
+    ) -> Result<(), FormatError> {
+        if let Some(x) = x.or(y) {
+            let y = y.unwrap_or(x);
+            self.y_ratio = ratio(y, x).ok_or_else(|| {
+                FormatError::value("unit of y", y, &format!("a unit like that of x, `{x}`"))
+            })?;
+            self.lateral = Unit::parse(x);
+        }
+        if let Some(height) = height {
+            self.height = Unit::parse(height);
+        }
+        Ok(())
+    }
+}
+
 /// Returns the unit in the title of a column, such as `X [µm]` or `x (µm)`, if the line has a title
 /// for this axis.
 fn unit_of_title(line: &str, axis: char) -> Option<String> {

@@ -1,0 +1,110 @@
+//! Files that contain other files: gzip and zip around one file are read through, and other
+//! containers are named for what they are.
+
+use std::borrow::Cow;
+use std::io::Read;
+
+use flate2::read::MultiGzDecoder;
+
+use super::TopographyFileError;
+use super::archive::{self, Archive};
+use super::input::MAX_INFLATION;
+use super::npz::is_npz;
+
+/// Maximum number of bytes of a file in a container.
+const MAX_FILE: usize = 16 << 30;
+
+/// Containers that are named by their first bytes, with what to do.
+const NAMED: [(&[u8], &str, &str); 8] = [
+    (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", UNPACK),
+    (b"Rar!\x1a\x07", "a RAR archive", UNPACK),
+    (b"\xfd7zXZ\0", "a file compressed by xz", UNPACK),
+    (b"BZh", "a file compressed by bzip2", UNPACK),
+    (b"\x28\xb5\x2f\xfd", "a file compressed by Zstandard", UNPACK),
+    (b"\x1f\x9d", "a file compressed by compress", UNPACK),
+    (b"%PDF", "a PDF document", "export the heights as a file of its instrument or as text"),
+    (b"PK\x05\x06", "an empty zip archive", "pack the file again"),
+];
+const UNPACK: &str = "unpack it first";
+
+/// Files in a zip archive by which other programs are known, with the name of their files and what
+/// to do.
+const ARCHIVES: [(&str, &str, &str); 9] = [
+    ("xl/", "an Excel workbook", "export the sheet with the heights as CSV"),
+    ("word/", "a Word document", "export the heights as text"),
+    ("ppt/", "a PowerPoint presentation", "export the heights as text"),
+    ("mimetype", "an OpenDocument file", "export the sheet with the heights as CSV"),
+    ("segments/", "a JPK file of force curves", "export the height image of the map as TIFF"),
+    ("shared-data/", "a JPK file of force curves", "export the height image of the map as TIFF"),
+    ("data-image.jpk-qi-image", "a JPK QI file", "export its height image as TIFF"),
+    ("meta.yml", "a container of contact.engineering", "unpack it and name one of its surfaces"),
+    ("meta.json", "a container of contact.engineering", "unpack it and name one of its surfaces"),
+];
+
+/// Files in a zip archive of which this crate has a reader.
+const READ: [&str; 4] = ["main.xml", ".dsc", "index.xml", "Document.xml"];
+
+/// Returns the content of the only file in a container, or `None` if the file is no container.
+///
+/// # Errors
+/// Returns an error that names the container if it has none or several files, or is of a kind that
+/// is not read.
+pub fn content(bytes: &[u8]) -> Result<Option<Vec<u8>>, TopographyFileError> {
+    let container = |kind: &str, advice: &str| TopographyFileError::Container {
+        kind: kind.to_owned(),
+        advice: advice.to_owned(),
+    };
+    if bytes.starts_with(b"\x1f\x8b") {
+        let limit = bytes.len().saturating_mul(MAX_INFLATION).min(MAX_FILE);
+        let mut inflated = Vec::new();
+        let read = MultiGzDecoder::new(bytes).take(limit as u64).read_to_end(&mut inflated);
+        return match read {
+            Ok(_) if inflated.is_empty() => Err(container("an empty gzip file", UNPACK)),
+            Ok(_) => Ok(Some(inflated)),
+            Err(error) => Err(container(&format!("a damaged gzip file ({error})"), UNPACK)),
+        };
+    }
+    if bytes.get(257..262) == Some(b"ustar") {
+        return Err(container("a tar archive", UNPACK));
+    }
+    if let Some((_, kind, advice)) = NAMED.iter().find(|(start, ..)| bytes.starts_with(start)) {
+        return Err(container(kind, advice));
+    }
+    if !bytes.starts_with(archive::SIGNATURE) {
+        return Ok(None);
+    }
+    // The readers of formats that are archives report damage.
+    let Ok(mut archive) = Archive::new(bytes) else {
+        return Ok(None);
+    };
+    let names: Vec<String> = archive.names().map(Cow::into_owned).collect();
+    let has = |part: &str| {
+        let is_folder = part.ends_with('/');
+        let is_it = |name: &String| {
+            if is_folder { name.starts_with(part) } else { name.rsplit('/').next() == Some(part) }
+        };
+        names.iter().any(is_it)
+    };
+    let is_read = |name: &String| READ.iter().any(|end| name.ends_with(end));
+    if is_npz(&names) || names.iter().any(is_read) {
+        return Ok(None);
+    }
+    if let Some((_, kind, advice)) = ARCHIVES.iter().find(|(part, ..)| has(part)) {
+        return Err(container(kind, advice));
+    }
+    let is_hidden = |name: &str| {
+        name.ends_with('/')
+            || name.split('/').any(|part| part == "__MACOSX" || part.starts_with('.'))
+    };
+    let files: Vec<&String> = names.iter().filter(|name| !is_hidden(name)).collect();
+    let [file] = files[..] else {
+        let first: Vec<&str> = files.iter().take(4).map(|name| name.as_str()).collect();
+        let more = if files.len() > first.len() { ", …" } else { "" };
+        let kind = format!("a zip archive of {} files ({}{more})", files.len(), first.join(", "));
+        return Err(container(&kind, "unpack it and name one of its files"));
+    };
+    let inflated = archive.file(file, MAX_FILE);
+    inflated
+        .map(Some)
+        .map_err(|error| container(&format!("a damaged zip archive ({error})"), UNPACK))
+}

@@ -1,0 +1,162 @@
+//! NRRD files (nearly raw raster data, `.nrrd`), with a text header, an empty line, and numbers.
+//!
+//! The first axis is x; lines run along x, and the first has y = 0. A third axis is a list of
+//! channels. The sides are `spacings` × points, or the range of `axis mins` and `axis maxs`, to
+//! which a step is added if `centerings` says that points are nodes. `units` has the units of the
+//! axes and, in files of Gwyddion 2.62, `sampleunits` that of the heights. NaN marks missing
+//! points. Numbers may be raw, text or compressed by gzip; files with separate data are refused.
+
+use flate2::read::GzDecoder;
+
+use super::channel::{Channel, Size};
+use super::input::{Entries, inflate, utf8_or_latin1};
+use super::number;
+use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
+use super::unit::{Unit, ratio};
+use super::{Format, FormatError, at_least_one};
+
+pub const FORMAT: Format =
+    Format { name: "nrrd", title: "nearly raw raster data", version: 1, has_signature: true, read };
+
+fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    if !bytes.starts_with(b"NRRD000") {
+        return Err(FormatError::Signature);
+    }
+    let (header, data) = header(bytes)?;
+    for name in ["datafile", "lineskip", "byteskip"] {
+        if let Some(value) = header.get(name).filter(|value| *value != "0") {
+            return Err(FormatError::value(name, value, "none, with the data in the same file"));
+        }
+    }
+    let sizes: Vec<i64> = list(&header, "sizes")?;
+    let (nodes, count) = match sizes[..] {
+        [x, y] => (checked_nodes([x, y])?, 1),
+        [x, y, count] if (1..=1024).contains(&count) => (checked_nodes([x, y])?, count as usize),
+        _ => {
+            let found = header.text("sizes")?;
+            return Err(FormatError::value("sizes", found, "two or three numbers"));
+        }
+    };
+    let element = element(header.text("type")?)?;
+    let order = match header.get("endian") {
+        Some("big") => ByteOrder::Big,
+        _ => ByteOrder::Little,
+    };
+    let (size, lateral) = size(&header, nodes)?;
+    let one = map_bytes(nodes, element);
+    let encoding = header.text("encoding")?;
+    let name = header.get("content").filter(|name| !name.is_empty()).unwrap_or("heights");
+    let unit = Unit::parse(header.get("sampleunits").unwrap_or_default());
+    let is_text = matches!(encoding, "ascii" | "text" | "txt");
+    let numbers = if is_text { numbers(data)? } else { vec![] };
+    let inflated = match encoding {
+        "gzip" | "gz" => {
+            Some(inflate("the gzip data", GzDecoder::new(data), data.len(), one * count)?)
+        }
+        "raw" | "ascii" | "text" | "txt" => None,
+        other => return Err(FormatError::value("encoding", other, "raw, text or gzip")),
+    };
+    let channels = (0..count).map(|index| {
+        let raster = if is_text {
+            let points = nodes[0] * nodes[1];
+            let part = numbers.get(index * points..(index + 1) * points);
+            let part = part.ok_or(FormatError::Heights {
+                nodes,
+                element: 1,
+                needed: ((index + 1) * points) as u128,
+                found: numbers.len(),
+            })?;
+            Raster::from_rows(nodes, part.to_vec())
+        } else if let Some(inflated) = &inflated {
+            let part = inflated[index * one..(index + 1) * one].to_vec();
+            Raster::rows(nodes, element, order, part)?
+        } else {
+            Raster::rows(nodes, element, order, data.get(index * one..).unwrap_or_default())?
+        };
+        let name = if count == 1 { name.to_owned() } else { format!("{name} {}", index + 1) };
+        Ok(Channel::new(name, unit.clone(), size, raster).sides_in(&lateral))
+    });
+    at_least_one(channels, "sizes")
+}
+
+/// Parses the header and returns its entries and the bytes after it. Names have lower case and no
+/// spaces.
+fn header(bytes: &[u8]) -> Result<(Entries, &[u8]), FormatError> {
+    let mut entries = Entries::default();
+    let mut offset = 0;
+    for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+        offset += line.len();
+        let line = utf8_or_latin1(line);
+        let line = line.trim_end();
+        if line.is_empty() {
+            return Ok((entries, &bytes[offset..]));
+        }
+        if let Some((name, value)) = line.split_once(':').filter(|_| !line.starts_with('#')) {
+            let name = name.to_lowercase().replace(' ', "");
+            entries.insert(&name, value.trim_start_matches('='));
+        }
+    }
+    Err(FormatError::missing("an empty line after the header"))
+}
+
+fn list<T: std::str::FromStr>(header: &Entries, name: &str) -> Result<Vec<T>, FormatError> {
+    let text = header.text(name)?;
+    let words = text.split_whitespace().map(str::parse);
+    words.collect::<Result<_, _>>().map_err(|_| FormatError::value(name, text, "numbers"))
+}
+
+fn element(name: &str) -> Result<Element, FormatError> {
+    Ok(match name {
+        "signed char" | "int8" | "int8_t" => Element::I8,
+        "uchar" | "unsigned char" | "uint8" | "uint8_t" => Element::U8,
+        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => {
+            Element::I16
+        }
+        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Element::U16,
+        "int" | "signed int" | "int32" | "int32_t" => Element::I32,
+        "uint" | "unsigned int" | "uint32" | "uint32_t" => Element::U32,
+        "float" => Element::F32,
+        "double" => Element::F64,
+        _ => return Err(FormatError::value("type", name, "integers of 8 to 32 bits, or floats")),
+    })
+}
+
+fn numbers(data: &[u8]) -> Result<Vec<f64>, FormatError> {
+    let text = utf8_or_latin1(data);
+    let words = text.split(|letter: char| letter.is_whitespace() || letter == ',');
+    let number = |word: &str| {
+        number::parse(word)
+            .or_else(|| number::is_missing(word).then_some(f64::NAN))
+            .ok_or_else(|| FormatError::value("height", word, "a number"))
+    };
+    words.filter(|word| !word.is_empty()).map(number).collect()
+}
+
+/// Returns the size of the map, and the unit of its sides.
+fn size(header: &Entries, nodes: [usize; 2]) -> Result<(Size, Unit), FormatError> {
+    let axes = |name: &str| {
+        header.get(name).map(|_| list::<f64>(header, name)).transpose().map(|list| {
+            list.filter(|list| list.len() >= 2 && list[..2].iter().all(|one| one.is_finite()))
+        })
+    };
+    let is_node = header.get("centerings").or(header.get("centers"));
+    let is_node = is_node.is_some_and(|text| text.starts_with("node"));
+    let range = axes("axismins")?.zip(axes("axismaxs")?);
+    let sides = match (axes("spacings")?, range) {
+        (Some(steps), _) => [0, 1].map(|axis| steps[axis] * nodes[axis] as f64),
+        (None, Some((from, to))) => [0, 1].map(|axis| {
+            let range = to[axis] - from[axis];
+            let count = nodes[axis] as f64;
+            if is_node { range / (count - 1.0) * count } else { range }
+        }),
+        (None, None) => return Ok((Size::Unknown, Unit::None)),
+    };
+    let units: Vec<&str> =
+        header.get("units").unwrap_or_default().split('"').skip(1).step_by(2).collect();
+    let [x, y] = [0, 1].map(|axis| units.get(axis).copied().unwrap_or_default());
+    let y_ratio = ratio(y, x).ok_or_else(|| {
+        FormatError::value("unit of y", y, &format!("a unit like that of x, `{x}`"))
+    })?;
+    let unit = Unit::parse(x);
+    Ok((Size::new([sides[0], sides[1] * y_ratio], &unit)?, unit))
+}
