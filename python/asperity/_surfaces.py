@@ -21,12 +21,13 @@ def read(
     unit: Optional[str] = None,
     height_scale: float = 1.0,
     is_periodic: bool = False,
+    missing: Optional[float] = None,
 ) -> Topography:
     """Reads a height map from a topography file.
 
     The content of the file determines its format: X3P, SUR, GWY, GSF, SDF, OPD, OPDx, AL3D, VK, LEXT,
-    NanoScope, Igor, MetroPro, netCDF, HDF5, DATX, JPK, NID, NMM, WSxM, MI, FRT, BCR, NumPy, PLU, text and
-    the text exports of Wyko, Zygo and Keyence.
+    NanoScope, Igor, MetroPro, netCDF, HDF5, DATX, JPK, NID, NMM, WSxM, MI, FRT, BCR, NumPy, PLU, ESRI and
+    Surfer grids, ISO 28600, NRRD, text and the text exports of Wyko, Zygo and Keyence.
 
     Parameters
     ----------
@@ -44,6 +45,8 @@ def read(
         Factor by which the numbers of the file are multiplied.
     is_periodic : bool
         True if the surface is periodic; measured maps are not.
+    missing : float, optional
+        Number in the file that marks points without a height, such as -9999, before any conversion.
 
     Returns
     -------
@@ -63,7 +66,8 @@ def read(
     -----
     StudyWarning
         If the heights or sides are probably in another unit: an rms slope above 1, sides or pixels that the
-        instrument cannot have, or given sides in the wrong order.
+        instrument cannot have, or given sides in the wrong order. If the reader guessed what the file does not
+        say, or a number stands far from all others.
 
     Examples
     --------
@@ -74,7 +78,9 @@ def read(
     name = None if channel is None else str(channel)
     with open(path, "rb"):
         pass  # Python's own exception names the file.
-    heights, found, own_unit, name, names, format = _asperity.read(os.fspath(path), name)
+    heights, found, own_unit, name, names, format, notes = _asperity.read(os.fspath(path), name, missing)
+    for note in notes:
+        warnings.warn(f"`{path}`: {note}", StudyWarning, stacklevel=2)
     if size is None and found is None:
         raise SurfaceError(f"`{path}` does not contain the sides of the map; give them as `size`")
     if unit is not None and own_unit is not None and unit != own_unit:

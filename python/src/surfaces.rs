@@ -11,7 +11,7 @@ use asperity::contact::topography::surface::Axis;
 use asperity::direct;
 use asperity::surface_files::{MAX_BYTES, SurfaceFileError};
 use asperity::tables::store::regular::read_regular;
-use asperity::topography_files::{Quantity, Size};
+use asperity::topography_files::{Quantity, Size, SuspectNumber, is_marker};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -65,7 +65,7 @@ pub fn implausible(
 }
 
 /// Heights (NaN if missing), sides in the unit of the heights, unit, name of the channel, names of
-/// all channels, and format of a file.
+/// all channels, format of a file, and notes for warnings.
 type Read<'py> = (
     Bound<'py, PyArray2<f64>>,
     Option<[f64; 2]>,
@@ -73,12 +73,18 @@ type Read<'py> = (
     String,
     Vec<String>,
     &'static str,
+    Vec<String>,
 );
 
 /// Reads a channel of a topography file.
 #[pyfunction]
-#[pyo3(signature = (path, channel=None))]
-pub fn read<'py>(py: Python<'py>, path: PathBuf, channel: Option<String>) -> PyResult<Read<'py>> {
+#[pyo3(signature = (path, channel=None, missing=None))]
+pub fn read<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    channel: Option<String>,
+    missing: Option<f64>,
+) -> PyResult<Read<'py>> {
     let bytes = py.detach(|| read_regular(&path, MAX_BYTES));
     let bytes = bytes.map_err(|source| match source.raw_os_error() {
         Some(_) => source.into(),
@@ -109,7 +115,17 @@ pub fn read<'py>(py: Python<'py>, path: PathBuf, channel: Option<String>) -> PyR
         (Quantity::Height | Quantity::Other(_), Size::Metres(sides)) => Some(sides),
         _ => None,
     };
-    let decoded = py.detach(|| chosen.map());
+    let decode = || missing.map_or_else(|| chosen.map(), |marker| chosen.map_without(marker));
+    let (decoded, suspect) = py.detach(|| (decode(), chosen.suspect_number()));
+    let mut notes = chosen.notes().to_vec();
+    if let Some(SuspectNumber { number, count }) = suspect
+        && missing.is_none_or(|marker| !is_marker(number, marker))
+    {
+        notes.push(format!(
+            "{count} points have the number {number:?}, far from all others; if it marks points \
+             without a height, give `missing={number:?}`"
+        ));
+    }
     let nodes = decoded.nodes();
     let (heights, _) = decoded.into_parts();
     let names = channels.iter().map(|channel| channel.name().to_owned());
@@ -120,6 +136,7 @@ pub fn read<'py>(py: Python<'py>, path: PathBuf, channel: Option<String>) -> PyR
         chosen.name().to_owned(),
         names.collect(),
         file.format().name(),
+        notes,
     ))
 }
 

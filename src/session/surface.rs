@@ -11,7 +11,8 @@ use asperity_stages::generate::plausibility::EnteredMap;
 use asperity_stages::surface_files::{MAX_BYTES, SurfaceFileError};
 use asperity_tables::store::regular::read_regular;
 use asperity_topography_files::{
-    Channel, ChannelError, Corners, HeightMap, Size, Statistics, TopographyFile, read,
+    Channel, ChannelError, Corners, HeightMap, Size, Statistics, SuspectNumber, TopographyFile,
+    read,
 };
 
 pub use asperity_topography_files::{HeightStatistics, Quantity};
@@ -134,6 +135,18 @@ impl DescribedChannel {
     fn new(number: usize, channel: &Channel<'_>, map: &HeightMap) -> DescribedChannel {
         let statistics = Statistics::new(map);
         let heights = statistics.heights.as_ref();
+        let mut notes = channel.notes().to_vec();
+        notes.extend(channel.suspect_number().map(|SuspectNumber { number, count }| {
+            format!(
+                "{count} points have the number {number:?}, far from all others; if it marks points \
+                 without a height, set `missing = {number:?}` in the manifest"
+            )
+        }));
+        notes.extend(
+            channel
+                .unknown_side_unit()
+                .map(|unit| format!("the sides are in `{unit}`, which is no known unit of length")),
+        );
         DescribedChannel {
             number,
             name: channel.name().to_owned(),
@@ -147,7 +160,7 @@ impl DescribedChannel {
             lowest: heights.map(|heights| heights.lowest),
             highest: heights.map(|heights| heights.highest),
             corners: statistics.corners,
-            notes: channel.notes().to_vec(),
+            notes,
         }
     }
 

@@ -146,6 +146,41 @@ fn a_scan_with_holes_goes_all_the_way_to_a_report() {
     assert!(page.contains("level plane"));
 }
 
+#[test]
+fn a_number_that_stands_far_from_all_heights_is_named_and_may_be_missing() {
+    let bench = Bench::new();
+    let line = |j: usize| {
+        let number = |i: usize| if i + j == 9 { -9999.0 } else { 1e9 * height(i, j) };
+        (0..12).map(|i| format!("{:.3}", number(i))).collect::<Vec<_>>().join(" ")
+    };
+    let lines: Vec<String> = (0..8).map(line).collect();
+    let header = "# Width: 12 µm\n# Height: 8 µm\n# Value units: nm\n";
+    fs::write(bench.path("scan.txt"), format!("{header}{}\n", lines.join("\n"))).unwrap();
+    let path = bench.path("scan.txt");
+    let printed = text(&bench.output(&["surface", path.to_str().unwrap()]).stdout);
+    assert!(printed.contains("8 points have the number -9999.0, far from all others"), "{printed}");
+    let stage = STUDY.split("[stage.contact]").next().unwrap().replace("scan.x3p", "scan.txt");
+    let check = |stage: &str| {
+        let manifest = bench.write(stage);
+        let checked = bench.output(&["check", manifest.to_str().unwrap()]);
+        assert!(checked.status.success(), "{}", text(&checked.stderr));
+        text(&checked.stderr).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let warned = check(&stage);
+    let warning = "8 points of `scan.txt` have the number -9999.0, far from all others; if it marks \
+                   points without a height, set `missing = -9999.0` and `fill`";
+    assert!(warned.contains(warning), "{warned}");
+    let stage = stage.replace("fill =", "missing = -9999\nfill =");
+    let said = check(&stage);
+    assert!(!said.contains("far from all others"), "{said}");
+    assert!(said.contains("8 of 96 points of `scan.txt` were not measured"), "{said}");
+    let run = bench.output(&["run", bench.write(&stage).to_str().unwrap()]);
+    assert!(run.status.success(), "{}", text(&run.stderr));
+    let scan = bench.table("scanned", "scan");
+    assert_eq!(scan.reals("missing").unwrap().value(0), -9999.0);
+    assert_eq!(scan.integers("filled_nodes").unwrap().value(0), 8);
+}
+
 /// Reads the stored heights of the only surface of a study.
 fn kept(bench: &Bench) -> Vec<f64> {
     let files = bench.files();

@@ -263,13 +263,13 @@ impl MeasuredMap {
 
 impl AsMeasured {
     fn new(scan: &Scan, file: &MeasuredSurface, pixels: usize) -> AsMeasured {
-        let MeasuredSurface { content, channel, preparation, .. } = file;
+        let MeasuredSurface { content, channel, missing, preparation, .. } = file;
         let Preparation { crop, spikes, islands, align, level, level_through, .. } = preparation;
         AsMeasured {
             map: ShownMap::new(scan, pixels),
             missing: scan.missing() as f64 / scan.grid().count() as f64,
             identity: format!(
-                "{content:?} {channel:?} {:?} {crop:?} {spikes:?} {islands:?} {align:?} {level:?} \
+                "{content:?} {channel:?} {missing:?} {:?} {crop:?} {spikes:?} {islands:?} {align:?} {level:?} \
                  {level_through:?}",
                 file.height_scale,
             ),

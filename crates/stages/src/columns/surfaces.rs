@@ -28,6 +28,8 @@ pub const TAPER_FRACTION: Column = parameter(
 );
 pub const CHANNEL: Column =
     parameter_text("channel", "requested map of the file: its name, or its number counted from 1");
+pub const MISSING: Column =
+    parameter("missing", "1", "number in the file that marks points without a height");
 pub const CROP_FROM_X: Column = parameter(
     "crop_from_x",
     "length",
@@ -155,13 +157,14 @@ pub const FILLED_NODES: Column =
 
 /// Parameter columns that only measured surfaces have. A table contains those that the manifest
 /// uses.
-pub const MEASURED_SURFACE_COORDINATES: [Column; 30] = [
+pub const MEASURED_SURFACE_COORDINATES: [Column; 31] = [
     CONTENT,
     UNIT,
     HEIGHT_SCALE,
     EDGES,
     TAPER_FRACTION,
     CHANNEL,
+    MISSING,
     CROP_FROM_X,
     CROP_FROM_Y,
     CROP_SIZE_X,

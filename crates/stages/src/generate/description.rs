@@ -405,6 +405,7 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
             }
             let channel = file.channel.as_ref();
             columns.extend(channel.map(|channel| text(CHANNEL, channel.to_string())));
+            columns.extend(file.missing.map(|number| real(MISSING, number)));
             columns.extend(preparation_coordinates(&file.preparation));
             columns
         }

@@ -41,7 +41,7 @@ use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned
 use asperity_topography_files::{ChannelError, is_metre};
 
 /// A measured surface, read from the file of an instrument. Its keys are applied in this order:
-/// channel, unit and side, `crop`, `spikes`, `islands`, `align`, `level` or `level_through`,
+/// channel, `missing`, unit and side, `crop`, `spikes`, `islands`, `align`, `level` or `level_through`,
 /// `fill`, `tip_radius` and `noise_floor`, `high_pass`, `low_pass`, `resample`, `edges`.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -55,6 +55,11 @@ pub struct FileTable {
     /// is the first map of heights.
     #[schemars(transform = swept)]
     pub channel: Key<ChannelChoice>,
+    /// Number in the file that marks points without a height, such as `-9999`, before any
+    /// conversion. Points that the format itself marks are always missing. `asperity surface` names
+    /// a number that stands far from all others. By default no number is missing.
+    #[schemars(transform = swept)]
+    pub missing: Key<f64>,
     /// Side length of the map in the file (nodes × step), for files that do not contain it: in
     /// metres if the file has a unit, otherwise in any unit of length. For a rectangle it is a pair
     /// along x and y, such as `[2.0, 1.0]`; a list of two numbers is always a pair and not swept.
@@ -216,8 +221,9 @@ pub fn files(
     let planned = surfaces(section, context.problems, |table, checks| {
         let path = checks.required("path", &table.path);
         let channel = checks.optional("channel", &table.channel)?.map(|channel| &channel.value);
+        let missing = checks.optional("missing", &table.missing)?.map(|missing| missing.value);
         let found = path.and_then(|path| {
-            let found = reading.map(path, table, channel);
+            let found = reading.map(path, table, channel, missing);
             found.map_err(|problem| checks.problems.push(problem)).ok()
         });
         let converted = found.as_ref().map(|found| in_unit_of(found, table, checks));
@@ -241,6 +247,7 @@ pub fn files(
             edges: keys.edges,
             reader,
             channel: channel.cloned(),
+            missing,
             preparation: keys.preparation.clone(),
             tip_version: MeasuredSurface::version_of_tip(keys.edges, &keys.preparation),
             seen,
@@ -356,12 +363,13 @@ fn report_same_surfaces(
 }
 
 /// Returns the spans of the keys for which different values can give the same surface.
-fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 6] {
+fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 7] {
     fn span<T>(key: &Key<T>) -> Option<Span> {
         key.written().map(|written| written.span.clone())
     }
     [
         ("channel", span(&table.channel)),
+        ("missing", span(&table.missing)),
         ("side", span(&table.side)),
         ("crop", span(&table.crop)),
         ("level", span(&table.level)),
@@ -455,11 +463,20 @@ enum FoundMap {
 /// in the preparation read the same map.
 struct FileCache<'a> {
     sources: &'a mut SurfaceFiles,
-    /// Path, channel, hash and map of the file that was read last. One entry is enough, because
-    /// `path` and `channel` vary slowest among the parameter points.
-    last: Option<(String, Option<ChannelChoice>, ContentHash, Rc<MapFile>)>,
+    /// Map that was read last. One is enough, because the keys that choose it vary slowest among
+    /// the parameter points.
+    last: Option<LastMap>,
     /// For each file content: the path of the file, and the position of this path in the manifest.
     seen: BTreeMap<ContentHash, (String, Span)>,
+}
+
+/// A map that was read, with the keys that choose it.
+struct LastMap {
+    path: String,
+    channel: Option<ChannelChoice>,
+    missing: Option<f64>,
+    content: ContentHash,
+    map: Rc<MapFile>,
 }
 
 impl FileCache<'_> {
@@ -474,12 +491,14 @@ impl FileCache<'_> {
         path: &Spanned<String>,
         table: &FileTable,
         channel: Option<&ChannelChoice>,
+        missing: Option<f64>,
     ) -> Result<FoundMap, Problem> {
-        if let Some((last, choice, content, map)) = &self.last
-            && *last == path.value
-            && choice.as_ref() == channel
+        if let Some(last) = &self.last
+            && last.path == path.value
+            && last.channel.as_ref() == channel
+            && last.missing == missing
         {
-            return Ok(FoundMap::Map(*content, Rc::clone(map)));
+            return Ok(FoundMap::Map(last.content, Rc::clone(&last.map)));
         }
         let refuse = |reason: String, label: &str| {
             let message = format!("cannot read {:?}: {reason}", path.value);
@@ -499,11 +518,16 @@ impl FileCache<'_> {
             }
             Err(error) => return refuse(error.to_string(), "unreadable file"),
         };
-        match MapFile::read(&bytes, channel) {
+        match MapFile::read(&bytes, channel, missing) {
             Ok(map) => {
                 let map = Rc::new(map);
-                let last = (path.value.clone(), channel.cloned(), content, Rc::clone(&map));
-                self.last = Some(last);
+                self.last = Some(LastMap {
+                    path: path.value.clone(),
+                    channel: channel.cloned(),
+                    missing,
+                    content,
+                    map: Rc::clone(&map),
+                });
                 Ok(FoundMap::Map(content, map))
             }
             Err(MapFileError::Channel(error)) => Err(no_channel(path, table, &error)),

@@ -11,7 +11,8 @@ use thiserror::Error;
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::topography::surface::{Scan, SurfaceError, check_range};
 use asperity_topography_files::{
-    ChannelError, NpyError, Quantity, Size, TopographyFileError, formats, npy_array, read,
+    ChannelError, NpyError, Quantity, Size, SuspectNumber, TopographyFileError, formats, is_marker,
+    npy_array, read,
 };
 
 /// The reader of a file format, as recipes name it.
@@ -44,6 +45,10 @@ pub struct MapFile {
     pub quantity: Quantity,
     /// Sides of the map; `Size::Unknown` if the file gives none.
     pub size: Size,
+    /// Unit that the file gives for the sides, if it is no known unit of length.
+    pub unknown_side_unit: Option<String>,
+    /// Number in the file that probably marks missing points.
+    pub suspect: Option<SuspectNumber>,
     /// Number of nodes along x and y.
     pub nodes: [usize; 2],
     /// What the reader guessed, and which parts of the file it did not use.
@@ -103,13 +108,18 @@ impl std::fmt::Display for ChannelChoice {
 }
 
 impl MapFile {
-    /// Reads the chosen map, or the first map of heights if none is chosen.
+    /// Reads the chosen map, or the first map of heights if none is chosen. Points whose number in
+    /// the file is `missing` are missing.
     ///
     /// # Errors
     /// If the format is unknown, the file is damaged, or it has no such map.
-    pub fn read(bytes: &[u8], choice: Option<&ChannelChoice>) -> Result<MapFile, MapFileError> {
+    pub fn read(
+        bytes: &[u8],
+        choice: Option<&ChannelChoice>,
+        missing: Option<f64>,
+    ) -> Result<MapFile, MapFileError> {
         if bytes.starts_with(b"\x93NUMPY") {
-            return MapFile::read_npy(bytes, choice);
+            return MapFile::read_npy(bytes, choice, missing);
         }
         let file = read(bytes).map_err(|error| MapFileError::Format(Box::new(error)))?;
         let channels = file.channels();
@@ -123,7 +133,9 @@ impl MapFile {
             })?,
         };
         let channel = &channels[index];
-        let (heights, _) = channel.map().into_parts();
+        let map = missing.map_or_else(|| channel.map(), |marker| channel.map_without(marker));
+        let (heights, _) = map.into_parts();
+        let suspect = channel.suspect_number();
         Ok(MapFile {
             reader: Some(Reader::of_format(file.format().name())),
             channel: ChannelRead {
@@ -133,6 +145,9 @@ impl MapFile {
             },
             quantity: channel.quantity().clone(),
             size: channel.size(),
+            unknown_side_unit: channel.unknown_side_unit().map(str::to_owned),
+            suspect: suspect
+                .filter(|suspect| missing.is_none_or(|m| !is_marker(suspect.number, m))),
             nodes: channel.nodes(),
             notes: channel.notes().to_vec(),
             heights,
@@ -140,8 +155,16 @@ impl MapFile {
     }
 
     /// Reads a NumPy array, which has one channel: number 1, named `heights`.
-    fn read_npy(bytes: &[u8], choice: Option<&ChannelChoice>) -> Result<MapFile, MapFileError> {
-        let (nodes, heights) = npy_array(bytes).map_err(MapFileError::Npy)?;
+    fn read_npy(
+        bytes: &[u8],
+        choice: Option<&ChannelChoice>,
+        missing: Option<f64>,
+    ) -> Result<MapFile, MapFileError> {
+        let (nodes, mut heights) = npy_array(bytes).map_err(MapFileError::Npy)?;
+        if let Some(marker) = missing {
+            let marked = heights.iter_mut().filter(|height| is_marker(**height, marker));
+            marked.for_each(|height| *height = f64::NAN);
+        }
         if let Some(choice) = choice {
             let names = || vec!["heights".to_owned()];
             channel_index(choice, 1, |name| match name {
@@ -156,6 +179,8 @@ impl MapFile {
             channel: ChannelRead { number: 1, name: "heights".to_owned(), of: 1 },
             quantity: Quantity::Unitless,
             size: Size::Unknown,
+            unknown_side_unit: None,
+            suspect: SuspectNumber::find(&heights),
             nodes,
             notes: vec![],
             heights,
@@ -211,7 +236,7 @@ mod tests {
 
     #[test]
     fn a_file_with_a_unit_is_in_metres_and_knows_its_reader() {
-        let file = MapFile::read(TEXT.as_bytes(), None).unwrap();
+        let file = MapFile::read(TEXT.as_bytes(), None, None).unwrap();
         assert_eq!(file.reader, Some(Reader::of_format("text")));
         assert!(Reader::of_format("text").version > 0);
         let scan = file.scan(None, 2.0).unwrap();
@@ -224,7 +249,7 @@ mod tests {
     #[test]
     fn channels_are_told_by_name_or_number() {
         let [number, other] = [1, 2].map(ChannelChoice::Number);
-        let read = |choice: &ChannelChoice| MapFile::read(TEXT.as_bytes(), Some(choice));
+        let read = |choice: &ChannelChoice| MapFile::read(TEXT.as_bytes(), Some(choice), None);
         assert_eq!(read(&number).unwrap().channel.number, 1);
         assert_eq!(
             read(&other).unwrap_err().to_string(),
@@ -236,11 +261,11 @@ mod tests {
 
     #[test]
     fn heights_beyond_all_numbers_are_refused() {
-        let file = MapFile::read(TEXT.as_bytes(), None).unwrap();
+        let file = MapFile::read(TEXT.as_bytes(), None, None).unwrap();
         assert!(file.clone().scan(Some([1.0, 1.0]), 1e90).is_ok());
         assert!(file.scan(Some([1.0, 1.0]), 1e110).is_err());
         let large = "1e308 1 1 1\n1 1 1 1\n1 1 1 1\n1 1 1 1\n";
-        let file = MapFile::read(large.as_bytes(), None).unwrap();
+        let file = MapFile::read(large.as_bytes(), None, None).unwrap();
         // Sums of squares of such heights overflow, although the heights do not.
         assert!(file.clone().scan(Some([1.0, 1.0]), 1.0).is_err());
         assert!(file.clone().scan(Some([1.0, 1.0]), 100.0).is_err());

@@ -19,6 +19,7 @@ use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::reliability::Reliability;
 use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::{Scan, Surface};
+use asperity_topography_files::SuspectNumber;
 
 /// The origin of a surface: a spectrum, a file, a shape or other surfaces.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -93,6 +94,9 @@ pub struct MeasuredSurface {
     /// Number or name of the map to read; `None` for the first map of heights.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channel: Option<ChannelChoice>,
+    /// Number in the file that marks missing points, beside the marker of the format.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub missing: Option<f64>,
     /// Crop, repairs, levelling, filling, filters and resampling, all applied before the treatment
     /// of the edges.
     #[serde(flatten)]
@@ -123,6 +127,8 @@ pub struct InspectedMap {
     pub side: PerAxis<f64>,
     /// Name and number of the map in the file; `None` if the file could not be read.
     pub channel: Option<ChannelRead>,
+    /// Number in the file that probably marks missing points.
+    pub suspect: Option<SuspectNumber>,
     /// What the reader of the file guessed, and which parts of the file it did not use.
     pub notes: Vec<String>,
     /// Number of points of the cropped map that were not measured or were removed.
@@ -348,7 +354,7 @@ impl MeasuredSurface {
             path: self.path(sources),
             source: Box::new(source),
         };
-        let map = MapFile::read(&bytes, self.channel.as_ref()).map_err(unusable)?;
+        let map = MapFile::read(&bytes, self.channel.as_ref(), self.missing).map_err(unusable)?;
         let channel = map.channel.clone();
         let scan = map.scan(side, self.height_scale).map_err(unusable)?;
         Ok((scan, channel))

@@ -35,6 +35,7 @@ fn a_surface_is_known_from_its_recipe() {
         edges: Edges::Taper { taper_fraction: 0.1 },
         reader: None,
         channel: None,
+        missing: None,
         preparation: Preparation::default(),
         tip_version: None,
         seen: InspectedMap::default(),
@@ -43,6 +44,7 @@ fn a_surface_is_known_from_its_recipe() {
     let prepared = MeasuredSurface {
         reader: Some(Reader::of_format("x3p")),
         channel: Some(ChannelChoice::Name("2".to_owned())),
+        missing: Some(-9999.0),
         preparation: Preparation {
             crop: Some(Crop { from: [0.1, 0.0], size: [0.25, 1e-7] }),
             spikes: Some(Spikes { threshold: 8.0, window: 5 }),
@@ -146,6 +148,7 @@ fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
             edges: Edges::Taper { taper_fraction: 0.1 },
             reader: None,
             channel: None,
+            missing: None,
             preparation: Preparation::default(),
             tip_version: None,
             seen: InspectedMap { missing: 3, ..InspectedMap::default() },

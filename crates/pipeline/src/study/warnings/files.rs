@@ -57,6 +57,7 @@ pub fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
         let path = path.display().to_string();
         let messages = [
             channel(file, &path),
+            suspect(file, &path),
             holes(file, &path),
             unmatched_edges(file, &path),
             unresolved(file, &path),
@@ -97,6 +98,15 @@ fn channel(file: &MeasuredSurface, path: &str) -> Option<String> {
              heights; set `channel = {number}` to make this explicit"
         )
     })
+}
+
+fn suspect(file: &MeasuredSurface, path: &str) -> Option<String> {
+    let suspect = file.seen.suspect?;
+    let (number, count) = (suspect.number, suspect.count);
+    Some(format!(
+        "{count} points of `{path}` have the number {number:?}, far from all others; if it marks \
+         points without a height, set `missing = {number:?}` and `fill`"
+    ))
 }
 
 fn holes(file: &MeasuredSurface, path: &str) -> Option<String> {

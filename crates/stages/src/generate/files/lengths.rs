@@ -208,6 +208,10 @@ fn check_both(
 /// Reports that neither the manifest nor the file gives the side of the map.
 fn missing_side(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
     let says = match map.size {
+        Size::Unknown if map.unknown_side_unit.is_some() => {
+            let unit = map.unknown_side_unit.as_deref().unwrap_or_default();
+            format!("gives it in `{unit}`, which is no known unit of length")
+        }
         Size::Unitless([x, y]) => format!("has {x} × {y} without a unit"),
         Size::Metres([x, y]) => format!("has {x:?} × {y:?} m, not in the unit of the manifest"),
         Size::Unknown => "does not contain it".to_owned(),

@@ -187,6 +187,7 @@ pub fn inspected(
         nodes: PerAxis(nodes),
         side: PerAxis(side),
         channel: Some(map.channel.clone()),
+        suspect: map.suspect,
         notes: map.notes.clone(),
         missing,
         removed,
