@@ -137,8 +137,9 @@ fn normal(text: &str) -> String {
         (Some("m"), _) => "µm".to_owned(),
         // Nanoscope.
         (_, "~m") => "µm".to_owned(),
-        // The sign of the unit, and UTF-8 read as ISO-8859-1 or Windows-1252.
-        (_, "\u{212b}" | "Ã\u{85}" | "Ã…") => "Å".to_owned(),
+        // The sign of the unit, and UTF-8 read as ISO-8859-1, whose second letter is a space, or as
+        // Windows-1252.
+        (_, "\u{212b}" | "Ã" | "Ã…") => "Å".to_owned(),
         _ => text,
     }
 }

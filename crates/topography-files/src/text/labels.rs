@@ -54,7 +54,9 @@ impl Labels {
         if has_both && is_long && !is_plane && spacing(&column(1, 1)).is_none() {
             return axes;
         }
-        let first = if columns >= MIN_LABELS { counted(row(0, 0)) } else { None };
+        // The columns of `to_csv` without an index; heights may well count from 1.
+        let is_counted = columns >= MIN_LABELS && numbers[0] == 0.0;
+        let first = if is_counted { counted(row(0, 0)) } else { None };
         Labels { line: first.filter(|_| spacing(row(1, 0)).is_none()), column: None }
     }
 
