@@ -9,11 +9,12 @@
 //! Instead of the binary file, `main.xml` may have a `DataList` with the numbers as text in the same
 //! order, as x3pio 2.0.0 writes it with `storage = XML`. An empty `Datum` is a missing point.
 
+use encoding_rs::{Encoding, UTF_8};
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::archive::{self, Archive};
 use super::channel::{Channel, Size};
-use super::input::{factor, finite};
+use super::input::{factor, finite, latin1, utf8_or_latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
@@ -35,14 +36,26 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let folder = index.strip_suffix("main.xml").unwrap_or_default();
     // A `DataList` may be long; its digits shrink to a third or less.
     let text = archive.file(&index, MAX_XML_BYTES.max(16 * bytes.len()))?;
-    let text = String::from_utf8(text);
-    let text = text.map_err(|error| FormatError::damaged("main.xml", error))?;
+    let text = xml_text(&text);
     let nodes_limit = u32::try_from(text.len() / NODE_BYTES).unwrap_or(u32::MAX).max(1 << 16);
     let options = ParsingOptions { nodes_limit, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options);
     let document = document.map_err(|error| FormatError::damaged("main.xml", error))?;
     let description = Description::from_xml(document.root_element())?;
     Ok(vec![description.channel(&mut archive, folder)?])
+}
+
+/// Decodes XML in the encoding of its byte order mark or of its declaration.
+///
+/// Some programs declare UTF-8 and write ISO-8859-1.
+fn xml_text(bytes: &[u8]) -> String {
+    let start = latin1(&bytes[..bytes.len().min(200)]);
+    let label = start.split_once("encoding=").and_then(|(_, rest)| rest.split(['"', '\'']).nth(1));
+    let declared = label.and_then(|label| Encoding::for_label(label.as_bytes())).unwrap_or(UTF_8);
+    match declared.decode(bytes) {
+        (text, _, false) => text.into_owned(),
+        (_, _, true) => utf8_or_latin1(bytes),
+    }
 }
 
 /// Returns the path of `main.xml` in the archive. Some programs put all files into a folder.

@@ -9,7 +9,7 @@ use asperity_topography_files::{Channel, Statistics, TopographyFile, formats, re
 use serde_json::Value;
 
 /// Files that are not read right yet. The test fails as soon as one of them is.
-const FAILING: &[&str] = &["x3p_latin1.x3p"];
+const FAILING: &[&str] = &[];
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/topography/field")
@@ -118,9 +118,10 @@ fn differences(truth: &Value, channel: &Channel<'_>) -> Vec<String> {
     }
     compare("missing", &truth["missing"], Some(statistics.missing as f64), 0.0);
     let [lowest, highest] = ["lo", "hi"].map(|name| truth[name].as_f64().unwrap());
-    // BCRF has heights in single precision, Digital Surf their spacing and offset.
+    // BCRF has heights in single precision, Digital Surf their spacing and offset; texts round to
+    // twelve digits.
     let is_single = ["bcrf", "sur"].iter().any(|suffix| of_file.ends_with(suffix));
-    let [precision, of_rms] = if is_single { [3e-7; 2] } else { [1e-12, 1e-9] };
+    let [precision, of_rms] = if is_single { [3e-7; 2] } else { [1e-11, 1e-9] };
     let tolerance = precision * lowest.abs().max(highest.abs());
     compare("rms", &truth["rms"], heights.map(|h| h.rms_height), of_rms * (highest - lowest));
     compare("lowest", &truth["lo"], heights.map(|h| h.lowest), tolerance);
