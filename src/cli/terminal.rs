@@ -1,9 +1,9 @@
 //! Output of commands, with control characters escaped.
 //!
 //! Names, units and titles come from manifests and files of instruments. A control character in
-//! them could clear the screen, change the title of the window or hide the text after it, and a mark
-//! of the direction of writing could reverse it. All output of the commands passes through this
-//! file, which escapes such characters as in JSON: `\u001b`.
+//! them could clear the screen, change the title of the window or hide the text after it, and a
+//! mark of the direction of writing could reverse it. All output of the commands passes through
+//! this file, which escapes such characters as in JSON: `\u001b`.
 
 use std::borrow::Cow;
 use std::io::{self, IsTerminal, StdoutLock, Write};

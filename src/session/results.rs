@@ -99,8 +99,8 @@ impl<'a> Tables<'a> {
         })
     }
 
-    /// Returns the units of length and pressure of the table of a stage, as the manifest names them.
-    /// The tables of `aggregate` stages do not name them.
+    /// Returns the units of length and pressure of the table of a stage, as the manifest names
+    /// them. The tables of `aggregate` stages do not name them.
     pub fn units(&self, stage: &str) -> TableUnits {
         self.units_of(|name| name == stage)
     }

@@ -89,8 +89,8 @@ impl<'a> FinishedStages<'a> {
     }
 }
 
-/// Returns the units of the table of each stage. If the manifest names no unit of pressure, the unit
-/// is the one that is assumed for the moduli of the stage or of the stages that it reads.
+/// Returns the units of the table of each stage. If the manifest names no unit of pressure, the
+/// unit is the one that is assumed for the moduli of the stage or of the stages that it reads.
 fn units_of_stages(subject: &Subject) -> Vec<TableUnits> {
     let mut units = subject.study.units();
     for (index, (stage, rows)) in subject.study.stages.iter().zip(subject.rows).enumerate() {

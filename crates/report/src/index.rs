@@ -21,7 +21,8 @@ const MARK: &str = "<meta name=\"generator\" content=\"asperity report --index\"
 #[derive(Debug, Clone, Serialize)]
 pub struct StudyEntry {
     pub name: String,
-    /// First paragraph of the comment at the beginning of the manifest, as the last run recorded it.
+    /// First paragraph of the comment at the beginning of the manifest, as the last run recorded
+    /// it.
     pub description: Option<String>,
     /// Path of the manifest, if it is known.
     pub manifest: Option<String>,

@@ -332,8 +332,8 @@ mod tests {
                         && one[3] < height + 0.5;
                     assert!(is_inside, "`{text}` at {one:?} of {width} × {height}: {case}");
                     for (other, covered) in &found[at + 1..] {
-                        // Boxes hold the ascents and descents of the font, which lie at the sides of
-                        // texts that are turned.
+                        // Boxes hold the ascents and descents of the font, which lie at the sides
+                        // of texts that are turned.
                         let room = 0.25 * points as f32;
                         let is_turned = one[3] - one[1] > one[2] - one[0];
                         let [x, y] = if is_turned { [room, 0.5] } else { [0.5, room] };

@@ -276,14 +276,15 @@ impl<'a> Channel<'a> {
         }
     }
 
-    /// Returns the unit that the file gives for the sides if it is no known unit of length. The size
-    /// is then unknown.
+    /// Returns the unit that the file gives for the sides if it is no known unit of length. The
+    /// size is then unknown.
     pub fn unknown_side_unit(&self) -> Option<&str> {
         self.unknown_side_unit.as_deref()
     }
 
     /// Returns what the reader guessed, and which parts of the file it did not use, such as `first
-    /// line and first column taken for axes`. A note about the whole file is a note of each channel.
+    /// line and first column taken for axes`. A note about the whole file is a note of each
+    /// channel.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -390,8 +391,8 @@ impl HeightMap {
 }
 
 impl SuspectNumber {
-    /// Finds the lowest or highest number if it is repeated, or is a usual marker, and stands several
-    /// times as far from the next number as all other numbers from each other.
+    /// Finds the lowest or highest number if it is repeated, or is a usual marker, and stands
+    /// several times as far from the next number as all other numbers from each other.
     ///
     /// Numbers that are not finite are left out.
     pub fn find(numbers: &[f64]) -> Option<SuspectNumber> {

@@ -1,8 +1,8 @@
 //! Gwyddion XYZ field: lines `Name = value`, zero padding to eight bytes, and points of `f64`.
 //!
 //! Each point has x, y and a number for each channel. The points must lie on a grid; the sides are
-//! nodes × step, and grid points without a point in the file are missing. Channels are numbered from
-//! 1; Gwyddion 2.62 numbers their titles from 0 and their units from 1.
+//! nodes × step, and grid points without a point in the file are missing. Channels are numbered
+//! from 1; Gwyddion 2.62 numbers their titles from 0 and their units from 1.
 
 use super::channel::{Channel, Size};
 use super::grid::Grid;

@@ -263,8 +263,8 @@ pub fn formats() -> &'static [Format] {
 
 /// Recognizes the format of a file, reads its header and lists its channels.
 ///
-/// The heights are decoded only by [`Channel::map`]. A file in a gzip file, or the only file in a zip
-/// archive, is read like the file itself.
+/// The heights are decoded only by [`Channel::map`]. A file in a gzip file, or the only file in a
+/// zip archive, is read like the file itself.
 ///
 /// # Errors
 /// Returns an error if the file is empty, damaged or cut off, or if its format or its variant of

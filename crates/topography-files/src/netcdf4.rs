@@ -1,5 +1,5 @@
-//! NetCDF-4 files, as netCDF4, xarray and `to_netcdf` of SurfaceTopography write them. The container
-//! is HDF5; variables and attributes are those of the classic format (see
+//! NetCDF-4 files, as netCDF4, xarray and `to_netcdf` of SurfaceTopography write them. The
+//! container is HDF5; variables and attributes are those of the classic format (see
 //! [`netcdf`](super::netcdf)).
 //!
 //! A file is recognized by the attribute `_NCProperties` of its root group, which netCDF 4.4.1

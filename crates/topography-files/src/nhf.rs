@@ -5,8 +5,8 @@
 //! `image_points_per_line`, `image_number_of_lines`, `image_size_x` and `image_size_y`, and
 //! version 2 `rect_axis_size` and `rect_axis_range`, both in the order y, x. Lines run along x; the
 //! first line has y = 0. The integers of the type span the calibrated range. The smallest integer,
-//! which is also the fill of the dataset, marks a point that was not measured; in version 2 it is no
-//! part of the range.
+//! which is also the fill of the dataset, marks a point that was not measured; in version 2 it is
+//! no part of the range.
 //!
 //! The layout is that of a file of 2023 in nanosurf-apps 2.0.7 (version 1.1) and of the reader of
 //! nanosurf-utils 2.0.7. NSFopen 2.2.4 returns the marker as a height, and folds rectangular scans

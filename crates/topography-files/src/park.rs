@@ -2,8 +2,8 @@
 //!
 //! The heights and their header are entries of the only directory. Lines run along x; the first
 //! line is the lowest of the image and has the largest y. The sides are in micrometres. A height is
-//! gain × (scale × number + offset) in the unit of the header, micrometres if it names none; a scale
-//! of 0 means 1. The first version has integers of 16 bits; the second states the type.
+//! gain × (scale × number + offset) in the unit of the header, micrometres if it names none; a
+//! scale of 0 means 1. The first version has integers of 16 bits; the second states the type.
 //!
 //! The layout is that of Gwyddion 2.62 (`psia.c`) and SurfaceTopography 1.27.1, which agree.
 

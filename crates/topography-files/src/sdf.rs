@@ -6,7 +6,7 @@
 //!
 //! | first line | markers of missing points | first profile | shown by |
 //! |---|---|---|---|
-//! | `ISO-1.0` | lowest number of the type; `BAD` in text | y = 0 | ISO 25178-71:2012, surfalize 0.19.2, sdfio 2.0.0 |
+//! | `ISO-1.0` | lowest number of the type; `BAD` in text | y = 0 | ISO 25178-71, sdfio |
 //! | `ISO-2.0`, the edition of 2026 | the same | y = 0 | sdfio 2.0.0, surfalize 0.19.2 |
 //! | `BCR-1.0` | highest number of the type; `BAD` in text | largest y | sdfio 2.0.0 |
 //! | `BCR-0.0` | the same | y = 0 | Gwyddion 2.62 |

@@ -4,8 +4,8 @@
 //! two line ends and the bytes 1A 04. `SCAN_PIXELS` and `SCAN_RANGE` are nodes and sides in metres
 //! along x and y. `DATA_INFO` is a table of the channels with name, unit and direction; a channel
 //! with the direction `both` has a forward map and a backward map, whose first number has the
-//! largest x. Lines run along x; with `SCAN_DIR` down, the first line has the largest y, and with up
-//! y = 0. NaN marks points that were not measured, as in scans that were stopped.
+//! largest x. Lines run along x; with `SCAN_DIR` down, the first line has the largest y, and with
+//! up y = 0. NaN marks points that were not measured, as in scans that were stopped.
 //!
 //! The layout is that of the readers nanonispy 1.1.0, spym 0.9.2 and Gwyddion 2.62 (`nanonis.c`).
 

@@ -4,8 +4,8 @@
 //! of the `Z Amplitude`. Integers are multiplied by the Z amplitude over their range, `Maximum` −
 //! `Minimum`, or over the range of the numbers if the header has no such entries, as in files of
 //! Gwyddion 2.62. Numbers in the header may have a decimal comma: Gwyddion writes them as the
-//! desktop does. The map is turned by 180°: lines run along x, and the first number has the largest x
-//! and the largest y. The format has no marker of missing points.
+//! desktop does. The map is turned by 180°: lines run along x, and the first number has the largest
+//! x and the largest y. The format has no marker of missing points.
 
 use super::channel::{Channel, Size};
 use super::input::{Entries, factor, latin1};

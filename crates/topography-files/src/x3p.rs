@@ -6,8 +6,8 @@
 //! openGPS library. NaN marks missing points. The file that `ValidPointsLink` names has one bit per
 //! point, starting at the lowest bit of a byte; points whose bit is 0 are missing.
 //!
-//! Instead of the binary file, `main.xml` may have a `DataList` with the numbers as text in the same
-//! order, as x3pio 2.0.0 writes it with `storage = XML`. An empty `Datum` is a missing point.
+//! Instead of the binary file, `main.xml` may have a `DataList` with the numbers as text in the
+//! same order, as x3pio 2.0.0 writes it with `storage = XML`. An empty `Datum` is a missing point.
 
 use encoding_rs::{Encoding, UTF_8};
 use roxmltree::{Document, Node, ParsingOptions};
@@ -24,7 +24,8 @@ pub const FORMAT: Format =
 
 /// Maximum number of bytes of a `main.xml` that are read.
 const MAX_XML_BYTES: usize = 16 << 20;
-/// Smallest number of bytes of an XML node in a `DataList`. Each datum has two, itself and its text.
+/// Smallest number of bytes of an XML node in a `DataList`. Each datum has two, itself and its
+/// text.
 const NODE_BYTES: usize = 8;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {

@@ -26,11 +26,11 @@
 //! compliance of the free nodes to a uniform displacement takes its place. Nodes of the wall that t
 //! would push into it do not move (`direction`).
 //!
-//! Where many nodes are about to close, the clipped step may lead uphill, or be so nearly level that
-//! the line search hardly moves. A step therefore counts only if it lowers the energy by a fraction
-//! of what the clipped step down the plain gradient would, d = max(g − α λ, 0) − g with the least
-//! compliance α of all waves. After three steps that do not count, that step is taken. It lowers
-//! the energy unless the state is in balance, so that the descent ends in a state of balance
+//! Where many nodes are about to close, the clipped step may lead uphill, or be so nearly level
+//! that the line search hardly moves. A step therefore counts only if it lowers the energy by a
+//! fraction of what the clipped step down the plain gradient would, d = max(g − α λ, 0) − g with
+//! the least compliance α of all waves. After three steps that do not count, that step is taken. It
+//! lowers the energy unless the state is in balance, so that the descent ends in a state of balance
 //! (Bertsekas, *SIAM J. Control Optim.* 20, 1982, 221).
 
 use super::body::Body;

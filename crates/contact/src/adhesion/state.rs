@@ -70,9 +70,9 @@ struct Trial {
 /// the map is the prescribed one.
 ///
 /// The secant method, within a bracket once both signs of the error were found. If the bracket
-/// becomes narrow beside the errors at its ends, these belong to two branches of states, and the map
-/// jumps between them. The search then follows the branch of the last trial to the other side. It
-/// ends if the map jumps back.
+/// becomes narrow beside the errors at its ends, these belong to two branches of states, and the
+/// map jumps between them. The search then follows the branch of the last trial to the other side.
+/// It ends if the map jumps back.
 #[derive(Debug, Default)]
 struct GapSearch {
     last: Option<Trial>,

@@ -127,9 +127,9 @@ impl Autocorrelation {
 
     /// Returns the means of A(r) over rings of lags r, up to half the shorter side.
     ///
-    /// A ring contains the lags with lengths |r| that round to the same multiple of max(Δx, Δy). Lag
-    /// zero is a ring of its own. Other lags shorter than max(Δx, Δy)/2 are along one axis only and
-    /// in no ring.
+    /// A ring contains the lags with lengths |r| that round to the same multiple of max(Δx, Δy).
+    /// Lag zero is a ring of its own. Other lags shorter than max(Δx, Δy)/2 are along one axis only
+    /// and in no ring.
     pub fn rings(&self) -> Vec<LagRing> {
         let spacing = self.grid.spacing();
         let step = spacing[0].max(spacing[1]);

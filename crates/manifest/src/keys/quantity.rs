@@ -356,7 +356,8 @@ fn visit<'v>(
     }
 }
 
-/// Replaces the quantities of a table and their ratios by their numbers, and removes keys with a reported problem.
+/// Replaces the quantities of a table and their ratios by their numbers, and removes keys with a
+/// reported problem.
 pub fn replace<'n>(mut table: DeTable<'n>, read: &'n ReadUnits) -> DeTable<'n> {
     let mut numbers = read.numbers.iter().map(Option::as_deref);
     table.iter_mut().for_each(|(_, value)| replace_scalars(value, &mut numbers));

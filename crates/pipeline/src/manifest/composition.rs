@@ -198,8 +198,8 @@ impl Composition {
         Some(merged)
     }
 
-    /// Returns the problem of an extended manifest that is not valid TOML, at the key that names it.
-    /// The file can be any file on this machine, so the message does not quote it.
+    /// Returns the problem of an extended manifest that is not valid TOML, at the key that names
+    /// it. The file can be any file on this machine, so the message does not quote it.
     fn not_toml(&self, index: usize, error: &Error) -> Problem {
         let [base, extending] = [&self.sources[index], &self.sources[index + 1]];
         let (_, span) = extended_by(extending.text()).expect("it was found by this key");

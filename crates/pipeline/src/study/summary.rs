@@ -97,8 +97,8 @@ impl Roughness {
     }
 }
 
-/// Returns the rms slope of a surface, or the expected one of random surfaces that are not scaled to
-/// a slope. Returns `None` if it is not known before the surface is drawn.
+/// Returns the rms slope of a surface, or the expected one of random surfaces that are not scaled
+/// to a slope. Returns `None` if it is not known before the surface is drawn.
 pub(super) fn rms_slope(params: &Params, sources: &SurfaceFiles) -> Option<f64> {
     match &params.origin {
         Origin::Random { surface, .. } => Some(surface.rms_slope),

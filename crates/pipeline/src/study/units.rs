@@ -9,7 +9,8 @@ use asperity_stages::{ContactLoads, Kind, Recipe};
 
 impl Study {
     /// Returns the units of length and pressure of the table of each stage. A stage has the units
-    /// of the stages that it reads, if they agree. Surfaces that were not pressed have no pressures.
+    /// of the stages that it reads, if they agree. Surfaces that were not pressed have no
+    /// pressures.
     pub fn units(&self) -> Vec<TableUnits> {
         let mut units: Vec<TableUnits> = Vec::with_capacity(self.stages.len());
         let mut are_pressed: Vec<bool> = Vec::with_capacity(self.stages.len());

@@ -210,8 +210,8 @@ impl Chart {
             Spacing::Logarithmic => layout.with_log_y(),
             Spacing::Octaves => layout.with_y_tick_step(1.0),
         };
-        // Half of the last number of the axis is in the margin. The crate assumes that it has as many
-        // digits as the end of the axis, and less room in a narrow panel.
+        // Half of the last number of the axis is in the margin. The crate assumes that it has as
+        // many digits as the end of the axis, and less room in a narrow panel.
         let last = match frame.spacing[0] {
             Spacing::Linear => rounded(x_to, 3),
             Spacing::Logarithmic => rounded(x_to, 1),

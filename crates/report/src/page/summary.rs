@@ -494,8 +494,8 @@ fn column_cells(table: &Table, description: &Description, labels: &Labels) -> Ve
 }
 
 /// Formats a value with half of its interval, `0.1234 ± 0.0014`, or with the ends of the interval
-/// if it is asymmetric. The interval has two significant digits. Very large and small numbers have a
-/// common power of ten.
+/// if it is asymmetric. The interval has two significant digits. Very large and small numbers have
+/// a common power of ten.
 fn with_interval(value: f64, ends: Option<(f64, f64)>) -> String {
     // A quantity that is the same for all surfaces has an interval of rounding errors.
     let is_wide = |(lower, upper): &(f64, f64)| upper - lower > 1e-9 * value.abs();

@@ -209,8 +209,8 @@ fn unknown_of_a_table(
 /// Parses the message `unable to find column "laod"; valid columns: ["load", "area",
 /// "load:other"]`.
 ///
-/// Polars gives the name `load:other` to a column that two joined tables have. Names that start with
-/// `__` are those of the planner.
+/// Polars gives the name `load:other` to a column that two joined tables have. Names that start
+/// with `__` are those of the planner.
 fn unknown_anywhere(reason: &str) -> Option<QueryError> {
     let (name, mut rest) = quoted_after("unable to find column ", reason)?;
     let mut known = Vec::new();

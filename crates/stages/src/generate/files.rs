@@ -41,8 +41,9 @@ use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned
 use asperity_topography_files::{ChannelError, is_metre};
 
 /// A measured surface, read from the file of an instrument. Its keys are applied in this order:
-/// channel, `missing`, unit and side, `crop`, `spikes`, `islands`, `align`, `level` or `level_through`,
-/// `fill`, `tip_radius` and `noise_floor`, `high_pass`, `low_pass`, `resample`, `edges`.
+/// channel, `missing`, unit and side, `crop`, `spikes`, `islands`, `align`, `level` or
+/// `level_through`, `fill`, `tip_radius` and `noise_floor`, `high_pass`, `low_pass`, `resample`,
+/// `edges`.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FileTable {

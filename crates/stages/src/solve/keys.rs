@@ -49,8 +49,8 @@ pub struct SolveTable {
     pub effective_modulus: Key<f64>,
     /// Tolerance of the solver, a pure number. A load is solved when the largest gap in contact and
     /// the largest penetration outside contact, both divided by rms slope × mesh step, are at most
-    /// this number. With `adhesion` the largest error of a pressure is at most this number, in units
-    /// of E* × rms slope.
+    /// this number. With `adhesion` the largest error of a pressure is at most this number, in
+    /// units of E* × rms slope.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_TOLERANCE))]
     #[schemars(transform = swept)]
     pub tolerance: Key<f64>,

@@ -24,7 +24,8 @@ pub enum Role {
 }
 
 impl Title {
-    /// Parses `x [µm]`, `Height(um)`, `X_(microns)`, `x in µm`, `X / µm`, `X, µm`, `x_um` or `x µm`.
+    /// Parses `x [µm]`, `Height(um)`, `X_(microns)`, `x in µm`, `X / µm`, `X, µm`, `x_um` or `x
+    /// µm`.
     ///
     /// The part after an underscore or a space is a unit only if it is a unit of length: it may as
     /// well be a part of the name.

@@ -1,8 +1,9 @@
 //! Perturbation of the states of symmetric surfaces.
 //!
-//! A descent keeps every symmetry of surface and gaps, and thus ends at a saddle point of the energy
-//! if the state is unstable only against displacements without the symmetry. Small displacements
-//! without any symmetry, followed by a second descent, return to a minimum and leave a saddle point.
+//! A descent keeps every symmetry of surface and gaps, and thus ends at a saddle point of the
+//! energy if the state is unstable only against displacements without the symmetry. Small
+//! displacements without any symmetry, followed by a second descent, return to a minimum and leave
+//! a saddle point.
 
 use super::{Descent, Fields};
 use crate::adhesion::passes::visit;

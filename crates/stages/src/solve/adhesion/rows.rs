@@ -152,8 +152,8 @@ struct MeanState {
 }
 
 impl MeanState {
-    /// Converts a state. The prescribed quantity keeps the value of the manifest exactly, except for
-    /// the mean gap of an isolated patch that is not reached.
+    /// Converts a state. The prescribed quantity keeps the value of the manifest exactly, except
+    /// for the mean gap of an isolated patch that is not reached.
     fn new(
         params: &Params,
         scales: &Scales,
