@@ -607,7 +607,8 @@ mod tests {
     #[test]
     fn words_stay_words_and_each_name_has_one_entry() {
         let svg = figure().to_svg("area");
-        assert_eq!(svg.matches(">k_lower 4</text>").count(), 1);
+        let name = ">lower</tspan><tspan dy=\"-0.2em\"> 4</tspan></text>";
+        assert_eq!(svg.matches(name).count(), 1);
         assert_eq!(svg.matches(">a &amp; b &lt; c</text>").count(), 1);
         assert!(svg.contains(">load y</text>") && !svg.contains("NaN"));
     }

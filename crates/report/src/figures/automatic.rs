@@ -172,7 +172,7 @@ fn spans(table: &Table, column: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use asperity_stages::columns::{ELECTRICAL_RESISTANCE, SPOTS};
-    use asperity_tables::column::reals;
+    use asperity_tables::column::{integers, reals};
 
     use super::*;
 
@@ -180,7 +180,9 @@ mod tests {
     fn a_resistance_that_the_solver_computes_comes_before_those_of_formulas() {
         let columns =
             [SPOTS, ELECTRICAL_RESISTANCE, GREENWOOD_RESISTANCE, HOLM_RESISTANCE, AREA_FRACTION];
-        let table = Table::new(1, columns.map(|column| (column, reals([1.0]))).to_vec());
+        let mut values = columns.map(|column| (column, reals([1.0])));
+        values[0].1 = integers([1]);
+        let table = Table::new(1, values.to_vec());
         let quantities = |names: &[Column]| {
             let found = names.iter().map(|one| Quantity::find(&table, one.name, None).unwrap());
             let kept = without_repeats(found.collect());
