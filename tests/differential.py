@@ -32,12 +32,16 @@ It needs NumPy, polars and the Python module of asperity.
 import argparse
 import importlib
 import sys
+import warnings
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 import numpy as np
 
 import asperity
+
+# Random maps are steep and uneven.
+warnings.simplefilter("ignore", asperity.StudyWarning)
 
 DEFAULT_TOLERANCE = 5e-5
 TIGHT_TOLERANCE = 1e-9
