@@ -17,8 +17,8 @@ const FORMATS: [RangeInclusive<char>; 4] = [
     '\u{2066}'..='\u{2069}',
 ];
 
-/// Escapes control characters and [`FORMATS`] as in JSON, such as `\u001b`, except line ends and
-/// tabs.
+/// Escapes control characters and the marks of direction as in JSON, such as `\u001b`, except line
+/// ends and tabs.
 pub fn escaped(text: &str) -> Cow<'_, str> {
     let is_escaped = |letter: char| {
         let is_control = letter.is_control() && letter != '\n' && letter != '\t';

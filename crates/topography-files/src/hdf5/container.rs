@@ -183,8 +183,10 @@ impl Container {
         }
         let needed = dataset.raw_byte_len().map_err(damaged)?;
         let Some(left) = self.budget.get().checked_sub(needed).filter(|_| needed > 0) else {
-            let reason = format!("the file is too short for the {needed} bytes that are needed");
-            return Err(FormatError::damaged(&part, reason));
+            return Err(FormatError::unsupported(format!(
+                "{part} takes {needed} bytes in memory, far more than heights in a file of this \
+                 size; crop the map, or remove the compression with `h5repack -f NONE`"
+            )));
         };
         self.budget.set(left);
         let bytes = match layout.and_then(|layout| Misplaced::new(dataset, layout)) {
