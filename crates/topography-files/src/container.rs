@@ -15,13 +15,14 @@ use super::npz::is_npz;
 const MAX_FILE: usize = 16 << 30;
 
 /// Containers that are named by their first bytes, with what to do.
-const NAMED: [(&[u8], &str, &str); 8] = [
+const NAMED: [(&[u8], &str, &str); 9] = [
     (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", UNPACK),
     (b"Rar!\x1a\x07", "a RAR archive", UNPACK),
     (b"\xfd7zXZ\0", "a file compressed by xz", UNPACK),
     (b"BZh", "a file compressed by bzip2", UNPACK),
     (b"\x28\xb5\x2f\xfd", "a file compressed by Zstandard", UNPACK),
     (b"\x1f\x9d", "a file compressed by compress", UNPACK),
+    (b"MATLAB 5.0", "a MATLAB file of version 5 to 7", "save the map again with `-v7.3`"),
     (b"%PDF", "a PDF document", "export the heights as a file of its instrument or as text"),
     (b"PK\x05\x06", "an empty zip archive", "pack the file again"),
 ];

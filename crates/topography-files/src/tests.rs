@@ -297,6 +297,8 @@ fn other_containers_are_named() {
         "the file is a zip archive of 2 files (a.txt, b.txt); unpack it and name one of its files"
     );
     assert_eq!(named(b"7z\xbc\xaf\x27\x1c rest"), "the file is a 7-Zip archive; unpack it first");
+    let matlab = "the file is a MATLAB file of version 5 to 7; save the map again with `-v7.3`";
+    assert_eq!(named(b"MATLAB 5.0 MAT-file, Platform: posix"), matlab);
     let [gzip, _] = compressed("x", &[b'1'; 100]);
     assert!(named(&gzip[..gzip.len() - 12]).contains("a damaged gzip file"));
 }

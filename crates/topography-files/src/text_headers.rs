@@ -67,6 +67,9 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// floats follow. The header gives the sides of the map. Lines run along x; the first line has
 /// y = 0. Heights are in `zunit`; integers are multiplied by `bit2nm`. The integer 32767 and floats
 /// of at least 1.7e38 mark missing points.
+///
+/// Two things are not known. A public BCRF file of MountainsMap fits sides of n and of n − 1 steps;
+/// n are taken. Programs may add `zmin` to the integers of BCR-STM; it is not added here.
 pub const BCR: Format =
     Format { name: "bcrf", title: "BCR-STM", version: 2, has_signature: true, read: read_bcr };
 
