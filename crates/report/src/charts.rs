@@ -26,6 +26,9 @@ use crate::charts::style::{Colour, Style};
 use crate::charts::svg::{finished, resized, shift};
 use crate::charts::text::{lines_of, width_of};
 
+/// DejaVu Sans, reduced to the glyphs that figures need; see `font/LICENSE`.
+pub const FONT: &[u8] = include_bytes!("charts/font/DejaVuSans.ttf");
+
 /// Font family of all texts; the font that is part of the program comes first.
 pub const FONT_FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 

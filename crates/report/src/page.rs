@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::Subject;
 use crate::charts::text::with_html_subscripts;
-use crate::charts::{style, svg};
+use crate::charts::{self, style, svg};
 use crate::earlier::Basis;
 use crate::figure_data::{FigureData, FinishedStage};
 use crate::figures::{DrawnFigure, Group, MissingFigure};
@@ -166,7 +166,7 @@ pub fn html(
         script: SCRIPT,
         light,
         dark,
-        font: BASE64_STANDARD.encode(svg::FONT),
+        font: BASE64_STANDARD.encode(charts::FONT),
     };
     let page = environment().render_named_str("page.html", TEMPLATE, Serde(&contents));
     page.expect("the template only uses these contents")

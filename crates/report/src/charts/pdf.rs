@@ -18,7 +18,8 @@ use skrifa::instance::{LocationRef, Size};
 use skrifa::raw::TableProvider;
 use skrifa::{FontRef, GlyphId, MetadataProvider};
 
-use crate::charts::svg::{FONT, PixelsError, tree};
+use crate::charts::FONT;
+use crate::charts::svg::{PixelsError, tree};
 
 /// Points per pixel: 72 points and 96 pixels are an inch.
 const POINTS: f32 = 0.75;

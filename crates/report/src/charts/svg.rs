@@ -10,6 +10,7 @@ use kuva::render::render::{Primitive, Scene};
 use resvg::tiny_skia::{self, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
+use crate::charts::FONT;
 use crate::charts::raster::Raster;
 use crate::charts::style::{self, Colour};
 use crate::charts::text::with_subscripts;
@@ -89,9 +90,6 @@ pub(super) fn shift(x: f64, y: f64) -> Primitive {
         extra_attrs: None,
     }
 }
-
-/// DejaVu Sans, reduced to the glyphs that figures need; see `font/LICENSE`.
-pub const FONT: &[u8] = include_bytes!("font/DejaVuSans.ttf");
 
 /// Error in converting a drawing to PNG or PDF.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@ use kuva::render::render_utils::wrap_text;
 use skrifa::instance::{LocationRef, Size};
 use skrifa::{FontRef, MetadataProvider};
 
-use crate::charts::svg::FONT;
+use crate::charts::FONT;
 
 /// Size of the letters of a subscript, relative to those around it.
 const SUBSCRIPT: f64 = 0.7;

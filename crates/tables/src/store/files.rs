@@ -7,11 +7,10 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use tempfile::NamedTempFile;
-
 use super::StoreError;
 use super::permissions::{Access, explained};
-use super::publishing::publish;
+pub use super::publishing::Existing;
+use super::publishing::{publish, unfinished_file};
 use super::regular::open_regular;
 use super::users::Writer;
 use crate::parquet::{self, Columns, Metadata, ParquetError, TableFile};
@@ -22,17 +21,6 @@ pub(crate) const DAMAGED: &str = ".damaged";
 
 /// Maximum time between writing a file and flushing its folder.
 const MAX_WAIT: Duration = Duration::from_secs(1);
-
-/// Handling of an existing file with the same path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    /// Keep the existing file, because it has the same content.
-    Keep,
-    /// Keep the existing file on a file system that cannot rename a file only to a free name.
-    KeepByLockFile,
-    /// Replace the existing file by the new one.
-    Replace,
-}
 
 /// Writes a file atomically, even in case of a power cut.
 ///
@@ -89,14 +77,6 @@ pub fn write_with(
         path: path.to_owned(),
         source: explained(source, Access::Write, &[staging, path]),
     })
-}
-
-/// Creates an empty file in the folder `staging`, with a name that identifies this process.
-pub(super) fn unfinished_file(staging: &Path) -> io::Result<NamedTempFile> {
-    tempfile::Builder::new()
-        .prefix(&Writer::own().prefix())
-        .permissions(as_the_umask_allows())
-        .tempfile_in(staging)
 }
 
 /// Flushes a folder, so that the names of its files are on the disk.
@@ -212,13 +192,6 @@ pub fn names(folder: &Path) -> Result<Vec<String>, StoreError> {
     let mut names = names.collect::<Result<Vec<_>, _>>()?;
     names.sort_unstable();
     Ok(names)
-}
-
-/// Returns the permissions of other programs for new files, of which the system removes those in
-/// the umask. Temporary files would otherwise be private.
-fn as_the_umask_allows() -> fs::Permissions {
-    use std::os::unix::fs::PermissionsExt;
-    fs::Permissions::from_mode(0o666)
 }
 
 /// Reads the table in a file and the metadata of the file.

@@ -13,7 +13,6 @@ use std::time::{Duration, Instant};
 
 use tempfile::{NamedTempFile, TempPath};
 
-use super::files::{Existing, unfinished_file};
 use super::users::{UNFINISHED, Writer};
 
 /// Name of the file in the store that exists if tables are published under lock files.
@@ -26,6 +25,17 @@ const TEXT: &str = "This file system cannot rename or link a file only if the ne
 /// Time after which the owner of a lock file is considered dead. Renaming a file takes
 /// milliseconds.
 const ABANDONED_AFTER: Duration = Duration::from_secs(10);
+
+/// Handling of an existing file with the same path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Keep the existing file, because it has the same content.
+    Keep,
+    /// Keep the existing file on a file system that cannot rename a file only to a free name.
+    KeepByLockFile,
+    /// Replace the existing file by the new one.
+    Replace,
+}
 
 /// Finds out how a new table in `folder` keeps an existing table of the same name, by trying it
 /// with empty files. Notes in the store `root` if lock files are needed.
@@ -61,6 +71,21 @@ fn keeps_names(staging: &Path, folder: &Path) -> bool {
         && unfinished_file(staging).is_ok_and(is_refused);
     let _ = fs::remove_file(&name);
     keeps
+}
+
+/// Creates an empty file in the folder `staging`, with a name that identifies this process.
+pub fn unfinished_file(staging: &Path) -> io::Result<NamedTempFile> {
+    tempfile::Builder::new()
+        .prefix(&Writer::own().prefix())
+        .permissions(as_the_umask_allows())
+        .tempfile_in(staging)
+}
+
+/// Returns the permissions of other programs for new files, of which the system removes those in
+/// the umask. Temporary files would otherwise be private.
+fn as_the_umask_allows() -> fs::Permissions {
+    use std::os::unix::fs::PermissionsExt;
+    fs::Permissions::from_mode(0o666)
 }
 
 /// Moves a file to `path` unless a file of this name exists. A link that leads nowhere is replaced.
