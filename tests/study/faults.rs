@@ -160,7 +160,10 @@ fn verify_tells_scripts_what_it_found() {
 fn by_anybody(bench: &Bench, arguments: &[&str]) -> Output {
     let program = bench.path("asperity");
     if !program.exists() {
-        fs::copy(env!("CARGO_BIN_EXE_asperity"), &program).unwrap();
+        // Copied by a process of its own: a child that another test starts meanwhile would inherit
+        // the file as open for writing, and a file that is written cannot be started.
+        let copied = Command::new("cp").arg(env!("CARGO_BIN_EXE_asperity")).arg(&program).status();
+        assert!(copied.unwrap().success());
         let folder = program.parent().unwrap();
         fs::set_permissions(folder, fs::Permissions::from_mode(0o755)).unwrap();
     }

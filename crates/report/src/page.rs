@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::Subject;
 use crate::charts::text::with_html_subscripts;
-use crate::charts::{self, style, svg};
+use crate::charts::{self, style};
 use crate::earlier::Basis;
 use crate::figure_data::{FigureData, FinishedStage};
 use crate::figures::{DrawnFigure, Group, MissingFigure};

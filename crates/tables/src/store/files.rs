@@ -12,7 +12,6 @@ use super::permissions::{Access, explained};
 pub use super::publishing::Existing;
 use super::publishing::{publish, unfinished_file};
 use super::regular::open_regular;
-use super::users::Writer;
 use crate::parquet::{self, Columns, Metadata, ParquetError, TableFile};
 use crate::table::Table;
 
