@@ -58,8 +58,8 @@ impl Body {
         Self {
             heights: spread(domain, &below, 0.0),
             uniform_stiffness: if uniform > 0.0 { 1.0 / uniform } else { 0.0 },
-            // A mesh of one node has no waves.
             may_be_symmetric: repeats(heights),
+            // A mesh of one node has no waves.
             least_compliance: if shortest > 0.0 { LEAST_OF_SHORTEST * shortest } else { 1.0 },
             transform: Transform::new(domain.mesh),
             stiffness: factors(true),
