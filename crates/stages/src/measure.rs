@@ -124,6 +124,10 @@ pub enum Params {
         /// periodic contacts with a stiffness, so that existing keys stay valid.
         #[serde(skip_serializing_if = "Option::is_none")]
         spots_version: Option<u32>,
+        /// Version of the measures of contacts with adhesion. Omitted from the recipe without
+        /// adhesion, so that existing keys stay valid.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        adhesion_version: Option<u32>,
         /// True if a surface of the stage has filled nodes, whose share of the contact area is then
         /// measured, too. Omitted from the recipe if false, so that existing keys stay valid.
         #[serde(skip_serializing_if = "std::ops::Not::not")]

@@ -171,8 +171,8 @@ pub const STIFFNESS: Column = real(
     "incremental stiffness of the interface, (side/E*) dp₀/dδ, as a finite difference over the \
      neighbouring loads of the stage. The approach δ is mean_displacement + mean_yielded_depth − \
      mean_gap; the side of a rectangle is its longer side. Null at the first and the last load, \
-     where a neighbouring load differs by more than a tenth, in full contact, and where one of the \
-     three loads did not converge",
+     where a neighbouring load differs by more than a tenth, where a path with adhesion turns, in \
+     full contact, and where one of the three loads did not converge",
 );
 
 /// Columns that only contact maps on rectangular meshes have.

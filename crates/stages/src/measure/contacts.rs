@@ -21,7 +21,7 @@ use asperity_contact::morphology::area::ContactArea;
 use asperity_contact::morphology::clusters::Clusters;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::topography::surface::Surface;
-use asperity_tables::column::{Column, flags, integers, optional_reals, reals, texts};
+use asperity_tables::column::{Column, Role, flags, integers, optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
 /// Maximum relative distance of a neighbouring load, with a margin for the rounding of loads.
@@ -39,6 +39,9 @@ const COPIED: [Column; 8] = [
     ENERGY,
     STOP,
 ];
+
+/// Version of the measures of contacts with adhesion.
+pub const ADHESION_VERSION: u32 = 2;
 
 /// Columns that are copied from the states of a path with adhesion, in addition.
 const COPIED_WITH_ADHESION: [Column; 8] = [
@@ -137,6 +140,8 @@ pub fn columns(optional: OptionalColumns) -> Vec<Column> {
         measures.retain(|column| *column != ENERGY && *column != STOP);
         measures.insert(0, NODE_SET);
         measures.extend(COPIED_WITH_ADHESION);
+        // Results of paths that prescribe mean gaps; coordinates of all others.
+        measures.extend([LOAD, PRESSURE].map(|column| column.with_role(Role::Result)));
         measures.push(ADHESIVE_STOP);
     }
     if optional.rectangles {
@@ -234,7 +239,7 @@ pub fn measure(
         columns.push((STIFFNESS, optional_reals(stiffnesses(solved, grids)?)));
     }
     let coordinates = solved.coordinates();
-    let copied = [&COPIED[..], &COPIED_WITH_ADHESION].concat();
+    let copied = [&[LOAD, PRESSURE], &COPIED[..], &COPIED_WITH_ADHESION].concat();
     let [copied, flows] = [&copied[..], &FLOW].map(|columns| {
         let columns = columns.iter().filter(|column| !coordinates.has(column.name));
         let names: Vec<&str> = columns.map(|column| column.name).collect();
@@ -334,7 +339,8 @@ struct Approach {
     is_solved: bool,
 }
 
-/// Computes the stiffness at each load of an ascending block, in units of pressure over length.
+/// Computes the stiffness at each load of a block, in units of pressure over length. Where the
+/// loads turn, it is `None`.
 fn stiffness_of_block(loads: &[Approach]) -> Vec<Option<f64>> {
     let between = loads.windows(3).map(|three| at_middle([three[0], three[1], three[2]]));
     let ends = loads.len().min(2);
@@ -353,6 +359,10 @@ fn at_middle(three: [Approach; 3]) -> Option<f64> {
     let run = |to: Approach, from: Approach| libm::log(to.pressure / from.pressure);
     let slope = |to: Approach, from: Approach| (to.approach - from.approach) / run(to, from);
     let (left, right) = (run(here, before), run(after, here));
+    // A path with adhesion may turn here.
+    if left * right <= 0.0 {
+        return None;
+    }
     let slope = (right * slope(here, before) + left * slope(after, here)) / (left + right);
     // In full contact of a periodic body the approach stops growing.
     (slope > 0.0).then(|| here.pressure / slope)
@@ -409,6 +419,16 @@ mod tests {
             (found[1].unwrap() - 1.5).abs()
         };
         assert!((error(1.1) / error(1.05) - 4.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn a_path_has_no_stiffness_where_it_turns_and_one_stiffness_on_both_branches() {
+        let pressures = [0.95, 1.0, 1.05, 1.0, 0.95];
+        let found = stiffness_of_block(&block(&pressures, |pressure| 0.4 * pressure.ln()));
+        assert_eq!(found[2], None);
+        for found in [found[1], found[3]] {
+            assert!((found.unwrap() - 2.5).abs() < 1e-12);
+        }
     }
 
     #[test]

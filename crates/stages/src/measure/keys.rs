@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::areal::{self, Parameter};
 use super::conduction::SPOTS_VERSION;
+use super::contacts::ADHESION_VERSION;
 use super::distributions::Distribution;
 use super::friction::{self, FrictionTable};
 use super::statistics::Statistic;
@@ -250,7 +251,15 @@ fn of_loads(
         let conduction = conduction(span, surfaces, checks)?;
         let filled = surfaces.filled.is_some();
         let spots_version = surfaces.with_images.as_ref().map(|_| SPOTS_VERSION);
-        return Some(Params::Contacts { stiffness, set, conduction, spots_version, filled });
+        let adhesion_version = surfaces.with_adhesion.as_ref().map(|_| ADHESION_VERSION);
+        return Some(Params::Contacts {
+            stiffness,
+            set,
+            conduction,
+            spots_version,
+            adhesion_version,
+            filled,
+        });
     };
     if stiffness {
         let why = "needs `what = \"contacts\"`";
