@@ -311,3 +311,27 @@ fn statistics_and_laws_of_areas_that_vanish_with_the_load_are_refused() {
         refused(&keys, "is for contacts without adhesion");
     }
 }
+
+#[test]
+fn contacts_at_prescribed_gaps_have_their_loads_and_can_be_fitted() {
+    let bench = Bench::new();
+    let fits = "\n[stage.threshold]\nkind = \"fit\"\nfrom = \"area\"\nlaw = \"gap-percolation\"\n";
+    bench.run(&(study("[0.14, 0.08, 0.04, 0.02, 0.01, 0.005]") + fits));
+    let [contact, area, threshold] =
+        ["contact", "area", "threshold"].map(|stage| bench.table("sticky", stage));
+    for column in ["load", "pressure"] {
+        assert_eq!(area.reals(column).unwrap(), contact.reals(column).unwrap());
+    }
+    // The pull is strongest shortly before contact: the loads do not fall with the gaps everywhere.
+    let open = area.flags("gap_percolates_x").unwrap();
+    let sealed =
+        (0..area.rows()).filter(|row| !open.value(*row)).map(|row| real(&area, "load", row));
+    let sealed = sealed.fold(f64::INFINITY, f64::min);
+    let lighter =
+        (0..area.rows()).map(|row| real(&area, "load", row)).filter(|load| *load < sealed);
+    let heaviest = lighter.fold(f64::NEG_INFINITY, f64::max);
+    let found = real(&threshold, "percolation_load_x", 0);
+    assert!((found - 0.5 * (sealed + heaviest)).abs() < 1e-15, "{found} {sealed} {heaviest}");
+    assert!(threshold.reals("percolation_area_x").unwrap().is_valid(0));
+    assert!(threshold.reals("percolation_area_corrected_x").unwrap().is_null(0));
+}

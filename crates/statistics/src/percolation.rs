@@ -48,7 +48,7 @@ pub struct Interface {
     pub load: f64,
     /// Fraction of the nodes in contact.
     pub area: f64,
-    /// Area fraction, corrected for the mesh.
+    /// Area fraction, corrected for the mesh; NaN if no correction is known.
     pub area_corrected: f64,
     /// `true` if the gap percolates: one entry for x and one for y.
     pub is_open: [bool; 2],

@@ -221,7 +221,8 @@ const PERCOLATION_AREA: Parameter = Parameter::number(
 const PERCOLATION_AREA_CORRECTED: Parameter = Parameter::number(
     names!("percolation_area_corrected"),
     "contact area fraction, corrected for the mesh with the correction `2017`, at which the gap stops \
-     percolating; averaged and null like `percolation_area`",
+     percolating; averaged and null like `percolation_area`, and null with adhesion, for which the \
+     coefficient is not measured",
 )
 .with_label("sealed from a corrected area of");
 const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
@@ -250,7 +251,7 @@ macro_rules! percolation_along {
                 "contact area fraction, corrected for the mesh with the correction `2017`, at which \
                  the gap stops percolating along ",
                 $axis,
-                ", averaged over the surfaces",
+                ", averaged over the surfaces; null with adhesion",
             ),
         )
         .with_label(concat!("sealed along ", $axis, " from a corrected area of"));

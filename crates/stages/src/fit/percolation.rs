@@ -1,6 +1,6 @@
 //! Percolation thresholds of the gap of the surfaces of a parameter point.
 
-use arrow::array::{BooleanArray, Float64Array, Int64Array, StringArray};
+use arrow::array::{Array, BooleanArray, Float64Array, Int64Array, StringArray};
 
 use super::Params;
 use super::rows::{self, Row};
@@ -50,6 +50,8 @@ pub struct Measured<'a> {
     /// Flags that tell whether the gap percolates along x and along y.
     is_open: [&'a BooleanArray; 2],
     stops: &'a StringArray,
+    /// Work of adhesion, if some contacts attract.
+    works: Option<&'a Float64Array>,
 }
 
 impl<'a> Measured<'a> {
@@ -65,6 +67,7 @@ impl<'a> Measured<'a> {
             switches: table.integers(SWITCHES.name)?,
             is_open: [table.flags(GAP_PERCOLATES_X.name)?, table.flags(GAP_PERCOLATES_Y.name)?],
             stops: table.texts(STOP.name)?,
+            works: table.reals(WORK_OF_ADHESION.name).ok(),
         })
     }
 
@@ -108,10 +111,14 @@ impl<'a> Measured<'a> {
     /// Returns the contacts of the surface with index `member`, at ascending loads.
     pub fn interfaces(&self, ensemble: &Ensemble, member: usize) -> Vec<Interface> {
         let rows = (0..ensemble.loads.len()).filter_map(|load| ensemble.row(member, load));
-        rows.map(|row| self.interface(row)).collect()
+        let mut interfaces: Vec<Interface> = rows.map(|row| self.interface(row)).collect();
+        // Rows of paths that prescribe mean gaps ascend in the gap.
+        interfaces.sort_by(|one, other| one.load.total_cmp(&other.load));
+        interfaces
     }
 
-    /// Returns the contact of one row.
+    /// Returns the contact of one row. With adhesion the corrected area is NaN, because the
+    /// coefficient of the correction was measured without.
     pub fn interface(&self, row: usize) -> Interface {
         let count = |counts: &Int64Array| counts.value(row).unsigned_abs() as usize;
         let area = CountedArea {
@@ -119,10 +126,11 @@ impl<'a> Measured<'a> {
             contact_nodes: count(self.contact_nodes),
             switches: count(self.switches),
         };
+        let attracts = self.works.is_some_and(|works| works.is_valid(row));
         Interface {
             load: self.loads.value(row),
             area: area.fraction(),
-            area_corrected: area.corrected(YASTREBOV_2017),
+            area_corrected: if attracts { f64::NAN } else { area.corrected(YASTREBOV_2017) },
             is_open: self.is_open.map(|flags| flags.value(row)),
         }
     }
@@ -130,5 +138,63 @@ impl<'a> Measured<'a> {
     fn unconverged(&self, ensemble: &Ensemble) -> usize {
         let stops = self.stops;
         ensemble.states().filter(|&(_, _, row)| is_unconverged(stops.value(row))).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::laws::{Law, PlainLaw};
+    use asperity_tables::column::{flags, integers, optional_reals, reals, texts};
+
+    /// Returns two surfaces at four mean gaps, in the order of the gaps. The gap seals between the
+    /// loads 0.2 and 0.3, where the area is 0.25. `work` is the work of adhesion.
+    fn at_mean_gaps(work: Option<f64>) -> Table {
+        let rows = || [0, 1].into_iter().flat_map(|member| [4, 3, 2, 1].map(|load| (member, load)));
+        let open = || flags(rows().map(|(_, load)| load < 3));
+        Table::new(
+            8,
+            vec![
+                (NODES, integers([10; 8])),
+                (WORK_OF_ADHESION, optional_reals([work; 8])),
+                (SEED, integers([0; 8])),
+                (REALIZATION, integers(rows().map(|(member, _)| member))),
+                (
+                    MEAN_GAP.with_role(Role::Load),
+                    reals(rows().map(|(_, load)| 0.5 - 0.1 * load as f64)),
+                ),
+                (LOAD.with_role(Role::Result), reals(rows().map(|(_, load)| 0.1 * load as f64))),
+                (CONTACT_NODES, integers(rows().map(|(_, load)| 10 * load))),
+                (SWITCHES, integers([20; 8])),
+                (GAP_PERCOLATES_X, open()),
+                (GAP_PERCOLATES_Y, open()),
+                (STOP, texts(["converged"; 8])),
+            ],
+        )
+    }
+
+    #[test]
+    fn contacts_with_adhesion_have_no_corrected_area_and_any_order_of_loads() {
+        let params = Params {
+            law: Law::Plain(PlainLaw::GapPercolation),
+            window: [0.0, 10.0],
+            bootstrap: 20,
+            level: 0.9,
+            seed: 1,
+        };
+        for work in [Some(0.1), None] {
+            let fitted = run(&at_mean_gaps(work), &params).unwrap();
+            let value = |name: &str| fitted.reals(name).unwrap().iter().next().flatten();
+            for axis in ["", "_x", "_y"] {
+                let of_axis = |name: &str| value(&format!("percolation_{name}{axis}"));
+                assert!((of_axis("load").unwrap() - 0.25).abs() < 1e-14);
+                assert!((of_axis("area").unwrap() - 0.25).abs() < 1e-14);
+                assert_eq!(of_axis("area_corrected").is_some(), work.is_none());
+                let error = value(&format!("percolation_load{axis}_standard_error"));
+                assert!(error.is_some_and(|error| error > 0.0), "{error:?}");
+                let name = format!("percolation_area_corrected{axis}_standard_error");
+                assert_eq!(value(&name).is_some(), work.is_none());
+            }
+        }
     }
 }
