@@ -7,6 +7,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use arrow::array::Array;
+
 use crate::plan::{Plan, PlannedStage};
 use crate::results::{PublishedTable, ResultsError, path};
 use crate::runner::{RunOutcome, TaskError};
@@ -48,7 +50,8 @@ pub const OUTCOME: Column = Column::result(
     Code { word: NOT_STARTED, meaning: "a task that it reads failed" },
     Code {
         word: NOT_CONVERGED,
-        meaning: "a load did not converge within `max_pairs`; its row is in the table of the stage",
+        meaning: "a load did not converge, or a mean gap was not reached; its row is in the table of \
+                  the stage",
     },
 ]);
 /// Column with the reason of the failure.
@@ -118,20 +121,9 @@ impl Failures<'_> {
         };
         let stops = table.texts(STOP.name)?;
         let reason = |row: usize| {
-            let limit = limit(row).filter(|_| stops.value(row) != STALLED);
-            match stops.value(row) {
-                GAP_NOT_REACHED => "did not reach its mean gap: the contact of the isolated patch \
-                                    jumps past it. `mean_gap` is that of the state"
-                    .to_owned(),
-                _ => format!(
-                    "did not converge: stopped after {} of transforms{} with a residual of {:.2e}, \
-                     above the tolerance {:.2e}",
-                    counted(pairs.value(row) as usize, "pair"),
-                    limit.map_or_else(String::new, |limit| format!(" (`max_pairs = {limit}`)")),
-                    residual.value(row),
-                    tolerance.value(row),
-                ),
-            }
+            let residual = residual.is_valid(row).then(|| residual.value(row));
+            let errors = residual.map(|residual| [residual, tolerance.value(row)]);
+            reason(stops.value(row), pairs.value(row), limit(row), errors)
         };
         let tasks = keys.iter().flatten();
         let command = |key: &str| key.parse().map_or_else(|_| String::new(), self.command);
@@ -206,6 +198,26 @@ impl Failures<'_> {
     }
 }
 
+/// Returns why a load did not converge after `pairs` of transforms, of which there may be `limit`.
+/// `errors` are the residual and the tolerance; a search for the load of pull-off has none.
+fn reason(stop: &str, pairs: i64, limit: Option<u32>, errors: Option<[f64; 2]>) -> String {
+    if stop == GAP_NOT_REACHED {
+        return "did not reach its mean gap: the contact of the isolated patch jumps past it. \
+                `mean_gap` is that of the state"
+            .to_owned();
+    }
+    let limit = limit.filter(|_| stop != STALLED);
+    let limit = limit.map_or_else(String::new, |limit| format!(" (`max_pairs = {limit}`)"));
+    let stopped = format!("stopped after {} of transforms{limit}", counted(pairs as usize, "pair"));
+    match errors {
+        Some([residual, tolerance]) => format!(
+            "did not converge: {stopped} with a residual of {residual:.2e}, above the tolerance \
+             {tolerance:.2e}"
+        ),
+        None => format!("the search for the load at which the surfaces separate {stopped}"),
+    }
+}
+
 /// Reads the table of failures of a study. If the file does not exist, the table has no rows.
 pub fn read(folder: &Path, study: &str) -> Result<Table, StoreError> {
     match read_whole(&path(folder, study, FAILURES), Columns::All) {
@@ -244,4 +256,31 @@ pub fn stacked(tables: &[Table]) -> Result<Table, TableError> {
     let empty = Table::empty(&OWN);
     let tables: Vec<Table> = [empty].into_iter().chain(tables.iter().cloned()).collect();
     Table::stack(&tables)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_stages::solve::PAIR_LIMIT;
+
+    #[test]
+    fn reasons_say_what_ended_and_what_is_known() {
+        let errors = Some([0.0123, 5e-5]);
+        assert_eq!(
+            reason(PAIR_LIMIT, 20, Some(20), errors),
+            "did not converge: stopped after 20 pairs of transforms (`max_pairs = 20`) with a \
+             residual of 1.23e-2, above the tolerance 5.00e-5"
+        );
+        assert_eq!(
+            reason(STALLED, 1, Some(20), errors),
+            "did not converge: stopped after 1 pair of transforms with a residual of 1.23e-2, \
+             above the tolerance 5.00e-5"
+        );
+        assert_eq!(
+            reason(PAIR_LIMIT, 20, Some(20), None),
+            "the search for the load at which the surfaces separate stopped after 20 pairs of \
+             transforms (`max_pairs = 20`)"
+        );
+        assert!(reason(GAP_NOT_REACHED, 20, Some(20), errors).contains("jumps past it"));
+    }
 }
