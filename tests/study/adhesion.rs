@@ -315,12 +315,29 @@ fn statistics_and_laws_of_areas_that_vanish_with_the_load_are_refused() {
 #[test]
 fn contacts_at_prescribed_gaps_have_their_loads_and_can_be_fitted() {
     let bench = Bench::new();
-    let fits = "\n[stage.threshold]\nkind = \"fit\"\nfrom = \"area\"\nlaw = \"gap-percolation\"\n";
+    let fits = r#"
+[stage.threshold]
+kind = "fit"
+from = "area"
+law = "gap-percolation"
+
+[stage.counted]
+kind = "correct"
+from = "area"
+correction = "none"
+
+[stage.meshes]
+kind = "fit"
+from = "counted"
+law = "mesh-convergence"
+"#;
     bench.run(&(study("[0.14, 0.08, 0.04, 0.02, 0.01, 0.005]") + fits));
-    let [contact, area, threshold] =
-        ["contact", "area", "threshold"].map(|stage| bench.table("sticky", stage));
-    for column in ["load", "pressure"] {
-        assert_eq!(area.reals(column).unwrap(), contact.reals(column).unwrap());
+    let [contact, area, counted, threshold] =
+        ["contact", "area", "counted", "threshold"].map(|stage| bench.table("sticky", stage));
+    for table in [&area, &counted] {
+        for column in ["load", "pressure"] {
+            assert_eq!(table.reals(column).unwrap(), contact.reals(column).unwrap());
+        }
     }
     // The pull is strongest shortly before contact: the loads do not fall with the gaps everywhere.
     let open = area.flags("gap_percolates_x").unwrap();

@@ -23,7 +23,7 @@ use asperity_manifest::diagnostics::{Problem, counted};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::list;
 use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
-use asperity_tables::column::{optional_reals, reals, texts};
+use asperity_tables::column::{Role, optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
 /// Version of the results, which is part of every key. It is raised whenever numbers change.
@@ -146,7 +146,9 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        Ok(beside_coordinates(&CORRECTED, inputs)?)
+        // Results of paths that prescribe mean gaps; coordinates of all others.
+        let loads = [LOAD, PRESSURE].map(|column| column.with_role(Role::Result));
+        Ok(beside_coordinates(&[&CORRECTED[..], &loads].concat(), inputs)?)
     }
 
     fn rows(&self, read: usize) -> usize {
@@ -187,9 +189,11 @@ fn corrected(measured: &Table, areas: &[CountedArea], correction: &Correction) -
         (ERROR_ABSOLUTE, bounded(&|area| Some(area.absolute_error(coefficient)))),
         (ERROR_RELATIVE, bounded(&|area| area.relative_error(coefficient))),
     ];
-    let counted =
-        measured.only(&[AREA_FRACTION.name, SWITCHES.name, CONTACT_NODES.name, STOP.name]);
-    measured.coordinates().with(own).with(estimates).beside(&counted)
+    let coordinates = measured.coordinates();
+    let copied = [AREA_FRACTION, SWITCHES, CONTACT_NODES, STOP, LOAD, PRESSURE];
+    let copied = copied.map(|column| column.name).into_iter();
+    let copied: Vec<&str> = copied.filter(|name| !coordinates.has(name)).collect();
+    coordinates.with(own).with(estimates).beside(&measured.only(&copied))
 }
 
 /// Returns the task of a `correct` stage, or `None` after reporting problems.
