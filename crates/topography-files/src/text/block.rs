@@ -1,0 +1,340 @@
+//! Part of a text file: a header and lines of numbers, which are a matrix or points.
+
+use std::ops::Range;
+
+use super::header::{Description, Header};
+use super::labels::{Labels, Spacing};
+use super::notation::Row;
+use super::table::{self, Role, Title};
+use crate::FormatError;
+use crate::channel::{Channel, Size};
+use crate::grid::Grid;
+use crate::raster::{Raster, checked_nodes};
+
+/// Header and lines of numbers of a part of a file.
+#[derive(Default)]
+pub struct Block {
+    header: Header,
+    /// Lines of the header, the last of which may be titles.
+    header_lines: Vec<String>,
+    separator: Option<char>,
+    columns: usize,
+    pub lines: usize,
+    numbers: Vec<f64>,
+    /// Number of empty cells in each column.
+    empty: Vec<usize>,
+    /// True if a separator ends all lines.
+    ends_empty: bool,
+    /// First cell of the first line, if the cell is empty or a word.
+    corner: Option<String>,
+    /// Numbers of lines after which an empty line follows.
+    pub breaks: Vec<usize>,
+}
+
+impl Block {
+    pub fn add_header(&mut self, line: &str) {
+        self.header.add(line);
+        self.header_lines.push(line.to_owned());
+    }
+
+    /// Notes that an empty line follows the last line of numbers.
+    pub fn end_part(&mut self) {
+        if self.lines > 0 && self.breaks.last() != Some(&self.lines) {
+            self.breaks.push(self.lines);
+        }
+    }
+
+    /// Takes a line of numbers and words above the first line of numbers for labels if it is a word
+    /// and even labels. Refuses it if it has as many cells as the next line, and an unknown word.
+    pub fn take_above(&mut self, mut above: Row, next: &Row) -> Result<(), String> {
+        if above.numbers.len() != next.numbers.len() {
+            return Ok(());
+        }
+        let is_labelled = above.words.len() == 1 && above.words[0].index == 0;
+        if is_labelled && above.numbers.len() > 3 && Labels::are_even(&above.numbers[1..]) {
+            self.header_lines.pop();
+            self.corner = Some(above.words.remove(0).text);
+            return self.push(above);
+        }
+        if above.words[0].index > 0 && 2 * above.words.len() <= above.numbers.len() {
+            return Err(above.words[0].problem());
+        }
+        Ok(())
+    }
+
+    /// Returns true if a line belongs to another map: it has another number of cells, and an empty
+    /// line precedes it.
+    pub fn starts_another_map(&self, row: &Row) -> bool {
+        let allowed = usize::from(self.ends_empty || row.ends_empty());
+        self.lines > 1
+            && self.breaks.last() == Some(&self.lines)
+            && row.numbers.len().abs_diff(self.columns) > allowed
+    }
+
+    pub fn push(&mut self, mut row: Row) -> Result<(), String> {
+        if self.lines == 0 {
+            self.columns = row.numbers.len();
+            self.separator = row.separator;
+            self.ends_empty = row.ends_empty();
+            self.empty = vec![0; self.columns];
+            if row.empty.first() == Some(&0) {
+                self.corner = Some(String::new());
+            }
+        }
+        if row.numbers.len() == self.columns + 1 && row.ends_empty() {
+            row.numbers.pop();
+            row.empty.pop();
+        } else if row.numbers.len() + 1 == self.columns && self.ends_empty {
+            self.drop_column(self.columns - 1);
+        }
+        let (found, columns) = (row.numbers.len(), self.columns);
+        if found != columns {
+            return Err(format!("it has {found} numbers, but the lines above have {columns}"));
+        }
+        self.ends_empty &= row.ends_empty();
+        row.empty.iter().for_each(|&index| self.empty[index] += 1);
+        self.numbers.extend(row.numbers);
+        self.lines += 1;
+        Ok(())
+    }
+
+    fn drop_column(&mut self, dropped: usize) {
+        let columns = self.columns;
+        let mut index = 0;
+        self.numbers.retain(|_| {
+            index += 1;
+            (index - 1) % columns != dropped
+        });
+        self.columns -= 1;
+        self.empty.remove(dropped);
+        self.ends_empty = false;
+    }
+
+    /// Drops the cell after the separator that ends each line, and cells between tabs that align
+    /// the columns.
+    fn drop_empty_columns(&mut self) {
+        for column in (0..self.columns).rev() {
+            let is_end = column + 1 == self.columns && self.ends_empty;
+            let is_empty = self.empty[column] == self.lines;
+            if self.columns > 1 && is_empty && (is_end || self.separator == Some('\t')) {
+                self.drop_column(column);
+                if column == 0 {
+                    self.corner = None;
+                }
+            }
+        }
+    }
+
+    /// Returns the titles of the columns in the last lines of the header, with their units.
+    fn titles(&self) -> Option<Vec<Title>> {
+        let titles = |line: &String| table::titles(line, self.separator, self.columns);
+        let mut above = self.header_lines.iter().rev().filter(|line| !line.trim().is_empty());
+        let last = titles(above.next()?)?;
+        let before = above.next().and_then(titles);
+        if let Some(mut before) = before
+            && table::add_units(&mut before, &last)
+        {
+            return Some(before);
+        }
+        Some(last)
+    }
+
+    pub fn channels<'a>(mut self) -> Result<Vec<Channel<'a>>, FormatError> {
+        self.drop_empty_columns();
+        if self.header.is_of_matrix() {
+            return self.matrices(false);
+        }
+        if self.columns < 3 {
+            let what = "one or two columns of numbers are a profile, not a map";
+            return Err(FormatError::unsupported(what));
+        }
+        let Some(titles) = self.titles() else {
+            return self.untitled();
+        };
+        let has = |role| titles.iter().any(|title| title.role() == role);
+        let has_index = titles[0].role() == Role::Index;
+        if has(Role::X) && has(Role::Y) {
+            self.titled_points(&titles)
+        } else if table::is_table(&titles) {
+            Err(FormatError::unsupported(format!(
+                "the columns {} are a table, not a map, or points with the columns x and y",
+                named(&titles)
+            )))
+        } else if self.columns > 3 || has_index {
+            self.matrices(has_index)
+        } else {
+            Ok(vec![self.points([0, 1, 2], None, Some(&titles), None)?])
+        }
+    }
+
+    /// Reads points or matrices whose columns have no titles.
+    fn untitled<'a>(self) -> Result<Vec<Channel<'a>>, FormatError> {
+        if self.columns == 3 {
+            return Ok(vec![self.points([0, 1, 2], None, None, None)?]);
+        }
+        for x in [0, 1] {
+            if x + 3 <= self.columns && is_scan(&self.numbers, self.columns, x) {
+                let channel = self.points([x, x + 1, x + 2], None, None, None)?;
+                let [x, y, z] = [1, 2, 3].map(|more| x + more);
+                return Ok(vec![channel.noted(format!(
+                    "columns {x}, {y} and {z} are taken for x, y and height, because the first two \
+                     lie on a grid; of {} columns, the others are not used",
+                    self.columns
+                ))]);
+            }
+        }
+        self.matrices(false)
+    }
+
+    /// Reads a channel from each column of points that is no coordinate, index or flag.
+    fn titled_points<'a>(self, titles: &[Title]) -> Result<Vec<Channel<'a>>, FormatError> {
+        let at = |role| titles.iter().position(|title| title.role() == role);
+        let (Some(x), Some(y)) = (at(Role::X), at(Role::Y)) else {
+            return Err(FormatError::missing("titles x and y"));
+        };
+        let is_value = |index: &usize| {
+            let is_counted = matches!(titles[*index].role(), Role::Index | Role::Valid);
+            *index != x && *index != y && !is_counted
+        };
+        let (mut values, others): (Vec<usize>, Vec<usize>) = (0..titles.len())
+            .filter(is_value)
+            .partition(|index| titles[*index].role() == Role::Height);
+        values.extend(others);
+        if values.is_empty() {
+            let what = format!("the columns {} are a profile, not a map", named(titles));
+            return Err(FormatError::unsupported(what));
+        }
+        let is_one = values.len() == 1;
+        let channels = values.into_iter().map(|z| {
+            let name = (!is_one).then(|| titles[z].name.clone());
+            self.points([x, y, z], at(Role::Valid), Some(titles), name)
+        });
+        channels.collect()
+    }
+
+    /// Puts points onto their grid. `columns` are those of x, y and height, `valid` that of a flag
+    /// which is zero for missing points.
+    fn points<'a>(
+        &self,
+        columns: [usize; 3],
+        valid: Option<usize>,
+        titles: Option<&[Title]>,
+        name: Option<String>,
+    ) -> Result<Channel<'a>, FormatError> {
+        let mut triplets = Vec::with_capacity(3 * self.lines);
+        for line in self.numbers.chunks_exact(self.columns) {
+            let [x, y, z] = columns.map(|index| line[index]);
+            let is_valid = valid.is_none_or(|index| line[index] != 0.0);
+            triplets.extend([x, y, if is_valid { z } else { f64::NAN }]);
+        }
+        let grid = Grid::from_triplets(&triplets)?;
+        let mut description = self.header.describe(grid.nodes)?;
+        if let Some(titles) = titles {
+            for title in columns.map(|index| &titles[index]) {
+                title.check_unit()?;
+            }
+            let [x, y, z] = columns.map(|index| titles[index].unit.as_deref());
+            description.set_units(x, y, z)?;
+        }
+        let [x, y] = grid.sides;
+        let sides = [x, y * description.y_ratio];
+        let raster = Raster::from_columns(grid.nodes, grid.heights);
+        channel(description, Some(sides), raster, name)
+    }
+
+    /// Reads one matrix, or several that empty lines separate. `has_index` is true if the first
+    /// column counts the lines.
+    fn matrices<'a>(self, has_index: bool) -> Result<Vec<Channel<'a>>, FormatError> {
+        let mut starts = vec![0];
+        starts.extend(self.breaks.iter().copied().filter(|end| *end < self.lines));
+        let ends: Vec<usize> = starts[1..].iter().copied().chain([self.lines]).collect();
+        // Empty lines between single lines separate no maps.
+        if starts.iter().zip(&ends).any(|(start, end)| end - start < 2) {
+            return Ok(vec![self.matrix(0..self.lines, has_index)?]);
+        }
+        let parts = starts.into_iter().zip(ends);
+        parts.map(|(start, end)| self.matrix(start..end, has_index)).collect()
+    }
+
+    fn matrix<'a>(&self, lines: Range<usize>, has_index: bool) -> Result<Channel<'a>, FormatError> {
+        let columns = self.columns;
+        let numbers = &self.numbers[lines.start * columns..lines.end * columns];
+        let corner = self.corner.as_deref().filter(|_| lines.start == 0);
+        let labels = Labels::find(numbers, columns, corner.is_some(), has_index);
+        if labels == Labels::NONE
+            && let Some(word) = corner.filter(|word| !word.is_empty())
+        {
+            let problem = format!("the first line starts with `{word}`, but labels no columns");
+            return Err(FormatError::unsupported(problem));
+        }
+        let [skip_x, skip_y] = [labels.column.is_some(), labels.line.is_some()].map(usize::from);
+        let nodes = [columns - skip_x, lines.len() - skip_y];
+        let nodes = checked_nodes(nodes.map(|nodes| nodes as i64))?;
+        let heights = numbers.chunks_exact(columns).skip(skip_y);
+        let heights: Vec<f64> = heights.flat_map(|line| &line[skip_x..]).copied().collect();
+        let mut raster = Raster::from_rows(nodes, heights);
+        let mut description = self.header.describe(nodes)?;
+        let mut sides = description.sides;
+        if let (Some(Spacing::Step(x)), Some(Spacing::Step(y))) = (labels.line, labels.column) {
+            sides = sides.or(Some([nodes[0] as f64 * x.abs(), nodes[1] as f64 * y.abs()]));
+            if x < 0.0 {
+                raster = raster.mirrored();
+            }
+            if y < 0.0 {
+                raster = raster.upside_down();
+            }
+            let corner = corner.map(Title::parse);
+            let unit = corner.and_then(|corner| corner.unit.or(Some(corner.name)));
+            if let Some(unit) = unit.filter(|unit| table::is_unit(unit)) {
+                description.set_units(Some(&unit), Some(&unit), None)?;
+            }
+        }
+        let note = labels.note(description.lateral.name().as_deref());
+        let channel = channel(description, sides, raster, None)?;
+        Ok(match note {
+            Some(note) => channel.noted(note),
+            None => channel,
+        })
+    }
+}
+
+fn channel<'a>(
+    description: Description,
+    sides: Option<[f64; 2]>,
+    raster: Raster<'a>,
+    name: Option<String>,
+) -> Result<Channel<'a>, FormatError> {
+    let size = match sides {
+        Some(sides) => Size::new(sides, &description.lateral)?,
+        None => Size::Unknown,
+    };
+    let name = name.or(description.name).unwrap_or_else(|| "heights".to_owned());
+    let raster = raster.scaled(description.factor, 0.0);
+    let channel = Channel::new(name, description.height, size, raster);
+    Ok(if sides.is_some() { channel.sides_in(&description.lateral) } else { channel })
+}
+
+fn named(titles: &[Title]) -> String {
+    let names: Vec<String> = titles.iter().map(|title| format!("`{}`", title.name)).collect();
+    names.join(", ")
+}
+
+/// Returns true if columns `x` and the next one are coordinates of points on a full grid, line by
+/// line. If `x` is 1, the first column must count the points.
+fn is_scan(numbers: &[f64], columns: usize, x: usize) -> bool {
+    let points = || numbers.chunks_exact(columns);
+    let count = numbers.len() / columns;
+    let is_monotone = |axis: usize| {
+        let pairs = || points().zip(points().skip(1));
+        pairs().all(|(one, next)| one[axis] <= next[axis])
+            || pairs().all(|(one, next)| one[axis] >= next[axis])
+    };
+    let counts =
+        || points().enumerate().all(|(index, point)| point[0] == index as f64 + numbers[0]);
+    if count < 6 || !(is_monotone(x) || is_monotone(x + 1)) || (x > 0 && !counts()) {
+        return false;
+    }
+    let triplets: Vec<f64> = points().flat_map(|point| [point[x], point[x + 1], 0.0]).collect();
+    let grid = Grid::from_triplets(&triplets);
+    grid.is_ok_and(|grid| 2 * count > grid.nodes[0] * grid.nodes[1])
+}
