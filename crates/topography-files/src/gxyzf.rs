@@ -6,7 +6,7 @@
 
 use super::channel::{Channel, Size};
 use super::grid::Grid;
-use super::input::{Entries, utf8_or_latin1};
+use super::input::{Entries, decode_text};
 use super::raster::Raster;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -22,7 +22,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     }
     let end = bytes.iter().position(|&byte| byte == 0);
     let end = end.ok_or_else(|| FormatError::missing("zeros after the header"))?;
-    let entries = Entries::from_lines(utf8_or_latin1(&bytes[SIGNATURE.len()..end]).lines(), '=');
+    let entries = Entries::from_lines(decode_text(&bytes[SIGNATURE.len()..end]).lines(), '=');
     let count = entries.whole("NChannels")?;
     let count = usize::try_from(count).ok().filter(|count| (1..=1024).contains(count));
     let count = count.ok_or_else(|| {

@@ -155,12 +155,13 @@ pub fn latin1(bytes: &[u8]) -> String {
     bytes.iter().map(|&byte| char::from(byte)).collect()
 }
 
-/// Decodes text whose encoding is not known: UTF-8 if it is valid, otherwise ISO-8859-1.
+/// Decodes text whose encoding is not known: UTF-8 if it is valid.
 ///
-/// Text has none of the control characters that ISO-8859-1 has from 0x80 to 0x9f. Bytes in this
-/// range are letters of Shift-JIS (Japanese), GBK (Chinese) or Windows-1252, of which the first
-/// counts that decodes all bytes. The unit µm is understood in any of these encodings.
-pub fn utf8_or_latin1(bytes: &[u8]) -> String {
+/// Otherwise, bytes from 0x80 to 0x9f, which are control characters in ISO-8859-1, are letters of
+/// Shift-JIS (Japanese), GBK (Chinese) or Windows-1252. The first of these three that decodes all
+/// bytes is taken. Text without such bytes is ISO-8859-1. The unit µm is understood in any of these
+/// encodings, also if the guess is wrong.
+pub fn decode_text(bytes: &[u8]) -> String {
     if let Ok(text) = str::from_utf8(bytes) {
         return text.to_owned();
     }
@@ -234,10 +235,10 @@ mod tests {
 
     #[test]
     fn encodings_of_instruments_are_told_from_each_other() {
-        assert_eq!(utf8_or_latin1("5 µm, größe".as_bytes()), "5 µm, größe");
-        assert_eq!(utf8_or_latin1(b"5 \xb5m, gr\xf6\xdfe"), "5 µm, größe");
-        assert_eq!(utf8_or_latin1(b"\x95\x9d: 3 \x83\xcam"), "幅: 3 μm");
-        assert_eq!(utf8_or_latin1(b"5 \x96 10 \xb5m"), "5 – 10 µm");
+        assert_eq!(decode_text("5 µm, größe".as_bytes()), "5 µm, größe");
+        assert_eq!(decode_text(b"5 \xb5m, gr\xf6\xdfe"), "5 µm, größe");
+        assert_eq!(decode_text(b"\x95\x9d: 3 \x83\xcam"), "幅: 3 μm");
+        assert_eq!(decode_text(b"5 \x96 10 \xb5m"), "5 – 10 µm");
     }
 
     #[test]

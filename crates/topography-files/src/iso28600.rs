@@ -10,7 +10,7 @@
 
 use super::channel::{Channel, Size};
 use super::grid::Grid;
-use super::input::{lines, utf8_or_latin1};
+use super::input::{decode_text, lines};
 use super::number;
 use super::raster::{Raster, checked_nodes};
 use super::unit::{Unit, ratio};
@@ -30,7 +30,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if !bytes.starts_with(SIGNATURE) {
         return Err(FormatError::Signature);
     }
-    let text = utf8_or_latin1(bytes);
+    let text = decode_text(bytes);
     let lines: Vec<&str> = lines(&text).map(str::trim).collect();
     let line = |number: usize| lines.get(number - 1).copied().unwrap_or_default();
     let entry = |number: usize| format!("line {number} of the header");

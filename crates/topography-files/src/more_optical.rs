@@ -5,7 +5,7 @@ use roxmltree::{Document, Node};
 
 use super::archive::{self, Archive};
 use super::channel::{Channel, Size};
-use super::input::{Cursor, finite, utf8_or_latin1};
+use super::input::{Cursor, decode_text, finite};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -127,7 +127,7 @@ fn read_plux(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     }
     let mut archive = Archive::new(bytes).map_err(|_| FormatError::Signature)?;
     let index = archive.file("index.xml", PLUX_MAX_INDEX).map_err(|_| FormatError::Signature)?;
-    let index = utf8_or_latin1(&index);
+    let index = decode_text(&index);
     let document = Document::parse(index.trim_start_matches('\u{feff}'));
     let document = document.map_err(|_| FormatError::Signature)?;
     let root = document.root_element();

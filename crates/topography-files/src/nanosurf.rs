@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 
 use super::channel::{Channel, Size};
-use super::input::{Cursor, Entries, factor, finite, utf8_or_latin1};
+use super::input::{Cursor, Entries, decode_text, factor, finite};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError};
@@ -30,7 +30,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     }
     let end = bytes.windows(DATA.len()).position(|window| window == DATA);
     let end = end.ok_or_else(|| FormatError::missing("#! after the header"))?;
-    let sections = sections(&utf8_or_latin1(&bytes[..end]));
+    let sections = sections(&decode_text(&bytes[..end]));
     let list = &sections["DataSet"];
     let mut data = Cursor::at(bytes, end + DATA.len());
     let mut channels = Vec::new();

@@ -10,7 +10,7 @@
 use std::borrow::Cow;
 
 use super::channel::Channel;
-use super::input::{Cursor, utf8_or_latin1};
+use super::input::{Cursor, decode_text};
 use super::labelled::{Array, Attributes, Axis, Value};
 use super::raster::{ByteOrder, Element};
 use super::unit::Unit;
@@ -292,7 +292,7 @@ impl<'a> Header<'a> {
         let kind = self.whole()?;
         let count = self.size()?;
         if kind == CHARACTER {
-            let text = utf8_or_latin1(self.padded(count)?);
+            let text = decode_text(self.padded(count)?);
             return Ok((name, Value::Texts(vec![text.trim_end_matches('\0').to_owned()])));
         }
         let wrong = || FormatError::value("type of an attribute", kind, "1 to 11");

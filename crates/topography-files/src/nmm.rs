@@ -8,7 +8,7 @@
 
 use super::archive::{self, Archive};
 use super::channel::{Channel, Size};
-use super::input::{Entries, utf8_or_latin1};
+use super::input::{Entries, decode_text};
 use super::raster::{Raster, checked_nodes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
@@ -101,7 +101,7 @@ fn add_line(
 }
 
 fn text(archive: &mut Archive<'_>, name: &str) -> Result<String, FormatError> {
-    Ok(utf8_or_latin1(&archive.file(name, MAX_FILE)?))
+    Ok(decode_text(&archive.file(name, MAX_FILE)?))
 }
 
 /// Parses a number and its unit in brackets, such as `0.1 [um]`.

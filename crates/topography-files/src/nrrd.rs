@@ -9,7 +9,7 @@
 use flate2::read::GzDecoder;
 
 use super::channel::{Channel, Size};
-use super::input::{Entries, inflate, utf8_or_latin1};
+use super::input::{Entries, decode_text, inflate};
 use super::number;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
@@ -86,7 +86,7 @@ fn header(bytes: &[u8]) -> Result<(Entries, &[u8]), FormatError> {
     let mut offset = 0;
     for line in bytes.split_inclusive(|&byte| byte == b'\n') {
         offset += line.len();
-        let line = utf8_or_latin1(line);
+        let line = decode_text(line);
         let line = line.trim_end();
         if line.is_empty() {
             return Ok((entries, &bytes[offset..]));
@@ -122,7 +122,7 @@ fn element(name: &str) -> Result<Element, FormatError> {
 }
 
 fn numbers(data: &[u8]) -> Result<Vec<f64>, FormatError> {
-    let text = utf8_or_latin1(data);
+    let text = decode_text(data);
     let words = text.split(|letter: char| letter.is_whitespace() || letter == ',');
     let number = |word: &str| {
         number::parse(word)

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use super::channel::{Channel, Size};
-use super::input::{Cursor, factor, utf8_or_latin1};
+use super::input::{Cursor, decode_text, factor};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
@@ -128,7 +128,7 @@ fn read_items<'a>(
                 name(&mut cursor)?;
                 matrix(structured(&mut cursor)?)?
             }
-            0x12 => Item::Text(utf8_or_latin1(structured(&mut cursor)?)),
+            0x12 => Item::Text(decode_text(structured(&mut cursor)?)),
             0x13 => {
                 let mut content = Cursor::new(structured(&mut cursor)?);
                 let value = content.double()?;
@@ -185,7 +185,7 @@ fn name(cursor: &mut Cursor<'_>) -> Result<String, FormatError> {
         let allowed = format!("at most {MAX_NAME}");
         return Err(FormatError::value("length of a name", length, &allowed));
     }
-    Ok(utf8_or_latin1(cursor.take(length)?))
+    Ok(decode_text(cursor.take(length)?))
 }
 
 /// Reads content whose length is a number of one, two or four bytes, as the first byte says.

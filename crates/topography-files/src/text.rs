@@ -32,7 +32,7 @@ use self::block::Block;
 use self::header::Header;
 use self::notation::{Line, Notation, Row};
 use super::channel::Channel;
-use super::input::{lines, utf8_or_latin1};
+use super::input::{decode_text, lines};
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
@@ -90,7 +90,7 @@ pub fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
         [0xff, 0xfe, ..] => wide(u16::from_le_bytes)?,
         [0xfe, 0xff, ..] => wide(u16::from_be_bytes)?,
         [0xef, 0xbb, 0xbf, rest @ ..] => String::from_utf8_lossy(rest).into_owned(),
-        _ => utf8_or_latin1(bytes),
+        _ => decode_text(bytes),
     };
     let is_text = |letter: char| !letter.is_control() || "\t\r\n\u{c}\u{1a}".contains(letter);
     match text.chars().find(|letter| !is_text(*letter)) {

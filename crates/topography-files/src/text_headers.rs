@@ -3,7 +3,7 @@
 //! sides.
 
 use super::channel::{Channel, Size};
-use super::input::{Cursor, Entries, factor, latin1, utf8_or_latin1};
+use super::input::{Cursor, Entries, decode_text, factor, latin1};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
@@ -183,7 +183,7 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     }
     let end = bytes.iter().position(|&byte| byte == 0);
     let end = end.ok_or_else(|| FormatError::missing("zeros after the header"))?;
-    let entries = Entries::from_lines(utf8_or_latin1(&bytes[magic.len()..end]).lines(), '=');
+    let entries = Entries::from_lines(decode_text(&bytes[magic.len()..end]).lines(), '=');
     let nodes = checked_nodes([entries.whole("XRes")?, entries.whole("YRes")?])?;
     // The padding has one to four zeros.
     let mut cursor = Cursor::at(bytes, (end + 1).next_multiple_of(4));
@@ -259,7 +259,7 @@ fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError
         if line.first() == Some(&b' ') {
             continue;
         }
-        let line = utf8_or_latin1(line);
+        let line = decode_text(line);
         let (name, value) = line.split_at_checked(MI_NAME).unwrap_or((&line, ""));
         if name.trim() == "bufferLabel" {
             buffers.push(Entries::default());

@@ -13,7 +13,7 @@ use flate2::read::ZlibDecoder;
 
 use self::compression::{lzw, pack_bits};
 use super::FormatError;
-use super::input::{inflate, utf8_or_latin1};
+use super::input::{decode_text, inflate};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 
 // Tags of the TIFF specification.
@@ -136,7 +136,7 @@ impl<'a> Directory<'a> {
         // Some programs store text as bytes without type.
         let bytes = self.entry(tag).filter(|entry| matches!(entry.kind, 2 | 7))?.bytes;
         let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
-        Some(utf8_or_latin1(text).trim().to_owned())
+        Some(decode_text(text).trim().to_owned())
     }
 
     /// Returns the numbers of pixels along x and y.

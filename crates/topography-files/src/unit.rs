@@ -123,8 +123,9 @@ pub fn is_of_other_quantity(unit: &str) -> bool {
 
 /// Spellings of the micro sign in texts that were decoded in another encoding than they were
 /// written: UTF-8 read as ISO-8859-1, Windows-1252 or Windows-1251, Shift-JIS and GBK read as
-/// ISO-8859-1, MS-DOS, and the replacement character.
-const GARBLED_MICRO: [&str; 9] = ["Âµ", "Î¼", "Ој", "Вµ", "\u{83}Ê", "ƒÊ", "¦Ì", "æ", "\u{fffd}"];
+/// ISO-8859-1, ISO-8859-1 read as Shift-JIS, MS-DOS, and the replacement character.
+const GARBLED_MICRO: [&str; 10] =
+    ["Âµ", "Î¼", "Ој", "Вµ", "\u{83}Ê", "ƒÊ", "¦Ì", "ｵ", "æ", "\u{fffd}"];
 
 /// Normalizes the spelling of a unit: strips brackets and quotes, and replaces all variants of µ by
 /// the micro sign.
@@ -189,6 +190,7 @@ mod tests {
             "Î¼m",
             "¦Ìm",
             "\u{83}Êm",
+            "ｵm",
             "\u{fffd}m",
         ] {
             assert_eq!(Unit::parse(text), Unit::Length(1e6), "{text}");

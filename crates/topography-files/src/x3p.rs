@@ -14,7 +14,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::archive::{self, Archive};
 use super::channel::{Channel, Size};
-use super::input::{factor, finite, latin1, utf8_or_latin1};
+use super::input::{decode_text, factor, finite, latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
@@ -55,7 +55,7 @@ fn xml_text(bytes: &[u8]) -> String {
     let declared = label.and_then(|label| Encoding::for_label(label.as_bytes())).unwrap_or(UTF_8);
     match declared.decode(bytes) {
         (text, _, false) => text.into_owned(),
-        (_, _, true) => utf8_or_latin1(bytes),
+        (_, _, true) => decode_text(bytes),
     }
 }
 

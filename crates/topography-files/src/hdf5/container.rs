@@ -8,7 +8,7 @@ use hdf5_reader::messages::layout::{ChunkIndexing, DataLayout};
 use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions, chunk_index, fixed_array};
 
 use super::super::FormatError;
-use super::super::input::{decoded_limit, utf8_or_latin1};
+use super::super::input::{decode_text, decoded_limit};
 use super::super::labelled::Attributes;
 use super::super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::filters::{filters, unknown};
@@ -340,7 +340,7 @@ pub fn text(attributes: &[Attribute], name: &str) -> Option<String> {
         Err(_)
             if matches!(attribute.datatype, Datatype::String { .. } | Datatype::VarLen { .. }) =>
         {
-            let text = utf8_or_latin1(&attribute.raw_data);
+            let text = decode_text(&attribute.raw_data);
             Some(text.trim_end_matches('\0').to_owned())
         }
         Err(_) => None,

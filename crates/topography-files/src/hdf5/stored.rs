@@ -5,7 +5,7 @@ use hdf5_reader::{
 };
 
 use super::super::FormatError;
-use super::super::input::{Cursor, utf8_or_latin1};
+use super::super::input::{Cursor, decode_text};
 use super::super::labelled::{Attributes, Value};
 use super::super::raster::{ByteOrder, Element};
 
@@ -135,7 +135,7 @@ fn value(file: &Hdf5File, raw: &RawAttribute) -> Value {
 
 fn fixed_text(bytes: &[u8], padding: StringPadding) -> String {
     let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
-    let text = utf8_or_latin1(text);
+    let text = decode_text(text);
     match padding {
         StringPadding::SpacePad => text.trim_end().to_owned(),
         _ => text,
@@ -146,7 +146,7 @@ fn fixed_text(bytes: &[u8], padding: StringPadding) -> String {
 fn heap_text(file: &Hdf5File, reference: &[u8]) -> Option<String> {
     heap_bytes(file, reference, 1).map(|bytes| {
         let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
-        utf8_or_latin1(text)
+        decode_text(text)
     })
 }
 
