@@ -27,8 +27,12 @@ pub fn is_missing(word: &str) -> bool {
 
 /// Parses a number with a decimal point, whose exponent may be written with `D`, as in Fortran.
 ///
-/// Returns `None` for other words, including `inf` and `nan`.
+/// The minus sign of Unicode, which typesetting programs write, is a sign, too. Returns `None` for
+/// other words, including `inf` and `nan`.
 pub fn parse(word: &str) -> Option<f64> {
+    if word.contains('\u{2212}') {
+        return parse(&word.replace('\u{2212}', "-"));
+    }
     let is_of_number =
         |byte: u8| matches!(byte, b'0'..=b'9' | b'.' | b'+' | b'-' | b'e' | b'E' | b'd' | b'D');
     if !word.bytes().all(is_of_number) {
@@ -79,7 +83,7 @@ mod tests {
     fn fortran_writes_exponents_with_d() {
         assert_eq!(parse("1.0D+02"), Some(100.0));
         assert_eq!(parse("-2.5d-1"), Some(-0.25));
-        assert_eq!(parse("1e3"), Some(1000.0));
+        assert_eq!((parse("1e3"), parse("−1e−3")), (Some(1000.0), Some(-1e-3)));
         assert_eq!((parse("d"), parse("1,5"), parse("")), (None, None, None));
     }
 }

@@ -36,7 +36,7 @@ use super::input::{decode_text, lines};
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
-    Format { name: "text", title: "text", version: 2, has_signature: false, read };
+    Format { name: "text", title: "text", version: 3, has_signature: false, read };
 
 /// First lines of texts that are no maps, or their starts, with the names of the formats.
 const OTHERS: [(&str, &str); 7] = [
@@ -59,18 +59,22 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         return Err(FormatError::unsupported(format!("{name} is not a height map")));
     }
     let text = decoded(bytes)?;
+    // Tabs may be separators, beside which cells are empty, or spaces that align the columns.
+    let spaced = text.contains('\t').then(|| text.replace('\t', " "));
     // If every notation fails, report the error of the one that reached the farthest line.
     let mut farthest: Option<(usize, FormatError)> = None;
-    for notation in Notation::ALL {
-        match blocks(&text, notation) {
-            Ok(blocks) => {
-                let channels: Vec<Vec<Channel>> =
-                    blocks.into_iter().map(Block::channels).collect::<Result<_, _>>()?;
-                return Ok(channels.into_iter().flatten().collect());
-            }
-            Err((line, error)) => {
-                if farthest.as_ref().is_none_or(|(far, _)| line > *far) {
-                    farthest = Some((line, error));
+    for text in [Some(&text), spaced.as_ref()].into_iter().flatten() {
+        for notation in Notation::ALL {
+            match blocks(text, notation) {
+                Ok(blocks) => {
+                    let channels: Vec<Vec<Channel>> =
+                        blocks.into_iter().map(Block::channels).collect::<Result<_, _>>()?;
+                    return Ok(channels.into_iter().flatten().collect());
+                }
+                Err((line, error)) => {
+                    if farthest.as_ref().is_none_or(|(far, _)| line > *far) {
+                        farthest = Some((line, error));
+                    }
                 }
             }
         }
@@ -119,7 +123,8 @@ fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatEr
                 mixed = None;
                 block.end_part();
             }
-            Line::Numbers(row) if block.lines == 0 && is_rule(line, &row) => {}
+            Line::Numbers(row) if block.lines == 0 && is_decoration(line, &row) => {}
+            Line::Numbers(row) if block.is_padding(&row) => {}
             Line::Numbers(row) => {
                 if let Some((line, above)) = mixed.take() {
                     block
@@ -158,7 +163,10 @@ fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatEr
     }
 }
 
-/// Returns true if a line has only dashes, under the titles of a few columns.
-fn is_rule(line: &str, row: &Row) -> bool {
-    row.numbers.len() <= 3 && line.chars().all(|letter| "-= \t".contains(letter))
+/// Returns true if a line above the numbers is a row of dashes or stars under the titles of a few
+/// columns, or a single word, such as `None`, that marks a missing point elsewhere.
+fn is_decoration(line: &str, row: &Row) -> bool {
+    let is_rule = || line.chars().all(|letter| "-=* \t".contains(letter));
+    let is_word = || row.numbers.len() == 1 && row.numbers[0].is_nan();
+    (row.numbers.len() <= 3 && is_rule()) || is_word()
 }

@@ -3,13 +3,14 @@
 use std::ops::Range;
 
 use super::header::{Description, Header};
-use super::labels::{Labels, Spacing};
-use super::notation::Row;
+use super::labels::{Evidence, Labels};
+use super::notation::{Row, Word};
 use super::table::{self, Role, Title};
 use crate::FormatError;
 use crate::channel::{Channel, Size};
 use crate::grid::Grid;
 use crate::raster::{Raster, checked_nodes};
+use crate::unit::Unit;
 
 /// Header and lines of numbers of a part of a file.
 #[derive(Default)]
@@ -37,6 +38,14 @@ impl Block {
         self.header_lines.push(line.to_owned());
     }
 
+    /// Returns true for separators alone below a line of the header that ends with separators: the
+    /// empty line of a spreadsheet, whose lines all have the same number of cells.
+    pub fn is_padding(&self, row: &Row) -> bool {
+        let above = self.header_lines.last().map(|line| line.trim_end_matches([' ', '\r']));
+        let is_padded = || above.is_some_and(|line| line.ends_with([',', ';', '\t']));
+        self.lines == 0 && row.empty.len() == row.numbers.len() && is_padded()
+    }
+
     /// Notes that an empty line follows the last line of numbers.
     pub fn end_part(&mut self) {
         if self.lines > 0 && self.breaks.last() != Some(&self.lines) {
@@ -46,8 +55,16 @@ impl Block {
 
     /// Takes a line of numbers and words above the first line of numbers for labels if it is a word
     /// and even labels. Refuses it if it has as many cells as the next line, and an unknown word.
+    ///
+    /// Comments and lines with a unit of length, such as `10 x 10 µm`, are part of the header.
     pub fn take_above(&mut self, mut above: Row, next: &Row) -> Result<(), String> {
-        if above.numbers.len() != next.numbers.len() {
+        let is_header = || {
+            let of_header = |word: &Word| {
+                word.text.starts_with(['#', '%']) || Unit::parse(&word.text).per_metre().is_some()
+            };
+            above.separator.is_none() && above.words.iter().any(of_header)
+        };
+        if above.numbers.len() != next.numbers.len() || is_header() {
             return Ok(());
         }
         let is_labelled = above.words.len() == 1 && above.words[0].index == 0;
@@ -111,18 +128,21 @@ impl Block {
     }
 
     /// Drops the cell after the separator that ends each line, and cells between tabs that align
-    /// the columns.
-    fn drop_empty_columns(&mut self) {
+    /// the columns. Returns the number of the latter.
+    fn drop_empty_columns(&mut self) -> usize {
+        let mut between = 0;
         for column in (0..self.columns).rev() {
             let is_end = column + 1 == self.columns && self.ends_empty;
             let is_empty = self.empty[column] == self.lines;
             if self.columns > 1 && is_empty && (is_end || self.separator == Some('\t')) {
                 self.drop_column(column);
+                between += usize::from(!is_end);
                 if column == 0 {
                     self.corner = None;
                 }
             }
         }
+        between
     }
 
     /// Returns the titles of the columns in the last lines of the header, with their units.
@@ -139,8 +159,19 @@ impl Block {
         Some(last)
     }
 
+    /// Reads the channels of the part.
     pub fn channels<'a>(mut self) -> Result<Vec<Channel<'a>>, FormatError> {
-        self.drop_empty_columns();
+        let dropped = self.drop_empty_columns();
+        let channels = self.points_or_matrices()?;
+        Ok(if dropped == 0 {
+            channels
+        } else {
+            let note = format!("{dropped} columns between tabs are empty and are not used");
+            channels.into_iter().map(|channel| channel.noted(&note)).collect()
+        })
+    }
+
+    fn points_or_matrices<'a>(self) -> Result<Vec<Channel<'a>>, FormatError> {
         if self.header.is_of_matrix() {
             return self.matrices(false);
         }
@@ -153,7 +184,9 @@ impl Block {
         };
         let has = |role| titles.iter().any(|title| title.role() == role);
         let has_index = titles[0].role() == Role::Index;
-        if has(Role::X) && has(Role::Y) {
+        if table::are_letters(&titles) && titles.len() > 3 {
+            self.matrices(has_index)
+        } else if has(Role::X) && has(Role::Y) {
             self.titled_points(&titles)
         } else if table::is_table(&titles) {
             Err(FormatError::unsupported(format!(
@@ -231,7 +264,10 @@ impl Block {
         let mut description = self.header.describe(grid.nodes)?;
         if let Some(titles) = titles {
             for title in columns.map(|index| &titles[index]) {
-                title.check_unit()?;
+                // A further quantity beside the heights may have any unit.
+                if titles.len() == 3 || title.role() != Role::Other {
+                    title.check_unit()?;
+                }
             }
             let [x, y, z] = columns.map(|index| titles[index].unit.as_deref());
             description.set_units(x, y, z)?;
@@ -248,22 +284,38 @@ impl Block {
         let mut starts = vec![0];
         starts.extend(self.breaks.iter().copied().filter(|end| *end < self.lines));
         let ends: Vec<usize> = starts[1..].iter().copied().chain([self.lines]).collect();
-        // Empty lines between single lines separate no maps.
-        if starts.iter().zip(&ends).any(|(start, end)| end - start < 2) {
+        // Empty lines between single lines, and within the lines of the header, separate no maps.
+        let has_single = starts.iter().zip(&ends).any(|(start, end)| end - start < 2);
+        let count = starts.len();
+        if count == 1 || has_single || self.header.states_lines(self.lines) {
             return Ok(vec![self.matrix(0..self.lines, has_index)?]);
         }
-        let parts = starts.into_iter().zip(ends);
-        parts.map(|(start, end)| self.matrix(start..end, has_index)).collect()
+        let parts = starts.into_iter().zip(ends).map(|(start, end)| {
+            let channel = self.matrix(start..end, has_index)?;
+            Ok(channel.noted(format!("empty lines separate {count} maps of the text")))
+        });
+        parts.collect()
     }
 
     fn matrix<'a>(&self, lines: Range<usize>, has_index: bool) -> Result<Channel<'a>, FormatError> {
         let columns = self.columns;
         let numbers = &self.numbers[lines.start * columns..lines.end * columns];
         let corner = self.corner.as_deref().filter(|_| lines.start == 0);
-        let labels = Labels::find(numbers, columns, corner.is_some(), has_index);
+        let evidence = match corner {
+            Some(_) => Evidence::Corner,
+            None if has_index => Evidence::Index,
+            None if self.header.is_of_matrix() => Evidence::Header,
+            None if self.separator.is_some() => Evidence::Cells,
+            None => Evidence::Spaces,
+        };
+        let labels = Labels::find(numbers, columns, evidence);
         if labels == Labels::NONE
             && let Some(word) = corner.filter(|word| !word.is_empty())
         {
+            if self.separator.is_none() {
+                // A line of the header, such as `Scan 1 2 3`.
+                return self.matrix(lines.start + 1..lines.end, has_index);
+            }
             let problem = format!("the first line starts with `{word}`, but labels no columns");
             return Err(FormatError::unsupported(problem));
         }
@@ -275,7 +327,8 @@ impl Block {
         let mut raster = Raster::from_rows(nodes, heights);
         let mut description = self.header.describe(nodes)?;
         let mut sides = description.sides;
-        if let (Some(Spacing::Step(x)), Some(Spacing::Step(y))) = (labels.line, labels.column) {
+        let unit = corner.map(axis_unit).transpose()?.flatten();
+        if let Some([x, y]) = labels.steps(unit.is_some()) {
             sides = sides.or(Some([nodes[0] as f64 * x.abs(), nodes[1] as f64 * y.abs()]));
             if x < 0.0 {
                 raster = raster.mirrored();
@@ -283,10 +336,8 @@ impl Block {
             if y < 0.0 {
                 raster = raster.upside_down();
             }
-            let corner = corner.map(Title::parse);
-            let unit = corner.and_then(|corner| corner.unit.or(Some(corner.name)));
-            if let Some(unit) = unit.filter(|unit| table::is_unit(unit)) {
-                description.set_units(Some(&unit), Some(&unit), None)?;
+            if let Some(unit) = &unit {
+                description.set_units(Some(unit), Some(unit), None)?;
             }
         }
         let note = labels.note(description.lateral.name().as_deref());
@@ -314,9 +365,20 @@ fn channel<'a>(
     Ok(if sides.is_some() { channel.sides_in(&description.lateral) } else { channel })
 }
 
+/// Returns the unit of axes that the cell between them names, such as `µm` or `y / x (µm)`.
+fn axis_unit(corner: &str) -> Result<Option<String>, FormatError> {
+    let title = Title::parse(corner);
+    title.check_unit()?;
+    let is_length = Unit::parse(&title.name).per_metre().is_some();
+    Ok(title.unit.or(Some(title.name).filter(|_| is_length)))
+}
+
+/// Lists the names of columns for a message, at most the first `MAX_NAMES`.
 fn named(titles: &[Title]) -> String {
-    let names: Vec<String> = titles.iter().map(|title| format!("`{}`", title.name)).collect();
-    names.join(", ")
+    const MAX_NAMES: usize = 6;
+    let names = titles.iter().take(MAX_NAMES).map(|title| format!("`{}`", title.name));
+    let names = names.collect::<Vec<_>>().join(", ");
+    if titles.len() > MAX_NAMES { format!("{names}, …") } else { names }
 }
 
 /// Returns true if columns `x` and the next one are coordinates of points on a full grid, line by

@@ -113,6 +113,11 @@ impl Header {
         known.iter().any(|names| self.get(names).is_some())
     }
 
+    /// Returns true if the header gives this number of lines.
+    pub fn states_lines(&self, lines: usize) -> bool {
+        self.get(NODES_Y).is_some_and(|text| text.parse() == Ok(lines))
+    }
+
     /// Interprets the entries for a matrix with these numbers of columns and lines.
     ///
     /// # Errors

@@ -1,7 +1,9 @@
 //! Labels of the lines and columns of a matrix, which are not heights.
 
-/// Smallest number of labels that are told from heights by their numbers alone.
-const MIN_LABELS: usize = 4;
+/// Smallest number of labels that are told from heights by their numbers alone: those that count,
+/// and those with another step.
+const MIN_COUNTED: usize = 4;
+const MIN_STEPS: usize = 8;
 /// Largest deviation of a label from an even spacing, in steps.
 const TOLERANCE: f64 = 1e-2;
 
@@ -12,6 +14,22 @@ pub struct Labels {
     pub line: Option<Spacing>,
     /// Spacing of the labels along y, if the first column is labels.
     pub column: Option<Spacing>,
+}
+
+/// What a file says about the labels of a matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Evidence {
+    /// The header gives sides or numbers of nodes, so that all numbers are heights.
+    Header,
+    /// Numbers between spaces.
+    Spaces,
+    /// Cells between tabs, semicolons or commas, as `to_csv` of pandas and spreadsheets write them.
+    Cells,
+    /// The first cell of the first line is empty or a word.
+    Corner,
+    /// The line above has a title for each column, the first of which is empty or says that the
+    /// column counts the lines.
+    Index,
 }
 
 /// Even spacing of labels.
@@ -27,11 +45,7 @@ impl Labels {
     pub const NONE: Labels = Labels { line: None, column: None };
 
     /// Finds the labels of a matrix of `columns` numbers a line.
-    ///
-    /// `has_corner` is true if the first cell of the first line is empty or a word. `has_titles` is
-    /// true if the line above has a title for each column, the first of which is empty or says that
-    /// the column counts the lines.
-    pub fn find(numbers: &[f64], columns: usize, has_corner: bool, has_titles: bool) -> Labels {
+    pub fn find(numbers: &[f64], columns: usize, evidence: Evidence) -> Labels {
         let lines = numbers.len() / columns;
         if lines < 2 || columns < 2 {
             return Labels::NONE;
@@ -40,24 +54,33 @@ impl Labels {
         let column = |index: usize, from: usize| -> Vec<f64> {
             (from..lines).map(|line| numbers[line * columns + index]).collect()
         };
-        if has_titles {
-            return Labels { line: None, column: counted(&column(0, 0)) };
+        let axes = || Labels { line: spacing(row(0, 1)), column: spacing(&column(0, 1)) };
+        match evidence {
+            Evidence::Header => Labels::NONE,
+            Evidence::Index => Labels { line: None, column: counted(&column(0, 0)) },
+            Evidence::Corner => Some(axes()).filter(Labels::are_both).unwrap_or(Labels::NONE),
+            Evidence::Spaces | Evidence::Cells => {
+                // Heights are hardly ever spaced evenly, and never along both edges alone.
+                let is_long = columns > MIN_COUNTED && lines > MIN_COUNTED;
+                let is_even = || spacing(row(1, 1)).or(spacing(&column(1, 1))).is_some();
+                if is_long && axes().are_both() && !is_even() {
+                    return axes();
+                }
+                // The columns of `to_csv` without an index; heights may well count from 1.
+                let from_zero = evidence == Evidence::Cells && numbers[0] == 0.0;
+                let is_uneven = spacing(row(1, 0)).is_none();
+                let line = spacing(row(0, 0)).filter(|spacing| {
+                    let is_counted = *spacing == Spacing::Counted;
+                    let least = if is_counted { MIN_COUNTED } else { MIN_STEPS };
+                    from_zero && is_uneven && columns >= least
+                });
+                Labels { line, column: None }
+            }
         }
-        let axes = Labels { line: spacing(row(0, 1)), column: spacing(&column(0, 1)) };
-        let has_both = axes.line.is_some() && axes.column.is_some();
-        if has_corner {
-            return if has_both { axes } else { Labels::NONE };
-        }
-        // Heights are hardly ever spaced evenly, and never along both edges alone.
-        let is_long = columns > MIN_LABELS && lines > MIN_LABELS;
-        let is_plane = lines > 1 && spacing(row(1, 1)).is_some();
-        if has_both && is_long && !is_plane && spacing(&column(1, 1)).is_none() {
-            return axes;
-        }
-        // The columns of `to_csv` without an index; heights may well count from 1.
-        let is_counted = columns >= MIN_LABELS && numbers[0] == 0.0;
-        let first = if is_counted { counted(row(0, 0)) } else { None };
-        Labels { line: first.filter(|_| spacing(row(1, 0)).is_none()), column: None }
+    }
+
+    fn are_both(&self) -> bool {
+        self.line.is_some() && self.column.is_some()
     }
 
     /// Returns true if numbers increase or decrease evenly.
@@ -65,28 +88,55 @@ impl Labels {
         spacing(numbers).is_some()
     }
 
+    /// Returns the steps of axes along x and y, or `None` if labels of lines or columns only count
+    /// them. Labels that count are coordinates if they have a unit or if those of the other axis
+    /// are coordinates.
+    pub fn steps(&self, has_unit: bool) -> Option<[f64; 2]> {
+        let labels = [self.line?, self.column?];
+        let are_counted = labels == [Spacing::Counted; 2] && !has_unit;
+        (!are_counted).then(|| labels.map(Spacing::step))
+    }
+
     /// Describes what was taken for labels; `unit` is the unit of the axes.
     pub fn note(&self, unit: Option<&str>) -> Option<String> {
-        let what = match (self.line, self.column) {
-            (Some(_), Some(_)) => "the first line and the first column are taken for",
-            (Some(_), None) => "the first line is taken for",
-            (None, Some(_)) => "the first column is taken for",
-            (None, None) => return None,
+        let of_unit = unit.map_or_else(String::new, |unit| format!(" in {unit}"));
+        let axis = |spacing: Spacing, counted: &str| match spacing {
+            Spacing::Counted => counted.to_owned(),
+            Spacing::Step(_) => format!("an axis{of_unit}"),
         };
-        let is_counted = [self.line, self.column].contains(&Some(Spacing::Counted));
-        let labels = match unit {
-            _ if is_counted => "numbers of lines and columns".to_owned(),
-            Some(unit) => format!("axes in {unit}"),
-            None => "axes".to_owned(),
-        };
-        Some(format!("{what} {labels}"))
+        match (self.line, self.column) {
+            (Some(_), Some(_)) if self.steps(unit.is_some()).is_some() => {
+                Some(format!("the first line and the first column are taken for axes{of_unit}"))
+            }
+            (Some(_), Some(_)) => Some(
+                "the first line and the first column are taken for numbers of columns and lines"
+                    .to_owned(),
+            ),
+            (Some(line), None) => {
+                Some(format!("the first line is taken for {}", axis(line, "numbers of columns")))
+            }
+            (None, Some(column)) => {
+                Some(format!("the first column is taken for {}", axis(column, "numbers of lines")))
+            }
+            (None, None) => None,
+        }
     }
 }
 
-/// Returns the spacing of labels that increase or decrease evenly.
+impl Spacing {
+    fn step(self) -> f64 {
+        match self {
+            Spacing::Counted => 1.0,
+            Spacing::Step(step) => step,
+        }
+    }
+}
+
+/// Returns the spacing of labels that increase or decrease evenly. Two labels must count, because
+/// any two numbers are spaced evenly.
 fn spacing(labels: &[f64]) -> Option<Spacing> {
-    let (&[first, .., last], count) = (labels, labels.len()) else {
-        return None;
+    let (&[first, _, .., last], count) = (labels, labels.len()) else {
+        return counted(labels);
     };
     let step = (last - first) / (count - 1) as f64;
     let is_even = step != 0.0
@@ -114,10 +164,10 @@ mod tests {
     fn an_empty_corner_between_even_labels_is_told_from_heights() {
         let numbers = [f64::NAN, 0.0, 1.0, 2.0, 0.0, 5.0, 3.0, 8.0, 1.0, 2.0, 7.0, 1.0];
         let both = Labels { line: COUNTED, column: COUNTED };
-        assert_eq!(Labels::find(&numbers, 4, true, false), both);
-        assert_eq!(Labels::find(&numbers, 4, false, false), Labels::NONE);
+        assert_eq!(Labels::find(&numbers, 4, Evidence::Corner), both);
+        assert_eq!(Labels::find(&numbers, 4, Evidence::Cells), Labels::NONE);
         let heights = [f64::NAN, 4.0, 1.0, 2.0, 0.0, 5.0, 3.0, 8.0, 1.0, 2.0, 7.0, 1.0];
-        assert_eq!(Labels::find(&heights, 4, true, false), Labels::NONE);
+        assert_eq!(Labels::find(&heights, 4, Evidence::Corner), Labels::NONE);
     }
 
     #[test]
@@ -131,19 +181,48 @@ mod tests {
         };
         let numbers: Vec<f64> = (0..36).map(number).collect();
         let axes = Labels { line: Some(Spacing::Step(0.5)), column: Some(Spacing::Step(2.0)) };
-        assert_eq!(Labels::find(&numbers, 6, false, false), axes);
+        assert_eq!(Labels::find(&numbers, 6, Evidence::Spaces), axes);
+        assert_eq!(Labels::find(&numbers, 6, Evidence::Header), Labels::NONE);
+        assert_eq!(axes.steps(false), Some([0.5, 2.0]));
         // A plane is evenly spaced everywhere.
         let plane: Vec<f64> =
             (0..36).map(|index| 0.5 * (index % 6) as f64 + (index / 6) as f64).collect();
-        assert_eq!(Labels::find(&plane, 6, false, false), Labels::NONE);
+        assert_eq!(Labels::find(&plane, 6, Evidence::Spaces), Labels::NONE);
     }
 
     #[test]
     fn a_first_line_or_column_that_counts_is_labels() {
         let numbers = [0.0, 1.0, 2.0, 3.0, 5.0, 3.0, 8.0, 2.0];
-        assert_eq!(Labels::find(&numbers, 4, false, false), Labels { line: COUNTED, column: None });
+        let of_line = Labels { line: COUNTED, column: None };
+        assert_eq!(Labels::find(&numbers, 4, Evidence::Cells), of_line);
+        assert_eq!(Labels::find(&numbers, 4, Evidence::Spaces), Labels::NONE);
         let numbers = [0.0, 5.0, 1.0, 3.0, 2.0, 4.0];
-        assert_eq!(Labels::find(&numbers, 2, false, true), Labels { line: None, column: COUNTED });
-        assert_eq!(Labels::find(&numbers, 2, false, false), Labels::NONE);
+        let of_column = Labels { line: None, column: COUNTED };
+        assert_eq!(Labels::find(&numbers, 2, Evidence::Index), of_column);
+        assert_eq!(Labels::find(&numbers, 2, Evidence::Cells), Labels::NONE);
+    }
+
+    #[test]
+    fn a_first_line_of_many_even_steps_from_zero_is_labels() {
+        let steps = (0..8).map(|index| 1e-7 * f64::from(index));
+        let numbers: Vec<f64> = steps.chain([5.0, 3.0, 8.0, 2.0, 1.0, 1.0, 4.0, 0.0]).collect();
+        assert!(matches!(Labels::find(&numbers, 8, Evidence::Cells).line, Some(Spacing::Step(_))));
+        assert_eq!(Labels::find(&numbers, 8, Evidence::Spaces), Labels::NONE);
+    }
+
+    #[test]
+    fn two_labels_must_count() {
+        let numbers = [f64::NAN, 2.0, 3.0, 4.0, 1.0, 7.0, 2.0, 5.0, 6.0, 3.0, 9.0, 1.0];
+        assert_eq!(Labels::find(&numbers, 4, Evidence::Corner), Labels::NONE);
+        let counting = [f64::NAN, 2.0, 3.0, 4.0, 0.0, 7.0, 2.0, 5.0, 1.0, 3.0, 9.0, 1.0];
+        assert!(Labels::find(&counting, 4, Evidence::Corner).are_both());
+    }
+
+    #[test]
+    fn labels_that_count_are_coordinates_beside_other_coordinates_or_with_a_unit() {
+        let labels = |column| Labels { line: COUNTED, column: Some(column) };
+        assert_eq!(labels(Spacing::Counted).steps(false), None);
+        assert_eq!(labels(Spacing::Counted).steps(true), Some([1.0, 1.0]));
+        assert_eq!(labels(Spacing::Step(-2.0)).steps(false), Some([1.0, -2.0]));
     }
 }

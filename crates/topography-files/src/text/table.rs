@@ -1,6 +1,7 @@
 //! Titles of the columns of a text, and the part that each column has.
 
 use crate::FormatError;
+use crate::number;
 use crate::unit::{Unit, is_of_other_quantity};
 
 /// Title of a column, with the unit that it names.
@@ -60,7 +61,7 @@ impl Title {
     pub fn check_unit(&self) -> Result<(), FormatError> {
         match &self.unit {
             Some(unit) if !is_unit(unit) => {
-                let entry = format!("unit in the title of the column `{}`", self.name);
+                let entry = format!("unit of column {}", self.name);
                 Err(FormatError::value(&entry, unit, "a known unit, such as µm"))
             }
             _ => Ok(()),
@@ -186,31 +187,53 @@ pub fn split(line: &str, separator: char) -> Vec<&str> {
 }
 
 /// Returns true if titles name different quantities, and not the columns of a matrix.
+///
+/// A line with an empty cell or a number is no line of titles, but of a header that a spreadsheet
+/// has filled up with separators.
 pub fn is_table(titles: &[Title]) -> bool {
     let rest = match titles {
         [first, rest @ ..] if first.role() == Role::Index => rest,
         all => all,
     };
+    let is_no_title = |title: &Title| title.name.is_empty() || number::parse(&title.name).is_some();
     let is_of_other = |title: &Title| {
         title.unit.as_deref().is_some_and(|unit| Unit::parse(unit).per_metre().is_none())
     };
-    !are_labels(rest) && (rest.len() > 3 || rest.iter().take(2).any(is_of_other))
+    let may_be_table = rest.len() > 3 || rest.iter().take(2).any(is_of_other);
+    may_be_table && !rest.iter().any(is_no_title) && !are_labels(rest)
 }
 
-/// Returns true if titles are labels of the columns of a matrix, such as `y1, y2, y3`, `A, B, C`
-/// or `col_0, col_1`: names that differ only by a number or a letter.
+/// Returns true if titles are labels of the columns of a matrix, such as `y1, y2, y3`, `p, q, r`
+/// or `col_0_um, col_1_um`: names that differ only by a number or a letter.
 fn are_labels(titles: &[Title]) -> bool {
     let stem = |title: &Title| {
-        title
-            .name
-            .trim_end_matches(|letter: char| letter.is_ascii_digit() || ".-+".contains(letter))
-            .to_owned()
+        title.name.replace(|letter: char| letter.is_ascii_digit() || ".-+".contains(letter), "")
     };
     let stems: Vec<String> = titles.iter().map(stem).collect();
     let is_numbered = stems.windows(2).all(|pair| pair[0] == pair[1]);
     let units_agree = titles.windows(2).all(|pair| pair[0].unit == pair[1].unit);
     let is_letter = |title: &Title| title.name.chars().count() == 1;
-    units_agree && (is_numbered || titles.iter().all(is_letter))
+    units_agree && (is_numbered || titles.iter().all(is_letter) || are_letters(titles))
+}
+
+/// Returns true if titles are the letters of the columns of a spreadsheet: A, B, …, Z, AA, AB, …,
+/// which may follow the title of an index.
+pub fn are_letters(titles: &[Title]) -> bool {
+    let rest = match titles {
+        [first, rest @ ..] if first.name.is_empty() => rest,
+        all => all,
+    };
+    let letters = |mut index: usize| {
+        let mut letters = String::new();
+        loop {
+            letters.insert(0, char::from(b'a' + (index % 26) as u8));
+            index = match (index / 26).checked_sub(1) {
+                Some(index) => index,
+                None => return letters,
+            };
+        }
+    };
+    rest.iter().enumerate().all(|(index, title)| title.name.to_lowercase() == letters(index))
 }
 
 #[cfg(test)]
@@ -274,6 +297,21 @@ mod tests {
     fn labels_differ_only_by_a_number() {
         let labels = |line: &str, columns| are_labels(&titles(line, Some(','), columns).unwrap());
         assert!(labels("y0,y1,y2,y3", 4) && labels("A,B,C,D", 4) && labels("0 um,0.5 um", 2));
+        assert!(labels("x0_left,x1_left", 2));
         assert!(!labels("Time,Force,Height", 3) && !labels("Z (nm),Z (V)", 2));
+    }
+
+    #[test]
+    fn letters_of_a_spreadsheet_go_on_with_two_letters() {
+        let letters = "A,B,C,D,E,F,G,H,I,J,K,L,M,N,O,P,Q,R,S,T,U,V,W,X,Y,Z,AA,AB";
+        assert!(are_letters(&titles(letters, Some(','), 28).unwrap()));
+        assert!(!are_letters(&titles("x,y,z", Some(','), 3).unwrap()));
+    }
+
+    #[test]
+    fn a_header_filled_up_with_separators_is_no_table() {
+        let is_table = |line: &str| is_table(&titles(line, Some(','), 4).unwrap());
+        assert!(!is_table("Date,2024-01-05,,") && !is_table("Sample,steel,2020,a"));
+        assert!(is_table("Time,Force,Height,Phase"));
     }
 }

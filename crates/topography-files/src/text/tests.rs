@@ -179,10 +179,7 @@ fn titles_give_the_units_of_points_in_all_spellings() {
         is_grid(&points(titles, "\t", |_| String::new()), metres, 121e-9);
     }
     let text = points("x [furlong],y [furlong],z [nm]\n", ",", |_| String::new());
-    refused(
-        &text,
-        "`unit in the title of the column `x`` is furlong; expected a known unit, such as µm",
-    );
+    refused(&text, "`unit of column x` is furlong; expected a known unit, such as µm");
 }
 
 #[test]
@@ -283,4 +280,76 @@ fn numbers_may_have_groups_of_thousands() {
         (map.get(0, 0), map.get(1, 1), map.get(3, 1)),
         (Some(1500.0), Some(6000.0), Some(1234567.5))
     );
+}
+
+#[test]
+fn lines_of_a_header_may_look_like_numbers() {
+    let rows = "1 5 3 4\n5 6 7 9\n6 1 2 8\n";
+    let plain = channels(rows)[0].map();
+    for header in [
+        "# 1 2 3\n",
+        "#1 2 3 4\n",
+        "% 10 20 30\n",
+        "Scan 1 2 3\n",
+        "2024-01-05 12 13 14\n",
+        "10 x 10 nm\n",
+        "512 512 10 µm\n",
+        "*****\nInstrument X\n*****\n",
+        "None\n",
+    ] {
+        assert_eq!(channels(&format!("{header}{rows}"))[0].map(), plain, "{header}");
+    }
+    let cells = rows.replace(' ', ",");
+    for header in ["Date,2024-01-05,,\n", "A,B,C,D\n", "a0_um,a1_um,a2_um,a3_um\n"] {
+        assert_eq!(channels(&format!("{header}{cells}"))[0].map(), plain, "{header}");
+    }
+}
+
+#[test]
+fn heights_may_count() {
+    // The header gives the sides, so that no line is labels.
+    let header = "# Width: 4 um\n# Height: 2 um\n";
+    assert_eq!(channels(&format!("{header}0\t1\t2\t3\n5\t3\t8\t1\n"))[0].nodes(), [4, 2]);
+    assert_eq!(channels("0 1 2 3\n5 3 8 1\n")[0].nodes(), [4, 2]);
+}
+
+#[test]
+fn tabs_may_align_columns() {
+    let map = channels("1\t\t2\t3\t4\n1000000\t2\t3\t5\n")[0].map();
+    assert_eq!((map.nodes(), map.get(3, 1)), ([4, 2], Some(5.0)));
+}
+
+#[test]
+fn empty_lines_within_the_lines_of_the_header_separate_no_maps() {
+    let text = "nx=4 ny=4\n1 2 3 4\n5 6 7 8\n\n9 8 7 6\n5 4 3 2\n";
+    assert_eq!(channels(text)[0].nodes(), [4, 4]);
+    let two = channels(text.split_once('\n').unwrap().1);
+    assert_eq!(two.len(), 2);
+    assert_eq!(two[0].notes(), ["empty lines separate 2 maps of the text"]);
+}
+
+#[test]
+fn a_quantity_beside_the_heights_may_have_any_unit() {
+    let text = points("x,y,z,Quality (good)\n", ",", |index| format!(",{index}"));
+    let units: Vec<_> = channels(&text).iter().map(|one| one.unit().map(str::to_owned)).collect();
+    assert_eq!(units, [None, Some("good".to_owned())]);
+    refused(
+        &points("x,y,z (good)\n", ",", |_| String::new()),
+        "`unit of column z` is good; expected a known unit, such as µm",
+    );
+}
+
+#[test]
+fn lines_of_a_spreadsheet_are_filled_up_with_separators() {
+    let text = "Width,10,um,\nHeight,20,um,\n,,,\n1,2,3,4\n5,6,7,9\n";
+    assert_eq!(channels(text)[0].nodes(), [4, 2]);
+    // The first line of a map may be missing.
+    assert_eq!(channels(",,,\n1,2,3,4\n5,6,7,9\n")[0].nodes(), [4, 3]);
+}
+
+#[test]
+fn empty_columns_between_tabs_are_named() {
+    let channel = &channels("1\t\t2\t3\t4\n5\t\t6\t7\t9\n")[0];
+    assert_eq!(channel.nodes(), [4, 2]);
+    assert_eq!(channel.notes(), ["1 columns between tabs are empty and are not used"]);
 }
