@@ -50,6 +50,7 @@ fn channel<'a>(
     mask: Option<&Object<'a>>,
 ) -> Result<Channel<'a>, FormatError> {
     let mut raster = raster(field)?;
+    let mut masked = 0;
     if let Some(mask) = mask {
         let mask = self::raster(mask)?;
         if mask.nodes() != raster.nodes() {
@@ -58,6 +59,7 @@ fn channel<'a>(
             let found = format!("{x} × {y}");
             return Err(FormatError::value("size of a mask", found, allowed));
         }
+        masked = mask.count_masked();
         raster = raster.masked(mask);
     }
     let unit = |name| {
@@ -69,7 +71,12 @@ fn channel<'a>(
     let sides = [field.real("xreal")?.abs(), field.real("yreal")?.abs()];
     let size =
         if sides.contains(&0.0) { Size::Unknown } else { Size::new(sides, &unit("si_unit_xy"))? };
-    Ok(Channel::new(title, unit("si_unit_z"), size, raster))
+    let channel = Channel::new(title, unit("si_unit_z"), size, raster);
+    Ok(match masked {
+        0 => channel,
+        1 => channel.noted("1 point is under a mask and counts as missing"),
+        _ => channel.noted(format!("{masked} points are under a mask and count as missing")),
+    })
 }
 
 fn raster<'a>(field: &Object<'a>) -> Result<Raster<'a>, FormatError> {

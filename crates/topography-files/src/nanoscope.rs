@@ -405,3 +405,64 @@ fn quantity(name: &str, text: &str) -> Result<(f64, String), FormatError> {
     let number = number.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
     Ok((number, unit.trim().to_owned()))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Size, TopographyFile, read};
+
+    /// Length of the header in bytes.
+    const HEADER: usize = 600;
+
+    /// Writes a file of images of 3 × 2 points, whose numbers are 1 to 6 and 7 to 12.
+    fn file(version: &str, images: &[&str]) -> Vec<u8> {
+        let mut header = format!("\\*File list\n\\Version: {version}\n");
+        for (index, entries) in images.iter().enumerate() {
+            let offset = HEADER + 12 * index;
+            header += &format!(
+                "\\*Ciao image list\n\\Data offset: {offset}\n\\Data length: 12\n\\Bytes/pixel: \
+                 2\n\\Samps/line: 3\n\\Number of lines: 2\n\\Scan Size: 3 2 nm\n{entries}"
+            );
+        }
+        let mut bytes = format!("{header}\\*File list end\n").into_bytes();
+        assert!(bytes.len() < HEADER);
+        bytes.resize(HEADER, 0);
+        let count = 6 * images.len() as i16;
+        bytes.extend((1..=count).flat_map(i16::to_le_bytes));
+        bytes
+    }
+
+    #[track_caller]
+    fn has_one_image(file: &TopographyFile<'_>, name: &str, last: f64) {
+        let [channel] = file.channels() else { panic!("{} channels", file.channels().len()) };
+        assert_eq!((channel.name(), channel.unit()), (name, Some("m")));
+        assert_eq!((channel.nodes(), channel.size()), ([3, 2], Size::Metres([3e-9, 2e-9])));
+        // The last number has the largest x, and y = 0.
+        let height = channel.map().get(2, 0).unwrap();
+        assert!((height / last - 1.0).abs() < 1e-12, "{height}");
+    }
+
+    #[test]
+    fn nanoscope_4_states_the_height_of_all_steps() {
+        let image = "\\Image data: Height\n\\Z scale: 3000 nm (65536)\n";
+        let bytes = file("0x04220200", &[image]);
+        has_one_image(&read(&bytes).unwrap(), "Height", 6.0 * 3000e-9 / 65536.0);
+        // Without the number of steps, there are 65536.
+        let bytes = file("0x04220200", &["\\Image data: Height\n\\Z scale: 3 ~m\n"]);
+        has_one_image(&read(&bytes).unwrap(), "Height", 6.0 * 3e-6 / 65536.0);
+    }
+
+    #[test]
+    fn an_image_that_is_cut_off_does_not_hide_the_others() {
+        let height =
+            "\\@2:Image Data: S [Height] \"Height\"\n\\@2:Z scale: V (1 nm/LSB) 65536 nm\n";
+        let phase = "\\@2:Image Data: S [Phase] \"Phase\"\n\\@2:Z scale: V (1 V/LSB) 65536 V\n";
+        let bytes = file("0x07200000", &[height, phase]);
+        assert_eq!(read(&bytes).unwrap().channels().len(), 2);
+        let cut = read(&bytes[..bytes.len() - 1]).unwrap();
+        has_one_image(&cut, "Height", 6e-9);
+        let found = cut.channels()[0].notes();
+        let note = "another image of the file cannot be read: the file is cut off: 624 bytes are \
+                    needed, but it has only 623";
+        assert_eq!(found, [note]);
+    }
+}

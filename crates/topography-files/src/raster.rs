@@ -256,6 +256,11 @@ impl<'a> Raster<'a> {
         Raster { missing, ..self }
     }
 
+    /// Returns the number of points that this map declares missing as a mask of another.
+    pub fn count_masked(&self) -> usize {
+        self.decode().into_iter().filter(|number| is_masked(*number)).count()
+    }
+
     /// Declares points missing where the number in `mask` exceeds one half.
     pub fn masked(self, mask: Raster<'a>) -> Raster<'a> {
         Raster { mask: Some(Box::new(mask)), ..self }
@@ -318,9 +323,8 @@ impl<'a> Raster<'a> {
     fn decode_by(&self, value: impl Fn(f64) -> f64) -> Vec<f64> {
         let mut values = self.stored_numbers(value);
         if let Some(mask) = &self.mask {
-            let is_missing = mask.decode();
-            let marks = values.iter_mut().zip(is_missing);
-            for (value, _) in marks.filter(|(_, mark)| *mark > 0.5) {
+            let marks = values.iter_mut().zip(mask.decode());
+            for (value, _) in marks.filter(|(_, mark)| is_masked(*mark)) {
                 *value = f64::NAN;
             }
         }
@@ -409,6 +413,11 @@ fn half(bits: u16) -> f64 {
 /// 1.2e-7. Infinite numbers are always missing and never equal.
 pub fn is_marker(stored: f64, marker: f64) -> bool {
     (stored - marker).abs() <= 1.5e-7 * marker.abs()
+}
+
+/// Returns true if a number of a mask declares a point missing.
+fn is_masked(mark: f64) -> bool {
+    mark > 0.5
 }
 
 #[cfg(test)]

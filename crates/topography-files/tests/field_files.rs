@@ -38,6 +38,16 @@ fn field_files_show_their_truth() {
 }
 
 #[test]
+fn a_note_counts_the_points_under_a_mask() {
+    let bytes = fs::read(folder().join("gwy_mask.gwy")).unwrap();
+    let file = read(&bytes).unwrap();
+    let channel = &file.channels()[0];
+    let missing = Statistics::new(&channel.map()).missing;
+    let note = format!("{missing} points are under a mask and count as missing");
+    assert!(missing > 1 && channel.notes() == [note], "{missing}: {:?}", channel.notes());
+}
+
+#[test]
 fn rows_about_other_readers_name_formats_and_files_that_are_read_right() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/disagreements.toml");
     let rows: toml::Table = fs::read_to_string(path).unwrap().parse().unwrap();
