@@ -45,7 +45,7 @@ use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "hdf5", title: "HDF5", version: 2, has_signature: true, read };
+    Format { name: "hdf5", title: "HDF5", version: 3, has_signature: true, read };
 
 /// Maximum number of groups that are searched for datasets.
 const MAX_GROUPS: usize = 10_000;

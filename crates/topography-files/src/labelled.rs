@@ -112,10 +112,8 @@ impl Axis {
     ) -> Result<Axis, FormatError> {
         let mut axis = Axis { unit: attributes.unit()?, ..Axis::named(name) };
         axis.side = attributes.number("length");
-        let is_length = !matches!(axis.unit, Some(Unit::Other(_)));
         if let [first, .., last] = *coordinates
             && axis.side.is_none()
-            && is_length
         {
             let step = (last - first) / (coordinates.len() - 1) as f64;
             let largest = first.abs().max(last.abs());
@@ -124,7 +122,8 @@ impl Axis {
             let expected = (0..).map(|index| first + f64::from(index) * step);
             let is_off =
                 |(at, expected): (&f64, f64)| at.is_nan() || (at - expected).abs() > allowed;
-            if coordinates.iter().zip(expected).any(is_off) {
+            let is_length = !matches!(axis.unit, Some(Unit::Other(_)));
+            if is_length && coordinates.iter().zip(expected).any(is_off) {
                 axis.uneven = Some(format!(
                     "the coordinates of `{}` are not evenly spaced; interpolate the map first",
                     axis.name
@@ -313,23 +312,22 @@ impl<'a> Array<'a> {
         bytes.copied().collect()
     }
 
-    /// Returns the size of the map, and a note if the file has sides that are not lengths.
+    /// Returns the size of the map, and a note if the unit of an axis is not a length.
     fn size(&self, x: usize, y: usize) -> Result<(Size, Option<String>), FormatError> {
         let axes = [&self.axes[x], &self.axes[y]];
         if let Some(reason) = axes.iter().find_map(|axis| axis.uneven.as_ref()) {
             return Err(FormatError::unsupported(reason));
         }
+        // Coordinates such as degrees turn the map, but give no sides.
+        let other = axes.iter().find_map(|axis| match &axis.unit {
+            Some(Unit::Other(unit)) => {
+                Some(format!("`{}` is in `{unit}`, which is not a length", axis.name))
+            }
+            _ => None,
+        });
         let sides = [axes[0].side(self.shape[x]), axes[1].side(self.shape[y])];
-        let [Some(x_side), Some(y_side)] = sides else {
-            let other = axes.iter().find(|axis| matches!(axis.unit, Some(Unit::Other(_))));
-            let note = other.map(|axis| {
-                let unit = match &axis.unit {
-                    Some(Unit::Other(unit)) => unit.as_str(),
-                    _ => "",
-                };
-                format!("`{}` is in `{unit}`, which is not a length", axis.name)
-            });
-            return Ok((Size::Unknown, note));
+        let ([Some(x_side), Some(y_side)], None) = (sides, &other) else {
+            return Ok((Size::Unknown, other));
         };
         let [x_unit, y_unit] = [axes[0], axes[1]].map(|axis| axis.unit.as_ref());
         // SurfaceTopography may leave out one of the units.
@@ -337,12 +335,8 @@ impl<'a> Array<'a> {
             return Ok((Size::new([x_side, y_side], &Unit::None)?, None));
         };
         match (x_unit.per_metre(), y_unit.per_metre()) {
-            (Some(x), Some(y)) if x == y => Ok((Size::new([x_side, y_side], x_unit)?, None)),
-            (Some(x), Some(y)) => Ok((Size::metres([x_side / x, y_side / y])?, None)),
-            _ => {
-                let note = format!("the sides are in {x_unit:?} and {y_unit:?}, not in lengths");
-                Ok((Size::Unknown, Some(note)))
-            }
+            (Some(x), Some(y)) if x != y => Ok((Size::metres([x_side / x, y_side / y])?, None)),
+            _ => Ok((Size::new([x_side, y_side], x_unit)?, None)),
         }
     }
 
@@ -379,5 +373,57 @@ impl<'a> Array<'a> {
             }
         };
         Ok(raster.scaled(scale, offset))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns an array of 2 × 3 numbers 1 to 6 with the axes y and x.
+    fn array(y: Axis, x: Axis) -> Array<'static> {
+        Array {
+            name: "z".to_owned(),
+            shape: vec![2, 3],
+            axes: vec![y, x],
+            attributes: Attributes::default(),
+            element: Element::U8,
+            order: ByteOrder::Little,
+            bytes: Cow::Borrowed(&[1, 2, 3, 4, 5, 6]),
+            unit: None,
+            unwritten: None,
+            last_is_x: false,
+            mask: None,
+        }
+    }
+
+    fn axis(name: &str, coordinates: &[f64], unit: &str) -> Axis {
+        let unit = ("units".to_owned(), Value::Texts(vec![unit.to_owned()]));
+        Axis::new(name, coordinates, &Attributes(vec![unit])).unwrap()
+    }
+
+    #[test]
+    fn descending_coordinates_turn_the_map_in_any_unit() {
+        for unit in ["µm", "", "degrees_north"] {
+            let array = array(axis("lat", &[2.0, 0.0], unit), axis("lon", &[0.0, 1.0, 2.0], unit));
+            let channel = &array.channels().unwrap()[0];
+            assert_eq!(channel.map().heights(), [4.0, 1.0, 5.0, 2.0, 6.0, 3.0], "{unit}");
+        }
+    }
+
+    #[test]
+    fn sides_in_other_units_than_lengths_are_unknown_with_a_note() {
+        let y = axis("y", &[0.0, 1.0], "µm");
+        let x = Axis { step: Some(1.0), unit: Some(Unit::parse("V")), ..Axis::named("x") };
+        let channel = &array(y, x).channels().unwrap()[0];
+        assert_eq!(channel.size(), Size::Unknown);
+        assert_eq!(channel.notes(), ["`x` is in `V`, which is not a length"]);
+    }
+
+    #[test]
+    fn the_units_of_the_sides_may_differ() {
+        let array = array(axis("y", &[0.0, 1.0], "mm"), axis("x", &[0.0, 1.0, 2.0], "µm"));
+        let sides = array.channels().unwrap()[0].size().sides().unwrap();
+        assert!((sides[0] / 3e-6 - 1.0).abs() < 1e-14 && (sides[1] / 2e-3 - 1.0).abs() < 1e-14);
     }
 }

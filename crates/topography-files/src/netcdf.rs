@@ -17,7 +17,7 @@ use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "netcdf", title: "netCDF", version: 2, has_signature: true, read };
+    Format { name: "netcdf", title: "netCDF", version: 3, has_signature: true, read };
 
 /// Number that netCDF stores where no number of a type was written. Bytes have none: every byte may
 /// be a number.

@@ -11,7 +11,7 @@ use super::hdf5::{Container, attribute, maps};
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
-    Format { name: "netcdf4", title: "netCDF-4", version: 2, has_signature: true, read };
+    Format { name: "netcdf4", title: "netCDF-4", version: 3, has_signature: true, read };
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;
