@@ -1,7 +1,7 @@
 //! Small files of every format, all of which contain the map [`EXPECTED`].
 
 mod jpk;
-mod new_formats;
+pub mod new_formats;
 pub mod vendors;
 
 use std::io::{Cursor, Write};

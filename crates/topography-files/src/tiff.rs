@@ -89,6 +89,10 @@ fn header(file: &[u8]) -> Result<(ByteOrder, u32), FormatError> {
     let order = match file {
         [b'I', b'I', 42, 0, ..] => ByteOrder::Little,
         [b'M', b'M', 0, 42, ..] => ByteOrder::Big,
+        [b'I', b'I', 43, 0, ..] | [b'M', b'M', 0, 43, ..] => {
+            let what = "the file is a BigTIFF; save it as a plain TIFF, which holds 4 GB";
+            return Err(FormatError::unsupported(what));
+        }
         _ => return Err(FormatError::Signature),
     };
     Ok((order, u32_at(file, 4, order)?))
@@ -507,6 +511,8 @@ mod tests {
             assert!(decoded(stored, compression, 1).is_err(), "{compression}");
         }
         assert_eq!(directories(b"GIF89a").unwrap_err(), FormatError::Signature);
+        let big = directories(b"II+\0\x08\0\0\0").unwrap_err().to_string();
+        assert!(big.starts_with("the file is a BigTIFF"), "{big}");
         // The next directory of the first directory is the first directory.
         let looped = b"II*\0\x08\0\0\0\0\0\x08\0\0\0";
         assert!(directories(looped).unwrap_err().to_string().contains("loop"));

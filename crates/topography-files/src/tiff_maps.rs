@@ -2,7 +2,8 @@
 //! (OME-TIFF, ImageJ), and plain TIFF files.
 //!
 //! - **GeoTIFF** (OGC 19-008r4; GDAL 3.10 writes it): the entry 33550 has the steps. Lines run from
-//!   west to east, the first line is the northernmost, so that it has the largest y. The geographic
+//!   west to east, the first line is the northernmost, so that it has the largest y. In its place,
+//!   the matrix 34264 may have steps of either sign; a grid that it turns is refused. The geographic
 //!   keys 1024 and 3076 say whether the steps are degrees or lengths. The text of entry 42113 is
 //!   the number of missing points, and the metadata of GDAL in 42112 scale and offset.
 //! - **OME-TIFF** (schema 2016-06): `PhysicalSizeX` and `PhysicalSizeY` of the description, in
@@ -23,7 +24,7 @@ use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "tiff", title: "TIFF", version: 1, has_signature: true, read };
+    Format { name: "tiff", title: "TIFF", version: 2, has_signature: true, read };
 
 // Entries of directories.
 const SUBFILE: u16 = 254;
@@ -32,6 +33,7 @@ const DESCRIPTION: u16 = 270;
 const SAMPLES: u16 = 277;
 const RESOLUTIONS: [u16; 2] = [282, 283];
 const PIXEL_SCALE: u16 = 33550;
+const TRANSFORMATION: u16 = 34264;
 const GEO_KEYS: u16 = 34735;
 const GDAL_METADATA: u16 = 42112;
 const GDAL_NODATA: u16 = 42113;
@@ -72,7 +74,8 @@ fn channel<'a>(
     }
     let raster = image.image()?;
     let description = first.text(DESCRIPTION).unwrap_or_default();
-    if image.entry(PIXEL_SCALE).is_some() || image.entry(GDAL_NODATA).is_some() {
+    let of_gdal = [PIXEL_SCALE, TRANSFORMATION, GDAL_NODATA];
+    if of_gdal.iter().any(|tag| image.entry(*tag).is_some()) {
         elevation(image, raster, name)
     } else if description.starts_with("ImageJ=") {
         imagej(first, &description, raster, name)
@@ -99,15 +102,17 @@ fn elevation<'a>(
         Some(marker) => raster.missing(Missing::Around(marker)),
         None => raster,
     };
-    let raster = raster.scaled(number("scale", 1.0), number("offset", 0.0)).upside_down();
+    let raster = raster.scaled(number("scale", 1.0), number("offset", 0.0));
+    let steps = steps(image)?;
+    let is_north_first = steps.is_none_or(|[_, y]| y < 0.0);
+    let raster = if is_north_first { raster.upside_down() } else { raster };
+    let raster = if steps.is_some_and(|[x, _]| x < 0.0) { raster.mirrored() } else { raster };
     let unit = item("unittype").map_or(Unit::None, |text| Unit::parse(&text));
     let nodes = raster.nodes();
-    let steps = image.entry(PIXEL_SCALE).and_then(|entry| entry.numbers());
-    let steps: Vec<f64> = steps.into_iter().flatten().collect();
-    let &[x, y, ..] = steps.as_slice() else {
+    let Some(steps) = steps else {
         return Ok(Channel::new(name, unit, Size::Unknown, raster));
     };
-    let sides = [nodes[0] as f64 * x.abs(), nodes[1] as f64 * y.abs()];
+    let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis].abs());
     let keys: Vec<i64> =
         image.entry(GEO_KEYS).and_then(|entry| entry.wholes()).into_iter().flatten().collect();
     // Each key has its number, the entry of its value (0: the key itself), a count and the value.
@@ -126,6 +131,25 @@ fn elevation<'a>(
         None => Size::new(sides, &Unit::None)?,
     };
     Ok(Channel::new(name, unit, size, raster))
+}
+
+/// Returns the steps to the east and to the north from one column and one line to the next.
+fn steps(image: &Directory<'_>) -> Result<Option<[f64; 2]>, FormatError> {
+    let numbers = |tag: u16| -> Vec<f64> {
+        image.entry(tag).and_then(|entry| entry.numbers()).into_iter().flatten().collect()
+    };
+    if let [x, y, ..] = *numbers(PIXEL_SCALE) {
+        return Ok(Some([x, -y]));
+    }
+    match *numbers(TRANSFORMATION) {
+        [x, x_of_line, _, _, y_of_column, y, ..] if x_of_line == 0.0 && y_of_column == 0.0 => {
+            Ok(Some([x, y]))
+        }
+        [] => Ok(None),
+        _ => Err(FormatError::unsupported(
+            "the grid is turned against north (TIFF tag 34264); align it with `gdalwarp`",
+        )),
+    }
 }
 
 /// Returns the text of the item with a role in the metadata of GDAL.
@@ -182,5 +206,41 @@ fn ome_size(description: &str, nodes: [usize; 2]) -> Result<Size, FormatError> {
     match (side('X', nodes[0]), side('Y', nodes[1])) {
         (Some(x), Some(y)) => Size::metres([x, y]),
         _ => Ok(Size::Unknown),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::samples::new_formats::elevation;
+    use crate::{Size, read};
+
+    /// Returns the entry of a transformation of columns and lines to east and north.
+    fn matrix([x, x_of_line, y_of_column, y]: [f64; 4]) -> (u16, u16, Vec<u8>) {
+        let numbers = [[x, x_of_line, 0.0, 0.0], [y_of_column, y, 0.0, 0.0], [0.0; 4], [0.0; 4]];
+        (
+            super::TRANSFORMATION,
+            12,
+            numbers.as_flattened().iter().flat_map(|n| n.to_le_bytes()).collect(),
+        )
+    }
+
+    #[test]
+    fn a_matrix_gives_steps_and_directions() {
+        let plain = elevation(&[]);
+        let plain = read(&plain).unwrap().channels()[0].map();
+        let found = |numbers| {
+            let bytes = elevation(&[matrix(numbers)]);
+            let map = read(&bytes).unwrap().channels()[0].map();
+            assert_eq!(map.size(), Size::Unitless([6.0, 6.0]));
+            map
+        };
+        assert_eq!(found([2.0, 0.0, 0.0, -3.0]).missing(), plain.missing());
+        let south_first = found([2.0, 0.0, 0.0, 3.0]);
+        assert_eq!(south_first.get(0, 0), plain.get(0, 1));
+        let mirrored = found([-2.0, 0.0, 0.0, -3.0]);
+        assert_eq!(mirrored.get(2, 0), plain.get(0, 0));
+        let turned = read(&elevation(&[matrix([2.0, 1.0, 1.0, -3.0])])).unwrap_err();
+        let source = std::error::Error::source(&turned).unwrap().to_string();
+        assert!(source.starts_with("the grid is turned against north"), "{source}");
     }
 }

@@ -11,7 +11,7 @@ pub fn samples() -> Vec<Sample> {
     vec![
         Sample::with_missing("sxm", sxm()),
         Sample::new("park", park()),
-        Sample { sides: None, ..Sample::with_missing("tiff", elevation()) },
+        Sample { sides: None, ..Sample::with_missing("tiff", elevation(&[])) },
         Sample::new("nms", nms()),
         Sample::with_missing("tmd", tmd()),
         Sample::with_missing("plux", plux()),
@@ -88,12 +88,13 @@ fn park() -> Vec<u8> {
     ])
 }
 
-/// Writes a GeoTIFF without a unit, whose first line is the northernmost.
-fn elevation() -> Vec<u8> {
+/// Writes a GeoTIFF without a unit, whose first line is the northernmost, with further entries whose
+/// tags are from 33001 to 42112.
+pub fn elevation(more: &[(u16, u16, Vec<u8>)]) -> Vec<u8> {
     let mut data = Fields::default().rows(upside_down(), single).0;
     data[8..12].copy_from_slice(&(-9999_f32).to_le_bytes());
-    let pixels = 8 + 2 + 12 * 9 + 4;
-    tiff(&[
+    let pixels = 8 + 2 + 12 * (9 + more.len() as u32) + 4;
+    let mut entries = vec![
         short(256, 3),
         short(257, 2),
         short(258, 32),
@@ -103,8 +104,10 @@ fn elevation() -> Vec<u8> {
         long(279, 24),
         short(339, 3),
         (33000, 7, data),
-        (42113, 2, b"-9999\0".to_vec()),
-    ])
+    ];
+    entries.extend_from_slice(more);
+    entries.push((42113, 2, b"-9999\0".to_vec()));
+    tiff(&entries)
 }
 
 fn nms() -> Vec<u8> {
