@@ -8,11 +8,8 @@ use flate2::read::MultiGzDecoder;
 
 use super::TopographyFileError;
 use super::archive::{self, Archive};
-use super::input::MAX_INFLATION;
+use super::input::decoded_limit;
 use super::npz::is_npz;
-
-/// Maximum number of bytes of a file in a container.
-const MAX_FILE: usize = 16 << 30;
 
 /// Containers that are named by their first bytes, with what to do.
 const NAMED: [(&[u8], &str, &str); 9] = [
@@ -55,11 +52,14 @@ pub fn content(bytes: &[u8]) -> Result<Option<Vec<u8>>, TopographyFileError> {
         kind: kind.to_owned(),
         advice: advice.to_owned(),
     };
+    let limit = decoded_limit(bytes.len());
     if bytes.starts_with(b"\x1f\x8b") {
-        let limit = bytes.len().saturating_mul(MAX_INFLATION).min(MAX_FILE);
         let mut inflated = Vec::new();
-        let read = MultiGzDecoder::new(bytes).take(limit as u64).read_to_end(&mut inflated);
+        let read = MultiGzDecoder::new(bytes).take(limit as u64 + 1).read_to_end(&mut inflated);
         return match read {
+            Ok(length) if length > limit => {
+                Err(container("a gzip file that expands to far more than heights do", UNPACK))
+            }
             Ok(_) if inflated.is_empty() => Err(container("an empty gzip file", UNPACK)),
             Ok(_) => Ok(Some(inflated)),
             Err(error) => Err(container(&format!("a damaged gzip file ({error})"), UNPACK)),
@@ -104,7 +104,7 @@ pub fn content(bytes: &[u8]) -> Result<Option<Vec<u8>>, TopographyFileError> {
         let kind = format!("a zip archive of {} files ({}{more})", files.len(), first.join(", "));
         return Err(container(&kind, "unpack it and name one of its files"));
     };
-    let inflated = archive.file(file, MAX_FILE);
+    let inflated = archive.file(file, limit);
     inflated
         .map(Some)
         .map_err(|error| container(&format!("a damaged zip archive ({error})"), UNPACK))

@@ -107,6 +107,14 @@ pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
     }
 }
 
+/// Decodes the numbers of an array of any shape, in the order of the file. Returns `None` if the
+/// elements are no numbers, or if the file is damaged.
+pub(crate) fn npy_numbers(bytes: &[u8]) -> Option<Vec<f64>> {
+    let (header, data) = split(bytes).ok()?;
+    let (element, order) = element(header).ok()?;
+    data.len().is_multiple_of(element.size()).then(|| element.numbers(order, data))
+}
+
 /// Returns the type of the elements and their byte order.
 fn element(header: &str) -> Result<(Element, ByteOrder), NpyError> {
     let found = descr(header)?;

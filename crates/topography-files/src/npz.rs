@@ -1,24 +1,23 @@
 //! Archives of NumPy arrays (`.npz`), as `numpy.savez` and `asperity export` write them.
 //!
 //! Each two-dimensional array is a channel with x along the first axis. Arrays whose names say that
-//! they are heights come first. An array `side` with the sides along x and y, and a text `unit`
-//! with their unit and that of the heights, as in exports of asperity, give the size.
+//! they are heights come first. An array `side` with the sides along x and y, or with the side of a
+//! square, and a text `unit` with their unit and that of the heights, as in exports of asperity,
+//! give the size.
 
 use super::archive::{self, Archive};
 use super::channel::{Channel, Size};
-use super::input::finite;
-use super::npy::npy_array;
+use super::input::{decoded_limit, finite};
+use super::npy::{npy_array, npy_numbers};
 use super::raster::Raster;
 use super::unit::Unit;
 use super::{Format, FormatError};
 
 pub const FORMAT: Format =
-    Format { name: "npz", title: "archive of NumPy arrays", version: 1, has_signature: true, read };
+    Format { name: "npz", title: "archive of NumPy arrays", version: 2, has_signature: true, read };
 
 /// Names of arrays of heights, the most likely first.
 const HEIGHTS: [&str; 6] = ["height", "heights", "z", "topography", "surface", "h"];
-/// Maximum number of bytes of an array that are read.
-const MAX_ARRAY: usize = 16 << 30;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if !bytes.starts_with(archive::SIGNATURE) {
@@ -29,8 +28,10 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if !is_npz(&names) {
         return Err(FormatError::Signature);
     }
-    let unit = text(&mut archive, "unit.npy").map_or(Unit::None, |text| Unit::parse(&text));
-    let size = match sides(&mut archive)? {
+    let text = text(&mut archive, "unit.npy");
+    let unit = text.as_deref().map_or(Unit::None, Unit::parse);
+    let sides = sides(&mut archive)?;
+    let size = match sides {
         Some(sides) => Size::new(sides, &unit)?,
         None => Size::Unknown,
     };
@@ -38,7 +39,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let mut unused = Vec::new();
     for path in &names {
         let name = path.strip_suffix(".npy").unwrap_or(path);
-        match npy_array(&archive.file(path, MAX_ARRAY)?) {
+        match npy_array(&archive.file(path, decoded_limit(bytes.len()))?) {
             Ok((nodes, numbers)) if nodes.iter().all(|count| *count > 1) => {
                 let rank = HEIGHTS.iter().position(|known| name.eq_ignore_ascii_case(known));
                 let unit = rank.map_or(Unit::None, |_| unit.clone());
@@ -46,14 +47,14 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
                 let rank = rank.unwrap_or(HEIGHTS.len());
                 channels.push((rank, Channel::new(name, unit, size, raster)));
             }
+            _ if name == "side" && sides.is_some() || name == "unit" && text.is_some() => {}
             _ => unused.push(format!("`{name}`")),
         }
     }
     channels.sort_by_key(|(rank, _)| *rank);
-    let note = format!("the arrays {} are no maps and are not used", unused.join(", "));
-    let is_used = |name: &str| matches!(name, "`side`" | "`unit`");
-    let has_unused = unused.iter().any(|name| !is_used(name));
-    let noted = |channel: Channel<'static>| if has_unused { channel.noted(&note) } else { channel };
+    let note = format!("the arrays {} are not used", unused.join(", "));
+    let noted =
+        |channel: Channel<'static>| if unused.is_empty() { channel } else { channel.noted(&note) };
     let channels: Vec<Channel<'static>> =
         channels.into_iter().map(|(_, channel)| noted(channel)).collect();
     if channels.is_empty() {
@@ -68,23 +69,15 @@ pub fn is_npz(names: &[String]) -> bool {
     !names.is_empty() && names.iter().all(|name| name.ends_with(".npy"))
 }
 
-/// Returns the sides along x and y, an array of two floats.
+/// Returns the sides along x and y: an array of two numbers, or of one for a square.
 fn sides(archive: &mut Archive<'_>) -> Result<Option<[f64; 2]>, FormatError> {
-    let Ok(bytes) = archive.file("side.npy", 4096) else {
-        return Ok(None);
+    let numbers = archive.file("side.npy", 4096).ok().and_then(|bytes| npy_numbers(&bytes));
+    let sides = match numbers.as_deref() {
+        Some(&[x, y]) => [x, y],
+        Some(&[side]) => [side, side],
+        _ => return Ok(None),
     };
-    let header = String::from_utf8_lossy(&bytes[..bytes.len().min(128)]);
-    if !(header.contains("<f8") && header.contains("(2,)")) {
-        return Ok(None);
-    }
-    let (numbers, _) = bytes[bytes.len().saturating_sub(16)..].as_chunks::<8>();
-    match numbers {
-        [x, y] => {
-            let [x, y] = [x, y].map(|number| finite("side", f64::from_le_bytes(*number)));
-            Ok(Some([x?, y?]))
-        }
-        _ => Ok(None),
-    }
+    Ok(Some([finite("side", sides[0])?, finite("side", sides[1])?]))
 }
 
 /// Returns the text of an array of one text, whose letters have four bytes.

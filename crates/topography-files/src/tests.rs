@@ -284,6 +284,30 @@ fn a_compressed_file_is_read_like_the_file() {
 }
 
 #[test]
+fn sides_of_an_archive_of_arrays_have_any_type_of_numbers() {
+    let array = |kind: &str, shape: &str, bytes: &[u8]| {
+        let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}\n");
+        let length = (header.len() as u16).to_le_bytes();
+        [b"\x93NUMPY\x01\0", &length[..], header.as_bytes(), bytes].concat()
+    };
+    let heights = array("|u1", "(3, 2)", &[1, 2, 3, 4, 5, 6]);
+    let read_with = |side: Vec<u8>| {
+        let bytes = zipped(&[("heights.npy", &heights), ("side.npy", &side)]);
+        let file = read(&bytes).unwrap();
+        (file.channels()[0].size(), file.channels()[0].notes().to_vec())
+    };
+    let of_integers = array("|i1", "(2,)", &[3, 4]);
+    assert_eq!(read_with(of_integers), (Size::Unitless([3.0, 4.0]), vec![]));
+    let of_square = array("<f4", "()", &5_f32.to_le_bytes());
+    assert_eq!(read_with(of_square), (Size::Unitless([5.0, 5.0]), vec![]));
+    let of_three = array("|i1", "(3,)", &[3, 4, 5]);
+    assert_eq!(
+        read_with(of_three),
+        (Size::Unknown, vec!["the arrays `side` are not used".to_owned()])
+    );
+}
+
+#[test]
 fn other_containers_are_named() {
     let named = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
     let excel = zipped(&[("xl/workbook.xml", b""), ("[Content_Types].xml", b"")]);
