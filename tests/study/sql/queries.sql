@@ -27,6 +27,8 @@ select stddev_pop(x) as a, var_pop(x) as b from t
 select k, stddev(x) as a, stddev_pop(x) as b, var_samp(x) as c, var_pop(x) as d from t group by k
 select id, stddev(x) as a, stddev_pop(x) as b, var_pop(x) as c from t group by id
 select corr(x, load) as a, covar_samp(x, load) as b, covar_pop(x, load) as c from t
+select id, covar_samp(x, load) as a, covar_samp(x, load) filter (where k = 1) as b from t group by id
+select covar_samp(x, load) as a from t where id < 0
 select k, corr(x, load) as a, covar_samp(x, load) as b, covar_pop(x, load) as c from t group by k
 select covar_samp(x, load) / var_samp(load) as slope from t where x is not null
 select median(x) as a, quantile_cont(x, 0.25) as b, quantile_cont(x, 0.9) as c, quantile_disc(x, 0.5) as d from t
@@ -74,6 +76,8 @@ select distinct k, load from t
 select distinct k + 1 as g from t where k is not null
 select k, avg(x) as m from t group by k having count(*) > 4
 select k, avg(x) as m from t group by k having m > 0.5
+select k, sum(x) as s from t group by k having k in (select k from u)
+select k, sum(x) as s from t group by k having k not in (select k from u where k > 1)
 select k, avg(x) as m from t group by k having avg(x) > 0.5 and k is not null
 select k, sum(n) as s from t group by k having max(load) > 0.3 and min(id) < 5
 select load as l, count(*) as n from t group by load having l < 0.3
@@ -113,6 +117,10 @@ select id, ntile(4) over (order by id) as q from t
 select id, ntile(5) over (partition by k order by id) as q from t
 select id, sum(x) over () as s from t
 select sum(x) over () as s from t
+select u.*, row_number() over (order by t.id, u.y) as r from t join u on t.k = u.k
+select b.*, sum(b.x) over (order by a.id, b.id) as s from t a join t b on a.id = b.id + 1
+select * exclude (name, flag), rank() over (order by load) as r from t
+select id, median(x) over () as m, quantile_disc(n, 0.25) over (partition by k) as q from t
 select id, count(*) over () as n, x / sum(x) over () as share from t
 select id, avg(x) over (partition by k) as m, x - avg(x) over (partition by k) as d from t
 select id, sum(x) over (partition by k order by load) as s from t
@@ -248,6 +256,7 @@ select id, name || '!' as a, concat(name, '-', id) as b from t
 select id, substr(name, 2, 3) as a, substring(name, 2) as b, left(name, 2) as c, right(name, 2) as d from t
 select id, replace(name, 'a', 'A') as a, trim('  x ') as b, strpos(name, 'e') as c, reverse(name) as d from t
 select id, starts_with(name, 'a') as a from t
+select id, position('e' in name) as a from t
 -- Joins
 select t.id, u.y from t join u on t.k = u.k
 select t.id, u.y from t join u using (k)
@@ -279,11 +288,24 @@ select t.id, u.y, v.y as z from t join u on t.k = u.k join u v on t.k = v.k and 
 select t.load, u.load as ul, t.id from t join u on t.k = u.k
 select load, id from t join u using (k, load) order by load, id, y
 select t.* from t join u on t.k = u.k and t.load = u.load
+select * exclude (x), x * 2 as x from t
+select * exclude (k), k from t
 select count(*) as n from t join u on t.k = u.k
 select count(*) as n from t left join u using (k)
 select u.k, max(t.x) as m from u left join t on t.k = u.k group by u.k
 select t.id, u.y from t join u on t.k + 1 = u.k
 select t.id, u.y from t join u on t.k = u.k + 1 and t.load = u.load
+select a.id, b.y from t a join u b on abs(a.load - b.load) < 0.05
+select a.id, b.y from t a join u b on a.load < b.load and a.k + b.k > 2
+select a.id, b.y from t a join u b on a.load = b.load + a.x - a.x
+select a.id, b.y from t a join u b on a.k = b.k or a.load = b.load
+select a.id, b.y from t a join u b on a.load between b.load - 0.05 and b.load + 0.05
+select a.id, b.y, c.y as z from t a join u b on a.k = b.k join u c on c.load > b.load and abs(c.y - a.x) < 2
+select a.id, b.y, c.y as z from t a left join u b on a.k = b.k join u c on c.load > a.load and c.y > b.y
+select * from t join u using (k)
+select * from t left join u using (k, load) order by id, y
+select * exclude (x) from t join u using (k)
+select *, count(*) over () as c from t join u using (k)
 -- Unions and common table expressions
 select k from t union select k from u
 select k from t union all select k from u
@@ -318,6 +340,8 @@ select id from t order by id offset 20
 select id, load * 2 as l from t order by l desc, id limit 4
 select id, -id as m from t order by m limit 3
 select id from t order by load + id limit 6
+select -x as x, id from t order by -x, id
+select round(x, 1) as x, id from t order by x * load, id
 select -id as id from t order by id limit 3
 select id, name from t order by name, id
 select id, flag from t order by flag, id

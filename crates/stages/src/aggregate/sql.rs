@@ -243,6 +243,7 @@ fn quoted(text: &str) -> Option<(&str, &str)> {
 mod tests {
     use super::*;
     use crate::aggregate::SQL_VERSION;
+    use arrow::array::AsArray;
     use asperity_manifest::diagnostics::chain;
     use asperity_tables::column::{Column, ColumnKind, integers, reals};
 
@@ -425,6 +426,24 @@ mod tests {
                  from light",
                 "write `rows between …`",
             ),
+            ("select ntile(0) over (order by point) from light", "needs a positive integer"),
+            ("select nth_value(area, 0) over (order by point) from light", "a positive integer"),
+            ("select lag(area, 1.5) over (order by point) from light", "needs a number of rows"),
+            ("select lag(point, 1, 0.5) over (order by point) from light", "need an integer"),
+            ("select quantile_cont(area, 50) over () from light", "a number from 0 to 1"),
+            (
+                "select row_number() filter (where area > 1) over (order by point) from light",
+                "`row_number` with `filter` and `over` is not supported",
+            ),
+            ("select covar_pop(area, point) over () from light", "`covar_pop` with `over`"),
+            ("select var_pop(distinct area) from light", "var_pop"),
+            ("select * replace (1 as area), count(*) over () from light", "list all"),
+            ("select count(*) from light group by rollup (point)", "is not supported"),
+            (
+                "select 1 as one from light l join heavy h on l.point < h.point \
+                 full join light m on m.point = l.point",
+                "join these tables in a subquery",
+            ),
             (
                 "select area from light where point = (select point from heavy)",
                 "4 rows of 1 columns",
@@ -433,6 +452,17 @@ mod tests {
             let message = chain(&ask(text).unwrap_err());
             assert!(message.contains(expected), "{text}\n{message}");
         }
+    }
+
+    #[test]
+    fn nan_is_larger_than_all_numbers_in_windows() {
+        let text = "select row_number() over (order by area / point) as place, \
+                    max(area / point) over () > 1 as is_greatest from light where point < 3";
+        let answer = ask(text).unwrap();
+        // Row 0 has 0 / 0.
+        assert_eq!(answer.integers("place").unwrap().values(), &[3, 1, 2]);
+        let greatest = answer.batch().column(1).as_boolean().clone();
+        assert!(greatest.iter().all(|greatest| greatest == Some(true)));
     }
 
     #[test]

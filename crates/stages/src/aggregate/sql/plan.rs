@@ -14,12 +14,12 @@ use bytesize::ByteSize;
 use polars::prelude::{DataType, IntoLazy, LazyFrame, PolarsError, UnionArgs, col, concat, lit};
 use polars::sql::SQLContext;
 use sqlparser::ast::{
-    BinaryOperator, Distinct, DuplicateTreatment, Expr, Fetch, Function, FunctionArg,
-    FunctionArgExpr, FunctionArgumentClause, FunctionArguments, GroupByExpr, Ident, JoinConstraint,
-    JoinOperator, LimitClause, NamedWindowExpr, ObjectName, OrderBy, OrderByExpr, OrderByKind,
-    Query, Select, SelectItem, SetExpr, SetOperator, SetQuantifier, TableAlias, TableFactor,
-    TableWithJoins, Value, VisitMut, VisitorMut, WindowFrameBound, WindowFrameUnits, WindowSpec,
-    WindowType, visit_expressions,
+    BinaryOperator, Distinct, DuplicateTreatment, ExcludeSelectItem, Expr, Fetch, Function,
+    FunctionArg, FunctionArgExpr, FunctionArgumentClause, FunctionArguments, GroupByExpr, Ident,
+    JoinConstraint, JoinOperator, LimitClause, NamedWindowDefinition, NamedWindowExpr, ObjectName,
+    OrderBy, OrderByExpr, OrderByKind, Query, Select, SelectItem, SetExpr, SetOperator,
+    SetQuantifier, TableAlias, TableFactor, TableWithJoins, Value, Visit, VisitMut, VisitorMut,
+    WindowFrameBound, WindowFrameUnits, WindowSpec, WindowType, visit_expressions,
 };
 
 use super::QueryError;
@@ -191,30 +191,26 @@ impl<'a> Planner<'a> {
             UnionArgs { to_supertypes: true, maintain_order: true, ..UnionArgs::default() };
         let both =
             concat(sides.collect::<Vec<_>>(), arguments).map_err(|error| self.convert(&error))?;
-        let steps = left.steps + right.steps + 1;
-        let both = Planned { frame: both, steps };
-        let columns = quoted(&names);
+        let both = Planned { frame: both, steps: left.steps + right.steps + 1 };
         let name = self.name();
-        let text = match (operator, all) {
-            (SetOperator::Union, true) => return Ok(both),
-            (SetOperator::Union, false) => format!("select distinct * from \"{name}\""),
-            (SetOperator::Intersect | SetOperator::Except, false) => {
-                let right = i64::from(matches!(operator, SetOperator::Intersect));
-                let grouped = Planned {
-                    frame: both
-                        .frame
-                        .group_by(names.iter().map(|name| col(name.as_str())).collect::<Vec<_>>())
-                        .agg([col(SIDE).min().alias("__first"), col(SIDE).max().alias("__last")]),
-                    steps,
-                };
-                let text = format!(
-                    "select {columns} from \"{name}\" where __first = 0 and __last = {right}"
-                );
-                return self.step(&text, &[(name, grouped)]);
+        match (operator, all) {
+            (SetOperator::Union, true) => Ok(both),
+            (SetOperator::Union, false) => {
+                self.step(&format!("select distinct * from \"{name}\""), &[(name, both)])
             }
-            _ => return refused(format!("`{operator} all` is not supported")),
-        };
-        self.step(&text, &[(name, both)])
+            (SetOperator::Intersect | SetOperator::Except, false) => {
+                let columns: Vec<_> = names.iter().map(|name| col(name.as_str())).collect();
+                let sides = [col(SIDE).min().alias("__first"), col(SIDE).max().alias("__last")];
+                let grouped = Planned { frame: both.frame.group_by(columns).agg(sides), ..both };
+                let last = i64::from(matches!(operator, SetOperator::Intersect));
+                let text = format!(
+                    "select {} from \"{name}\" where __first = 0 and __last = {last}",
+                    quoted(&names)
+                );
+                self.step(&text, &[(name, grouped)])
+            }
+            _ => refused(format!("`{operator} all` is not supported")),
+        }
     }
 
     /// Executes a query on one or more tables, without the further steps of this module.
@@ -307,13 +303,8 @@ impl<'a> Planner<'a> {
                 (planned, alias.take(), self.name())
             }
             TableFactor::NestedJoin { table_with_joins, alias: None } => {
-                return match self.from(std::slice::from_mut(table_with_joins)) {
-                    Ok(inside) => {
-                        tables.extend(inside);
-                        Ok(())
-                    }
-                    Err(error) => Err(error),
-                };
+                tables.extend(self.from(std::slice::from_mut(table_with_joins))?);
+                return Ok(());
             }
             other => return refused(format!("`{other}` is not supported in `from`")),
         };
@@ -339,10 +330,7 @@ impl<'a> Planner<'a> {
         tables: &mut Vec<(String, Planned)>,
     ) -> Result<()> {
         let mut subqueries = Subqueries { planner: self, tables };
-        match node.visit(&mut subqueries) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(error) => Err(error),
-        }
+        each_expression(node, |expression| subqueries.replace(expression))
     }
 
     fn subquery(&mut self, query: Query) -> Result<Value> {
@@ -377,7 +365,7 @@ impl<'a> Planner<'a> {
 /// Column that says from which side of a set operation a row comes.
 const SIDE: &str = "__side";
 
-/// Visitor that replaces subqueries by their values, or in `in (…)` by a table.
+/// Replacement of subqueries by their values, or in `in (…)` by a table.
 struct Subqueries<'a, 'b> {
     planner: &'a mut Planner<'b>,
     tables: &'a mut Vec<(String, Planned)>,
@@ -388,7 +376,7 @@ impl Subqueries<'_, '_> {
         match expression {
             Expr::Subquery(query) => {
                 let value = self.planner.subquery((**query).clone())?;
-                *expression = Expr::Nested(Box::new(number(value)));
+                *expression = Expr::Nested(Box::new(Expr::value(value)));
             }
             Expr::Exists { subquery, negated } => {
                 let planned = self.planner.query((**subquery).clone())?;
@@ -408,23 +396,14 @@ impl Subqueries<'_, '_> {
                     ));
                 };
                 let name = self.planner.name();
-                **subquery = parsed(&format!("select \"{column}\" from \"{name}\""))?;
-                self.tables.push((name, planned));
+                // Names of the planner are not replaced by later steps.
+                let frame = planned.frame.rename([column], ["__in"], true);
+                **subquery = parsed(&format!("select __in from \"{name}\""))?;
+                self.tables.push((name, Planned { frame, ..planned }));
             }
             _ => {}
         }
         Ok(())
-    }
-}
-
-impl VisitorMut for Subqueries<'_, '_> {
-    type Break = QueryError;
-
-    fn pre_visit_expr(&mut self, expression: &mut Expr) -> ControlFlow<QueryError> {
-        match self.replace(expression) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(error) => ControlFlow::Break(error),
-        }
     }
 }
 
@@ -459,15 +438,18 @@ type Item = (Expr, String);
 impl Planner<'_> {
     fn select(&mut self, mut select: Select, mut ends: Ends) -> Result<Planned> {
         let mut tables = self.from(&mut select.from)?;
-        move_conditions(&mut select);
+        move_conditions(&mut select)?;
+        // Polars drops also the other columns of the answer whose names `* exclude (…)` has.
+        let is_partial = |item: &SelectItem| is_wildcard(item) && !item.to_string().ends_with('*');
+        let needs_names = select.projection.len() > 1 && select.projection.iter().any(is_partial);
+        hide_joined_keys(&mut select);
         self.subqueries(&mut select, &mut tables)?;
         self.subqueries(&mut ends.order_by, &mut tables)?;
         resolve_windows(&mut select, &mut ends)?;
-        let mut calls = Calls::default();
-        let _ = select.projection.visit(&mut calls);
-        let _ = select.having.visit(&mut calls);
-        let _ = select.qualify.visit(&mut calls);
-        let _ = ends.order_by.visit(&mut calls);
+        let mut calls = Calls::of(&select.projection);
+        calls.add(&select.having);
+        calls.add(&select.qualify);
+        calls.add(&ends.order_by);
         let is_grouped = match &select.group_by {
             GroupByExpr::All(_) => true,
             GroupByExpr::Expressions(keys, _) => !keys.is_empty() || select.having.is_some(),
@@ -478,7 +460,7 @@ impl Planner<'_> {
         }
         if is_grouped || calls.aggregate.is_some() {
             self.grouped(select, ends, tables, &columns, &calls)
-        } else if calls.has_window {
+        } else if calls.has_window || needs_names || is_ambiguous(&select, &mut ends, &columns) {
             self.windowed(select, ends, tables, &columns)
         } else {
             self.step(&format!("{select}{}", ends.text()), &tables)
@@ -490,7 +472,7 @@ impl Planner<'_> {
         &mut self,
         mut select: Select,
         mut ends: Ends,
-        tables: Vec<(String, Planned)>,
+        mut tables: Vec<(String, Planned)>,
         columns: &BTreeSet<String>,
         calls: &Calls,
     ) -> Result<Planned> {
@@ -530,7 +512,7 @@ impl Planner<'_> {
         }
         let Groups { keys, mut inputs, aggregates, .. } = groups;
         // Rows without a column would be lost.
-        inputs.name(&number(Value::Number("1".to_owned(), false)));
+        inputs.name(&1);
         let distinct = select.distinct.take();
         let source = self.inputs(select, &inputs, &tables)?;
         let name = self.name();
@@ -545,8 +527,11 @@ impl Planner<'_> {
         let mut reduced = self.step(&text, &[(name, source)])?;
         if let Some(having) = having {
             let name = self.name();
-            reduced =
-                self.step(&format!("select * from \"{name}\" where {having}"), &[(name, reduced)])?;
+            let text = format!("select * from \"{name}\" where {having}");
+            // The tables of `in (select …)` have names of the planner.
+            tables.retain(|(known, _)| known.starts_with("__"));
+            tables.push((name, reduced));
+            reduced = self.step(&text, &tables)?;
         }
         let mut windows = Windows::new(None);
         windows.lower_all(&mut items, &mut qualify, &mut ends)?;
@@ -560,7 +545,7 @@ impl Planner<'_> {
         self.last(reduced, &items, distinct, qualify, &ends)
     }
 
-    /// Plans a `select` with window functions.
+    /// Plans a `select` with window functions, or whose names polars resolves otherwise.
     fn windowed(
         &mut self,
         mut select: Select,
@@ -574,12 +559,25 @@ impl Planner<'_> {
                 items.push(item);
                 continue;
             }
+            // `u.*` has columns of `u`; `*` has those of the first table that has the name.
+            let qualifier = match &item {
+                SelectItem::QualifiedWildcard(table, _) => Some(table.to_string().replace('"', "")),
+                _ => None,
+            };
+            if let SelectItem::Wildcard(options) | SelectItem::QualifiedWildcard(_, options) = &item
+                && (options.opt_replace.is_some() || options.opt_rename.is_some())
+            {
+                return refused(format!(
+                    "`{item}` cannot be combined with other columns; list all"
+                ));
+            }
             let all = Select { projection: vec![item], ..bare(&select) };
             let mut all = self.step(&all.to_string(), &tables)?;
             for name in self.columns(&mut all)? {
                 let owner = tables.iter_mut().find_map(|(table, planned)| {
+                    let is_meant = qualifier.as_ref().is_none_or(|qualifier| qualifier == table);
                     let has = self.columns(planned).is_ok_and(|names| names.contains(&name));
-                    has.then(|| table.clone())
+                    (is_meant && has).then(|| table.clone())
                 });
                 let parts = owner.iter().chain([&name]).map(|part| Ident::with_quote('"', part));
                 items.push((Expr::CompoundIdentifier(parts.collect()), name.clone()));
@@ -657,7 +655,7 @@ impl Columns {
     }
 }
 
-/// Visitor that replaces aggregates and columns of `group by` by columns of the reduced table.
+/// Replacement of aggregates and columns of `group by` by columns of the reduced table.
 struct Groups {
     keys: Vec<(Expr, String)>,
     /// Columns of `group by` and arguments of aggregates.
@@ -669,10 +667,7 @@ struct Groups {
 
 impl Groups {
     fn lower(&mut self, expression: &mut Expr) -> Result<()> {
-        match expression.visit(self) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(error) => Err(error),
-        }
+        each_expression(expression, |part| self.replace(part))
     }
 
     fn replace(&mut self, expression: &mut Expr) -> Result<()> {
@@ -730,9 +725,7 @@ impl Groups {
             let value = match argument {
                 FunctionArg::Unnamed(FunctionArgExpr::Wildcard) => "1".to_owned(),
                 FunctionArg::Unnamed(FunctionArgExpr::Expr(value)) => {
-                    let mut inner = Calls::default();
-                    let _ = value.visit(&mut inner);
-                    if inner.has_window || inner.aggregate.is_some() {
+                    if !Calls::of(value).is_empty() {
                         return refused(format!(
                             "`{function}` nests aggregates; compute the inner one in a subquery: \
                              `from (select … as name …)`"
@@ -762,18 +755,7 @@ impl Groups {
     }
 }
 
-impl VisitorMut for Groups {
-    type Break = QueryError;
-
-    fn pre_visit_expr(&mut self, expression: &mut Expr) -> ControlFlow<QueryError> {
-        match self.replace(expression) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(error) => ControlFlow::Break(error),
-        }
-    }
-}
-
-/// Visitor that replaces window functions by columns.
+/// Replacement of window functions by columns.
 struct Windows<'a> {
     /// Arguments and keys of the window functions.
     inputs: Columns,
@@ -810,13 +792,11 @@ impl<'a> Windows<'a> {
         }
         expressions.extend(items.iter_mut().map(|(value, _)| value));
         for expression in expressions {
-            if let ControlFlow::Break(error) = expression.visit(self) {
-                return Err(error);
-            }
+            each_expression(expression, |part| self.replace(part))?;
         }
         // A table without columns has no rows.
         if self.inputs.names.is_empty() {
-            self.inputs.name(&number(Value::Number("1".to_owned(), false)));
+            self.inputs.name(&1);
         }
         Ok(())
     }
@@ -858,10 +838,8 @@ impl<'a> Windows<'a> {
         let Some(WindowType::WindowSpec(spec)) = &call.over else {
             return refused(format!("`{call}` names a window that `window` does not define"));
         };
-        let mut inner = Calls::default();
-        let mut parts = (call.args.clone(), spec.clone());
-        let _ = parts.0.visit(&mut inner);
-        let _ = parts.1.visit(&mut inner);
+        let mut inner = Calls::of(&call.args);
+        inner.add(spec);
         let is_plain = call.null_treatment.is_none() && call.within_group.is_empty();
         if inner.has_window || !is_plain || spec.window_name.is_some() {
             return refused(format!(
@@ -903,25 +881,24 @@ impl<'a> Windows<'a> {
     }
 }
 
-impl VisitorMut for Windows<'_> {
-    type Break = QueryError;
-
-    fn pre_visit_expr(&mut self, expression: &mut Expr) -> ControlFlow<QueryError> {
-        match self.replace(expression) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(error) => ControlFlow::Break(error),
-        }
-    }
-}
-
 /// Returns the window function of a call, and keeps only those arguments that are columns.
 fn window_function(call: &Function, arguments: &mut Vec<String>) -> Result<WindowFunction> {
     use WindowFunction::*;
     let mut literal = |index: usize, default: &str| {
         let given = (arguments.len() > index).then(|| arguments.remove(index));
-        let text = given.as_deref().unwrap_or(default);
-        let number = text.parse::<f64>().ok();
-        number.ok_or_else(|| QueryError::Refused(format!("`{call}` needs a number, not `{text}`")))
+        given.unwrap_or_else(|| default.to_owned())
+    };
+    let needs = |what: &str, text: &str| {
+        QueryError::Refused(format!("`{call}` needs {what}, not `{text}`"))
+    };
+    let offset = |text: String| text.parse::<isize>().map_err(|_| needs("a number of rows", &text));
+    let positive = |text: String| {
+        let number = text.parse().ok().filter(|&number: &usize| number > 0);
+        number.ok_or_else(|| needs("a positive integer", &text))
+    };
+    let share = |text: String| {
+        let number = text.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
+        number.ok_or_else(|| needs("a number from 0 to 1", &text))
     };
     let name = name_of(call);
     let function = match name.as_str() {
@@ -930,12 +907,12 @@ fn window_function(call: &Function, arguments: &mut Vec<String>) -> Result<Windo
         "dense_rank" => DenseRank,
         "percent_rank" => PercentRank,
         "cume_dist" => CumeDist,
-        "ntile" => Ntile(literal(0, "")?.max(1.0) as usize),
-        "lag" => Offset(-(literal(1, "1")? as isize)),
-        "lead" => Offset(literal(1, "1")? as isize),
+        "ntile" => Ntile(positive(literal(0, ""))?),
+        "lag" => Offset(-offset(literal(1, "1"))?),
+        "lead" => Offset(offset(literal(1, "1"))?),
         "first_value" | "first" => First,
         "last_value" | "last" => Last,
-        "nth_value" => Nth(literal(1, "")?.max(1.0) as usize),
+        "nth_value" => Nth(positive(literal(1, ""))?),
         "count" => Count,
         "sum" | "total" => Sum,
         "avg" => Average,
@@ -946,8 +923,8 @@ fn window_function(call: &Function, arguments: &mut Vec<String>) -> Result<Windo
         "stddev" | "stddev_samp" | "stdev" | "stdev_samp" => StandardDeviation(1),
         "stddev_pop" => StandardDeviation(0),
         "median" => Quantile(0.5),
-        "quantile_cont" => Quantile(literal(1, "")?.clamp(0.0, 1.0)),
-        "quantile_disc" => DiscreteQuantile(literal(1, "")?.clamp(0.0, 1.0)),
+        "quantile_cont" => Quantile(share(literal(1, ""))?),
+        "quantile_disc" => DiscreteQuantile(share(literal(1, ""))?),
         _ => return refused(format!("`{name}` with `over` is not supported")),
     };
     let expected = match function {
@@ -958,6 +935,9 @@ fn window_function(call: &Function, arguments: &mut Vec<String>) -> Result<Windo
     };
     if !expected.contains(&arguments.len()) {
         return refused(format!("`{call}` has a wrong number of arguments"));
+    }
+    if call.filter.is_some() && !AGGREGATES.contains(&name.as_str()) {
+        return refused(format!("`{name}` with `filter` and `over` is not supported"));
     }
     Ok(function)
 }
@@ -1007,7 +987,7 @@ fn arguments(call: &Function) -> Result<Vec<String>> {
     Ok(values.collect())
 }
 
-/// Visitor that finds aggregates and window functions.
+/// Aggregates and window functions in expressions.
 #[derive(Default)]
 struct Calls {
     /// First aggregate.
@@ -1015,17 +995,49 @@ struct Calls {
     has_window: bool,
 }
 
-impl VisitorMut for Calls {
-    type Break = ();
+impl Calls {
+    fn add(&mut self, node: &impl Visit) {
+        let _ = visit_expressions(node, |expression| {
+            if let Expr::Function(function) = expression {
+                self.has_window |= function.over.is_some();
+                if is_aggregate(function) && self.aggregate.is_none() {
+                    self.aggregate = Some(function.to_string());
+                }
+            }
+            ControlFlow::<()>::Continue(())
+        });
+    }
 
-    fn pre_visit_expr(&mut self, expression: &mut Expr) -> ControlFlow<()> {
-        if let Expr::Function(function) = expression {
-            self.has_window |= function.over.is_some();
-            if is_aggregate(function) && self.aggregate.is_none() {
-                self.aggregate = Some(function.to_string());
+    fn of(node: &impl Visit) -> Calls {
+        let mut calls = Calls::default();
+        calls.add(node);
+        calls
+    }
+
+    fn is_empty(&self) -> bool {
+        self.aggregate.is_none() && !self.has_window
+    }
+}
+
+/// Calls `replace` for each expression of a node, the outer ones first.
+fn each_expression<T: VisitMut>(
+    node: &mut T,
+    replace: impl FnMut(&mut Expr) -> Result<()>,
+) -> Result<()> {
+    struct OuterFirst<F>(F);
+    impl<F: FnMut(&mut Expr) -> Result<()>> VisitorMut for OuterFirst<F> {
+        type Break = QueryError;
+
+        fn pre_visit_expr(&mut self, expression: &mut Expr) -> ControlFlow<QueryError> {
+            match (self.0)(expression) {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(error) => ControlFlow::Break(error),
             }
         }
-        ControlFlow::Continue(())
+    }
+    match node.visit(&mut OuterFirst(replace)) {
+        ControlFlow::Continue(()) => Ok(()),
+        ControlFlow::Break(error) => Err(error),
     }
 }
 
@@ -1078,11 +1090,7 @@ fn is_output(expression: &Expr, items: &[Item]) -> bool {
 fn keys(group_by: &GroupByExpr, items: &[Item], columns: &BTreeSet<String>) -> Result<Vec<Expr>> {
     let keys = match group_by {
         GroupByExpr::All(modifiers) if modifiers.is_empty() => {
-            let plain = items.iter().filter(|(value, _)| {
-                let mut calls = Calls::default();
-                let _ = value.clone().visit(&mut calls);
-                calls.aggregate.is_none() && !calls.has_window
-            });
+            let plain = items.iter().filter(|(value, _)| Calls::of(value).is_empty());
             return Ok(plain.map(|(value, _)| value.clone()).collect());
         }
         GroupByExpr::Expressions(keys, modifiers) if modifiers.is_empty() => keys,
@@ -1100,6 +1108,9 @@ fn keys(group_by: &GroupByExpr, items: &[Item], columns: &BTreeSet<String>) -> R
                 QueryError::Refused(format!("`group by {value}` names no column of the answer"))
             })
         }
+        Expr::Rollup(_) | Expr::Cube(_) | Expr::GroupingSets(_) => {
+            refused(format!("`group by {key}` is not supported"))
+        }
         other => Ok(other.clone()),
     };
     keys.iter().map(key).collect()
@@ -1107,30 +1118,24 @@ fn keys(group_by: &GroupByExpr, items: &[Item], columns: &BTreeSet<String>) -> R
 
 /// Replaces references to named windows by their definitions.
 fn resolve_windows(select: &mut Select, ends: &mut Ends) -> Result<()> {
-    struct Names(BTreeMap<String, WindowSpec>);
-    impl VisitorMut for Names {
-        type Break = ();
-
-        fn pre_visit_expr(&mut self, expression: &mut Expr) -> ControlFlow<()> {
-            if let Expr::Function(function) = expression
-                && let Some(WindowType::NamedWindow(name)) = &function.over
-                && let Some(spec) = self.0.get(&name.value)
-            {
-                function.over = Some(WindowType::WindowSpec(spec.clone()));
-            }
-            ControlFlow::Continue(())
-        }
-    }
-    let mut names = Names(BTreeMap::new());
-    for window in std::mem::take(&mut select.named_window) {
-        let NamedWindowExpr::WindowSpec(spec) = window.1 else {
-            return refused(format!("`window {}` names another window", window.0));
+    let mut specs = BTreeMap::new();
+    for NamedWindowDefinition(name, window) in std::mem::take(&mut select.named_window) {
+        let NamedWindowExpr::WindowSpec(spec) = window else {
+            return refused(format!("`window {name}` names another window"));
         };
-        names.0.insert(window.0.value, spec);
+        specs.insert(name.value, spec);
     }
-    let _ = select.visit(&mut names);
-    let _ = ends.order_by.visit(&mut names);
-    Ok(())
+    let mut resolve = |expression: &mut Expr| {
+        if let Expr::Function(function) = expression
+            && let Some(WindowType::NamedWindow(name)) = &function.over
+            && let Some(spec) = specs.get(&name.value)
+        {
+            function.over = Some(WindowType::WindowSpec(spec.clone()));
+        }
+        Ok(())
+    };
+    each_expression(select, &mut resolve)?;
+    each_expression(&mut ends.order_by, resolve)
 }
 
 /// Refuses joins that polars computes otherwise: it does not merge the columns of `using` in right
@@ -1155,28 +1160,84 @@ fn check_join(join: &JoinOperator) -> Result<()> {
     }
 }
 
-/// Moves those conditions of inner joins into `where` that do not compare columns of both tables by
-/// `=`, because polars finds no columns in some of them. A join without an equality keeps its
-/// condition.
-fn move_conditions(select: &mut Select) {
-    use JoinOperator::{FullOuter, Inner, Join, Right, RightOuter};
-    let mut joins: Vec<_> = select.from.iter_mut().flat_map(|part| &mut part.joins).collect();
-    // These joins keep rows that the condition excludes.
-    let keeps = |join: &JoinOperator| matches!(join, Right(_) | RightOuter(_) | FullOuter(_));
-    if joins.iter().any(|join| keeps(&join.join_operator)) {
-        return;
+/// Moves all conditions of inner joins into `where` that do not compare columns of both tables by
+/// `=`. A join without such a comparison becomes a cross join.
+///
+/// Polars computes some of the other conditions wrongly: in `abs(a.x - b.x) < 1` it takes both
+/// columns from the first table.
+///
+/// # Errors
+/// Returns an error if a right or full join follows, because `where` would remove its rows, too.
+fn move_conditions(select: &mut Select) -> Result<()> {
+    use JoinOperator::{CrossJoin, FullOuter, Inner, Join, Right, RightOuter};
+    let mut moved = Vec::new();
+    for part in &mut select.from {
+        let mut keeps_rows = false;
+        for join in part.joins.iter_mut().rev() {
+            let condition = match &join.join_operator {
+                Join(JoinConstraint::On(condition)) | Inner(JoinConstraint::On(condition)) => {
+                    condition
+                }
+                Right(_) | RightOuter(_) | FullOuter(_) => {
+                    keeps_rows = true;
+                    continue;
+                }
+                _ => continue,
+            };
+            if keeps_rows && !is_equality(condition) {
+                return refused(format!(
+                    "a join before a right or full join can only compare columns of both tables by \
+                     `=`, not `{condition}`: join these tables in a subquery"
+                ));
+            }
+            let (equalities, others): (Vec<Expr>, Vec<Expr>) =
+                conjunction(condition).into_iter().partition(is_equality);
+            join.join_operator = match all_of(equalities) {
+                Some(equalities) => Join(JoinConstraint::On(equalities)),
+                None => CrossJoin(JoinConstraint::None),
+            };
+            moved.extend(others);
+        }
     }
-    for join in &mut joins {
-        let (Join(JoinConstraint::On(condition)) | Inner(JoinConstraint::On(condition))) =
-            &mut join.join_operator
+    select.selection = all_of(select.selection.take().into_iter().chain(moved).collect());
+    Ok(())
+}
+
+/// Removes the columns of `using` of the right tables from `*`, where polars repeats them. Polars
+/// names column `k` of the right table `u` `k:u`.
+fn hide_joined_keys(select: &mut Select) {
+    use JoinOperator::{Inner, Join, Left, LeftOuter};
+    let mut hidden = Vec::new();
+    for join in select.from.iter().flat_map(|part| &part.joins) {
+        let (Join(constraint) | Inner(constraint) | Left(constraint) | LeftOuter(constraint)) =
+            &join.join_operator
         else {
             continue;
         };
-        let (equalities, others): (Vec<Expr>, Vec<Expr>) =
-            conjunction(condition).into_iter().partition(is_equality);
-        if let Some(equalities) = all_of(equalities) {
-            *condition = equalities;
-            select.selection = all_of(select.selection.take().into_iter().chain(others).collect());
+        if let JoinConstraint::Using(columns) = constraint
+            && let TableFactor::Table { name, .. } = &join.relation
+        {
+            let last = |name: &ObjectName| Some(name.0.last()?.as_ident()?.value.clone());
+            let pairs = columns.iter().filter_map(|column| Some((last(column)?, last(name)?)));
+            hidden
+                .extend(pairs.map(|(key, table)| Ident::with_quote('"', format!("{key}:{table}"))));
+        }
+    }
+    for item in &mut select.projection {
+        let SelectItem::Wildcard(options) = item else { continue };
+        if let Some(except) = &mut options.opt_except {
+            except.additional_elements.extend(hidden.iter().cloned());
+            continue;
+        }
+        let excluded = match options.opt_exclude.take() {
+            None => Vec::new(),
+            Some(ExcludeSelectItem::Single(name)) => vec![name],
+            Some(ExcludeSelectItem::Multiple(names)) => names,
+        };
+        let hidden = hidden.iter().map(|name| ObjectName::from(vec![name.clone()]));
+        let excluded: Vec<ObjectName> = excluded.into_iter().chain(hidden).collect();
+        if !excluded.is_empty() {
+            options.opt_exclude = Some(ExcludeSelectItem::Multiple(excluded));
         }
     }
 }
@@ -1236,6 +1297,28 @@ fn qualifiers(expression: &Expr) -> BTreeSet<String> {
     tables
 }
 
+/// Returns whether an expression of `order by` has the name of a column of a table that a column of
+/// the answer has, too. The table goes before; polars takes the column of the answer.
+fn is_ambiguous(select: &Select, ends: &mut Ends, columns: &BTreeSet<String>) -> bool {
+    let aliases = select.projection.iter().filter_map(|item| match item {
+        SelectItem::ExprWithAlias { alias, .. } => Some(alias.value.clone()),
+        _ => None,
+    });
+    let aliases: BTreeSet<String> = aliases.filter(|alias| columns.contains(alias)).collect();
+    let is_expression = |part: &&OrderByExpr| !matches!(part.expr, Expr::Identifier(_));
+    // The columns of `select distinct` cannot be sorted by others.
+    select.distinct.is_none()
+        && ends
+            .order()
+            .iter()
+            .filter(is_expression)
+            .any(|part| !qualifiers(&part.expr).is_disjoint(&aliases))
+}
+
+fn is_wildcard(item: &SelectItem) -> bool {
+    matches!(item, SelectItem::Wildcard(_) | SelectItem::QualifiedWildcard(..))
+}
+
 /// Returns the expression and the name of a column of an answer; `None` for `*`.
 fn named(item: SelectItem) -> Option<Item> {
     match item {
@@ -1282,8 +1365,4 @@ fn table(name: &str) -> TableFactor {
 fn quoted<T: AsRef<str>>(names: &[T]) -> String {
     let names = names.iter().map(|name| Ident::with_quote('"', name.as_ref()).to_string());
     names.collect::<Vec<_>>().join(", ")
-}
-
-fn number(value: Value) -> Expr {
-    Expr::value(value)
 }

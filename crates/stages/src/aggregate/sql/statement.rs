@@ -273,6 +273,7 @@ fn replaced(expression: &Expr) -> Result<Option<Expr>, QueryError> {
         {
             format!("{INTEGER}({expr})")
         }
+        Expr::Position { expr, r#in } => position(&r#in.to_string(), &expr.to_string()),
         // Polars returns null where the condition is null.
         Expr::IsTrue(condition) => format!("coalesce({condition}, false)"),
         Expr::IsNotTrue(condition) => format!("not coalesce({condition}, false)"),
@@ -327,6 +328,7 @@ fn replaced_call(call: &Function) -> Result<Option<String>, QueryError> {
     };
     let filter = call.filter.as_ref();
     let filter = filter.map_or(String::new(), |filter| format!(" filter (where {filter})"));
+    let is_plain = call.over.is_none() && list.duplicate_treatment.is_none();
     match (name.as_str(), arguments.as_slice()) {
         ("mod", [a, b]) => Ok(Some(format!("{REMAINDER}({a}, {b})"))),
         ("div", [a, b]) => Ok(Some(format!("{QUOTIENT}({a}, {b})"))),
@@ -334,19 +336,19 @@ fn replaced_call(call: &Function) -> Result<Option<String>, QueryError> {
         ("round", [value, digits]) if digits.parse::<i8>().is_ok() => {
             Ok(Some(format!("{ROUND}({value}, {digits})")))
         }
-        ("var_pop" | "stddev_pop", [value]) if call.over.is_none() => {
+        ("var_pop" | "stddev_pop", [value]) if is_plain => {
             let function = if name == "var_pop" { "" } else { "sqrt" };
-            Ok(Some(format!("{function}({})", covariance(value, value, &filter))))
+            Ok(Some(format!("{function}({})", covariance("covar_pop", 1, value, value, &filter))))
         }
-        ("covar_pop", [a, b]) => Ok(Some(covariance(a, b, &filter))),
+        ("covar_pop", [a, b]) if is_plain => Ok(Some(covariance("covar_pop", 1, a, b, &filter))),
+        ("covar_samp" | "covar", [a, b]) if is_plain => {
+            Ok(Some(covariance("covar_samp", 2, a, b, &filter)))
+        }
         // Polars returns integers, and has none for negative exponents.
         ("pow" | "power", [base, exponent]) => {
             Ok(Some(format!("pow(cast({base} as double), cast({exponent} as double))")))
         }
-        // Polars returns zero for nulls.
-        ("strpos", [text, part]) => {
-            Ok(Some(format!("case when ({text}) is not null then strpos({text}, {part}) end")))
-        }
+        ("strpos", [text, part]) => Ok(Some(position(text, part))),
         ("bool_and" | "every", _) => renamed("min"),
         ("bool_or", _) => renamed("max"),
         ("mean", _) => renamed("avg"),
@@ -368,11 +370,16 @@ fn replaced_call(call: &Function) -> Result<Option<String>, QueryError> {
     }
 }
 
-/// Returns the covariance of two columns, which is null without pairs. Polars then returns zero for
-/// a single row.
-fn covariance(a: &str, b: &str, filter: &str) -> String {
+/// Returns the covariance of two columns, which is null if there are fewer pairs of values than
+/// `least`. Polars then returns zero.
+fn covariance(function: &str, least: usize, a: &str, b: &str, filter: &str) -> String {
     let pairs = format!("count(case when ({a}) is not null and ({b}) is not null then 1 end)");
-    format!("case when {pairs}{filter} > 0 then covar_pop({a}, {b}){filter} end")
+    format!("case when {pairs}{filter} >= {least} then {function}({a}, {b}){filter} end")
+}
+
+/// Returns the position of a text in another one. Polars returns zero for nulls.
+fn position(text: &str, part: &str) -> String {
+    format!("case when ({text}) is not null then strpos({text}, {part}) end")
 }
 
 fn functions() -> impl Iterator<Item = &'static str> {

@@ -274,7 +274,12 @@ impl Values {
                 return Ok(taken);
             };
             let inside: BooleanChunked = self.rows.iter().map(|row| Some(row.is_some())).collect();
-            return taken.zip_with(&inside, &default.cast(taken.dtype())?);
+            if default.dtype().is_float() && taken.dtype().is_integer() {
+                let message = "`lag` and `lead` of integers need an integer as their third \
+                               argument; write `cast(… as double)` in the first one";
+                return Err(PolarsError::ComputeError(message.into()));
+            }
+            return taken.zip_with(&inside, &default.strict_cast(taken.dtype())?);
         }
         let name = PlSmallStr::EMPTY;
         let input = arguments.first().map_or(DataType::Null, |column| column.dtype().clone());
@@ -298,7 +303,10 @@ struct Running {
     squares: f64,
     least: Option<usize>,
     greatest: Option<usize>,
+    /// Values for quantiles.
     values: Vec<f64>,
+    /// Number of values at the beginning of `values` that are sorted.
+    sorted: usize,
 }
 
 impl Running {
@@ -381,10 +389,13 @@ impl Running {
             Variance(less) => values.reals[row] = variance(less),
             StandardDeviation(less) => values.reals[row] = variance(less).map(f64::sqrt),
             Quantile(share) | DiscreteQuantile(share) => {
-                let mut sorted = self.values.clone();
-                sorted.sort_by(f64::total_cmp);
+                // All rows of a frame without bounds have the same sorted values.
+                if self.sorted < self.values.len() {
+                    self.values.sort_by(f64::total_cmp);
+                    self.sorted = self.values.len();
+                }
                 let interpolates = matches!(function, Quantile(_));
-                values.reals[row] = quantile(&sorted, share, interpolates);
+                values.reals[row] = quantile(&self.values, share, interpolates);
             }
             _ => unreachable!("the other functions depend on the place of the row only"),
         }
@@ -411,9 +422,10 @@ fn codes(column: &Column, to: Direction) -> PolarsResult<Vec<i64>> {
         .map_err(|error| PolarsError::ComputeError(error.to_string().into()))?;
     let ranks = if let Some(values) = array.as_primitive_opt::<Float64Type>() {
         // Adding zero makes −0 equal to 0. The bits of positive numbers are in their order; those
-        // of negative numbers are in the reverse one.
+        // of negative numbers are in the reverse one. NaN is the largest value, of either sign.
         let bits = |value: f64| {
-            let bits = (value + 0.0).to_bits() as i64;
+            let value = if value.is_nan() { f64::NAN.copysign(1.0) } else { value + 0.0 };
+            let bits = value.to_bits() as i64;
             bits ^ (((bits >> 63) as u64) >> 1) as i64
         };
         ranks(values.iter().map(|value| value.map(bits)).collect())
