@@ -14,7 +14,6 @@ use sqlparser::parser::{Parser, ParserError, ParserOptions};
 
 use super::QueryError;
 use super::functions::{INTEGER, QUOTIENT, REMAINDER, ROUND};
-use super::plan::AGGREGATES;
 
 /// Maximum length of a query in bytes. The syntax tree of any such query fits on the stack.
 const MAX_LENGTH: usize = 64 << 10;
@@ -300,6 +299,35 @@ fn is_integer(kind: &SqlType) -> bool {
     ["int", "bigint", "smallint", "tinyint"].iter().any(|integer| name.starts_with(integer))
         && !name.starts_with("interval")
 }
+
+/// Functions that compute one value from all rows of a group.
+pub const AGGREGATES: &[&str] = &[
+    "avg",
+    "corr",
+    "count",
+    "covar",
+    "covar_pop",
+    "covar_samp",
+    "first",
+    "group_concat",
+    "last",
+    "listagg",
+    "max",
+    "median",
+    "min",
+    "quantile_cont",
+    "quantile_disc",
+    "stddev",
+    "stddev_samp",
+    "stdev",
+    "stdev_samp",
+    "string_agg",
+    "sum",
+    "total",
+    "var",
+    "var_samp",
+    "variance",
+];
 
 /// Functions of numbers, conditions and texts.
 const SCALARS: &str = "\
