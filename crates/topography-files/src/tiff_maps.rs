@@ -3,9 +3,9 @@
 //!
 //! - **GeoTIFF** (OGC 19-008r4; GDAL 3.10 writes it): the entry 33550 has the steps. Lines run from
 //!   west to east, the first line is the northernmost, so that it has the largest y. In its place,
-//!   the matrix 34264 may have steps of either sign; a grid that it turns is refused. The geographic
-//!   keys 1024 and 3076 say whether the steps are degrees or lengths. The text of entry 42113 is
-//!   the number of missing points, and the metadata of GDAL in 42112 scale and offset.
+//!   the matrix 34264 may have steps of either sign; a grid that it turns is refused. The keys 1024
+//!   and 3076 say whether the steps are degrees or lengths. The text of entry 42113 is the number
+//!   of missing points, and the metadata of GDAL in 42112 scale and offset.
 //! - **OME-TIFF** (schema 2016-06): `PhysicalSizeX` and `PhysicalSizeY` of the description, in
 //!   micrometres unless their units differ.
 //! - **ImageJ** 1.5: the description starts with `ImageJ=`; the resolution is in pixels per `unit`,

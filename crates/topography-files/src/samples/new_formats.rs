@@ -88,8 +88,8 @@ fn park() -> Vec<u8> {
     ])
 }
 
-/// Writes a GeoTIFF without a unit, whose first line is the northernmost, with further entries whose
-/// tags are from 33001 to 42112.
+/// Writes a GeoTIFF without a unit, whose first line is the northernmost, with further entries of
+/// the tags 33001 to 42112.
 pub fn elevation(more: &[(u16, u16, Vec<u8>)]) -> Vec<u8> {
     let mut data = Fields::default().rows(upside_down(), single).0;
     data[8..12].copy_from_slice(&(-9999_f32).to_le_bytes());
