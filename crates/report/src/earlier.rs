@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::figure_data::FinishedStage;
 use crate::figures::{self, DrawnFigure};
+use crate::finished::FinishedStage;
 use crate::{FIGURES, PAGE, ReportError};
 use asperity_pipeline::study::Study;
 use asperity_tables::store::StoreError;

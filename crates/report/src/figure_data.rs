@@ -1,113 +1,37 @@
-//! The tables of a study in the form that figures use: finished stages, curves of ensembles,
-//! styles, notes for captions, and lines of a manifest that would add a figure.
+//! The tables of a study in the form that figures use: curves of ensembles, styles, notes for
+//! captions, and lines of a manifest that would add a figure.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use arrow::array::{Array, Float64Array, StringArray};
 
+use crate::ReportError;
 use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::style::Style;
 use crate::ensembles::{self, Bars, EnsembleCurves, Mean, Point};
-use crate::figures::Drawn;
+use crate::finished::{FinishedStage, FinishedStages};
 use crate::loads::Loads;
-use crate::samples::{FILE_IS_GONE, MeasuredMaps};
-use crate::styles::{Files, Lengths, Styles};
+use crate::samples::MeasuredMaps;
+use crate::styles::{Lengths, Styles};
+use crate::symbols::Files;
 use crate::units::{LengthUnit, Units};
-use crate::{ReportError, Subject};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::area::YASTREBOV_2017;
 use asperity_contact::topography::spectrum::Spectrum;
 use asperity_pipeline::plan::Plan;
-use asperity_pipeline::results::reader::ResultReader;
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, K_UPPER, LAYER_THICKNESS, LOAD,
     PERIMETER_MANHATTAN, REALIZATION, SURFACE, WORK_OF_ADHESION,
 };
 use asperity_stages::correct::AS_COUNTED;
 use asperity_stages::generate::{self, Origin};
-use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::units::{TableUnits, pressure_unit};
 use asperity_stages::{Kind, Recipe, caveats};
 use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 
-/// A stage with at least one finished task.
-#[derive(Debug)]
-pub struct FinishedStage {
-    pub name: String,
-    pub kind: Kind,
-    pub table: Table,
-    /// Units of length and pressure of the table. The manifest names them where the table does not,
-    /// as that of an `aggregate` stage.
-    pub units: TableUnits,
-    /// Path of the published table, or `None` if it does not contain exactly these rows.
-    pub path: Option<PathBuf>,
-}
-
-pub struct FinishedStages<'a> {
-    /// Stages in the order of the plan.
-    pub stages: Vec<FinishedStage>,
-    pub plan: &'a Plan,
-    /// Reader of tables and maps.
-    pub archive: &'a ResultReader,
-    pub sources: &'a SurfaceFiles,
-}
-
-impl<'a> FinishedStages<'a> {
-    /// Collects the finished stages of a study.
-    pub fn new(subject: &Subject<'a>) -> FinishedStages<'a> {
-        let stages = subject.plan.stages.iter().zip(subject.rows).zip(units_of_stages(subject));
-        let stages = stages.filter_map(|((stage, rows), units)| {
-            Some(FinishedStage {
-                name: stage.name.clone(),
-                kind: stage.kind,
-                table: rows.table.clone()?,
-                units,
-                path: rows.is_published.then(|| rows.path.clone()),
-            })
-        });
-        FinishedStages {
-            stages: stages.collect(),
-            plan: subject.plan,
-            archive: subject.archive,
-            sources: subject.sources,
-        }
-    }
-
-    /// Returns the stages whose tables have all of these columns.
-    pub fn with<'b>(&'b self, columns: &'b [&str]) -> impl Iterator<Item = &'b FinishedStage> {
-        let has_all = |stage: &&FinishedStage| columns.iter().all(|column| stage.table.has(column));
-        self.stages.iter().filter(has_all)
-    }
-
-    /// Returns the name of a stage of this kind, finished or not, for proposed lines.
-    fn name_of(&self, kind: Kind) -> Option<&str> {
-        let mut stages = self.plan.stages.iter();
-        let found = stages.find(|stage| stage.kind == kind)?;
-        Some(&found.name)
-    }
-}
-
-/// Returns the units of the table of each stage. If the manifest names no unit of pressure, the
-/// unit is the one that is assumed for the moduli of the stage or of the stages that it reads.
-fn units_of_stages(subject: &Subject) -> Vec<TableUnits> {
-    let mut units = subject.study.units();
-    for (index, (stage, rows)) in subject.study.stages.iter().zip(subject.rows).enumerate() {
-        if units[index].pressure.is_none() {
-            let own = rows.table.as_ref().and_then(pressure_unit);
-            let read = TableUnits::common(stage.inputs.iter().map(|&input| &units[input]));
-            units[index].pressure = own.or(read.pressure);
-        }
-    }
-    units
-}
-
 /// Largest load that the paper calls light, in units of E* × rms slope.
 pub const LIGHT: f64 = 0.06;
-/// Label of axes of the load, with its unit.
-pub const LOAD_LABEL: &str = "load p₀/(E* h′)";
-pub const AREA_LABEL: &str = "contact area A/A₀";
 /// Column of the area that `measure` counts.
 pub const COUNTED_AREA: &str = AREA_FRACTION.name;
 
@@ -257,16 +181,6 @@ impl<'a> FigureData<'a> {
              nearest to {} is an error of the mesh.",
             self.loads.text_of_reduced(self.heaviest_light_load()?),
         ))
-    }
-
-    /// Creates a missing figure of surfaces. If the file of a measured surface is lost, the figure
-    /// needs this file. Otherwise it needs the data `needs`, which the `lines` of a manifest would
-    /// add.
-    pub fn missing_surfaces(&self, needs: &'static str, lines: String) -> Drawn {
-        match self.maps {
-            MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
-            MeasuredMaps::There(_) => Drawn::missing(needs, lines),
-        }
     }
 
     /// Returns the largest load of the measured contacts up to [`LIGHT`]: the end of the axes of

@@ -29,8 +29,10 @@ use serde::Serialize;
 use crate::ReportError;
 use crate::charts::Figure;
 use crate::charts::interactive::PageFigure;
-use crate::figure_data::{FigureData, FinishedStages};
+use crate::figure_data::FigureData;
 use crate::figures::contact_maps::LoadSlider;
+use crate::finished::FinishedStages;
+use crate::samples::{FILE_IS_GONE, MeasuredMaps};
 use asperity_pipeline::study::Study;
 use asperity_pipeline::study::figures::FigureSpec;
 
@@ -186,6 +188,16 @@ impl Drawn {
     /// Creates a missing figure with lines of a manifest that would add the data.
     pub fn missing(needs: impl Into<Cow<'static, str>>, lines: String) -> Drawn {
         Drawn::Missing { needs: needs.into(), lines: Some(lines) }
+    }
+
+    /// Creates a missing figure of surfaces. If the file of a measured surface is lost, the figure
+    /// needs this file. Otherwise it needs the data `needs`, which the `lines` of a manifest would
+    /// add.
+    pub fn missing_surfaces(data: &FigureData, needs: &'static str, lines: String) -> Drawn {
+        match data.maps {
+            MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
+            MeasuredMaps::There(_) => Drawn::missing(needs, lines),
+        }
     }
 }
 

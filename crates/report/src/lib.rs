@@ -7,7 +7,8 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `figure_data` | the finished stages, sorted for figures; notes for captions; proposed stages |
+//! | `finished` | the finished stages, with the units of their tables |
+//! | `figure_data` | the rows of a study, sorted for figures; notes for captions; proposed stages |
 //! | `ensembles` | means over the surfaces of a parameter point, with error bars |
 //! | `surface_curves` | means against wavenumber or distance |
 //! | `samples` | one surface of each parameter point, and measured maps |
@@ -34,6 +35,7 @@ mod ensembles;
 mod every_consumer;
 mod figure_data;
 mod figures;
+mod finished;
 mod independent;
 pub mod index;
 mod loads;
@@ -63,8 +65,9 @@ use serde::Serialize;
 
 use crate::charts::{Figure, pdf, svg};
 use crate::earlier::Basis;
-use crate::figure_data::{FigureData, FinishedStages};
+use crate::figure_data::FigureData;
 use crate::figures::{Drawn, DrawnFigure, Group, MissingFigure, Planned};
+use crate::finished::FinishedStages;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::FIGURES;
 use asperity_pipeline::results::StageRows;

@@ -5,13 +5,15 @@
 
 use crate::charts::{Figure, Panel};
 use crate::ensembles;
-use crate::figure_data::{FinishedStages, LOAD_LABEL};
+use crate::finished::FinishedStages;
 use crate::units::{LengthUnit, PressureUnit, Scaled, Units, digits};
 use asperity_stages::Kind;
 use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, MEAN_GAP, PRESSURE, PRESSURE_UNIT};
 use asperity_stages::ensemble::load_column;
 use asperity_tables::table::{Table, TableError};
 
+/// Label of axes of the reduced load, with its unit.
+pub const LOAD_LABEL: &str = "load p₀/(E* h′)";
 /// Relative difference by which E* h′ may differ between rows that share one axis.
 const ROUNDING: f64 = 1e-6;
 

@@ -9,7 +9,7 @@
 use crate::ReportError;
 use crate::charts::raster::HeightMap;
 use crate::ensembles::{self, Point};
-use crate::figure_data::FinishedStages;
+use crate::finished::FinishedStages;
 use crate::surface_curves::CurvePoint;
 use crate::units::Units;
 use asperity_contact::grid::Boundary;

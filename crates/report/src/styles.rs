@@ -9,15 +9,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::charts::style::{self, Colour, Dash, GRADIENT_STEPS, SERIES_COLOURS, Style};
 use crate::ensembles::Point;
 use crate::plotted::rank;
-use crate::symbols::symbol;
+use crate::symbols::{Files, symbol};
 use crate::units::{LengthUnit, Scaled, digits};
 use asperity_stages::columns::{
     CONTENT, HARDNESS, HARDNESS_REDUCED, K_LOWER, K_UPPER, METHOD, NODES, NODES_X, NODES_Y,
     RMS_SLOPE,
 };
-
-/// Names of the files of measured surfaces, by the hash of their content.
-pub type Files = BTreeMap<String, String>;
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Styles {

@@ -9,9 +9,13 @@ use asperity_tables::column::{Description, Value};
 use asperity_tables::table::{Table, TableError};
 
 use crate::ensembles;
-use crate::figure_data::{AREA_LABEL, FigureData, LOAD_LABEL};
-use crate::loads;
-use crate::units::{LengthUnit, PressureUnit, Scaled, digits, prefixed};
+use crate::loads::{self, LOAD_LABEL};
+use crate::units::{LengthUnit, PressureUnit, Scaled, Units, digits, prefixed};
+
+/// Names of the files of measured surfaces, by the hash of their content.
+pub type Files = BTreeMap<String, String>;
+
+pub const AREA_LABEL: &str = "contact area A/A₀";
 
 /// Columns with the labels of their axes and their symbols.
 const KNOWN: [(&str, &str, &str); 72] = [
@@ -157,19 +161,19 @@ pub struct Labels {
 
 impl Labels {
     /// Creates the labels of a table. `named` are the units that the manifest names for it.
-    pub fn new(data: &FigureData, table: &Table, named: &TableUnits) -> Result<Labels, TableError> {
+    pub fn new(known: &Units, table: &Table, named: &TableUnits) -> Result<Labels, TableError> {
         let names = table.names().into_iter();
         let of_length = grouped(&table.only(&[UNIT.name, SPECTRUM_OF.name])).into_iter();
         let points = of_length.map(|rows| ensembles::point(table, rows[0]));
         let units: BTreeSet<Option<String>> =
-            points.map(|point| data.units.at(&point).map(str::to_owned)).collect();
+            points.map(|point| known.at(&point).map(str::to_owned)).collect();
         let mut lengths = LengthUnit::common(units.iter().map(Option::as_deref));
         let mut length = units.first().cloned().flatten().filter(|_| units.len() == 1);
         if lengths == LengthUnit::Unknown {
             length.clone_from(&named.length);
             lengths = LengthUnit::common([length.as_deref()]);
         }
-        let pressure = match loads::unit_of_pressures(table, &data.units)? {
+        let pressure = match loads::unit_of_pressures(table, known)? {
             PressureUnit::Unknown => PressureUnit::named(named.pressure.as_deref().unwrap_or("")),
             known => known,
         };
@@ -208,12 +212,12 @@ impl Labels {
     }
 
     /// Returns text such as `H = 0.8`, `p₀ = 5 MPa` or `correction 2017`.
-    pub fn told(&self, column: &str, value: Option<&Value>, data: &FigureData) -> String {
+    pub fn told(&self, column: &str, value: Option<&Value>, files: &Files) -> String {
         let symbol = symbol(column);
         let number = match value {
             None => return format!("no {symbol}"),
             Some(Value::Text(text)) if column == CONTENT.name => {
-                return data.files.get(text).unwrap_or(text).clone();
+                return files.get(text).unwrap_or(text).clone();
             }
             Some(Value::Text(text)) => return format!("{symbol} {text}"),
             Some(Value::Integer(number)) => return format!("{symbol} = {number}"),

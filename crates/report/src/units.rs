@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 use crate::charts::map_panel::ScaleBar;
 use crate::ensembles::Point;
-use crate::figure_data::FinishedStages;
+use crate::finished::FinishedStages;
 use asperity_stages::Kind;
 use asperity_stages::columns::{SPECTRUM_OF, SURFACE, UNIT};
 use asperity_stages::units::assumed_pressure_unit;

@@ -10,10 +10,11 @@ use crate::charts::chart::{Chart, Series};
 use crate::charts::style::{Colour, Dash, Style};
 use crate::ensembles::{self, EnsembleCurves, Mean};
 use crate::figure_data::{
-    AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced, spaced_by,
-    texts_if_any, up_to,
+    COUNTED_AREA, FigureData, LIGHT, series, spaced, spaced_by, texts_if_any, up_to,
 };
 use crate::figures::{Definition, Drawn, sample};
+use crate::loads::LOAD_LABEL;
+use crate::symbols::AREA_LABEL;
 use asperity_contact::theory::law::{ContactEvolution, KAPPA_BGT};
 use asperity_contact::theory::models::Asperities;
 use asperity_contact::theory::models::AsperityModel;

@@ -16,7 +16,7 @@ use asperity_stages::ensemble::load_column;
 use asperity_tables::column::Column;
 use asperity_tables::table::Table;
 
-use crate::figure_data::{FinishedStage, FinishedStages};
+use crate::finished::{FinishedStage, FinishedStages};
 use crate::independent::independent;
 use crate::plotted::distinct;
 use crate::symbols;

@@ -10,11 +10,11 @@ use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::style::{Colour, Dash, Style};
 use crate::charts::{Figure, in_pairs};
 use crate::ensembles::{EnsembleCurves, Mean, Point};
-use crate::figure_data::{
-    AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, spaced, spaced_by, up_to,
-};
+use crate::figure_data::{COUNTED_AREA, FigureData, LIGHT, spaced, spaced_by, up_to};
 use crate::figures::area::{AREA, SECANT, asymptote, persson_curve};
 use crate::figures::{Definition, Drawn, sample};
+use crate::loads::LOAD_LABEL;
+use crate::symbols::AREA_LABEL;
 use asperity_contact::topography::spectrum;
 use asperity_stages::columns::{
     ALTERATIONS, AREA_CORRECTED, ERROR_RELATIVE, HURST, K_LOWER, K_ROLLOFF, K_UPPER,

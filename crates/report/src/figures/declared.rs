@@ -16,12 +16,13 @@ use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::map_panel::WORDS;
 use crate::charts::style::Style;
 use crate::charts::{ColourScale, Figure, in_rows};
-use crate::figure_data::{AREA_LABEL, FigureData, FinishedStage};
+use crate::figure_data::FigureData;
 use crate::figures::Drawn;
 use crate::figures::declared::series_key::{SeriesKey, number};
 use crate::figures::theories::Theories;
+use crate::finished::FinishedStage;
 use crate::plotted::{Point, Points};
-use crate::symbols::{self, Labels};
+use crate::symbols::{self, AREA_LABEL, Labels};
 
 /// Largest number of values of a parameter that the legend lists; a colour scale shows more.
 const MOST_ENTRIES: usize = 12;
@@ -45,7 +46,7 @@ pub fn draw(data: &FigureData, figure: &FigureSpec) -> Result<Drawn, ReportError
         let points = Points::from_table(&stage.table, figure, quantity)?;
         drawings.push((quantity, points));
     }
-    let labels = Labels::new(data, &stage.table, &stage.units)?;
+    let labels = Labels::new(&data.units, &stage.table, &stage.units)?;
     Plot { data, figure, stage, labels, drawings }.draw()
 }
 

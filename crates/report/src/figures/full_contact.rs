@@ -7,10 +7,12 @@ use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, Series};
 use crate::charts::style::{Colour, Dash, Style};
 use crate::ensembles::Mean;
-use crate::figure_data::{AREA_LABEL, COUNTED_AREA, FigureData, LIGHT, LOAD_LABEL, series, spaced};
+use crate::figure_data::{COUNTED_AREA, FigureData, LIGHT, series, spaced};
 use crate::figures::area::{AREA, asymptote, persson_curve};
 use crate::figures::contact_maps::SHOWN_LOADS;
 use crate::figures::{Definition, Drawn, sample};
+use crate::loads::LOAD_LABEL;
+use crate::symbols::AREA_LABEL;
 use asperity_contact::theory::models::full_contact;
 use asperity_contact::theory::persson;
 

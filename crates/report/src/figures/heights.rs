@@ -200,7 +200,7 @@ fn draw_densities(data: &FigureData) -> Result<Drawn, ReportError> {
     let measured = measured_charts(data);
     if all.is_empty() && measured.is_none() {
         let needs = "a stage of kind `measure` that reads the surfaces, with `bins`";
-        return Ok(data.missing_surfaces(needs, data.lines_of_heights()));
+        return Ok(Drawn::missing_surfaces(data, needs, data.lines_of_heights()));
     }
     let (mut rows, mut captions): (Vec<_>, Vec<_>) = measured.into_iter().unzip();
     let size = if all.is_empty() { [430.0, 340.0] } else { [300.0, 225.0] };

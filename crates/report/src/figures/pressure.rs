@@ -10,10 +10,11 @@ use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::style::{Colour, Dash, Style};
 use crate::ensembles::{self, EnsembleCurves, Mean, Point};
-use crate::figure_data::{
-    AREA_LABEL, COUNTED_AREA, FigureData, FinishedStage, LOAD_LABEL, texts_if_any,
-};
+use crate::figure_data::{COUNTED_AREA, FigureData, texts_if_any};
 use crate::figures::{Definition, Drawn, sample};
+use crate::finished::FinishedStage;
+use crate::loads::LOAD_LABEL;
+use crate::symbols::AREA_LABEL;
 use crate::units::{LengthUnit, PressureUnit, Scaled};
 use asperity_contact::theory::persson;
 use asperity_stages::columns::{CORRECTION, EFFECTIVE_MODULUS, MEAN_GAP, PRESSURE, PRESSURE_UNIT};

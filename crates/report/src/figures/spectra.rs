@@ -32,7 +32,7 @@ fn draw_spectra(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut found: Vec<(Chart, String)> = measured.into_iter().chain(drawn).collect();
     if found.is_empty() {
         let lines = data.lines_of_surfaces();
-        return Ok(data.missing_surfaces("random or measured surfaces", lines));
+        return Ok(Drawn::missing_surfaces(data, "random or measured surfaces", lines));
     }
     if let [_] = found.as_slice() {
         let (chart, caption) = found.remove(0);
@@ -316,7 +316,7 @@ fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
     if curves.is_empty() {
         let lines = data.lines_of_scales();
         let needs = "measured surfaces, or a stage of kind `measure` with `what = \"scales\"`";
-        return Ok(data.missing_surfaces(needs, lines));
+        return Ok(Drawn::missing_surfaces(data, needs, lines));
     }
     let shared = LengthUnit::common(curves.iter().map(|curve| data.units.at(&curve.point)));
     let in_unit = |curve: &SurfaceCurve| -> Vec<(f64, f64)> {

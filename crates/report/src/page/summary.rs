@@ -10,8 +10,9 @@ use super::ShownColumn;
 use crate::Subject;
 use crate::charts::axis::superscript;
 use crate::ensembles;
-use crate::figure_data::{FigureData, FinishedStage, FinishedStages, LIGHT};
+use crate::figure_data::{FigureData, LIGHT};
 use crate::figures::sample;
+use crate::finished::{FinishedStage, FinishedStages};
 use crate::independent::independent;
 use crate::loads::Loads;
 use crate::plotted::distinct;
@@ -95,7 +96,7 @@ fn varied(finished: &FinishedStages, data: &FigureData) -> String {
         let names = independent(&stage.table, &data.derived);
         let names: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
         let table = stage.table.only(&names);
-        let Ok(labels) = Labels::new(data, &stage.table, &stage.units) else { continue };
+        let Ok(labels) = Labels::new(&data.units, &stage.table, &stage.units) else { continue };
         for description in table.descriptions() {
             // The branch of a state belongs to its path.
             if description.name == BRANCH.name && stage.table.has(STEP.name) {
@@ -376,7 +377,7 @@ fn shown(
     let table = &table.pick(&(0..table.rows()).filter(is_known).collect::<Vec<_>>());
     let Selection { rows, note, points } = Selection::new(table, &data.loads);
     let picked = table.pick(&rows);
-    let labels = Labels::new(data, &picked, &stage.units).ok()?;
+    let labels = Labels::new(&data.units, &picked, &stage.units).ok()?;
     let mut columns = Vec::new();
     let mut by_column = Vec::new();
     let varied = independent(&picked, &data.derived);

@@ -56,7 +56,7 @@ impl Plot<'_> {
                 Selected::Number(number) => Value::Real(*number),
                 Selected::Word(word) => Value::Text(word.clone()),
             });
-            let told = values.map(|value| self.labels.told(name, Some(&value), self.data));
+            let told = values.map(|value| self.labels.told(name, Some(&value), &self.data.files));
             told.collect::<Vec<_>>().join(" or ")
         });
         let mut parts: Vec<String> = selection.collect();
@@ -66,7 +66,7 @@ impl Plot<'_> {
             if table.has(name) && !is_told && distinct(table, name) == 1 {
                 let column = table.batch().column_by_name(name)?;
                 let value = Value::from_array(column.as_ref(), 0);
-                parts.push(self.labels.told(name, value.as_ref(), self.data));
+                parts.push(self.labels.told(name, value.as_ref(), &self.data.files));
                 break;
             }
         }

@@ -28,7 +28,10 @@ impl Plot<'_> {
             None => false,
         };
         let named = self.figure.legend.iter().find(|(entry, _)| is_of(entry));
-        named.map_or_else(|| self.labels.told(column, value, self.data), |(_, name)| name.clone())
+        named.map_or_else(
+            || self.labels.told(column, value, &self.data.files),
+            |(_, name)| name.clone(),
+        )
     }
 
     /// Returns the name of an entry in the manifest, or `otherwise`.
