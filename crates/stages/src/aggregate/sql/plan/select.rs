@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
 use sqlparser::ast::{
-    Distinct, Expr, Function, GroupByExpr, Ident, OrderByExpr, Select, SelectItem, Visit,
-    visit_expressions,
+    Distinct, Expr, Function, GroupByExpr, Ident, OrderByExpr, Select, SelectItem,
+    SelectItemQualifiedWildcardKind as Qualifier, Visit, visit_expressions,
 };
 
 use super::from::{hide_joined_keys, move_conditions, qualifiers};
@@ -143,7 +143,9 @@ impl Planner<'_> {
             }
             // `u.*` has columns of `u`; `*` has those of the first table that has the name.
             let qualifier = match &item {
-                SelectItem::QualifiedWildcard(table, _) => Some(table.to_string().replace('"', "")),
+                SelectItem::QualifiedWildcard(Qualifier::ObjectName(table), _) => {
+                    table.0.last().and_then(|part| part.as_ident()).map(|name| name.value.clone())
+                }
                 _ => None,
             };
             if let SelectItem::Wildcard(options) | SelectItem::QualifiedWildcard(_, options) = &item
