@@ -109,9 +109,6 @@ enum Command {
     Completions(reference::CompletionsArguments),
     /// Write manual pages, one for each command.
     Man(reference::ManArguments),
-    /// Write the generated reference pages of the guide.
-    #[command(hide = true)]
-    Reference(reference::ReferenceArguments),
 }
 
 /// Runs the command line of this process.
@@ -160,7 +157,6 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
         Command::Schema(arguments) => reference::schema(&arguments),
         Command::Completions(arguments) => reference::completions::<Arguments>(&arguments),
         Command::Man(arguments) => reference::man::<Arguments>(&arguments),
-        Command::Reference(arguments) => reference::reference::<Arguments>(&arguments),
     };
     result.unwrap_or_else(|failure| report(failure.as_ref(), &data))
 }

@@ -19,13 +19,13 @@ import tomllib
 from pathlib import Path
 
 import python_reference
+import reference
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 # tests/cluster.py runs the commands of cluster.md, which need a scheduler. python/tests runs the blocks of
 # python.md in one interpreter.
 NOT_RUN = {DOCS / "cluster.md", DOCS / "how-to/python.md"}
-GENERATED = ["keys.md", "columns.md", "commands.md", "errors.md", "formats.md", "python.md"]
 
 
 def program():
@@ -158,22 +158,6 @@ def check_links():
     print(f"{len(listed)} pages, {count} links")
 
 
-def errors_page():
-    """Returns the page of messages about wrong manifests, from the snapshots of the tests."""
-    text = (
-        "# Manifest error reference\n\n"
-        "<!-- Written by `tests/guide.py reference --write` from `tests/manifests/`, which the tests keep true. -->\n\n"
-        "The program reports all mistakes of a manifest together, before it computes anything. Each message gives the\n"
-        "position of the mistake and its correction. Each heading below is the name of a file in\n"
-        "`tests/manifests/`; the message is the one that the program prints for this file.\n"
-    )
-    for manifest in sorted((ROOT / "tests/manifests").glob("*.toml")):
-        message = (ROOT / f"tests/manifests/messages/{manifest.stem}.snap").read_text(encoding="utf-8")
-        message = message.split("---\n", 2)[2].rstrip()
-        text += f"\n## {manifest.stem}\n\n```text\n{message}\n```\n"
-    return text
-
-
 def formats_page():
     """Returns the page of formats that other programs read in another way."""
     text = (
@@ -195,18 +179,21 @@ def formats_page():
 
 
 def check_reference(write):
-    with tempfile.TemporaryDirectory() as folder:
-        output = DOCS / "reference" if write else Path(folder)
-        subprocess.run([program(), "reference", "--output", output], check=True, stdout=subprocess.DEVNULL)
-        (output / "errors.md").write_text(errors_page(), encoding="utf-8")
-        (output / "formats.md").write_text(formats_page(), encoding="utf-8")
-        (output / "python.md").write_text(python_reference.page(), encoding="utf-8")
-        for name in GENERATED:
-            committed = (DOCS / "reference" / name).read_text(encoding="utf-8")
-            assert committed == (output / name).read_text(encoding="utf-8"), (
-                f"docs/reference/{name} is not as the program has it: python3 tests/guide.py reference --write"
-            )
-    print(f"{len(GENERATED)} pages are as the program has them")
+    pages = {
+        "keys.md": reference.keys_page(program()),
+        "columns.md": reference.columns_page(program()),
+        "commands.md": reference.commands_page(program()),
+        "formats.md": formats_page(),
+        "python.md": python_reference.page(),
+    }
+    for name, text in pages.items():
+        path = DOCS / "reference" / name
+        if write:
+            path.write_text(text, encoding="utf-8")
+        assert path.read_text(encoding="utf-8") == text, (
+            f"docs/reference/{name} is not as the program has it: python3 tests/guide.py reference --write"
+        )
+    print(f"{len(pages)} pages are as the program has them")
 
 
 def main(command=None, *arguments):

@@ -9,7 +9,7 @@ use asperity_manifest::names;
 use asperity_pipeline::manifest::template;
 use asperity_tables::store::StoreError;
 
-pub use asperity_pipeline::manifest::{SCHEMA, declared, schema};
+pub use asperity_pipeline::manifest::{SCHEMA, schema};
 
 /// Result of writing a new manifest.
 #[derive(Debug)]

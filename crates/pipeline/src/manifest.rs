@@ -31,7 +31,7 @@ use asperity_stages::generate::method::SurfacePoints;
 
 use self::figure::WrittenFigure;
 
-pub use schema::{declared, schema};
+pub use schema::schema;
 
 /// Keys of the study as a whole.
 #[derive(Debug, Default, Deserialize, JsonSchema)]

@@ -11,16 +11,8 @@ use asperity_stages::form::{FromKey, StageVariant};
 
 /// Returns the JSON Schema of manifests in draft 7, which the TOML extensions of editors support.
 pub fn schema() -> Value {
-    let mut schema = declared();
-    let stages = schema.pointer_mut("/properties/stage/additionalProperties/oneOf");
-    let stages = stages.and_then(Value::as_array_mut).into_iter().flatten();
-    stages.for_each(accept_expressions);
-    schema
-}
-
-/// Returns the schema of the keys as they are declared, in which no number is an expression.
-pub fn declared() -> Value {
-    let stages: Vec<Value> = StageVariant::all().map(stage).collect();
+    let mut stages: Vec<Value> = StageVariant::all().map(stage).collect();
+    stages.iter_mut().for_each(accept_expressions);
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "asperity manifest",
