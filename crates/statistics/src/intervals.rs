@@ -114,11 +114,9 @@ impl Weights {
 
     /// Iterates over the values of the selected surfaces.
     pub fn values<'a>(&self, values: &'a [f64]) -> impl Iterator<Item = f64> + Clone + 'a {
-        let left_out = self.left_out.filter(|out| out.of == values.len());
-        let left_out = left_out.map(|out| out.surface);
-        let selected = values.iter().enumerate();
-        let selected = selected.filter(move |(surface, _)| Some(*surface) != left_out);
-        selected.map(|(_, value)| *value)
+        let left_out = self.left_out.filter(|out| out.of == values.len()).map(|out| out.surface);
+        let surfaces = values.iter().enumerate();
+        surfaces.filter_map(move |(surface, value)| (Some(surface) != left_out).then_some(*value))
     }
 
     /// Returns the mean of the values of the selected surfaces.
@@ -152,9 +150,8 @@ pub fn jackknife(
     counts.dedup();
     let mut variance = 0.0;
     for of in counts {
-        let left_out = |surface| Weights { left_out: Some(LeftOut { surface, of }) };
-        let replicates = (0..of).map(|surface| quantity(&left_out(surface)));
-        let replicates: Vec<f64> = replicates.collect::<Option<_>>()?;
+        let without = |surface| quantity(&Weights { left_out: Some(LeftOut { surface, of }) });
+        let replicates: Vec<f64> = (0..of).map(without).collect::<Option<_>>()?;
         // The jackknife variance is (n − 1)/n Σ (θ̂₍ᵢ₎ − θ̄)².
         let inflation = (of - 1) as f64 * (of - 1) as f64 / of as f64;
         variance += inflation * deviation(replicates.iter().copied()).powi(2);

@@ -308,15 +308,12 @@ impl LimitProblem {
 
     /// Returns the observable that a fitted law predicts at the point with index `point`.
     fn predicted(&self, fit: &LimitFit, point: usize) -> f64 {
-        let terms = fit.coefficients.iter().zip(&fit.exponents);
-        let terms = terms.zip(&self.points[point].small);
-        let terms = terms.map(|((coefficient, exponent), &small)| {
-            coefficient
-                * match exponent {
-                    Some(exponent) => libm::pow(small, *exponent),
-                    None => libm::log(small),
-                }
+        let small = &self.points[point].small;
+        let values = fit.exponents.iter().zip(small).map(|(exponent, &small)| match exponent {
+            Some(exponent) => libm::pow(small, *exponent),
+            None => libm::log(small),
         });
+        let terms = fit.coefficients.iter().zip(values).map(|(factor, value)| factor * value);
         fit.limit + terms.sum::<f64>()
     }
 }
@@ -361,9 +358,9 @@ fn estimates(forms: &[TermForm], fit: &LimitFit) -> Vec<Estimate> {
 
 /// Returns the limit, the coefficients and the free exponents of a law, in this order.
 fn parameters(forms: &[TermForm], fit: &LimitFit) -> Vec<f64> {
-    let free = forms.iter().zip(&fit.exponents);
-    let free = free.filter(|(form, _)| **form == TermForm::FreePower);
-    let free = free.filter_map(|(_, exponent)| *exponent);
+    let terms = forms.iter().zip(&fit.exponents);
+    let free =
+        terms.filter_map(|(form, exponent)| exponent.filter(|_| *form == TermForm::FreePower));
     let linear = [fit.limit].into_iter().chain(fit.coefficients.iter().copied());
     linear.chain(free).collect()
 }

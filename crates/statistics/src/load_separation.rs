@@ -77,8 +77,8 @@ impl LoadSeparationProblem {
 
     fn fit_mean(&self, mean: &[f64]) -> Result<LoadSeparation, FitError> {
         let window = self.gaps.window;
-        let open = self.gaps.loads.iter().zip(mean);
-        let open = open.filter(|&(_, &gap)| gap > 0.0);
+        let points = self.gaps.loads.iter().zip(mean);
+        let open = points.filter(|&(_, &gap)| gap > 0.0);
         let (ln_loads, gaps): (Vec<f64>, Vec<f64>) =
             open.map(|(load, &gap)| (libm::log(*load), gap)).unzip();
         let data = gaps.len();

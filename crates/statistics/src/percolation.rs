@@ -174,9 +174,8 @@ impl PercolationProblem {
     }
 
     fn resampled(&self, multiplicities: &[u32]) -> Threshold {
-        let weighted = self.thresholds.iter().zip(multiplicities);
-        let weighted = weighted.map(|(threshold, times)| (*threshold, f64::from(*times)));
-        weighted_mean(weighted)
+        let times = multiplicities.iter().map(|times| f64::from(*times));
+        weighted_mean(self.thresholds.iter().copied().zip(times))
     }
 }
 
@@ -223,8 +222,8 @@ impl Sealing {
         let inside: Vec<&Interface> =
             interfaces.iter().filter(|interface| window.contains(interface.load)).collect();
         let along = |axis: usize| {
-            let sealed = inside.iter().position(|interface| !interface.is_open[axis]);
-            let sealed = sealed.filter(|&sealed| sealed > 0)?;
+            let first_sealed = inside.iter().position(|interface| !interface.is_open[axis]);
+            let sealed = first_sealed.filter(|&sealed| sealed > 0)?;
             let around = [inside[sealed - 1], inside[sealed]].map(|interface| Threshold {
                 area: interface.area,
                 area_corrected: interface.area_corrected,

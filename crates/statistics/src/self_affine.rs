@@ -83,8 +83,8 @@ impl SelfAffineProblem {
     pub fn new(rings: Vec<RingOfSurfaces>, window: Window) -> Self {
         let mut rings = rings;
         let surfaces = rings.first().map_or(0, |ring| ring.densities.len());
-        let largest = rings.iter().flat_map(|ring| ring.densities.iter().copied());
-        let largest = largest.fold(0.0, f64::max);
+        let densities = rings.iter().flat_map(|ring| ring.densities.iter().copied());
+        let largest = densities.fold(0.0, f64::max);
         rings.retain(|ring| window.contains(ring.wavenumber));
         let inside = rings.len();
         let is_measured = |density: &f64| *density > ROUNDING * largest;
@@ -114,8 +114,8 @@ impl SelfAffineProblem {
             };
         }
         let hurst = Estimate::Real(fit.hurst);
-        let others = fit.rolloff.map(|rolloff| [rolloff, fit.plateau]);
-        let others = others.into_iter().flatten().map(Estimate::Positive);
+        let rolloff = fit.rolloff.map(|rolloff| [rolloff, fit.plateau]);
+        let others = rolloff.into_iter().flatten().map(Estimate::Positive);
         let estimates: Vec<Estimate> = [hurst].into_iter().chain(others).collect();
         bootstrap.intervals(self.surfaces, &estimates, |times| {
             let replicate = self.fit_of(times)?;
@@ -227,8 +227,7 @@ impl Likelihood {
         let last = self.logs.len() - LEAST_PLATEAU;
         let cost = |rolloff: f64| self.power(rolloff).cost;
         let costs: Vec<f64> = self.logs[..last].iter().map(|&log| cost(log)).collect();
-        let best = (0..last).min_by(|&one, &other| costs[one].total_cmp(&costs[other]));
-        let best = best.unwrap_or(0);
+        let best = (0..last).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
         let (mut low, mut high) = (self.logs[best.saturating_sub(1)], self.logs[best + 1]);
         let golden = 0.5 * (5_f64.sqrt() - 1.0);
         let mut inner = [high - golden * (high - low), low + golden * (high - low)];

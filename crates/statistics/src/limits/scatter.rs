@@ -21,12 +21,12 @@ impl Scatter {
     /// If the points do not determine the exponents aⱼ, the standard deviation is constant.
     pub fn new(points: &[LimitPoint]) -> Scatter {
         let terms = points.first().map_or(0, |point| point.small.len());
-        let logarithms = points.iter().map(|point| {
+        let logarithm = |point: &LimitPoint| {
             let surfaces = point.observed.surfaces() as f64;
             let deviation = point.observed.standard_error() * surfaces.sqrt();
             libm::log(deviation) - bias(surfaces - 1.0)
-        });
-        let logarithms: Vec<f64> = logarithms.collect();
+        };
+        let logarithms: Vec<f64> = points.iter().map(logarithm).collect();
         let row = |point: usize, column: usize| match column {
             0 => 1.0,
             _ => libm::log(points[point].small[column - 1]),
@@ -43,9 +43,9 @@ impl Scatter {
     /// Returns the standard error of a mean over `surfaces` surfaces at the small parameters
     /// `small`.
     pub fn standard_error(&self, small: &[f64], surfaces: usize) -> f64 {
-        let slopes = self.coefficients.iter().skip(1).zip(small);
-        let slopes = slopes.map(|(slope, small)| slope * libm::log(*small));
-        let logarithm = self.coefficients[0] + slopes.sum::<f64>();
+        let slopes = self.coefficients.iter().skip(1);
+        let terms = slopes.zip(small).map(|(slope, small)| slope * libm::log(*small));
+        let logarithm = self.coefficients[0] + terms.sum::<f64>();
         libm::exp(logarithm) / (surfaces as f64).sqrt()
     }
 }
@@ -74,8 +74,8 @@ impl LimitProblem {
         more: &[Vec<f64>],
     ) -> Option<f64> {
         let surfaces = self.surfaces();
-        let now = self.points.iter().map(|point| point.small.as_slice());
-        let now: Vec<(&[f64], f64)> = now.zip(self.scales.iter().copied()).collect();
+        let small = self.points.iter().map(|point| point.small.as_slice());
+        let now: Vec<(&[f64], f64)> = small.zip(self.scales.iter().copied()).collect();
         let after = more.iter().map(|small| {
             let error = self.scatter.standard_error(small, surfaces);
             (small.as_slice(), 1.0 / error)
