@@ -57,9 +57,9 @@ fn reals(values: &[Option<f64>]) -> Vec<String> {
     /// Maximum number of decimals. If more are needed, numbers have scientific notation.
     const MAX_DECIMALS: i32 = 8;
     let finite = || values.iter().flatten().filter(|value| value.is_finite());
-    let exponents = finite().filter(|value| **value != 0.0);
+    let nonzero = finite().filter(|value| **value != 0.0);
     #[expect(clippy::disallowed_methods, reason = "only the number of shown digits depends on it")]
-    let exponents = exponents.map(|value| value.abs().log10().floor() as i32);
+    let exponents = nonzero.map(|value| value.abs().log10().floor() as i32);
     let (smallest, largest) = exponents
         .fold((i32::MAX, i32::MIN), |(small, large), next| (small.min(next), large.max(next)));
     let wanted = (4i32.saturating_sub(largest)).max(2i32.saturating_sub(smallest));

@@ -74,10 +74,7 @@ impl TableSource {
     /// Returns an error if a part that is read is damaged.
     pub fn first(&self, columns: &[usize], rows: usize) -> Result<Table, StoreError> {
         match &self.0 {
-            Backing::Memory(table) => {
-                let rows = rows.min(table.rows());
-                Ok(table.project(columns).slice(0..rows))
-            }
+            Backing::Memory(table) => Ok(table.project(columns).slice(0..rows.min(table.rows()))),
             Backing::File(path, file) => {
                 file.first(columns, rows).map_err(|error| StoreError::in_file(path, error))
             }

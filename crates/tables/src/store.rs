@@ -356,8 +356,8 @@ impl Store {
     /// Returns an error if a file is missing, unreadable or damaged.
     pub fn verified_files(&self, table: &TableRef) -> Result<Vec<FileName>, StoreError> {
         self.ignoring_unusable(|| {
-            let read = self.files_read(table, &self.files_of(table.key)?);
-            let read = read.ok_or_else(|| series::not_found(&self.path(table.key)))?;
+            let found = self.files_read(table, &self.files_of(table.key)?);
+            let read = found.ok_or_else(|| series::not_found(&self.path(table.key)))?;
             read.iter().try_for_each(|name| verify(&self.locate(name), name))?;
             Ok(read)
         })

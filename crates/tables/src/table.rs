@@ -49,8 +49,7 @@ impl Table {
 
     /// Creates a table with one row.
     pub fn row(cells: &[(Column, Value)]) -> Table {
-        let cells = cells.iter();
-        Table::new(1, cells.map(|(column, value)| (*column, value.repeated(1))).collect())
+        Table::new(1, cells.iter().map(|(column, value)| (*column, value.repeated(1))).collect())
     }
 
     /// Creates a table with these columns and no rows.
@@ -79,8 +78,8 @@ impl Table {
             return Ok(only.clone());
         }
         let mut stacking = Stacking::default();
-        let parts = tables.iter().map(|table| (stacking.add(table), table.clone()));
-        let parts: Vec<(usize, Table)> = parts.collect();
+        let parts: Vec<(usize, Table)> =
+            tables.iter().map(|table| (stacking.add(table), table.clone())).collect();
         stacking.stack(&parts)
     }
 
@@ -123,8 +122,8 @@ impl Table {
 
     fn with_fields(&self, change: impl Fn(Field) -> Field) -> Table {
         let fields = self.0.schema_ref().fields().iter();
-        let fields: Vec<Field> = fields.map(|field| change(field.as_ref().clone())).collect();
-        Table::from_arrays(self.rows(), Schema::new(fields), self.0.columns().to_vec())
+        let changed: Vec<Field> = fields.map(|field| change(field.as_ref().clone())).collect();
+        Table::from_arrays(self.rows(), Schema::new(changed), self.0.columns().to_vec())
     }
 
     /// Returns the memory in bytes that the table holds, including memory shared with other tables.
@@ -203,8 +202,7 @@ impl Table {
             };
             let mut values = numbers.iter().enumerate();
             let found = values.find_map(|(index, value)| {
-                let value = value.filter(|value| !value.is_finite())?;
-                Some((index, value))
+                Some((index, value.filter(|value| !value.is_finite())?))
             });
             if let Some((index, value)) = found {
                 let offsets = lists.map(LargeListArray::value_offsets);
@@ -318,8 +316,8 @@ impl Table {
     /// Returns the table with the values of one column replaced.
     pub fn replacing(&self, name: &str, values: ArrayRef) -> Table {
         let schema = self.0.schema_ref();
-        let arrays = schema.fields().iter().zip(self.0.columns());
-        let arrays = arrays.map(
+        let columns = schema.fields().iter().zip(self.0.columns());
+        let arrays = columns.map(
             |(field, array)| if field.name() == name { values.clone() } else { array.clone() },
         );
         Table::from_arrays(self.rows(), schema.as_ref().clone(), arrays.collect())
@@ -328,8 +326,8 @@ impl Table {
     /// Returns a table with the columns of `self`, then those of `other`. Both tables must have the
     /// same number of rows.
     pub fn beside(&self, other: &Table) -> Table {
-        let fields = [&self.0, &other.0].map(|batch| batch.schema_ref().fields().iter().cloned());
-        let fields: Vec<Arc<Field>> = fields.into_iter().flatten().collect();
+        let schemas = [&self.0, &other.0].map(|batch| batch.schema_ref().fields().iter().cloned());
+        let fields: Vec<Arc<Field>> = schemas.into_iter().flatten().collect();
         let arrays = [self.0.columns(), other.0.columns()].concat();
         Table::from_arrays(self.rows(), Schema::new(fields), arrays)
     }
@@ -420,23 +418,23 @@ impl Stacking {
     /// # Errors
     /// Returns an error if two tables have a column of the same name with different types.
     pub fn stack(&self, tables: &[(usize, Table)]) -> Result<Table, TableError> {
-        let arrays = self.fields.iter().enumerate().map(|(column, field)| {
+        let stacked = |(column, field): (usize, &Arc<Field>)| {
             let nulls = |rows| new_null_array(field.data_type(), rows);
-            let parts = tables.iter().map(|(layout, table)| {
+            let part = |(layout, table): &(usize, Table)| {
                 let index = self.index_in(*layout, column);
                 index.map_or_else(
                     || nulls(table.rows()),
                     |index| table.batch().column(index).clone(),
                 )
-            });
-            let parts: Vec<ArrayRef> = parts.collect();
+            };
+            let parts: Vec<ArrayRef> = tables.iter().map(part).collect();
             if parts.is_empty() {
                 Ok(nulls(0))
             } else {
                 concat(&parts.iter().map(AsRef::as_ref).collect::<Vec<&dyn Array>>())
             }
-        });
-        let arrays = arrays.collect::<Result<Vec<_>, _>>()?;
+        };
+        let arrays = self.fields.iter().enumerate().map(stacked).collect::<Result<Vec<_>, _>>()?;
         let rows = tables.iter().map(|(_, table)| table.rows()).sum();
         Ok(Table::from_arrays(rows, Schema::new(self.fields.clone()), arrays))
     }

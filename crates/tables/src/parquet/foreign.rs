@@ -126,10 +126,10 @@ fn check_chunks<'a>(
         let refused =
             |problem| ParquetError::Page { column: chunk.column_path().string(), problem };
         let (start, length) = chunk.byte_range();
-        let start = usize::try_from(start).ok().and_then(|start| file.get(start..));
+        let rest = usize::try_from(start).ok().and_then(|start| file.get(start..));
         let length = usize::try_from(length).unwrap_or(usize::MAX);
-        let pages = start.and_then(|bytes| bytes.get(..length));
-        let pages = pages.ok_or_else(|| refused(InvalidThrift::Bytes))?;
+        let found = rest.and_then(|rest| rest.get(..length));
+        let pages = found.ok_or_else(|| refused(InvalidThrift::Bytes))?;
         // This check prevents many chunks from sharing the same bytes.
         read += pages.len();
         if read > file.len() {
@@ -151,9 +151,8 @@ fn check_pages(
     while !pages.is_empty() {
         let (after, header) = Header::read(pages)?;
         let rest = &pages[after..];
-        let unpacked = usize::try_from(header.unpacked).ok();
-        let unpacked = unpacked.filter(|bytes| bytes <= left);
-        let unpacked = unpacked.ok_or(InvalidThrift::Unpacked(header.unpacked))?;
+        let allowed = usize::try_from(header.unpacked).ok().filter(|bytes| bytes <= left);
+        let unpacked = allowed.ok_or(InvalidThrift::Unpacked(header.unpacked))?;
         *left -= unpacked;
         // Each value has at least one byte.
         if !usize::try_from(header.values).is_ok_and(|values| values <= unpacked) {

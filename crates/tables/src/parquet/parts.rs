@@ -60,8 +60,8 @@ impl TableFile {
         let footer = catch_panics(|| footer(&end, &file, length)).map_err(damaged)?;
         let (bytes, footer) = match digested(&footer) {
             Digested::Chunks => {
-                let digests = catch_panics(|| digests(&end, &file, length, &footer));
-                let digests = digests.map_err(damaged)?;
+                let digests =
+                    catch_panics(|| digests(&end, &file, length, &footer)).map_err(damaged)?;
                 (Source::File(file, digests), footer)
             }
             Digested::Whole => {
@@ -155,11 +155,11 @@ impl TableFile {
     pub fn is_constant(&self, column: usize) -> Option<bool> {
         let leaf = leaf(self.footer(), column)?;
         let groups = self.footer().row_groups().iter();
-        let statistics = groups.map(|group| group.column(leaf).statistics());
-        let statistics: Vec<&Statistics> = statistics.collect::<Option<_>>()?;
-        let ends =
+        let statistics: Vec<&Statistics> =
+            groups.map(|group| group.column(leaf).statistics()).collect::<Option<_>>()?;
+        let bounds =
             statistics.iter().flat_map(|group| [group.min_bytes_opt(), group.max_bytes_opt()]);
-        let ends: Vec<&[u8]> = ends.collect::<Option<_>>()?;
+        let ends: Vec<&[u8]> = bounds.collect::<Option<_>>()?;
         let is_exact = |group: &&Statistics| {
             matches!(group, Statistics::Int64(_)) && group.null_count_opt() == Some(0)
         };
@@ -181,12 +181,12 @@ impl TableFile {
             let part = self.part(column, groups)?;
             catch_panics(|| self.column(part, column, groups, rows))
         };
-        let tables = if self.size(columns, groups) < WORTH_THREADS {
+        let results = if self.size(columns, groups) < WORTH_THREADS {
             columns.iter().map(read).collect()
         } else {
             parallel::map(columns, read)
         };
-        let tables = tables.into_iter().collect::<Result<Vec<Table>, ParquetError>>()?;
+        let tables = results.into_iter().collect::<Result<Vec<Table>, ParquetError>>()?;
         let fields = columns.iter().map(|&column| self.schema().fields()[column].clone());
         let schema = Schema::new(fields.collect::<Vec<_>>());
         let arrays = tables.iter().map(|table| table.batch().column(0).clone());
@@ -198,11 +198,9 @@ impl TableFile {
     fn size(&self, columns: &[usize], groups: &[usize]) -> i64 {
         let leaves: Vec<usize> =
             columns.iter().filter_map(|&column| leaf(self.footer(), column)).collect();
-        let groups = groups.iter().map(|&group| self.footer().row_group(group));
-        let sizes = groups.flat_map(|group| {
-            let leaves = leaves.iter();
-            leaves.map(|&leaf| group.column(leaf).uncompressed_size())
-        });
+        let groups_read = groups.iter().map(|&group| self.footer().row_group(group));
+        let sizes = groups_read
+            .flat_map(|group| leaves.iter().map(|&leaf| group.column(leaf).uncompressed_size()));
         sizes.fold(0, i64::saturating_add)
     }
 

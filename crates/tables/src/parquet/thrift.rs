@@ -141,8 +141,8 @@ impl<'a> Walk<'a> {
             let mut last: i16 = 0;
             while let Some((kind, field)) = walk.field(last)? {
                 let index = usize::try_from(field).ok().and_then(|field| field.checked_sub(1));
-                let shape = index.and_then(|index| known.get(index)).copied();
-                let shape = shape.unwrap_or(Shape::Unknown);
+                let shape =
+                    index.and_then(|index| known.get(index)).copied().unwrap_or(Shape::Unknown);
                 shape.check(kind)?;
                 visit(walk, field, kind, shape)?;
                 last = field;

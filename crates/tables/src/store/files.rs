@@ -169,8 +169,8 @@ pub fn from_folder(path: &Path, folder: &Path) -> PathBuf {
     let (Ok(whole), Ok(folder)) = (fs::canonicalize(path), fs::canonicalize(folder)) else {
         return path.to_owned();
     };
-    let common = whole.components().zip(folder.components());
-    let common = common.take_while(|(one, other)| one == other).count();
+    let pairs = whole.components().zip(folder.components());
+    let common = pairs.take_while(|(one, other)| one == other).count();
     let up = folder.components().skip(common).map(|_| Component::ParentDir);
     up.chain(whole.components().skip(common)).collect()
 }
@@ -187,8 +187,8 @@ pub fn names(folder: &Path) -> Result<Vec<String>, StoreError> {
         entries => entries.map_err(unreadable)?,
     };
     let name = |entry: fs::DirEntry| entry.file_name().to_string_lossy().into_owned();
-    let names = entries.map(|entry| entry.map(name).map_err(unreadable));
-    let mut names = names.collect::<Result<Vec<_>, _>>()?;
+    let found = entries.map(|entry| entry.map(name).map_err(unreadable));
+    let mut names = found.collect::<Result<Vec<_>, _>>()?;
     names.sort_unstable();
     Ok(names)
 }

@@ -171,8 +171,7 @@ fn words(keys: &[TaskKey]) -> String {
 }
 
 fn keys(words: &str) -> Option<Vec<TaskKey>> {
-    let words = words.split_ascii_whitespace();
-    words.map(|word| word.parse().ok()).collect()
+    words.split_ascii_whitespace().map(|word| word.parse().ok()).collect()
 }
 
 #[cfg(test)]

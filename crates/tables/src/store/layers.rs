@@ -43,10 +43,10 @@ impl Layers {
     /// itself is skipped. Also returns the errors of those that cannot be used.
     pub fn open(listed: &[ListedStore], own: &Path) -> (Layers, Vec<StoreError>) {
         let (mut found, mut unusable) = (Layers::default(), Vec::new());
-        let own = own.canonicalize().ok();
+        let own_root = own.canonicalize().ok();
         for ListedStore { path, listed_in } in listed {
             match Layer::open(path) {
-                Ok(layer) if own.as_ref() == Some(&layer.root) => {}
+                Ok(layer) if own_root.as_ref() == Some(&layer.root) => {}
                 Ok(layer) => found.layers.push(layer),
                 Err(source) => unusable.push(StoreError::Layer {
                     path: path.clone(),

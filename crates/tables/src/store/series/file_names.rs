@@ -85,8 +85,8 @@ pub(super) fn entries(column: &str, values: &[f64], part: Option<&str>) -> Vec<(
     // Rust formats numbers so that parsing gives exactly the same number.
     let words = values.iter().map(|value| format!(" {value:?}"));
     let rows = words.fold(column.to_owned(), |all, word| all + &word);
-    let part = part.map(|part| (PART.to_owned(), part.to_owned()));
-    part.into_iter().chain([(ROWS.to_owned(), rows)]).collect()
+    let of_part = part.map(|part| (PART.to_owned(), part.to_owned()));
+    of_part.into_iter().chain([(ROWS.to_owned(), rows)]).collect()
 }
 
 /// Returns the column that identifies the rows of a file, and their values.

@@ -37,8 +37,8 @@ impl Store {
         names: &[FileName],
     ) -> MissingRows {
         let Some(series) = &table.series else { return MissingRows::default() };
-        let missing = |part: Option<&Part>, values: &[f64]| {
-            let part = part.map(|part| part.name.as_str());
+        let missing = |of: Option<&Part>, values: &[f64]| {
+            let part = of.map(|part| part.name.as_str());
             let exact = FileName { key: table.key, rows: Some(RowsName::new(part, values)) };
             if names.contains(&exact) {
                 return Vec::new();
@@ -131,17 +131,17 @@ impl Store {
         if names.contains(&exact) {
             return self.read_file(&exact, columns);
         }
-        let (mut tables, mut provenance) = (Vec::new(), None);
+        let (mut tables, mut last_made) = (Vec::new(), None);
         let chosen = self.chosen(names, part, values).ok_or_else(|| not_found(&self.path(key)))?;
         for (name, here) in chosen {
             let (table, made) = self.read_file(name, columns)?;
             let of_rows = values_in(&table, column, &self.path(key))?;
-            let wanted = of_rows.iter().enumerate().filter(|(_, value)| contains(&here, **value));
-            let wanted: Vec<usize> = wanted.map(|(row, _)| row).collect();
+            let found = of_rows.iter().enumerate().filter(|(_, value)| contains(&here, **value));
+            let wanted: Vec<usize> = found.map(|(row, _)| row).collect();
             tables.push(table.pick(&wanted));
-            provenance = Some(made);
+            last_made = Some(made);
         }
-        let provenance = provenance.ok_or_else(|| not_found(&self.path(key)))?;
+        let provenance = last_made.ok_or_else(|| not_found(&self.path(key)))?;
         let stacked = Table::stack(&tables).map_err(|_| not_found(&self.path(key)))?;
         let order = ascending(&values_in(&stacked, column, &self.path(key))?);
         Ok((stacked.pick(&order), provenance))
@@ -228,8 +228,8 @@ impl Store {
         let files_in = |root: &Path| {
             let path = path(root, key);
             let names = files::names(path.parent().unwrap_or(root))?.into_iter();
-            let files = names.filter(|name| name.starts_with(&digits));
-            let files = files.filter_map(|name| name.parse().ok());
+            let own = names.filter(|name| name.starts_with(&digits));
+            let files = own.filter_map(|name| name.parse().ok());
             let is_there = |file: &FileName| file_path(root, file).is_file();
             Ok::<Vec<FileName>, StoreError>(files.filter(is_there).collect())
         };
