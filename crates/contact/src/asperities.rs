@@ -147,8 +147,8 @@ impl Asperities {
         summits::draw(self.grid, &contacts, &mut self.pressure);
         let areas = || contacts.iter().map(|contact| contact.area);
         let all: f64 = areas().sum();
-        let merged = areas().zip(&overlapping);
-        let merged: f64 = merged.filter(|(_, overlaps)| **overlaps).map(|(one, _)| one).sum();
+        let merged: f64 =
+            areas().zip(&overlapping).filter(|(_, overlaps)| **overlaps).map(|(one, _)| one).sum();
         let peaks = contacts.iter().map(|contact| contact.peak_pressure);
         AsperityOutcome {
             outcome: Outcome {

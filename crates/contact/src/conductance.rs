@@ -72,8 +72,7 @@ impl SpotConductance {
     /// # Ok::<(), asperity_contact::grid::GridError>(())
     /// ```
     pub fn of_map(&mut self, map: &ContactMap) -> ContactSpots {
-        let map = map.clone().with_boundary(self.boundary);
-        let spots = Spot::all(&map);
+        let spots = Spot::all(&map.clone().with_boundary(self.boundary));
         let aspect = self.grid.cell().aspect();
         let nominal_area = 1.0 / (aspect[0] * aspect[1]);
         let cell = nominal_area / self.grid.count() as f64;

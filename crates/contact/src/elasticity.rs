@@ -230,8 +230,8 @@ fn mean_over_waves(
     let mut values = vec![0.0; ROWS_PER_BATCH * waves_y];
     let mut sum = 0.0;
     for first in (0..nodes_x).step_by(ROWS_PER_BATCH) {
-        let rows = values.chunks_exact_mut(waves_y).zip(first..nodes_x);
-        let mut rows: Vec<(&mut [f64], usize)> = rows.collect();
+        let mut rows: Vec<(&mut [f64], usize)> =
+            values.chunks_exact_mut(waves_y).zip(first..nodes_x).collect();
         let evaluate = |(): &mut (), (row, k_x): &mut (&mut [f64], usize)| {
             factors(magnitude(*k_x, nodes_x), row);
         };

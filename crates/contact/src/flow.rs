@@ -223,8 +223,8 @@ struct LinkState {
 impl Film<'_> {
     fn link_states(&self, pressures: &[Pair]) -> impl Iterator<Item = LinkState> {
         self.channels.links(self.links).map(|(link, [from, to])| {
-            let seam = link.crosses_seam.then_some(link.axis);
-            let seam = seam.filter(|axis| self.channels.percolates[*axis]);
+            let across = link.crosses_seam && self.channels.percolates[link.axis];
+            let seam = across.then_some(link.axis);
             let mut drop = [0, 1].map(|axis| pressures[from][axis] - pressures[to][axis]);
             if let Some(axis) = seam {
                 drop[axis] += 1.0;
@@ -259,14 +259,14 @@ impl Film<'_> {
             }
         }
         let mut dissipation = upper;
-        let mut net_inflow = net_inflow.to_vec();
+        let mut excess = net_inflow.to_vec();
         for link in &self.channels.parent_links {
             let [node, parent] = [link.node, link.parent].map(|number| number as usize);
             for axis in [0, 1] {
                 let crossings = f64::from(link.crossings[axis]);
                 let drop = pressures[node][axis] - pressures[parent][axis] + crossings;
-                let correction = net_inflow[node][axis];
-                net_inflow[parent][axis] += correction;
+                let correction = excess[node][axis];
+                excess[parent][axis] += correction;
                 flow[axis] += crossings * correction;
                 dissipation[axis] += correction * (2.0 * drop + correction / link.conductance);
             }

@@ -433,8 +433,8 @@ impl Solver {
         }
         let is_elastic = |pressure: f64| pressure > 0.0 && pressure < hardness;
         let mean = mean_where(&gap, pressure, is_elastic);
-        let offset = mean.or_else(|| mean_where(&gap, pressure, |pressure| pressure > 0.0));
-        let offset = offset.unwrap_or_default();
+        let in_contact = mean.or_else(|| mean_where(&gap, pressure, |pressure| pressure > 0.0));
+        let offset = in_contact.unwrap_or_default();
         for (gap, &pressure) in gap.iter_mut().zip(pressure) {
             *gap = if is_elastic(pressure) { 0.0 } else { *gap - offset };
         }

@@ -88,8 +88,8 @@ pub fn visit<const A: usize, const O: usize, const K: usize, const H: usize>(
 ) -> Found<K, H> {
     // The rows of a map without content only drive the pass.
     let mut rows = vec![(); domain.mesh_nodes()];
-    let outputs = outputs.map(Band::new);
-    let mut pass = Nodes { domain, inputs, outputs, term, found: InOrder::new() };
+    let bands = outputs.map(Band::new);
+    let mut pass = Nodes { domain, inputs, outputs: bands, term, found: InOrder::new() };
     over_rows(threads, &mut rows, domain.mesh[1], &mut pass);
     pass.found.total()
 }
@@ -127,8 +127,8 @@ where
         }
         let outside = self.domain.mesh[1] - inside;
         if outside > 0 {
-            let beyond_outputs = beyond_outputs.map(|beyond| beyond.expect("each was set"));
-            segment(OUTSIDE, outside, beyond_inputs, beyond_outputs, self.term, &mut found);
+            let outside_outputs = beyond_outputs.map(|beyond| beyond.expect("each was set"));
+            segment(OUTSIDE, outside, beyond_inputs, outside_outputs, self.term, &mut found);
         }
         self.found.push(found);
     }

@@ -90,8 +90,8 @@ impl Asperities {
             let changes: Vec<f64> = answer.iter().zip(&displacements).map(|(a, u)| a - u).collect();
             // Summits far below the plane carry no force, so that errors of their displacements do
             // not matter.
-            let relevant = changes.iter().zip(&balance.overlaps);
-            let relevant = relevant.filter(|(change, overlap)| **overlap > -2.0 * change.abs());
+            let all = changes.iter().zip(&balance.overlaps);
+            let relevant = all.filter(|(change, overlap)| **overlap > -2.0 * change.abs());
             let largest = relevant.map(|(change, _)| change.abs()).fold(0.0, f64::max);
             let residual = largest / step;
             let stop = if residual <= settings.tolerance {
@@ -130,12 +130,12 @@ fn equilibrium(
 /// Finds the height of the reference plane at which Σ Fᵢ = `total` (positive), for given
 /// displacements uᵢ.
 fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
-    let levels = summits.iter().zip(displacements).map(|(summit, u)| summit.height - u);
-    let levels: Vec<f64> = levels.collect();
+    let levels: Vec<f64> =
+        summits.iter().zip(displacements).map(|(summit, u)| summit.height - u).collect();
     // The start is the highest plane at which a single summit carries the whole load. All forces
     // together are at least the load there.
-    let alone = summits.iter().zip(&levels);
-    let alone = alone.map(|(summit, level)| {
+    let pairs = summits.iter().zip(&levels);
+    let alone = pairs.map(|(summit, level)| {
         let overlap = libm::cbrt(total / summit.stiffness);
         level - overlap * overlap
     });
@@ -159,8 +159,8 @@ fn balance(summits: &[Summit], displacements: &[f64], total: f64) -> Balance {
     }
     let overlaps: Vec<f64> = levels.iter().map(|level| level - reference).collect();
     let forces = summits.iter().zip(&overlaps).map(|(summit, &overlap)| {
-        let overlap = overlap.max(0.0);
-        summit.stiffness * overlap * overlap.sqrt()
+        let depth = overlap.max(0.0);
+        summit.stiffness * depth * depth.sqrt()
     });
     Balance { reference, forces: forces.collect(), overlaps }
 }
@@ -212,8 +212,8 @@ impl Mixing {
             self.differences.truncate(DEPTH);
         }
         let damping = self.damping;
-        let next = iterate.iter().zip(&change);
-        let mut next: Vec<f64> = next.map(|(u, r)| u + damping * r).collect();
+        let mut next: Vec<f64> =
+            iterate.iter().zip(&change).map(|(u, r)| u + damping * r).collect();
         let weights = self.weights(&change);
         for ((moved, answered), weight) in self.differences.iter().zip(&weights) {
             for (next, (moved, answered)) in next.iter_mut().zip(moved.iter().zip(answered)) {

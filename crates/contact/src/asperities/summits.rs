@@ -160,8 +160,7 @@ pub struct Contact {
 /// Returns the contact ellipses of the summits with a positive approach. `overlaps` contains the
 /// approach of each summit.
 pub fn contacts(summits: &[Summit], overlaps: &[f64]) -> Vec<Contact> {
-    let touching = summits.iter().zip(overlaps);
-    let touching = touching.filter(|(_, overlap)| **overlap > 0.0);
+    let touching = summits.iter().zip(overlaps).filter(|(_, overlap)| **overlap > 0.0);
     let contact = |(summit, &overlap): (&Summit, &f64)| {
         let area = summit.area_factor * overlap;
         let major = (area / (PI * summit.axis_ratio)).sqrt();

@@ -86,8 +86,8 @@ impl PointSources {
             self.spread(*place, *force);
         }
         self.transform.forward(&self.map, &mut self.spectrum, &mut self.scratch);
-        let far = self.spectrum.iter().zip(&self.factors);
-        let far: f64 = far.map(|(value, factor)| factor * value.norm_sqr()).sum();
+        let modes = self.spectrum.iter().zip(&self.factors);
+        let far: f64 = modes.map(|(value, factor)| factor * value.norm_sqr()).sum();
         far + self.near(places, forces)
     }
 

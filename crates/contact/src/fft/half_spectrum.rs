@@ -206,8 +206,8 @@ impl<T: Real> HalfSpectrum<T> {
     ) {
         let count = spectrum.len() / self.columns();
         let workers = threads.workers(count * self.nodes[1]);
-        let firsts = workers.cuts(count.div_ceil(ROW_BATCH)).into_iter();
-        let firsts: Vec<usize> = firsts.map(|block| ROW_BATCH * block).collect();
+        let blocks = workers.cuts(count.div_ceil(ROW_BATCH)).into_iter();
+        let firsts: Vec<usize> = blocks.map(|block| ROW_BATCH * block).collect();
         let parts = cut(rows, &firsts, self.nodes[1]);
         let mut rest = spectrum;
         let mut blocks = Vec::with_capacity(firsts.len());
@@ -383,8 +383,8 @@ fn unpack<T: Real>(half: &[Complex<T>], row: &mut [T]) {
 /// Returns Σ K(|k|) |ĥ(k)|², with ĥ before the multiplication.
 fn multiply_by_even<T: Real>(column: &mut [Complex<T>], symbol: &[T]) -> f64 {
     let (positive, negative) = column.split_at_mut(symbol.len());
-    let positive = positive.iter_mut().zip(symbol);
-    let waves = positive.chain(negative.iter_mut().rev().zip(&symbol[1..]));
+    let first_half = positive.iter_mut().zip(symbol);
+    let waves = first_half.chain(negative.iter_mut().rev().zip(&symbol[1..]));
     let mut sum = 0.0;
     for (value, factor) in waves {
         let product = value.norm_sqr() * *factor;

@@ -170,8 +170,8 @@ impl<T: Real> Packed<T> {
     pub fn multiply(&self, kernel: &[T], threads: &Threads, scratch: &mut Scratch<T>) -> f64 {
         let Scratch { tiles, buffers } = scratch;
         let workers = self.workers(threads);
-        let tiles = self.numbers_mut(tiles).chunks_exact_mut(self.tile_len());
-        let tiles = tiles.map(|tile| &mut tile[..self.filled_rows * T::LANES]);
+        let whole = self.numbers_mut(tiles).chunks_exact_mut(self.tile_len());
+        let tiles = whole.map(|tile| &mut tile[..self.filled_rows * T::LANES]);
         let mut pairs = self.columns.pairs(tiles, self.rows.block_indices(), kernel);
         workers.for_each(
             buffers,
@@ -204,13 +204,11 @@ impl<T: Real> Packed<T> {
         let nodes_y = self.nodes[1];
         let Scratch { tiles, buffers } = scratch;
         let workers = self.workers(threads);
-        let firsts = workers.cuts(self.filled_rows / ROW_BATCH);
-        let firsts = firsts.into_iter().map(|batch| ROW_BATCH * batch);
-        let firsts: Vec<usize> = firsts.collect();
+        let batches = workers.cuts(self.filled_rows / ROW_BATCH).into_iter();
+        let firsts: Vec<usize> = batches.map(|batch| ROW_BATCH * batch).collect();
         let shares = self.cut_tiles(self.numbers_mut(tiles), &firsts);
         let parts = cut(rows, &firsts, nodes_y);
-        let blocks = firsts.into_iter().zip(shares).zip(parts);
-        let mut blocks: Vec<_> = blocks.collect();
+        let mut blocks: Vec<_> = firsts.into_iter().zip(shares).zip(parts).collect();
         workers.for_each(
             buffers,
             || self.buffers(),
@@ -267,9 +265,9 @@ impl<T: Real> Packed<T> {
         let nodes_y = self.nodes[1];
         let Scratch { tiles, buffers } = scratch;
         let tiles: &[T] = bytemuck::cast_slice(tiles);
-        let tiles = tiles[..self.tiles_len()].chunks_exact(self.tile_len());
+        let whole = tiles[..self.tiles_len()].chunks_exact(self.tile_len());
         let tiles: Vec<[&[T]; 2]> =
-            tiles.map(|tile| tile.split_at(self.filled_rows / 2 * T::LANES).into()).collect();
+            whole.map(|tile| tile.split_at(self.filled_rows / 2 * T::LANES).into()).collect();
         let workers = threads.workers(2 * pairs.len() * nodes_y);
         let (parts, pairs) = cut_pairs(rows, pairs, &workers, nodes_y);
         let mut blocks: Vec<_> = parts.into_iter().zip(pairs).collect();

@@ -81,8 +81,8 @@ impl<'a, V> Band<'a, V> {
 /// Splits a pass over maps with `nodes` nodes in a row into parts that begin at the ascending rows
 /// `firsts`. No row before `firsts[0]` is visited, so nothing remains for `rows` itself.
 pub fn cut<T, P: Rows<T>>(rows: &mut P, firsts: &[usize], nodes: usize) -> Vec<P> {
-    let firsts = firsts.iter().rev();
-    let mut parts: Vec<P> = firsts.map(|&first| rows.split_off(Row::new(first, nodes))).collect();
+    let split = |&first: &usize| rows.split_off(Row::new(first, nodes));
+    let mut parts: Vec<P> = firsts.iter().rev().map(split).collect();
     parts.reverse();
     parts
 }
@@ -101,8 +101,7 @@ pub fn cut_pairs<'p, T, P: Rows<T>>(
     let ends = cuts[1..].iter().copied().chain([pairs.len()]);
     let blocks: Vec<&[usize]> =
         cuts.iter().zip(ends).map(|(&first, end)| &pairs[first..end]).collect();
-    let firsts = blocks.iter().map(|pairs| 2 * pairs.first().unwrap_or(&0));
-    let firsts: Vec<usize> = firsts.collect();
+    let firsts: Vec<usize> = blocks.iter().map(|pairs| 2 * pairs.first().unwrap_or(&0)).collect();
     (cut(rows, &firsts, nodes), blocks)
 }
 
@@ -196,9 +195,9 @@ impl<T: Real> Aligned<T> {
 
 impl<T: Real> FromIterator<T> for Aligned<T> {
     fn from_iter<I: IntoIterator<Item = T>>(values: I) -> Self {
-        let values: Vec<T> = values.into_iter().collect();
-        let mut aligned = Self::zeros(values.len());
-        aligned.copy_from_slice(&values);
+        let own: Vec<T> = values.into_iter().collect();
+        let mut aligned = Self::zeros(own.len());
+        aligned.copy_from_slice(&own);
         aligned
     }
 }

@@ -206,11 +206,11 @@ impl Forest {
 /// 2 × node + axis.
 fn ranked(links: &Links) -> Vec<u64> {
     // The upper 32 bits are the inverted bits of the conductance in single precision.
-    let ranked = links.iter().map(|link| {
+    let ranks = links.iter().map(|link| {
         let rank = u64::from(!(link.conductance as f32).to_bits());
         rank << 32 | (2 * link.from + link.axis) as u64
     });
-    let mut ranked: Vec<u64> = ranked.collect();
+    let mut ranked: Vec<u64> = ranks.collect();
     ranked.sort_unstable();
     ranked
 }
@@ -382,8 +382,7 @@ impl Links {
         for (node, conductance) in self.conductances[axis].iter().enumerate() {
             sums[self.indices(node)[axis]] += conductance;
         }
-        let sums = sums.iter().enumerate();
-        let least = sums.min_by(|one, other| one.1.total_cmp(other.1));
+        let least = sums.iter().enumerate().min_by(|one, other| one.1.total_cmp(other.1));
         least.expect("there is a node").0
     }
 }

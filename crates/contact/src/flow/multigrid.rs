@@ -284,9 +284,10 @@ fn merged(graph: &Graph, aggregates: &[u32], count: usize) -> Graph {
             (one != other).then_some((one.min(other), one.max(other), conductance))
         })
     };
-    let grounds = graph.grounds().iter();
-    let grounds = grounds.map(|&(node, conductance)| (aggregates[node as usize], conductance));
-    let grounds = grounds.filter(|(aggregate, _)| *aggregate != NONE).collect();
+    let grounds = graph.grounds().iter().filter_map(|&(node, conductance)| {
+        let aggregate = aggregates[node as usize];
+        (aggregate != NONE).then_some((aggregate, conductance))
+    });
     let separate = Graph::new(count, Vec::new(), between);
     let mut merged: Vec<(u32, u32, f64)> = Vec::with_capacity(count * 3);
     let mut link_of = vec![NONE; count];
@@ -304,5 +305,5 @@ fn merged(graph: &Graph, aggregates: &[u32], count: usize) -> Graph {
         }
     }
     drop(separate);
-    Graph::new(count, grounds, || merged.iter().copied())
+    Graph::new(count, grounds.collect(), || merged.iter().copied())
 }

@@ -61,8 +61,8 @@ impl ContactMap {
         let mut words = vec![0; pressures.len().div_ceil(WORD)];
         let workers = threads.workers(pressures.len());
         let block_words = words.len().div_ceil(workers.cuts(words.len()).len());
-        let blocks = words.chunks_mut(block_words).zip(pressures.chunks(block_words * WORD));
-        let mut blocks: Vec<_> = blocks.collect();
+        let mut blocks: Vec<_> =
+            words.chunks_mut(block_words).zip(pressures.chunks(block_words * WORD)).collect();
         let fill = |(): &mut (), (words, pressures): &mut (&mut [u64], &[f64])| {
             for (word, pressures) in words.iter_mut().zip(pressures.chunks(WORD)) {
                 *word = bits(pressures);

@@ -129,7 +129,7 @@ impl Solver {
     ///
     /// Scaling elastic pressures alone may not suffice, because there may be too few of them.
     fn shift_free_nodes(&mut self, hardness: Hardness) {
-        let hardness = hardness.pressure();
+        let limit = hardness.pressure();
         let sum: f64 = self.pressure.iter().sum();
         let missing_load = self.inner.load * self.pressure.len() as f64 - sum;
         self.inner.candidates.clear();
@@ -138,12 +138,12 @@ impl Solver {
                 self.inner.candidates.push(*p as f32, 0.0);
             }
         }
-        let Some(shift) = self.inner.candidates.shift(missing_load, hardness as f32) else {
+        let Some(shift) = self.inner.candidates.shift(missing_load, limit as f32) else {
             return;
         };
         for (p, last_step) in self.pressure.iter_mut().zip(&self.inner.last_step) {
             if has(*last_step, FREE) {
-                *p = (*p + shift).clamp(0.0, hardness);
+                *p = (*p + shift).clamp(0.0, limit);
             }
         }
     }

@@ -433,8 +433,7 @@ impl InnerSolver {
         // Gaps are measured from the offset, which has changed as well.
         let along = means.correction_on_image - last.offset_change * means.sampled_correction;
         let conjugate = self.free_nodes * along / last.curvature;
-        let beta = conjugate + last.missed / step_length;
-        let beta = beta.clamp(0.0, MAX_BETA);
+        let beta = (conjugate + last.missed / step_length).clamp(0.0, MAX_BETA);
         let PendingUpdate { scale, part } = last.pending;
         let scaling = (1.0 - 1.0 / scale) * self.total() / self.free_nodes;
         let mean = beta * part * (means.last_step + scaling) - means.correction;

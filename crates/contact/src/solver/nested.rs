@@ -88,17 +88,17 @@ impl CoarserMeshes {
     pub fn new(threads: &Threads, body: &dyn ElasticOperator, heights: &[f64]) -> Option<Self> {
         let row_nodes = body.grid().nodes()[1];
         let grids = coarser_grids(body.grid());
-        let bodies: Option<Vec<_>> = grids.iter().map(|grid| body.on_coarser(*grid)).collect();
-        let mut bodies = bodies?;
+        let coarser: Option<Vec<_>> = grids.iter().map(|grid| body.on_coarser(*grid)).collect();
+        let mut bodies = coarser?;
         let coarsest = bodies.pop()?;
         let mut stride = 1;
         let mut sampled = || -> Vec<f64> {
             stride *= 2;
             every_so_many(stride, heights, row_nodes).collect()
         };
-        let levels =
+        let meshes =
             bodies.iter().map(|body| Arc::new(Mesh::from_heights(threads, &**body, &sampled())));
-        let levels = levels.collect();
+        let levels = meshes.collect();
         let coarsest = Problem::new(threads, coarsest, None, &sampled());
         Some(Self { levels, coarsest: Arc::new(coarsest) })
     }

@@ -345,8 +345,8 @@ impl Choose {
         let level = Lanes::all(simd, self.level);
         let of_own = Lanes::all(simd, self.weights[0]);
         let of_other = Lanes::all(simd, self.weights[1]);
-        let nodes = values.iter_mut().zip(gap).zip(last_step);
-        let nodes = nodes.zip(own.iter().zip(other)).zip(groups);
+        let maps = values.iter_mut().zip(gap).zip(last_step);
+        let nodes = maps.zip(own.iter().zip(other)).zip(groups);
         for ((((value, gap), last_step), (own, other)), has_free) in nodes {
             let own = of_own * Lanes::of(simd, *own);
             let continued = own.plus(of_other, Lanes::of(simd, *other));

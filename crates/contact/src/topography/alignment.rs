@@ -83,9 +83,9 @@ impl Alignment {
         match self.by {
             LineFit::Median => {
                 for line in 0..lines.count {
-                    let measured = lines.nodes(line).map(|node| scan.heights()[node]);
+                    let of_line = lines.nodes(line).map(|node| scan.heights()[node]);
                     let mut measured: Vec<f64> =
-                        measured.filter(|height| !height.is_nan()).collect();
+                        of_line.filter(|height| !height.is_nan()).collect();
                     if let Some(offset) = median(&mut measured) {
                         subtract_offset(line, offset);
                     }
@@ -100,10 +100,9 @@ impl Alignment {
                 for line in 0..lines.count {
                     let nodes: Vec<usize> =
                         lines.nodes(line).filter(|node| !scan.is_missing(*node)).collect();
-                    let positions = nodes.iter().map(|node| lines.position(*node));
-                    let positions: Vec<f64> = positions.collect();
-                    let of_line = nodes.iter().map(|node| heights[*node]);
-                    let mut of_line: Vec<f64> = of_line.collect();
+                    let positions: Vec<f64> =
+                        nodes.iter().map(|node| lines.position(*node)).collect();
+                    let mut of_line: Vec<f64> = nodes.iter().map(|node| heights[*node]).collect();
                     subtract_polynomial(&positions, &mut of_line, degree);
                     nodes.iter().zip(of_line).for_each(|(node, height)| heights[*node] = height);
                 }
@@ -153,10 +152,9 @@ impl Lines {
         for line in 0..self.count {
             if let Some(before) = before {
                 let pairs = self.nodes(line).zip(self.nodes(before));
-                let differences =
-                    pairs.map(|(node, other)| scan.heights()[node] - scan.heights()[other]);
+                let all = pairs.map(|(node, other)| scan.heights()[node] - scan.heights()[other]);
                 let mut differences: Vec<f64> =
-                    differences.filter(|difference| !difference.is_nan()).collect();
+                    all.filter(|difference| !difference.is_nan()).collect();
                 offset += median(&mut differences).unwrap_or(0.0);
             }
             if self.nodes(line).any(|node| !scan.is_missing(node)) {

@@ -226,8 +226,8 @@ impl Autocorrelation {
     }
 
     fn value(&self, i: usize, j: isize) -> f64 {
-        let j = j.rem_euclid(self.nodes[1] as isize) as usize;
-        self.values[i * self.nodes[1] + j]
+        let wrapped = j.rem_euclid(self.nodes[1] as isize) as usize;
+        self.values[i * self.nodes[1] + wrapped]
     }
 }
 

@@ -128,8 +128,8 @@ fn distribution_shape(values: &[f64]) -> Option<(f64, f64)> {
 fn multiply_by_half_wavenumber(threads: &Threads, spectrum: &mut [Complex<f64>], grid: Grid) {
     let ([nodes_x, nodes_y], cell) = (grid.nodes(), grid.cell());
     let factor = 0.5 * TAU / cell.longer_side() / grid.count() as f64;
-    let rows = spectrum.chunks_exact_mut(nodes_y / 2 + 1).enumerate();
-    let mut rows: Vec<(usize, &mut [Complex<f64>])> = rows.collect();
+    let mut rows: Vec<(usize, &mut [Complex<f64>])> =
+        spectrum.chunks_exact_mut(nodes_y / 2 + 1).enumerate().collect();
     let multiply = |(): &mut (), (i, row): &mut (usize, &mut [Complex<f64>])| {
         let k_x = signed_wavenumber(*i, nodes_x);
         for (k_y, value) in row.iter_mut().enumerate() {
@@ -260,12 +260,12 @@ impl Statistics {
     /// The list is empty if no statistic contradicts it.
     pub fn departures(&self) -> Vec<String> {
         let [[along_x, along_y], [bent_x, bent_y]] = [self.slopes, self.curvatures];
-        let ratios = [
+        let pairs = [
             ("m₂₀/m₀₂", along_x, along_y),
             ("m₄₀/m₀₄", bent_x, bent_y),
             ("3 m₂₂/m₄", 3.0 * self.mixed, (bent_x + bent_y) / 2.0),
         ];
-        let ratios = ratios.into_iter().filter_map(|(name, one, other)| {
+        let ratios = pairs.into_iter().filter_map(|(name, one, other)| {
             let is_alike = one <= ISOTROPIC * other && other <= ISOTROPIC * one;
             (!is_alike).then(|| {
                 if one < 1e3 * other {

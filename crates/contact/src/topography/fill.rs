@@ -70,8 +70,8 @@ impl Fill {
 fn lowest(scan: Scan) -> Scan {
     let heights = scan.measured().map(|(_, height)| height);
     let lowest = heights.fold(f64::INFINITY, f64::min);
-    let missing = (0..scan.heights().len()).filter(|&node| scan.is_missing(node));
-    let missing: Vec<usize> = missing.collect();
+    let missing: Vec<usize> =
+        (0..scan.heights().len()).filter(|&node| scan.is_missing(node)).collect();
     scan.with(missing.into_iter().map(|node| (node, lowest)))
 }
 

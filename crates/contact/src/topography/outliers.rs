@@ -53,8 +53,8 @@ impl Spikes {
             let mut larger: Vec<f64> = deviations.iter().map(|(_, [_, larger])| *larger).collect();
             let scale = NORMAL * median(&mut larger).unwrap_or(0.0);
             let limit = self.threshold * scale.max(least_scale(&left, scale));
-            let found = deviations.into_iter().filter(|(_, [smaller, _])| *smaller > limit);
-            let found: Vec<usize> = found.map(|(node, _)| node).collect();
+            let outside = deviations.into_iter().filter(|(_, [smaller, _])| *smaller > limit);
+            let found: Vec<usize> = outside.map(|(node, _)| node).collect();
             if found.is_empty() {
                 spikes.sort_unstable();
                 return spikes;
@@ -74,8 +74,8 @@ impl Spikes {
         // Opposite neighbours of a small periodic map must not be the same node.
         let reach = neighbours.nodes.map(|nodes| (self.window as usize / 2).min((nodes - 1) / 2));
         let [reach_x, reach_y] = reach.map(|reach| reach as isize);
-        let half = (0..=reach_x).flat_map(|x| (-reach_y..=reach_y).map(move |y| [x, y]));
-        let half: Vec<[isize; 2]> = half.filter(|[x, y]| *x > 0 || *y > 0).collect();
+        let offsets = (0..=reach_x).flat_map(|x| (-reach_y..=reach_y).map(move |y| [x, y]));
+        let half: Vec<[isize; 2]> = offsets.filter(|[x, y]| *x > 0 || *y > 0).collect();
         let height = |node: Option<usize>| {
             node.map(|node| scan.heights()[node]).filter(|height| !height.is_nan())
         };
@@ -158,8 +158,8 @@ pub fn islands(scan: &Scan, limit: usize, is_periodic: bool) -> Vec<usize> {
 /// Returns the groups of measured points, in the order of their first nodes.
 fn groups(scan: &Scan, is_periodic: bool) -> Vec<Vec<usize>> {
     let neighbours = Neighbours { nodes: scan.grid().nodes(), is_periodic };
-    let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [x, y]));
-    let around: Vec<[isize; 2]> = around.filter(|offset| *offset != [0, 0]).collect();
+    let offsets = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [x, y]));
+    let around: Vec<[isize; 2]> = offsets.filter(|offset| *offset != [0, 0]).collect();
     let mut is_in_group: Vec<bool> = scan.heights().iter().map(|height| height.is_nan()).collect();
     let mut groups = Vec::new();
     for (first, _) in scan.measured() {

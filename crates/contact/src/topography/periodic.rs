@@ -102,8 +102,9 @@ pub fn mirror(surface: &Surface) -> Surface {
     let grid = surface.grid();
     let nodes = grid.nodes();
     let cell = Cell::new(grid.cell().size().map(|side| 2.0 * side));
-    let doubled = cell.and_then(|cell| Grid::new(nodes.map(|nodes| 2 * nodes), cell));
-    let doubled = doubled.expect("twice the sides and nodes of a valid grid are a valid grid");
+    let doubled = cell
+        .and_then(|cell| Grid::new(nodes.map(|nodes| 2 * nodes), cell))
+        .expect("twice the sides and nodes of a valid grid are a valid grid");
     let fold = |index: usize, nodes: usize| index.min(2 * nodes - 1 - index);
     let heights = (0..doubled.count())
         .map(|node| {

@@ -164,8 +164,8 @@ impl RandomSurface {
         let square_length = self.spectrum.square_length();
         let draws = Draws::new(self.seed, self.realization);
         for row in self.spectrum.rows(cell) {
-            let draws = draws.row(row.k_x, *row.k_y.start());
-            for (k_y, draw) in row.k_y.zip(draws) {
+            let of_row = draws.row(row.k_x, *row.k_y.start());
+            for (k_y, draw) in row.k_y.zip(of_row) {
                 let wavevector = cell.wavevector([row.k_x.into(), k_y.into()]);
                 let density = densities.at(square_length.at(wavevector));
                 visit(row.k_x, k_y, density, draw);

@@ -226,8 +226,8 @@ impl TabulatedSurface<'_> {
         let mut sum = MomentSum::new(grid.cell());
         let draws = Draws::new(self.seed, self.realization);
         for (k_x, columns) in modes(grid, self.density.range()[1]) {
-            let draws = draws.row(k_x, *columns.start() as u32);
-            for (k_y, draw) in columns.zip(draws) {
+            let of_row = draws.row(k_x, *columns.start() as u32);
+            for (k_y, draw) in columns.zip(of_row) {
                 let mean_power = self.density.at(wavenumber(grid, k_x, k_y)) / grid.cell().area();
                 if mean_power > 0.0 {
                     let wave = Wave::new(grid, [k_x, k_y], mean_power, &draw);

@@ -235,8 +235,8 @@ impl Scan {
 
     /// Returns the map with each measured height replaced by `change(node, height)`.
     pub(super) fn map_measured(&self, change: impl Fn(usize, f64) -> f64) -> Scan {
-        let heights = self.heights.iter().enumerate();
-        let heights = heights
+        let nodes = self.heights.iter().enumerate();
+        let heights = nodes
             .map(|(node, height)| if height.is_nan() { f64::NAN } else { change(node, *height) });
         Scan { grid: self.grid, heights: heights.collect() }
     }

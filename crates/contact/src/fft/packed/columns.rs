@@ -103,12 +103,12 @@ impl<T: Real> Columns<T> {
         block_indices: &[usize],
         kernel: &'a [T],
     ) -> Vec<Pair<'a, T>> {
-        let mut tiles: Vec<Option<&mut [T]>> = tiles.map(Some).collect();
+        let mut waiting: Vec<Option<&mut [T]>> = tiles.map(Some).collect();
         let count = block_indices.len();
         let kernels = kernel.chunks_exact(self.kernel_of_tile());
         let pairs = (0..=count / 2).zip(kernels).map(|(k, kernel)| Pair {
-            near: tiles[block_indices[k]].take().expect("each is in one pair"),
-            far: tiles[block_indices[(count - k) % count]].take(),
+            near: waiting[block_indices[k]].take().expect("each is in one pair"),
+            far: waiting[block_indices[(count - k) % count]].take(),
             kernel,
             lowest: k == 0,
             sum: 0.0,

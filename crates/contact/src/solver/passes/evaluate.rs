@@ -349,9 +349,9 @@ impl GapStatistics {
                 lowest = lower;
             }
         }
-        let nodes = nodes.total();
-        self.contact_nodes += nodes;
-        self.elastic_nodes += nodes - saturated_nodes.total();
+        let pressed_nodes = nodes.total();
+        self.contact_nodes += pressed_nodes;
+        self.elastic_nodes += pressed_nodes - saturated_nodes.total();
         self.extremes.add(Extremes::of(highest, lowest));
     }
 

@@ -213,8 +213,8 @@ impl GapUpdate {
         let mut elastic_nodes = zero;
         let mut elastic_sum = zero;
         let mut free_sum = zero;
-        let groups = groups.active.iter_mut().zip(&mut *groups.free);
-        let nodes = values.iter_mut().zip(gap).zip(last_step).zip(groups);
+        let flags = groups.active.iter_mut().zip(&mut *groups.free);
+        let nodes = values.iter_mut().zip(gap).zip(last_step).zip(flags);
         for (((value, gap), last_step), (active, has_free)) in nodes {
             let g = Lanes::of(simd, *gap);
             let above = g - offset;

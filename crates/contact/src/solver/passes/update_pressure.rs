@@ -193,8 +193,8 @@ impl Direction {
         let mut pressure_on_height = zero;
         let mut rounded = zero;
 
-        let nodes = values.iter_mut().zip(reference_pressure).zip(increment).zip(last_step);
-        let nodes = nodes.zip(gap.iter().zip(heights)).zip(active);
+        let own = values.iter_mut().zip(reference_pressure).zip(increment).zip(last_step);
+        let nodes = own.zip(gap.iter().zip(heights)).zip(active);
         for (((((value, b), increment), last_step), (g, h)), active) in nodes {
             if !active {
                 *value = zero.numbers();

@@ -99,8 +99,8 @@ impl Maugis {
         // 1.5^⅓ of the unit.
         let step = 1.5 / f64::from(TRIALS);
         let radii = (1..=TRIALS).map(|trial| f64::from(trial) * step);
-        let lowest = radii.min_by(|a, b| force(*a).total_cmp(&force(*b)));
-        let lowest = lowest.expect("there are trials");
+        let lowest =
+            radii.min_by(|a, b| force(*a).total_cmp(&force(*b))).expect("there are trials");
         // Golden-section search.
         let part = 0.5 * (5_f64.sqrt() - 1.0);
         let (mut low, mut high) = ((lowest - step).max(1e-9), lowest + step);

@@ -159,8 +159,8 @@ impl Excess {
     /// Returns the moments of summits that all have the height z = s + `excess`.
     fn from_height(excess: f64) -> Self {
         let fraction = if excess > 0.0 { 1.0 } else { 0.0 };
-        let excess = excess.max(0.0);
-        Self { fraction, half: excess.sqrt(), first: excess, three_halves: excess * excess.sqrt() }
+        let first = excess.max(0.0);
+        Self { fraction, half: first.sqrt(), first, three_halves: first * first.sqrt() }
     }
 
     /// Returns the moments ⟨(w − u)₊ⁿ⟩ of a standard normal w.

@@ -118,8 +118,8 @@ struct Hole {
 
 impl Hole {
     fn new(nodes: &[usize], index_in_hole: &[u32], scan: &Scan, lattice: &Lattice) -> Hole {
-        let edge = nodes.iter().flat_map(|&node| lattice.neighbours(node));
-        let edge = edge.filter(|(node, weight)| *weight > 0.0 && !scan.is_missing(*node));
+        let around = nodes.iter().flat_map(|&node| lattice.neighbours(node));
+        let edge = around.filter(|(node, weight)| *weight > 0.0 && !scan.is_missing(*node));
         let (sum, count) = edge
             .fold((0.0, 0.0), |(sum, count), (node, _)| (sum + scan.heights()[node], count + 1.0));
         let reference = sum / count;
@@ -154,8 +154,8 @@ impl Hole {
         let tolerance = TOLERANCE * norm(&self.right_side);
         for _ in 0..ROUNDS {
             let product = self.product(&solution);
-            let residual = self.right_side.iter().zip(&product);
-            let residual: Vec<f64> = residual.map(|(given, product)| given - product).collect();
+            let pairs = self.right_side.iter().zip(&product);
+            let residual: Vec<f64> = pairs.map(|(given, product)| given - product).collect();
             if norm(&residual) <= tolerance {
                 break;
             }
