@@ -74,11 +74,11 @@ impl SampledStudy {
     /// Returns the tasks whose tables are needed to evaluate open conditions, in ascending order.
     /// The list is empty when all conditions have been evaluated.
     pub fn deciding_tasks(&self) -> Vec<usize> {
-        let tasks = self.stages.iter().filter_map(|stage| match &stage.condition {
+        let open = self.stages.iter().filter_map(|stage| match &stage.condition {
             Condition::Open { tasks, .. } => Some(tasks.as_slice()),
             Condition::Holds(_) | Condition::Fails(_) => None,
         });
-        let mut tasks = tasks.collect::<Vec<_>>().concat();
+        let mut tasks = open.collect::<Vec<_>>().concat();
         tasks.sort_unstable();
         tasks.dedup();
         tasks
@@ -208,8 +208,8 @@ impl fmt::Display for ClaimSummary<'_> {
                 not_judged.len()
             );
         }
-        let mut not_judged = not_judged.iter();
-        not_judged.try_for_each(|(name, needs)| write!(formatter, "; `{name}` needs {needs}"))
+        let mut others = not_judged.iter();
+        others.try_for_each(|(name, needs)| write!(formatter, "; `{name}` needs {needs}"))
     }
 }
 

@@ -139,11 +139,11 @@ pub fn placed(against: Surface, keys: &Keys) -> Result<Surface, DirectError> {
     let surface = checks::stage("generate", &placeholder_surface(against.grid(), ""));
     let stages = vec![("surface", surface.clone()), ("against", surface), ("contact", contact)];
     let study = checks::study(stages)?;
-    let pairs = study.stages.iter().filter_map(|stage| match &stage.work {
+    let surfaces = study.stages.iter().filter_map(|stage| match &stage.work {
         Work::Generate(surfaces) => Some(surfaces),
         Work::Evaluate(_) => None,
     });
-    let pairs = pairs.flatten().filter_map(|surfaces| match &surfaces.params.origin {
+    let pairs = surfaces.flatten().filter_map(|surfaces| match &surfaces.params.origin {
         Origin::Pair(pair) => Some(pair),
         _ => None,
     });

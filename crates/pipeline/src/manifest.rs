@@ -92,9 +92,9 @@ impl Manifest {
     /// that this one extends, or from a manifest that settings override.
     pub fn read(mut document: DeTable<'_>, inherited: usize, problems: &mut Problems) -> Manifest {
         let parameters = document.remove_entry("parameters");
-        let parameters = parameters.and_then(|entry| table_of(entry, problems));
+        let table = parameters.and_then(|entry| table_of(entry, problems));
         let parameters =
-            parameters.map_or_else(Parameters::default, |table| Parameters::read(table, problems));
+            table.map_or_else(Parameters::default, |table| Parameters::read(table, problems));
         let (mut study, mut stages, mut figures) = (None, Vec::new(), Vec::new());
         for entry in document {
             match entry.0.get_ref().as_ref() {
@@ -153,11 +153,11 @@ fn read_stages(
         let kind = value.get_ref().as_table().and_then(|table| table.get("kind"));
         kind.and_then(|kind| kind.get_ref().as_str()) == Some(Kind::Generate.name())
     };
-    let (generate, others): (Vec<_>, Vec<_>) = entries.partition(is_generate);
+    let (generate, rest): (Vec<_>, Vec<_>) = entries.partition(is_generate);
     let mut read =
         |entry, surfaces: &[StageTable]| read_stage(entry, parameters, surfaces, problems);
     let mut stages: Vec<_> = generate.into_iter().map(|entry| read(entry, &[])).collect();
-    let others: Vec<_> = others.into_iter().map(|entry| read(entry, &stages)).collect();
+    let others: Vec<_> = rest.into_iter().map(|entry| read(entry, &stages)).collect();
     stages.extend(others);
     stages.sort_by_key(|stage| stage.name.span.start);
     stages

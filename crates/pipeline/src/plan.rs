@@ -134,8 +134,7 @@ impl PlannedStage {
     /// Returns the tasks of this stage that are selected. `selected` has an entry for each task of
     /// the plan.
     pub fn tasks_where(&self, selected: &[bool]) -> Vec<usize> {
-        let tasks = self.tasks.iter().zip(selected);
-        let tasks = tasks.filter(|(_, selected)| **selected);
+        let tasks = self.tasks.iter().zip(selected).filter(|(_, selected)| **selected);
         tasks.map(|(&task, _)| task).collect()
     }
 }
@@ -258,11 +257,11 @@ impl Plan {
         if inputs.is_empty() || recipe.kind() == Kind::Generate {
             return Ok(own);
         }
-        let above = inputs.chunks(CHUNK).map(|inputs| {
+        let chunks = inputs.chunks(CHUNK).map(|inputs| {
             let above = inputs.iter().map(|&input| self.coordinates(input));
             Ok(Table::stack(&above.collect::<Result<Vec<_>, _>>()?)?.common())
         });
-        let above = above.collect::<Result<Vec<_>, TableError>>()?;
+        let above = chunks.collect::<Result<Vec<_>, TableError>>()?;
         Ok(Table::stack(&above)?.common().beside(&own))
     }
 
@@ -294,7 +293,7 @@ impl Builder {
         let inputs: Vec<usize> = feeding.flat_map(|stage| stage.tasks.clone()).collect();
         match &stage.work {
             Work::Generate(surfaces) => {
-                let surfaces = surfaces.iter().flat_map(|surfaces| {
+                let drawn = surfaces.iter().flat_map(|surfaces| {
                     // With measured spectra, every surface is drawn once for each spectrum.
                     let read: Vec<Vec<usize>> = if surfaces.params.origin.reads_stage() {
                         inputs.iter().map(|&input| vec![input]).collect()
@@ -307,7 +306,7 @@ impl Builder {
                             .map(move |number| (surfaces.params.realization(number), read.clone()))
                     })
                 });
-                surfaces.map(|(params, read)| self.add(Recipe::Generate(params), read)).collect()
+                drawn.map(|(params, read)| self.add(Recipe::Generate(params), read)).collect()
             }
             Work::Evaluate(recipes) => {
                 let table = |&input: &usize| {
@@ -315,11 +314,11 @@ impl Builder {
                     (all[input].name.clone(), tasks.len())
                 };
                 let tables: Vec<_> = stage.inputs.iter().map(table).collect();
-                let recipes = recipes.iter().flat_map(|recipe| {
+                let tasks = recipes.iter().flat_map(|recipe| {
                     let recipe = recipe.for_inputs(tables.clone()).unwrap_or(recipe.clone());
                     self.evaluate(&recipe, &inputs)
                 });
-                recipes.collect()
+                tasks.collect()
             }
         }
     }
@@ -327,13 +326,12 @@ impl Builder {
     /// Adds the tasks that evaluate a recipe on the tables of the tasks `inputs`. Returns their
     /// indices.
     fn evaluate(&mut self, recipe: &Recipe, inputs: &[usize]) -> Vec<usize> {
-        let inputs = inputs.iter().copied();
-        let inputs = inputs.filter(|&input| recipe.reads_input(&self.tasks[input].recipe));
-        let inputs: Vec<usize> = inputs.collect();
+        let is_read = |&input: &usize| recipe.reads_input(&self.tasks[input].recipe);
+        let read: Vec<usize> = inputs.iter().copied().filter(is_read).collect();
         let groups = match recipe.input_scope() {
-            InputScope::Single => inputs.into_iter().map(|input| vec![input]).collect(),
-            InputScope::ParameterPoint => self.by_point(&inputs),
-            InputScope::All => vec![inputs],
+            InputScope::Single => read.into_iter().map(|input| vec![input]).collect(),
+            InputScope::ParameterPoint => self.by_point(&read),
+            InputScope::All => vec![read],
         };
         let digests = Digests::new(recipe);
         let tasks = groups.into_iter();
@@ -346,8 +344,8 @@ impl Builder {
     }
 
     fn add_known(&mut self, recipe: Recipe, digests: Digests, inputs: Vec<usize>) -> usize {
-        let read = inputs.iter().map(|&input| self.tasks[input].identity_for(&recipe));
-        let read: Vec<TaskKey> = read.collect();
+        let read: Vec<TaskKey> =
+            inputs.iter().map(|&input| self.tasks[input].identity_for(&recipe)).collect();
         let (stage, version) = (recipe.kind().name(), recipe.kind().version());
         let key = TaskKey::new(stage, version, digests.whole, &read);
         if let Some(&task) = self.known.get(&key) {
@@ -355,15 +353,13 @@ impl Builder {
         }
         let task = self.tasks.len();
         let first = inputs.first().map(|&input| &self.tasks[input]);
-        let nodes = recipe.mesh();
-        let nodes = nodes.unwrap_or_else(|| first.map_or([0; 2], |first| first.nodes));
+        let nodes = recipe.mesh().unwrap_or_else(|| first.map_or([0; 2], |first| first.nodes));
         let rows = recipe.rows(first.map_or(0, |first| first.rows));
         let table = match series(&recipe, &inputs, &self.tasks) {
             None => key.into(),
             Some(Series { recipe: shared, rows }) => {
-                let inputs = inputs.iter();
-                let read = inputs.map(|&input| self.tasks[input].series_identity_for(&recipe));
-                let read: Vec<TaskKey> = read.collect();
+                let identity = |&input: &usize| self.tasks[input].series_identity_for(&recipe);
+                let read: Vec<TaskKey> = inputs.iter().map(identity).collect();
                 let digest = match self.shared {
                     Some((of, digest)) if of == digests.whole => digest,
                     _ => Digest::from_params(&shared),

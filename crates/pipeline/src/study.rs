@@ -178,8 +178,8 @@ impl Study {
     pub fn derived_keys(&self) -> BTreeSet<String> {
         let (document, _) = DeTable::parse_recoverable(&self.manifest.text);
         let stages = document.get_ref().get("stage").and_then(|stages| stages.get_ref().as_table());
-        let keys = stages.into_iter().flat_map(|stages| stages.values());
-        let keys = keys.filter_map(|stage| stage.get_ref().as_table()).flatten();
+        let tables = stages.into_iter().flat_map(|stages| stages.values());
+        let keys = tables.filter_map(|stage| stage.get_ref().as_table()).flatten();
         let is_derived = |value: &DeValue<'_>| {
             let text = value.as_str().filter(|text| quantity::split(text).is_none());
             let expression = text.and_then(|text| Expression::parse(text).ok());

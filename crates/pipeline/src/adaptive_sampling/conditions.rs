@@ -162,13 +162,13 @@ pub fn evaluate_mean(
     mean: &KnownMean,
     task_tables: &impl TaskTables,
 ) -> Result<Condition, SamplingError> {
-    let observed = plan.stages.iter().find(|stage| stage.name == mean.stage);
-    let observed = observed.expect("conditions name stages of the study");
+    let found = plan.stages.iter().find(|stage| stage.name == mean.stage);
+    let observed = found.expect("conditions name stages of the study");
     let mut is_own = vec![false; plan.tasks.len()];
     let own = &plan.stages[surfaces].tasks;
     own.iter().for_each(|&task| is_own[task] = true);
-    let tasks = observed.tasks.iter().copied();
-    let tasks = tasks.filter(|&task| input_chain(plan, task).iter().any(|&task| is_own[task]));
+    let all = observed.tasks.iter().copied();
+    let tasks = all.filter(|&task| input_chain(plan, task).iter().any(|&task| is_own[task]));
     let tables = match read(plan, &tasks.collect::<Vec<_>>(), task_tables)? {
         Ok(tables) => tables,
         Err(open) => return Ok(open),
@@ -286,8 +286,8 @@ fn all_tables(
         of_tasks[task] = read.next();
     }
     let stages = plan.stages.iter().map(|stage| {
-        let own = stage.tasks.iter().filter_map(|&task| of_tasks[task].clone());
-        let own: Vec<Table> = own.collect();
+        let own: Vec<Table> =
+            stage.tasks.iter().filter_map(|&task| of_tasks[task].clone()).collect();
         (!own.is_empty()).then(|| Table::stack(&own)).transpose()
     });
     Ok(Ok(stages.collect::<Result<_, _>>()?))

@@ -119,8 +119,8 @@ impl Receipt {
 
 /// Reads the receipts in a folder, in the order of their file names. Other files are skipped.
 pub fn read(folder: &Path) -> Result<Vec<Receipt>, StoreError> {
-    let names = names(folder)?.into_iter();
-    let names = names.filter(|name| !name.starts_with('.') && name.ends_with(".json"));
+    let names =
+        names(folder)?.into_iter().filter(|name| !name.starts_with('.') && name.ends_with(".json"));
     let mut receipts = Vec::new();
     for name in names {
         let path = folder.join(name);

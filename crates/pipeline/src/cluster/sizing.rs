@@ -58,14 +58,14 @@ impl Sizing {
         let (by_surface, after) = seconds_by_surface(plan, missing, cost);
         let seconds: f64 = by_surface.values().sum();
         let per_element = 3600.0 * settings.per_element.unwrap_or(DEFAULT_HOURS);
-        let most = largest_array.min(settings.at_most.unwrap_or(u32::MAX));
-        let most = most.min(u32::try_from(by_surface.len()).unwrap_or(u32::MAX));
-        let elements = (seconds / f64::from(cores) / per_element).ceil() as u32;
-        let elements = elements.clamp(1, most.max(1));
+        let allowed = largest_array.min(settings.at_most.unwrap_or(u32::MAX));
+        let most = allowed.min(u32::try_from(by_surface.len()).unwrap_or(u32::MAX));
+        let wanted = (seconds / f64::from(cores) / per_element).ceil() as u32;
+        let elements = wanted.clamp(1, most.max(1));
         let hours = hours_of_shards(&by_surface, elements, cores);
         let longest = hours.values().copied().fold(0.0, f64::max);
-        let limit = settings.time_limit.map(|hours| 60.0 * hours);
-        let limit = limit.unwrap_or(MIN_MINUTES.max(60.0 * TIME_MARGIN * longest));
+        let given = settings.time_limit.map(|hours| 60.0 * hours);
+        let limit = given.unwrap_or(MIN_MINUTES.max(60.0 * TIME_MARGIN * longest));
         let minutes = limit.ceil().max(1.0) as u32;
         let hours_after = after / 3600.0 / f64::from(cores);
         let minutes_after = match settings.time_limit {
@@ -103,8 +103,8 @@ impl Sizing {
 pub fn shards_of(plan: &Plan, tasks: &[usize], cost: &CostModel, elements: u32) -> (Vec<u32>, f64) {
     let (by_surface, _) = seconds_by_surface(plan, tasks, cost);
     let surfaces = by_surface.keys();
-    let shards = surfaces.map(|&surface| Shard::containing(surface, elements).number());
-    let shards: BTreeSet<u32> = shards.collect();
+    let shards: BTreeSet<u32> =
+        surfaces.map(|&surface| Shard::containing(surface, elements).number()).collect();
     (shards.into_iter().collect(), by_surface.values().sum())
 }
 
@@ -160,8 +160,7 @@ fn hours_of_shards(
     }
     // The tasks of one surface run one after the other.
     let hours = |load: Load| (load.seconds / f64::from(cores)).max(load.longest) / 3600.0;
-    let loads = loads.into_iter();
-    loads.map(|(shard, load)| (shard, hours(load))).collect()
+    loads.into_iter().map(|(shard, load)| (shard, hours(load))).collect()
 }
 
 /// Returns the memory in whole GiB that suffices if every core computes the largest task.

@@ -120,8 +120,8 @@ fn queued(line: &str) -> Option<Queued> {
 
 /// Cancels waiting and running jobs.
 pub fn cancel(jobs: &[Job]) -> Result<(), SlurmError> {
-    let jobs: Vec<String> = jobs.iter().map(Job::to_string).collect();
-    run("scancel", &jobs).map(drop)
+    let words: Vec<String> = jobs.iter().map(Job::to_string).collect();
+    run("scancel", &words).map(drop)
 }
 
 /// Returns the maximum number of array elements on this cluster. `MaxArraySize` is one more than
@@ -175,8 +175,8 @@ fn run(name: &'static str, words: &[impl AsRef<OsStr>]) -> Result<String, SlurmE
     }
     let output = String::from_utf8_lossy(&output.stderr);
     let lines = output.lines().map(|line| {
-        let line = line.strip_prefix(&format!("{name}: ")).unwrap_or(line);
-        line.strip_prefix("error: ").unwrap_or(line).trim()
+        let message = line.strip_prefix(&format!("{name}: ")).unwrap_or(line);
+        message.strip_prefix("error: ").unwrap_or(message).trim()
     });
     let output = lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ");
     let suggestion = suggestion(&output);

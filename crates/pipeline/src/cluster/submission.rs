@@ -133,19 +133,18 @@ fn check(settings: &Settings, paths: &ScriptPaths) -> Result<(), ControlCharacte
         ("the path of the data folder", &paths.data),
         ("the manifest's path", &paths.manifest),
         ("the path of the folder of scripts", &paths.folder),
-    ];
-    let paths = paths.map(|(what, path)| (what, path.to_string_lossy()));
-    let words = [
+    ]
+    .map(|(what, path)| (what, path.to_string_lossy()));
+    let lists = [
         ("`partition`", settings.partition.as_slice()),
         ("`account`", settings.account.as_slice()),
         ("`qos`", settings.qos.as_slice()),
         ("`before`", settings.before.as_deref().unwrap_or_default()),
         ("`directives`", settings.directives.as_deref().unwrap_or_default()),
     ];
-    let words = words.into_iter().flat_map(|(what, words)| {
-        let words = words.iter();
-        words.map(move |word| (what, word.as_str().into()))
-    });
+    let words = lists
+        .into_iter()
+        .flat_map(|(what, words)| words.iter().map(move |word| (what, word.as_str().into())));
     let mut texts = paths.into_iter().chain(words);
     match texts.find(|(_, text)| text.contains(char::is_control)) {
         None => Ok(()),
@@ -163,11 +162,10 @@ fn render(template: &str, values: &TemplateValues) -> String {
 
 fn directives(settings: &Settings) -> Vec<String> {
     let Settings { partition, account, qos, .. } = settings;
-    let named = [("partition", partition), ("account", account), ("qos", qos)];
-    let named = named.into_iter().filter_map(|(option, name)| {
-        let name = name.as_ref()?;
-        Some(format!("--{option}={name}"))
-    });
+    let options = [("partition", partition), ("account", account), ("qos", qos)];
+    let named = options
+        .into_iter()
+        .filter_map(|(option, name)| name.as_ref().map(|name| format!("--{option}={name}")));
     named.chain(settings.directives.iter().flatten().cloned()).collect()
 }
 

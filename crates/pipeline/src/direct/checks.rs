@@ -98,11 +98,11 @@ pub fn checked(keys: &Keys, grid: Grid, unit: &str) -> Result<Checked, KeyErrors
 /// Returns the branches of a path, or the only contact. Returns `None` if the recipes are several
 /// parameter points.
 fn branches(recipes: &[Recipe]) -> Option<Vec<Arc<solve::Params>>> {
-    let branches = recipes.iter().map(|recipe| match recipe {
+    let params = recipes.iter().map(|recipe| match recipe {
         Recipe::Solve(params) => Some(params.clone()),
         _ => None,
     });
-    let branches = branches.collect::<Option<Vec<_>>>()?;
+    let branches = params.collect::<Option<Vec<_>>>()?;
     let first = branches.first()?;
     let is_path = first.branch.is_some();
     let are_one = branches.iter().all(|branch| branch.is_same_contact(first));
@@ -153,8 +153,7 @@ pub fn stage(kind: &str, keys: &Keys) -> Keys {
 
 /// Returns the study of these stages, if their keys are valid.
 pub fn study(stages: Vec<(&str, Keys)>) -> Result<Study, KeyErrors> {
-    let named = stages.into_iter();
-    let named = named.map(|(name, table)| (name.to_owned(), toml::Value::from(table)));
+    let named = stages.into_iter().map(|(name, table)| (name.to_owned(), toml::Value::from(table)));
     let name = Keys::from_iter([("name".to_owned(), toml::Value::from("direct"))]);
     let manifest = Keys::from_iter([
         ("study".to_owned(), toml::Value::from(name)),

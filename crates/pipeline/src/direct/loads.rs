@@ -135,8 +135,8 @@ impl Solved for Loads {
     }
 
     fn table(&self) -> Result<Table, StageError> {
-        let tables = self.branches.iter();
-        let tables = tables.map(|branch| branch.contact.table(&self.row, branch.loads.clone()));
+        let branches = self.branches.iter();
+        let tables = branches.map(|branch| branch.contact.table(&self.row, branch.loads.clone()));
         Ok(Table::stack(&tables.collect::<Vec<_>>())?)
     }
 

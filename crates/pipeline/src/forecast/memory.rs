@@ -221,13 +221,13 @@ fn addresses_left(threads: usize) -> Option<ByteSize> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let limit = address_limit(&limits)?;
     let status = fs::read_to_string("/proc/self/status").ok()?;
-    let taken = status.lines().find_map(|line| line.strip_prefix("VmSize:"))?;
-    let taken: ByteSize = taken.trim().parse().ok()?;
+    let taken: ByteSize =
+        status.lines().find_map(|line| line.strip_prefix("VmSize:"))?.trim().parse().ok()?;
     // polars starts a thread for each core, and each of our threads may have a helper.
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = (2 * threads + cores) as u64 + OTHER_THREADS;
-    let taken = taken.0 + threads * OF_A_THREAD.0;
-    Some(ByteSize(limit.saturating_sub(taken)))
+    let needed = taken.0 + threads * OF_A_THREAD.0;
+    Some(ByteSize(limit.saturating_sub(needed)))
 }
 
 /// Parses the limit of the address space in bytes from `/proc/self/limits`.

@@ -163,7 +163,7 @@ impl Composition {
         let mut merged: Option<DeTable> = None;
         let mut is_valid = true;
         for (index, source) in self.sources.iter().enumerate() {
-            let (document, errors) = DeTable::parse_recoverable(&source.padded);
+            let (parsed, errors) = DeTable::parse_recoverable(&source.padded);
             if let Some(first) = errors.first() {
                 if index < self.bases.len() {
                     problems.push(self.not_toml(index, first));
@@ -173,7 +173,7 @@ impl Composition {
                 is_valid = false;
                 continue;
             }
-            let mut document = document.into_inner();
+            let mut document = parsed.into_inner();
             let removed = take_study_keys(&mut document, source.is_setting, problems);
             match &mut merged {
                 None => {
@@ -191,11 +191,11 @@ impl Composition {
                 }
             }
         }
-        let mut merged = merged.filter(|_| is_valid)?;
+        let mut document = merged.filter(|_| is_valid)?;
         if !self.bases.is_empty() {
-            remove_unknown_stages(&mut merged, problems);
+            remove_unknown_stages(&mut document, problems);
         }
-        Some(merged)
+        Some(document)
     }
 
     /// Returns the problem of an extended manifest that is not valid TOML, at the key that names
@@ -232,8 +232,8 @@ impl Composition {
                 document.remove("parameters");
             }
         }
-        let settings = self.sources.iter().filter(|source| source.is_setting);
-        let settings: Vec<_> = settings.map(|source| source.text().to_owned()).collect();
+        let given = self.sources.iter().filter(|source| source.is_setting);
+        let settings: Vec<_> = given.map(|source| source.text().to_owned()).collect();
         let text = match self.sources.as_slice() {
             [only] => only.text().to_owned(),
             _ => self.merged_text(&document, &settings),
@@ -284,14 +284,14 @@ impl Composition {
     fn value_text(&self, value: &TomlSpanned<DeValue<'_>>) -> String {
         match value.get_ref() {
             DeValue::Table(table) => {
-                let entries = in_order(table).into_iter();
-                let entries = entries
+                let entries = in_order(table)
+                    .into_iter()
                     .map(|(key, value)| format!("{} = {}", key_text(key), self.value_text(value)));
                 format!("{{ {} }}", entries.collect::<Vec<_>>().join(", "))
             }
             DeValue::Array(items) if items.iter().any(|item| item.get_ref().is_table()) => {
-                let items = items.iter().map(|item| format!("    {},\n", self.value_text(item)));
-                format!("[\n{}]", items.collect::<String>())
+                let lines = items.iter().map(|item| format!("    {},\n", self.value_text(item)));
+                format!("[\n{}]", lines.collect::<String>())
             }
             _ => {
                 let span = value.span();
@@ -372,9 +372,9 @@ impl File {
 
 /// Returns the first paragraph of the comment at the beginning of a manifest.
 fn description(manifest: &str) -> Option<String> {
-    let lines = manifest.lines().map_while(|line| line.trim().strip_prefix('#'));
+    let comments = manifest.lines().map_while(|line| line.trim().strip_prefix('#'));
     // Editors read `#:schema` as the path of the schema.
-    let lines = lines.filter(|line| !line.starts_with(':')).map(str::trim);
+    let lines = comments.filter(|line| !line.starts_with(':')).map(str::trim);
     let paragraph = lines.skip_while(|line| line.is_empty()).take_while(|line| !line.is_empty());
     let text = paragraph.collect::<Vec<_>>().join(" ");
     (!text.is_empty()).then_some(text)
@@ -543,9 +543,10 @@ fn remove_unknown_stages(merged: &mut DeTable<'_>, problems: &mut Problems) {
         DeValue::Table(keys) => keys.contains_key("kind"),
         _ => true,
     };
-    let (known, unknown): (Vec<_>, Vec<_>) = stages.iter().partition(|(_, stage)| is_known(stage));
-    let known: Vec<String> = known.iter().map(|(name, _)| name.get_ref().to_string()).collect();
-    let unknown: Vec<_> = unknown.into_iter().map(|(name, _)| name.clone()).collect();
+    let (defined, undefined): (Vec<_>, Vec<_>) =
+        stages.iter().partition(|(_, stage)| is_known(stage));
+    let known: Vec<String> = defined.iter().map(|(name, _)| name.get_ref().to_string()).collect();
+    let unknown: Vec<_> = undefined.into_iter().map(|(name, _)| name.clone()).collect();
     let known = || known.iter().map(String::as_str);
     for name in unknown {
         stages.remove(name.get_ref().as_ref());

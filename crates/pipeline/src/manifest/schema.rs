@@ -67,8 +67,8 @@ fn accept_expressions(schema: &mut Value) {
 
 /// Returns whether one of the alternatives of a schema, or of the items of a list, is a word.
 fn takes_words(schema: &Value) -> bool {
-    let alternatives = ["anyOf", "oneOf"].into_iter();
-    let mut alternatives = alternatives.filter_map(|rule| schema.get(rule)?.as_array()).flatten();
+    let mut alternatives =
+        ["anyOf", "oneOf"].into_iter().filter_map(|rule| schema.get(rule)?.as_array()).flatten();
     let is_word = schema.get("enum").or(schema.get("const")).is_some();
     is_word || alternatives.any(takes_words) || schema.get("items").is_some_and(takes_words)
 }
@@ -87,8 +87,7 @@ fn accept_expressions_within(schema: &mut Value, pattern: &str) {
     }
     for rule in ["anyOf", "oneOf"] {
         let alternatives = schema.get_mut(rule).and_then(Value::as_array_mut);
-        let alternatives = alternatives.into_iter().flatten();
-        alternatives.for_each(|one| accept_expressions_within(one, pattern));
+        alternatives.into_iter().flatten().for_each(|one| accept_expressions_within(one, pattern));
     }
     if let Some(items) = schema.get_mut("items") {
         accept_expressions(items);
@@ -131,8 +130,7 @@ fn stage(variant: StageVariant) -> Value {
         required.push(json!("from"));
     }
     let own = &with_units;
-    let must = schema.get("required").and_then(Value::as_array);
-    let must = must.cloned().unwrap_or_default();
+    let must = schema.get("required").and_then(Value::as_array).cloned().unwrap_or_default();
     if !swept.is_empty() {
         properties.insert("cases".to_owned(), cases(swept, own));
     }
@@ -177,8 +175,7 @@ fn with_units(schema: Value, is_quantity: bool) -> Value {
     let mut object = match schema {
         Value::Object(object) => object,
         Value::Array(schemas) => {
-            let schemas = schemas.into_iter().map(|schema| with_units(schema, is_quantity));
-            return schemas.collect();
+            return schemas.into_iter().map(|schema| with_units(schema, is_quantity)).collect();
         }
         other => return other,
     };

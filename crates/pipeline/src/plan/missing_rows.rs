@@ -68,8 +68,8 @@ pub fn missing_groups(
 
 /// Returns a reference to rows of a task with only its source part.
 fn with_source(task: &Task, part: Part, values: Vec<f64>) -> TableRef {
-    let series = task.table.series.as_deref();
-    let series = series.map(|series| SeriesRows {
+    let stored = task.table.series.as_deref();
+    let series = stored.map(|series| SeriesRows {
         column: series.column,
         values: values.clone(),
         parts: vec![PartRows { part, values }],
@@ -80,16 +80,16 @@ fn with_source(task: &Task, part: Part, values: Vec<f64>) -> TableRef {
 /// Groups rows by the columns that they lack. `with_source` are the rows that are stored with the
 /// part from which other parts can be computed.
 fn grouped(series: &SeriesRows, missing: &MissingRows, with_source: &[f64]) -> Vec<RowGroup> {
-    let mut groups: BTreeMap<(bool, Vec<bool>, bool), Vec<f64>> = BTreeMap::new();
+    let mut by_need: BTreeMap<(bool, Vec<bool>, bool), Vec<f64>> = BTreeMap::new();
     for value in missing.all() {
         let is_new = contains(&missing.values, value);
         let parts: Vec<bool> = missing.parts.iter().map(|rows| contains(rows, value)).collect();
         let from_stored = !is_new && contains(with_source, value);
-        groups.entry((is_new, parts, from_stored)).or_default().push(value);
+        by_need.entry((is_new, parts, from_stored)).or_default().push(value);
     }
-    let groups = groups.into_iter().map(|((is_new, lacks, from_stored), values)| {
-        let parts = series.parts.iter().zip(lacks).filter(|(_, lacks)| *lacks);
-        let parts = parts.map(|(of, _)| of.part.clone()).collect();
+    let groups = by_need.into_iter().map(|((is_new, lacks, from_stored), values)| {
+        let lacking = series.parts.iter().zip(lacks).filter(|(_, lacks)| *lacks);
+        let parts = lacking.map(|(of, _)| of.part.clone()).collect();
         RowGroup { values, is_new, parts, from_stored }
     });
     groups.collect()

@@ -118,8 +118,8 @@ fn counterparts<'a>(before: Option<&'a Record>, now: &Record) -> Vec<Option<&'a 
     };
     let is_known = |name: &str| now.stages.iter().any(|stage| stage.name == name);
     let renamed = |kind: Kind| {
-        let left = before.stages.iter().filter(move |old| old.kind == kind);
-        let mut left = left.filter(|old| !is_known(&old.name));
+        let of_kind = before.stages.iter().filter(move |old| old.kind == kind);
+        let mut left = of_kind.filter(|old| !is_known(&old.name));
         left.next().filter(|_| left.next().is_none())
     };
     let counterpart = |stage: &StageRecord| {
@@ -217,8 +217,8 @@ impl<'a> Walk<'a> {
         let changes = StageChanges::between(counterpart, record);
         let stage_causes = self.stage_causes(stage, record, &changes);
         let tasks = self.plan.stages[stage].tasks.iter().zip(record.grid_positions());
-        let own = tasks.map(|(&task, position)| self.task(stage, task, position, &stage_causes));
-        let own = own.collect();
+        let causes = tasks.map(|(&task, position)| self.task(stage, task, position, &stage_causes));
+        let own = causes.collect();
         self.own.push(own);
         self.removals.push(stage_causes.removals);
     }
@@ -294,9 +294,9 @@ impl<'a> Walk<'a> {
         let cause = |why: Why| Cause { stage, why };
         let to_all = self.sets.all(changes.to_all.iter().cloned().map(cause));
         let points = changes.points.iter().zip(&record.points);
-        let points =
+        let causes =
             points.map(|(change, point)| self.point(stage, to_all, change, point.realizations));
-        let points = points.collect();
+        let points = causes.collect();
         let more = self.now.positions(&changes.reads_more).map(|read| {
             let name = self.now.stages[read].name.clone();
             (read, self.sets.one(cause(Why::ReadsMore { name })))

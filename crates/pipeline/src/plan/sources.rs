@@ -69,8 +69,8 @@ impl Sources {
             of_tasks.filter(|stores| stores.contains(&store)).count()
         };
         let stores = self.stores.iter().enumerate();
-        let counts = stores.map(|(index, store)| (store.clone(), count(index)));
-        let counts = counts.filter(|(_, tasks)| *tasks > 0);
+        let counted = stores.map(|(index, store)| (store.clone(), count(index)));
+        let counts = counted.filter(|(_, tasks)| *tasks > 0);
         counts.map(|(store, tasks)| TasksFromStore { store, tasks }).collect()
     }
 }

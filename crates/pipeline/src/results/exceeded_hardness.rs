@@ -61,8 +61,8 @@ fn of_tasks(stage: &Stage, planned: &PlannedStage, plan: &Plan) -> HashMap<Strin
     });
     let known = tasks.zip(softest).filter_map(|(tasks, softest)| {
         let key = |task: &usize| plan.tasks[*task].table.key.to_string();
-        let softest = softest?;
-        Some(tasks.iter().map(move |task| (key(task), softest)))
+        let hardness = softest?;
+        Some(tasks.iter().map(move |task| (key(task), hardness)))
     });
     known.flatten().collect()
 }
@@ -76,8 +76,8 @@ struct Passed {
 }
 
 fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<String>, TableError> {
-    let unit = pressure_unit(table);
-    let unit = unit.as_deref();
+    let symbol = pressure_unit(table);
+    let unit = symbol.as_deref();
     // A manifest without units takes plain numbers, also if they are assumed to be pascals.
     let takes_unit = table.has(PRESSURE_UNIT.name);
     let tasks = table.texts(TASK.name)?;
@@ -96,12 +96,12 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
             continue;
         }
         // Positive numbers are ordered like their bits, which serve as keys.
-        let passed =
+        let exceeded =
             passed.entry(hardness.to_bits()).or_insert(Passed { loads: 0, lightest: row, peak });
-        passed.loads += 1;
-        passed.peak = passed.peak.max(peak);
-        if given.value(row) < given.value(passed.lightest) {
-            passed.lightest = row;
+        exceeded.loads += 1;
+        exceeded.peak = exceeded.peak.max(peak);
+        if given.value(row) < given.value(exceeded.lightest) {
+            exceeded.lightest = row;
         }
     }
     let lines = passed.into_iter().map(|(hardness, passed)| {

@@ -93,8 +93,8 @@ impl Failures<'_> {
         let solved =
             stages.filter(|(stage, table)| stage.kind == Kind::Solve && table.finished > 0);
         let rows = solved.map(|(stage, table)| {
-            let table = table.read()?;
-            let given_up = self.given_up(stage, &table);
+            let read = table.read()?;
+            let given_up = self.given_up(stage, &read);
             given_up.map_err(|source| ResultsError::Table { stage: stage.name.clone(), source })
         });
         let mut tables = rows.collect::<Result<Vec<_>, _>>()?;
@@ -107,10 +107,10 @@ impl Failures<'_> {
         let stops = table.texts(STOP.name)?;
         let is_given_up = |row: &usize| is_unconverged(stops.value(*row));
         let rows: Vec<usize> = (0..table.rows()).filter(is_given_up).collect();
-        let table = table.pick(&rows);
-        let [residual, tolerance] = [RESIDUAL, TOLERANCE].map(|column| table.reals(column.name));
-        let (pairs, residual, tolerance) = (table.integers(PAIRS.name)?, residual?, tolerance?);
-        let keys = table.texts(TASK.name)?;
+        let picked = table.pick(&rows);
+        let [residual, tolerance] = [RESIDUAL, TOLERANCE].map(|column| picked.reals(column.name));
+        let (pairs, residual, tolerance) = (picked.integers(PAIRS.name)?, residual?, tolerance?);
+        let keys = picked.texts(TASK.name)?;
         let limit = |row: usize| {
             let task = self.plan.task_of(keys.value(row).parse().ok()?)?;
             match &self.plan.tasks[task].recipe {
@@ -119,10 +119,10 @@ impl Failures<'_> {
                 _ => None,
             }
         };
-        let stops = table.texts(STOP.name)?;
+        let stops = picked.texts(STOP.name)?;
         let reason = |row: usize| {
-            let residual = residual.is_valid(row).then(|| residual.value(row));
-            let errors = residual.map(|residual| [residual, tolerance.value(row)]);
+            let errors =
+                residual.is_valid(row).then(|| [residual.value(row), tolerance.value(row)]);
             reason(stops.value(row), pairs.value(row), limit(row), errors)
         };
         let tasks = keys.iter().flatten();
@@ -135,7 +135,7 @@ impl Failures<'_> {
             texts(tasks.map(command)),
         ];
         let own = Table::new(rows.len(), OWN.into_iter().zip(columns).collect());
-        Ok(own.beside(&table.coordinates()))
+        Ok(own.beside(&picked.coordinates()))
     }
 
     fn row(&self, task: usize, outcome: &str, reason: String) -> Result<Table, TableError> {
@@ -180,8 +180,8 @@ impl Failures<'_> {
         for (task, reads) in self.plan.tasks.iter().enumerate() {
             waits[task] |= reads.inputs.iter().any(|&input| waits[input]);
         }
-        let rows = left.iter().filter(|(_, task, _)| waits[*task]);
-        let rows: Vec<usize> = rows.map(|(row, ..)| *row).collect();
+        let rows: Vec<usize> =
+            left.iter().filter(|(_, task, _)| waits[*task]).map(|(row, ..)| *row).collect();
         Ok(before.pick(&rows))
     }
 
@@ -206,8 +206,8 @@ fn reason(stop: &str, pairs: i64, limit: Option<u32>, errors: Option<[f64; 2]>) 
                 `mean_gap` is that of the state"
             .to_owned();
     }
-    let limit = limit.filter(|_| stop != STALLED);
-    let limit = limit.map_or_else(String::new, |limit| format!(" (`max_pairs = {limit}`)"));
+    let reached = limit.filter(|_| stop != STALLED);
+    let limit = reached.map_or_else(String::new, |limit| format!(" (`max_pairs = {limit}`)"));
     let stopped = format!("stopped after {} of transforms{limit}", counted(pairs as usize, "pair"));
     match errors {
         Some([residual, tolerance]) => format!(

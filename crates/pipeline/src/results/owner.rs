@@ -216,8 +216,8 @@ pub fn check(
     let Some(owner) = Owner::read(folder) else {
         let keys = plan.keys();
         let is_lost = |tasks: &[TaskKey]| tasks.iter().any(|task| !keys.contains(task));
-        let lost = published.iter().filter(|(_, tasks)| is_lost(tasks));
-        let lost: Vec<_> = lost.map(|(stage, _)| format!("rows of `{stage}`")).collect();
+        let stages = published.iter().filter(|(_, tasks)| is_lost(tasks));
+        let lost: Vec<_> = stages.map(|(stage, _)| format!("rows of `{stage}`")).collect();
         return if lost.is_empty() { Ok(None) } else { Err(taken(None, lost)) };
     };
     let own = relative_path(manifest, folder);

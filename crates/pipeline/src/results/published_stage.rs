@@ -176,8 +176,8 @@ impl PublishedStage {
         if light_parts(table) != self.parts {
             return None;
         }
-        let parts = ranges.iter().map(|range| series.among(&read(range.clone())?));
-        let parts = parts.collect::<Option<Vec<Table>>>()?;
+        let found = ranges.iter().map(|range| series.among(&read(range.clone())?));
+        let parts = found.collect::<Option<Vec<Table>>>()?;
         let rows = Table::stack(&parts).ok()?;
         let rows = if parts.len() > 1 { series.sorted(&rows)? } else { rows };
         series.is_whole(&rows).then_some(rows)
@@ -195,11 +195,11 @@ impl PublishedStage {
             [range] => Some(range.clone()),
             _ => None,
         };
-        let mut tables = tables.map_while(|table| Some((table, range(table)?)));
-        let (first, mut all) = tables.next()?;
+        let mut located = tables.map_while(|table| Some((table, range(table)?)));
+        let (first, mut all) = located.next()?;
         let end = missing.end_from(all.start);
         let mut found = vec![(first, all.len())];
-        for (table, next) in tables {
+        for (table, next) in located {
             let is_much = next.end - all.start > READ_AT_ONCE;
             if next.start != all.end || next.end > end || is_much {
                 break;
@@ -228,9 +228,9 @@ impl PublishedStage {
 
     /// Returns the rows `rows`, whose tasks all lack the same columns, without these columns.
     fn slice(&self, rows: Range<usize>, missing: &MissingColumns) -> Option<Table> {
-        let missing = missing.from(rows.start);
+        let absent = missing.from(rows.start);
         let table = self.own(rows)?;
-        Some(if missing.is_empty() { table } else { table.without(&missing) })
+        Some(if absent.is_empty() { table } else { table.without(&absent) })
     }
 
     /// Returns the rows `rows`, without the columns that publishing adds. Returns `None` if they

@@ -175,8 +175,8 @@ impl Publisher<'_> {
             if written_for(path).is_none() && path.is_file() { quarantine(path)? } else { None };
         let mut unread = None;
         let written = write_with(path, Existing::Replace, &self.folder, |file| {
-            let groups = groups.map_while(|group| group.map_err(|error| unread = Some(error)).ok());
-            let parts = std::iter::once(first).chain(groups);
+            let rest = groups.map_while(|group| group.map_err(|error| unread = Some(error)).ok());
+            let parts = std::iter::once(first).chain(rest);
             parquet::write_parts(file, rows, &metadata, parts)?;
             match &unread {
                 None => Ok(()),
@@ -225,9 +225,9 @@ impl Publisher<'_> {
         while let Some(&task) = stage.tasks.get(next) {
             next += 1;
             if have[next - 1] {
-                let stored = stage.tasks.iter().zip(have).skip(next - 1);
+                let following = stage.tasks.iter().zip(have).skip(next - 1);
                 let stored =
-                    stored.map_while(|(&task, stored)| stored.then_some(&planned[task].table));
+                    following.map_while(|(&task, stored)| stored.then_some(&planned[task].table));
                 if let Some((rows, table)) = self.reader.published_consecutive(&stage.name, stored)
                 {
                     let tasks = &stage.tasks[next - 1..][..rows.len()];
@@ -408,7 +408,7 @@ impl TableParts {
         mut read: impl FnMut(&TablePart) -> Result<Table, ResultsError> + 'a,
     ) -> impl Iterator<Item = Result<Table, ResultsError>> + 'a {
         let TableParts { parts, stacking, .. } = self;
-        let mut parts = parts.into_iter();
+        let mut waiting = parts.into_iter();
         let mut rest: Option<KeyedRows> = None;
         let mut is_first = true;
         std::iter::from_fn(move || {
@@ -416,7 +416,7 @@ impl TableParts {
             while left > 0 {
                 let next = match rest.take() {
                     Some(rows) => rows,
-                    None => match parts.next() {
+                    None => match waiting.next() {
                         Some(mut part) => {
                             let table = part.table.take().map_or_else(|| read(&part), Ok);
                             match table {

@@ -157,16 +157,14 @@ impl TaskTables for ResultReader {
 /// filled if it was filled in one of the rows.
 fn files(table: &Table) -> Result<RecordedFiles, StageError> {
     let (paths, contents) = (table.texts(PATH.name)?, table.texts(CONTENT.name)?);
-    let units = table.has(UNIT.name).then(|| table.texts(UNIT.name));
-    let units = units.transpose()?;
-    let formats = table.has(FORMAT.name).then(|| table.texts(FORMAT.name));
-    let formats = formats.transpose()?;
+    let units = table.has(UNIT.name).then(|| table.texts(UNIT.name)).transpose()?;
+    let formats = table.has(FORMAT.name).then(|| table.texts(FORMAT.name)).transpose()?;
     let grids = Grids::new(table)?;
-    let filled = table.has(FILLED_NODES.name).then(|| table.integers(FILLED_NODES.name));
-    let filled = filled.transpose()?;
+    let filled =
+        table.has(FILLED_NODES.name).then(|| table.integers(FILLED_NODES.name)).transpose()?;
     let is_filled = |row: usize| {
-        let filled = filled.filter(|filled| filled.is_valid(row));
-        filled.is_some_and(|filled| filled.value(row) > 0)
+        let known = filled.filter(|filled| filled.is_valid(row));
+        known.is_some_and(|filled| filled.value(row) > 0)
     };
     let file = |row: usize| {
         let grid = grids.grid(row).ok()?;

@@ -34,9 +34,8 @@ impl RunOutcome {
 
     /// Converts task indices of the plan `from` to those of the larger plan `to`.
     pub fn renumbered(mut self, from: &Plan, to: &Plan) -> RunOutcome {
-        let index_of = to.tasks.iter().enumerate();
         let index_of: HashMap<TaskKey, usize> =
-            index_of.map(|(index, task)| (task.key, index)).collect();
+            to.tasks.iter().enumerate().map(|(index, task)| (task.key, index)).collect();
         let index = |task: usize| index_of.get(&from.tasks[task].key).copied();
         self.computed = self.computed.into_iter().filter_map(index).collect();
         self.computed.sort_unstable();
@@ -69,8 +68,8 @@ impl Damage {
         cause: Option<StoreError>,
     ) -> Result<Vec<Damage>, StoreError> {
         // The file of such an error is ignored already.
-        let ignored = cause.filter(|cause| matches!(cause, StoreError::InLayer(_)));
-        let ignored = ignored.map(|cause| DamagedFile { cause, quarantined: None });
+        let in_layer = cause.filter(|cause| matches!(cause, StoreError::InLayer(_)));
+        let ignored = in_layer.map(|cause| DamagedFile { cause, quarantined: None });
         let found = ignored.into_iter().chain(store.set_damaged_aside(key)?);
         let damage =
             found.map(|DamagedFile { cause, quarantined }| Damage { task, cause, quarantined });

@@ -65,8 +65,8 @@ impl Study {
     /// Describes the range of the adhesion of a stage beside its elastic deformation, by the Tabor
     /// parameter. Returns `None` if the curvature of the surfaces is not known beforehand.
     fn tabor(&self, stage: &Stage) -> Option<String> {
-        let curvatures: Option<Vec<f64>> = self.pressed_by(stage).map(curvature).collect();
-        let curvatures = curvatures.filter(|known| !known.is_empty())?;
+        let all: Option<Vec<f64>> = self.pressed_by(stage).map(curvature).collect();
+        let curvatures = all.filter(|known| !known.is_empty())?;
         let numbers = of_adhesion(stage)
             .flat_map(|params| curvatures.iter().filter_map(|curvature| params.tabor(*curvature)));
         let (least, most) = numbers.fold((f64::INFINITY, 0.0_f64), |(least, most), number| {

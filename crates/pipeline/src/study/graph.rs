@@ -25,9 +25,9 @@ impl Graph {
     /// Creates the graph, and reports invalid names, unknown inputs and cycles.
     pub fn new(stages: &[StageTable], problems: &mut Problems) -> Graph {
         check_names(stages, problems);
-        let names = stages.iter().enumerate();
-        let names = names.map(|(index, stage)| (stage.name.value.as_str(), index));
-        let names: BTreeMap<&str, usize> = names.collect();
+        let indexed = stages.iter().enumerate();
+        let names: BTreeMap<&str, usize> =
+            indexed.map(|(index, stage)| (stage.name.value.as_str(), index)).collect();
         let mut inputs: Vec<Option<Vec<usize>>> =
             stages.iter().map(|stage| resolve(stage, &names, problems)).collect();
         let mut against = vec![None; stages.len()];
@@ -39,8 +39,8 @@ impl Graph {
                 }
             }
         }
-        let read = inputs.iter().zip(&against);
-        let read = read.map(|(inputs, against)| {
+        let pairs = inputs.iter().zip(&against);
+        let read = pairs.map(|(inputs, against)| {
             inputs.as_ref().map(|inputs| inputs.iter().chain(against).copied().collect())
         });
         let mut order = sorted(&read.collect::<Vec<_>>());
@@ -203,8 +203,8 @@ fn sorted(inputs: &[Option<Vec<usize>>]) -> Vec<usize> {
             waiting[stage] += 1;
         }
     }
-    let ready = (0..inputs.len()).filter(|&stage| waiting[stage] == 0);
-    let mut ready: BinaryHeap<Reverse<usize>> = ready.map(Reverse).collect();
+    let mut ready: BinaryHeap<Reverse<usize>> =
+        (0..inputs.len()).filter(|&stage| waiting[stage] == 0).map(Reverse).collect();
     let mut order = Vec::with_capacity(inputs.len());
     while let Some(Reverse(stage)) = ready.pop() {
         order.push(stage);
@@ -277,8 +277,8 @@ pub fn check_flow(
         return (None, None);
     };
     let points = stage.points.as_ref();
-    let reads = points.and_then(StagePoints::reads);
-    let reads = reads.unwrap_or_else(|| kind.definition().reads.clone());
+    let reads =
+        points.and_then(StagePoints::reads).unwrap_or_else(|| kind.definition().reads.clone());
     let mut read: Option<(&str, RowKind)> = None;
     for (name, rows) in inputs {
         let from = stage.from.iter().flatten().find(|from| from.value == *name);
@@ -321,7 +321,7 @@ pub fn check_flow(
             _ => read = Some((name, rows)),
         }
     }
-    let read = read.map(|(_, rows)| rows);
+    let rows = read.map(|(_, rows)| rows);
     let made = points.and_then(StagePoints::row_kind);
-    (read, made.or_else(|| (kind.definition().row_kind)(read)))
+    (rows, made.or_else(|| (kind.definition().row_kind)(rows)))
 }

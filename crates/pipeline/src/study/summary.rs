@@ -113,8 +113,8 @@ fn of_surfaces<'a>(
     params: impl Iterator<Item = &'a Params> + Clone,
     sources: &SurfaceFiles,
 ) -> Option<String> {
-    let roughness = params.clone().map(|params| Roughness::from_params(params, sources));
-    let roughness: Vec<Roughness> = roughness.collect::<Option<_>>()?;
+    let known = params.clone().map(|params| Roughness::from_params(params, sources));
+    let roughness: Vec<Roughness> = known.collect::<Option<_>>()?;
     let unit = params.clone().next()?.origin.unit();
     let sides = quantity::range(params.flat_map(|params| params.size()), Some(unit))?;
     let text = |name: &str, of: fn(&Roughness) -> Option<Scale>, unit: Option<&str>| {
@@ -131,17 +131,17 @@ fn of_surfaces<'a>(
 /// Describes the loads of a stage. `length` is the unit of the lengths of its surfaces, if it is
 /// known.
 fn of_loads(recipes: &[Recipe], length: Option<&str>) -> Option<String> {
-    let blocks = recipes.iter().map(|recipe| match recipe {
+    let solves = recipes.iter().map(|recipe| match recipe {
         Recipe::Solve(params) => Some(params.as_ref()),
         _ => None,
     });
-    let blocks: Vec<&solve::Params> = blocks.collect::<Option<_>>()?;
+    let blocks: Vec<&solve::Params> = solves.collect::<Option<_>>()?;
     let first = blocks.first()?;
     let loads = || blocks.iter().flat_map(|block| block.loads.iter().copied());
     // The states of a path are in several blocks.
     let of_point = |first: &solve::Params| {
-        let blocks = blocks.iter().filter(|block| block.is_same_contact(first));
-        blocks.map(|block| block.loads.len()).sum::<usize>()
+        let own = blocks.iter().filter(|block| block.is_same_contact(first));
+        own.map(|block| block.loads.len()).sum::<usize>()
     };
     let number = blocks.iter().map(|block| of_point(block)).max().unwrap_or(0);
     let unit = match first.load_unit {

@@ -57,11 +57,11 @@ impl Study {
         else {
             return false;
         };
-        let mut pairs = pairs.iter().filter_map(|pair| match &pair.params.origin {
+        let mut origins = pairs.iter().filter_map(|pair| match &pair.params.origin {
             Origin::Pair(pair) => Some(pair),
             _ => None,
         });
-        pairs.any(|pair| bodies.iter().any(|body| pair.has_body(&body.params)))
+        origins.any(|pair| bodies.iter().any(|body| pair.has_body(&body.params)))
     }
 }
 
@@ -84,7 +84,7 @@ fn loads_of(recipe: &Recipe) -> Option<ContactLoads> {
 
 /// Returns the unit that all have, if it is not empty.
 fn common<'a>(units: impl Iterator<Item = Option<&'a str>>) -> Option<String> {
-    let mut units = units.map(|unit| unit.filter(|unit| !unit.is_empty()));
-    let first = units.next().flatten()?;
-    units.all(|other| other == Some(first)).then(|| first.to_owned())
+    let mut named = units.map(|unit| unit.filter(|unit| !unit.is_empty()));
+    let first = named.next().flatten()?;
+    named.all(|other| other == Some(first)).then(|| first.to_owned())
 }

@@ -150,8 +150,8 @@ impl Validator<'_> {
         let mut sorted_index = vec![0; graph.order.len()];
         for &stage in &graph.order {
             let name = self.stages[stage].name.value.clone();
-            let inputs = graph.inputs[stage].as_deref()?;
-            let mut inputs: Vec<usize> = inputs.iter().map(|&input| sorted_index[input]).collect();
+            let mut inputs: Vec<usize> =
+                graph.inputs[stage].as_deref()?.iter().map(|&input| sorted_index[input]).collect();
             if let Some(pairs) = self.validated[stage].pairs.take() {
                 inputs = vec![stages.len()];
                 stages.push(Stage { name: pairs::name_of(&name), inputs: vec![], work: pairs });
@@ -198,15 +198,15 @@ impl Validator<'_> {
             }
             None => self.tables_of(inputs).filter(|_| is_fed),
         };
-        let stacked = read.as_deref().and_then(|read| stacked(read).ok());
-        let stacked = stacked.filter(|table| !table.names().is_empty());
-        let above = inputs.iter().chain(&against).map(|&input| &self.validated[input].surfaces);
-        let above = above.fold(Surfaces::default(), Surfaces::and);
+        let joined = read.as_deref().and_then(|read| stacked(read).ok());
+        let stacked = joined.filter(|table| !table.names().is_empty());
+        let each = inputs.iter().chain(&against).map(|&input| &self.validated[input].surfaces);
+        let above = each.fold(Surfaces::default(), Surfaces::and);
         // The slope of a sum of two surfaces is not known beforehand.
         let slopes = above.slopes.filter(|_| against.is_none());
         let above = Surfaces { slopes, ..above };
         // A surface drawn from a measured spectrum does not inherit properties of the measured one.
-        let surfaces = match table.kind {
+        let inherited = match table.kind {
             Some(Kind::Generate) => Surfaces::default(),
             _ => above,
         };
@@ -221,7 +221,7 @@ impl Validator<'_> {
         };
         let known: Vec<_> = earlier.iter().filter_map(known).collect();
         let mut given = CheckContext {
-            surfaces: surfaces.clone(),
+            surfaces: inherited.clone(),
             pressed: pressed(inputs, table, &self.validated, self.stages, graph),
             seed: self.seed,
             sources: &mut self.sources,
@@ -243,16 +243,16 @@ impl Validator<'_> {
         self.count(tasks, above, &table.name.span, problems);
         let rows_per_task =
             self.count_rows(work.as_ref(), inputs, above, &table.name.span, problems);
-        let empty = work
+        let computed = work
             .as_ref()
             .zip(read)
             .filter(|_| is_read || is_query)
             .map(|(work, read)| (work.empty_table(&read), read));
-        let empty = empty
+        let empty = computed
             .zip(points)
             .and_then(|((empty, read), points)| points.validate_answer(empty, &read, problems));
         let made = work.as_ref().map(|work| Surfaces::made_by(&table.name.value, work));
-        let surfaces = surfaces.and(&made.unwrap_or_default());
+        let surfaces = inherited.and(&made.unwrap_or_default());
         Validated { rows, surfaces, work, pairs, empty, earlier, tasks, rows_per_task }
     }
 
@@ -290,13 +290,13 @@ impl Validator<'_> {
         name: &Span,
         problems: &mut Problems,
     ) -> usize {
-        let read = inputs.iter().map(|&input| self.validated[input].rows_per_task).max();
-        let read = read.unwrap_or(1);
-        let recipes = work.map_or(&[][..], Work::recipes).iter();
-        let recipes = recipes.filter(|recipe| recipe.input_scope() == InputScope::Single);
+        let read =
+            inputs.iter().map(|&input| self.validated[input].rows_per_task).max().unwrap_or(1);
+        let all = work.map_or(&[][..], Work::recipes).iter();
+        let recipes = all.filter(|recipe| recipe.input_scope() == InputScope::Single);
         let per_task: Vec<usize> = recipes.map(|recipe| recipe.rows(read)).collect();
-        let rows = per_task.iter().fold(0, |rows: usize, one| rows.saturating_add(*one));
-        let rows = rows.saturating_mul(above);
+        let of_inputs = per_task.iter().fold(0, |rows: usize, one| rows.saturating_add(*one));
+        let rows = of_inputs.saturating_mul(above);
         // A stage that only keeps the rows of its input would be the second to be reported.
         if rows > MAX_ROWS && per_task.iter().any(|&own| own > read) {
             let message = format!("the stage has {rows} rows, but at most {MAX_ROWS} are allowed");
@@ -365,8 +365,7 @@ impl Conditional<'_> {
 }
 
 fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
-    let stages = stages.iter().enumerate();
-    stages.filter_map(|(stage, table)| {
+    stages.iter().enumerate().filter_map(|(stage, table)| {
         let Some(StagePoints::Generate(points)) = &table.points else {
             return None;
         };
@@ -457,8 +456,8 @@ fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Optio
         let help = "`asperity claims` lists all claims; those on closed forms need no surfaces";
         return Some(condition.problem(message, &label).help(help));
     }
-    let at_least = condition.growing.at_least.written();
-    let at_least = at_least.filter(|written| (written.value as usize) < FEWEST_SURFACES)?;
+    let given = condition.growing.at_least.written();
+    let at_least = given.filter(|written| (written.value as usize) < FEWEST_SURFACES)?;
     let message = format!("`at_least = {}` is too few for claims", at_least.value);
     let label = format!("at least {FEWEST_SURFACES} surfaces are needed to estimate their scatter");
     let help = format!("the default is {AT_LEAST}");

@@ -53,7 +53,7 @@ impl Study {
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(index, stage)| {
-            let messages = [
+            let own = [
                 ambiguous_pairs(stage),
                 self.coarse_mesh(index, stage),
                 self.plain_loads(stage),
@@ -65,10 +65,9 @@ impl Study {
                 self.dissimilar_bodies(stage),
                 pairs::of_equal_bodies(&stage.work),
             ];
-            let messages = messages.into_iter().flatten();
-            let messages = messages.chain(self.steep_surfaces(stage));
-            let messages = messages.chain(file_warnings(stage, &self.sources));
-            messages.map(|message| Warning { stage: stage.name.clone(), message })
+            let messages = own.into_iter().flatten().chain(self.steep_surfaces(stage));
+            let all = messages.chain(file_warnings(stage, &self.sources));
+            all.map(|message| Warning { stage: stage.name.clone(), message })
         });
         warnings.chain(self.empty_selections.iter().cloned()).collect()
     }

@@ -31,13 +31,13 @@ impl Composition {
     pub(super) fn plain_loads(&self, document: &DeTable<'_>) -> Vec<PlainLoads> {
         let stages = document.get("stage").and_then(|stages| stages.get_ref().as_table());
         let mut found = Vec::new();
-        for (name, stage) in stages.into_iter().flatten() {
-            let stage = stage.get_ref().as_table();
-            let Some(stage) = stage.filter(|stage| !stage.contains_key("load_unit")) else {
+        for (key, stage) in stages.into_iter().flatten() {
+            let keys = stage.get_ref().as_table();
+            let Some(stage) = keys.filter(|keys| !keys.contains_key("load_unit")) else {
                 continue;
             };
             let Some(loads) = stage.get("loads") else { continue };
-            let name = name.get_ref().as_ref();
+            let name = key.get_ref().as_ref();
             found.extend(self.overriding(name, &["stage", name, "loads"]));
             for word in scalars(loads).into_iter().filter_map(|value| value.get_ref().as_str()) {
                 found.extend(self.overriding(name, &["parameters", word.trim()]));
@@ -49,9 +49,8 @@ impl Composition {
     /// Returns the plain numbers at a path of keys if they override pressures.
     fn overriding(&self, stage: &str, path: &[&str]) -> Option<PlainLoads> {
         let documents = self.sources.iter().rev();
-        let documents =
-            documents.map(|source| (source, DeTable::parse_recoverable(&source.padded).0));
-        let documents: Vec<_> = documents.collect();
+        let parsed = documents.map(|source| (source, DeTable::parse_recoverable(&source.padded).0));
+        let documents: Vec<_> = parsed.collect();
         let mut values = documents.iter().filter_map(|(source, document)| {
             let mut table = document.get_ref();
             let (last, tables) = path.split_last()?;

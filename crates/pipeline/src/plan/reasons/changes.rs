@@ -177,8 +177,8 @@ impl fmt::Display for Why {
 }
 
 fn joined(parts: &[impl fmt::Display]) -> String {
-    let parts: Vec<String> = parts.iter().map(ToString::to_string).collect();
-    parts.join(", ")
+    let words: Vec<String> = parts.iter().map(ToString::to_string).collect();
+    words.join(", ")
 }
 
 impl fmt::Display for Field {
@@ -239,8 +239,8 @@ impl StageChanges {
         let (old, new) = (before.version, now.version);
         let matched = PointMatches::new(&before.points, &now.points);
         let stays = |name: &&String| now.reads.contains(name) && before.reads.contains(name);
-        let less = before.reads.iter().filter(|name| !stays(name));
-        let less = less.map(|name| Why::ReadsLess { name: name.clone() });
+        let unread = before.reads.iter().filter(|name| !stays(name));
+        let less = unread.map(|name| Why::ReadsLess { name: name.clone() });
         let more = now.reads.iter().filter(|name| !stays(name));
         let kept_reads = [before, now].map(|stage| stage.reads.iter().filter(stays));
         let [reads_before, reads_now] = kept_reads;
@@ -266,8 +266,8 @@ struct PointMatches {
 
 impl PointMatches {
     fn new(before: &[PointRecord], now: &[PointRecord]) -> PointMatches {
-        let known = before.iter().enumerate();
-        let known: BTreeMap<_, _> = known.map(|(index, point)| (&point.fields, index)).collect();
+        let known: BTreeMap<_, _> =
+            before.iter().enumerate().map(|(index, point)| (&point.fields, index)).collect();
         let same: Vec<Option<usize>> =
             now.iter().map(|point| known.get(&point.fields).copied()).collect();
         let mut is_taken = vec![false; before.len()];

@@ -67,10 +67,10 @@ pub enum Difference {
 /// corresponds to the only such stage of the same kind in the other study. Each pair has the
 /// indices of the stages in `a` and `b`.
 pub fn stage_pairs(a: &Record, b: &Record) -> Vec<(usize, usize)> {
-    let pairs = counterparts(Some(a), b).into_iter().enumerate();
+    let stages = counterparts(Some(a), b).into_iter().enumerate();
     let index = |stage: &StageRecord| a.stages.iter().position(|known| known.name == stage.name);
     let mut pairs: Vec<(usize, usize)> =
-        pairs.filter_map(|(at, stage)| Some((index(stage?)?, at))).collect();
+        stages.filter_map(|(at, stage)| Some((index(stage?)?, at))).collect();
     // Two renamed stages of B could claim the same stage of A.
     let mut taken = HashSet::new();
     pairs.retain(|(at, _)| taken.insert(*at));
@@ -202,8 +202,8 @@ impl fmt::Display for Difference {
             }
             Difference::Key { key, a, b, units } => {
                 let [old, new] = [(a, &units[0]), (b, &units[1])].map(|(values, unit)| {
-                    let unit = unit.as_ref().filter(|_| !values.is_empty());
-                    shown(values) + &unit.map(|unit| format!(" {unit}")).unwrap_or_default()
+                    let symbol = unit.as_ref().filter(|_| !values.is_empty());
+                    shown(values) + &symbol.map(|unit| format!(" {unit}")).unwrap_or_default()
                 });
                 if old == new {
                     // The texts of long lists name only their ends.

@@ -218,8 +218,8 @@ fn with_single_fields_of(
 ) -> BTreeMap<String, String> {
     for body in bodies {
         let recipe = fields.remove(body).and_then(|json| serde_json::from_str(&json).ok());
-        let members = recipe.map(fields_of).unwrap_or_default().into_iter();
-        let members = members.filter(|(name, _)| name != "realization" && name != "heights");
+        let all = recipe.map(fields_of).unwrap_or_default().into_iter();
+        let members = all.filter(|(name, _)| name != "realization" && name != "heights");
         fields.extend(members.map(|(name, value)| (format!("{body} {name}"), value)));
     }
     fields

@@ -25,8 +25,8 @@ const AREAS: [&str; 3] = [AREA_FRACTION.name, AREA_CORRECTED.name, ASPERITY_AREA
 fn coordinates(table: &Table) -> Vec<&str> {
     let fields = table.batch().schema_ref().fields().iter();
     let is_coordinate = |role: Role| role.is_coordinate() && role != Role::Surface;
-    let known = fields.clone().filter(|field| Role::from_field(field).is_some_and(is_coordinate));
-    let known: Vec<&str> = known.map(|field| field.name().as_str()).collect();
+    let marked = fields.clone().filter(|field| Role::from_field(field).is_some_and(is_coordinate));
+    let known: Vec<&str> = marked.map(|field| field.name().as_str()).collect();
     if known.is_empty() { fields.map(|field| field.name().as_str()).collect() } else { known }
 }
 
@@ -302,8 +302,7 @@ impl<'a> Columns<'a, '_> {
         let Some(written) = keys.legend.written() else { return Some(BTreeMap::new()) };
         let mut entries: BTreeSet<String> = [THIS_STUDY.to_owned()].into();
         entries.extend(quantities?.iter().map(|quantity| quantity.base().to_owned()));
-        let theories = keys.theories.written();
-        let theories = theories.iter().flat_map(|theories| &theories.value);
+        let theories = keys.theories.written().into_iter().flat_map(|theories| &theories.value);
         entries.extend(theories.map(|theory| theory.value.word().to_owned()));
         // Whether all coordinates with words, and all with numbers, are known.
         let mut are_known = [true; 2];
@@ -317,8 +316,8 @@ impl<'a> Columns<'a, '_> {
         for (entry, name) in &written.value {
             let number = entry.parse::<f64>().ok();
             let is_same = |known: &String| {
-                let known = known.parse::<f64>().ok();
-                number.zip(known).is_some_and(|(one, other)| decimal::is_same(one, other))
+                let value = known.parse::<f64>().ok();
+                number.zip(value).is_some_and(|(one, other)| decimal::is_same(one, other))
             };
             if are_known[usize::from(number.is_some())]
                 && !entries.contains(entry)
@@ -332,8 +331,7 @@ impl<'a> Columns<'a, '_> {
                 clear = self.checks.reject(problem.help(format!("entries are {known}")));
             }
         }
-        let names = written.value.iter();
-        let names = names.map(|(entry, name)| (entry.clone(), name.value.clone()));
+        let names = written.value.iter().map(|(entry, name)| (entry.clone(), name.value.clone()));
         clear.map(|()| names.collect())
     }
 
@@ -390,11 +388,11 @@ fn empty_selections(
             if known.iter().any(|known| value.is_same(known)) {
                 continue;
             }
-            let known: Vec<String> = known.iter().map(Known::to_string).collect();
+            let words: Vec<String> = known.iter().map(Known::to_string).collect();
             let message = format!(
                 "`[figure.{figure}]` selects `{column} = {value}`, which no row of the stage has; \
                  its values are {}",
-                listed(known.iter().map(String::as_str), "and"),
+                listed(words.iter().map(String::as_str), "and"),
             );
             let problem = Problem::new(message, selected.span.clone(), "no row has this value");
             empty.push(EmptySelection { stage: stage.to_owned(), problem });

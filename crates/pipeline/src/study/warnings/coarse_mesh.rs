@@ -102,11 +102,9 @@ impl Study {
             return None;
         };
         let enough = if self.is_corrected(index)? { ENOUGH_CORRECTED } else { ENOUGH };
-        let waves = ensembles.iter();
-        let mut waves: Vec<ShortestWave> = waves
-            .filter_map(|ensemble| ShortestWave::from_params(&ensemble.params))
-            .filter(|wave| wave.resolution < enough)
-            .collect();
+        let shortest = ensembles.iter().filter_map(|one| ShortestWave::from_params(&one.params));
+        let mut waves: Vec<ShortestWave> =
+            shortest.filter(|wave| wave.resolution < enough).collect();
         waves.sort_by(|one, other| one.resolution.total_cmp(&other.resolution));
         let (coarsest, others) = waves.split_first()?;
         let ShortestWave { key, wavenumber, .. } = *coarsest;

@@ -54,16 +54,16 @@ pub fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
         let Some(path) = sources.path_of(&file.content) else {
             continue;
         };
-        let path = path.display().to_string();
+        let shown = path.display().to_string();
         let messages = [
-            channel(file, &path),
-            suspect(file, &path),
-            holes(file, &path),
-            unmatched_edges(file, &path),
-            unresolved(file, &path),
+            channel(file, &shown),
+            suspect(file, &shown),
+            holes(file, &shown),
+            unmatched_edges(file, &shown),
+            unresolved(file, &shown),
         ];
-        let notes = file.seen.notes.iter().map(|note| format!("`{path}`: {note}"));
-        let implausible = implausible(file, &path, ensemble.params.sides().is_some());
+        let notes = file.seen.notes.iter().map(|note| format!("`{shown}`: {note}"));
+        let implausible = implausible(file, &shown, ensemble.params.sides().is_some());
         for message in messages.into_iter().flatten().chain(notes).chain(implausible) {
             if !distinct.contains(&message) {
                 distinct.push(message);

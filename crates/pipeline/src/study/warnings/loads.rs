@@ -107,8 +107,8 @@ impl Study {
     /// Returns the smallest and the largest rms slope of the surfaces that a stage presses, if all
     /// are known before the surfaces are drawn.
     fn pressed_slopes(&self, stage: &Stage) -> Option<[f64; 2]> {
-        let slopes = self.pressed_surfaces(stage).map(|params| rms_slope(params, &self.sources));
-        let slopes: Vec<f64> = slopes.collect::<Option<_>>()?;
+        let known = self.pressed_surfaces(stage).map(|params| rms_slope(params, &self.sources));
+        let slopes: Vec<f64> = known.collect::<Option<_>>()?;
         let lowest = slopes.iter().copied().reduce(f64::min)?;
         Some([lowest, slopes.into_iter().fold(lowest, f64::max)])
     }
