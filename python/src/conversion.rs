@@ -53,8 +53,8 @@ fn toml_value(value: &Bound<'_, PyAny>) -> PyResult<Value> {
         return toml_value(&value.call_method0("tolist")?);
     }
     if let Ok(items) = value.try_iter() {
-        let items = items.map(|item| toml_value(&item?));
-        return Ok(Value::Array(items.collect::<PyResult<_>>()?));
+        let values = items.map(|item| toml_value(&item?));
+        return Ok(Value::Array(values.collect::<PyResult<_>>()?));
     }
     let kind = value.get_type().name()?;
     let message = format!("{value} has the type `{kind}`, which a manifest cannot contain");
@@ -70,9 +70,9 @@ pub fn grid(py: Python<'_>, nodes: [usize; 2], size: [f64; 2]) -> PyResult<Grid>
 /// Copies an array of heights into a scan; missing heights are NaN.
 pub fn scan(py: Python<'_>, heights: &PyReadonlyArray2<'_, f64>, size: [f64; 2]) -> PyResult<Scan> {
     let grid = grid(py, nodes(heights), size)?;
-    let heights = heights.as_slice()?;
-    check_range(grid, heights).map_err(|error| surface_error(py, &error))?;
-    Scan::new(grid, heights.to_vec()).map_err(|error| surface_error(py, &error))
+    let values = heights.as_slice()?;
+    check_range(grid, values).map_err(|error| surface_error(py, &error))?;
+    Scan::new(grid, values.to_vec()).map_err(|error| surface_error(py, &error))
 }
 
 /// Maximum value of the argument `jobs`, as on the command line.
@@ -97,9 +97,9 @@ pub fn surface(
     size: [f64; 2],
 ) -> PyResult<Surface> {
     let grid = grid(py, nodes(heights), size)?;
-    let heights = heights.as_slice()?;
-    check_range(grid, heights).map_err(|error| surface_error(py, &error))?;
-    Surface::new(grid, heights.to_vec()).map_err(|error| surface_error(py, &error))
+    let values = heights.as_slice()?;
+    check_range(grid, values).map_err(|error| surface_error(py, &error))?;
+    Surface::new(grid, values.to_vec()).map_err(|error| surface_error(py, &error))
 }
 
 fn nodes(heights: &PyReadonlyArray2<'_, f64>) -> [usize; 2] {

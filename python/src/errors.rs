@@ -63,12 +63,12 @@ pub fn value_error(py: Python<'_>, message: String) -> PyErr {
 
 /// Creates a `ManifestError` with all problems and their positions.
 pub fn manifest_error(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
-    let problems = errors.problems().iter().map(|problem| {
+    let described = errors.problems().iter().map(|problem| {
         let position = errors.position(problem);
         let advice = problem.advice().map(str::to_owned);
         (problem.message().to_owned(), position, advice)
     });
-    let problems: Vec<_> = problems.collect();
+    let problems: Vec<_> = described.collect();
     let arguments = (errors.render(false), errors.file().to_owned(), problems);
     exception(py, "ManifestError", arguments)
 }

@@ -40,8 +40,8 @@ pub fn watched<T: Send + 'static>(
     thread::Builder::new().name("asperity".to_owned()).spawn(move || sender.send(work()))?;
     let receiver = Mutex::new(receiver);
     let wait = |time: Duration| {
-        let receiver = receiver.lock().expect("no panic happens while it is held");
-        receiver.recv_timeout(time)
+        let held = receiver.lock().expect("no panic happens while it is held");
+        held.recv_timeout(time)
     };
     loop {
         match py.detach(|| wait(CHECK_INTERVAL)) {

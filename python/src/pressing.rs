@@ -61,8 +61,8 @@ impl Pressing {
             is_periodic,
         };
         let cores = conversion::jobs(py, jobs)?.unwrap_or_else(available_cores);
-        let pressing = py.detach(|| direct::Pressing::new_on(cores, map, &keys));
-        let mut pressing = pressing.map_err(|error| direct_error(py, &error))?;
+        let prepared = py.detach(|| direct::Pressing::new_on(cores, map, &keys));
+        let mut pressing = prepared.map_err(|error| direct_error(py, &error))?;
         if !keeps_fields {
             pressing = pressing.without_fields();
         }
@@ -142,8 +142,8 @@ pub fn placed<'py>(
     let keys = conversion::keys(keys)?;
     let surface = conversion::surface(py, &heights, size)?;
     let nodes = surface.grid().nodes();
-    let placed = py.detach(|| direct::placed(surface, &keys));
-    let placed = placed.map_err(|error| direct_error(py, &error))?;
+    let placed =
+        py.detach(|| direct::placed(surface, &keys)).map_err(|error| direct_error(py, &error))?;
     conversion::map(py, placed.into_heights(), nodes)
 }
 

@@ -123,8 +123,8 @@ impl Session {
         replace: bool,
         on_progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<(Run, Notices)> {
-        let memory = memory.map(str::parse::<ByteSize>).transpose();
-        let memory = memory.map_err(|reason| value_error(py, format!("`memory`: {reason}")))?;
+        let parsed = memory.map(str::parse::<ByteSize>).transpose();
+        let memory = parsed.map_err(|reason| value_error(py, format!("`memory`: {reason}")))?;
         let options = RunOptions {
             jobs: conversion::jobs(py, jobs)?,
             memory,
@@ -141,9 +141,9 @@ impl Session {
             (Some(on_progress), Some(advance)) => on_progress.call1((advance,)).map(drop),
             _ => Ok(()),
         };
-        let report = watched(py, &stop, work, show)?;
+        let ended = watched(py, &stop, work, show)?;
         show(py)?;
-        let report = report.map_err(|error| session_error(py, &error))?;
+        let report = ended.map_err(|error| session_error(py, &error))?;
         Ok((Run::new(&report), events.take_notices()))
     }
 
@@ -198,14 +198,14 @@ impl Session {
     /// Describes the columns of all stages or of one.
     fn columns(&self, py: Python<'_>, stage: Option<String>) -> PyResult<Vec<StageColumns>> {
         let (stages, _) = self.call(py, move |session| session.columns(stage.as_deref()))?;
-        let stages = stages.into_iter().map(|stage| {
+        let described = stages.into_iter().map(|stage| {
             let columns = stage.columns.into_iter().map(|column| {
                 let kind = column.kind.to_owned();
                 [column.name, kind, column.role, column.unit, column.meaning]
             });
             (stage.stage, columns.collect())
         });
-        Ok(stages.collect())
+        Ok(described.collect())
     }
 
     /// Compares the study with another one. Returns all means as a table, and the text and the JSON

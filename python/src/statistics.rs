@@ -148,9 +148,9 @@ pub fn power_spectrum<'py>(
 ) -> PyResult<Spectrum<'py>> {
     let surface = conversion::surface(py, &heights, size)?;
     let side = surface.grid().cell().longer_side();
-    let rings = py.detach(|| rings(&surface, boundary(is_periodic)));
+    let all = py.detach(|| rings(&surface, boundary(is_periodic)));
     // The mean height is not part of the roughness.
-    let rings: Vec<_> = rings.into_iter().filter(|ring| ring.waves > 0).collect();
+    let rings: Vec<_> = all.into_iter().filter(|ring| ring.waves > 0).collect();
     let wavenumbers = rings.iter().map(|ring| ring.wavenumber(side));
     let densities = rings.iter().map(|ring| ring.density);
     let modes = rings.iter().map(|ring| i64::from(ring.modes));

@@ -33,8 +33,8 @@ pub fn draw<'py>(
     realization: u32,
 ) -> PyResult<Drawn<'py>> {
     let keys = conversion::keys(keys)?;
-    let drawn = interruptible(py, move || direct::draw(&keys, realization))?;
-    let drawn = drawn.map_err(|error| direct_error(py, &error))?;
+    let drawn = interruptible(py, move || direct::draw(&keys, realization))?
+        .map_err(|error| direct_error(py, &error))?;
     let grid = drawn.surface.grid();
     let heights = map(py, drawn.surface.into_heights(), grid.nodes())?;
     let unit = Some(drawn.unit).filter(|unit| !unit.is_empty());
@@ -60,8 +60,7 @@ pub fn implausible(
     has_given_sides: bool,
 ) -> PyResult<Vec<String>> {
     let scan = scan(py, &heights, size)?;
-    let unit = unit.unwrap_or_default();
-    Ok(py.detach(|| direct::implausible(&scan, unit, format, has_given_sides)))
+    Ok(py.detach(|| direct::implausible(&scan, unit.unwrap_or_default(), format, has_given_sides)))
 }
 
 /// Heights (NaN if missing), sides in the unit of the heights, unit, name of the channel, names of
@@ -85,17 +84,17 @@ pub fn read<'py>(
     channel: Option<String>,
     missing: Option<f64>,
 ) -> PyResult<Read<'py>> {
-    let bytes = py.detach(|| read_regular(&path, MAX_BYTES));
-    let bytes = bytes.map_err(|source| match source.raw_os_error() {
+    let read = py.detach(|| read_regular(&path, MAX_BYTES));
+    let bytes = read.map_err(|source| match source.raw_os_error() {
         Some(_) => source.into(),
         None => surface_error(py, &SurfaceFileError::Read { path: path.clone(), source }),
     })?;
-    let file = py.detach(|| asperity::topography_files::read(&bytes));
-    let file = file.map_err(|error| surface_error(py, &error))?;
+    let parsed = py.detach(|| asperity::topography_files::read(&bytes));
+    let file = parsed.map_err(|error| surface_error(py, &error))?;
     let index = match &channel {
         Some(channel) => file.find(channel).map_err(|error| {
-            let names = file.channels().iter().map(|channel| format!("`{}`", channel.name()));
-            let names: Vec<String> = names.collect();
+            let names: Vec<String> =
+                file.channels().iter().map(|channel| format!("`{}`", channel.name())).collect();
             value_error(py, format!("{error}; available channels: {}", names.join(", ")))
         })?,
         None => file.first_heights().ok_or_else(|| {
@@ -172,8 +171,8 @@ pub fn level_through<'py>(
     let [a, b, c] = points;
     let scan = scan(py, &heights, size)?;
     let nodes = scan.grid().nodes();
-    let levelled = py.detach(|| ThreePoints { a, b, c }.level(&scan, [0, 0]));
-    let levelled = levelled.map_err(|error| surface_error(py, &error))?;
+    let outcome = py.detach(|| ThreePoints { a, b, c }.level(&scan, [0, 0]));
+    let levelled = outcome.map_err(|error| surface_error(py, &error))?;
     map(py, levelled.heights().to_vec(), nodes)
 }
 
@@ -261,8 +260,8 @@ pub fn fill<'py>(
         named(py, "method", [Fill::Harmonic, Fill::Nearest, Fill::Lowest], Fill::name, method)?;
     let scan = scan(py, &heights, size)?;
     let nodes = scan.grid().nodes();
-    let filled = py.detach(|| method.fill(scan, is_periodic));
-    let filled = filled.map_err(|error| surface_error(py, &error))?;
+    let filled =
+        py.detach(|| method.fill(scan, is_periodic)).map_err(|error| surface_error(py, &error))?;
     map(py, filled.into_heights(), nodes)
 }
 

@@ -43,8 +43,8 @@ impl Table {
     }
 
     fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {
-        let schema = FFI_ArrowSchema::try_from(self.0.batch().schema().as_ref());
-        let schema = schema.map_err(|error| surface_error(py, &error))?;
+        let schema = FFI_ArrowSchema::try_from(self.0.batch().schema().as_ref())
+            .map_err(|error| surface_error(py, &error))?;
         PyCapsule::new_with_value(py, schema, c"arrow_schema")
     }
 
@@ -117,8 +117,8 @@ fn values<'py>(py: Python<'py>, array: &dyn Array) -> PyResult<Bound<'py, PyAny>
             Ok(PyArray1::from_slice(py, values).into_any())
         }
         DataType::Int64 => {
-            let values = array.as_primitive::<Int64Type>().iter();
-            let values = values.map(|value| value.map_or(f64::NAN, |value| value as f64));
+            let integers = array.as_primitive::<Int64Type>().iter();
+            let values = integers.map(|value| value.map_or(f64::NAN, |value| value as f64));
             Ok(PyArray1::from_iter(py, values).into_any())
         }
         DataType::Boolean if array.null_count() == 0 => {
@@ -157,10 +157,10 @@ fn values<'py>(py: Python<'py>, array: &dyn Array) -> PyResult<Bound<'py, PyAny>
 }
 
 fn reals<'py>(py: Python<'py>, array: &dyn Array) -> Bound<'py, PyAny> {
-    let array = array.as_primitive::<Float64Type>();
-    if array.null_count() == 0 {
-        return PyArray1::from_slice(py, array.values()).into_any();
+    let numbers = array.as_primitive::<Float64Type>();
+    if numbers.null_count() == 0 {
+        return PyArray1::from_slice(py, numbers.values()).into_any();
     }
-    let values = array.iter().map(|value| value.unwrap_or(f64::NAN));
+    let values = numbers.iter().map(|value| value.unwrap_or(f64::NAN));
     PyArray1::from_iter(py, values).into_any()
 }

@@ -53,8 +53,8 @@ pub fn asperities<'py>(
         "greenwood-williamson" => AsperityModel::GreenwoodWilliamson,
         other => return Err(value_error(py, format!("unknown model `{other}`"))),
     };
-    let asperities = Asperities::new(model, nayak);
-    let asperities = asperities.map_err(|error| value_error(py, error.to_string()))?;
+    let asperities =
+        Asperities::new(model, nayak).map_err(|error| value_error(py, error.to_string()))?;
     let values = values.as_slice()?.to_vec();
     let at_separations = at == "separation";
     let contacts: Vec<Option<Contact>> = py.detach(|| {
