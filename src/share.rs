@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use chrono::{DateTime, NaiveDate};
+use chrono::{DateTime, NaiveDate, Utc};
 use serde::Serialize;
 
 use crate::session::{Event, Notice, Session, SessionError};
@@ -123,18 +123,19 @@ pub struct InvalidDay(String);
 impl Day {
     /// Returns the date of a moment in UTC.
     pub fn from_time(moment: SystemTime) -> Day {
-        let seconds = moment.duration_since(UNIX_EPOCH);
-        let seconds = seconds.map_or(0, |since| since.as_secs().try_into().unwrap_or(0));
-        Day(DateTime::from_timestamp(seconds, 0).unwrap_or_default().date_naive())
+        Day(utc(moment).date_naive())
     }
 }
 
 /// Formats a moment as date and time in UTC, to the minute.
 pub(crate) fn minute(moment: SystemTime) -> String {
-    let seconds = moment.duration_since(UNIX_EPOCH);
-    let seconds = seconds.map_or(0, |since| since.as_secs().try_into().unwrap_or(0));
-    let moment = DateTime::from_timestamp(seconds, 0).unwrap_or_default();
-    moment.format("%Y-%m-%d %H:%M UTC").to_string()
+    utc(moment).format("%Y-%m-%d %H:%M UTC").to_string()
+}
+
+/// Converts a moment to UTC. Moments before 1970 become its first second.
+fn utc(moment: SystemTime) -> DateTime<Utc> {
+    let since = moment.duration_since(UNIX_EPOCH).unwrap_or_default();
+    DateTime::from_timestamp(since.as_secs().try_into().unwrap_or(0), 0).unwrap_or_default()
 }
 
 impl FromStr for Day {

@@ -278,11 +278,9 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
         ClaimOutcome::NotComputed(needs) => lines.push(("needs", needs.clone())),
         ClaimOutcome::Noted => {}
     }
-    let lines = lines.iter().map(|(name, text)| {
-        let text = wrapped(12, text);
-        format!("{name:<12}{}", text.trim_start())
-    });
-    format!("{}\n{}{table}\n", statement.name, lines.collect::<String>())
+    let line =
+        |(name, text): &(&str, String)| format!("{name:<12}{}", wrapped(12, text).trim_start());
+    format!("{}\n{}{table}\n", statement.name, lines.iter().map(line).collect::<String>())
 }
 
 /// Returns the path of the figure, and the command that draws it if it does not exist.

@@ -161,13 +161,13 @@ fn expected(planned: &PlannedSubmission) -> String {
 }
 
 fn submitted(planned: &PlannedSubmission, submission: &Submission, manifest: &Path) -> String {
-    let rounds = submission.submitted.iter().map(|round| match round.array {
+    let lines = submission.submitted.iter().map(|round| match round.array {
         Some(array) => {
             format!("job {array} computes the tasks, job {} completes the study\n", round.finish)
         }
         None => format!("job {} completes the study\n", round.finish),
     });
-    let rounds: String = rounds.collect();
+    let rounds: String = lines.collect();
     let (folder, manifest) = (planned.folder.display(), shell_word(manifest));
     format!(
         "{rounds}scripts and logs: {folder}\n\
@@ -280,11 +280,11 @@ fn queued(queue: &Queue) -> String {
     if *running + *waiting == 0 && finish.is_none() {
         return "queue: no jobs of this study\n".to_owned();
     }
-    let reasons = reasons.iter().map(|reason| match reason.as_str() {
+    let explained = reasons.iter().map(|reason| match reason.as_str() {
         "BeginTime" => "BeginTime: Slurm restarts a job of a failed node after two minutes",
         other => other,
     });
-    let reasons: Vec<&str> = reasons.collect();
+    let reasons: Vec<&str> = explained.collect();
     let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join(", ")) };
     let last = finish.as_ref().map_or_else(String::new, |finish| format!(", last job {finish}"));
     format!("queue: {} running, {waiting} waiting{why}{last}\n", counted(*running, "array element"))

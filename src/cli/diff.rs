@@ -82,8 +82,8 @@ pub struct DiffArguments {
 pub fn diff(arguments: &DiffArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let DiffArguments { a, b, settings, settings_a, .. } = arguments;
     let b = b.as_ref().unwrap_or(a);
-    let scratch = [a, b].iter().any(|path| diff::is_zip(path)).then(removed_on_signal);
-    let scratch = scratch.transpose()?;
+    let scratch =
+        [a, b].iter().any(|path| diff::is_zip(path)).then(removed_on_signal).transpose()?;
     let folder = scratch.as_ref().map(TempDir::path);
     let a = Studies::open(a, settings_a, data, folder, &print_notice)?;
     let b = Studies::open(b, settings, data, folder, &print_notice)?;
@@ -194,14 +194,11 @@ fn equal_text(study: &StudyComparison) -> String {
             let tables = stage.tables.as_ref();
             tables.is_some_and(|tables| tables.equal && tables.identical == identical)
         });
-        let names = equal.map(|stage| {
-            format!(
-                "{} ({})",
-                stage_name(stage),
-                counted(stage.rows_a.map_or(0, |size| size.rows), "row")
-            )
-        });
-        let names: Vec<String> = names.collect();
+        let name = |stage: &StageComparison| {
+            let rows = counted(stage.rows_a.map_or(0, |size| size.rows), "row");
+            format!("{} ({rows})", stage_name(stage))
+        };
+        let names: Vec<String> = equal.map(name).collect();
         if !names.is_empty() {
             text += &format!("\nequal {how}: {}\n", names.join(", "));
         }
@@ -236,8 +233,8 @@ fn stage_text(stage: &StageComparison, tables: &TableComparison, all: bool) -> S
     if let Some(loads) = tables.disjoint_loads {
         let range = |side: usize| {
             let [least, most] = loads[side].map(short);
-            let unit = tables.load_units[side].as_ref();
-            let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+            let symbol = tables.load_units[side].as_ref();
+            let unit = symbol.map(|unit| format!(" {unit}")).unwrap_or_default();
             if least == most { least + &unit } else { format!("{least} … {most}{unit}") }
         };
         let [of_a, of_b] = [0, 1].map(range);
@@ -272,13 +269,13 @@ fn rows_text(tables: &TableComparison) -> String {
 }
 
 fn only_text(side: &str, only: &UnmatchedRows) -> String {
-    let parts = [
+    let reasons = [
         ("at other points", &only.points),
         ("of other surfaces", &only.surfaces),
         ("at other loads", &only.loads),
     ];
     let parts: Vec<(&str, &Lacking)> =
-        parts.into_iter().filter(|(_, lacking)| lacking.rows > 0).collect();
+        reasons.into_iter().filter(|(_, lacking)| lacking.rows > 0).collect();
     let first = |lacking: &Lacking| {
         let more = if lacking.more { " …" } else { "" };
         lacking.first.join("; ") + more
@@ -287,10 +284,10 @@ fn only_text(side: &str, only: &UnmatchedRows) -> String {
     match parts[..] {
         [(what, lacking)] => format!("{rows} only in {side}, {what}: {}", first(lacking)),
         _ => {
-            let parts = parts
+            let texts = parts
                 .iter()
                 .map(|(what, lacking)| format!("{} {what} ({})", lacking.rows, first(lacking)));
-            format!("{rows} only in {side}: {}", parts.collect::<Vec<_>>().join(", "))
+            format!("{rows} only in {side}: {}", texts.collect::<Vec<_>>().join(", "))
         }
     }
 }
@@ -298,8 +295,8 @@ fn only_text(side: &str, only: &UnmatchedRows) -> String {
 /// Prints the columns that differ, those that differ most first.
 fn columns_text(tables: &TableComparison, all: bool) -> String {
     let different = || tables.columns.iter().filter(|column| !column.is_equal());
-    let numbers = different().filter_map(|column| Some((column, column.largest()?)));
-    let mut numbers: Vec<(&ColumnComparison, &MeanComparison)> = numbers.collect();
+    let mut numbers: Vec<(&ColumnComparison, &MeanComparison)> =
+        different().filter_map(|column| Some((column, column.largest()?))).collect();
     numbers.sort_by(|(_, one), (_, other)| other.by_size(one));
     let mut text = String::new();
     let shown = if all { numbers.len() } else { numbers.len().min(MAX_COLUMNS) };
@@ -327,9 +324,9 @@ fn columns_text(tables: &TableComparison, all: bool) -> String {
         text += &format!("  and {} (`--all` prints them)\n", shortened(&names));
     }
     let others = different().filter(|column| column.largest().is_none());
-    let named =
+    let texts =
         others.map(|column| format!("{} in {}", column.column, counted(column.differing, "row")));
-    let named: Vec<String> = named.collect();
+    let named: Vec<String> = texts.collect();
     if !named.is_empty() {
         text += &format!("  other values: {}\n", shortened(&named));
     }

@@ -227,8 +227,8 @@ fn maps_of(
             set.refuse()?;
             let first = word.parse().map_err(|error: InvalidCoordinate| Misused(error.to_string()));
             let coordinates = [&[first?], coordinates].concat();
-            let what = what.to_string_lossy();
-            Ok(maps::finished_task(&what, &coordinates, data, &super::print_notice)?)
+            let key = what.to_string_lossy();
+            Ok(maps::finished_task(&key, &coordinates, data, &super::print_notice)?)
         }
         Some(stage) => Ok(session.maps(stage, coordinates, load)?),
         None if what.is_file() => {
@@ -250,8 +250,8 @@ fn maps_of(
 
 /// Parses a time in seconds as hundredths of a second, the unit of GIF files.
 fn hundredths(word: &str) -> Result<u16, String> {
-    let seconds = word.parse().ok().filter(|seconds| (0.02..=60.0).contains(seconds));
-    let seconds: f64 = seconds.ok_or_else(|| "expected 0.02 to 60 seconds".to_owned())?;
+    let in_range = word.parse().ok().filter(|seconds| (0.02..=60.0).contains(seconds));
+    let seconds: f64 = in_range.ok_or_else(|| "expected 0.02 to 60 seconds".to_owned())?;
     Ok((100.0 * seconds).round() as u16)
 }
 

@@ -105,13 +105,13 @@ pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Fa
             write_json(&mut out, table?.batch())?;
         }
     } else if arguments.json {
-        let stages = stages.iter().map(|stage| StageJson {
+        let described = stages.iter().map(|stage| StageJson {
             count: stage.count,
             stores: &stage.stores,
             reasons: reasons(stage),
         });
         let warnings = Some(status.warnings.as_slice());
-        print_json(&mut out, &StudyJson::new(&status, stages.collect(), warnings))?;
+        print_json(&mut out, &StudyJson::new(&status, described.collect(), warnings))?;
     } else {
         let stores = stages.iter().map(|stage| (stage.count.name, stage.stores.as_slice()));
         let stores = store_lines(stores);
@@ -224,8 +224,8 @@ pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCo
     let mut stages = status.stages();
     if let Some(wanted) = &arguments.stage {
         let names: Vec<&str> = stages.iter().map(|stage| stage.count.name).collect();
-        let index = names.iter().position(|name| name == wanted);
-        let index = index.ok_or_else(|| SessionError::from(UnknownName::stage(wanted, &names)))?;
+        let found = names.iter().position(|name| name == wanted);
+        let index = found.ok_or_else(|| SessionError::from(UnknownName::stage(wanted, &names)))?;
         stages = vec![stages.swap_remove(index)];
     }
     let mut out = stdout();
@@ -282,15 +282,15 @@ fn cost(status: &Status) -> String {
     let seconds = status.total_seconds();
     let cores = available_parallelism().map_or(1, usize::from);
     let Sharing { at_once, each } = status.sharing(cores);
-    let cores = cores.min(at_once * each);
-    let wall = duration(Duration::from_secs_f64((seconds / cores as f64).ceil()));
+    let used = cores.min(at_once * each);
+    let wall = duration(Duration::from_secs_f64((seconds / used as f64).ceil()));
     let cost = core_hours(seconds);
     let shared = match each {
         1 => String::new(),
         _ if at_once < cores => format!(", up to {} per surface", cores.div_ceil(at_once)),
         _ => ", one per surface, several for the last surfaces".to_owned(),
     };
-    format!("{cost} expected: {wall} on {}{shared}", counted(cores, "core"))
+    format!("{cost} expected: {wall} on {}{shared}", counted(used, "core"))
 }
 
 /// Formats core-seconds as core-hours with two significant digits.

@@ -106,8 +106,7 @@ pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Fail
 pub fn run_text(report: &RunReport, only: Option<&str>) -> Result<String, Failure> {
     let mut text = String::new();
     if let Some(tables) = &report.tables {
-        let only = only.map(|_| report.wanted.as_slice());
-        text += &stage_lines(&report.sampled, tables, only)?;
+        text += &stage_lines(&report.sampled, tables, only.map(|_| report.wanted.as_slice()))?;
     }
     for TasksFromStore { store, tasks } in &report.stores {
         text += &format!("read from `{}`: {}\n", store.display(), counted(*tasks, "task"));

@@ -139,8 +139,8 @@ fn chosen_columns(
                 return Misused(message).into();
             }
             let message = format!("the table has no column `{name}`");
-            let known: Vec<&str> = known.iter().map(String::as_str).collect();
-            unknown(message, name, &known)
+            let all: Vec<&str> = known.iter().map(String::as_str).collect();
+            unknown(message, name, &all)
         })
     };
     names.iter().map(index).collect()
@@ -460,8 +460,8 @@ fn printed(
         let is_summary = layout == ColumnLayout::Summary && table.rows() > 1;
         if is_summary && table.is_constant(index)? {
             if array.is_valid(0) {
-                let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
-                constant.push(format!("{name} {}{unit}", cells(array.as_ref(), 1).remove(0)));
+                let suffix = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+                constant.push(format!("{name} {}{suffix}", cells(array.as_ref(), 1).remove(0)));
             }
             continue;
         }

@@ -97,14 +97,14 @@ fn add_stage(
     advice: &mut StudyAdvice,
 ) -> Result<(), SessionError> {
     let plan = &reading.plan;
-    let recipes = stage.tasks.iter().filter_map(|&task| match &plan.tasks[task].recipe {
+    let limits = stage.tasks.iter().filter_map(|&task| match &plan.tasks[task].recipe {
         Recipe::Fit(params) => match &params.law {
             Law::Limits(choices) => Some((task, params.as_ref(), choices.as_ref())),
             _ => None,
         },
         _ => None,
     });
-    let recipes: Vec<(usize, &fit::Params, &LimitChoices)> = recipes.collect();
+    let recipes: Vec<(usize, &fit::Params, &LimitChoices)> = limits.collect();
     if recipes.is_empty() {
         return Ok(());
     }
@@ -148,9 +148,9 @@ fn description(table: &Table, group: &Group, load: Option<f64>, choices: &LimitC
     let all = ParameterPoint::from_row(&parameters.common(), 0);
     let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
     let distinct = own.beyond(&all).without(&over).without(&[K_ROLLOFF.name, COEFFICIENT.name]);
-    let load = load.map(|load| format!("load {load}"));
+    let at_load = load.map(|load| format!("load {load}"));
     let distinct = Some(distinct.to_string()).filter(|text| !text.is_empty());
-    let parts = [Some(choices.of.to_string()), load, distinct];
+    let parts = [Some(choices.of.to_string()), at_load, distinct];
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 

@@ -146,14 +146,12 @@ impl StudyClaims {
     /// Summarizes the given claims for JSON output.
     pub fn summary<'a>(&'a self, claims: &'a [Claim]) -> ClaimsSummary<'a> {
         let Setting { point, left_out, .. } = self.setting();
-        let left_out = left_out.iter();
+        let others = left_out.iter().map(|left| OtherRows { rows: left.rows, with: &left.differs });
         ClaimsSummary {
             level: LEVEL,
             missing_tasks: self.missing,
             rests_on: point,
-            left_out: left_out
-                .map(|left| OtherRows { rows: left.rows, with: &left.differs })
-                .collect(),
+            left_out: others.collect(),
             claims: claims.iter().map(|claim| self.summary_of(claim)).collect(),
         }
     }
@@ -236,9 +234,8 @@ fn seconds_of_one_surface(plan: &Plan) -> f64 {
     }
     let depends_on_one_surface =
         |kind: Kind| matches!(kind, Kind::Generate | Kind::Solve | Kind::Measure | Kind::Correct);
-    let own = plan.tasks.iter().enumerate();
-    let own = own.filter(|(_, task)| depends_on_one_surface(task.recipe.kind()));
-    let own: Vec<usize> = own.map(|(task, _)| task).collect();
+    let is_own = |&task: &usize| depends_on_one_surface(plan.tasks[task].recipe.kind());
+    let own: Vec<usize> = (0..plan.tasks.len()).filter(is_own).collect();
     let surfaces_per_point = surfaces as f64 / points.len().max(1) as f64;
     CostModel::default().seconds_of(plan, &own) / surfaces_per_point.max(1.0)
 }

@@ -148,8 +148,8 @@ impl ChosenLoad {
             }
             None => (text.trim(), None),
         };
-        let number = number.parse().ok().filter(|number: &f64| number.is_finite());
-        let number = number.ok_or(InvalidLoad::Form { dimension })?;
+        let finite = number.parse().ok().filter(|number: &f64| number.is_finite());
+        let number = finite.ok_or(InvalidLoad::Form { dimension })?;
         Ok(ChosenLoad { number, unit, quantity })
     }
 
@@ -170,14 +170,14 @@ impl ChosenLoad {
             _ => {}
         }
         let Some(unit) = self.unit else { return Ok((given, self.number)) };
-        let (column, own, word) = match unit.dimension {
+        let (column, symbol, word) = match unit.dimension {
             Dimension::Length => (MEAN_GAP.name, length_unit(table), "mean gap"),
             Dimension::Pressure => (PRESSURE.name, pressure_unit(table), "load"),
             Dimension::Work | Dimension::Conductivity | Dimension::Resistivity => {
                 unreachable!("states are read as mean gaps or loads")
             }
         };
-        let own = own.as_deref().and_then(Unit::find).ok_or_else(|| {
+        let own = symbol.as_deref().and_then(Unit::find).ok_or_else(|| {
             SessionError::Refused(format!(
                 "the manifest names no unit of {}; give the {word} as a number in the unit of the \
                  study",
@@ -228,10 +228,10 @@ pub fn rows_under(
     if !found.is_empty() {
         return Ok(found);
     }
-    let (lower, higher): (Vec<f64>, Vec<f64>) =
+    let (below, above): (Vec<f64>, Vec<f64>) =
         rows.iter().map(|&row| loads.value(row)).partition(|other| *other < load);
-    let lower = lower.into_iter().max_by(f64::total_cmp);
-    let higher = higher.into_iter().min_by(f64::total_cmp);
+    let lower = below.into_iter().max_by(f64::total_cmp);
+    let higher = above.into_iter().min_by(f64::total_cmp);
     let unit = match column {
         _ if column == PRESSURE.name => pressure_unit(table),
         _ if column == MEAN_GAP.name => length_unit(table),
@@ -305,8 +305,7 @@ pub fn chosen_task(
         rows = rows_under(table, &rows, load)?;
     }
     let rows = table.pick(&rows);
-    let tasks = rows.texts("task")?;
-    let tasks: BTreeSet<&str> = tasks.iter().flatten().collect();
+    let tasks: BTreeSet<&str> = rows.texts("task")?.iter().flatten().collect();
     if tasks.len() == 1 {
         let word: String = tasks.into_iter().collect();
         let rows = rows_of_task(table, &selected, &word)?;
@@ -325,12 +324,12 @@ pub fn chosen_task(
         let is_state = name == BRANCH.name && table.has(STEP.name);
         !is_load && !is_state && name != "surface" && !is_measured
     };
-    let differing = fields.filter(|(field, _)| is_typed(field)).filter_map(|(field, values)| {
+    let choices = fields.filter(|(field, _)| is_typed(field)).filter_map(|(field, values)| {
         let name = field.name();
         let values = distinct(values.as_ref());
         (values.len() > 1).then(|| format!("\n  {name}={}", values.join(" | ")))
     });
-    let differing: String = differing.collect();
+    let differing: String = choices.collect();
     let tasks = counted(tasks.len(), "task");
     Err(SessionError::Refused(format!("{tasks} of `{stage}` match; choose one by{differing}")))
 }
@@ -338,16 +337,16 @@ pub fn chosen_task(
 /// Returns the elements of `selected` that are rows of a task.
 fn rows_of_task(table: &Table, selected: &[usize], task: &str) -> Result<ChosenRows, SessionError> {
     let tasks = table.texts("task")?;
-    let rows = selected.iter().copied().filter(|&row| tasks.value(row) == task);
+    let own = selected.iter().copied().filter(|&row| tasks.value(row) == task);
     if table.has(STEP.name) {
         let steps = table.integers(STEP.name)?;
-        return Ok(ChosenRows::Steps(rows.map(|row| steps.value(row)).collect()));
+        return Ok(ChosenRows::Steps(own.map(|row| steps.value(row)).collect()));
     }
     if !table.has(LOAD.name) {
         return Ok(ChosenRows::All);
     }
     let loads = table.reals(load_column(table))?;
-    let rows = rows.filter(|&row| loads.is_valid(row));
+    let rows = own.filter(|&row| loads.is_valid(row));
     Ok(ChosenRows::Loads(rows.map(|row| loads.value(row)).collect()))
 }
 
@@ -368,9 +367,9 @@ impl Coordinate {
         let found: Vec<usize> = rows.iter().copied().filter(has).collect();
         if found.is_empty() {
             let picked = coordinates.pick(rows);
-            let there = picked.batch().column_by_name(column);
-            let there = there.map(|values| distinct(values.as_ref()).join(", "));
-            let there = there.unwrap_or_default();
+            let others = picked.batch().column_by_name(column);
+            let there =
+                others.map(|values| distinct(values.as_ref()).join(", ")).unwrap_or_default();
             let message = format!("no row has `{column}` = {value}; available: {there}");
             return Err(SessionError::Refused(message));
         }

@@ -213,11 +213,11 @@ impl StudyComparison {
                 a.stages.iter().filter(named).map(|stage| (stage, stage)).collect()
             }
         };
-        let stages = pairs.into_iter().map(|(in_a, in_b)| {
+        let compared = pairs.into_iter().map(|(in_a, in_b)| {
             let (table_a, table_b) = (a.table(in_a)?, b.table(in_b)?);
             StageComparison::new(in_a, in_b, table_a.as_ref(), table_b.as_ref())
         });
-        let mut stages = stages.collect::<Result<Vec<_>, SessionError>>()?;
+        let mut stages = compared.collect::<Result<Vec<_>, SessionError>>()?;
         let noise = Noise::judge(&mut stages);
         let parameters = records.map(|(a, b)| differences(a, b));
         let is_equal_stage = |stage: &StageComparison| match &stage.tables {
@@ -308,9 +308,9 @@ impl Noise {
     fn judge(stages: &mut [StageComparison]) -> Noise {
         let tables = stages.iter_mut().filter_map(|stage| stage.tables.as_mut());
         let columns = tables.flat_map(|tables| &mut tables.columns);
-        let means = columns.flat_map(|column| &mut column.means);
+        let all = columns.flat_map(|column| &mut column.means);
         let mut means: Vec<&mut MeanComparison> =
-            means.filter(|mean| mean.p_value.is_some()).collect();
+            all.filter(|mean| mean.p_value.is_some()).collect();
         let p_values: Vec<f64> = means.iter().filter_map(|mean| mean.p_value).collect();
         let mut noise = Noise {
             comparisons: p_values.len(),

@@ -179,11 +179,11 @@ impl fmt::Display for Notice<'_> {
         match self {
             Notice::Study(warning) => write!(formatter, "{warning}"),
             Notice::ScarceMemory { largest, at_once, jobs, allowance } => {
-                let largest = largest.display().si();
                 write!(
                     formatter,
-                    "the largest task needs {largest}; {at_once} of {jobs} tasks run in parallel to stay below \
-                     {allowance}"
+                    "the largest task needs {}; {at_once} of {jobs} tasks run in parallel to stay below \
+                     {allowance}",
+                    largest.display().si()
                 )
             }
             Notice::Damaged(damage) => {

@@ -148,13 +148,13 @@ impl<'m> Export<'m> {
         stop: &'m AtomicBool,
     ) -> Result<Export<'m>, SessionError> {
         let kinds = if kinds.is_empty() { maps.kinds() } else { kinds };
-        let heights = kinds.contains(&MapKind::Heights);
-        let heights = heights.then(|| maps.map(MapKind::Heights, None, stop)).transpose()?;
-        let kinds = kinds.iter().copied().filter(|kind| *kind != MapKind::Heights);
+        let with_heights = kinds.contains(&MapKind::Heights);
+        let heights = with_heights.then(|| maps.map(MapKind::Heights, None, stop)).transpose()?;
+        let others = kinds.iter().copied().filter(|kind| *kind != MapKind::Heights);
         let mut export = Export {
             stop,
             heights,
-            kinds: kinds.collect(),
+            kinds: others.collect(),
             rows: Vec::new(),
             first: None,
             is_single: load.is_some(),
@@ -166,8 +166,8 @@ impl<'m> Export<'m> {
                 None => export.maps.rows(),
             };
             // Without rows, this fails with the reason.
-            let first = export.rows.first().copied();
-            let first = first.map_or_else(|| export.maps.row(kind, None), Ok)?;
+            let first =
+                export.rows.first().copied().map_or_else(|| export.maps.row(kind, None), Ok)?;
             export.first = Some(export.at(first)?);
         }
         if export.first.is_none() && export.heights.is_none() {
@@ -326,8 +326,8 @@ impl<'m> Export<'m> {
             archive.start_file(format!("{name}.npy"), options).map_err(io::Error::other)?;
             io::copy(content, &mut archive).map(drop)
         };
-        for (array, part) in parts {
-            let mut part = part.into_inner().map_err(|error| failed(error.into_error()))?;
+        for (array, writer) in parts {
+            let mut part = writer.into_inner().map_err(|error| failed(error.into_error()))?;
             let written = part.stream_position().and_then(|length| {
                 part.rewind()?;
                 add(array.name, length, &mut part)
@@ -429,9 +429,8 @@ impl<'m> Export<'m> {
         };
         let heights = self.heights.iter().map(|_| of_map(MapKind::Heights, nodes.to_vec()));
         let loads = (!self.is_single).then_some(self.rows.len());
-        let under_load = self.kinds.iter();
-        let under_load =
-            under_load.map(|kind| of_map(*kind, loads.into_iter().chain(nodes).collect()));
+        let kinds = self.kinds.iter();
+        let under_load = kinds.map(|kind| of_map(*kind, loads.into_iter().chain(nodes).collect()));
         heights.chain(under_load).collect()
     }
 
@@ -464,8 +463,8 @@ impl<'m> Export<'m> {
 fn texts(name: &'static str, shape: Vec<usize>, values: &[String]) -> (Array, Vec<u8>) {
     let letters = values.iter().map(|text| text.chars().count()).max().unwrap_or(0);
     let padded = |text: &String| {
-        let text = text.chars().map(u32::from).chain(std::iter::repeat(0)).take(letters);
-        text.flat_map(u32::to_le_bytes).collect::<Vec<_>>()
+        let characters = text.chars().map(u32::from).chain(std::iter::repeat(0)).take(letters);
+        characters.flat_map(u32::to_le_bytes).collect::<Vec<_>>()
     };
     let bytes = values.iter().flat_map(padded).collect();
     (Array { name, element: format!("<U{letters}"), shape }, bytes)

@@ -52,8 +52,7 @@ pub(super) fn write(
     let failures = Failures { plan, command: &command };
     let now = stacked(&[failed, failures.of_loads(tables)?])?;
     // If the earlier table cannot be read, its rows are lost; the run does not fail.
-    let kept = before.ok().map(|before| failures.kept(&before, &now, tried, store));
-    let kept = kept.and_then(Result::ok);
+    let kept = before.ok().and_then(|before| failures.kept(&before, &now, tried, store).ok());
     let all = kept.and_then(|kept| stacked(&[now.clone(), kept]).ok());
     Ok(failures::write(&all.unwrap_or(now), &folder, study)?)
 }
@@ -90,8 +89,8 @@ fn task_line(failures: &Table, row: usize) -> Result<String, TableError> {
     let text = |name: &str| Ok::<_, TableError>(failures.texts(name)?.value(row).to_owned());
     // The same format as the arguments of `asperity view`.
     let hidden = [SURFACE, METHOD, SIDE, SIDE_X, SIDE_Y].map(|column| column.name);
-    let columns = failures.coordinates().without(&hidden);
-    let columns = columns.names().into_iter().zip(columns.batch().columns());
+    let coordinates = failures.coordinates().without(&hidden);
+    let columns = coordinates.names().into_iter().zip(coordinates.batch().columns());
     let known = columns.filter(|(_, values)| values.is_valid(row));
     let words = known.map(|(name, values)| {
         let value = array_value_to_string(values, row).unwrap_or_default();

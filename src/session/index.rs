@@ -66,9 +66,9 @@ fn is_of_a_study(folder: &Path) -> bool {
 /// Returns the paths of the tables in a folder of results.
 fn tables(folder: &Path) -> Vec<PathBuf> {
     let files = fs::read_dir(folder).into_iter().flatten().flatten();
-    let files = files.map(|file| file.path());
+    let paths = files.map(|file| file.path());
     let is_table = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "parquet");
-    let mut tables: Vec<PathBuf> = files.filter(is_table).collect();
+    let mut tables: Vec<PathBuf> = paths.filter(is_table).collect();
     tables.sort();
     tables
 }

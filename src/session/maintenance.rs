@@ -88,19 +88,19 @@ pub fn verify(
     observer: &dyn Observer,
     checked: &(dyn Fn(usize) + Sync),
 ) -> Result<Verification, SessionError> {
-    let plan = study.map(|session| Ok::<_, SessionError>(session.reading()?.plan)).transpose()?;
-    let plan = plan.as_ref();
+    let read = study.map(|session| Ok::<_, SessionError>(session.reading()?.plan)).transpose()?;
+    let plan = read.as_ref();
     let store = while_waiting(data, observer, || Store::open_read_only(&data.store()))?;
-    let mut tables = tables(plan, data)?;
-    let own = tables.len();
+    let mut files = tables(plan, data)?;
+    let own = files.len();
     let layered = with_layers.then(|| study.map_or(data, Session::data).open_read_only());
     if let Some(store) = layered.transpose()? {
         for root in store.layers() {
-            tables.extend(of_plan(listing::store_files(root)?, plan));
+            files.extend(of_plan(listing::store_files(root)?, plan));
         }
     }
     let tables: Vec<(StoredFile, bool)> =
-        tables.into_iter().enumerate().map(|(index, table)| (table, index < own)).collect();
+        files.into_iter().enumerate().map(|(index, table)| (table, index < own)).collect();
     let findings = parallel::map(&tables, |(table, is_own)| {
         let finding = check(table, is_own.then_some(&store));
         checked(tables.len());
@@ -232,14 +232,14 @@ fn lock_exclusively(data: &DataFolder, force: bool) -> Result<Lock, SessionError
 
 impl Pruned {
     fn count(found: &[StoredFile], deleted: bool) -> Pruned {
-        let mut kinds: BTreeMap<String, (usize, u64)> = BTreeMap::new();
+        let mut by_kind: BTreeMap<String, (usize, u64)> = BTreeMap::new();
         for file in found {
-            let (files, bytes) = kinds.entry(kind(file)).or_default();
+            let (files, bytes) = by_kind.entry(kind(file)).or_default();
             *files += 1;
             *bytes += file.bytes;
         }
         let kinds =
-            kinds.into_iter().map(|(name, (files, bytes))| PrunedKind { name, files, bytes });
+            by_kind.into_iter().map(|(name, (files, bytes))| PrunedKind { name, files, bytes });
         Pruned {
             deleted,
             files: found.len(),

@@ -170,8 +170,8 @@ impl Session<'_> {
             });
         }
         let sources = tables.reading.study.sources.clone();
-        let maps = TaskMaps::open(task, self.open_read_only()?, sources);
-        let maps = maps.map_err(|error| match error {
+        let opened = TaskMaps::open(task, self.open_read_only()?, sources);
+        let maps = opened.map_err(|error| match error {
             SessionError::NoMap { .. } => {
                 let stages = plan.stages.iter();
                 let drawn =
@@ -489,8 +489,8 @@ impl SurfaceTask {
         let (table, provenance) = store.read_with_provenance(self.key)?;
         let params: generate::Params =
             serde_json::from_str(&provenance.recipe).map_err(SessionError::Recipe)?;
-        let surface = params.surface(&table, sources, &Threads::one());
-        let surface = surface.map_err(|error| match error {
+        let drawn = params.surface(&table, sources, &Threads::one());
+        let surface = drawn.map_err(|error| match error {
             StageError::Source(SurfaceFileError::Unknown { .. }) => SessionError::NotRedrawn,
             other => other.into(),
         })?;

@@ -93,8 +93,8 @@ fn all_names(known: &[String]) -> String {
 }
 
 fn listed_keys(keys: &[TaskKey]) -> String {
-    let keys: Vec<String> = keys.iter().map(TaskKey::to_string).collect();
-    listed(keys.iter().map(String::as_str), "and")
+    let digits: Vec<String> = keys.iter().map(TaskKey::to_string).collect();
+    listed(digits.iter().map(String::as_str), "and")
 }
 
 /// Minimum number of digits that identify a task.

@@ -85,8 +85,8 @@ pub fn write_output_with(
     write(&mut file)?;
     file.rewind().map_err(failed)?;
     if is_stream(path) {
-        let copied = File::options().write(true).open(path);
-        let copied = copied.and_then(|mut stream| io::copy(&mut file, &mut stream));
+        let opened = File::options().write(true).open(path);
+        let copied = opened.and_then(|mut stream| io::copy(&mut file, &mut stream));
         return Ok(copied.map(drop).map_err(failed)?);
     }
     let there = File::open(path).map_err(failed)?;

@@ -68,8 +68,8 @@ impl<'a> Tables<'a> {
             return Ok(failures::read(&self.session.data().results(), &plan.study)?.into());
         }
         let names = self.names();
-        let index = names.iter().position(|stage| *stage == name);
-        let index = index.ok_or_else(|| UnknownName::stage(name, &names))?;
+        let found = names.iter().position(|stage| *stage == name);
+        let index = found.ok_or_else(|| UnknownName::stage(name, &names))?;
         self.read(&plan.stages[index])?.ok_or_else(|| SessionError::NotComputed {
             name: name.to_owned(),
             manifest: self.session.manifest().to_owned(),
@@ -189,8 +189,8 @@ impl DescribedColumns {
             .collect();
         if let Some(wanted) = wanted {
             let names: Vec<&str> = study.stages.iter().map(|stage| &*stage.name).collect();
-            let index = names.iter().position(|name| *name == wanted);
-            let index = index.ok_or_else(|| UnknownName::stage(wanted, &names))?;
+            let found = names.iter().position(|name| *name == wanted);
+            let index = found.ok_or_else(|| UnknownName::stage(wanted, &names))?;
             described = vec![described.swap_remove(index)];
         }
         Ok(described)

@@ -181,8 +181,8 @@ impl RunReport {
     /// Counts the tasks of each stage.
     pub fn stages(&self) -> Vec<StageRun<'_>> {
         let failed: Vec<usize> = self.outcome.failed.iter().map(|(task, _)| *task).collect();
-        let stages = StageCount::all(&self.sampled.plan, &self.missing).into_iter();
-        let stages = stages.map(|before| StageRun {
+        let counts = StageCount::all(&self.sampled.plan, &self.missing).into_iter();
+        let stages = counts.map(|before| StageRun {
             computed: before.among(&self.outcome.computed),
             failed: before.among(&failed),
             before,
@@ -274,7 +274,7 @@ impl<'a> PreparedRun<'a> {
         let [missing, wanted] = [missing, wanted].map(|tasks| joined(tasks, &settled.computed));
         outcome.append(settled);
         // If tables of tasks cannot be stored, tables of stages cannot be stored either.
-        let tables =
+        let published =
             if outcome.halted { Ok(None) } else { self.publish(&mut outcome, stop).map(Some) };
         for damage in &outcome.damaged {
             self.notice(Notice::Damaged(damage));
@@ -283,7 +283,7 @@ impl<'a> PreparedRun<'a> {
         if failed.rows() > 0 {
             self.session.notify(Event::Failed(&failed));
         }
-        let tables = tables?;
+        let tables = published?;
         self.report_edited_files(tables.as_deref().unwrap_or_default());
         let found = self.warnings(tables.as_deref().unwrap_or_default())?;
         let failures = match &tables {
@@ -442,8 +442,7 @@ impl<'a> PreparedRun<'a> {
         let warnings = exceeded_hardness::warnings(study, plan, |stage| {
             let there = tables.get(stage).filter(|table| table.finished > 0);
             Ok::<_, SessionError>(there.map(PublishedTable::read).transpose()?)
-        });
-        let warnings = warnings?;
+        })?;
         for warning in &warnings {
             self.notice(Notice::Study(warning));
         }
@@ -465,8 +464,8 @@ impl<'a> PreparedRun<'a> {
     fn save_record(&self) {
         let study = &self.sampled.study;
         let sources = Sources::new(self.plan(), &self.missing, &self.store);
-        let record = Record::new(study, self.plan(), &self.missing);
-        let record = record.with_sources(self.plan(), &sources);
+        let record =
+            Record::new(study, self.plan(), &self.missing).with_sources(self.plan(), &sources);
         if let Err(error) = record.write(&self.session.data().records(), &study.name) {
             self.notice(Notice::RecordNotSaved(&error));
         }

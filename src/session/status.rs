@@ -240,8 +240,8 @@ impl Status {
     pub fn sharing(&self, cores: usize) -> Sharing {
         let counts = StageCount::all(&self.plan, &self.missing);
         let at_once = counts.iter().map(|count| count.to_run).max();
-        let solved = self.missing.iter().map(|&task| &self.plan.tasks[task]);
-        let solved = solved.filter(|task| task.recipe.kind() == Kind::Solve);
+        let missing = self.missing.iter().map(|&task| &self.plan.tasks[task]);
+        let solved = missing.filter(|task| task.recipe.kind() == Kind::Solve);
         // The loads of a surface are solved in parallel, unless they are a path, and so are the
         // parts of a large mesh.
         let useful = solved.map(|task| {
@@ -346,10 +346,9 @@ impl Session<'_> {
         let index = |key: &String| indices.get(key).copied();
         let under_way = at_work.iter().flat_map(|receipt| &receipt.under_way);
         let running: HashSet<usize> = under_way.filter_map(index).collect();
-        let failed = own.iter().filter(|receipt| !receipt.halted);
-        let failed = failed.flat_map(|receipt| &receipt.failed);
-        let failed = failed.filter_map(|failed| index(&failed.task));
-        let failed: HashSet<usize> = failed.filter(|task| !running.contains(task)).collect();
+        let counted = own.iter().filter(|receipt| !receipt.halted);
+        let tried = counted.flat_map(|receipt| &receipt.failed).filter_map(|one| index(&one.task));
+        let failed: HashSet<usize> = tried.filter(|task| !running.contains(task)).collect();
         let counts = StageCount::all(plan, &missing).into_iter().zip(&plan.stages);
         let stages = counts.map(|(count, planned)| {
             let among = |tasks: &HashSet<usize>| {
@@ -395,8 +394,8 @@ impl Session<'_> {
         }
         match queued(study) {
             Err(SessionError::Slurm(SlurmError::NotInstalled { .. })) => Ok(None),
-            queued => {
-                let mut queued = queued?;
+            answer => {
+                let mut queued = answer?;
                 queued.retain(|queued| own.contains(&queued.array));
                 Ok(Some(queued))
             }
@@ -447,8 +446,8 @@ fn at_work<'a>(receipts: &'a [Receipt], queue: Option<&[Queued]>) -> Vec<&'a Rec
         let job = receipt.job.as_deref();
         job.is_none_or(|job| latest.get(job) == Some(&receipt.begun))
     };
-    let receipts = receipts.iter().filter(|receipt| receipt.may_be_running());
-    receipts.filter(|receipt| is_latest(receipt) && receipt.job.as_ref().is_none_or(runs)).collect()
+    let running = receipts.iter().filter(|receipt| receipt.may_be_running());
+    running.filter(|receipt| is_latest(receipt) && receipt.job.as_ref().is_none_or(runs)).collect()
 }
 
 /// Serializes a number of seconds as hours.

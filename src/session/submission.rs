@@ -88,9 +88,9 @@ impl Session<'_> {
             manifest: absolute(&self.manifest),
             folder: absolute(&self.data.cluster_of(&study.name)),
         };
-        let processors = receipts.iter().filter(|receipt| !receipt.pace.is_empty());
+        let measured = receipts.iter().filter(|receipt| !receipt.pace.is_empty());
         let processors: BTreeSet<&str> =
-            processors.map(|receipt| receipt.processor.as_str()).collect();
+            measured.map(|receipt| receipt.processor.as_str()).collect();
         let extras = ScriptOptions {
             report: options.report,
             replace: options.replace,
@@ -154,8 +154,8 @@ impl Session<'_> {
             return Err(SessionError::NotSubmitted { study, manifest: self.manifest.clone() });
         }
         let queued = queued(&study)?;
-        let jobs: BTreeSet<Job> = queued.iter().map(|queued| queued.array).collect();
-        let jobs: Vec<Job> = jobs.into_iter().filter(|job| own.contains(job)).rev().collect();
+        let distinct: BTreeSet<Job> = queued.iter().map(|queued| queued.array).collect();
+        let jobs: Vec<Job> = distinct.into_iter().filter(|job| own.contains(job)).rev().collect();
         if !jobs.is_empty() {
             // The last job is cancelled first, because it would start when the array ends.
             slurm::cancel(&jobs)?;
@@ -281,8 +281,8 @@ impl Session<'_> {
             return Ok(Vec::new());
         };
         let receipts = receipts::read(&self.data.receipts_of(study))?;
-        let jobs = receipts.iter().filter_map(|receipt| receipt.job.as_deref());
-        let jobs: HashSet<&str> = jobs.collect();
+        let jobs: HashSet<&str> =
+            receipts.iter().filter_map(|receipt| receipt.job.as_deref()).collect();
         let is_silent = |element: &u32| !jobs.contains(job_name(array, *element).as_str());
         Ok(elements.iter().copied().filter(is_silent).collect())
     }
@@ -326,8 +326,8 @@ pub(super) fn measured(receipts: &[Receipt]) -> CostModel {
 /// Failures in runs that could not store tables do not count.
 fn without_failed(plan: &Plan, missing: &[usize], receipts: &[Receipt]) -> Vec<usize> {
     let tried = receipts.iter().filter(|receipt| !receipt.halted);
-    let failed = tried.flat_map(|receipt| receipt.failed.iter().map(|failed| failed.task.as_str()));
-    let failed: HashSet<&str> = failed.collect();
+    let failures = tried.flat_map(|receipt| &receipt.failed);
+    let failed: HashSet<&str> = failures.map(|failed| failed.task.as_str()).collect();
     if failed.is_empty() {
         return missing.to_vec();
     }

@@ -186,8 +186,8 @@ fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, Sess
     };
     file.find(wanted).map_err(|error| match &error {
         ChannelError::Unknown { names, .. } => {
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            UnknownName::new(error.to_string(), wanted, &names).into()
+            let all: Vec<&str> = names.iter().map(String::as_str).collect();
+            UnknownName::new(error.to_string(), wanted, &all).into()
         }
         ChannelError::OutOfRange { .. } | ChannelError::Ambiguous { .. } => {
             SessionError::Refused(error.to_string())

@@ -207,7 +207,7 @@ impl Picture {
     fn of_all_contacts(maps: &TaskMaps, surface: Option<&Map>) -> Result<Picture, SessionError> {
         let Overlay { grid, contacts, loads, branch } = maps.overlay()?;
         let load = maps.load_in_words();
-        let loads: Vec<String> = loads.iter().map(|load| digits(*load, 3)).collect();
+        let ticks: Vec<String> = loads.iter().map(|load| digits(*load, 3)).collect();
         let (title, changes) = match &branch {
             None => ("contact at all loads".to_owned(), "begins"),
             Some(branch) => (
@@ -217,7 +217,7 @@ impl Picture {
         };
         let label = format!("{load} at which contact {changes}");
         let unit = maps.length_unit();
-        let panel = contacts_panel(title, grid, &contacts, &loads, label, unit.as_deref());
+        let panel = contacts_panel(title, grid, &contacts, &ticks, label, unit.as_deref());
         let mut picture = Picture::new(maps.task, MapKind::Contact, grid);
         picture.add(panel, surface, grid);
         picture.branch = branch;
@@ -273,8 +273,8 @@ impl Picture {
     /// Returns a file name that is unique for the picture.
     pub fn file_name(&self) -> String {
         let load = self.load_in_words().map(|load| format!("-{load}"));
-        let branch = self.state.as_ref().map(|state| &state.branch).or(self.branch.as_ref());
-        let branch = branch.map(|branch| format!("-{branch}"));
+        let path = self.state.as_ref().map(|state| &state.branch).or(self.branch.as_ref());
+        let branch = path.map(|branch| format!("-{branch}"));
         let key = &self.task.to_string()[..KEY_DIGITS];
         let relief = if self.height_factor.is_some() { "-3d" } else { "" };
         let [load, branch] = [load, branch].map(Option::unwrap_or_default);
@@ -303,7 +303,7 @@ impl Picture {
                 None => " at all loads".to_owned(),
             },
         };
-        let range = match (self.lowest, self.highest) {
+        let extent = match (self.lowest, self.highest) {
             (Some(lowest), Some(highest)) => {
                 let unit = self.unit.as_deref().unwrap_or_default();
                 format!(", {} … {} {unit}", short(lowest), short(highest))
@@ -311,9 +311,9 @@ impl Picture {
             _ => String::new(),
         };
         let PerAxis([nodes_x, nodes_y]) = self.nodes;
-        let range = range.trim_end();
-        let relief = self.height_factor.map(|factor| format!(", heights × {}", short(factor)));
-        let relief = relief.unwrap_or_default();
+        let range = extent.trim_end();
+        let scale = self.height_factor.map(|factor| format!(", heights × {}", short(factor)));
+        let relief = scale.unwrap_or_default();
         format!("{}{load} on {nodes_x} × {nodes_y} nodes{range}{relief}", self.map.name())
     }
 

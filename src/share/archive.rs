@@ -162,8 +162,8 @@ impl<W: Write + Seek> Archive<W> {
             hash.update(&chunk[..length]);
             self.zip.write_all(&chunk[..length])?;
         }
-        let digits = hash.finalize().into_iter().map(|byte| format!("{byte:02x}"));
-        let digits: String = digits.collect();
+        let digits: String =
+            hash.finalize().into_iter().map(|byte| format!("{byte:02x}")).collect();
         self.checksums += &checksum_line(&digits, path);
         Ok(())
     }
@@ -220,8 +220,8 @@ impl ArchivePaths {
         manifest: &Path,
         files: impl IntoIterator<Item = &'a PathBuf>,
     ) -> Result<ArchivePaths, UnportablePath> {
-        let ways = files.into_iter().map(|path| Ok((path, RelativePath::parse(path)?)));
-        let ways: Vec<(&PathBuf, RelativePath)> = ways.collect::<Result<_, _>>()?;
+        let parsed = files.into_iter().map(|path| Ok((path, RelativePath::parse(path)?)));
+        let ways: Vec<(&PathBuf, RelativePath)> = parsed.collect::<Result<_, _>>()?;
         let above = folders_of(manifest);
         let highest = ways.iter().max_by_key(|(_, way)| way.up);
         let height = highest.map_or(0, |(_, way)| way.up);
@@ -281,8 +281,7 @@ fn unportable(path: &Path, why: &'static str) -> UnportablePath {
 
 /// Returns the names of the folders above a file, starting at the root.
 fn folders_of(file: &Path) -> Vec<String> {
-    let folder = file.parent().filter(|folder| *folder != Path::new(""));
-    let folder = folder.unwrap_or(Path::new("."));
+    let folder = file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
     // The folder may have been deleted after the manifest was read.
     let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
     let names = folder.components().filter_map(|part| match part {

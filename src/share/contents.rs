@@ -91,16 +91,15 @@ impl Contents {
         let Ok(output) = fs::canonicalize(path) else {
             return Ok(());
         };
-        let path = path.to_owned();
         let is_output = |file: &File| match &file.source {
             Source::File(source) => fs::canonicalize(source).is_ok_and(|source| source == output),
             Source::Bytes(_) => false,
         };
         if self.files.values().any(is_output) {
-            return Err(ShareError::Input { path });
+            return Err(ShareError::Input { path: path.to_owned() });
         }
-        if !is_archive(&path) {
-            return Err(ShareError::OtherKind { path });
+        if !is_archive(path) {
+            return Err(ShareError::OtherKind { path: path.to_owned() });
         }
         Ok(())
     }
@@ -124,7 +123,7 @@ impl Contents {
     }
 
     fn metadata(&self, options: &ShareOptions) -> io::Result<String> {
-        let files = self.files.iter().map(|(path, file)| {
+        let described = self.files.iter().map(|(path, file)| {
             Ok(Described {
                 path: path.clone(),
                 size: file.source.size()?,
@@ -139,7 +138,7 @@ impl Contents {
             license: options.license.as_deref(),
             authors: &options.authors,
         };
-        let files = files.collect::<io::Result<Vec<_>>>()?;
+        let files = described.collect::<io::Result<Vec<_>>>()?;
         Ok(research_object::metadata(&whole, &files))
     }
 
@@ -212,8 +211,8 @@ impl Contents {
 
     fn add_table(&mut self, path: &Path, name: &str, about: &str) -> Result<(), ShareError> {
         verify_whole(path)?;
-        let target = results::path(Path::new("data/results"), &self.study, name);
-        let target = target.to_string_lossy().into_owned();
+        let published = results::path(Path::new("data/results"), &self.study, name);
+        let target = published.to_string_lossy().into_owned();
         self.add(target, Source::File(path.to_owned()), Role::Table, about)
     }
 
@@ -228,8 +227,7 @@ impl Contents {
         for file in files {
             let source = store.locate(&file);
             let folder = store::path(Path::new("data/store"), file.key);
-            let path = folder.with_file_name(file.to_string());
-            let path = path.to_string_lossy().into_owned();
+            let path = folder.with_file_name(file.to_string()).to_string_lossy().into_owned();
             self.add(path, Source::File(source), Role::Other, "table of one task, with its maps")?;
         }
         self.stored = Some((there, tasks.len()));
@@ -255,8 +253,8 @@ impl Contents {
         self.add(path, Source::Bytes(record.bytes()), Role::Other, what)?;
 
         let kinds: BTreeSet<Kind> = plan.stages.iter().map(|stage| stage.kind).collect();
-        let versions = kinds.into_iter().map(|kind| (kind.name(), kind.version()));
-        let versions: BTreeMap<&str, u32> = versions.collect();
+        let versions: BTreeMap<&str, u32> =
+            kinds.into_iter().map(|kind| (kind.name(), kind.version())).collect();
         let versions = json!({ "asperity": env!("CARGO_PKG_VERSION"), "stages": versions });
         let versions = Source::Bytes(format!("{versions:#}\n").into_bytes());
         let what = "versions of the program and of its kinds of stage";
@@ -280,9 +278,8 @@ impl Contents {
         role: Role,
         about: &str,
     ) -> Result<(), ShareError> {
-        let about = about.to_owned();
         let is_own = [CHECKSUMS, research_object::FILE].contains(&&*path);
-        let file = File { source, role, about };
+        let file = File { source, role, about: about.to_owned() };
         if is_own || self.files.insert(path.clone(), file).is_some() {
             Err(ShareError::Clash { path })
         } else {

@@ -49,8 +49,8 @@ pub struct Whole<'a> {
 /// Returns the text of the metadata file.
 pub fn metadata(whole: &Whole, files: &[Described]) -> String {
     let of = |role: Role| {
-        let files = files.iter().filter(move |file| file.role == role);
-        files.map(|file| reference(&address(&file.path))).collect::<Vec<_>>()
+        let in_role = files.iter().filter(move |file| file.role == role);
+        in_role.map(|file| reference(&address(&file.path))).collect::<Vec<_>>()
     };
     let manifest = of(Role::Manifest);
     let mut graph = vec![

@@ -137,7 +137,7 @@ impl MeanComparison {
         }
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let [mean_a, mean_b] = [&values_a, &values_b].map(|values| mean(values));
-        let (is_equal, found) = match test {
+        let (is_equal, tested) = match test {
             Test::Paired => {
                 let differences: Vec<f64> = pairs.iter().map(|(a, b)| b - a).collect();
                 let is_equal = pairs.iter().all(|&(a, b)| is_same(a, b, noise));
@@ -147,7 +147,7 @@ impl MeanComparison {
                 (is_same(mean_a, mean_b, noise), MeanDifference::independent(&values_a, &values_b))
             }
         };
-        let found = found.filter(|_| !is_equal);
+        let found = tested.filter(|_| !is_equal);
         let value = found.map_or(mean_b - mean_a, |found| found.value);
         let difference = if is_equal { 0.0 } else { value };
         let interval = found.map(|found| found.interval(LEVEL));
@@ -191,10 +191,9 @@ pub fn compare(a: &Table, b: &Table, matched: &MatchedRows) -> Vec<ColumnCompari
                     (Some(one), Some(other)) => is_same(one, other, noise),
                     (one, other) => one == other,
                 };
-                let means = matched.groups.iter();
-                let means = means.filter_map(|group| MeanComparison::new(group, &a, &b, noise));
-                let means = means.collect();
-                (pairs.filter(|&pair| !is_equal(pair)).count(), means)
+                let groups = matched.groups.iter();
+                let means = groups.filter_map(|group| MeanComparison::new(group, &a, &b, noise));
+                (pairs.filter(|&pair| !is_equal(pair)).count(), means.collect())
             }
             _ => {
                 let differs =

@@ -101,9 +101,8 @@ impl MatchedRows {
         let names: Vec<&str> = across.iter().map(String::as_str).collect();
         let mut matching = Matching::default();
         for (side, (table, points)) in [a, b].into_iter().zip(points).enumerate() {
-            let points = points.into_iter();
-            let points = points.map(|(point, rows)| (point.without(&names), rows));
-            matching.add(side, table, load_column, points)?;
+            let reduced = points.into_iter().map(|(point, rows)| (point.without(&names), rows));
+            matching.add(side, table, load_column, reduced)?;
         }
         let varying = matching.varying();
         let (common, only) = matching.counts(load_column, &varying);
@@ -161,8 +160,8 @@ fn changed_parameters(a: &Points, b: &Points) -> Vec<String> {
     };
     // Points without some parameters, or `None` if these parameters distinguish points.
     let distinct = |points: &Points, without: &[&str]| {
-        let left = points.iter().map(|(point, _)| point.clone().without(without));
-        let left: BTreeSet<ParameterPoint> = left.collect();
+        let left: BTreeSet<ParameterPoint> =
+            points.iter().map(|(point, _)| point.clone().without(without)).collect();
         (left.len() == points.len()).then_some(left)
     };
     let common = |without: &[&str]| {
@@ -250,11 +249,11 @@ impl Matching {
         let mut varying = Vec::new();
         for (_, name) in names {
             let mut numbers = BTreeMap::new();
-            let values = self.points.keys().map(|point| {
+            let numbered = self.points.keys().map(|point| {
                 let next = numbers.len();
                 *numbers.entry(point.get(name)).or_insert(next)
             });
-            let values: Vec<usize> = values.collect();
+            let values: Vec<usize> = numbered.collect();
             if numbers.len() > 1 && known.insert(values) {
                 varying.push(name.to_owned());
             }
@@ -265,7 +264,7 @@ impl Matching {
     /// Counts the rows that both tables have, and those that only one has. `varying` are the
     /// parameters by which points are named.
     fn counts(&self, load_column: &str, varying: &[String]) -> (usize, [UnmatchedRows; 2]) {
-        let varying: Vec<&str> = varying.iter().map(String::as_str).collect();
+        let names: Vec<&str> = varying.iter().map(String::as_str).collect();
         let mut only = [UnmatchedRows::default(), UnmatchedRows::default()];
         let mut common = 0;
         for group in &self.groups {
@@ -277,7 +276,7 @@ impl Matching {
                 for &member in own.keys().filter(|member| !other.contains_key(member)) {
                     lacking.rows += 1;
                     if !self.known_points[beyond].contains(&point) {
-                        lacking.points.add(|| group.point.clone().only(&varying).to_string());
+                        lacking.points.add(|| group.point.clone().only(&names).to_string());
                     } else if !self.known_surfaces[beyond].contains(&(point, member)) {
                         lacking.surfaces.add(|| surface(member));
                     } else {

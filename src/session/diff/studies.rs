@@ -108,9 +108,8 @@ impl Studies {
         let (own, in_archive) = (path.join(RESULTS), path.join("data").join(RESULTS));
         let results = if own.is_dir() { own } else { in_archive };
         let folders = if results.is_dir() { folders(&results)? } else { vec![path.to_owned()] };
-        let studies = folders.iter().map(|folder| ComparedStudy::published(folder, path));
-        let studies: Vec<_> = studies.collect::<Result<_, _>>()?;
-        let studies: Vec<_> = studies.into_iter().flatten().collect();
+        let published = folders.iter().map(|folder| ComparedStudy::published(folder, path));
+        let studies: Vec<_> = published.filter_map(Result::transpose).collect::<Result<_, _>>()?;
         if studies.is_empty() {
             return Err(SessionError::Refused(format!(
                 "`{}` has no tables of a study; name a manifest, a data folder, a folder such as \
@@ -189,8 +188,8 @@ impl ComparedStudy {
     pub fn table(&self, stage: &str) -> Result<Option<StageTable>, SessionError> {
         match &self.tables {
             StageTables::Manifest(reading) => {
-                let planned = reading.plan.stages.iter().find(|planned| planned.name == stage);
-                let planned = planned.expect("the names of the stages come from the plan");
+                let found = reading.plan.stages.iter().find(|planned| planned.name == stage);
+                let planned = found.expect("the names of the stages come from the plan");
                 let rows = reading.rows(planned)?;
                 let (finished, tasks) = (rows.tasks.len(), planned.tasks.len());
                 Ok(rows.table.map(|table| StageTable { table, finished, tasks }))
@@ -219,8 +218,8 @@ impl ComparedStudy {
 fn folders(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     let read = |source| StoreError::reading(folder, source);
     let entries = fs::read_dir(folder).map_err(read)?;
-    let paths = entries.map(|entry| entry.map(|entry| entry.path()));
-    let mut paths = paths.collect::<Result<Vec<_>, _>>().map_err(read)?;
+    let found = entries.map(|entry| entry.map(|entry| entry.path()));
+    let mut paths = found.collect::<Result<Vec<_>, _>>().map_err(read)?;
     paths.retain(|path| path.is_dir());
     paths.sort();
     Ok(paths)
@@ -229,12 +228,12 @@ fn folders(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
 /// Returns the tables of stages in a results folder, by name of the stage.
 fn table_files(folder: &Path) -> Vec<(String, PathBuf)> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let tables = entries.filter_map(|entry| {
+    let found = entries.filter_map(|entry| {
         let path = entry.path();
         let stage = path.file_name()?.to_str()?.strip_suffix(".parquet")?.to_owned();
         (stage != FAILURES).then_some((stage, path))
     });
-    let mut tables: Vec<_> = tables.collect();
+    let mut tables: Vec<_> = found.collect();
     tables.sort();
     tables
 }

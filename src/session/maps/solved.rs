@@ -133,8 +133,7 @@ impl SolvedTask {
                 Fields::Loads(Box::new(ContactFields::new(&self.table, surface, slope, threads)?))
             });
         }
-        let known = self.solved.take().filter(|(solved, _)| *solved == row);
-        let known = known.map(|(_, maps)| maps);
+        let known = self.solved.take().filter(|(solved, _)| *solved == row).map(|(_, maps)| maps);
         let is_interrupted = || stop.load(Ordering::Relaxed);
         let loads = self.table.reals(load_column(&self.table))?;
         match self.fields.as_mut().expect("the fields were prepared") {

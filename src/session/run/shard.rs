@@ -135,8 +135,8 @@ impl Ledger<'_> {
     fn enter(&self, receipt: &mut Receipt, failed: &[(usize, TaskError)]) {
         let work = self.work();
         let key = |task: usize| self.plan.tasks[task].table.key.to_string();
-        let lasting = work.under_way.values();
-        let lasting = lasting.map(|begun| begun.elapsed().as_secs_f64());
+        let begun = work.under_way.values();
+        let lasting = begun.map(|begun| begun.elapsed().as_secs_f64());
         let finished = work.finished.iter().map(|(_, seconds)| *seconds);
         receipt.seconds = finished.chain(lasting).fold(0.0, |sum, seconds| sum + seconds);
         receipt.computed = work.finished.len();
