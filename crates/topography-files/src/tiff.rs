@@ -2,7 +2,14 @@
 //!
 //! A file is a chain of directories, one for each image. [`directories`] reads their entries, and
 //! [`Directory::image`] decodes an image with one sample per pixel: strips or tiles, uncompressed
-//! or compressed with LZW, deflate or `PackBits`. Damaged offsets and counts are errors.
+//! or compressed with LZW, deflate, Zstandard or `PackBits`. Damaged offsets and counts are errors.
+//! A `BigTIFF` differs in its 64-bit offsets and counts.
+//!
+//! The crate `tiff` 0.11.3 reads all files of the tests as well, but not the stored numbers of
+//! every file. It inverts images whose photometric interpretation is `WhiteIsZero`: a height h of
+//! an unsigned 16-bit file of tifffile becomes 65535 − h, a float 1 − h, and signed integers are
+//! refused (“unknown photometric interpretation”). GDAL, Gwyddion and tifffile do not invert. It
+//! also refuses tiles of LZW that imagecodecs writes (“no lzw end code found”).
 
 mod compression;
 
@@ -10,6 +17,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use flate2::read::ZlibDecoder;
+use ruzstd::decoding::StreamingDecoder;
 
 use self::compression::{lzw, pack_bits};
 use super::FormatError;
@@ -31,15 +39,39 @@ const TILE_LENGTH: u16 = 323;
 const TILE_OFFSETS: u16 = 324;
 const TILE_BYTES: u16 = 325;
 const SAMPLE_FORMAT: u16 = 339;
+/// Compression of GDAL and libtiff.
+const ZSTANDARD: i64 = 50000;
 
-/// Length of an entry in the file.
-const ENTRY_BYTES: usize = 12;
+/// Layout of the directories of a file.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
+    order: ByteOrder,
+    /// True if offsets and counts have 64 bits.
+    is_big: bool,
+}
+
+impl Layout {
+    /// Returns the length of an offset, which is also the length of the values inside an entry.
+    fn offset_bytes(self) -> usize {
+        if self.is_big { 8 } else { 4 }
+    }
+
+    /// Returns the length of an entry: its tag, its type, a count and an offset.
+    fn entry_bytes(self) -> usize {
+        4 + 2 * self.offset_bytes()
+    }
+
+    fn offset(self, file: &[u8], start: usize) -> Result<usize, FormatError> {
+        let stored = slice(file, start, self.offset_bytes())?;
+        Ok(usize::try_from(integer(stored, self.order)).unwrap_or(usize::MAX))
+    }
+}
 
 /// Directory of a file: the entries of one image, by their tags.
 #[derive(Debug, Clone)]
 pub struct Directory<'a> {
     file: &'a [u8],
-    order: ByteOrder,
+    layout: Layout,
     entries: BTreeMap<u16, Entry<'a>>,
 }
 
@@ -53,8 +85,8 @@ pub struct Entry<'a> {
 
 /// Reads the directory of the first image, which tells formats apart.
 pub fn first_directory(file: &[u8]) -> Result<Directory<'_>, FormatError> {
-    let (order, offset) = header(file)?;
-    Ok(Directory::read(file, order, offset as usize)?.0)
+    let (layout, offset) = header(file)?;
+    Ok(Directory::read(file, layout, offset)?.0)
 }
 
 /// Reads the directories of all images. There is at least one.
@@ -62,16 +94,16 @@ pub fn directories(file: &[u8]) -> Result<Vec<Directory<'_>>, FormatError> {
     let mut directories = Vec::new();
     let mut visited = BTreeSet::new();
     let mut entries = 0;
-    let (order, mut next) = header(file)?;
+    let (layout, mut next) = header(file)?;
     while next != 0 {
         // A chain that returns to an earlier directory would never end.
         if !visited.insert(next) {
             return Err(FormatError::damaged("the chain of TIFF directories", "it is a loop"));
         }
-        let (directory, after) = Directory::read(file, order, next as usize)?;
+        let (directory, after) = Directory::read(file, layout, next)?;
         // Directories do not overlap, which bounds the number of entries.
         entries += directory.entries.len();
-        if entries * ENTRY_BYTES > file.len() {
+        if entries * layout.entry_bytes() > file.len() {
             return Err(FormatError::damaged("the chain of TIFF directories", "they overlap"));
         }
         directories.push(directory);
@@ -84,40 +116,47 @@ pub fn directories(file: &[u8]) -> Result<Vec<Directory<'_>>, FormatError> {
     }
 }
 
-/// Returns the byte order of a file and the offset of its first directory.
-fn header(file: &[u8]) -> Result<(ByteOrder, u32), FormatError> {
-    let order = match file {
-        [b'I', b'I', 42, 0, ..] => ByteOrder::Little,
-        [b'M', b'M', 0, 42, ..] => ByteOrder::Big,
-        [b'I', b'I', 43, 0, ..] | [b'M', b'M', 0, 43, ..] => {
-            let what = "the file is a BigTIFF; save it as a plain TIFF, which holds 4 GB";
-            return Err(FormatError::unsupported(what));
-        }
+/// Returns the layout of a file and the offset of its first directory.
+fn header(file: &[u8]) -> Result<(Layout, usize), FormatError> {
+    let (order, version) = match file {
+        [b'I', b'I', version @ (42 | 43), 0, ..] => (ByteOrder::Little, version),
+        [b'M', b'M', 0, version @ (42 | 43), ..] => (ByteOrder::Big, version),
         _ => return Err(FormatError::Signature),
     };
-    Ok((order, u32_at(file, 4, order)?))
+    let layout = Layout { order, is_big: *version == 43 };
+    // A BigTIFF has the length of its offsets, 8, before the offset.
+    Ok((layout, layout.offset(file, layout.offset_bytes())?))
 }
 
 impl<'a> Directory<'a> {
     /// Reads the directory at an offset, and the offset of the next directory.
     fn read(
         file: &'a [u8],
-        order: ByteOrder,
+        layout: Layout,
         offset: usize,
-    ) -> Result<(Directory<'a>, u32), FormatError> {
-        let count = usize::from(u16_at(file, offset, order)?);
+    ) -> Result<(Directory<'a>, usize), FormatError> {
+        let Layout { order, is_big } = layout;
+        let (count, first) = if is_big {
+            (layout.offset(file, offset)?, offset.saturating_add(8))
+        } else {
+            (usize::from(u16_at(file, offset, order)?), offset.saturating_add(2))
+        };
+        let end = count.saturating_mul(layout.entry_bytes()).saturating_add(first);
+        // A damaged count would keep the loop busy.
+        let next = layout.offset(file, end)?;
         let mut entries = BTreeMap::new();
-        for start in (0..count).map(|entry| offset + 2 + ENTRY_BYTES * entry) {
+        for start in (first..end).step_by(layout.entry_bytes()) {
             let [tag, kind] = [u16_at(file, start, order)?, u16_at(file, start + 2, order)?];
-            let count = u32_at(file, start + 4, order)? as usize;
+            let count = layout.offset(file, start + 4)?;
             // The specification tells readers to skip entries of unknown types.
             let Some(size) = value_size(kind) else { continue };
             let length = count.saturating_mul(size);
-            let at = if length <= 4 { start + 8 } else { u32_at(file, start + 8, order)? as usize };
+            let value = start + 4 + layout.offset_bytes();
+            let is_inside = length <= layout.offset_bytes();
+            let at = if is_inside { value } else { layout.offset(file, value)? };
             entries.insert(tag, Entry { kind, order, bytes: slice(file, at, length)? });
         }
-        let next = u32_at(file, offset + 2 + ENTRY_BYTES * count, order)?;
-        Ok((Directory { file, order, entries }, next))
+        Ok((Directory { file, layout, entries }, next))
     }
 
     /// Returns the entry with a tag.
@@ -156,13 +195,13 @@ impl<'a> Directory<'a> {
         }
         let nodes = self.nodes()?;
         let element = self.element()?;
-        Raster::rows(nodes, element, self.order, self.pixels(nodes, element)?)
+        Raster::rows(nodes, element, self.layout.order, self.pixels(nodes, element)?)
     }
 
     /// Returns the directory to which a tag points, such as the directory of the Exif entries.
     pub fn directory(&self, tag: u16) -> Result<Option<Directory<'a>>, FormatError> {
         let offset = self.whole(tag).map(|offset| usize::try_from(offset).unwrap_or(usize::MAX));
-        let directory = offset.map(|offset| Directory::read(self.file, self.order, offset));
+        let directory = offset.map(|offset| Directory::read(self.file, self.layout, offset));
         Ok(directory.transpose()?.map(|(directory, _)| directory))
     }
 
@@ -186,7 +225,7 @@ impl<'a> Directory<'a> {
                 pixels.extend((0..width).map(|x| bits[x / 8] >> (7 - x % 8) & 1));
             }
         }
-        Raster::rows(nodes, Element::U8, self.order, pixels)
+        Raster::rows(nodes, Element::U8, self.layout.order, pixels)
     }
 
     fn required(&self, tag: u16) -> Result<i64, FormatError> {
@@ -200,14 +239,17 @@ impl<'a> Directory<'a> {
             (1, 8) => Ok(Element::U8),
             (1, 16) => Ok(Element::U16),
             (1, 32) => Ok(Element::U32),
+            (1, 64) => Ok(Element::U64),
             (2, 8) => Ok(Element::I8),
             (2, 16) => Ok(Element::I16),
             (2, 32) => Ok(Element::I32),
+            (2, 64) => Ok(Element::I64),
+            (3, 16) => Ok(Element::F16),
             (3, 32) => Ok(Element::F32),
             (3, 64) => Ok(Element::F64),
             (format, bits) => {
                 let found = format!("format {format} of {bits} bits");
-                let allowed = "integers of 8, 16 or 32 bits, or floats of 32 or 64 bits";
+                let allowed = "integers of 8 to 64 bits, or floats of 16 to 64 bits";
                 Err(FormatError::value("TIFF sample", found, allowed))
             }
         }
@@ -295,8 +337,14 @@ impl<'a> Directory<'a> {
                 Cow::Owned(inflate(part, ZlibDecoder::new(stored), stored.len(), expected)?)
             }
             32773 => Cow::Owned(pack_bits(stored, expected)),
+            ZSTANDARD => {
+                let reader = StreamingDecoder::new(stored);
+                let reader = reader.map_err(|error| FormatError::damaged(part, error))?;
+                Cow::Owned(inflate(part, reader, stored.len(), expected)?)
+            }
             other => {
-                let allowed = "1 (none), 5 (LZW), 8 (deflate) or 32773 (PackBits)";
+                let allowed =
+                    "1 (none), 5 (LZW), 8 (deflate), 32773 (PackBits) or 50000 (Zstandard)";
                 return Err(FormatError::value("TIFF compression", other, allowed));
             }
         };
@@ -314,23 +362,24 @@ impl<'a> Directory<'a> {
         line: usize,
         element: Element,
     ) -> Result<Cow<'a, [u8]>, FormatError> {
-        let is_integer = !matches!(element, Element::F32 | Element::F64);
+        let is_integer = element.limits().is_some();
         match self.whole(PREDICTOR).unwrap_or(1) {
             1 => Ok(bytes),
-            2 if is_integer => {
+            // GDAL also takes differences of floats as if they were integers.
+            2 => {
                 let mut bytes = bytes.into_owned();
                 let size = element.size();
                 for line in bytes.chunks_exact_mut(line) {
-                    let mut sum = 0_u32;
+                    let mut sum = 0_u64;
                     for stored in line.chunks_exact_mut(size) {
-                        let mut wide = [0; 4];
+                        let mut wide = [0; 8];
                         wide[..size].copy_from_slice(stored);
-                        if self.order == ByteOrder::Big {
+                        if self.layout.order == ByteOrder::Big {
                             wide[..size].reverse();
                         }
-                        sum = sum.wrapping_add(u32::from_le_bytes(wide));
+                        sum = sum.wrapping_add(u64::from_le_bytes(wide));
                         stored.copy_from_slice(&sum.to_le_bytes()[..size]);
-                        if self.order == ByteOrder::Big {
+                        if self.layout.order == ByteOrder::Big {
                             stored.reverse();
                         }
                     }
@@ -338,10 +387,10 @@ impl<'a> Directory<'a> {
                 Ok(Cow::Owned(bytes))
             }
             3 if !is_integer => {
-                Ok(floats_of_differences(&bytes, line, element.size(), self.order).into())
+                Ok(floats_of_differences(&bytes, line, element.size(), self.layout.order).into())
             }
             other => {
-                let allowed = "1, 2 for integers or 3 for floats";
+                let allowed = "1, 2, or 3 for floats";
                 Err(FormatError::value("TIFF predictor", other, allowed))
             }
         }
@@ -386,8 +435,8 @@ impl<'a> Entry<'a> {
     /// Returns the values if they are integers.
     pub fn wholes(self) -> Option<impl Iterator<Item = i64>> {
         let is_signed = match self.kind {
-            1 | 3 | 4 | 7 => false,
-            6 | 8 | 9 => true,
+            1 | 3 | 4 | 7 | 13 | 16 | 18 => false,
+            6 | 8 | 9 | 17 => true,
             _ => return None,
         };
         let size = value_size(self.kind)?;
@@ -427,8 +476,8 @@ fn value_size(kind: u16) -> Option<usize> {
     match kind {
         1 | 2 | 6 | 7 => Some(1),
         3 | 8 => Some(2),
-        4 | 9 | 11 => Some(4),
-        5 | 10 | 12 => Some(8),
+        4 | 9 | 11 | 13 => Some(4),
+        5 | 10 | 12 | 16..=18 => Some(8),
         _ => None,
     }
 }
@@ -449,10 +498,6 @@ fn integer(stored: &[u8], order: ByteOrder) -> u64 {
 
 fn u16_at(file: &[u8], start: usize, order: ByteOrder) -> Result<u16, FormatError> {
     Ok(integer(slice(file, start, 2)?, order) as u16)
-}
-
-fn u32_at(file: &[u8], start: usize, order: ByteOrder) -> Result<u32, FormatError> {
-    Ok(integer(slice(file, start, 4)?, order) as u32)
 }
 
 #[cfg(test)]
@@ -511,11 +556,28 @@ mod tests {
             assert!(decoded(stored, compression, 1).is_err(), "{compression}");
         }
         assert_eq!(directories(b"GIF89a").unwrap_err(), FormatError::Signature);
-        let big = directories(b"II+\0\x08\0\0\0").unwrap_err().to_string();
-        assert!(big.starts_with("the file is a BigTIFF"), "{big}");
         // The next directory of the first directory is the first directory.
         let looped = b"II*\0\x08\0\0\0\0\0\x08\0\0\0";
         assert!(directories(looped).unwrap_err().to_string().contains("loop"));
+    }
+
+    #[test]
+    fn offsets_of_a_big_tiff_have_64_bits() {
+        let short = |tag: u16, value: u64| (tag, 3_u16, value);
+        let entries = [short(WIDTH, 3), short(LENGTH, 2), short(BITS, 8), (STRIP_OFFSETS, 16, 16)];
+        let entries = [entries.as_slice(), &[(STRIP_BYTES, 16, 6)]].concat();
+        let mut file = [b"II+\0\x08\0\0\0".as_slice(), &22_u64.to_le_bytes()].concat();
+        file.extend([1, 1, 1, 4, 5, 6]);
+        file.extend((entries.len() as u64).to_le_bytes());
+        for (tag, kind, value) in entries {
+            file.extend([tag.to_le_bytes(), kind.to_le_bytes()].concat());
+            file.extend([1_u64, value].map(u64::to_le_bytes).concat());
+        }
+        file.extend([0; 8]);
+        assert_eq!(directories(&file).unwrap()[0].image().unwrap().decode(), EXPECTED);
+        for length in 0..file.len() {
+            assert!(directories(&file[..length]).is_err(), "{length}");
+        }
     }
 
     #[test]
