@@ -6,13 +6,17 @@
 //! axes have the attributes `length` and `unit`, and an optional variable `mask`, which is nonzero
 //! at missing points. The heights have the unit of x unless they have an own one. Variables along
 //! the unlimited dimension are stored in records.
+//!
+//! GMT 3, and GMT 6 in its formats `cb` to `cd`, write one dimension instead: `z[xysize]` has
+//! the lines from the greatest y, and `dimension`, `spacing` and `x_range` describe the grid. The
+//! attributes `units` of `x_range` and `y_range` are labels, `x` and `y` by default.
 
 use std::borrow::Cow;
 
 use super::channel::Channel;
 use super::input::{Cursor, decode_text};
 use super::labelled::{Array, Attributes, Axis, Value};
-use super::raster::{ByteOrder, Element};
+use super::raster::{ByteOrder, Element, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
@@ -46,6 +50,11 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let mut channels = Vec::new();
     for variable in maps {
         channels.extend(dataset.array(variable)?.channels()?);
+    }
+    if channels.is_empty()
+        && let Some(grid) = dataset.grid_of_gmt3()?
+    {
+        channels = grid.channels()?;
     }
     at_least_one(channels.into_iter().map(Ok), "variable of numbers with two dimensions")
 }
@@ -193,6 +202,37 @@ impl<'a> Dataset<'a> {
         Cursor::at(self.bytes, variable.begin.saturating_add(needed)).take(length)?;
         let starts = (0..whole(self.records)).map(|record| variable.begin + record * distance);
         Ok(starts.flat_map(|start| &self.bytes[start..start + length]).copied().collect())
+    }
+
+    /// Returns the grid of a file of GMT 3.
+    fn grid_of_gmt3(&self) -> Result<Option<Array<'a>>, FormatError> {
+        let names = ["x_range", "y_range", "spacing", "dimension", "z"];
+        let [Some(x), Some(y), Some(spacing), Some(dimension), Some(z)] =
+            names.map(|name| self.variable(name))
+        else {
+            return Ok(None);
+        };
+        let pair = |variable: &Variable<'a>| -> Result<[f64; 2], FormatError> {
+            let missing = || FormatError::missing(format!("two numbers of `{}`", variable.name));
+            let element = variable.element().ok_or_else(missing)?;
+            let numbers = element.numbers(ByteOrder::Big, &self.stored(variable)?);
+            numbers.try_into().map_err(|_| missing())
+        };
+        let (steps, counts) = (pair(spacing)?, pair(dimension)?);
+        let [nodes_x, nodes_y] = checked_nodes(counts.map(|count| count as i64))?;
+        let axis = |of: &Variable<'a>, name: &str, step: f64| {
+            let unit = of.attributes.unit()?.filter(|unit| *unit != Unit::parse(name));
+            Ok(Axis { step: Some(step), unit, ..Axis::named(name) })
+        };
+        let mut array = self.plain_array(z)?;
+        if array.shape != [nodes_x * nodes_y] {
+            let (found, allowed) = (format!("{:?}", array.shape), format!("{nodes_x} × {nodes_y}"));
+            return Err(FormatError::value("size of `z`", found, &allowed));
+        }
+        array.shape = vec![nodes_y, nodes_x];
+        // The first line has the greatest y.
+        array.axes = vec![axis(y, "y", -steps[1])?, axis(x, "x", steps[0])?];
+        Ok(Some(array))
     }
 
     fn array(&self, variable: &Variable<'a>) -> Result<Array<'a>, FormatError> {
