@@ -45,7 +45,7 @@ use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "hdf5", title: "HDF5", version: 3, has_signature: true, read };
+    Format { name: "hdf5", title: "HDF5", version: 4, has_signature: true, read };
 
 /// Maximum number of groups that are searched for datasets.
 const MAX_GROUPS: usize = 10_000;
@@ -307,7 +307,14 @@ impl Groups<'_> {
                 None => Ok(Axis::default()),
             }
         });
-        let axes = axes.collect::<Result<Vec<Axis>, FormatError>>()?;
+        let mut axes = axes.collect::<Result<Vec<Axis>, FormatError>>()?;
+        let attributes = self.container.attributes(dataset)?;
+        // Labels name the dimensions; scales are coordinates along them and may have other names.
+        for (axis, label) in axes.iter_mut().zip(attributes.texts("DIMENSION_LABELS")?) {
+            if !label.is_empty() {
+                axis.name.clone_from(label);
+            }
+        }
         Ok((axes.len() == dataset.ndim()).then_some(axes))
     }
 
