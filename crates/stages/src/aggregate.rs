@@ -124,8 +124,9 @@ impl Stage for Params {
         let Params::Groups(groups) = self else {
             return table;
         };
-        let named = groups.over.iter().chain(groups.group_by.iter().flatten());
-        let named: Vec<&str> = named.map(String::as_str).chain([STOP.name, STATUS.name]).collect();
+        let columns = groups.over.iter().chain(groups.group_by.iter().flatten());
+        let named: Vec<&str> =
+            columns.map(String::as_str).chain([STOP.name, STATUS.name]).collect();
         if !groups.models.is_empty() {
             return table;
         }

@@ -191,9 +191,9 @@ fn corrected(measured: &Table, areas: &[CountedArea], correction: &Correction) -
     ];
     let coordinates = measured.coordinates();
     let copied = [AREA_FRACTION, SWITCHES, CONTACT_NODES, STOP, LOAD, PRESSURE];
-    let copied = copied.map(|column| column.name).into_iter();
-    let copied: Vec<&str> = copied.filter(|name| !coordinates.has(name)).collect();
-    coordinates.with(own).with(estimates).beside(&measured.only(&copied))
+    let names = copied.iter().map(|column| column.name);
+    let missing: Vec<&str> = names.filter(|name| !coordinates.has(name)).collect();
+    coordinates.with(own).with(estimates).beside(&measured.only(&missing))
 }
 
 /// Returns the task of a `correct` stage, or `None` after reporting problems.

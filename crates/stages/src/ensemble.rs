@@ -84,9 +84,8 @@ pub struct Ensemble {
 impl ParameterPoint {
     /// Collects the cells whose column has the role [`Role::Parameter`].
     pub fn from_cells(cells: impl IntoIterator<Item = (Column, Value)>) -> ParameterPoint {
-        let parameters = cells.into_iter();
-        let parameters = parameters.filter(|(column, _)| column.role == Role::Parameter);
-        ParameterPoint(parameters.map(|(column, value)| (Cow::from(column.name), value)).collect())
+        let own = cells.into_iter().filter(|(column, _)| column.role == Role::Parameter);
+        ParameterPoint(own.map(|(column, value)| (Cow::from(column.name), value)).collect())
     }
 
     /// Reads the parameters of a row of a table.
@@ -208,8 +207,8 @@ impl Ensemble {
         let mut of_member: BTreeMap<Member, Vec<Option<usize>>> = BTreeMap::new();
         let mut repeated = Vec::new();
         for &row in known {
-            let states = of_member.entry(members.of_row(row));
-            let states = states.or_insert_with(|| vec![None; distinct.len()]);
+            let states =
+                of_member.entry(members.of_row(row)).or_insert_with(|| vec![None; distinct.len()]);
             match &mut states[index_of_load(&distinct, loads.given.value(row))] {
                 Some(_) => repeated.push(row),
                 state => *state = Some(row),
@@ -217,16 +216,9 @@ impl Ensemble {
         }
         let (members, states): (Vec<_>, Vec<Vec<_>>) = of_member.into_iter().unzip();
         let rows_of = |load: usize| states.iter().filter_map(move |states| states[load]);
-        let distinct = distinct.into_iter().enumerate();
-        let distinct = distinct.map(|(load, given)| loads.common(given, rows_of(load)));
-        Ensemble {
-            point,
-            members,
-            loads: distinct.collect(),
-            repeated,
-            first: rows[0],
-            rows: states,
-        }
+        let given = distinct.into_iter().enumerate();
+        let common = given.map(|(load, given)| loads.common(given, rows_of(load)));
+        Ensemble { point, members, loads: common.collect(), repeated, first: rows[0], rows: states }
     }
 
     /// Returns the index of the table row of surface `members[member]` at load `loads[load]`, or
@@ -370,10 +362,8 @@ const REGION: [&str; 6] = [
 pub fn sampling_units(table: &Table) -> Result<Vec<i64>, TableError> {
     let members = Members::new(table)?;
     let regions = numbered(&table.only(&REGION));
-    let contents = table.has(CONTENT.name).then(|| table.texts(CONTENT.name));
-    let contents = contents.transpose()?;
-    let names = table.has(SURFACE.name).then(|| table.texts(SURFACE.name));
-    let names = names.transpose()?;
+    let contents = table.has(CONTENT.name).then(|| table.texts(CONTENT.name)).transpose()?;
+    let names = table.has(SURFACE.name).then(|| table.texts(SURFACE.name)).transpose()?;
     let mut known: HashMap<Unit, i64> = HashMap::new();
     let unit = |row: usize| {
         let unit = match members.of_row(row) {

@@ -83,9 +83,8 @@ impl Params {
 
 /// Returns the columns that fits may add to the parameter columns of the fitted points.
 pub fn columns() -> Vec<Column> {
-    let columns = rows::columns(laws::parameters()).into_iter();
-    let columns = columns.chain(meshes::COLUMNS);
-    columns.chain(limits::columns::columns()).collect()
+    let plain = rows::columns(laws::parameters()).into_iter();
+    plain.chain(meshes::COLUMNS).chain(limits::columns::columns()).collect()
 }
 
 impl Stage for Params {
@@ -180,8 +179,7 @@ fn interval_of_only_fit(table: &Table, parameter: Parameter) -> String {
 /// Returns an error if the table lacks the columns that the law reads.
 pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
     let each = |points: &[CurvesOfPoint], fit: FitOfCurves| -> Vec<Row> {
-        let points = points.iter();
-        points.map(|point| point.fit(|curves| fit(curves, params))).collect()
+        points.iter().map(|point| point.fit(|curves| fit(curves, params))).collect()
     };
     let (points, rows) = match &params.law {
         Law::Limits(choices) => return limits::run(table, choices, params),
@@ -206,11 +204,11 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
             Fits::Spectra => return spectra::run(table, params),
         },
     };
-    let rows = rows
+    let completed = rows
         .into_iter()
         .zip(&points)
         .map(|(row, point)| Row { unconverged: point.unconverged, ..row.unless_unbounded() });
-    let rows: Vec<Row> = rows.collect();
+    let rows: Vec<Row> = completed.collect();
     let fitted: Vec<(usize, usize)> =
         points.iter().map(|point| (point.row, point.members.len())).collect();
     Ok(rows::table(&table.in_role(Role::Parameter), &fitted, params, &rows))
@@ -248,8 +246,8 @@ impl CurvesOfPoint {
     /// # Errors
     /// Returns an error if a column is missing.
     pub fn from_column(table: &Table, column: &str) -> Result<Vec<CurvesOfPoint>, TableError> {
-        let corrections = table.has(CORRECTION.name).then(|| table.texts(CORRECTION.name));
-        let corrections = corrections.transpose()?;
+        let corrections =
+            table.has(CORRECTION.name).then(|| table.texts(CORRECTION.name)).transpose()?;
         let values = table.reals(column)?;
         let stops = table.texts(STOP.name)?;
         let points = ensembles(table)?.into_iter().map(|ensemble| CurvesOfPoint {
@@ -277,9 +275,9 @@ impl CurvesOfPoint {
 /// Returns the curves at the loads at which all surfaces have a row. A mean over some surfaces
 /// would belong to another ensemble.
 fn curves(ensemble: &Ensemble, values: &Float64Array) -> Result<Curves, FitError> {
-    let complete = ensemble.loads.iter().enumerate();
+    let indexed = ensemble.loads.iter().enumerate();
     let complete =
-        complete.filter_map(|(index, load)| Some((load.reduced, ensemble.complete(index)?)));
+        indexed.filter_map(|(index, load)| Some((load.reduced, ensemble.complete(index)?)));
     let (loads, rows): (Vec<f64>, Vec<Vec<usize>>) = complete.unzip();
     let curve = |member: usize| rows.iter().map(|rows| values.value(rows[member])).collect();
     Curves::new(loads, (0..ensemble.members.len()).map(curve).collect())

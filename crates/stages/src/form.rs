@@ -432,13 +432,13 @@ impl Surfaces {
             }
             _ => None,
         });
-        let loads = recipes.iter().filter_map(|recipe| match recipe {
+        let listed = recipes.iter().filter_map(|recipe| match recipe {
             Recipe::Solve(params) => {
                 Some((stage.to_owned(), params.loads.clone(), params.unit_of_loads()))
             }
             _ => None,
         });
-        let mut loads: Vec<_> = loads.collect();
+        let mut loads: Vec<_> = listed.collect();
         loads.dedup();
         let conduction = recipes.iter().filter_map(|recipe| match recipe {
             Recipe::Solve(params) => Some((stage.to_owned(), params.bodies.conduction)),

@@ -395,8 +395,8 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
         add(own_columns(&surface.origin));
     }
     let gives_height = surfaces.iter().any(|surface| surface.origin.given_rms_height().is_some());
-    let descriptors = DESCRIPTORS.into_iter();
-    let descriptors = descriptors.filter(|column| *column != RMS_HEIGHT || !gives_height);
+    let descriptors =
+        DESCRIPTORS.into_iter().filter(|column| *column != RMS_HEIGHT || !gives_height);
     let origin = surfaces.first().map(|surface| &surface.origin);
     add(descriptors.map(|column| pair::descriptor(origin, column)).collect());
     for surface in &surfaces {
@@ -424,8 +424,8 @@ pub fn is_altered(table: &Table, row: usize) -> bool {
 fn summary(source: &TableSource, loads: &ContactLoads) -> Result<Vec<String>, StageError> {
     let table = source.table().map_err(StageError::Store)?;
     let methods = distinct(source, METHOD.name)?;
-    let shapes = Method::ALL.into_iter().filter(|method| method.is_shape());
-    let shapes: Vec<&str> = shapes.map(Method::word).collect();
+    let shapes: Vec<&str> =
+        Method::ALL.into_iter().filter(|method| method.is_shape()).map(Method::word).collect();
     let is_rough = !methods.iter().all(|method| shapes.contains(&method.as_str()));
     let parts = [
         Some(counted(table.rows(), "surface")),
@@ -469,8 +469,8 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
     let mut parts = Vec::new();
     if table.has(FORMAT.name) {
         let units = distinct(source, UNIT.name)?;
-        let unit = units.iter().find(|unit| !unit.is_empty());
-        let unit = unit.map_or_else(|| "no unit".to_owned(), |unit| format!("lengths in {unit}"));
+        let named = units.iter().find(|unit| !unit.is_empty());
+        let unit = named.map_or_else(|| "no unit".to_owned(), |unit| format!("lengths in {unit}"));
         parts.push(format!("{}, {unit}", distinct(source, FORMAT.name)?.join(", ")));
         let most = table.integers(CHANNELS.name)?.iter().flatten().max();
         if most > Some(1) {

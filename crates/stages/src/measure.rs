@@ -265,12 +265,12 @@ impl Stage for Params {
     fn series(&self, input: Option<&SeriesRows>) -> Option<Series> {
         let is_by_load =
             matches!(self, Params::Contacts { stiffness: false, .. } | Params::Distribution(_));
-        let input = input.filter(|_| is_by_load)?;
+        let read = input.filter(|_| is_by_load)?;
         Some(Series {
             recipe: Recipe::Measure(self.clone()),
             rows: SeriesRows {
-                column: input.column,
-                values: input.values.clone(),
+                column: read.column,
+                values: read.values.clone(),
                 parts: Vec::new(),
             },
         })

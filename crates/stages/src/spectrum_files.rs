@@ -97,8 +97,8 @@ fn read_text(text: &str) -> Result<SpectrumTable, SpectrumFileError> {
             None => line.split_whitespace().map(field).collect(),
         }
     };
-    let titles = fields(header);
-    let titles: Vec<(&str, Option<&str>)> = titles.iter().map(|title| split(title)).collect();
+    let words = fields(header);
+    let titles: Vec<(&str, Option<&str>)> = words.iter().map(|title| split(title)).collect();
     let names: Vec<&str> = titles.iter().map(|(name, _)| *name).collect();
     let columns = find_columns(&names)?;
     let unit = unit_of(columns.map(|column| titles[column].1))?;
@@ -124,8 +124,8 @@ fn read_text(text: &str) -> Result<SpectrumTable, SpectrumFileError> {
 fn find_columns(names: &[&str]) -> Result<[usize; 2], SpectrumFileError> {
     let index = |wanted: &[&'static str]| {
         let indices = |wanted: &str| -> Vec<usize> {
-            let named = names.iter().enumerate();
-            let named = named.filter(|(_, name)| name.eq_ignore_ascii_case(wanted));
+            let named =
+                names.iter().enumerate().filter(|(_, name)| name.eq_ignore_ascii_case(wanted));
             named.map(|(index, _)| index).collect()
         };
         let found = wanted.iter().map(|name| (*name, indices(name)));

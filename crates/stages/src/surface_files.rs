@@ -151,8 +151,7 @@ impl SurfaceFiles {
         let path = self.path_of(content).ok_or(SurfaceFileError::Unknown { content: *content })?;
         let bytes = self.load(path)?;
         if ContentHash::new(&bytes) != *content {
-            let path = path.to_owned();
-            return Err(SurfaceFileError::Changed { path });
+            return Err(SurfaceFileError::Changed { path: path.to_owned() });
         }
         Ok(bytes)
     }

@@ -59,10 +59,10 @@ impl TableUnits {
 
     /// Returns the units that all tables share.
     pub fn common<'a>(tables: impl IntoIterator<Item = &'a TableUnits>) -> TableUnits {
-        let tables: Vec<&TableUnits> = tables.into_iter().collect();
+        let all: Vec<&TableUnits> = tables.into_iter().collect();
         TableUnits {
-            length: shared(tables.iter().map(|units| units.length.as_deref())),
-            pressure: shared(tables.iter().map(|units| units.pressure.as_deref())),
+            length: shared(all.iter().map(|units| units.length.as_deref())),
+            pressure: shared(all.iter().map(|units| units.pressure.as_deref())),
         }
     }
 
@@ -126,9 +126,9 @@ fn common(table: &Table, column: &str) -> Option<String> {
 
 /// Returns the text that all have, if it is not empty.
 fn shared<'a>(texts: impl IntoIterator<Item = Option<&'a str>>) -> Option<String> {
-    let mut texts = texts.into_iter().map(|text| text.filter(|text| !text.is_empty()));
-    let first = texts.next().flatten()?;
-    texts.all(|other| other == Some(first)).then(|| first.to_owned())
+    let mut known = texts.into_iter().map(|text| text.filter(|text| !text.is_empty()));
+    let first = known.next().flatten()?;
+    known.all(|other| other == Some(first)).then(|| first.to_owned())
 }
 
 #[cfg(test)]

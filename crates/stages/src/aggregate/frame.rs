@@ -23,8 +23,8 @@ use asperity_tables::table::Table;
 /// # Errors
 /// Returns an error if two columns have the same name.
 pub fn from_table(table: &Table) -> Result<DataFrame, StageError> {
-    let columns = table.names().into_iter().zip(table.batch().columns());
-    let columns = columns.map(|(name, array)| Column::from(series(name, array.as_ref())));
+    let arrays = table.names().into_iter().zip(table.batch().columns());
+    let columns = arrays.map(|(name, array)| Column::from(series(name, array.as_ref())));
     DataFrame::new(table.rows(), columns.collect()).map_err(polars_error)
 }
 
@@ -160,11 +160,11 @@ impl AnonymousScan for Scan {
     }
 
     fn scan(&self, wanted: AnonymousScanArgs) -> PolarsResult<DataFrame> {
-        let names = wanted.with_columns.as_deref();
-        let names = names.map(|names| names.iter().map(|name| name.as_str()).collect::<Vec<_>>());
+        let given = wanted.with_columns.as_deref();
+        let names = given.map(|names| names.iter().map(|name| name.as_str()).collect::<Vec<_>>());
         let rows = wanted.n_rows.unwrap_or(usize::MAX);
-        let table = self.table.first(&column_indices(&self.table, names.as_deref()), rows);
-        let table = table.map_err(|error| self.first_error.record(error))?;
+        let read = self.table.first(&column_indices(&self.table, names.as_deref()), rows);
+        let table = read.map_err(|error| self.first_error.record(error))?;
         from_table(&table).map_err(|error| PolarsError::ComputeError(error.to_string().into()))
     }
 

@@ -59,16 +59,15 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
         reduced = reduced.with_columns(against_load(&names, groups)?);
     }
     for level in groups.levels() {
-        let ends = groups.over.iter();
-        let ends = ends.flat_map(|name| statistics::ends(name, level));
+        let ends = groups.over.iter().flat_map(|name| statistics::ends(name, level));
         reduced = reduced.with_columns(ends.collect::<Vec<_>>());
     }
     let reduced = engine::on_query_thread(|| reduced.collect().map_err(polars_error))?;
     names.check_stand_ins(&reduced)?;
     let chosen = output(table, &names, groups);
-    let reduced = reduced.select(chosen).map_err(polars_error)?;
-    let columns = frame::columns(&reduced)?;
-    let reduced = with_meanings(table, columns, reduced.height());
+    let selected = reduced.select(chosen).map_err(polars_error)?;
+    let columns = frame::columns(&selected)?;
+    let reduced = with_meanings(table, columns, selected.height());
     theory::with_theories(&reduced, &names.curve(), groups)
 }
 
@@ -103,8 +102,8 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
     }
     if table.has(STOP.name) {
         let unconverged = STOPS_UNCONVERGED.map(|stop| col(STOP.name).eq(lit(stop)));
-        let unconverged = unconverged.into_iter().reduce(|one, other| one.or(other));
-        let unconverged = unconverged.expect("there are such codes");
+        let any = unconverged.into_iter().reduce(|one, other| one.or(other));
+        let unconverged = any.expect("there are such codes");
         expressions.push(unconverged.sum().alias(UNCONVERGED.name));
     }
     if is_of_fits(table) {
@@ -202,8 +201,8 @@ fn output(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<String> {
         output.push(LOAD_MIDPOINT.name.to_owned());
     }
     for name in &groups.over {
-        let within = groups.statistics.iter();
-        let within = within.filter(|&&statistic| statistic != Statistic::Approach);
+        let within =
+            groups.statistics.iter().filter(|&&statistic| statistic != Statistic::Approach);
         let ends = within.flat_map(|statistic| statistic.suffixes());
         output.extend(ends.map(|end| format!("{name}_{end}")));
     }
@@ -394,8 +393,9 @@ fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -
         if let Ok(field) = schema.field_with_name(name) {
             return field.clone();
         }
-        let source = schema.fields().iter().filter(|f| name.starts_with(&format!("{}_", f.name())));
-        let source = source.max_by_key(|field| field.name().len());
+        let sources =
+            schema.fields().iter().filter(|f| name.starts_with(&format!("{}_", f.name())));
+        let source = sources.max_by_key(|field| field.name().len());
         let metadata = source.map(|field| inherited(field, name)).unwrap_or_default();
         Field::new(name, array.data_type().clone(), true).with_metadata(metadata)
     };

@@ -158,7 +158,7 @@ fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<Stri
     let mut clear = Some(());
     let written = table.columns.written();
     let columns = written.iter().flat_map(|columns| &columns.value);
-    let columns = columns.map(|(name, Spanned { value, span })| {
+    let described = columns.map(|(name, Spanned { value, span })| {
         if value.meaning.trim().is_empty() {
             let message = format!("the `meaning` of {name:?} is empty");
             let problem = Problem::new(message, span.clone(), "must be a phrase");
@@ -168,7 +168,7 @@ fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<Stri
         let meaning = Meaning { unit: value.unit.clone(), meaning: value.meaning.clone() };
         (name.clone(), meaning)
     });
-    let columns = columns.collect();
+    let columns = described.collect();
     clear.map(|()| columns)
 }
 

@@ -95,13 +95,13 @@ fn answer(
     let columns: Vec<(String, Vec<String>)> =
         tables.iter().map(|(name, table)| (name.clone(), table.names())).collect();
     let first_error = FirstStoreError::default();
-    let frames =
+    let lazy =
         tables.into_iter().map(|(name, table)| Ok((name, frame::lazy(table, &first_error)?)));
-    let frames = frames.collect::<Result<Vec<_>, StageError>>()?;
+    let frames = lazy.collect::<Result<Vec<_>, StageError>>()?;
     let converted = |error: &PolarsError| QueryError::from_polars(error, &statement, &columns);
-    let answer = Planner::new(frames, memory, &converted).answer(statement.query.clone());
+    let planned = Planner::new(frames, memory, &converted).answer(statement.query.clone());
     let answer =
-        answer.and_then(|frame| engine::collect(frame, memory).map_err(|error| converted(&error)));
+        planned.and_then(|frame| engine::collect(frame, memory).map_err(|error| converted(&error)));
     answer.map_err(|error| match first_error.take() {
         Some(error) => StageError::Store(error),
         None => error.into(),
@@ -170,8 +170,8 @@ impl QueryError {
         tables: &[(String, Vec<String>)],
     ) -> QueryError {
         let text = error.to_string();
-        let reason = text.lines().map(str::trim).find(|line| !line.is_empty());
-        let reason = reason.unwrap_or("polars gives no reason");
+        let first = text.lines().map(str::trim).find(|line| !line.is_empty());
+        let reason = first.unwrap_or("polars gives no reason");
         unknown_of_a_table(reason, statement, tables)
             .or_else(|| unknown_anywhere(reason))
             .unwrap_or_else(|| QueryError::Refused(shortened(reason)))
@@ -194,8 +194,8 @@ fn unknown_of_a_table(
     tables: &[(String, Vec<String>)],
 ) -> Option<QueryError> {
     let (name, rest) = quoted_after("no column named ", reason)?;
-    let (alias, _) = quoted_after("found in table ", rest)?;
-    let alias = alias.trim_matches('"');
+    let (quoted, _) = quoted_after("found in table ", rest)?;
+    let alias = quoted.trim_matches('"');
     let table = statement.aliases.get(alias).map_or(alias, String::as_str);
     let table = tables.iter().find(|(known, _)| known == table);
     let known = table.map_or_else(Vec::new, |(_, columns)| columns.clone());

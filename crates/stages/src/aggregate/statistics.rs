@@ -237,9 +237,9 @@ fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
         let quantile = || two_sided_quantile(level, freedom);
         *known.entry(freedom).or_insert_with(quantile)
     };
-    let factors = surfaces.f64()?.iter();
-    let factors = factors.map(|surfaces| surfaces.filter(|&n| n > 1.0).map(&mut factor));
-    let factors: Vec<Option<f64>> = factors.collect();
+    let counts = surfaces.f64()?.iter();
+    let factors: Vec<Option<f64>> =
+        counts.map(|surfaces| surfaces.filter(|&n| n > 1.0).map(&mut factor)).collect();
     Ok(Series::new(surfaces.name().clone(), factors).into())
 }
 

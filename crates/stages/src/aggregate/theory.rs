@@ -180,9 +180,8 @@ pub fn with_theories(
 
 /// Removes the intermediate columns, which hold means and the load of the group.
 fn hide_means(reduced: &Table, groups: &Groups) -> Table {
-    let hidden: Vec<String> = groups.over.iter().map(|name| mean_of(name)).collect();
-    let hidden = hidden.iter().map(String::as_str).chain([LOAD_OF_GROUP]);
-    let hidden: Vec<&str> = hidden.collect();
+    let means: Vec<String> = groups.over.iter().map(|name| mean_of(name)).collect();
+    let hidden: Vec<&str> = means.iter().map(String::as_str).chain([LOAD_OF_GROUP]).collect();
     reduced.without(&hidden)
 }
 

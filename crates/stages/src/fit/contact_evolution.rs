@@ -85,9 +85,7 @@ impl EvolutionChoices {
     /// separately.
     pub fn fits(self, points: &[CurvesOfPoint], params: &Params) -> Vec<Row> {
         let alone = |kappa| {
-            let points = points.iter();
-            let fits = points.map(|point| point.fit(|curves| self.fit(curves, kappa, params)));
-            fits.collect()
+            points.iter().map(|point| point.fit(|curves| self.fit(curves, kappa, params))).collect()
         };
         match self.kappa {
             Kappa::Given(kappa) => alone(evolution::Kappa::Given(kappa)),
@@ -217,8 +215,8 @@ fn corrections(points: &[CurvesOfPoint]) -> Vec<Option<String>> {
 /// Numbers the surfaces of several points from 0. The same surface has the same number at all
 /// points. Returns the numbers of the surfaces of each point.
 fn units<'a>(points: impl Iterator<Item = &'a [Member]> + Clone) -> Vec<Vec<usize>> {
-    let all: BTreeSet<Member> = points.clone().flatten().copied().collect();
-    let all: Vec<Member> = all.into_iter().collect();
+    let distinct: BTreeSet<Member> = points.clone().flatten().copied().collect();
+    let all: Vec<Member> = distinct.into_iter().collect();
     let number = |member| all.partition_point(|other| other < member);
     points.map(|members| members.iter().map(number).collect()).collect()
 }

@@ -177,8 +177,8 @@ impl Law {
 
 /// Returns the parameters of all laws.
 pub fn parameters() -> impl Iterator<Item = Parameter> {
-    let plain = PlainLaw::ALL.into_iter();
-    let plain = plain.flat_map(|law| law.definition().parameters.iter().copied());
+    let plain =
+        PlainLaw::ALL.into_iter().flat_map(|law| law.definition().parameters.iter().copied());
     let plain = contact_evolution::PARAMETERS.into_iter().chain(plain);
     plain.chain(limits::columns::parameters())
 }

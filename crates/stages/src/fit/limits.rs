@@ -168,8 +168,7 @@ fn lines<'a>(
     let problem = match LimitProblem::new(points) {
         Ok(problem) => problem,
         Err(error) => {
-            let failed = combinations.into_iter();
-            let failed = failed.map(|forms| line(forms, 0, Err(error.clone())));
+            let failed = combinations.into_iter().map(|forms| line(forms, 0, Err(error.clone())));
             return failed.collect();
         }
     };
@@ -183,8 +182,8 @@ fn lines<'a>(
         .zip(&fits)
         .filter_map(|(forms, fit)| Some((&forms[..], fit.as_ref().ok()?)))
         .collect();
-    let resampled = problem.resample(&fitted, &params.bootstrap());
-    let mut resampled = resampled.intervals.into_iter().zip(resampled.comparison);
+    let estimates = problem.resample(&fitted, &params.bootstrap());
+    let mut resampled = estimates.intervals.into_iter().zip(estimates.comparison);
     let fits = combinations.into_iter().zip(&term_forms).zip(&fits);
     fits.map(|((forms, term_forms), fit)| {
         let outcome = fit.clone().map(|fit| {

@@ -79,12 +79,12 @@ impl<'a> Measured<'a> {
             (0..ensemble.members.len()).map(|member| self.interfaces(ensemble, member)).collect();
         let problem = |channels| PercolationProblem::new(&surfaces, params.window(), channels);
         let [both, x, y] = [Channels::AlongBoth, Channels::AlongX, Channels::AlongY].map(problem);
-        let failure = match (&x, &y) {
+        let error = match (&x, &y) {
             (Ok(_), Ok(_)) => None,
             (Err(error), Ok(_)) | (Ok(_), Err(error)) => Some(error),
             (Err(_), Err(_)) => both.as_ref().err(),
         };
-        let failure = failure.map(status::from_error);
+        let failure = error.map(status::from_error);
         let is_isotropic = is_isotropic(ensemble);
         let thresholds = [both.ok().filter(|_| is_isotropic), x.ok(), y.ok()];
         if thresholds.iter().all(Option::is_none) {

@@ -567,10 +567,10 @@ fn no_channel(path: &Spanned<String>, table: &FileTable, error: &ChannelError) -
         Problem::new(message, span, "selected channel").and(path.span.clone(), "file to read");
     match error {
         ChannelError::Unknown { wanted, names } => {
-            let names = names.iter().map(String::as_str);
-            let meant = did_you_mean(wanted, names.clone());
-            let meant = meant.map_or_else(String::new, |meant| format!("did you mean `{meant}`? "));
-            let numbered = names.enumerate().map(|(index, name)| format!("{} `{name}`", index + 1));
+            let words = names.iter().map(String::as_str);
+            let meant = did_you_mean(wanted, words.clone())
+                .map_or_else(String::new, |meant| format!("did you mean `{meant}`? "));
+            let numbered = words.enumerate().map(|(index, name)| format!("{} `{name}`", index + 1));
             let all: Vec<_> = numbered.collect();
             problem.help(format!("{meant}the channels of the file are {}", all.join(", ")))
         }

@@ -201,9 +201,8 @@ pub fn parse(text: &str) -> Option<Until> {
     let named = text.strip_prefix("decided").map(str::trim_start);
     let names = named.and_then(|named| named.strip_prefix('(')?.strip_suffix(')'));
     match names {
-        Some(names) => {
-            let names = names.split(',').map(|name| name.trim().to_owned());
-            let names: Vec<String> = names.collect();
+        Some(list) => {
+            let names: Vec<String> = list.split(',').map(|name| name.trim().to_owned()).collect();
             (!names.iter().any(String::is_empty)).then_some(Until::Claims(names))
         }
         None => known_mean(text).map(Until::Mean),

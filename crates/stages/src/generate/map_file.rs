@@ -194,8 +194,8 @@ impl MapFile {
     /// If sides are neither given nor in the file, or if a scaled height is not finite or so high
     /// that squares of it overflow.
     pub fn scan(self, side: Option<[f64; 2]>, height_scale: f64) -> Result<Scan, MapFileError> {
-        let side = side.or(self.size.sides()).ok_or(MapFileError::NoSize)?;
-        let cell = Cell::new(side).map_err(SurfaceError::from)?;
+        let sides = side.or(self.size.sides()).ok_or(MapFileError::NoSize)?;
+        let cell = Cell::new(sides).map_err(SurfaceError::from)?;
         let grid = Grid::new(self.nodes, cell).map_err(SurfaceError::from)?;
         let mut heights = self.heights;
         for (node, height) in heights.iter_mut().enumerate().filter(|(_, one)| one.is_finite()) {

@@ -391,9 +391,9 @@ impl MeasuredSurface {
             return Ok(None);
         }
         let (scan, _) = self.scan(side, sources)?;
-        let filled = self.preparation.filled_nodes(scan, self.edges);
-        let filled = filled
-            .map_err(|source| StageError::Preparation { path: self.path(sources), source })?;
+        let nodes = self.preparation.filled_nodes(scan, self.edges);
+        let filled =
+            nodes.map_err(|source| StageError::Preparation { path: self.path(sources), source })?;
         Ok(filled.heights().contains(&1.0).then_some(filled))
     }
 

@@ -106,9 +106,9 @@ impl EnteredMap<'_> {
             let right = if direction < 0 { [small, large] } else { [large, small] };
             (right, pixel * libm::exp10(f64::from(direction * power)))
         });
-        let reading =
+        let plausible =
             readings.find(|(_, pixel)| (PIXELS[0]..=PIXELS[1]).contains(&(pixel * metres)));
-        let reading = reading.map_or_else(String::new, |([right, read], pixel)| {
+        let reading = plausible.map_or_else(String::new, |([right, read], pixel)| {
             format!("; {right} in place of {read} would be a pixel of {}", self.shown(pixel))
         });
         Some(format!(

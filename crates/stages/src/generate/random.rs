@@ -308,11 +308,11 @@ fn waves_along(longer_side: f64, wavelength: f64) -> Result<u32, (String, String
     if (times / waves - 1.0).abs() <= ROUNDING {
         return Ok(waves as u32);
     }
-    let around = [times.floor(), times.ceil()].into_iter();
-    let around = around.filter(|waves| *waves >= 1.0).map(|waves| {
-        let length = decimal::nearest(longer_side / waves);
-        format!("{length} ({waves} times)")
-    });
+    let around =
+        [times.floor(), times.ceil()].into_iter().filter(|waves| *waves >= 1.0).map(|waves| {
+            let length = decimal::nearest(longer_side / waves);
+            format!("{length} ({waves} times)")
+        });
     let nearest: Vec<_> = around.collect();
     Err((found, format!("the nearest are {}", nearest.join(" and "))))
 }

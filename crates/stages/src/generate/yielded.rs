@@ -176,8 +176,8 @@ pub fn surfaces(
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {
     let (stages, problems) = (&context.pressed, &mut *context.problems);
-    let contacts: Vec<_> = stages.iter().map(|stage| contacts(stage, problems)).collect();
-    let contacts = contacts.into_iter().collect::<Option<Vec<_>>>()?.concat();
+    let of_stages: Vec<_> = stages.iter().map(|stage| contacts(stage, problems)).collect();
+    let contacts = of_stages.into_iter().collect::<Option<Vec<_>>>()?.concat();
     if contacts.is_empty() {
         // All stages in `from` have problems, which have been reported.
         return None;

@@ -66,9 +66,9 @@ pub fn conductances(
     // A current flows through all nodes in contact, also where the material has yielded.
     let yields = solved.has(UNLOADING_STIFFNESS.name);
     let of_all_nodes = if yields { UNLOADING_STIFFNESS } else { FROZEN_STIFFNESS };
-    let conductance = stiffness(of_all_nodes)?.into_iter().enumerate();
-    let conductance = conductance.map(|(row, value)| value.filter(|_| is_half_space(row)));
-    let conductance: Vec<Option<f64>> = conductance.collect();
+    let stiffnesses = stiffness(of_all_nodes)?.into_iter().enumerate();
+    let conductance: Vec<Option<f64>> =
+        stiffnesses.map(|(row, value)| value.filter(|_| is_half_space(row))).collect();
     let mut prepared: Option<(Grid, SpotConductance)> = None;
     let (mut spots, mut radii, mut greenwood) = (Vec::new(), Vec::new(), Vec::new());
     for row in 0..solved.rows() {
@@ -183,7 +183,7 @@ fn forces(solved: &Table, cells: &[Cell]) -> Result<Option<Vec<f64>>, StageError
 
 /// Returns the unit of the pressures of a table in pascals.
 fn pascals(solved: &Table) -> f64 {
-    let unit = units::pressure_unit(solved);
-    let unit = unit.as_deref().and_then(Unit::find);
+    let symbol = units::pressure_unit(solved);
+    let unit = symbol.as_deref().and_then(Unit::find);
     unit.map_or(f64::NAN, |unit| unit.factor_to(Unit::si(Dimension::Pressure)))
 }

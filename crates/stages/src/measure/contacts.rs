@@ -116,24 +116,24 @@ pub struct OptionalColumns {
 /// Returns the columns of measured contacts, without parameter columns.
 pub fn columns(optional: OptionalColumns) -> Vec<Column> {
     let mut measures = CONTACT_MEASURES.to_vec();
-    let gap = measures.iter().position(|column| *column == MEAN_GAP);
-    let gap = gap.expect("the mean gap is a measure");
+    let gap_in = |measures: &[Column]| {
+        let gap = measures.iter().position(|column| *column == MEAN_GAP);
+        gap.expect("the mean gap is a measure")
+    };
     if optional.flows {
         measures.extend(FLOW);
     }
     measures.extend(optional.conductance);
     if optional.stiffness {
-        measures.insert(gap, STIFFNESS);
+        measures.insert(gap_in(&measures), STIFFNESS);
     }
     if optional.yields {
-        let gap = measures.iter().position(|column| *column == MEAN_GAP);
-        let gap = gap.expect("the mean gap is a measure");
+        let gap = gap_in(&measures);
         measures.insert(gap + 1, MEAN_YIELDED_DEPTH);
         measures.splice(gap..gap, [SATURATED_NODES, SATURATED_FRACTION]);
     }
     if optional.rigid_base {
-        let gap = measures.iter().position(|column| *column == MEAN_GAP);
-        let gap = gap.expect("the mean gap is a measure");
+        let gap = gap_in(&measures);
         measures.splice(gap + 1..gap + 1, LAYER_RESULTS);
     }
     if optional.adhesion {
@@ -172,8 +172,8 @@ pub fn measure(
     let measured = (0..solved.rows())
         .map(|row| {
             let grid = grids.grid(row)?;
-            let map = ContactMap::from_bytes(grid.nodes(), maps.value(row));
-            let map = map.map_err(StageError::Map)?.with_boundary(boundary);
+            let read = ContactMap::from_bytes(grid.nodes(), maps.value(row));
+            let map = read.map_err(StageError::Map)?.with_boundary(boundary);
             Ok(Contact::new(grid, &map))
         })
         .collect::<Result<Vec<_>, StageError>>()?;
@@ -241,8 +241,8 @@ pub fn measure(
     let coordinates = solved.coordinates();
     let copied = [&[LOAD, PRESSURE], &COPIED[..], &COPIED_WITH_ADHESION].concat();
     let [copied, flows] = [&copied[..], &FLOW].map(|columns| {
-        let columns = columns.iter().filter(|column| !coordinates.has(column.name));
-        let names: Vec<&str> = columns.map(|column| column.name).collect();
+        let own = columns.iter().filter(|column| !coordinates.has(column.name));
+        let names: Vec<&str> = own.map(|column| column.name).collect();
         solved.only(&names)
     });
     let measured = coordinates.with(columns).beside(&copied).beside(&flows);

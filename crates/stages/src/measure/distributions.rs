@@ -105,8 +105,8 @@ fn counted(solved: &Table, column: Column, bins: EqualBins) -> Result<Vec<Counte
     let lists = solved.lists(column.name)?;
     let mut counted = Vec::with_capacity(lists.len() * bins.count as usize);
     for load in 0..lists.len() {
-        let counts = lists.value(load);
-        let counts = counts.as_primitive::<Float64Type>().values();
+        let list = lists.value(load);
+        let counts = list.as_primitive::<Float64Type>().values();
         let unit = bins.width() * grids.grid(load)?.count() as f64;
         let Some((beyond, counts)) = counts.split_last().filter(|_| lists.is_valid(load)) else {
             continue;
@@ -191,8 +191,8 @@ fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageErro
     let mut nodes = Vec::new();
     for load in 0..solved.rows() {
         let grid = grids.grid(load)?;
-        let map = ContactMap::from_bytes(grid.nodes(), maps.value(load));
-        let map = map.map_err(StageError::Map)?.with_boundary(boundary);
+        let read = ContactMap::from_bytes(grid.nodes(), maps.value(load));
+        let map = read.map_err(StageError::Map)?.with_boundary(boundary);
         let edges = area_edges(grid, bins_a_decade);
         let bins = in_bins(&Cluster::all(&map), grid, &edges);
         for (bin, sums) in bins.into_iter().enumerate() {
@@ -229,8 +229,7 @@ fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageErro
 fn area_edges(grid: Grid, bins_a_decade: u32) -> Vec<f64> {
     let smallest = 1.0 / grid.count() as f64;
     let edge = |bin: u32| libm::exp10(-f64::from(bin) / f64::from(bins_a_decade));
-    let bins = (1..).find(|bin| edge(*bin) <= smallest);
-    let bins = bins.expect("the ends of bins tend to zero");
+    let bins = (1..).find(|bin| edge(*bin) <= smallest).expect("the ends of bins tend to zero");
     (0..=bins).rev().map(edge).collect()
 }
 

@@ -197,16 +197,16 @@ impl What {
 /// decide which quantities it can measure.
 pub fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let reads_surfaces = context.read? == RowKind::Surfaces;
-    let mut params = Vec::with_capacity(section.points.len());
+    let mut checked = Vec::with_capacity(section.points.len());
     for point in &section.points {
         let checks = &mut Checks::new(section, point, context.problems);
-        params.push(if reads_surfaces {
+        checked.push(if reads_surfaces {
             of_surfaces(&point.table, &context.surfaces, checks)
         } else {
             of_loads(&point.table, &section.span, &context.surfaces, checks)
         });
     }
-    let params: Vec<Params> = params.into_iter().collect::<Option<_>>()?;
+    let params: Vec<Params> = checked.into_iter().collect::<Option<_>>()?;
     report_equal_points(section, &params, context.problems);
     Some(params.into_iter().map(Recipe::Measure).collect())
 }

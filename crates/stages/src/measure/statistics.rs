@@ -186,8 +186,8 @@ fn autocorrelation(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
         lags.map(move |(lag, value)| (axis.name(), [step * lag, value]))
     });
     let step = spacing[0].max(spacing[1]);
-    let rings = correlation.rings().into_iter();
-    let rings = rings.map(|ring| ("radial", [step * f64::from(ring.steps), ring.value]));
+    let all = correlation.rings().into_iter();
+    let rings = all.map(|ring| ("radial", [step * f64::from(ring.steps), ring.value]));
     beside_direction(along_axes.chain(rings), [LAG, AUTOCORRELATION])
 }
 
@@ -216,8 +216,8 @@ fn bearing_curve(surface: &Surface, bins: u32, range: f64) -> (usize, Measured) 
 fn roughness(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
     let Roughness { sq, sa, sz, ssk, sku, sdq, .. } = Roughness::from_surface(surface, boundary);
     let values = [Some(sq), Some(sa), Some(sz), ssk, sku, Some(sdq)];
-    let columns = ROUGHNESS.into_iter().zip(values);
-    let columns = columns.map(|(column, value)| (column, optional_reals([value])));
+    let columns =
+        ROUGHNESS.into_iter().zip(values).map(|(column, value)| (column, optional_reals([value])));
     (1, columns.collect())
 }
 

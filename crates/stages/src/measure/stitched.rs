@@ -141,12 +141,12 @@ fn band(
         } else {
             None
         };
-        let filter = match file.preparation.low_pass {
+        let cutoff = match file.preparation.low_pass {
             Some(LowPass::Wavelength(cutoff)) => Some(cutoff),
             Some(LowPass::Found(FoundCutoff::Reliable)) => reliable,
             None => None,
         };
-        let filter = filter.map(|cutoff| PASSES * cutoff);
+        let filter = cutoff.map(|cutoff| PASSES * cutoff);
         shortest = [reliable, filter].into_iter().flatten().fold(shortest, f64::max);
     }
     Ok([longest, shortest])

@@ -316,8 +316,8 @@ impl Stage for Params {
     }
 
     fn beginning(&self, rows: usize) -> Option<Recipe> {
-        let targets = self.targets.get(..rows).filter(|shorter| shorter.len() < self.targets.len());
-        let targets = targets?.to_vec();
+        let shorter = self.targets.get(..rows).filter(|shorter| shorter.len() < self.targets.len());
+        let targets = shorter?.to_vec();
         Some(Recipe::Adhesion(Arc::new(Params { targets, ..self.clone() })))
     }
 }

@@ -72,8 +72,8 @@ pub fn pairs(
     let mut placements: Vec<(PerAxis<f64>, _)> = Vec::new();
     for point in &section.points {
         let checks = &mut Checks::new(section, point, problems);
-        let shift = checks.optional("shift", &point.table.shift)?;
-        let shift = shift.map_or([0.0; 2], |shift| shift.value.pair().map(decimal::nearest));
+        let written = checks.optional("shift", &point.table.shift)?;
+        let shift = written.map_or([0.0; 2], |shift| shift.value.pair().map(decimal::nearest));
         let mirror = checks.optional("mirror", &point.table.mirror)?;
         let placement = (PerAxis(shift), mirror.map(|mirror| mirror.value));
         if !placements.contains(&placement) {

@@ -149,8 +149,8 @@ fn conduction(
     }
     if let Some(layer) = table.layer.written() {
         let message = format!("`{key}` and `layer` exclude each other");
-        let problem = Problem::new(message, first.span.clone(), "applies to half-spaces only");
-        let problem = problem.and(layer.span.clone(), "this body is not a half-space");
+        let problem = Problem::new(message, first.span.clone(), "applies to half-spaces only")
+            .and(layer.span.clone(), "this body is not a half-space");
         return checks.reject(problem.help(
             "remove one of the two keys; the conductance follows from the stiffness only for \
              half-spaces",
@@ -188,15 +188,15 @@ fn of_all<'b>(
     key: fn(&Body) -> &Key<f64>,
     checks: &mut Checks,
 ) -> Option<Vec<&'b Spanned<f64>>> {
-    let values = bodies.iter().filter_map(|body| key(&body.value).written());
-    let values: Vec<&Spanned<f64>> = values.collect();
+    let values: Vec<&Spanned<f64>> =
+        bodies.iter().filter_map(|body| key(&body.value).written()).collect();
     let lacking = bodies.iter().find(|body| key(&body.value).written().is_none());
     let (Some(lacking), Some(given)) = (lacking, values.first()) else {
         return Some(values);
     };
     let message = format!("one of the `bodies` has a `{name}`, and the other has none");
-    let problem = Problem::new(message, lacking.span.clone(), format!("lacks `{name}`"));
-    let problem = problem.and(given.span.clone(), "the other body");
+    let problem = Problem::new(message, lacking.span.clone(), format!("lacks `{name}`"))
+        .and(given.span.clone(), "the other body");
     checks.reject(problem.help("the current flows through both bodies: give the values of both"))
 }
 

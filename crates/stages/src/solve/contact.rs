@@ -76,8 +76,8 @@ impl Contact {
         let rms_height = params.gap_bins.map_or(1.0, |_| rms(&heights));
         let layer = params.layer.map(|layer| layer.below(grid.cell().longer_side())).transpose()?;
         let elastic = layer.map_or(params.boundary.into(), Elastic::Layer);
-        let uniform = layer.and_then(|layer| layer.uniform_compliance());
-        let uniform = uniform.map(|compliance| UniformCompression {
+        let compliance = layer.and_then(|layer| layer.uniform_compliance());
+        let uniform = compliance.map(|compliance| UniformCompression {
             compliance,
             highest: highest_above_mean(&heights),
         });

@@ -92,8 +92,8 @@ pub fn load(
 /// Returns the effective modulus of bodies, or `None` if one of their keys is not a number.
 fn modulus_of(bodies: &DeValue) -> Option<f64> {
     let compliances = bodies.as_array()?.iter().map(|body| {
-        let body = body.get_ref().as_table()?;
-        let read = |key: &str| match body.get(key)?.get_ref() {
+        let keys = body.get_ref().as_table()?;
+        let read = |key: &str| match keys.get(key)?.get_ref() {
             value @ (DeValue::Integer(_) | DeValue::Float(_)) => Some(bounds::number(value)),
             _ => None,
         };

@@ -184,7 +184,7 @@ fn points(
     problems: &mut Problems,
 ) -> Option<Vec<Recipe>> {
     check_hardness_unit(section, problems);
-    let mut points = Vec::with_capacity(section.points.len());
+    let mut checked = Vec::with_capacity(section.points.len());
     let mut loads = 0;
     for point in &section.points {
         let checks = &mut Checks::new(section, point, problems);
@@ -204,9 +204,9 @@ fn points(
             problems.push(Problem::new(message, section.span.clone(), label));
             return None;
         }
-        points.push(recipes);
+        checked.push(recipes);
     }
-    let points = points.into_iter().collect::<Option<Vec<_>>>()?;
+    let points = checked.into_iter().collect::<Option<Vec<_>>>()?;
     report_equal_points(section, &points, problems);
     Some(points.concat())
 }
@@ -484,14 +484,14 @@ fn check_bearing(table: &SolveTable, params: &Params, surfaces: &Surfaces, check
     let (Some(hardness), Some(&largest)) = (params.hardness, params.loads.last()) else {
         return;
     };
-    let slopes = if hardness.unit == params.load_unit { Some([1.0; 2]) } else { surfaces.slopes };
+    let given = if hardness.unit == params.load_unit { Some([1.0; 2]) } else { surfaces.slopes };
     let pressure = |value: f64, unit: PressureUnit, slope: f64| match unit {
         PressureUnit::Absolute => value,
         PressureUnit::Relative => decimal::nearest(value * params.effective_modulus * slope),
     };
     let of_load = |slope: f64| pressure(largest, params.load_unit, slope);
     let of_hardness = |slope: f64| pressure(hardness.pressure, hardness.unit, slope);
-    let mut slopes = slopes.into_iter().flatten();
+    let mut slopes = given.into_iter().flatten();
     let Some(slope) = slopes.find(|slope| of_load(*slope) >= of_hardness(*slope)) else {
         return;
     };
@@ -514,8 +514,8 @@ fn check_bearing(table: &SolveTable, params: &Params, surfaces: &Surfaces, check
         return;
     };
     let limit = of_hardness(slope) / pressure(1.0, params.load_unit, slope);
-    let problem = Problem::new(message, load, "load that is not below the hardness");
-    let problem = problem.and(hardness.span.clone(), "the hardness");
+    let problem = Problem::new(message, load, "load that is not below the hardness")
+        .and(hardness.span.clone(), "the hardness");
     checks.problems.push(problem.help(format!(
         "a material yields everywhere under a mean pressure equal to its hardness; each load must be \
          below {} here",

@@ -228,8 +228,8 @@ pub fn pressures(
         StoredPressures::At(list) => list,
     };
     let loads = loads?;
-    let chosen: Vec<_> = list.iter().map(|load| chosen(load, loads, checks)).collect();
-    let mut chosen: Vec<f64> = chosen.into_iter().collect::<Option<_>>()?;
+    let found: Vec<_> = list.iter().map(|load| chosen(load, loads, checks)).collect();
+    let mut chosen: Vec<f64> = found.into_iter().collect::<Option<_>>()?;
     chosen.sort_by(f64::total_cmp);
     chosen.dedup();
     Some(Pressures::At(chosen))
@@ -311,9 +311,9 @@ fn checked_bins(
     checks: &mut Checks,
 ) -> Option<Option<EqualBins>> {
     let count = bins.count;
-    let loads = loads.map_or(0, <[f64]>::len);
-    if loads.saturating_mul(count as usize) > MAX_BINS_OF_POINT {
-        let message = format!("`{name}` has {count} bins under each of {loads} loads");
+    let number = loads.map_or(0, <[f64]>::len);
+    if number.saturating_mul(count as usize) > MAX_BINS_OF_POINT {
+        let message = format!("`{name}` has {count} bins under each of {number} loads");
         let label = format!("must be at most {MAX_BINS_OF_POINT} bins under all loads together");
         return checks.refuse(name, message, span, label);
     }

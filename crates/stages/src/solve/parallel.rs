@@ -42,18 +42,18 @@ impl<'a> LoadTask<'a> {
     ) -> Result<Table, StageError> {
         let Context { threads, interrupted, finished: receiver, advance, .. } = *self.context;
         let progress = Progress { advance, loads: self.loads.len(), done: Mutex::new(0.0) };
-        let finished = Mutex::new(vec![None; self.loads.len()]);
+        let results = Mutex::new(vec![None; self.loads.len()]);
         let solve_one = |worker: &mut W, index: usize| {
             let watch = LoadWatch::new(interrupted, &progress, self.pairs_per_load);
             let row = solve(worker, index, &watch)?;
             watch.finish();
-            let mut finished = locked(&finished);
+            let mut finished = locked(&results);
             finished[index] = Some(row);
             let is_last = finished.iter().all(Option::is_some);
             if !is_last && receiver.are_due() { self.keep(&finished, &table) } else { Ok(()) }
         };
         let solved = threads.share(self.loads.len(), own, new_worker, solve_one);
-        let finished = finished.into_inner().expect("no code panics while it holds the lock");
+        let finished = results.into_inner().expect("no code panics while it holds the lock");
         if let Err(StageError::Interrupted) = solved {
             self.keep(&finished, &table)?;
         }
@@ -70,8 +70,8 @@ impl<'a> LoadTask<'a> {
         if rows.is_empty() {
             return Ok(());
         }
-        let loads = self.loads.iter().zip(finished).filter(|(_, row)| row.is_some());
-        let loads: Vec<f64> = loads.map(|(load, _)| *load).collect();
+        let done = self.loads.iter().zip(finished).filter(|(_, row)| row.is_some());
+        let loads: Vec<f64> = done.map(|(load, _)| *load).collect();
         self.context.finished.keep(&loads, &table(rows)).map_err(StageError::Store)
     }
 }

@@ -162,8 +162,8 @@ fn counts(column: Column, EqualBins { count, to }: EqualBins) -> Part {
 
 /// Returns the requested parts with the loads that have them, in the order of their columns.
 pub fn requested(params: &Params) -> Vec<PartRows> {
-    let kept = params.loads.iter().copied().filter(|load| params.keeps_pressures_at(*load));
-    let kept: Vec<f64> = kept.collect();
+    let kept: Vec<f64> =
+        params.loads.iter().copied().filter(|load| params.keeps_pressures_at(*load)).collect();
     let parts = [
         params.flow.then(flow),
         stiffness(params.stiffness),

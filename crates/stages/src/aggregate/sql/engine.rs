@@ -73,8 +73,7 @@ fn polars_can_start() -> bool {
     if CAN_START.get().is_some() {
         return true;
     }
-    let limit = env::var("POLARS_MAX_THREADS").ok();
-    let limit = limit.and_then(|count| count.parse::<usize>().ok());
+    let limit = env::var("POLARS_MAX_THREADS").ok().and_then(|count| count.parse::<usize>().ok());
     let count = 1 + 2 * limit.unwrap_or_else(|| available_cores().get());
     let gate = Mutex::new(());
     let all_start = thread::scope(|scope| {
@@ -209,8 +208,8 @@ impl Plan<'_> {
     /// for the node and all its inputs.
     fn rows(&mut self, node: Node) -> PolarsResult<f64> {
         let inputs: Vec<Node> = self.nodes.get(node).inputs().collect();
-        let sizes = inputs.iter().map(|&input| self.rows(input));
-        let sizes: Vec<f64> = sizes.collect::<PolarsResult<_>>()?;
+        let sizes: Vec<f64> =
+            inputs.iter().map(|&input| self.rows(input)).collect::<PolarsResult<_>>()?;
         let longest = sizes.iter().copied().fold(0.0, f64::max);
         let width = width(&self.nodes.get(node).schema(self.nodes));
         let rows = match self.nodes.get(node) {
@@ -293,10 +292,10 @@ impl Plan<'_> {
 fn counts_of(table: &DataFrame, on: Vec<Expr>) -> PolarsResult<BTreeMap<Vec<Value>, i64>> {
     let keys: Vec<Expr> = (0..on.len()).map(|index| col(format!("{index}"))).collect();
     let named = on.into_iter().zip(0..).map(|(key, index)| key.alias(format!("{index}")));
-    let grouped = table.clone().lazy().select(named.collect::<Vec<_>>()).group_by(keys);
-    let grouped = grouped.agg([len().cast(DataType::Int64).alias("count")]).collect()?;
-    let columns = frame::columns(&grouped);
-    let columns = columns.map_err(|error| PolarsError::ComputeError(error.to_string().into()))?;
+    let groups = table.clone().lazy().select(named.collect::<Vec<_>>()).group_by(keys);
+    let grouped = groups.agg([len().cast(DataType::Int64).alias("count")]).collect()?;
+    let columns = frame::columns(&grouped)
+        .map_err(|error| PolarsError::ComputeError(error.to_string().into()))?;
     let mut counts = BTreeMap::new();
     for row in 0..grouped.height() {
         let values = columns.iter().map(|(_, column)| Value::from_array(column.as_ref(), row));

@@ -77,16 +77,16 @@ fn round(columns: &mut [Column]) -> PolarsResult<Column> {
         if rounded.is_finite() { rounded } else { value }
     };
     let name = columns[0].name().clone();
-    let values = columns[0].strict_cast(&DataType::Float64)?;
-    let values: Vec<_> = values.f64()?.iter().map(|value| value.map(rounded)).collect();
+    let numbers = columns[0].strict_cast(&DataType::Float64)?;
+    let values: Vec<_> = numbers.f64()?.iter().map(|value| value.map(rounded)).collect();
     Ok(Series::new(name, values).into_column())
 }
 
 fn integer(columns: &mut [Column]) -> PolarsResult<Column> {
     let column = &columns[0];
     if column.dtype().is_float() {
-        let values = column.strict_cast(&DataType::Float64)?;
-        let values = values.f64()?.iter();
+        let numbers = column.strict_cast(&DataType::Float64)?;
+        let values = numbers.f64()?.iter();
         let rounded = values.map(|value| value.map(f64::round_ties_even)).collect::<Vec<_>>();
         let rounded = Series::new(column.name().clone(), rounded);
         return Ok(rounded.strict_cast(&DataType::Int64)?.into_column());

@@ -156,9 +156,9 @@ impl<'a> Planner<'a> {
             other => return refused(format!("`{operator} {other}` is not supported")),
         };
         let renamed = right.frame.rename(&others, &names, true);
-        let sides = [left.frame, renamed].into_iter().enumerate();
+        let frames = [left.frame, renamed].into_iter().enumerate();
         let is_union = matches!(operator, SetOperator::Union);
-        let sides = sides.map(|(side, frame)| {
+        let sides = frames.map(|(side, frame)| {
             if is_union { frame } else { frame.with_column(lit(side as i64).alias(SIDE)) }
         });
         let arguments =
@@ -346,6 +346,6 @@ fn each_expression<T: VisitMut>(
 }
 
 fn quoted<T: AsRef<str>>(names: &[T]) -> String {
-    let names = names.iter().map(|name| Ident::with_quote('"', name.as_ref()).to_string());
-    names.collect::<Vec<_>>().join(", ")
+    let words = names.iter().map(|name| Ident::with_quote('"', name.as_ref()).to_string());
+    words.collect::<Vec<_>>().join(", ")
 }

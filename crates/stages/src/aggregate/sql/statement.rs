@@ -71,8 +71,8 @@ pub fn parsed(query: &str) -> Result<Query, QueryError> {
     // Use the same options as polars.
     let options = ParserOptions::new().with_trailing_commas(true);
     let parser = Parser::new(&GenericDialect {}).with_options(options);
-    let statements = parser.try_with_sql(query).and_then(|mut parser| parser.parse_statements());
-    let mut statements = statements.map_err(|error| QueryError::Refused(message(error)))?;
+    let read = parser.try_with_sql(query).and_then(|mut parser| parser.parse_statements());
+    let mut statements = read.map_err(|error| QueryError::Refused(message(error)))?;
     let refused = |reason: String| Err(QueryError::Refused(reason));
     match (statements.pop(), statements.len()) {
         (None, _) => refused("there is no query".to_owned()),
@@ -354,8 +354,8 @@ fn replaced_call(call: &Function) -> Result<Option<String>, QueryError> {
         let name = ObjectName::from(vec![Ident::new(name)]);
         Ok(Some(Function { name, ..call.clone() }.to_string()))
     };
-    let filter = call.filter.as_ref();
-    let filter = filter.map_or(String::new(), |filter| format!(" filter (where {filter})"));
+    let filter =
+        call.filter.as_ref().map_or(String::new(), |filter| format!(" filter (where {filter})"));
     let is_plain = call.over.is_none() && list.duplicate_treatment.is_none();
     match (name.as_str(), arguments.as_slice()) {
         ("mod", [a, b]) => Ok(Some(format!("{REMAINDER}({a}, {b})"))),
@@ -425,8 +425,8 @@ fn percentile(
     share: &str,
     filter: &str,
 ) -> Result<Option<String>, QueryError> {
-    let share = share.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
-    let ([order], Some(share), None) = (call.within_group.as_slice(), share, &call.over) else {
+    let parsed = share.parse::<f64>().ok().filter(|share| (0.0..=1.0).contains(share));
+    let ([order], Some(share), None) = (call.within_group.as_slice(), parsed, &call.over) else {
         return Err(QueryError::Refused(format!(
             "`{call}` is not supported; write `{name}(0.5) within group (order by value)`"
         )));

@@ -111,16 +111,18 @@ impl Window {
     fn compute(&self, columns: &[Column]) -> PolarsResult<Column> {
         let rows = columns.first().map_or(0, Column::len);
         let (arguments, keys) = columns.split_at(self.arguments.len());
-        let (partition, order) = keys.split_at(self.partition.len());
+        let (partition_by, order_by) = keys.split_at(self.partition.len());
         let ascending = Direction { descending: false, nulls_first: false };
-        let partition: PolarsResult<Vec<_>> =
-            partition.iter().map(|column| codes(column, ascending)).collect();
-        let partition = partition?;
-        let order = order.iter().zip(&self.order).map(|(column, (_, to))| codes(column, *to));
-        let order = order.collect::<PolarsResult<Vec<_>>>()?;
+        let partition: Vec<_> = partition_by
+            .iter()
+            .map(|column| codes(column, ascending))
+            .collect::<PolarsResult<_>>()?;
+        let ordered = order_by.iter().zip(&self.order);
+        let order: Vec<_> =
+            ordered.map(|(column, (_, to))| codes(column, *to)).collect::<PolarsResult<_>>()?;
         let compare = |keys: &[Vec<i64>], a: usize, b: usize| {
-            let keys = keys.iter().map(|key| key[a].cmp(&key[b]));
-            keys.fold(Ordering::Equal, Ordering::then)
+            let orders = keys.iter().map(|key| key[a].cmp(&key[b]));
+            orders.fold(Ordering::Equal, Ordering::then)
         };
         let mut sorted: Vec<usize> = (0..rows).collect();
         // The sort is stable: rows that compare equal keep their order.

@@ -137,8 +137,8 @@ struct Input<'a> {
 }
 
 fn choices(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<LimitChoices> {
-    let of = checks.required("of", &table.of);
-    let of = of.and_then(|of| Some((of, observable(of, input, checks)?)));
+    let written = checks.required("of", &table.of);
+    let of = written.and_then(|of| Some((of, observable(of, input, checks)?)));
     let error = of.as_ref().and_then(|(written, of)| error(written, of, input, checks));
     let terms = terms(table, input, checks);
     let loads = loads(table, input, checks);
@@ -146,8 +146,8 @@ fn choices(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Lim
         terms.iter().flatten().flat_map(|term| term.of.columns()).map(str::to_owned).collect();
     let over = match checks.optional("over", &table.over)? {
         Some(written) => {
-            let names = written.value.iter();
-            let names: Vec<_> = names.map(|name| over(name, input, checks)).collect();
+            let names: Vec<_> =
+                written.value.iter().map(|name| over(name, input, checks)).collect();
             let given: Option<BTreeSet<String>> = names.into_iter().collect();
             given.map(|given| given.union(&named).cloned().collect())
         }
@@ -196,8 +196,8 @@ fn is_usable(
         return true;
     };
     let problem = if !table.has(name) {
-        let usable = table.batch().schema_ref().fields().iter();
-        let usable = usable.filter(|field| role.is_none() || Role::from_field(field) == role);
+        let fields = table.batch().schema_ref().fields().iter();
+        let usable = fields.filter(|field| role.is_none() || Role::from_field(field) == role);
         let names: Vec<&str> = usable.map(|field| field.name().as_str()).collect();
         unknown_column(name, &written.span, &names, input.earlier)
     } else if table.reals(name).is_err() && table.integers(name).is_err() {
@@ -267,9 +267,9 @@ fn error(
 
 fn terms(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Vec<Term>> {
     let written = checks.required("terms", &table.terms)?;
-    let terms: Vec<Option<Term>> =
+    let checked: Vec<Option<Term>> =
         written.value.iter().map(|term| self::term(term, input, checks)).collect();
-    let terms = terms.into_iter().collect::<Option<Vec<Term>>>()?;
+    let terms = checked.into_iter().collect::<Option<Vec<Term>>>()?;
     let combinations: usize = terms.iter().map(|term| term.forms.len()).product();
     if combinations > MAX_COMBINATIONS {
         let message = format!("the forms of the terms have {combinations} combinations");
@@ -289,8 +289,8 @@ fn term(written: &Spanned<TermTable>, input: &Input, checks: &mut Checks) -> Opt
         checks.report("terms", Problem::new(message, table.of.span.clone(), label));
         return None;
     }
-    let words = table.form.written().map(|form| form.value.all());
-    let words = words.unwrap_or_else(|| vec![checks.default_of("terms.form")]);
+    let given = table.form.written().map(|form| form.value.all());
+    let words = given.unwrap_or_else(|| vec![checks.default_of("terms.form")]);
     let mut forms = Vec::new();
     for word in words {
         match word {
@@ -313,8 +313,8 @@ fn term(written: &Spanned<TermTable>, input: &Input, checks: &mut Checks) -> Opt
 
 /// Returns the powers among the forms of a term.
 fn powers(table: &TermTable, checks: &Checks) -> Vec<FormChoice> {
-    let exponents = table.exponent.written().map(|exponent| exponent.value.all());
-    let exponents = exponents.unwrap_or_else(|| vec![checks.default_of("terms.exponent")]);
+    let given = table.exponent.written().map(|exponent| exponent.value.all());
+    let exponents = given.unwrap_or_else(|| vec![checks.default_of("terms.exponent")]);
     let form = |exponent| match exponent {
         WrittenExponent::Free => FormChoice::FreePower,
         WrittenExponent::Given(value) => FormChoice::Power(decimal::nearest(value)),

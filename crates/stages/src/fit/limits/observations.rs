@@ -130,8 +130,8 @@ pub fn groups(
             shared = shared.without(&[K_ROLLOFF.name]);
         }
         let key = (shared, ratio.map(Value::Real));
-        let index = order.iter().position(|other| *other == key);
-        let index = index.unwrap_or_else(|| {
+        let known = order.iter().position(|other| *other == key);
+        let index = known.unwrap_or_else(|| {
             order.push(key);
             groups.push(Group {
                 row,
@@ -248,14 +248,13 @@ impl<'a> Reader<'a> {
     }
 
     fn under_loads(&self) -> Result<Vec<Found>, TableError> {
-        let stops = self.table.has(STOP.name).then(|| self.table.texts(STOP.name));
-        let stops = stops.transpose()?;
+        let stops = self.table.has(STOP.name).then(|| self.table.texts(STOP.name)).transpose()?;
         let reduced = self.table.reals(LOAD.name)?;
         let found = ensembles(self.table)?.into_iter().map(|ensemble| {
             let states = ensemble.states();
-            let unconverged_loads = states
+            let unconverged = states
                 .filter(|&(_, _, row)| stops.is_some_and(|stops| is_unconverged(stops.value(row))));
-            let unconverged_loads = unconverged_loads.map(|(_, load, _)| load.reduced).collect();
+            let unconverged_loads = unconverged.map(|(_, load, _)| load.reduced).collect();
             let values = Values::Surfaces {
                 states: self.curves(&ensemble, reduced),
                 members: ensemble.members,
@@ -315,12 +314,12 @@ impl<'a> Reader<'a> {
         let errors = numbers(table, error)?;
         let surfaces = table.integers(SURFACES.name)?;
         let loads = table.has(LOAD.name).then(|| table.reals(LOAD.name)).transpose()?;
-        let alone = table.has(REALIZATION.name).then(|| table.integers(REALIZATION.name));
-        let alone = alone.transpose()?;
+        let alone =
+            table.has(REALIZATION.name).then(|| table.integers(REALIZATION.name)).transpose()?;
         let parameters = table.in_role(Role::Parameter);
         let found = grouped(&parameters).into_iter().map(|rows| {
             let pooled = rows.iter().filter(|&&row| alone.is_none_or(|alone| alone.is_null(row)));
-            let states = pooled.filter_map(|&row| {
+            let estimates = pooled.filter_map(|&row| {
                 let value = self.choices.of.value(&|name| self.columns[name][row]);
                 let load = loads.filter(|loads| loads.is_valid(row));
                 let estimate = Observed::Estimate {
@@ -331,7 +330,7 @@ impl<'a> Reader<'a> {
                 let is_known = value.is_finite() && errors[row].is_finite();
                 is_known.then(|| (load.map(|loads| loads.value(row)), estimate))
             });
-            let states = states.collect();
+            let states = estimates.collect();
             let point = ParameterPoint::from_row(&parameters, rows[0]);
             (rows[0], point, Values::Estimates(states), Vec::new())
         });

@@ -85,9 +85,8 @@ fn steps(choices: &LimitChoices, points: &[ParameterPoint]) -> Vec<Octave> {
     let names: Vec<&String> = choices.over.iter().collect();
     let subsets = 1..1_usize << names.len().min(8);
     let steps = subsets.filter_map(|subset| {
-        let chosen = names.iter().enumerate();
-        let chosen = chosen.filter(|(index, _)| subset >> index & 1 == 1);
-        let chosen: Vec<String> = chosen.map(|(_, name)| (*name).clone()).collect();
+        let members = names.iter().enumerate().filter(|(index, _)| subset >> index & 1 == 1);
+        let chosen: Vec<String> = members.map(|(_, name)| (*name).clone()).collect();
         step(choices, points, chosen)
     });
     steps.collect()

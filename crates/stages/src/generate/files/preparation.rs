@@ -303,9 +303,9 @@ fn check_holes(keys: &FileKeys, levelled: &Levelled, checks: &mut Checks) -> Opt
     let mut message = format!("{path:?} lacks {missing} of {points} points, {percentage:.3} %");
     let mut label = "some points were not measured";
     if removed.points() > 0 {
-        let of = [(removed.spikes, "`spikes`"), (removed.islands, "`islands`")];
-        let of = of.into_iter().filter(|(count, _)| *count > 0);
-        let of: Vec<String> = of.map(|(count, key)| format!("{key} removed {count}")).collect();
+        let counts = [(removed.spikes, "`spikes`"), (removed.islands, "`islands`")];
+        let some = counts.into_iter().filter(|(count, _)| *count > 0);
+        let of: Vec<String> = some.map(|(count, key)| format!("{key} removed {count}")).collect();
         message.push_str(&format!("; {} of them", of.join(" and ")));
         label = "removed points are missing points";
     }

@@ -51,10 +51,10 @@ impl Planner<'_> {
     ) -> Result<()> {
         let (planned, alias, name) = match relation {
             TableFactor::Table { name, alias, args: None, .. } => {
-                let Some(known) = name.0.last().and_then(|part| part.as_ident()) else {
+                let Some(part) = name.0.last().and_then(|part| part.as_ident()) else {
                     return refused(format!("`{name}` is not a table"));
                 };
-                let known = known.value.clone();
+                let known = part.value.clone();
                 let Some(planned) = self.tables.get(&known).cloned() else {
                     return Err(QueryError::no_table(
                         &known,
@@ -180,13 +180,13 @@ pub(super) fn hide_joined_keys(select: &mut Select) {
             except.additional_elements.extend(hidden.iter().cloned());
             continue;
         }
-        let excluded = match options.opt_exclude.take() {
+        let given = match options.opt_exclude.take() {
             None => Vec::new(),
             Some(ExcludeSelectItem::Single(name)) => vec![name],
             Some(ExcludeSelectItem::Multiple(names)) => names,
         };
-        let hidden = hidden.iter().map(|name| ObjectName::from(vec![name.clone()]));
-        let excluded: Vec<ObjectName> = excluded.into_iter().chain(hidden).collect();
+        let more = hidden.iter().map(|name| ObjectName::from(vec![name.clone()]));
+        let excluded: Vec<ObjectName> = given.into_iter().chain(more).collect();
         if !excluded.is_empty() {
             options.opt_exclude = Some(ExcludeSelectItem::Multiple(excluded));
         }

@@ -92,13 +92,13 @@ impl Planner<'_> {
                 groups.lower(&mut part.expr)?;
             }
         }
-        let Groups { keys, mut inputs, aggregates, .. } = groups;
+        let Groups { keys: named, mut inputs, aggregates, .. } = groups;
         // Rows without a column would be lost.
         inputs.name(&1);
         let distinct = select.distinct.take();
         let source = self.inputs(select, &inputs, &tables)?;
         let name = self.name();
-        let keys: Vec<&str> = keys.iter().map(|(_, name)| name.as_str()).collect();
+        let keys: Vec<&str> = named.iter().map(|(_, name)| name.as_str()).collect();
         let reduced: Vec<String> =
             keys.iter().map(|key| (*key).to_owned()).chain(aggregates.items()).collect();
         let group_by =
@@ -200,8 +200,8 @@ impl Planner<'_> {
     ) -> Result<Planned> {
         let name = self.name();
         let distinct = distinct.map_or(String::new(), |distinct| format!("{distinct} "));
-        let items = items.iter().map(|(value, name)| format!("{value} as {}", quoted(&[name])));
-        let items = items.collect::<Vec<_>>().join(", ");
+        let columns = items.iter().map(|(value, name)| format!("{value} as {}", quoted(&[name])));
+        let items = columns.collect::<Vec<_>>().join(", ");
         let condition = condition.map_or(String::new(), |condition| format!(" where {condition}"));
         let text = format!("select {distinct}{items} from \"{name}\"{condition}{}", ends.text());
         self.step(&text, &[(name, planned)])
@@ -297,11 +297,11 @@ pub(super) fn is_output(expression: &Expr, items: &[Item]) -> bool {
 /// Returns whether an expression of `order by` has the name of a column of a table that a column of
 /// the answer has, too. The table goes before; polars takes the column of the answer.
 fn is_ambiguous(select: &Select, ends: &mut Ends, columns: &BTreeSet<String>) -> bool {
-    let aliases = select.projection.iter().filter_map(|item| match item {
+    let named = select.projection.iter().filter_map(|item| match item {
         SelectItem::ExprWithAlias { alias, .. } => Some(alias.value.clone()),
         _ => None,
     });
-    let aliases: BTreeSet<String> = aliases.filter(|alias| columns.contains(alias)).collect();
+    let aliases: BTreeSet<String> = named.filter(|alias| columns.contains(alias)).collect();
     let is_expression = |part: &&OrderByExpr| !matches!(part.expr, Expr::Identifier(_));
     // The columns of `select distinct` cannot be sorted by others.
     select.distinct.is_none()

@@ -86,9 +86,9 @@ impl<'a> Windows<'a> {
 
     /// Adds the columns of the window functions to a table with their inputs.
     pub(super) fn add(&self, inputs: Planned) -> Planned {
-        let columns = self.windows.iter().enumerate();
+        let windows = self.windows.iter().enumerate();
         let columns =
-            columns.map(|(index, window)| window.expression().alias(format!("__w{index}")));
+            windows.map(|(index, window)| window.expression().alias(format!("__w{index}")));
         let frame = inputs.frame.with_columns(columns.collect::<Vec<_>>());
         Planned { frame, ..inputs }
     }
@@ -111,12 +111,12 @@ impl<'a> Windows<'a> {
             let value = arguments.first().map_or("1", String::as_str);
             arguments = vec![format!("case when {condition} then {value} end")];
         }
-        let order = spec.order_by.iter().map(|part| {
+        let parts = spec.order_by.iter().map(|part| {
             let descending = part.options.asc == Some(false);
             let nulls_first = part.options.nulls_first.unwrap_or(descending);
             (self.inputs.name(&part.expr), Direction { descending, nulls_first })
         });
-        let order: Vec<_> = order.collect();
+        let order: Vec<_> = parts.collect();
         let frame = frame(spec)?;
         let mut names = |parts: &[String]| -> Vec<String> {
             parts.iter().map(|part| self.inputs.name(part)).collect()
