@@ -40,7 +40,7 @@ pub fn watched<T: Send + 'static>(
     thread::Builder::new().name("asperity".to_owned()).spawn(move || sender.send(work()))?;
     let receiver = Mutex::new(receiver);
     let wait = |time: Duration| {
-        let held = receiver.lock().expect("no panic happens while it is held");
+        let held = receiver.lock().expect("no code panics while it holds the lock");
         held.recv_timeout(time)
     };
     loop {

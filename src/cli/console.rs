@@ -16,6 +16,7 @@ use super::{print_notice, warn};
 use crate::session::events::Batch;
 use crate::session::failures;
 use crate::session::{Event, Observer, RunProgress};
+use asperity_tables::parallel::locked;
 
 /// Time between progress lines if stderr is not a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
@@ -32,7 +33,7 @@ pub struct Console {
 
 impl Observer for Console {
     fn on_event(&self, event: Event<'_>) {
-        let mut progress = self.progress.lock().expect("no panic happens while it is held");
+        let mut progress = locked(&self.progress);
         match (event, progress.as_mut()) {
             (Event::Begun(batch), _) => *progress = Some(Progress::new(batch)),
             (Event::Started(task), Some(progress)) => progress.started(task),

@@ -211,7 +211,7 @@ impl Cores {
 }
 
 fn locked<V>(mutex: &Mutex<V>) -> MutexGuard<'_, V> {
-    mutex.lock().expect("no panic happens while it is held")
+    mutex.lock().expect("no code panics while it holds the lock")
 }
 
 /// Running task, which keeps one core until it is dropped.

@@ -32,7 +32,7 @@ use asperity_manifest::diagnostics::words_of_panic;
 use asperity_stages::fit::status;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Context, FinishedRows, Input, Recipe, StageError};
-use asperity_tables::parallel;
+use asperity_tables::parallel::{self, locked};
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::series::{SeriesRows, TableRef};
 use asperity_tables::store::{Store, StoreError};
@@ -437,11 +437,11 @@ impl<'a> Run<'a> {
     }
 
     fn outcome_mut(&self, change: impl FnOnce(&mut RunOutcome)) {
-        change(&mut self.done.lock().expect("no panic happens while it is held"));
+        change(&mut locked(&self.done));
     }
 
     fn outcome(self) -> RunOutcome {
-        let mut outcome = self.done.into_inner().expect("no panic happens while it is held");
+        let mut outcome = self.done.into_inner().expect("no code panics while it holds the lock");
         outcome.computed.sort_unstable();
         outcome.computed.dedup();
         outcome.failed.sort_by_key(|(task, _)| *task);

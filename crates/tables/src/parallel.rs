@@ -6,7 +6,16 @@
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard};
 use std::thread::{self, Builder, available_parallelism};
+
+/// Locks a mutex.
+///
+/// # Panics
+/// Panics if a thread panicked while it held the lock.
+pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().expect("no code panics while it holds the lock")
+}
 
 /// Applies a function to all items and returns the results in the order of the items.
 ///

@@ -19,6 +19,7 @@ use asperity_pipeline::cluster::shard::Shard;
 use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::runner::TaskObserver;
+use asperity_tables::parallel::locked;
 
 impl PreparedRun<'_> {
     /// Computes the missing tasks of a shard, and writes their tables and a receipt.
@@ -133,7 +134,7 @@ impl Ledger<'_> {
     }
 
     fn enter(&self, receipt: &mut Receipt, failed: &[(usize, TaskError)]) {
-        let work = self.work();
+        let work = locked(&self.work);
         let key = |task: usize| self.plan.tasks[task].table.key.to_string();
         let begun = work.under_way.values();
         let lasting = begun.map(|begun| begun.elapsed().as_secs_f64());
@@ -161,15 +162,11 @@ impl Ledger<'_> {
         });
         receipt.failed = failed.collect();
     }
-
-    fn work(&self) -> std::sync::MutexGuard<'_, Work> {
-        self.work.lock().expect("no panic happens while it is held")
-    }
 }
 
 impl TaskObserver for Ledger<'_> {
     fn started(&self, task: usize) {
-        self.work().under_way.insert(task, Instant::now());
+        locked(&self.work).under_way.insert(task, Instant::now());
         self.relay.started(task);
     }
 
@@ -178,7 +175,7 @@ impl TaskObserver for Ledger<'_> {
     }
 
     fn finished(&self, task: usize, helped: Duration) {
-        let mut work = self.work();
+        let mut work = locked(&self.work);
         if let Some(begun) = work.under_way.remove(&task) {
             let seconds = (begun.elapsed() + helped).as_secs_f64();
             work.finished.push((task, seconds));

@@ -125,7 +125,7 @@ impl<E> SharedItems<E> {
     }
 
     fn into_result(self) -> Result<(), E> {
-        let error = self.error.into_inner().expect("no panic happens while it is held");
+        let error = self.error.into_inner().expect("no code panics while it holds the lock");
         error.map_or(Ok(()), Err)
     }
 }

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::plan::Plan;
 use asperity_stages::FinishedRows;
+use asperity_tables::parallel::locked;
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::series::{FileName, TableRef};
 use asperity_tables::store::{Store, StoreError};
@@ -47,19 +48,16 @@ impl<'a> Continuation<'a> {
     /// Removes the rows that the task has stored while it was running, because its table is stored
     /// now.
     pub fn finish(&self) {
-        if let Some(file) = self.written().file.take() {
+        if let Some(file) = locked(&self.written).file.take() {
             self.store.remove_superseded(&file);
         }
-    }
-
-    fn written(&self) -> std::sync::MutexGuard<'_, Written> {
-        self.written.lock().expect("no code panics while it holds the lock")
     }
 }
 
 impl FinishedRows for Continuation<'_> {
     fn are_due(&self) -> bool {
-        self.written().last.elapsed() >= self.every && self.plan.beginning(self.task, 1).is_some()
+        locked(&self.written).last.elapsed() >= self.every
+            && self.plan.beginning(self.task, 1).is_some()
     }
 
     fn keep(&self, _: &[f64], rows: &Table) -> Result<(), StoreError> {
@@ -71,7 +69,7 @@ impl FinishedRows for Continuation<'_> {
             return Ok(());
         }
         self.store.publish(&beginning, rows)?;
-        let mut written = self.written();
+        let mut written = locked(&self.written);
         if let Some(before) = written.file.replace(FileName { key, rows: None }) {
             self.store.remove_superseded(&before);
         }

@@ -14,6 +14,7 @@ use polars::prelude::{
 };
 
 use crate::StageError;
+use asperity_tables::parallel::locked;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
@@ -131,12 +132,12 @@ pub struct FirstStoreError(Arc<Mutex<Option<StoreError>>>);
 impl FirstStoreError {
     /// Takes the first recorded error.
     pub fn take(&self) -> Option<StoreError> {
-        self.0.lock().expect("no code panics while it holds the lock").take()
+        locked(&self.0).take()
     }
 
     fn record(&self, error: StoreError) -> PolarsError {
         let text = error.to_string();
-        let mut first = self.0.lock().expect("no code panics while it holds the lock");
+        let mut first = locked(&self.0);
         first.get_or_insert(error);
         PolarsError::ComputeError(text.into())
     }

@@ -4,11 +4,12 @@
 //! number of workers or on their timing.
 
 use std::cell::Cell;
-use std::sync::{Mutex, MutexGuard};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use crate::{Context, StageError};
 use asperity_contact::solver::Watch;
+use asperity_tables::parallel::locked;
 use asperity_tables::table::Table;
 
 /// Loads of one task.
@@ -138,10 +139,6 @@ impl Watch for LoadWatch<'_> {
             self.report((f64::from(pairs) / self.expected).min(1.0));
         }
     }
-}
-
-fn locked<V>(mutex: &Mutex<V>) -> MutexGuard<'_, V> {
-    mutex.lock().expect("no code panics while it holds the lock")
 }
 
 #[cfg(test)]

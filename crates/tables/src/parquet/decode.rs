@@ -28,6 +28,7 @@ use serde::Deserialize;
 use super::digest::{self, Digested};
 use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError, footer};
 use crate::column::{ColumnKind, ROLE, Role};
+use crate::parallel::locked;
 use crate::table::Table;
 
 /// Maximum number of rows per batch. It bounds the memory for a file that declares too many rows.
@@ -235,7 +236,7 @@ const CACHE_SIZE: usize = 32;
 
 impl CachedColumns {
     fn find(footer: &ParquetMetaData, text: &str) -> Option<CachedColumns> {
-        let cache = CACHE.lock().expect("no code panics while it holds the lock");
+        let cache = locked(&CACHE);
         let parquet = footer.file_metadata().schema_descr();
         let mut cached = cache.iter();
         cached.find(|columns| &*columns.text == text && *columns.parquet == *parquet).cloned()
@@ -252,7 +253,7 @@ impl CachedColumns {
             light: light(&schema),
             schema,
         };
-        let mut cache = CACHE.lock().expect("no code panics while it holds the lock");
+        let mut cache = locked(&CACHE);
         cache.truncate(CACHE_SIZE - 1);
         cache.push_front(columns.clone());
         Ok(columns)

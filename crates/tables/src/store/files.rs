@@ -12,6 +12,7 @@ use super::permissions::{Access, explained};
 pub use super::publishing::Existing;
 use super::publishing::{publish, unfinished_file};
 use super::regular::open_regular;
+use crate::parallel::locked;
 use crate::parquet::{self, Columns, Metadata, ParquetError, TableFile};
 use crate::table::Table;
 
@@ -119,7 +120,7 @@ impl Unflushed {
     /// Returns an error if a folder cannot be flushed.
     pub fn add(&self, file: &Path) -> Result<(), StoreError> {
         let is_due = {
-            let mut waiting = self.0.lock().expect("no code panics while it holds the lock");
+            let mut waiting = locked(&self.0);
             waiting.folders.extend(file.parent().map(Path::to_owned));
             waiting.since.get_or_insert_with(Instant::now).elapsed() >= MAX_WAIT
         };
@@ -131,10 +132,7 @@ impl Unflushed {
     /// # Errors
     /// Returns an error if a folder cannot be flushed.
     pub fn flush(&self) -> Result<(), StoreError> {
-        let waiting = {
-            let mut waiting = self.0.lock().expect("no code panics while it holds the lock");
-            std::mem::take(&mut *waiting)
-        };
+        let waiting = std::mem::take(&mut *locked(&self.0));
         waiting.folders.iter().try_for_each(|folder| flush_folder(folder))
     }
 }

@@ -15,6 +15,7 @@ use std::sync::Mutex;
 use super::series::FileName;
 use super::users::Lock;
 use super::{StoreError, file_path, files};
+use crate::parallel::locked;
 
 /// Entry of a list of stores, with the file that contains the list.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -74,7 +75,7 @@ impl Layers {
     }
 
     pub fn is_ignored(&self, path: &Path) -> bool {
-        self.ignored().contains(path)
+        locked(&self.ignored).contains(path)
     }
 
     /// If the error is about a file of a layer, ignores this file from now on. Returns whether the
@@ -82,14 +83,10 @@ impl Layers {
     pub fn ignore(&self, error: &StoreError) -> bool {
         match error {
             StoreError::Read { path, .. } | StoreError::Damaged { path, .. } => {
-                self.index_of(path).is_some() && self.ignored().insert(path.clone())
+                self.index_of(path).is_some() && locked(&self.ignored).insert(path.clone())
             }
             _ => false,
         }
-    }
-
-    fn ignored(&self) -> std::sync::MutexGuard<'_, HashSet<PathBuf>> {
-        self.ignored.lock().expect("no code panics while it holds the lock")
     }
 }
 
