@@ -317,7 +317,7 @@ impl<'a> Members<'a> {
     /// # Errors
     /// Returns an error if seeds or realizations are not integers.
     pub fn new(table: &'a Table) -> Result<Members<'a>, TableError> {
-        let column = |name: &str| table.has(name).then(|| table.integers(name)).transpose();
+        let column = |name: &str| table.optional(name, Table::integers);
         Ok(Members { seeds: column(SEED.name)?, realizations: column(REALIZATION.name)? })
     }
 
@@ -362,8 +362,8 @@ const REGION: [&str; 6] = [
 pub fn sampling_units(table: &Table) -> Result<Vec<i64>, TableError> {
     let members = Members::new(table)?;
     let regions = numbered(&table.only(&REGION));
-    let contents = table.has(CONTENT.name).then(|| table.texts(CONTENT.name)).transpose()?;
-    let names = table.has(SURFACE.name).then(|| table.texts(SURFACE.name)).transpose()?;
+    let contents = table.optional(CONTENT.name, Table::texts)?;
+    let names = table.optional(SURFACE.name, Table::texts)?;
     let mut known: HashMap<Unit, i64> = HashMap::new();
     let unit = |row: usize| {
         let unit = match members.of_row(row) {

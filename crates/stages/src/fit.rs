@@ -246,8 +246,7 @@ impl CurvesOfPoint {
     /// # Errors
     /// Returns an error if a column is missing.
     pub fn from_column(table: &Table, column: &str) -> Result<Vec<CurvesOfPoint>, TableError> {
-        let corrections =
-            table.has(CORRECTION.name).then(|| table.texts(CORRECTION.name)).transpose()?;
+        let corrections = table.optional(CORRECTION.name, Table::texts)?;
         let values = table.reals(column)?;
         let stops = table.texts(STOP.name)?;
         let points = ensembles(table)?.into_iter().map(|ensemble| CurvesOfPoint {

@@ -479,8 +479,7 @@ fn read_from_files(table: &Table, source: &TableSource) -> Result<Option<String>
         }
     }
     let most = |column: Column| {
-        let of_column = table.has(column.name).then(|| table.integers(column.name));
-        let counts = of_column.transpose()?;
+        let counts = table.optional(column.name, Table::integers)?;
         Ok::<_, StageError>(counts.map(|counts| counts.iter().flatten().max().unwrap_or(0)))
     };
     let spikes =
@@ -503,8 +502,8 @@ fn unreliable_slopes(table: &Table) -> Result<Option<String>, StageError> {
     }
     let shares = table.reals(UNRELIABLE_SHARE.name)?;
     let cutoffs = table.reals(RELIABLE_WAVELENGTH.name)?;
-    let filters = table.has(LOW_PASS.name).then(|| table.reals(LOW_PASS.name)).transpose()?;
-    let words = table.has(LOW_PASS_AT.name).then(|| table.texts(LOW_PASS_AT.name)).transpose()?;
+    let filters = table.optional(LOW_PASS.name, Table::reals)?;
+    let words = table.optional(LOW_PASS_AT.name, Table::texts)?;
     let is_filtered = |row: usize| {
         words.is_some_and(|words| words.is_valid(row))
             || filters.is_some_and(|filters| {

@@ -188,6 +188,19 @@ impl Table {
         self.0.column_by_name(name).is_some()
     }
 
+    /// Returns the column that `read` returns, such as [`Table::reals`], or `None` if the table has
+    /// no such column.
+    ///
+    /// # Errors
+    /// Returns an error if the column has another type.
+    pub fn optional<'t, A>(
+        &'t self,
+        name: &str,
+        read: impl FnOnce(&'t Table, &str) -> Result<&'t A, TableError>,
+    ) -> Result<Option<&'t A>, TableError> {
+        self.has(name).then(|| read(self, name)).transpose()
+    }
+
     /// Checks that every number of the table, including numbers in lists, is finite or null.
     ///
     /// # Errors

@@ -210,7 +210,7 @@ impl Matching {
         points: impl Iterator<Item = (ParameterPoint, Vec<usize>)>,
     ) -> Result<(), TableError> {
         let members = Members::new(table)?;
-        let loads = table.has(load_column).then(|| table.reals(load_column)).transpose()?;
+        let loads = table.optional(load_column, Table::reals)?;
         let load =
             |loads: &Float64Array, row| loads.is_valid(row).then(|| nearest(loads.value(row)));
         for (point, rows) in points {

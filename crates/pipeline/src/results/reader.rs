@@ -157,11 +157,10 @@ impl TaskTables for ResultReader {
 /// filled if it was filled in one of the rows.
 fn files(table: &Table) -> Result<RecordedFiles, StageError> {
     let (paths, contents) = (table.texts(PATH.name)?, table.texts(CONTENT.name)?);
-    let units = table.has(UNIT.name).then(|| table.texts(UNIT.name)).transpose()?;
-    let formats = table.has(FORMAT.name).then(|| table.texts(FORMAT.name)).transpose()?;
+    let units = table.optional(UNIT.name, Table::texts)?;
+    let formats = table.optional(FORMAT.name, Table::texts)?;
     let grids = Grids::new(table)?;
-    let filled =
-        table.has(FILLED_NODES.name).then(|| table.integers(FILLED_NODES.name)).transpose()?;
+    let filled = table.optional(FILLED_NODES.name, Table::integers)?;
     let is_filled = |row: usize| {
         let known = filled.filter(|filled| filled.is_valid(row));
         known.is_some_and(|filled| filled.value(row) > 0)

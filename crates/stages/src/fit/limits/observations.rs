@@ -248,7 +248,7 @@ impl<'a> Reader<'a> {
     }
 
     fn under_loads(&self) -> Result<Vec<Found>, TableError> {
-        let stops = self.table.has(STOP.name).then(|| self.table.texts(STOP.name)).transpose()?;
+        let stops = self.table.optional(STOP.name, Table::texts)?;
         let reduced = self.table.reals(LOAD.name)?;
         let found = ensembles(self.table)?.into_iter().map(|ensemble| {
             let states = ensemble.states();
@@ -313,9 +313,8 @@ impl<'a> Reader<'a> {
         let table = self.table;
         let errors = numbers(table, error)?;
         let surfaces = table.integers(SURFACES.name)?;
-        let loads = table.has(LOAD.name).then(|| table.reals(LOAD.name)).transpose()?;
-        let alone =
-            table.has(REALIZATION.name).then(|| table.integers(REALIZATION.name)).transpose()?;
+        let loads = table.optional(LOAD.name, Table::reals)?;
+        let alone = table.optional(REALIZATION.name, Table::integers)?;
         let parameters = table.in_role(Role::Parameter);
         let found = grouped(&parameters).into_iter().map(|rows| {
             let pooled = rows.iter().filter(|&&row| alone.is_none_or(|alone| alone.is_null(row)));
