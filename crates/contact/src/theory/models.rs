@@ -9,8 +9,6 @@
 use std::f64::consts::{PI, SQRT_2};
 use std::sync::LazyLock;
 
-use super::law::KAPPA_BGT;
-
 pub mod full_contact;
 pub mod hertz;
 mod quadrature;
@@ -35,20 +33,6 @@ pub enum AsperityModel {
 }
 
 impl AsperityModel {
-    /// Returns the coefficient c in the expansion κ = √(2π) (1 − c α/s² + O(s⁻⁴)) of the secant
-    /// κ = a/y at large separation s.
-    ///
-    /// Returns `None` for [`AsperityModel::GreenwoodWilliamson`], where the area is never
-    /// proportional to the load.
-    pub fn curvature_coefficient(self) -> Option<f64> {
-        match self {
-            Self::BushGibsonThomas => Some(19.0 / 108.0),
-            Self::SimplifiedElliptic => Some(1.0 / 12.0),
-            Self::MeanCurvature => Some(1.0 / 4.0),
-            Self::GreenwoodWilliamson => None,
-        }
-    }
-
     fn ellipticity(self) -> Option<&'static EllipticityMeans> {
         static ELLIPSES: LazyLock<EllipticityMeans> = LazyLock::new(|| {
             EllipticityMeans::new(|ratio| {
@@ -200,15 +184,6 @@ impl Asperities {
         })
     }
 
-    /// Returns √(2π) (1 − c α/s²): the secant κ = a/y, expanded up to the order s⁻² at large
-    /// separation s. [`AsperityModel::curvature_coefficient`] returns c.
-    ///
-    /// Returns `None` for [`AsperityModel::GreenwoodWilliamson`].
-    pub fn secant_at_large_separation(&self, separation: f64) -> Option<f64> {
-        let coefficient = self.model.curvature_coefficient()?;
-        Some(KAPPA_BGT * (1.0 - coefficient * self.summits.nayak() / separation.powi(2)))
-    }
-
     /// Finds the separation s at which a quantity f of the contact has the value `target`. Returns
     /// `None` if the target is not positive or f exceeds it even at the maximum separation.
     ///
@@ -313,8 +288,7 @@ impl Asperities {
     ///
     /// All summits are spheres of one radius, and their heights do not depend on the curvature.
     fn only_class(&self) -> Class {
-        /// Constant of the variance of the summit heights as published;
-        /// [`Summits::height_variance`] has more digits.
+        /// Published constant of the variance of the summit heights, 1 − 3√3 + 16/π.
         const VARIANCE: f64 = 0.8968;
         let curvature = self.summits.mean_curvature();
         let summits = self.summits.per_area();

@@ -50,11 +50,6 @@ impl Ellipse {
             load_factor: FRAC_PI_2 * second.sqrt() / (axis_ratio * first * first.sqrt()),
         }
     }
-
-    /// Computes the ellipse from t = (κ₁ − κ₂)/(κ₁ + κ₂), in [0, 1).
-    pub fn from_curvature_difference(t: f64) -> Self {
-        Self::from_curvature_ratio((1.0 - t) / (1.0 + t))
-    }
 }
 
 /// Returns the axis ratio k that solves κ₂/κ₁ = k² D/B, with the integrals D and B of
@@ -240,17 +235,22 @@ mod tests {
         }
     }
 
+    /// Computes the ellipse from t = (κ₁ − κ₂)/(κ₁ + κ₂), in [0, 1).
+    fn from_curvature_difference(t: f64) -> Ellipse {
+        Ellipse::from_curvature_ratio((1.0 - t) / (1.0 + t))
+    }
+
     #[test]
     fn a_nearly_spherical_summit_has_quadratic_factors() {
         for t in [1e-3, 1e-2] {
-            let ellipse = Ellipse::from_curvature_difference(t);
+            let ellipse = from_curvature_difference(t);
             // The remainder is of fourth order, with coefficients below one half.
             let fourth = 0.5 * t.powi(4) + 1e-15;
             assert!((ellipse.area_factor - 1.0 - 4.0 / 9.0 * t * t).abs() < fourth);
             assert!((ellipse.load_factor - 1.0 - t * t / 3.0).abs() < fourth);
             assert!((ellipse.axis_ratio - 1.0 + 4.0 / 3.0 * t).abs() < t * t);
         }
-        let sphere = Ellipse::from_curvature_difference(0.0);
+        let sphere = from_curvature_difference(0.0);
         assert_eq!((sphere.area_factor, sphere.load_factor), (1.0, 1.0));
     }
 
@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn a_sphere_of_the_geometric_mean_curvature_has_more_area_and_less_load_than_the_ellipse() {
         for t in [0.1, 0.3, 0.5, 0.8, 0.99] {
-            let ellipse = Ellipse::from_curvature_difference(t);
+            let ellipse = from_curvature_difference(t);
             let square = 1.0_f64 - t * t;
             assert!(ellipse.area_factor < square.powf(-0.5));
             assert!(ellipse.load_factor > square.powf(-0.25));
