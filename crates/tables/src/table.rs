@@ -269,25 +269,18 @@ impl Table {
     /// Returns a table of the rows with the given indices, in the order of the indices. Indices may
     /// be repeated.
     pub fn pick(&self, rows: &[usize]) -> Table {
-        let indices = UInt32Array::from_iter_values(
-            rows.iter().map(|&row| u32::try_from(row).expect("a table has fewer than 2³² rows")),
-        );
-        let arrays =
-            self.0.columns().iter().map(|array| {
-                take(array, &indices, None).expect("the indices lie within the table")
-            });
-        let schema = self.0.schema_ref().as_ref().clone();
-        Table::from_arrays(rows.len(), schema, arrays.collect())
+        self.take(&UInt32Array::from_iter_values(rows.iter().map(|&row| row_number(row))))
     }
 
     /// Returns a table of the rows with the given indices, with nulls in place of `None`.
     pub(crate) fn pick_or_null(&self, rows: &[Option<usize>]) -> Table {
-        let index = |row: usize| u32::try_from(row).expect("a table has fewer than 2³² rows");
-        let indices = UInt32Array::from_iter(rows.iter().map(|row| row.map(index)));
+        self.take(&UInt32Array::from_iter(rows.iter().map(|row| row.map(row_number))))
+    }
+
+    fn take(&self, rows: &UInt32Array) -> Table {
+        let columns = self.0.columns().iter();
         let arrays =
-            self.0.columns().iter().map(|array| {
-                take(array, &indices, None).expect("the indices lie within the table")
-            });
+            columns.map(|array| take(array, rows, None).expect("the indices lie within the table"));
         let schema = self.0.schema_ref().as_ref().clone();
         Table::from_arrays(rows.len(), schema, arrays.collect())
     }
@@ -344,6 +337,10 @@ impl Table {
         let arrays = [self.0.columns(), other.0.columns()].concat();
         Table::from_arrays(self.rows(), Schema::new(fields), arrays)
     }
+}
+
+fn row_number(row: usize) -> u32 {
+    u32::try_from(row).expect("a table has fewer than 2³² rows")
 }
 
 fn without_wording(field: &Field) -> Metadata {
