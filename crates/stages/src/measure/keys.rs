@@ -334,14 +334,14 @@ fn bins_per_decade(table: &MeasureTable, what: What, checks: &mut Checks) -> Opt
 }
 
 fn of_surfaces(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
+    let why = "for loads; this stage reads surfaces";
     if checks.value("stiffness", &table.stiffness)? {
-        let why = "for loads; this stage reads surfaces";
         checks.forbidden("stiffness", &table.stiffness, why)?;
     }
     if !checks.value("set", &table.set)?.is_contact() {
-        checks.forbidden("set", &table.set, "for loads; this stage reads surfaces")?;
+        checks.forbidden("set", &table.set, why)?;
     }
-    checks.forbidden("friction", &table.friction, "for loads; this stage reads surfaces")?;
+    checks.forbidden("friction", &table.friction, why)?;
     let bins = checks.value("bins", &table.bins);
     let range = checks.number("range", &table.range);
     check_quantity(table, false, checks)?;
