@@ -32,6 +32,7 @@ use asperity_pipeline::runner::{self, Damage, Resources};
 use asperity_pipeline::study::Warning;
 use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::{Store, StoreError};
+use asperity_tables::table::Table;
 
 pub use asperity_pipeline::adaptive_sampling::SampledStudy;
 pub use asperity_pipeline::results::PublishedTable;
@@ -276,13 +277,7 @@ impl<'a> PreparedRun<'a> {
         // If tables of tasks cannot be stored, tables of stages cannot be stored either.
         let published =
             if outcome.halted { Ok(None) } else { self.publish(&mut outcome, stop).map(Some) };
-        for damage in &outcome.damaged {
-            self.notice(Notice::Damaged(damage));
-        }
-        let failed = failures::failed_tasks(self.session, self.plan(), &outcome)?;
-        if failed.rows() > 0 {
-            self.session.notify(Event::Failed(&failed));
-        }
+        let failed = self.report_failures(&outcome)?;
         let tables = published?;
         self.report_edited_files(tables.as_deref().unwrap_or_default());
         let found = self.warnings(tables.as_deref().unwrap_or_default())?;
@@ -447,6 +442,18 @@ impl<'a> PreparedRun<'a> {
             self.notice(Notice::Study(warning));
         }
         Ok(warnings)
+    }
+
+    /// Reports damaged files and failed tasks, and returns the table of the failed tasks.
+    fn report_failures(&self, outcome: &RunOutcome) -> Result<Table, SessionError> {
+        for damage in &outcome.damaged {
+            self.notice(Notice::Damaged(damage));
+        }
+        let failed = failures::failed_tasks(self.session, self.plan(), outcome)?;
+        if failed.rows() > 0 {
+            self.session.notify(Event::Failed(&failed));
+        }
+        Ok(failed)
     }
 
     /// Sends a notice for each edited table of a stage.

@@ -10,8 +10,6 @@ use std::time::{Duration, Instant};
 
 use super::{PreparedRun, Relay, RunOutcome, RunReport, TaskError};
 use crate::session::error::SessionError;
-use crate::session::events::{Event, Notice};
-use crate::session::failures;
 use asperity_manifest::diagnostics::chain;
 use asperity_pipeline::cluster::receipts::{FailedTask, Receipt, UPDATE_INTERVALS};
 use asperity_pipeline::cluster::receipts::{Pace, Paces};
@@ -46,13 +44,7 @@ impl PreparedRun<'_> {
         let outcome = ledger
             .with_receipt(&mut receipt, &folder, || self.compute_observed(&wanted, stop, &ledger));
         let outcome = ledger.close(outcome, &mut receipt, &folder)?;
-        for damage in &outcome.damaged {
-            self.notice(Notice::Damaged(damage));
-        }
-        let failed = failures::failed_tasks(self.session, self.plan(), &outcome)?;
-        if failed.rows() > 0 {
-            self.session.notify(Event::Failed(&failed));
-        }
+        self.report_failures(&outcome)?;
         Ok(RunReport {
             receipt: Some(receipt.path(&folder)),
             warnings: self.sampled.study.warnings(),
