@@ -53,14 +53,15 @@ impl Session {
         py: Python<'_>,
         method: impl FnOnce(&session::Session<'_>) -> Result<T, SessionError> + Send + 'static,
     ) -> PyResult<(T, Notices)> {
-        self.call_until(py, |session, _| method(session))
+        self.call_until(py, None, |session, _| method(session))
     }
 
-    /// Calls a method of a session in another thread; Ctrl-C sets the flag that the method
-    /// receives.
+    /// Calls a method of a session in another thread, and `on_progress` periodically; Ctrl-C sets
+    /// the flag that the method receives.
     fn call_until<T: Send + 'static>(
         &self,
         py: Python<'_>,
+        on_progress: Option<&Bound<'_, PyAny>>,
         method: impl FnOnce(&session::Session<'_>, &AtomicBool) -> Result<T, SessionError>
         + Send
         + 'static,
@@ -71,7 +72,12 @@ impl Session {
         let stop: Arc<AtomicBool> = Arc::default();
         let stopped = stop.clone();
         let work = move || method(&session.observed_by(&listener), &stopped);
-        let answer = watched(py, &stop, work, |_| Ok(()))?;
+        let show = |_: Python<'_>| match (on_progress, events.advance()) {
+            (Some(on_progress), Some(advance)) => on_progress.call1((advance,)).map(drop),
+            _ => Ok(()),
+        };
+        let answer = watched(py, &stop, work, show)?;
+        show(py)?;
         match answer {
             Ok(answer) => Ok((answer, events.take_notices())),
             Err(error) => Err(session_error(py, &error)),
@@ -131,20 +137,11 @@ impl Session {
             replace,
             ..RunOptions::default()
         };
-        let session = self.session();
-        let listener = Listener::default();
-        let events = listener.clone();
-        let stop: Arc<AtomicBool> = Arc::default();
-        let stopped = stop.clone();
-        let work = move || session.observed_by(&listener).run(&options, &stopped);
-        let show = |_: Python<'_>| match (&on_progress, events.advance()) {
-            (Some(on_progress), Some(advance)) => on_progress.call1((advance,)).map(drop),
-            _ => Ok(()),
-        };
-        let ended = watched(py, &stop, work, show)?;
-        show(py)?;
-        let report = ended.map_err(|error| session_error(py, &error))?;
-        Ok((Run::new(&report), events.take_notices()))
+        let (report, notices) =
+            self.call_until(py, on_progress.as_ref(), move |session, stop| {
+                session.run(&options, stop)
+            })?;
+        Ok((Run::new(&report), notices))
     }
 
     fn table(&self, py: Python<'_>, name: String) -> PyResult<TableRead> {
@@ -183,7 +180,7 @@ impl Session {
         load: Option<f64>,
     ) -> PyResult<(MapArguments<'py>, Notices)> {
         let kind = maps::kind(quantity);
-        let (map, notices) = self.call_until(py, move |session, stop| {
+        let (map, notices) = self.call_until(py, None, move |session, stop| {
             let conditions = maps::coordinates(conditions)?;
             session.map(&stage, &conditions, kind, load.map(Into::into), stop)
         })?;
