@@ -108,12 +108,11 @@ fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<Stri
         let hardness = f64::from_bits(hardness);
         let Passed { loads: number, lightest, peak } = passed;
         let mean = quantity::written(rounded(means.value(lightest)), unit);
-        let load = match are_pressures {
-            true => mean,
-            false => {
-                let load = decimal::written(rounded(loads.value(lightest)));
-                format!("{load} (mean pressure {mean})")
-            }
+        let load = if are_pressures {
+            mean
+        } else {
+            let load = decimal::written(rounded(loads.value(lightest)));
+            format!("{load} (mean pressure {mean})")
         };
         format!(
             "the peak pressure exceeds the hardness of the bodies, {}, under {number} of {} \

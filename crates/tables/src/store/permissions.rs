@@ -164,10 +164,9 @@ impl fmt::Display for Denied {
                 the next run"
             )
         } else {
-            let of_group = match obstacle.mode >> 3 & bits(needs) == bits(needs) {
-                true => format!(" and members of group {group}"),
-                false => String::new(),
-            };
+            let is_shared = obstacle.mode >> 3 & bits(needs) == bits(needs);
+            let of_group =
+                if is_shared { format!(" and members of group {group}") } else { String::new() };
             write!(formatter, "; only user {owner}{of_group} can get access")
         }
     }
