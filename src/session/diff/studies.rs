@@ -108,8 +108,8 @@ impl Studies {
         let (own, in_archive) = (path.join(RESULTS), path.join("data").join(RESULTS));
         let results = if own.is_dir() { own } else { in_archive };
         let folders = if results.is_dir() { folders(&results)? } else { vec![path.to_owned()] };
-        let published = folders.iter().map(|folder| ComparedStudy::published(folder, path));
-        let studies: Vec<_> = published.filter_map(Result::transpose).collect::<Result<_, _>>()?;
+        let studies: Vec<_> =
+            folders.iter().filter_map(|folder| ComparedStudy::published(folder, path)).collect();
         if studies.is_empty() {
             return Err(SessionError::Refused(format!(
                 "`{}` has no tables of a study; name a manifest, a data folder, a folder such as \
@@ -158,10 +158,10 @@ impl Session<'_> {
 
 impl ComparedStudy {
     /// Opens the published tables of a study. Returns `None` if the folder has none.
-    fn published(folder: &Path, path: &Path) -> Result<Option<ComparedStudy>, SessionError> {
+    fn published(folder: &Path, path: &Path) -> Option<ComparedStudy> {
         let files = table_files(folder);
         if files.is_empty() {
-            return Ok(None);
+            return None;
         }
         let record = Owner::read(folder).map(Owner::into_study);
         let stages = match &record {
@@ -170,7 +170,7 @@ impl ComparedStudy {
         };
         let folder_name = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
         let name = folder_name.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Some(ComparedStudy {
+        Some(ComparedStudy {
             path: path.to_owned(),
             settings: Vec::new(),
             name,
@@ -178,7 +178,7 @@ impl ComparedStudy {
             record,
             stages,
             tables: StageTables::Published(folder.to_owned()),
-        }))
+        })
     }
 
     /// Reads the table of a stage. Returns `None` if the stage has no results.
