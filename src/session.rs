@@ -64,6 +64,7 @@ pub mod new_manifest;
 pub mod outputs;
 pub mod results;
 pub mod run;
+pub mod sharing;
 pub mod status;
 pub mod submission;
 pub mod surface;
@@ -86,7 +87,7 @@ use asperity_pipeline::study::Study;
 use asperity_tables::store::Store;
 use asperity_tables::store::users::HostState;
 
-pub use crate::share::{Day, InvalidDay, ShareError, ShareOptions, SharedStudy, UnportablePath};
+pub use crate::share::{Day, InvalidDay, ShareError, ShareOptions, UnportablePath};
 pub use advice::StudyAdvice;
 pub use asperity_claims::names as claim_names;
 pub use asperity_contact::instructions::Instructions;
@@ -109,6 +110,7 @@ pub use maps::{Map, MapKind, TaskMaps};
 pub use names::UnknownName;
 pub use results::{Bars, DescribedColumns, Report, ReportOptions, Table, Tables};
 pub use run::{PreparedRun, RunOptions, RunReport, SampledStudy, Selection};
+pub use sharing::SharedStudy;
 pub use status::{Progress, Status};
 pub use submission::{FinishOptions, FinishOutcome, Finished, PlannedSubmission, SubmitOptions};
 

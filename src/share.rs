@@ -16,19 +16,14 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use chrono::{DateTime, NaiveDate, Utc};
-use serde::Serialize;
-
-use crate::session::{Event, Notice, Session, SessionError};
-use asperity_claims::PaperClaims;
 use asperity_manifest::diagnostics::shell_word;
 use asperity_pipeline::results::ResultsError;
-use asperity_pipeline::results::StudyResults;
 use asperity_tables::store::StoreError;
-use contents::Contents;
+use chrono::{DateTime, NaiveDate, Utc};
 
 pub use archive::UnportablePath;
 pub(crate) use archive::is_archive;
+pub(crate) use contents::Contents;
 
 /// Options of an archive of a study.
 #[derive(Debug, Clone)]
@@ -47,57 +42,6 @@ pub struct ShareOptions {
     pub license: Option<String>,
     /// Names of the authors in the description.
     pub authors: Vec<String>,
-}
-
-/// Size and contents of a written archive.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct SharedStudy {
-    pub archive: PathBuf,
-    pub bytes: u64,
-    /// Number of tables of stages in the archive.
-    pub tables: usize,
-    /// Number of tables of tasks in the archive, or `None` without the store.
-    pub stored: Option<usize>,
-    /// Number of tasks of the study, or `None` without the store.
-    pub tasks: Option<usize>,
-}
-
-impl Session<'_> {
-    /// Writes an archive of the study, which can run in the unpacked folder.
-    ///
-    /// # Errors
-    /// Returns an error if the manifest or one of its input files cannot be read, if a table is
-    /// damaged or out of date, or if the archive cannot be written.
-    pub fn share(&self, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
-        // Not `self.reading()`: the archive needs the files of measured surfaces.
-        let data = self.data();
-        let reading = StudyResults::new(
-            self.study()?,
-            self.open_read_only()?,
-            &data.results(),
-            &PaperClaims,
-        )?;
-        let named = || PathBuf::from(format!("{}.zip", reading.plan.study));
-        let archive = options.output.clone().unwrap_or_else(named);
-        if !options.replace && archive.symlink_metadata().is_ok() {
-            return Err(ShareError::Exists { path: archive }.into());
-        }
-        let contents = Contents::collect(&reading, self.manifest(), data, options)?;
-        contents.check_output(&archive)?;
-        for (stage, finished, tasks) in &contents.incomplete {
-            self.notify(Event::Notice(Notice::Incomplete {
-                stage,
-                finished: *finished,
-                tasks: *tasks,
-                manifest: self.manifest(),
-            }));
-        }
-        let (tables, stored) = (contents.tables, contents.stored);
-        contents.write(&archive, options)?;
-        let bytes = archive.metadata().map_or(0, |metadata| metadata.len());
-        let (stored, tasks) = stored.unzip();
-        Ok(SharedStudy { archive, bytes, tables, stored, tasks })
-    }
 }
 
 /// Date in the format of ISO 8601, such as `2026-11-22`.
@@ -127,13 +71,8 @@ impl Day {
     }
 }
 
-/// Formats a moment as date and time in UTC, to the minute.
-pub(crate) fn minute(moment: SystemTime) -> String {
-    utc(moment).format("%Y-%m-%d %H:%M UTC").to_string()
-}
-
 /// Converts a moment to UTC. Moments before 1970 become its first second.
-fn utc(moment: SystemTime) -> DateTime<Utc> {
+pub(crate) fn utc(moment: SystemTime) -> DateTime<Utc> {
     let since = moment.duration_since(UNIX_EPOCH).unwrap_or_default();
     DateTime::from_timestamp(since.as_secs().try_into().unwrap_or(0), 0).unwrap_or_default()
 }

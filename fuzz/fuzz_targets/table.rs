@@ -6,7 +6,7 @@
 
 use asperity::tables::parquet::digest::seal;
 use asperity::tables::parquet::{Columns, decode_bytes};
-use asperity::tables::store::key::Provenance;
+use asperity::tables::store::provenance::Provenance;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(init: {

@@ -14,7 +14,7 @@ use asperity_stages::columns::{BRANCH, LOAD, MEAN_GAP, PRESSURE, STEP};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::units::{length_unit, pressure_unit};
 use asperity_tables::column::Role;
-use asperity_tables::store::key::TaskKey;
+use asperity_tables::key::TaskKey;
 use asperity_tables::table::{Table, TableError};
 
 /// Relative tolerance between a typed number and a column, because tables show rounded numbers.

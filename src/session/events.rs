@@ -18,7 +18,7 @@ use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::Table;
 
 pub use asperity_pipeline::forecast::memory::MemoryLimit;
-pub use asperity_pipeline::runner::Damage;
+pub use asperity_pipeline::outcome::Damage;
 
 /// Receiver of the events of a session.
 ///

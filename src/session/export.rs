@@ -23,7 +23,7 @@ use super::outputs::{folder_of, has_suffix, unwritten, write_output, write_outpu
 use super::words::listed;
 use asperity_stages::columns::{LOAD, MEAN_GAP};
 use asperity_stages::generate::PerAxis;
-use asperity_tables::store::key::TaskKey;
+use asperity_tables::key::TaskKey;
 
 /// Maps of a task at one or several loads, for an export. They are computed while the files are
 /// written, one load after the other, so that only the maps of one load are in memory.

@@ -7,15 +7,15 @@ use arrow::util::display::array_value_to_string;
 
 use super::words::{counted, shell_word};
 use super::{Session, SessionError, Setting};
+use asperity_pipeline::outcome::RunOutcome;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::PublishedTable;
 use asperity_pipeline::results::failures::{
     self, FAILED, Failures, NOT_STARTED, OUTCOME, REASON, STAGE, stacked,
 };
-use asperity_pipeline::runner::RunOutcome;
 use asperity_stages::columns::{METHOD, SIDE, SIDE_X, SIDE_Y, SURFACE};
+use asperity_tables::key::TaskKey;
 use asperity_tables::store::Store;
-use asperity_tables::store::key::TaskKey;
 use asperity_tables::table::{Table, TableError};
 
 pub use asperity_pipeline::results::failures::COMMAND;

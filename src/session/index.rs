@@ -8,8 +8,8 @@ use std::time::SystemTime;
 use serde::Serialize;
 
 use super::results::TableSource;
+use super::words::minute;
 use super::{DataFolder, SessionError};
-use crate::share::minute;
 use asperity_manifest::diagnostics::chain;
 use asperity_pipeline::plan::Kind;
 use asperity_pipeline::plan::reasons::record::Record;

@@ -18,8 +18,8 @@ use asperity_pipeline::{adaptive_sampling, data_folder, results};
 use asperity_tables::parallel;
 use asperity_tables::parquet::{self, ParquetError};
 use asperity_tables::store::files::{quarantine, verify_whole};
-use asperity_tables::store::key::Provenance;
 use asperity_tables::store::listing::{self, FileKind, StoredFile};
+use asperity_tables::store::provenance::Provenance;
 use asperity_tables::store::users::{HostState, Lock};
 use asperity_tables::store::{self, Store, StoreError};
 

@@ -26,8 +26,9 @@ use asperity_stages::generate;
 use asperity_stages::surface_files::{SurfaceFileError, SurfaceFiles};
 use asperity_stages::units::{length_unit, pressure_unit};
 use asperity_stages::{Kind, StageError};
+use asperity_tables::key::TaskKey;
 use asperity_tables::store::Store;
-use asperity_tables::store::key::{Provenance, TaskKey};
+use asperity_tables::store::provenance::Provenance;
 
 /// Quantity that a map shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use super::{DataFolder, SessionError};
 use asperity_manifest::diagnostics::{did_you_mean, listed, wrapped};
 use asperity_pipeline::plan::Plan;
+use asperity_tables::key::TaskKey;
 use asperity_tables::store::Store;
-use asperity_tables::store::key::TaskKey;
 
 /// Error about an unknown name, with a suggestion and all known names.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -23,20 +23,21 @@ use super::{Session, Shard, failures};
 use asperity_claims::PaperClaims;
 use asperity_contact::threads::available_cores;
 use asperity_pipeline::forecast::memory::{self, MemoryLimit};
+use asperity_pipeline::outcome::Damage;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::plan::sources::{Sources, TasksFromStore};
 use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::results::{self, ResultsError, exceeded_hardness, owner};
-use asperity_pipeline::runner::{self, Damage, Resources};
+use asperity_pipeline::runner::{self, Resources};
 use asperity_pipeline::study::Warning;
-use asperity_tables::store::key::TaskKey;
+use asperity_tables::key::TaskKey;
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::Table;
 
 pub use asperity_pipeline::adaptive_sampling::SampledStudy;
+pub use asperity_pipeline::outcome::{RunOutcome, TaskError};
 pub use asperity_pipeline::results::PublishedTable;
-pub use asperity_pipeline::runner::{RunOutcome, TaskError};
 
 /// Options of a run, which by default computes all missing tasks.
 #[derive(Debug, Clone, Default)]

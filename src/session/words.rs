@@ -1,7 +1,8 @@
 //! Formatting of numbers, durations and lists for users.
 
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
+use crate::share::utc;
 pub use asperity_manifest::decimal::written;
 pub use asperity_manifest::diagnostics::{chain, counted, listed, shell_word, wrapped};
 pub use asperity_tables::cells::{cells, whole_cells};
@@ -30,6 +31,11 @@ pub fn duration(duration: Duration) -> String {
         (0, minutes, seconds) => format!("{minutes} min {seconds} s"),
         (hours, minutes, _) => format!("{hours} h {minutes} min"),
     }
+}
+
+/// Formats a moment as date and time in UTC, to the minute.
+pub fn minute(moment: SystemTime) -> String {
+    utc(moment).format("%Y-%m-%d %H:%M UTC").to_string()
 }
 
 #[cfg(test)]

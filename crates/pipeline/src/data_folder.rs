@@ -13,7 +13,7 @@ use crate::plan::reasons::record::Record;
 use crate::settings_file::{FILE, SettingsFile};
 use crate::{cluster, results};
 use asperity_manifest::diagnostics::ManifestErrors;
-use asperity_tables::store::key::TaskKey;
+use asperity_tables::key::TaskKey;
 use asperity_tables::store::layers::ListedStore;
 use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::series::{self, TableRef};

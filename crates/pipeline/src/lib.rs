@@ -11,6 +11,7 @@
 //! | [`plan`] | lists the tasks with their keys, and explains why a task would run |
 //! | [`forecast`] | predicts how long tasks take and how much memory they need |
 //! | [`runner`] | computes the tasks that the store lacks |
+//! | [`outcome`] | lists the computed, damaged and failed tasks of a run |
 //! | [`adaptive_sampling`] | adds surfaces until a mean is precise enough or claims are decided |
 //! | [`results`] | publishes one table per stage, reads the rows, and lists failures |
 //! | [`data_folder`] | defines the layout of the data folder, and finds files that no study needs |
@@ -24,6 +25,7 @@ pub mod data_folder;
 pub mod direct;
 pub mod forecast;
 pub mod manifest;
+pub mod outcome;
 pub mod plan;
 pub mod results;
 pub mod runner;

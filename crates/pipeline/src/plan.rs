@@ -20,8 +20,9 @@ use crate::study::{Stage, Study};
 use asperity_manifest::names;
 use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::{InputScope, Recipe, Series, Work, generate};
+use asperity_tables::key::{Digest, TaskKey};
 use asperity_tables::store::Store;
-use asperity_tables::store::key::{Digest, Provenance, TaskKey};
+use asperity_tables::store::provenance::Provenance;
 use asperity_tables::store::series::TableRef;
 use asperity_tables::table::{Table, TableError};
 

@@ -7,7 +7,6 @@
 //! quarantined and recomputed.
 
 mod continuation;
-mod outcome;
 mod queue;
 mod row_writer;
 
@@ -22,9 +21,8 @@ use continuation::Continuation;
 use queue::{BusySeries, MemoryBudget, Ready, ReadyTasks};
 use row_writer::RowWriter;
 
-pub use outcome::{Damage, RunOutcome, TaskError};
-
 use crate::forecast::memory;
+use crate::outcome::{Damage, RunOutcome, TaskError};
 use crate::plan::{Plan, Task, missing_rows};
 use crate::results::reader::ResultReader;
 use asperity_contact::threads::Threads;

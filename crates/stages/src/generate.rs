@@ -39,9 +39,9 @@ use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::{counted, listed};
 use asperity_manifest::keys::quantity;
 use asperity_tables::column::{self, Column, lists};
+use asperity_tables::key::{Digest, TaskKey};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
-use asperity_tables::store::key::{Digest, TaskKey};
 use asperity_tables::table::Table;
 
 pub use self::mesh::PerAxis;

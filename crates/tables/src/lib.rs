@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`mod@column`] | description of a column: name, unit, meaning, role, type |
 //! | [`table`] | table in memory with typed access to its columns; concatenation of tables |
+//! | [`key`] | keys of tasks: hashes of everything that decides their tables |
 //! | [`cells`] | formatting of cells as text |
 //! | [`parquet`] | Parquet files with digests; Parquet files of other programs |
 //! | [`source`] | tables in files or in memory, read column by column |
@@ -21,6 +22,7 @@ compile_error!(
 
 pub mod cells;
 pub mod column;
+pub mod key;
 pub mod parallel;
 pub mod parquet;
 pub mod source;

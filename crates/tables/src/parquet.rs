@@ -23,7 +23,7 @@ use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPrope
 use parquet::schema::types::ColumnPath;
 
 use self::digest::{Digested, seal, seal_chunks, seal_chunks_in};
-use crate::store::key::TaskKey;
+use crate::key::TaskKey;
 use crate::table::Table;
 
 pub use decode::{decode, decode_bytes};

@@ -9,10 +9,10 @@
 //! first and then these layers; writing concerns the own folder only.
 
 pub mod files;
-pub mod key;
 pub mod layers;
 pub mod listing;
 mod permissions;
+pub mod provenance;
 mod publishing;
 pub mod regular;
 pub mod series;
@@ -23,11 +23,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
+use crate::key::TaskKey;
 use crate::parquet::{self, Columns, Metadata, ParquetError};
 use crate::store::files::{Existing, Unflushed, make_folder, read_whole, write_file};
-use crate::store::key::{Provenance, TaskKey};
 use crate::store::layers::{Layers, ListedStore};
 use crate::store::permissions::{Access, explained};
+use crate::store::provenance::Provenance;
 use crate::store::series::{FileName, KnownRows, TableRef};
 use crate::store::users::Lock;
 use crate::table::Table;

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::plan::Plan;
-use asperity_tables::store::key::TaskKey;
+use asperity_tables::key::TaskKey;
 
 /// Maximum number of parts of a study.
 const MAX_COUNT: u32 = 1_000_000;
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
     use crate::study::Study;
     use asperity_stages::Kind;
-    use asperity_tables::store::key::Digest;
+    use asperity_tables::key::Digest;
 
     fn key(number: u64) -> TaskKey {
         TaskKey::new("generate", 1, Digest::from_params(&number), &[])

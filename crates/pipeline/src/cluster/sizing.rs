@@ -9,7 +9,7 @@ use super::shard::Shard;
 use crate::forecast::CostModel;
 use crate::forecast::memory;
 use crate::plan::Plan;
-use asperity_tables::store::key::TaskKey;
+use asperity_tables::key::TaskKey;
 
 /// Default target duration of an array element, in hours.
 pub const DEFAULT_HOURS: f64 = 1.0;

@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 
 use arrow::array::Array;
 
+use crate::outcome::{RunOutcome, TaskError};
 use crate::plan::{Plan, PlannedStage};
 use crate::results::{PublishedTable, ResultsError, path};
-use crate::runner::{RunOutcome, TaskError};
 use asperity_manifest::diagnostics::{chain, counted};
 use asperity_manifest::names::FAILURES;
 use asperity_stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
@@ -20,10 +20,10 @@ use asperity_stages::solve::is_unconverged;
 use asperity_stages::{Kind, Recipe};
 use asperity_tables::column::ColumnKind::Text;
 use asperity_tables::column::{Code, Column, texts};
+use asperity_tables::key::TaskKey;
 use asperity_tables::parquet;
 use asperity_tables::parquet::{Columns, Metadata};
 use asperity_tables::store::files::{Existing, read_whole, write_whole};
-use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::{Table, TableError};
 

@@ -17,9 +17,9 @@ use crate::manifest::composition::{EffectiveManifest, names_study, normalized};
 use crate::plan::Plan;
 use crate::plan::reasons::record::{PointRecord, Record, StageRecord};
 use crate::study::Study;
+use asperity_tables::key::TaskKey;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, from_folder, write_whole};
-use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::regular::read_regular;
 
 /// Name of the file that records the owners, beside the tables.

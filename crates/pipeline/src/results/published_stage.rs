@@ -8,10 +8,10 @@ use std::sync::Mutex;
 use serde::{Deserialize, Serialize};
 
 use crate::results::{PATH, TASK};
+use asperity_tables::key::TaskKey;
 use asperity_tables::parquet::Metadata;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::key::TaskKey;
 use asperity_tables::store::series::{SeriesRows, TableRef};
 use asperity_tables::table::{Stacking, Table};
 

@@ -17,13 +17,13 @@ use crate::study::EmptyTables;
 use asperity_stages::columns::CONTENT;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::column::{Description, optional_texts, texts};
+use asperity_tables::key::{Digest, TaskKey};
 use asperity_tables::parquet;
 use asperity_tables::parquet::{GROUP, Metadata};
 use asperity_tables::source::TableSource;
 use asperity_tables::store::files::{
     Existing, flush_folder, lock_to_write, make_folder, quarantine, write_with,
 };
-use asperity_tables::store::key::{Digest, TaskKey};
 use asperity_tables::store::{Store, StoreError, TaskTables};
 use asperity_tables::table::{Stacking, Table, TableError};
 

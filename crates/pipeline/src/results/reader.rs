@@ -18,7 +18,7 @@ use asperity_stages::fit::status;
 use asperity_stages::grids::Grids;
 use asperity_stages::surface_files::{ContentHash, RecordedFile, RecordedFiles};
 use asperity_stages::{Kind, StageError};
-use asperity_tables::store::key::TaskKey;
+use asperity_tables::key::TaskKey;
 use asperity_tables::store::listing::FileKind;
 use asperity_tables::store::series::TableRef;
 use asperity_tables::store::{Store, StoreError, TaskTables};

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::sync::{Condvar, Mutex, MutexGuard};
 
-use asperity_tables::store::key::TaskKey;
+use asperity_tables::key::TaskKey;
 
 /// A task whose inputs exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use crate::plan::Plan;
 use crate::plan::missing_rows::RowGroup;
 use asperity_stages::FinishedRows;
-use asperity_tables::store::key::Provenance;
+use asperity_tables::store::provenance::Provenance;
 use asperity_tables::store::series::{FileName, Part};
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::Table;

@@ -313,7 +313,7 @@ mod tests {
     use super::*;
     use crate::column::Column;
     use crate::parquet::encode;
-    use crate::store::key::Provenance;
+    use crate::store::provenance::Provenance;
     use crate::table::Table;
 
     fn schema() -> Schema {

@@ -207,8 +207,8 @@ pub(super) fn footer_start(bytes: &[u8]) -> Option<usize> {
 mod tests {
     use super::*;
     use crate::column::{Column, ColumnKind, optional_reals, reals};
+    use crate::key::{Digest, TaskKey};
     use crate::parquet::{Columns, Metadata, ParquetError, decode_bytes, encode};
-    use crate::store::key::{Digest, TaskKey};
     use crate::table::Table;
 
     const GAP: Column = Column::result("gap", ColumnKind::Real, "1", "gap");

@@ -458,12 +458,7 @@ mod tests {
     #[test]
     fn a_file_with_one_digest_is_read_in_parts_too() {
         let whole = table(10);
-        let key = crate::store::key::TaskKey::new(
-            "test",
-            1,
-            crate::store::key::Digest::from_params(&()),
-            &[],
-        );
+        let key = crate::key::TaskKey::new("test", 1, crate::key::Digest::from_params(&()), &[]);
         let metadata = Metadata { key: Some(key), entries: Vec::new() };
         let file = TableFile::open(file(&encode(&whole, &metadata))).unwrap();
         assert_eq!(file.metadata(), &metadata);

@@ -119,9 +119,9 @@ mod tests {
 
     use super::*;
     use crate::column::{Column, ColumnKind, reals};
+    use crate::key::TaskKey;
     use crate::parquet::Columns;
     use crate::store::Store;
-    use crate::store::key::TaskKey;
     use crate::store::series::{SeriesRows, TableRef};
     use crate::store::tests::provenance;
     use crate::table::Table;

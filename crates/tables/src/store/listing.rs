@@ -1,12 +1,9 @@
 //! Listings of the files in a store and in results folders. The kind of a file is known from its
 //! name.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use super::files::{DAMAGED, names};
-use super::key::TaskKey;
 use super::series::FileName;
 use super::users::UNFINISHED;
 use super::{STAGING, StoreError, path};
@@ -96,30 +93,6 @@ pub fn known(
     Ok(found.collect())
 }
 
-/// Returns the files with tables in a folder, by key. If the folder does not exist, there are none.
-///
-/// # Errors
-/// Returns an error if the folder cannot be listed.
-pub(crate) fn finished_in(folder: &Path) -> io::Result<HashMap<TaskKey, Vec<FileName>>> {
-    let mut finished: HashMap<TaskKey, Vec<FileName>> = HashMap::new();
-    let entries = match fs::read_dir(folder) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(finished),
-        entries => entries?,
-    };
-    for entry in entries {
-        let entry = entry?;
-        let name = entry.file_name();
-        let Some(file) = name.to_str().and_then(|name| name.parse::<FileName>().ok()) else {
-            continue;
-        };
-        // The entry itself says whether it is a plain file. Only links need another system call.
-        if entry.file_type()?.is_file() || entry.path().is_file() {
-            finished.entry(file.key).or_default().push(file);
-        }
-    }
-    Ok(finished)
-}
-
 /// Returns the paths of the folders in a folder, sorted by name. If the folder does not exist,
 /// there are none.
 ///
@@ -132,8 +105,10 @@ pub fn folders(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
-    use crate::store::key::Digest;
+    use crate::key::{Digest, TaskKey};
 
     #[test]
     fn files_are_recognized_by_name_and_folder() {

@@ -17,7 +17,7 @@ mod stored_rows;
 
 use std::sync::Arc;
 
-use super::key::TaskKey;
+use crate::key::TaskKey;
 use crate::table::Table;
 
 pub use file_names::{FileName, RowsName, holds_some_of};

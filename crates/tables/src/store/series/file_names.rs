@@ -1,12 +1,14 @@
 //! Names of the files of a store, and what files with rows state about themselves.
 
-use std::fmt;
+use std::collections::HashMap;
 use std::path::Path;
 use std::str::FromStr;
+use std::{fmt, fs, io};
 
 use super::{TableRef, contains};
+use crate::key::TaskKey;
 use crate::parquet::{Metadata, ParquetError};
-use crate::store::key::{Provenance, TaskKey};
+use crate::store::provenance::Provenance;
 use crate::store::{StoreError, files};
 
 /// Name of a file with the table of a task, or with rows of a series.
@@ -73,6 +75,30 @@ impl FromStr for FileName {
         let parsed = FileName { key, rows };
         if parsed.to_string() == name { Ok(parsed) } else { Err(()) }
     }
+}
+
+/// Returns the files with tables in a folder, by key. If the folder does not exist, there are none.
+///
+/// # Errors
+/// Returns an error if the folder cannot be listed.
+pub(super) fn finished_in(folder: &Path) -> io::Result<HashMap<TaskKey, Vec<FileName>>> {
+    let mut finished: HashMap<TaskKey, Vec<FileName>> = HashMap::new();
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(finished),
+        entries => entries?,
+    };
+    for entry in entries {
+        let entry = entry?;
+        let name = entry.file_name();
+        let Some(file) = name.to_str().and_then(|name| name.parse::<FileName>().ok()) else {
+            continue;
+        };
+        // The entry itself says whether it is a plain file. Only links need another system call.
+        if entry.file_type()?.is_file() || entry.path().is_file() {
+            finished.entry(file.key).or_default().push(file);
+        }
+    }
+    Ok(finished)
 }
 
 /// Name of the metadata entry with the column that identifies rows, followed by their values.
@@ -144,5 +170,5 @@ pub(super) fn is_of(name: &FileName, part: Option<&str>) -> bool {
 }
 
 pub fn not_found(path: &Path) -> StoreError {
-    StoreError::Read { path: path.to_owned(), source: std::io::ErrorKind::NotFound.into() }
+    StoreError::Read { path: path.to_owned(), source: io::ErrorKind::NotFound.into() }
 }

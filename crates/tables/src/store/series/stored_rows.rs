@@ -6,13 +6,13 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use super::file_names::{entries, is_of, not_found, provenance_of, stated_rows};
+use super::file_names::{entries, finished_in, is_of, not_found, provenance_of, stated_rows};
 use super::{FileName, MissingRows, Part, PartRows, RowsName, SeriesRows, TableRef};
 use super::{ascending, contains, index_of};
+use crate::key::TaskKey;
 use crate::parquet::{Columns, ParquetError};
 use crate::store::files::Existing;
-use crate::store::key::{Provenance, TaskKey};
-use crate::store::listing::finished_in;
+use crate::store::provenance::Provenance;
 use crate::store::{Store, StoreError, file_path, files, path};
 use crate::table::Table;
 

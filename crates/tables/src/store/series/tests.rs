@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::column::{Column, ColumnKind, reals};
+use crate::key::Digest;
 use crate::parquet::Columns;
-use crate::store::key::{Digest, Provenance};
+use crate::store::provenance::Provenance;
 use crate::store::{Store, StoreError, verify};
 
 const LOAD: Column = Column::result("load", ColumnKind::Real, "1", "load");

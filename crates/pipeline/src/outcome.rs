@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::plan::Plan;
 use asperity_stages::StageError;
-use asperity_tables::store::key::TaskKey;
+use asperity_tables::key::TaskKey;
 use asperity_tables::store::{DamagedFile, Store, StoreError};
 use asperity_tables::table::TableError;
 
