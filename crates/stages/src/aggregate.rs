@@ -8,7 +8,7 @@ use bytesize::ByteSize;
 use serde::Serialize;
 
 use super::columns::STOP;
-use super::fit::rows::STATUS;
+use super::fit::status::STATUS;
 use super::{
     Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, Recipe, RowKind, Stage,
     StageError, stacked,
@@ -18,6 +18,7 @@ use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
 
 mod frame;
+mod group_columns;
 mod groups;
 pub mod keys;
 pub mod sql;
@@ -197,5 +198,5 @@ pub struct Meaning {
 /// `area_fraction_mean`.
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
-    groups::GROUP_COLUMNS.into_iter().chain(models).collect()
+    group_columns::GROUP_COLUMNS.into_iter().chain(models).collect()
 }

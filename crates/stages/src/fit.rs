@@ -1,11 +1,14 @@
 //! Stages that fit laws to single parameter points, and limits of observables to all points.
 
+pub mod columns;
 pub mod contact_evolution;
 pub mod keys;
 pub mod laws;
 pub mod limits;
 pub mod meshes;
+pub mod parameter;
 pub mod percolation;
+pub mod row;
 pub mod rows;
 mod spectra;
 pub mod status;
@@ -19,7 +22,9 @@ use serde::Serialize;
 
 use contact_evolution::{EvolutionChoices, Kappa};
 use laws::{FitOfCurves, Fits, Law};
-use rows::{Parameter, Row, STATUS};
+use parameter::Parameter;
+use row::Row;
+use status::STATUS;
 
 use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, MEAN_GAP, STOP};
 use crate::ensemble::{Ensemble, Member, ensembles};

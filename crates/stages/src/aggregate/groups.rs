@@ -10,15 +10,18 @@ use polars::prelude::{
 };
 
 use super::frame::{self, polars_error};
+use super::group_columns::{
+    COUNT, GROUP_COLUMNS, LOAD_MIDPOINT, LOAD_OF_GROUP, SURFACES, UNCONVERGED, UNFITTED, mean_of,
+};
 use super::sql::engine;
 use super::statistics::{self, SAMPLING_UNIT};
 use super::{Groups, Statistic, theory};
 use crate::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, FORCE, HARDNESS, HARDNESS_REDUCED, LOAD,
-    PRESSURE, STOP, integer, real,
+    PRESSURE, STOP,
 };
-use crate::fit::rows::STATUS;
 use crate::fit::status::FITTED;
+use crate::fit::status::STATUS;
 use crate::solve::UNCONVERGED as STOPS_UNCONVERGED;
 use crate::{StageError, ensemble};
 use asperity_manifest::decimal;
@@ -115,13 +118,13 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
         expressions.push(col(name.as_str()).mean().alias(mean_of(name)));
         for &statistic in &groups.statistics {
             if let Some(expression) = within_group(col(name.as_str()), statistic) {
-                expressions.push(expression.alias(named(name, statistic)));
+                expressions.push(expression.alias(statistic.column_of(name)));
             }
         }
         if groups.needs_errors() {
             expressions.extend(statistics::of_group(name));
             let error = statistics::standard_error(name);
-            expressions.push(error.alias(named(name, Statistic::Sem)));
+            expressions.push(error.alias(Statistic::Sem.column_of(name)));
         }
     }
     expressions
@@ -177,7 +180,7 @@ fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageE
                 Statistic::Secant => mean() / load(),
                 _ => continue,
             };
-            expressions.push(expression.alias(named(name, statistic)));
+            expressions.push(expression.alias(statistic.column_of(name)));
         }
     }
     Ok(expressions)
@@ -343,44 +346,6 @@ fn is_mixed(name: &str) -> Expr {
 fn mixed(name: &str) -> String {
     format!("{name} differs")
 }
-
-pub const COUNT: Column = integer("count", "1", "number of rows in the group");
-const SURFACES: Column = integer(
-    "surfaces",
-    "1",
-    "number of surfaces in the group, distinguished by seed and realization or by their region of \
-     a file; one surface may have several rows, at several parameter points",
-);
-const UNCONVERGED: Column = integer(
-    "unconverged",
-    "1",
-    "number of rows in the group whose load did not converge; the statistics include them",
-);
-const UNFITTED: Column = integer(
-    "unfitted",
-    "1",
-    "number of failed fits in the group; `count` includes them, the statistics do not",
-);
-pub const LOAD_MIDPOINT: Column = real(
-    "load_midpoint",
-    "E* × rms slope",
-    "mean of this load and the previous load of the curve, at which slopes are evaluated",
-);
-
-/// Intermediate column with the reduced load of a group, for slopes, secants and theories.
-pub const LOAD_OF_GROUP: &str = "load of group";
-
-/// Returns the name of the intermediate column with the mean of a column.
-pub fn mean_of(name: &str) -> String {
-    format!("{name} mean")
-}
-
-pub fn named(name: &str, statistic: Statistic) -> String {
-    format!("{name}_{}", statistic.suffix())
-}
-
-/// Columns of the reduced table in addition to group columns and statistics of columns in `over`.
-pub const GROUP_COLUMNS: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
 
 /// Creates the reduced table. Each statistic inherits unit and meaning from the input column.
 fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -> Table {

@@ -36,7 +36,7 @@ use polars::prelude::{
 use serde::Serialize;
 
 use super::frame::polars_error;
-use super::groups::mean_of;
+use super::group_columns::mean_of;
 use crate::StageError;
 use crate::columns::LOAD;
 use asperity_statistics::intervals::two_sided_quantile;
@@ -111,6 +111,11 @@ impl Statistic {
             (None, Statistic::Quantile(share)) => format!("q{share}").replace("q0.", "q"),
             (None, _) => unreachable!("every other statistic has a word"),
         }
+    }
+
+    /// Returns the name of the column with the statistic of a column.
+    pub fn column_of(self, name: &str) -> String {
+        format!("{name}_{}", self.suffix())
     }
 
     /// Returns the suffixes of all columns of the statistic.

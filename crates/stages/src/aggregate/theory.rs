@@ -8,7 +8,7 @@ use arrow::util::display::array_value_to_string;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::groups::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of, named};
+use super::group_columns::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of};
 use super::{Groups, Statistic};
 use crate::StageError;
 use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, real};
@@ -216,7 +216,7 @@ fn approach(
         known
             .then(|| persson::approach_to_full_contact(loads.value(row), 1.0 - means.value(row)))?
     });
-    Ok((named(name, Statistic::Approach), optional_reals(values)))
+    Ok((Statistic::Approach.column_of(name), optional_reals(values)))
 }
 
 /// Returns the number of the curve of each row. Rows of one curve agree in the columns `names`.

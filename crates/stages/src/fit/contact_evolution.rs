@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::rows::{Parameter, Row, names};
+use super::parameter::{Parameter, names};
+use super::row::Row;
 use super::{CurvesOfPoint, Params};
 use crate::InputScope;
 use crate::ensemble::Member;

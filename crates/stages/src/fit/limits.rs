@@ -17,7 +17,6 @@ use asperity_statistics::limits::{Assessment, Comparison, LimitFit, LimitProblem
 use asperity_tables::table::{Table, TableError};
 
 pub mod columns;
-pub mod keys;
 mod observations;
 pub mod octaves;
 

@@ -10,7 +10,8 @@ use std::sync::Arc;
 use arrow::array::{ArrayRef, Int64Array};
 
 use super::Params;
-use super::rows::{self, Row};
+use super::row::Row;
+use super::rows;
 use crate::columns::{
     AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, NODES_X, NODES_Y, REALIZATION, SEED,
     SWITCHES, parameter_text, real,

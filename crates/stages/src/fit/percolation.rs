@@ -3,7 +3,8 @@
 use arrow::array::{Array, BooleanArray, Float64Array, Int64Array, StringArray};
 
 use super::Params;
-use super::rows::{self, Row};
+use super::row::Row;
+use super::rows;
 use super::status;
 use crate::columns::*;
 use crate::ensemble::{Ensemble, Member, ensembles};

@@ -3,11 +3,14 @@
 //! Tables hold only the codes. The explanations of codes are attached when a table is published or
 //! described. They can therefore be reworded without computing fits again.
 
-use super::rows::STATUS;
+use crate::columns::text;
 use asperity_statistics::FitError;
 use asperity_statistics::percolation::Channels;
-use asperity_tables::column::{Code, optional_texts};
+use asperity_tables::column::{Code, Column, optional_texts};
 use asperity_tables::table::Table;
+
+pub const STATUS: Column =
+    text("status", "how the fit ended, or why values are missing").with_codes(CODES);
 
 const fn code(word: &'static str, meaning: &'static str) -> Code {
     Code { word, meaning }

@@ -9,11 +9,7 @@ use schemars::JsonSchema;
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::keys::MeasureTable;
-use super::statistics::Statistic;
 use crate::columns::*;
-use crate::form::Surfaces;
-use crate::solve::lengths::in_unit_of_surfaces;
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::areal::{developed_area_ratio, texture_direction};
 use asperity_contact::topography::autocorrelation::Autocorrelation;
@@ -21,13 +17,10 @@ use asperity_contact::topography::descriptors::Roughness;
 use asperity_contact::topography::material_ratio::MaterialRatioCurve;
 use asperity_contact::topography::peaks::Peaks;
 use asperity_contact::topography::surface::Surface;
-use asperity_manifest::diagnostics::{Problem, listed};
-use asperity_manifest::keys::Key;
-use asperity_manifest::keys::checks::Checks;
 use asperity_tables::column::{Column, optional_reals};
 
 /// Version of the numbers, which is part of every key of these parameters.
-const VERSION: u32 = 1;
+pub const VERSION: u32 = 1;
 
 /// Default material ratio p of the peak material volume.
 pub const PEAK_RATIO_DEFAULT: f64 = 0.1;
@@ -96,13 +89,13 @@ use Parameter::*;
 
 /// Parameters that need the heights alone, or their gradient.
 const HEIGHTS: [Parameter; 8] = [Sq, Ssk, Sku, Sp, Sv, Sz, Sa, Sdq];
-const DECAY: [Parameter; 2] = [Sal, Str];
-const VOLUMES: [Parameter; 4] = [Vmp, Vmc, Vvc, Vvv];
+pub const DECAY: [Parameter; 2] = [Sal, Str];
+pub const VOLUMES: [Parameter; 4] = [Vmp, Vmc, Vvc, Vvv];
 const FUNCTIONAL: [Parameter; 9] = [Sk, Spk, Svk, Smr1, Smr2, Vmp, Vmc, Vvc, Vvv];
-const PEAKS: [Parameter; 2] = [Spd, Spc];
+pub const PEAKS: [Parameter; 2] = [Spd, Spc];
 
 /// Parameters that `what = "roughness"` has without the key `parameters`.
-const DEFAULT: [Parameter; 6] = [Sq, Sa, Sz, Ssk, Sku, Sdq];
+pub const DEFAULT: [Parameter; 6] = [Sq, Sa, Sz, Ssk, Sku, Sdq];
 
 impl Parameter {
     /// All parameters in the order of their columns.
@@ -111,7 +104,7 @@ impl Parameter {
         Vvc, Vvv, Spd, Spc,
     ];
 
-    fn column(self) -> Column {
+    pub fn column(self) -> Column {
         let index = Parameter::EACH.iter().position(|other| *other == self);
         AREAL[index.expect("`All` stands for the others")]
     }
@@ -136,7 +129,7 @@ impl ParameterSet {
         self.0 & (1 << parameter as u32) != 0
     }
 
-    fn has_any(self, parameters: &[Parameter]) -> bool {
+    pub fn has_any(self, parameters: &[Parameter]) -> bool {
         parameters.iter().any(|parameter| self.has(*parameter))
     }
 
@@ -158,10 +151,10 @@ impl Serialize for ParameterSet {
 /// Parameters to compute, with the settings that the manifest gives.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Areal {
-    parameters: ParameterSet,
+    pub parameters: ParameterSet,
     #[serde(flatten)]
-    settings: Settings,
-    version: u32,
+    pub settings: Settings,
+    pub version: u32,
 }
 
 /// Settings of parameters; `None` for those that the manifest does not contain.
@@ -169,107 +162,23 @@ pub struct Areal {
 pub struct Settings {
     /// Height c of the areal material ratio Smr(c), above the mean.
     #[serde(skip_serializing_if = "Option::is_none")]
-    smr_height: Option<f64>,
+    pub smr_height: Option<f64>,
     /// Material ratio mr of the inverse areal material ratio Smc(mr).
     #[serde(skip_serializing_if = "Option::is_none")]
-    smc_ratio: Option<f64>,
+    pub smc_ratio: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    peak_ratio: Option<f64>,
+    pub peak_ratio: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    dale_ratio: Option<f64>,
+    pub dale_ratio: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    correlation_threshold: Option<f64>,
+    pub correlation_threshold: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pruning: Option<f64>,
-}
-
-/// Returns the statistic of `what = "roughness"`, or `None` after reporting problems.
-pub fn statistic(
-    table: &MeasureTable,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Statistic> {
-    let names = checks.optional("parameters", &table.parameters)?;
-    let parameters: ParameterSet = match names {
-        Some(names) => names.value.iter().copied().collect(),
-        None => DEFAULT.into_iter().collect(),
-    };
-    let smr_height = match checks.optional("smr_height", &table.smr_height)? {
-        Some(height) => Some(in_unit_of_surfaces(height, surfaces, checks)?),
-        None => None,
-    };
-    let settings = Settings {
-        smr_height,
-        smc_ratio: checks.optional_number("smc_ratio", &table.smc_ratio)?,
-        peak_ratio: checks.optional_number("peak_ratio", &table.peak_ratio)?,
-        dale_ratio: checks.optional_number("dale_ratio", &table.dale_ratio)?,
-        correlation_threshold: checks
-            .optional_number("correlation_threshold", &table.correlation_threshold)?,
-        pruning: checks.optional_number("pruning", &table.pruning)?,
-    };
-    for (name, key, users) in [
-        ("peak_ratio", &table.peak_ratio, &VOLUMES[..]),
-        ("dale_ratio", &table.dale_ratio, &VOLUMES),
-        ("correlation_threshold", &table.correlation_threshold, &DECAY),
-        ("pruning", &table.pruning, &PEAKS),
-    ] {
-        check_is_used(name, key, users, parameters, checks)?;
-    }
-    let [p, q] = settings.volume_ratios();
-    if p >= q {
-        let (name, key) = match table.peak_ratio.written() {
-            Some(_) => ("peak_ratio", &table.peak_ratio),
-            None => ("dale_ratio", &table.dale_ratio),
-        };
-        let message = format!("`peak_ratio` is {p} and `dale_ratio` is {q}");
-        let label = "`peak_ratio` must be below `dale_ratio`";
-        return checks.refuse(name, message, &key.written()?.span, label);
-    }
-    let is_default = parameters == DEFAULT.into_iter().collect();
-    Some(if is_default && settings == Settings::default() {
-        Statistic::Roughness
-    } else {
-        Statistic::Areal(Areal { parameters, settings, version: VERSION })
-    })
-}
-
-/// Refuses a setting if none of the parameters that depend on it is computed.
-fn check_is_used(
-    name: &str,
-    key: &Key<f64>,
-    users: &[Parameter],
-    parameters: ParameterSet,
-    checks: &mut Checks,
-) -> Option<()> {
-    let Some(written) = key.written().filter(|_| !parameters.has_any(users)) else {
-        return Some(());
-    };
-    let users: Vec<&str> = users.iter().map(|user| user.column().name).collect();
-    let users = listed(users.iter().copied(), "and");
-    let message = format!("`{name}` has no effect here");
-    let label = format!("applies only to {users}");
-    let problem = Problem::new(message, written.span.clone(), label);
-    checks.reject(problem.help("add one of them to `parameters`, or remove this key"))
-}
-
-/// Refuses the keys of this module for other quantities than `what = "roughness"`.
-pub fn forbid(table: &MeasureTable, why: &str, checks: &mut Checks) -> Option<()> {
-    let parameters = checks.forbidden("parameters", &table.parameters, why);
-    let numbers = [
-        ("smr_height", &table.smr_height),
-        ("smc_ratio", &table.smc_ratio),
-        ("peak_ratio", &table.peak_ratio),
-        ("dale_ratio", &table.dale_ratio),
-        ("correlation_threshold", &table.correlation_threshold),
-        ("pruning", &table.pruning),
-    ];
-    let numbers = numbers.map(|(name, key)| checks.forbidden(name, key, why));
-    numbers.into_iter().fold(parameters, Option::and)
+    pub pruning: Option<f64>,
 }
 
 impl Settings {
     /// Returns the material ratios p and q of the volumes.
-    fn volume_ratios(&self) -> [f64; 2] {
+    pub fn volume_ratios(&self) -> [f64; 2] {
         [
             self.peak_ratio.unwrap_or(PEAK_RATIO_DEFAULT),
             self.dale_ratio.unwrap_or(DALE_RATIO_DEFAULT),
@@ -394,6 +303,7 @@ impl Areal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::statistics::Statistic;
     use asperity_contact::grid::Grid;
     use asperity_contact::topography::shapes::Shape;
 

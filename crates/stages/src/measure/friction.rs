@@ -9,18 +9,12 @@ use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::Params as MeasureParams;
-use super::keys::MeasureTable;
 use crate::columns::*;
 use crate::ensemble::load_column;
-use crate::form::Surfaces;
 use crate::grids::Grids;
 use crate::{StageError, branches, solve};
 use asperity_contact::partial_slip::{self, NormalContact, State};
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Span, listed};
-use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::quantity;
 use asperity_manifest::keys::{Key, Spanned};
 use asperity_tables::column::{Column, optional_reals, reals, texts};
 use asperity_tables::table::Table;
@@ -55,55 +49,20 @@ fn partial_loads(schema: &mut Schema) {
 }
 
 /// Version of the dissipated energy.
-const DISSIPATION_VERSION: u32 = 2;
+pub const DISSIPATION_VERSION: u32 = 2;
 
 /// Friction and tangential loads.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
-    coefficient: f64,
+    pub coefficient: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
-    poisson_ratio: Option<f64>,
+    pub poisson_ratio: Option<f64>,
     /// Version of the dissipated energy. Omitted without Poisson's ratio, on which it depends, so
     /// that stick areas keep their keys.
     #[serde(skip_serializing_if = "Option::is_none")]
-    dissipation_version: Option<u32>,
+    pub dissipation_version: Option<u32>,
     /// Tangential loads Q/(f N) in the order of the path.
-    loads: Vec<f64>,
-}
-
-/// Returns the task of a stage with the key `friction`, or `None` after reporting problems.
-pub fn params(
-    table: &MeasureTable,
-    friction: &Spanned<FrictionTable>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<MeasureParams> {
-    if let Some((stage, physics)) = &surfaces.not_superposable {
-        let message = format!("stage `{stage}` has {physics}");
-        let label = "needs elastic half-spaces without adhesion";
-        return checks.refuse("friction", message, &friction.span, label);
-    }
-    let why = "is not measured together with `friction`";
-    checks.forbidden("what", &table.what, why)?;
-    let FrictionTable { coefficient, loads, poisson_ratio } = &friction.value;
-    let mut before = 0.0;
-    for load in &loads.value {
-        if decimal::is_same(load.value, before) {
-            let message = format!("`friction` has the tangential load {} twice", load.value);
-            let label = "differs from the load before it by no more than rounding";
-            return checks.refuse("friction", message, &load.span, label);
-        }
-        before = load.value;
-    }
-    let poisson_ratio = checks.optional_number("poisson_ratio", poisson_ratio)?;
-    let params = Params {
-        coefficient: decimal::nearest(*coefficient),
-        poisson_ratio,
-        dissipation_version: poisson_ratio.map(|_| DISSIPATION_VERSION),
-        loads: loads.value.iter().map(|load| decimal::nearest(load.value)).collect(),
-    };
-    params.check_loads(&loads.span, surfaces, checks)?;
-    Some(MeasureParams::Friction(params))
+    pub loads: Vec<f64>,
 }
 
 impl Params {
@@ -118,38 +77,12 @@ impl Params {
     }
 
     /// Returns the shares of the normal load that the path needs, in descending order.
-    fn shares(&self) -> Vec<f64> {
+    pub fn shares(&self) -> Vec<f64> {
         let states = partial_slip::states(&self.loads);
         let mut shares: Vec<f64> = states.iter().flat_map(State::shares).collect();
         shares.sort_by(|one, other| other.total_cmp(one));
         shares.dedup_by(|one, other| decimal::is_same(*one, *other));
         shares
-    }
-
-    /// Refuses a path for which no load has all its shares among the loads of its stage.
-    fn check_loads(&self, span: &Span, surfaces: &Surfaces, checks: &mut Checks) -> Option<()> {
-        let shares = self.shares();
-        for (stage, loads, unit) in &surfaces.loads {
-            if complete(loads, &shares).next().is_some() {
-                continue;
-            }
-            let Some(largest) = loads.iter().copied().reduce(f64::max) else { continue };
-            let missing: Vec<String> = shares
-                .iter()
-                .map(|share| decimal::nearest(share * largest))
-                .filter(|load| find(loads, *load).is_none())
-                .map(|load| quantity::written(load, *unit))
-                .collect();
-            let message = format!("stage `{stage}` lacks loads that partial slip needs");
-            let label = "needs the contacts under smaller loads, too";
-            let problem = Problem::new(message, span.clone(), label);
-            let missing = listed(missing.iter().map(String::as_str), "and");
-            return checks.reject(problem.help(format!(
-                "add {missing} to `loads` of stage `{stage}` for these tangential loads under {}",
-                quantity::written(largest, *unit)
-            )));
-        }
-        Some(())
     }
 
     /// Measures the path under each load of which all shares are solved.
@@ -295,14 +228,14 @@ impl Contacts {
 }
 
 /// Returns the index and the value of each load of which all shares are among the loads.
-fn complete(loads: &[f64], shares: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+pub fn complete(loads: &[f64], shares: &[f64]) -> impl Iterator<Item = (usize, f64)> {
     loads.iter().copied().enumerate().filter(|(_, load)| {
         shares.iter().all(|share| find(loads, decimal::nearest(share * load)).is_some())
     })
 }
 
 /// Returns the index of a load that equals `wanted` up to rounding.
-fn find(loads: &[f64], wanted: f64) -> Option<usize> {
+pub fn find(loads: &[f64], wanted: f64) -> Option<usize> {
     loads.iter().position(|load| decimal::is_same(*load, wanted))
 }
 

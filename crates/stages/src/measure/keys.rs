@@ -2,14 +2,17 @@
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 
+mod areal;
+mod friction;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::areal::{self, Parameter};
+use super::areal::Parameter;
 use super::conduction::SPOTS_VERSION;
 use super::contacts::ADHESION_VERSION;
 use super::distributions::Distribution;
-use super::friction::{self, FrictionTable};
+use super::friction::FrictionTable;
 use super::statistics::Statistic;
 use super::{NodeSet, Params, stitched};
 use crate::form::Surfaces;

@@ -6,6 +6,7 @@
 //! filtered (`having`), then window functions are added, and the last step computes the columns of
 //! the answer and sorts them. Each step is a query on one table of named columns.
 
+mod expressions;
 mod from;
 mod groups;
 mod select;

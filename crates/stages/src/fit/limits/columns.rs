@@ -5,11 +5,11 @@ use arrow::array::ArrayRef;
 use super::{FormChoice, LimitChoices, Line, MAX_TERMS, Outcome, WORD};
 use crate::columns::{K_ROLLOFF, LOAD, parameter, parameter_text, real};
 use crate::fit::Params;
-use crate::fit::rows::{
-    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, LAW, Parameter, RMS_RESIDUAL, STATUS,
-    SURFACES, UNCONVERGED, names,
+use crate::fit::columns::{
+    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED,
 };
-use crate::fit::status::{self, FITTED};
+use crate::fit::parameter::{Estimate, Parameter, names};
+use crate::fit::status::{self, FITTED, STATUS};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
 use asperity_tables::table::Table;
 

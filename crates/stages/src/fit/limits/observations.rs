@@ -10,7 +10,7 @@ use arrow::array::{Array, Float64Array};
 use super::LimitChoices;
 use crate::columns::{K_LOWER, K_ROLLOFF, LOAD, REALIZATION, STOP};
 use crate::ensemble::{Ensemble, Member, Members, ParameterPoint, ensembles, grouped};
-use crate::fit::rows::SURFACES;
+use crate::fit::columns::SURFACES;
 use crate::solve::is_unconverged;
 use asperity_manifest::decimal;
 use asperity_statistics::Window;

@@ -7,7 +7,7 @@ use sqlparser::ast::{
     FunctionArguments, GroupByExpr, Ident,
 };
 
-use super::select::{Calls, Columns, Item, is_aggregate, is_planned, name_of};
+use super::expressions::{Calls, Columns, Item, is_aggregate, is_planned, name_of};
 use super::{Result, each_expression, refused};
 use crate::aggregate::sql::QueryError;
 

@@ -8,7 +8,7 @@ use sqlparser::ast::{
     WindowType,
 };
 
-use super::select::{Calls, Columns, Item, is_output, is_planned, name_of};
+use super::expressions::{Calls, Columns, Item, is_output, is_planned, name_of};
 use super::{Ends, Planned, Result, each_expression, refused};
 use crate::aggregate::sql::QueryError;
 use crate::aggregate::sql::statement::AGGREGATES;

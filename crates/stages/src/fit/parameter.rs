@@ -1,0 +1,99 @@
+//! Fitted parameters and their columns.
+
+use arrow::array::ArrayRef;
+
+use crate::columns::real;
+use asperity_statistics::bootstrap::Interval;
+use asperity_tables::column::{Column, optional_reals};
+
+/// Returns the names of the columns of a parameter: estimate, ends of the interval, standard error.
+macro_rules! names {
+    ($($part:literal),+) => {
+        [
+            concat!($($part),+),
+            concat!($($part),+, "_lower"),
+            concat!($($part),+, "_upper"),
+            concat!($($part),+, "_standard_error"),
+        ]
+    };
+}
+pub(super) use names;
+
+/// Estimate of a parameter, with its interval if there is one.
+#[derive(Clone, Copy)]
+pub struct Estimate {
+    pub value: f64,
+    pub interval: Option<Interval>,
+}
+
+/// Columns of a fitted parameter: estimate, ends of the interval, standard error.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Label in the summary of a stage; `None` if the summary omits the parameter.
+    pub label: Option<&'static str>,
+    pub value: Column,
+    lower: Column,
+    upper: Column,
+    error: Column,
+}
+
+impl Parameter {
+    /// Declares a parameter that is a pure number. `names` are the names of its columns, in the
+    /// order of [`Parameter::columns`].
+    pub const fn number(names: [&'static str; 4], meaning: &'static str) -> Parameter {
+        Parameter::of_unit("1", names, meaning)
+    }
+
+    /// Declares a parameter with a unit.
+    pub const fn of_unit(
+        unit: &'static str,
+        names: [&'static str; 4],
+        meaning: &'static str,
+    ) -> Parameter {
+        let [value, lower, upper, error] = names;
+        Parameter {
+            label: None,
+            value: real(value, unit, meaning),
+            lower: real(
+                lower,
+                unit,
+                "lower end of the bootstrap interval at the confidence level of the stage",
+            ),
+            upper: real(
+                upper,
+                unit,
+                "upper end of the bootstrap interval at the confidence level of the stage",
+            ),
+            error: real(error, unit, "standard error by bootstrap"),
+        }
+    }
+
+    /// Sets the label in the summary of a stage.
+    pub const fn with_label(self, label: &'static str) -> Parameter {
+        Parameter { label: Some(label), ..self }
+    }
+
+    /// Returns the columns of the estimate, of the ends of the interval and of the standard error.
+    pub const fn columns(self) -> [Column; 4] {
+        [self.value, self.lower, self.upper, self.error]
+    }
+
+    /// Returns the columns with estimates. Values and ends of intervals that are not finite become
+    /// null.
+    pub fn filled(
+        self,
+        estimates: impl Iterator<Item = Option<Estimate>>,
+    ) -> [(Column, ArrayRef); 4] {
+        let estimates: Vec<Option<Estimate>> = estimates.collect();
+        let column = |value: fn(&Estimate) -> Option<f64>| {
+            let values = estimates.iter().map(|estimate| value(estimate.as_ref()?));
+            optional_reals(values.map(|value| value.filter(|value| value.is_finite())))
+        };
+        [
+            (self.value, column(|one| Some(one.value))),
+            (self.lower, column(|one| Some(one.interval?.lower))),
+            (self.upper, column(|one| Some(one.interval?.upper))),
+            (self.error, column(|one| Some(one.interval?.standard_error))),
+        ]
+    }
+}
