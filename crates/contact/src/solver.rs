@@ -47,7 +47,7 @@
 //!   times the pairs on 1024² nodes, and more on larger meshes.
 //! - The initial guess from coarser meshes (`nested`): 1.5 to 2 times the pairs.
 //! - The preconditioner of two levels in the first three iterations
-//!   (`preconditioner/two_level`): 1.1 to 1.3 times the pairs.
+//!   (`blocks/two_level`): 1.1 to 1.3 times the pairs.
 //! - Predicted step lengths instead of an exact line search (`line_search`): a third pair in each
 //!   iteration.
 //! - Single precision with refinement in double precision (`refinement`): twice the time of a pair.
@@ -85,13 +85,17 @@ use super::fft::Scratch;
 use super::threads::Threads;
 
 mod balance;
+mod blocks;
 mod body;
 mod bounds;
+mod candidates;
 mod conjugate_gradients;
 pub mod cost;
 mod initial_guess;
 pub(crate) mod lanes;
 mod line_search;
+mod marks;
+mod mesh;
 mod nested;
 mod passes;
 mod preconditioner;

@@ -11,11 +11,10 @@ use super::lanes::{
     Accumulate, LANES, Pass, Wide, for_rows, greater, highest_of, over_rows, sum_by, sum_rows,
     total, weight,
 };
-use super::passes::{
-    FREE, PendingUpdate, PressureInput, ReferencePressure, SATURATED, has, promote,
-};
+use super::passes::{PendingUpdate, PressureInput, ReferencePressure, promote};
 use super::{Hardness, Solver};
 use crate::fft::{Band, Row};
+use crate::solver::marks::{FREE, SATURATED, has};
 
 impl Solver {
     /// Scales the pressures so that their mean is the load. If the hardness bounds the pressures,

@@ -28,16 +28,17 @@ use std::mem::take;
 use std::sync::Arc;
 
 use super::Hardness;
-use super::balance::{Balance, Candidates};
 use super::lanes::{InOrder, Wide};
 use super::line_search::{LastStep, LineSearch, StepControl};
 use super::passes::{
-    ActiveGroups, Ceiling, Convergence, Direction, FREE, GapUpdate, GatherCandidates, Means,
-    PRESSED, Peek, PendingUpdate, ReferencePressure, Sample, Sums, UpdateGap, UpdatePressure,
+    Ceiling, Convergence, Direction, GapSums, GapUpdate, GatherCandidates, Means, Peek,
+    PendingUpdate, ReferencePressure, Sample, Sums, UpdateGap, UpdatePressure,
 };
 use super::preconditioner::{Kind, Preconditioner, Residual};
-use super::problem::Mesh;
 use crate::fft::{Band, Scratch};
+use crate::solver::candidates::Candidates;
+use crate::solver::marks::{ActiveGroups, FREE, PRESSED};
+use crate::solver::mesh::Mesh;
 use crate::threads::Threads;
 
 /// Smallest residual that is trusted in single precision, as a fraction of the largest residual
@@ -75,6 +76,20 @@ impl State {
     /// Returns the mean gap of the free nodes if the material yields, otherwise the offset.
     pub fn free_offset(&self) -> f64 {
         self.balance.map_or(self.convergence.offset, |balance| balance.free_offset)
+    }
+}
+
+/// Sum of all pressures, and mean gap of the free nodes. Both are tracked while the hardness bounds
+/// the pressures.
+#[derive(Debug, Clone, Copy)]
+pub struct Balance {
+    pub sum: f64,
+    pub free_offset: f64,
+}
+
+impl Balance {
+    pub fn seen(seen: &GapSums, sum: f64, offset: f64) -> Self {
+        Self { sum, free_offset: offset + seen.free_sum / seen.free_nodes.max(1.0) }
     }
 }
 

@@ -12,29 +12,23 @@
 //! residual of a hundredth of their own mesh step. Meanwhile the maps of the finer mesh are not
 //! needed, so coarser meshes borrow their memory.
 
-use std::iter::successors;
 use std::sync::Arc;
 
-use super::balance::Balance;
 use super::conjugate_gradients::{End, Goal, InnerSolver, State};
 use super::lanes::{InOrder, Wide, over_rows};
 use super::line_search::StepControl;
 use super::passes::{Convergence, PendingUpdate};
-use super::problem::{Mesh, Problem};
+use super::problem::CoarserMeshes;
 use super::prolongation::{
     AppliedUpdate, BeginPressed, CoarseMap, PressureLessGap, Prolonged, SetProlonged,
     StartPressure, SumProlonged,
 };
 use super::refinement::Evaluation;
 use super::{Hardness, Outcome, Settings, Solver, Watch};
-use crate::elasticity::ElasticOperator;
 use crate::fft::Band;
-use crate::grid::Grid;
+use crate::solver::conjugate_gradients::Balance;
+use crate::solver::mesh::Mesh;
 use crate::threads::Threads;
-
-/// Minimum number of nodes along the shorter side of the smallest mesh. With 32, loads take as many
-/// pairs.
-const MIN_NODES: usize = 64;
 
 /// Residual to reach on a coarser mesh, in units of rms slope × its smaller mesh step. Half or
 /// twice this value takes as many pairs.
@@ -42,14 +36,6 @@ const TOLERANCE: f64 = 1e-2;
 
 /// Maximum number of transform pairs on a coarser mesh: three times the usual number.
 const PAIR_LIMIT: u32 = 60;
-
-/// Coarser meshes of a surface, shared by its solvers.
-pub struct CoarserMeshes {
-    /// Intermediate meshes from the finest to the coarsest.
-    levels: Vec<Arc<Mesh>>,
-    /// Smallest mesh, without a hardness.
-    coarsest: Arc<Problem>,
-}
 
 /// Solvers on coarser meshes.
 pub struct Coarser {
@@ -78,30 +64,6 @@ struct LoadCase<'a> {
     /// Upper bound of the pressures on a mesh if those on the next coarser mesh exceed it.
     hardness: Option<Hardness>,
     watch: &'a dyn Watch,
-}
-
-impl CoarserMeshes {
-    /// Prepares the coarser meshes of a surface.
-    ///
-    /// Returns `None` if the mesh is too small or cannot be halved often enough, or if the body has
-    /// no coarser version.
-    pub fn new(threads: &Threads, body: &dyn ElasticOperator, heights: &[f64]) -> Option<Self> {
-        let row_nodes = body.grid().nodes()[1];
-        let grids = coarser_grids(body.grid());
-        let coarser: Option<Vec<_>> = grids.iter().map(|grid| body.on_coarser(*grid)).collect();
-        let mut bodies = coarser?;
-        let coarsest = bodies.pop()?;
-        let mut stride = 1;
-        let mut sampled = || -> Vec<f64> {
-            stride *= 2;
-            every_so_many(stride, heights, row_nodes).collect()
-        };
-        let meshes =
-            bodies.iter().map(|body| Arc::new(Mesh::from_heights(threads, &**body, &sampled())));
-        let levels = meshes.collect();
-        let coarsest = Problem::new(threads, coarsest, None, &sampled());
-        Some(Self { levels, coarsest: Arc::new(coarsest) })
-    }
 }
 
 impl Coarser {
@@ -144,23 +106,6 @@ impl Coarser {
     fn found(&self) -> &CoarseContact {
         self.levels.first().map_or(&self.coarsest.found, |level| &level.found)
     }
-}
-
-fn coarser_grids(grid: Grid) -> Vec<Grid> {
-    successors(coarsened(&grid), coarsened).collect()
-}
-
-/// Returns the grid of every second node along both axes, if it is large enough.
-fn coarsened(grid: &Grid) -> Option<Grid> {
-    let coarser = grid.coarsened()?;
-    let is_large = coarser.nodes().into_iter().all(|nodes| nodes >= MIN_NODES);
-    is_large.then_some(coarser)
-}
-
-/// Returns the heights of every `stride`-th node along both axes.
-fn every_so_many(stride: usize, heights: &[f64], row_nodes: usize) -> impl Iterator<Item = f64> {
-    let rows = heights.chunks_exact(row_nodes).step_by(stride);
-    rows.flat_map(move |row| row.iter().step_by(stride).copied())
 }
 
 /// Solves the contact on the smallest mesh and then on all `levels`, from the last to the first.

@@ -1,8 +1,8 @@
 //! Preconditioner of the conjugate gradients: Eᵀ K E, or a cheaper one of two levels.
 //!
-//! Eᵀ K E consists of the [`extension`] E of the residual of free nodes to all nodes, the stiffness
+//! Eᵀ K E consists of the [`extension`](super::blocks) E of the residual of free nodes to all nodes, the stiffness
 //! K of the half-space, which turns it into pressures, and the transpose Eᵀ, which returns the
-//! pressures of other nodes to free nodes. In the first iterations, [`two_level`] takes its place.
+//! pressures of other nodes to free nodes. In the first iterations, [`two_level`](super::blocks) takes its place.
 //!
 //! For periodic bodies, pressures and displacements are convolved on the mesh of the map. For an
 //! isolated patch, pressures are convolved on a mesh of four times the nodes, so that periodic
@@ -13,25 +13,14 @@
 
 use pulp::Simd;
 
+use super::blocks::{
+    BlockBuffers, ExtendedRows, Extension, Nodal, ResidualRows, TransposeInput, TransposeOutput,
+};
 use super::lanes::{Lanes, Pass, REST, Wide, split, split_mut};
-use super::passes::{ALL, ActiveGroups, FREE};
-use super::problem::Mesh;
-use crate::elasticity;
-use crate::elasticity::ElasticOperator;
-use crate::fft::{Band, Kernel, Row, Rows, Scratch, Transform, in_corner};
+use super::mesh::Mesh;
+use crate::fft::{Band, Row, Rows, Scratch, Transform, in_corner};
+use crate::solver::marks::{ALL, ActiveGroups, FREE};
 use crate::threads::Threads;
-
-mod extension;
-mod levels;
-mod rows;
-mod two_level;
-
-pub use extension::Extension;
-pub use rows::{ResidualRows, TransposeOutput};
-pub use two_level::TwoLevel;
-
-use rows::{ExtendedRows, TransposeInput};
-use two_level::{BlockBuffers, Nodal};
 
 /// Preconditioner of one solver: it turns the residual r into corrections z ≈ S r.
 ///
@@ -56,12 +45,12 @@ struct LargerMesh {
 /// Kinds of preconditioners.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// [Eᵀ K E](extension), which takes a transform pair.
+    /// [Eᵀ K E](super::blocks), which takes a transform pair.
     Extended,
     /// K alone between the free nodes, which makes corrections local. It is needed after steps that
     /// were far too long, and takes a transform pair.
     Restricted,
-    /// The [two-level preconditioner](two_level), which takes no transform pair.
+    /// The [two-level preconditioner](super::blocks), which takes no transform pair.
     TwoLevel,
 }
 
@@ -218,30 +207,6 @@ impl Corrections<'_> {
     }
 }
 
-/// Kernel of the stiffness K, which turns displacements into pressures.
-pub struct Stiffness {
-    kernel: Kernel<f32>,
-    /// Transform of a mesh that is larger than the map. Without it, displacements are convolved on
-    /// the mesh of the pressures.
-    larger: Option<Transform<f32>>,
-}
-
-impl Stiffness {
-    /// Returns whether displacements are convolved on a mesh that is larger than the map.
-    pub fn has_margin(&self) -> bool {
-        self.larger.is_some()
-    }
-
-    pub fn new(threads: &Threads, body: &dyn ElasticOperator) -> Self {
-        let nodes = body.stiffness_nodes();
-        let is_larger = nodes != body.grid().nodes();
-        Self {
-            kernel: elasticity::preconditioner_on(threads, body),
-            larger: is_larger.then(|| Transform::new(nodes)),
-        }
-    }
-}
-
 /// Pass that runs another pass and copies the rows that it writes.
 struct CopyRows<'a, P> {
     rows: P,
@@ -362,7 +327,7 @@ impl Choose {
 }
 
 /// Pass over pressures on all nodes of the mesh that adds up, in blocks, the pressures on nodes
-/// that are not free, as input of the transpose of the [extension](extension).
+/// that are not free, as input of the transpose of the [extension](super::blocks).
 pub struct CollectFixed<'a> {
     /// Numbers of nodes of the map along x and y. The mesh may be larger; its nodes outside the map
     /// are never free.

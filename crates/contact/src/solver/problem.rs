@@ -1,14 +1,15 @@
 //! Surface, body and material, prepared once and shared by all solvers of the surface.
 
+use std::iter::successors;
 use std::sync::Arc;
 
 use super::Hardness;
 use super::lanes::{Accumulate, for_rows, greater, highest_by, highest_of, less, sum_rows, total};
-use super::nested::CoarserMeshes;
-use super::preconditioner::{Extension, Stiffness, TwoLevel};
+use super::mesh::Mesh;
 use crate::elasticity;
 use crate::elasticity::ElasticOperator;
 use crate::fft::{Kernel, Transform};
+use crate::grid::Grid;
 use crate::threads::Threads;
 
 /// Data of a surface that no load changes.
@@ -101,67 +102,57 @@ impl FullContact {
     }
 }
 
-/// Data of one mesh that no load changes; solvers of the same surface share them.
-pub struct Mesh {
-    pub nodes: [usize; 2],
-    /// Ratio of the longer side of the cell to the smaller mesh step.
-    pub steps_per_side: f64,
-    /// Heights minus the highest, [`Mesh::highest`]. Rounding errors are smallest in contact.
-    pub heights: Vec<f32>,
-    pub highest: f64,
-    pub transform: Transform<f32>,
-    pub displacement: Kernel<f32>,
-    pub stiffness: Stiffness,
-    pub two_level: TwoLevel,
-    /// Displacements of waves relative to a half-space, at wavelengths of twice the sides of the
-    /// blocks of the extension.
-    pub relative_displacements: Vec<f64>,
-    pub nodal_stiffness: f64,
-    pub nodal_compliance: f64,
+/// Minimum number of nodes along the shorter side of the smallest mesh. With 32, loads take as many
+/// pairs.
+const MIN_NODES: usize = 64;
+
+/// Coarser meshes of a surface, shared by its solvers.
+pub struct CoarserMeshes {
+    /// Intermediate meshes from the finest to the coarsest.
+    pub levels: Vec<Arc<Mesh>>,
+    /// Smallest mesh, without a hardness.
+    pub coarsest: Arc<Problem>,
 }
 
-impl Mesh {
-    /// Returns whether displacements are convolved on a larger mesh, as with free boundaries.
-    pub fn has_margin(&self) -> bool {
-        self.stiffness.has_margin()
+impl CoarserMeshes {
+    /// Prepares the coarser meshes of a surface.
+    ///
+    /// Returns `None` if the mesh is too small or cannot be halved often enough, or if the body has
+    /// no coarser version.
+    pub fn new(threads: &Threads, body: &dyn ElasticOperator, heights: &[f64]) -> Option<Self> {
+        let row_nodes = body.grid().nodes()[1];
+        let grids = coarser_grids(body.grid());
+        let coarser: Option<Vec<_>> = grids.iter().map(|grid| body.on_coarser(*grid)).collect();
+        let mut bodies = coarser?;
+        let coarsest = bodies.pop()?;
+        let mut stride = 1;
+        let mut sampled = || -> Vec<f64> {
+            stride *= 2;
+            every_so_many(stride, heights, row_nodes).collect()
+        };
+        let meshes =
+            bodies.iter().map(|body| Arc::new(Mesh::from_heights(threads, &**body, &sampled())));
+        let levels = meshes.collect();
+        let coarsest = Problem::new(threads, coarsest, None, &sampled());
+        Some(Self { levels, coarsest: Arc::new(coarsest) })
     }
+}
 
-    pub fn cells(&self) -> usize {
-        self.nodes[0] * self.nodes[1]
-    }
+fn coarser_grids(grid: Grid) -> Vec<Grid> {
+    successors(coarsened(&grid), coarsened).collect()
+}
 
-    /// Prepares the mesh of a body, with one height for each node.
-    pub fn from_heights(threads: &Threads, body: &dyn ElasticOperator, heights: &[f64]) -> Self {
-        let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let single = heights.iter().map(|height| (height - highest) as f32);
-        Self::new(threads, body, single.collect(), highest)
-    }
+/// Returns the grid of every second node along both axes, if it is large enough.
+fn coarsened(grid: &Grid) -> Option<Grid> {
+    let coarser = grid.coarsened()?;
+    let is_large = coarser.nodes().into_iter().all(|nodes| nodes >= MIN_NODES);
+    is_large.then_some(coarser)
+}
 
-    /// Prepares the mesh of a body. `heights` has one height for each node, from which the highest
-    /// height, `highest`, is already subtracted.
-    pub fn new(
-        threads: &Threads,
-        body: &dyn ElasticOperator,
-        heights: Vec<f32>,
-        highest: f64,
-    ) -> Self {
-        let nodes = body.grid().nodes();
-        let blocks = Extension::blocks_of(body.stiffness_nodes());
-        let nodal_stiffness = body.nodal_stiffness(threads);
-        Self {
-            nodes,
-            steps_per_side: body.grid().smaller_steps(),
-            heights,
-            highest,
-            transform: elasticity::transform(body),
-            displacement: elasticity::displacement_on(threads, body),
-            stiffness: Stiffness::new(threads, body),
-            two_level: TwoLevel::new(threads, body, nodal_stiffness, blocks),
-            relative_displacements: Extension::relative_displacements(body),
-            nodal_stiffness,
-            nodal_compliance: body.nodal_compliance(threads),
-        }
-    }
+/// Returns the heights of every `stride`-th node along both axes.
+fn every_so_many(stride: usize, heights: &[f64], row_nodes: usize) -> impl Iterator<Item = f64> {
+    let rows = heights.chunks_exact(row_nodes).step_by(stride);
+    rows.flat_map(move |row| row.iter().step_by(stride).copied())
 }
 
 pub struct CentredHeights {

@@ -4,8 +4,9 @@
 use pulp::Simd;
 
 use super::lanes::{Accumulate, InOrder, LANES, Pass, greater, sum_by, total, weight};
-use super::passes::{ActiveBand, FREE, PRESSED, PendingUpdate, SATURATED, has};
+use super::passes::PendingUpdate;
 use crate::fft::{Band, Row};
+use crate::solver::marks::{ActiveBand, FREE, PRESSED, SATURATED, has};
 
 /// Weight of each of the two nearest nodes in the cubic interpolation half-way between them.
 const INNER: f32 = 9.0 / 16.0;

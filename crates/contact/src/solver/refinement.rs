@@ -8,7 +8,6 @@
 //! would have it in contact, and sets its pressure accordingly. The pressures are evaluated again,
 //! so that the residual is that of the returned pressures.
 
-use super::balance::Balance;
 use super::bounds::PressureSummary;
 use super::conjugate_gradients::{End, Goal, InnerSolver, State};
 use super::lanes::{
@@ -16,11 +15,13 @@ use super::lanes::{
 };
 use super::line_search::{LastStep, LineSearch, StepControl};
 use super::passes::{
-    Convergence, FREE, GapOutput, GapStatistics, GapUpdate, InitialResidual, PendingUpdate,
-    PressureInput, PromotedInput, StepOutput, StepScaling, has, promote,
+    Convergence, GapOutput, GapStatistics, GapUpdate, InitialResidual, PendingUpdate,
+    PressureInput, PromotedInput, StepOutput, StepScaling, promote,
 };
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 use crate::fft::Band;
+use crate::solver::conjugate_gradients::Balance;
+use crate::solver::marks::{FREE, has};
 
 /// Maximum residual, as a fraction of the displacement that the mean contact pressure on a single
 /// node causes at this node.

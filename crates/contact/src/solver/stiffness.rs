@@ -16,10 +16,11 @@
 use pulp::Simd;
 
 use super::lanes::{LANES, Pass, Wide, over_rows};
-use super::passes::{ActiveBand, ActiveGroups, FREE};
-use super::preconditioner::{Kind, Residual, ResidualRows, TransposeOutput};
+use super::preconditioner::{Kind, Residual};
 use super::{Settings, Solver, Stop, Watch};
 use crate::fft::{Band, Row};
+use crate::solver::blocks::{ResidualRows, TransposeOutput};
+use crate::solver::marks::{ActiveBand, ActiveGroups, FREE};
 
 /// Stiffness of a contact whose nodes in contact do not change.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,14 +3,15 @@
 
 use pulp::Simd;
 
+use super::ReferencePressure;
 use super::peek::SampleBand;
 use super::update_gap::{Convergence, Extremes};
-use super::{
-    FREE, PRESSED, ReferencePressure, SATURATED, has, mark, mark_yielding, marked_by_pressure,
-};
 use crate::fft::{Band, Row};
 use crate::solver::lanes::{
     Accumulate, InOrder, Lanes, Pass, REST, split, split_mut, sum_by, total, weight,
+};
+use crate::solver::marks::{
+    FREE, PRESSED, SATURATED, has, mark, mark_yielding, marked_by_pressure,
 };
 
 /// Pass that writes the pressures as input of the convolution, and updates the flags of nodes with

@@ -3,11 +3,12 @@
 
 use pulp::Simd;
 
-use super::{ActiveGroups, FREE, PRESSED, ReferencePressure, SATURATED, has};
+use super::ReferencePressure;
 use crate::fft::{Band, Row};
-use crate::solver::balance::Candidates;
+use crate::solver::blocks::TransposeOutput;
+use crate::solver::candidates::Candidates;
 use crate::solver::lanes::{Accumulate, InOrder, LANES, Pass, sum_over_groups, weight};
-use crate::solver::preconditioner::TransposeOutput;
+use crate::solver::marks::{ActiveGroups, FREE, PRESSED, SATURATED, has};
 
 /// Minimum number of free nodes in a sample; with fewer, the pass visits all rows.
 pub const MIN_SAMPLE_NODES: f64 = 64.0;

@@ -3,15 +3,16 @@
 
 use pulp::Simd;
 
+use super::ReferenceBand;
 use super::peek::SampleBand;
-use super::{
-    ALL, ActiveBand, FREE, GroupsOfRow, PRESSED, ReferenceBand, SATURATED, mark, mark_yielding,
-};
 use crate::fft::{Band, Row};
+use crate::solver::blocks::ResidualRows;
 use crate::solver::lanes::{
     Accumulate, InOrder, LANES, Lanes, Pass, REST, split, split_mut, sum_by,
 };
-use crate::solver::preconditioner::ResidualRows;
+use crate::solver::marks::{
+    ALL, ActiveBand, FREE, GroupsOfRow, PRESSED, SATURATED, mark, mark_yielding,
+};
 
 /// Pass over displacements under a step that adds them to the gap, updates the flags of the nodes,
 /// and computes the residual of free nodes.

@@ -2,12 +2,13 @@
 
 use pulp::Simd;
 
-use super::{ALL, ActiveGroups, FREE, ReferencePressure, SATURATED, mark, mark_yielding};
+use super::ReferencePressure;
 use crate::fft::{Band, Row};
+use crate::solver::blocks::TransposeOutput;
 use crate::solver::lanes::{
     Accumulate, InOrder, Lanes, Pass, REST, split, split_mut, sum_over_groups,
 };
-use crate::solver::preconditioner::TransposeOutput;
+use crate::solver::marks::{ALL, ActiveGroups, FREE, SATURATED, mark, mark_yielding};
 
 /// Update of the pressures that remains to be applied after a step: scaling, and undoing a part of
 /// the step.

@@ -10,7 +10,7 @@ use super::extension::{Extension, Level, SIDE};
 use super::levels::{gather, interpolate, is_before, repeat, sum, weights};
 use crate::fft::{Band, ROW_BATCH, Row};
 use crate::solver::lanes::{LANES, Lanes, Pass, REST, over_rows, split, split_mut};
-use crate::solver::passes::{ALL, FREE};
+use crate::solver::marks::{ALL, FREE};
 use crate::threads::Threads;
 
 const _: () = assert!(ROW_BATCH.is_multiple_of(SIDE));

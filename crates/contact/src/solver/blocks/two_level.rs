@@ -191,10 +191,10 @@ mod tests {
     use crate::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
     use crate::fft::Row;
     use crate::grid::samples::{rectangle, square};
+    use crate::solver::blocks::TransposeOutput;
+    use crate::solver::blocks::extension::tests::noise;
     use crate::solver::lanes::Pass;
-    use crate::solver::passes::{FREE, has};
-    use crate::solver::preconditioner::TransposeOutput;
-    use crate::solver::preconditioner::extension::tests::noise;
+    use crate::solver::marks::{FREE, has};
 
     /// Free nodes of a body, and their preconditioner.
     struct Body {

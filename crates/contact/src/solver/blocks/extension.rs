@@ -209,9 +209,9 @@ pub mod tests {
 
     use super::*;
     use crate::fft::Row;
+    use crate::solver::blocks::{ResidualRows, TransposeInput};
     use crate::solver::lanes::weight;
-    use crate::solver::passes::{FREE, has};
-    use crate::solver::preconditioner::{ResidualRows, TransposeInput};
+    use crate::solver::marks::{FREE, has};
 
     /// Returns numbers from −0.5 to 0.5, the same for the same seed.
     pub fn noise(seed: u64, count: usize) -> Vec<f32> {
