@@ -21,8 +21,8 @@ pub use asperity_pipeline::results::owner::Taken;
 pub use asperity_report::PixelsError;
 pub use asperity_report::ReportError;
 pub use asperity_stages::StageError;
-pub use asperity_stages::aggregate::sql::QueryError;
-pub use asperity_stages::generate::map_file::MapFileError;
+pub use asperity_stages::error::QueryError;
+pub use asperity_stages::map_file::MapFileError;
 pub use asperity_stages::surface_files::{ContentHash, SurfaceFileError};
 
 /// Failure of a method of a session.

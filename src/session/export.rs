@@ -22,7 +22,7 @@ use super::maps::{Map, MapKind, PathState, TaskMaps};
 use super::outputs::{folder_of, has_suffix, unwritten, write_output, write_output_with};
 use super::words::listed;
 use asperity_stages::columns::{LOAD, MEAN_GAP};
-use asperity_stages::generate::PerAxis;
+use asperity_stages::per_axis::PerAxis;
 use asperity_tables::key::TaskKey;
 
 /// Maps of a task at one or several loads, for an export. They are computed while the files are

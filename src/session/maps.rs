@@ -22,7 +22,7 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, MEAN_GAP, RMS_SLOPE};
 use asperity_stages::ensemble::load_column;
-use asperity_stages::generate;
+use asperity_stages::surface;
 use asperity_stages::surface_files::{SurfaceFileError, SurfaceFiles};
 use asperity_stages::units::{length_unit, pressure_unit};
 use asperity_stages::{Kind, StageError};
@@ -488,7 +488,7 @@ impl SurfaceTask {
 
     fn read(&self, store: &Store, sources: &SurfaceFiles) -> Result<DrawnSurface, SessionError> {
         let (table, provenance) = store.read_with_provenance(self.key)?;
-        let params: generate::Params =
+        let params: surface::Params =
             serde_json::from_str(&provenance.recipe).map_err(SessionError::Recipe)?;
         let drawn = params.surface(&table, sources, &Threads::one());
         let surface = drawn.map_err(|error| match error {

@@ -19,7 +19,7 @@ use asperity_report::map_pictures::{
 use asperity_report::relief::Relief;
 use asperity_report::{MapPanel, Raster, Scale, digits, length_in_words, pressure_in_words};
 use asperity_stages::columns::{LOAD, MEAN_GAP};
-use asperity_stages::generate::PerAxis;
+use asperity_stages::per_axis::PerAxis;
 use asperity_tables::key::TaskKey;
 
 /// Number of digits of the key in file names.

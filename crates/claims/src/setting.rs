@@ -12,9 +12,9 @@ use arrow::array::Array;
 use asperity_contact::topography::spectrum;
 use asperity_stages::columns::*;
 use asperity_stages::ensemble::{ParameterPoint, grouped};
-use asperity_stages::generate;
 use asperity_stages::grids::Meshes;
 use asperity_stages::solve::is_unconverged;
+use asperity_stages::surface::coordinates;
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
 
@@ -232,7 +232,7 @@ pub fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableErro
     if !table.has(HURST.name) || table.reals(HURST.name)?.is_null(row) {
         return Ok(None);
     }
-    if generate::is_altered(table, row) {
+    if coordinates::is_altered(table, row) {
         return Ok(None);
     }
     let whole = |name: &str| Ok::<_, TableError>(table.integers(name)?.value(row));

@@ -14,13 +14,16 @@ pub mod bounds;
 pub mod checks;
 pub mod derived;
 pub mod expected_keys;
+mod expression_syntax;
 pub mod layout;
 pub mod on_axes;
 pub mod parameters;
 pub mod quantity;
 pub mod reader;
+mod schema;
 pub mod tried;
 pub mod validation;
+pub mod values;
 
 use std::borrow::Cow;
 

@@ -23,11 +23,13 @@ use asperity_manifest::keys::declare::required;
 use asperity_manifest::keys::derived::Scope;
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::parameters::Parameters;
-use asperity_manifest::keys::validation::{found, unknown_word, validate_against};
+use asperity_manifest::keys::validation::{unknown_word, validate_against};
+use asperity_manifest::keys::values::found;
 use asperity_manifest::keys::{Key, Section, Spanned, reader, table};
 use asperity_stages::Kind;
-use asperity_stages::form::{FromKey, StagePoints, StageVariant, with_article};
+use asperity_stages::check_context::FromKey;
 use asperity_stages::generate::method::SurfacePoints;
+use asperity_stages::registry::{StagePoints, StageVariant, with_article};
 
 use self::figure::WrittenFigure;
 

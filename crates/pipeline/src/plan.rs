@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use crate::study::{Stage, Study};
 use asperity_manifest::names;
 use asperity_stages::ensemble::ParameterPoint;
-use asperity_stages::{InputScope, Recipe, Series, Work, generate};
+use asperity_stages::{InputScope, Recipe, Series, Work, surface};
 use asperity_tables::key::{Digest, TaskKey};
 use asperity_tables::store::Store;
 use asperity_tables::store::provenance::Provenance;
@@ -234,7 +234,7 @@ impl Plan {
 
     /// Returns the recipe of the surface on which a task depends, or `None` if it depends on
     /// several surfaces.
-    pub fn surface_of(&self, task: usize) -> Option<&generate::Params> {
+    pub fn surface_of(&self, task: usize) -> Option<&surface::Params> {
         let Task { recipe, inputs, .. } = &self.tasks[task];
         match (recipe, inputs.as_slice()) {
             (Recipe::Generate(params), _) => Some(params),

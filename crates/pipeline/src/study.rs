@@ -38,7 +38,7 @@ pub(crate) use warnings::improbable_contact;
 
 pub use asperity_manifest::diagnostics::{ManifestErrors, Problem};
 pub use asperity_stages::Work;
-pub use asperity_stages::generate::growth::{Growth, KnownMean, Limit, Until};
+pub use asperity_stages::surface::planned::{Growth, KnownMean, Limit, Until};
 
 /// Function that returns the names of all claims that a manifest can name in `until = "claims …"`.
 ///

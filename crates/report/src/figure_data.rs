@@ -25,8 +25,10 @@ use asperity_stages::columns::{
     PERIMETER_MANHATTAN, REALIZATION, SURFACE, WORK_OF_ADHESION,
 };
 use asperity_stages::correct::AS_COUNTED;
-use asperity_stages::generate::{self, Origin};
-use asperity_stages::{Kind, Recipe, caveats};
+use asperity_stages::departures;
+use asperity_stages::generate;
+use asperity_stages::surface::Origin;
+use asperity_stages::{Kind, Recipe};
 use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 
@@ -436,7 +438,7 @@ fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportEr
     let mut descriptions = Vec::new();
     let stages = finished.stages.iter();
     for FinishedStage { table, .. } in stages.filter(|stage| stage.kind == Kind::Generate) {
-        for point in caveats::points(table).map_err(ReportError::Caveats)? {
+        for point in departures::points(table).map_err(ReportError::Caveats)? {
             if point.departures.is_empty() {
                 continue;
             }

@@ -21,7 +21,9 @@ use asperity_contact::topography::surface::Axis;
 use asperity_contact::topography::surface::Scan;
 use asperity_contact::topography::surface::Surface;
 use asperity_contact::topography::{differences, power_spectrum};
-use asperity_stages::generate::{self, Heights, MeasuredSurface, Origin};
+use asperity_stages::surface;
+use asperity_stages::surface::origin::MeasuredSurface;
+use asperity_stages::surface::{Heights, Origin};
 use asperity_stages::{Recipe, Stage as _, StageError, ensemble, grids};
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::TaskTables;
@@ -35,7 +37,7 @@ const NODES: usize = 512;
 /// First surface of a parameter point.
 pub struct Sample<'a> {
     pub task: usize,
-    pub params: &'a generate::Params,
+    pub params: &'a surface::Params,
     pub point: Point,
 }
 

@@ -246,7 +246,7 @@ pub const SHAPE_COORDINATES: [Column; 4] = [RADIUS, AMPLITUDE, WAVES, DEPTH];
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generate::method::Method;
+    use crate::surface::method::Method;
     use asperity_contact::topography::fill::Fill;
     use asperity_contact::topography::level::Level;
     use asperity_contact::topography::periodic::Edges;

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::check_context::Surfaces;
 use crate::columns::*;
-use crate::form::Surfaces;
 use crate::grids::Meshes;
 use crate::stage::distinct;
 use crate::{

@@ -1,52 +1,41 @@
 //! `generate` stages, which draw or read surfaces and describe them.
 
-mod description;
 pub mod files;
-pub mod growth;
-pub mod map_file;
 mod mesh;
 pub mod method;
-pub mod origin;
-pub mod pair;
 pub mod plausibility;
 mod random;
+pub mod realizations;
 pub mod shapes;
 pub mod spectrum;
 pub mod yielded;
 
 use std::borrow::Cow;
 
-use arrow::array::{Array, AsArray, Float64Array};
-use arrow::datatypes::Float64Type;
-use schemars::{JsonSchema, Schema};
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use arrow::array::{Array, Float64Array};
 
-use self::description::Description;
-use self::method::Method;
-use self::spectrum::{Source, SpectrumSurface};
 use crate::columns::*;
-use crate::grids::{self, Grids};
+use crate::departures;
 use crate::stage::{ContactLoads, distinct, range};
+use crate::surface::description::{self, Description};
+use crate::surface::method::Method;
+use crate::surface::spectrum::{Source, SpectrumSurface};
 use crate::surface_files::SurfaceFiles;
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
-    StageError, caveats,
+    StageError,
 };
-use asperity_contact::grid::Grid;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::{counted, listed};
 use asperity_manifest::keys::quantity;
 use asperity_tables::column::{self, Column, lists};
-use asperity_tables::key::{Digest, TaskKey};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::table::Table;
 
-pub use self::mesh::PerAxis;
-use self::origin::MUCH_UNRELIABLE;
-pub use self::origin::{InspectedMap, MeasuredSurface, Origin};
+use crate::surface::origin::MUCH_UNRELIABLE;
+use crate::surface::{Heights, Origin, Params, coordinates};
 
 /// Version of the results, which is part of every key. It is raised whenever numbers change.
 pub const VERSION: u32 = 3;
@@ -78,59 +67,25 @@ pub const STAGE: Definition = Definition {
     summary,
 };
 
-/// The recipe of one surface.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Params {
-    /// Storage of the heights, if there are any.
-    pub heights: Heights,
-    /// Sides of the cell along x and y, in the unit of length of the manifest. For a measured
-    /// surface, sides of the map in the file before its preparation; `None` if the file contains
-    /// them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub side: Option<PerAxis<f64>>,
-    /// Spectrum, file or shape of the surface.
-    #[serde(flatten)]
-    pub origin: Origin,
-}
-
-/// The storage of the heights of a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Heights {
-    /// The heights are stored in the table.
-    Keep,
-    /// The heights are drawn, or read from their file, again when needed.
-    Redraw,
-    /// No heights are drawn: modes alone describe the surface, and `solve` and `measure` stages
-    /// cannot read it.
-    None,
-}
-
-impl Heights {
-    /// Removes `"none"` from a schema, because only random self-affine surfaces can be described by
-    /// their modes alone.
-    fn not_none(schema: &mut Schema) {
-        if let Some(words) = schema.get_mut("oneOf").and_then(Value::as_array_mut) {
-            words.retain(|word| word["const"] != "none");
-        }
+/// Returns the parameter columns of the method that makes the surface, such as `hurst` and `seed`,
+/// without those that all surfaces have.
+pub fn own_columns(origin: &Origin) -> Vec<Column> {
+    let mut origin = origin.clone();
+    if let Origin::Spectrum { surface, .. } = &mut origin
+        && surface.source.is_unread()
+    {
+        surface.source = Source::Stage { spectrum_of: Some(String::new()) };
     }
+    let coordinates = coordinates::own_coordinates(&origin).into_iter();
+    coordinates.map(|(column, _)| column).collect()
+}
+
+/// Returns one row with the columns [`own_columns`] and their values.
+pub fn own_row(origin: &Origin) -> Table {
+    Table::row(&coordinates::own_coordinates(origin))
 }
 
 impl Params {
-    /// Returns the recipe of realization `number` with otherwise equal parameters. Shapes and files
-    /// have only one realization, so that their recipes stay unchanged.
-    pub fn realization(&self, number: u32) -> Params {
-        let mut params = self.clone();
-        match &mut params.origin {
-            Origin::Random { surface, .. } => surface.realization = number,
-            Origin::Spectrum { surface, .. } => surface.realization = number,
-            Origin::Pair(pair) => **pair = pair.realization(number),
-            Origin::Yielded(yielded) => *yielded.body = yielded.body.realization(number),
-            Origin::File(_) | Origin::Shape { .. } => {}
-        }
-        params
-    }
-
     /// Draws or reads the surface, and returns it with its recipe. If the spectrum is in the table
     /// of another task, the returned recipe contains the name of the measured surface.
     fn draw_with_inputs(
@@ -151,120 +106,6 @@ impl Params {
         let drawn = surface.draw(&density, self.grid()?, threads)?;
         Ok((params, drawn))
     }
-
-    fn with(&self, heights: Heights) -> Params {
-        Params { heights, ..self.clone() }
-    }
-
-    /// Returns the key from which the name of the surface is derived. It depends neither on the
-    /// storage of the heights nor on whether the manifest contains an anisotropy ratio of 1.
-    fn surface_key(&self) -> TaskKey {
-        let mut params = self.with(Heights::Redraw);
-        if let Origin::Random { has_unit_ratio, .. } = &mut params.origin {
-            *has_unit_ratio = false;
-        }
-        let recipe = Recipe::Generate(params);
-        TaskKey::new(Kind::Generate.name(), VERSION, Digest::from_params(&recipe), &[])
-    }
-
-    /// Returns the number of nodes along x and y.
-    pub fn nodes(&self) -> [usize; 2] {
-        self.origin.nodes()
-    }
-
-    /// Returns the sides of the cell along x and y.
-    pub fn size(&self) -> [f64; 2] {
-        let PerAxis(size) = match &self.origin {
-            Origin::File(file) => file.seen.side,
-            Origin::Pair(pair) => return pair.body.size(),
-            Origin::Yielded(yielded) => return yielded.body.size(),
-            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => {
-                self.side.unwrap_or_default()
-            }
-        };
-        size
-    }
-
-    /// Returns the grid of the nodes of the surface.
-    ///
-    /// # Errors
-    /// If nodes or sides are invalid, which cannot happen in a recipe from a study.
-    pub fn grid(&self) -> Result<Grid, StageError> {
-        grids::grid(self.nodes(), self.size())
-    }
-
-    /// Returns the sides along x and y, or `None` if the manifest does not give them.
-    pub fn sides(&self) -> Option<[f64; 2]> {
-        self.side.map(|PerAxis(sides)| sides)
-    }
-
-    /// Draws the surface, or reads it from its file.
-    ///
-    /// # Errors
-    /// If the file is missing, has changed or cannot be read.
-    pub fn draw(&self, sources: &SurfaceFiles, threads: &Threads) -> Result<Surface, StageError> {
-        self.origin.draw(self.sides(), sources, threads)
-    }
-
-    /// Returns a map with a positive number at each node whose height was not measured but filled,
-    /// and 0 at all other nodes. A node of a pair is filled if one of the bodies is filled there.
-    /// Returns `None` if no node was filled.
-    ///
-    /// # Errors
-    /// As [`Params::draw`].
-    pub fn filled_nodes(&self, sources: &SurfaceFiles) -> Result<Option<Surface>, StageError> {
-        match &self.origin {
-            Origin::File(file) => file.filled_nodes(self.sides(), sources),
-            Origin::Pair(pair) => pair.filled_nodes(sources),
-            Origin::Yielded(yielded) => yielded.body.filled_nodes(sources),
-            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => Ok(None),
-        }
-    }
-
-    /// Returns a table with one row that describes `surface`, without heights and without the
-    /// columns about its file.
-    pub fn described(&self, surface: &Surface) -> Table {
-        let description = Description::from_surface(&self.origin, surface, &Threads::one());
-        Table::new(1, description.row(self, surface.grid()))
-    }
-
-    /// Returns the surface from the heights in `table`. If the table has no heights, draws the
-    /// surface again.
-    ///
-    /// # Errors
-    /// As [`Params::draw`], and if the table is not one of a `generate` stage.
-    pub fn surface(
-        &self,
-        table: &Table,
-        sources: &SurfaceFiles,
-        threads: &Threads,
-    ) -> Result<Surface, StageError> {
-        if !table.has(HEIGHTS.name) {
-            return self.draw(sources, threads);
-        }
-        let list = table.lists(HEIGHTS.name)?.value(0);
-        let heights = list.as_primitive::<Float64Type>().values().to_vec();
-        let grid = Grids::new(table)?.grid(0)?;
-        Surface::new(grid, heights).map_err(StageError::Heights)
-    }
-}
-
-/// Returns the parameter columns of the method that makes the surface, such as `hurst` and `seed`,
-/// without those that all surfaces have.
-pub fn own_columns(origin: &Origin) -> Vec<Column> {
-    let mut origin = origin.clone();
-    if let Origin::Spectrum { surface, .. } = &mut origin
-        && surface.source.is_unread()
-    {
-        surface.source = Source::Stage { spectrum_of: Some(String::new()) };
-    }
-    let coordinates = description::own_coordinates(&origin).into_iter();
-    coordinates.map(|(column, _)| column).collect()
-}
-
-/// Returns one row with the columns [`own_columns`] and their values.
-pub fn own_row(origin: &Origin) -> Table {
-    Table::row(&description::own_coordinates(origin))
 }
 
 impl Stage for Params {
@@ -321,7 +162,7 @@ impl Stage for Params {
     }
 
     fn coordinates(&self) -> Vec<(Column, column::Value)> {
-        description::coordinates(self)
+        coordinates::coordinates(self)
     }
 
     /// Returns the effort of drawing and describing the surface: six pairs of transforms, or none
@@ -339,20 +180,9 @@ impl Stage for Params {
         }
     }
 
-    /// Returns the peak memory in bytes per node, measured on one thread at 512² and 1024² nodes.
     fn footprint(&self) -> Footprint {
         Footprint {
-            work: match (&self.origin, self.heights) {
-                (_, Heights::None) => 0.0,
-                (Origin::File(file), _) => {
-                    let modes = if file.preparation.tests_reliability() { 24.0 } else { 0.0 };
-                    let repairs = file.repair_bytes_per_node();
-                    28.0 + modes + file.seen.extra_bytes_per_node() + repairs
-                }
-                (Origin::Pair(pair), _) => 16.0 + pair.bytes_per_node(),
-                (Origin::Yielded(yielded), _) => yielded.bytes_per_node(),
-                (Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. }, _) => 28.0,
-            },
+            work: self.bytes_per_node(),
             table: match self.heights {
                 Heights::Keep => 8.0,
                 Heights::Redraw | Heights::None => 0.0,
@@ -386,10 +216,10 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     add(vec![SURFACE, METHOD]);
     let surfaces: Vec<&Params> = surfaces.into_iter().collect();
     for surface in &surfaces {
-        add(description::columns_of_grid(surface));
+        add(coordinates::columns_of_grid(surface));
     }
     for surface in &surfaces {
-        add(vec![description::column_of_slope(&surface.origin)]);
+        add(vec![coordinates::column_of_slope(&surface.origin)]);
     }
     for surface in &surfaces {
         add(own_columns(&surface.origin));
@@ -398,7 +228,7 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     let descriptors =
         DESCRIPTORS.into_iter().filter(|column| *column != RMS_HEIGHT || !gives_height);
     let origin = surfaces.first().map(|surface| &surface.origin);
-    add(descriptors.map(|column| pair::descriptor(origin, column)).collect());
+    add(descriptors.map(|column| coordinates::descriptor(origin, column)).collect());
     for surface in &surfaces {
         add(description::columns_of_file(&surface.origin));
     }
@@ -407,14 +237,6 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
         columns.extend(SPECTRUM_DESCRIPTORS);
     }
     Table::empty(&columns)
-}
-
-/// Returns whether the spectrum of the surface in a row differs from the one that the columns of
-/// the row describe, because the surface is a pair of surfaces or has yielded.
-pub fn is_altered(table: &Table, row: usize) -> bool {
-    let batch = table.batch();
-    let mut columns = ALTERATIONS.iter().filter_map(|name| batch.column_by_name(name));
-    columns.any(|column| column.is_valid(row))
 }
 
 /// Returns the phrases that summarise a table of surfaces for users.
@@ -524,7 +346,7 @@ fn unreliable_slopes(table: &Table) -> Result<Option<String>, StageError> {
 /// because the surfaces are not isotropic Gaussian roughness. The warning gives the number of these
 /// points and the reason for the first one. Returns `None` if there are no such points.
 fn caveat(surfaces: &Table) -> Result<Option<String>, StageError> {
-    let points = caveats::points(surfaces)?;
+    let points = departures::points(surfaces)?;
     let others: Vec<_> = points.iter().filter(|point| !point.departures.is_empty()).collect();
     Ok(others.first().map(|first| {
         let number = match points.len() {

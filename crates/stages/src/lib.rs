@@ -6,42 +6,56 @@
 //!
 //! | module | content |
 //! |---|---|
+//! | [`registry`] | lists the kinds: the keys that each has, and its work at all parameter points |
 //! | [`generate`] | draws random surfaces, creates shapes, reads measured surfaces |
 //! | [`solve`] | solves the contact of surfaces under loads |
 //! | [`measure`] | measures contact maps and surfaces |
 //! | [`correct`] | corrects contact areas for the mesh |
 //! | [`fit`] | fits laws to single parameter points, and limits of observables to all points |
 //! | [`aggregate`] | computes statistics of groups of rows, and answers SQL queries |
-//! | `stage` | interface of all stages: [`Definition`], [`Stage`], [`Work`], [`StageError`] |
-//! | [`form`] | keys of each stage, and the context in which they are checked |
-//! | [`columns`], [`grids`] | all columns; the columns that hold the grid of a surface |
+//! | [`departures`] | finds surfaces that are not isotropic Gaussian roughness |
+//! | `stage`, [`error`] | interface of all stages: [`Definition`], [`Stage`], [`StageError`] |
+//! | [`check_context`], [`lengths`] | what the checks of keys know about the study; units of lengths |
+//! | [`surface`] | recipe of a surface, from which any stage draws it again |
+//! | [`reduced_units`], [`unloading`], [`bodies`] | units of the solver; yielding; the two bodies |
+//! | [`columns`], [`grids`], [`per_axis`] | all columns; the grid of a surface; values along x and y |
 //! | [`ensemble`] | grouping of rows by parameter point, surface and load |
 //! | [`units`] | names of the units of length and pressure of a table |
-//! | [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
-//! | [`caveats`] | surfaces that violate the assumptions of theories of rough contact |
+//! | [`map_file`], [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
 //!
-//! Each kind of stage has its own file and folder. A new kind is added to the `match` expressions
-//! in this file and in [`form`].
+//! No modules use each other in a circle: the kinds use the modules below them in this table, and
+//! only [`registry`] and this file list all kinds. A new kind of stage has its own file and folder,
+//! and is added to these two files.
 
 // Tests compare with tolerances.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 pub mod aggregate;
-mod branches;
-pub mod caveats;
+pub mod bodies;
+mod boundary_recipe;
+mod branch_names;
+pub mod check_context;
 pub mod columns;
 pub mod correct;
+pub mod departures;
 pub mod ensemble;
+pub mod error;
 pub mod fit;
-pub mod form;
 pub mod generate;
 pub mod grids;
+pub mod lengths;
+pub mod map_file;
 pub mod measure;
+pub mod per_axis;
+pub mod reduced_units;
+pub mod registry;
 pub mod solve;
 pub mod spectrum_files;
 mod stage;
+pub mod surface;
 pub mod surface_files;
 pub mod units;
+pub mod unloading;
 
 use std::borrow::Cow;
 use std::fmt;
@@ -53,10 +67,12 @@ use serde::{Deserialize, Serialize};
 use asperity_contact::distribution::EqualBins;
 use asperity_tables::column::Column;
 
-pub use form::CheckContext;
+pub use check_context::CheckContext;
+pub use error::StageError;
+pub use registry::Work;
 pub use stage::{
     ContactLoads, Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope,
-    Reads, Series, Stage, StageError, Work, beside_coordinates, stacked,
+    Reads, Series, Stage, beside_coordinates, stacked,
 };
 
 /// Kind of a stage, as given by `kind =` in a manifest.
@@ -185,7 +201,7 @@ impl RowKind {
 #[serde(untagged)]
 pub enum Recipe {
     /// Parameters for drawing or reading one surface.
-    Generate(generate::Params),
+    Generate(surface::Params),
     /// Parameters for solving the contact of one surface under loads.
     Solve(Arc<solve::Params>),
     /// Parameters for solving the contact of one surface with adhesion, along a path.

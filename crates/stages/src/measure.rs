@@ -19,12 +19,12 @@ use std::borrow::Cow;
 use serde::Serialize;
 
 use super::columns::*;
-use super::solve::Conduction;
 use super::stage::{largest, range};
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe,
-    RowKind, Series, Stage, StageError, beside_coordinates, generate, grids, stacked,
+    RowKind, Series, Stage, StageError, beside_coordinates, grids, stacked, surface,
 };
+use crate::bodies::Conduction;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::height_distribution::{Histogram, HistogramPool};
 use asperity_manifest::diagnostics::counted;
@@ -387,7 +387,7 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
     Ok(point.pick(&vec![0; bins.len()]).with(columns))
 }
 
-fn surface_params<'a>(input: &Input<'a>) -> &'a generate::Params {
+fn surface_params<'a>(input: &Input<'a>) -> &'a surface::Params {
     let Recipe::Generate(params) = input.recipe else {
         unreachable!("validation accepts only surfaces for these measurements")
     };

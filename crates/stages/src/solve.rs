@@ -5,43 +5,37 @@
 //! pressures and counts in bins are parts of the rows, and can be added later.
 
 pub mod adhesion;
-pub mod against;
 mod asperities;
-pub mod bodies;
 mod contact;
 mod fields;
-pub mod full_contact;
 pub mod keys;
 pub mod layer;
-pub mod lengths;
-mod loads;
 mod parallel;
 mod parts;
 mod rows;
 #[cfg(test)]
 mod tests;
-pub mod units;
-pub mod unloading;
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
-pub use self::bodies::{Bodies, Conduction};
 pub use self::contact::Contact;
 pub use self::fields::ContactFields;
 pub use self::layer::GivenLayer;
-pub use self::loads::ListedLoads;
 use self::rows::OptionalColumns;
 pub use self::rows::SolvedLoad;
-pub use self::units::{GivenHardness, PressureUnit};
-pub use self::unloading::Branch;
+use crate::bodies::Bodies;
+use crate::boundary_recipe;
 use crate::columns::*;
-use crate::generate::PerAxis;
+use crate::per_axis::PerAxis;
+use crate::reduced_units::{GivenHardness, PressureUnit};
 use crate::stage::range;
+use crate::surface::pair;
+use crate::unloading::Branch;
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series,
     Stage, StageError, beside_coordinates,
@@ -59,6 +53,18 @@ use asperity_tables::table::{Table, TableError};
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: u32 = 17;
+
+/// Differences between the loads in the manifest and the loads that are solved, for warnings.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ListedLoads {
+    /// True if the list does not ascend.
+    pub is_unsorted: bool,
+    /// Loads that the list repeats, in ascending order.
+    pub repeated: Vec<f64>,
+    /// True if the loads are plain numbers and `load_unit` is left out, although other pressures of
+    /// the stage have a unit.
+    pub lack_unit: bool,
+}
 
 /// Definition of the kind of stage `solve`.
 pub const STAGE: Definition = Definition {
@@ -109,7 +115,10 @@ pub struct Params {
     pub pressures: Pressures,
     /// Boundary condition at the edges of the surface. Omitted from the recipe if periodic, so that
     /// existing keys stay valid.
-    #[serde(skip_serializing_if = "Boundary::is_periodic", serialize_with = "boundary_recipe")]
+    #[serde(
+        skip_serializing_if = "Boundary::is_periodic",
+        serialize_with = "boundary_recipe::serialize"
+    )]
     pub boundary: Boundary,
     /// Layer between the rough surface and the rest of the body. Omitted from the recipe of a
     /// half-space, so that existing keys stay valid.
@@ -280,7 +289,7 @@ impl Stage for Params {
     }
 
     fn reads_input(&self, input: &Recipe) -> bool {
-        against::is_at(self.shift, input)
+        pair::is_at(self.shift, input)
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
@@ -420,25 +429,6 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     ])
 }
 
-/// Version of the numbers of loads with a free boundary. It is part of their recipes only, so that
-/// raising it does not recompute periodic loads.
-const FREE_BOUNDARY_VERSION: u32 = 2;
-
-#[derive(Serialize, Deserialize)]
-struct BoundaryRecipe {
-    beyond: Boundary,
-    version: u32,
-}
-
-/// Serializes the boundary for a recipe.
-pub(crate) fn boundary_recipe<S: Serializer>(
-    boundary: &Boundary,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION };
-    recipe.serialize(serializer)
-}
-
 /// Serializes the stiffness for a recipe, as `true` for elastic contacts.
 fn stiffness_recipe<S: Serializer>(
     stiffness: &Stiffness,
@@ -448,13 +438,6 @@ fn stiffness_recipe<S: Serializer>(
         Stiffness::LoadingAndUnloading => serializer.serialize_str("loading and unloading"),
         other => serializer.serialize_bool(!other.is_none()),
     }
-}
-
-/// Reads the boundary from a recipe.
-pub(crate) fn boundary_from_recipe<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Boundary, D::Error> {
-    BoundaryRecipe::deserialize(deserializer).map(|recipe| recipe.beyond)
 }
 
 /// Version of the numbers of asperity models. Only their recipes contain it.

@@ -4,22 +4,10 @@ use std::borrow::Cow;
 
 use bytesize::ByteSize;
 
-use crate::aggregate::sql::QueryError;
-use crate::generate::growth::PlannedSurfaces;
-use crate::generate::map_file::MapFileError;
-use crate::surface_files::{SurfaceFileError, SurfaceFiles};
+use crate::surface_files::SurfaceFiles;
 use crate::units::TableUnits;
-use crate::{Kind, Recipe, RowKind, generate};
-use asperity_contact::adhesion::AdhesionError;
-use asperity_contact::asperities::NoSummits;
-use asperity_contact::elasticity::LayerError;
-use asperity_contact::morphology::map::MapError;
-use asperity_contact::solver::HardnessError;
+use crate::{Kind, Recipe, RowKind, StageError, surface};
 use asperity_contact::threads::Threads;
-use asperity_contact::topography::preparation::PreparationError;
-use asperity_contact::topography::spectral_density::SpectralDensityError;
-use asperity_contact::topography::surface::SurfaceError;
-use asperity_manifest::diagnostics::listed;
 use asperity_manifest::keys::quantity::Unit;
 use asperity_tables::column::{Column, Description, Value};
 use asperity_tables::parquet::Columns;
@@ -259,7 +247,7 @@ pub struct Input<'a> {
     /// Recipe of the table, from which a surface without stored heights is drawn again.
     pub recipe: &'a Recipe,
     /// Recipe of the surface on which the table depends; `None` if there are several surfaces.
-    pub surface: Option<&'a generate::Params>,
+    pub surface: Option<&'a surface::Params>,
     pub table: Table,
 }
 
@@ -337,83 +325,6 @@ impl Effort {
     /// Adds the cost of reading a number of tables.
     pub fn and_reading(self, tables: usize) -> Effort {
         Effort { seconds: self.seconds + READING_SECONDS * tables as f64, ..self }
-    }
-}
-
-/// Work of a stage at all its parameter points, in order.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Work {
-    Generate(Vec<PlannedSurfaces>),
-    /// Recipes that are applied to the tables of other stages. There is at least one, and all are
-    /// of the same kind.
-    Evaluate(Vec<Recipe>),
-}
-
-impl Work {
-    /// Returns the kind of stage that does the work.
-    pub fn kind(&self) -> Kind {
-        match self {
-            Work::Generate(_) => Kind::Generate,
-            Work::Evaluate(recipes) => recipes.first().expect("a grid has a point").kind(),
-        }
-    }
-
-    /// Returns the recipes that are applied to the tables of other stages.
-    pub fn recipes(&self) -> &[Recipe] {
-        match self {
-            Work::Generate(_) => &[],
-            Work::Evaluate(recipes) => recipes,
-        }
-    }
-
-    /// Returns an upper bound on the number of tasks for a number of input tables.
-    pub fn tasks(&self, inputs: usize) -> usize {
-        match self {
-            Work::Generate(surfaces) => {
-                let tasks = surfaces.iter().map(|surfaces| {
-                    let spectra = if surfaces.params.origin.reads_stage() { inputs } else { 1 };
-                    spectra.saturating_mul(surfaces.at_most() as usize)
-                });
-                tasks.fold(0, usize::saturating_add)
-            }
-            Work::Evaluate(recipes) => {
-                let tasks = recipes.iter().map(|recipe| match recipe.input_scope() {
-                    InputScope::Single | InputScope::ParameterPoint => inputs,
-                    InputScope::All => 1,
-                });
-                tasks.fold(0, usize::saturating_add)
-            }
-        }
-    }
-
-    /// Returns the table of the stage without rows, given the names and the empty tables of its
-    /// inputs.
-    ///
-    /// # Errors
-    /// Returns an error if a query cannot be answered or a column is missing.
-    pub fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        let recipes = match self {
-            Work::Generate(surfaces) => {
-                let params = surfaces.iter().map(|surfaces| &surfaces.params);
-                return Ok(generate::empty_table(params));
-            }
-            Work::Evaluate(recipes) => recipes,
-        };
-        let mut tables = Vec::new();
-        for recipe in recipes {
-            let table = recipe.empty_table(inputs).map_err(|error| match error {
-                StageError::Table(source) => {
-                    let names = inputs.iter().map(|(name, _)| name.as_str());
-                    StageError::Inputs { stages: listed(names, "and"), source }
-                }
-                other => other,
-            });
-            tables.push(table?);
-            if !recipe.columns_depend_on_params() {
-                break;
-            }
-        }
-        Ok(Table::stack(&tables)?)
     }
 }
 
@@ -504,77 +415,4 @@ pub fn distinct(source: &TableSource, name: &str) -> Result<Vec<String>, StageEr
         Ok(())
     })?;
     Ok(found)
-}
-
-/// Reason why a task could not compute its table.
-#[derive(Debug, thiserror::Error)]
-pub enum StageError {
-    /// The user asked to stop.
-    #[error("interrupted")]
-    Interrupted,
-    #[error("cannot use an input table")]
-    Table(#[from] TableError),
-    /// The columns of a stage cannot be derived from the columns of the stages that it reads.
-    #[error("cannot use the table of input {stages}")]
-    Inputs { stages: String, source: TableError },
-    #[error("cannot use the file of a measured surface")]
-    Source(#[from] SurfaceFileError),
-    /// Stored or scaled heights, or the grid, are invalid.
-    #[error("the heights do not form a valid surface")]
-    Heights(#[source] SurfaceError),
-    #[error(
-        "cannot solve the contact with this hardness (loads and hardness in units of E* × rms slope)"
-    )]
-    Hardness(#[from] HardnessError),
-    #[error("cannot solve the contact with this layer (thickness over the longer side)")]
-    Layer(#[from] LayerError),
-    #[error("cannot solve the contact with adhesion")]
-    Adhesion(#[from] AdhesionError),
-    #[error(
-        "the contact in which the surface yields did not converge within {max_pairs} pairs of \
-         transforms; raise `max_pairs` in its `solve` stage"
-    )]
-    NotYielded { max_pairs: u32 },
-    #[error("cannot solve the contact of the asperities")]
-    NoSummits(#[from] NoSummits),
-    #[error("a stored contact map does not fit its mesh")]
-    Map(#[source] MapError),
-    #[error("cannot use `{path}` as a surface")]
-    Measured { path: String, source: Box<MapFileError> },
-    #[error("cannot prepare the surface `{path}`")]
-    Preparation { path: String, source: PreparationError },
-    /// The file of a spectrum is invalid; the reason continues the sentence.
-    #[error("`{path}` {reason}")]
-    SpectrumFile { path: String, reason: String },
-    #[error("a measured spectrum is not a valid power spectral density")]
-    SpectralDensity(#[source] SpectralDensityError),
-    #[error(
-        "no mode of the mesh lies in the range of the spectrum, from wavenumber {from:.4e} to \
-         {to:.4e}; change `side` or `nodes`"
-    )]
-    NoModes {
-        /// Smallest wavenumber with a density.
-        from: f64,
-        /// Largest wavenumber with a density.
-        to: f64,
-    },
-    /// No scan of a stitched spectrum has a trusted wavelength.
-    #[error(
-        "the trusted wavelengths of the scans fill fewer than two bins; increase `trusted_fraction` \
-         or `bins`, or use scans with a smaller `reliable_wavelength`"
-    )]
-    NothingTrusted,
-    /// Heights cannot be drawn again because the spectrum is in the table of another task.
-    #[error(
-        "the heights of this surface are not stored, and its spectrum is in the table of another \
-         stage; set `heights = \"keep\"`"
-    )]
-    NotKept,
-    /// A table that a query reads is damaged, or finished rows cannot be stored.
-    #[error(transparent)]
-    Store(StoreError),
-    #[error("cannot answer the query")]
-    Query(#[from] QueryError),
-    #[error("cannot aggregate: {reason}")]
-    Aggregate { reason: String },
 }

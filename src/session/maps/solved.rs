@@ -18,9 +18,9 @@ use asperity_stages::columns::{
 };
 use asperity_stages::ensemble::load_column;
 use asperity_stages::grids::Grids;
+use asperity_stages::reduced_units::Scales;
 use asperity_stages::solve::ContactFields;
 use asperity_stages::solve::adhesion::{PathFields, StateMaps, displacement};
-use asperity_stages::solve::units::Scales;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::store::Store;
 use asperity_tables::table::Table;

@@ -5,8 +5,8 @@ use std::ops::{Bound, RangeBounds};
 use serde_json::Value;
 use toml::de::DeValue;
 
-use super::validation::is_type;
 use crate::decimal;
+use crate::keys::schema::is_type;
 
 /// Maximum of numbers in a manifest. The fourth power of such a number, and products of several of
 /// them, are finite.

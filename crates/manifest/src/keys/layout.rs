@@ -8,7 +8,7 @@ use serde::de::{DeserializeOwned, Visitor};
 use serde::{Deserializer, forward_to_deserialize_any};
 use serde_json::{Map, Value};
 
-use super::validation::alternatives;
+use crate::keys::schema::alternatives;
 
 /// Transforms for `#[schemars(transform = …)]`, which declare that a key is required, how lists are
 /// read, and that a number is a length, a pressure or a work per area.

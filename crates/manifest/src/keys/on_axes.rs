@@ -19,7 +19,7 @@ use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeTable, DeValue};
 
 use super::Layout;
-use super::reader::plain;
+use crate::keys::values::plain;
 
 /// One number for both axes, or one number for each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]

@@ -7,11 +7,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::derived::{has_unit, syntax_problem};
-use super::reader::remove_repeats;
-use super::validation::found;
 use crate::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use crate::expression::{Expression, Function};
+use crate::keys::expression_syntax::{has_unit, syntax_problem};
+use crate::keys::values::found;
+use crate::keys::values::remove_repeats;
 
 /// The parameters of a study.
 #[derive(Debug, Default)]

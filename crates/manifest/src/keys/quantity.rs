@@ -23,9 +23,10 @@ use toml::de::{DeTable, DeValue};
 
 use super::Layout;
 use super::declare::QUANTITY;
-use super::validation::{alternatives, is_number, shown};
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span, listed};
+use crate::keys::schema::{alternatives, is_number};
+use crate::keys::values::shown;
 
 use unit::UNITS;
 pub use unit::{Dimension, Unit};

@@ -17,9 +17,11 @@ use super::expected_keys::ExpectedKeys;
 use super::on_axes::Pairs;
 use super::parameters::Parameters;
 use super::quantity::{self, Units};
-use super::validation::{found, validate};
+use super::validation::validate;
+use super::values::remove_repeats;
 use super::{KeyTable, Layout};
 use crate::diagnostics::{Problem, Problems, Span, listed};
+use crate::keys::values::found;
 
 /// Maximum number of points of a parameter grid. A larger grid is probably a mistake, and checking
 /// it would take long.
@@ -420,25 +422,6 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
     }
 }
 
-/// Removes and reports values that a swept list contains twice, because their results would count
-/// twice.
-pub fn remove_repeats(
-    key: &str,
-    values: &mut Vec<TomlSpanned<DeValue<'_>>>,
-    problems: &mut Problems,
-) {
-    let mut seen = BTreeMap::new();
-    values.retain(|value| {
-        let Some(before) = seen.insert(plain(value.get_ref()), value.span()) else {
-            return true;
-        };
-        let message = format!("`{key}` is swept over the same value twice");
-        let problem = Problem::new(message, value.span(), "here again");
-        problems.push(problem.and(before, "first here"));
-        false
-    });
-}
-
 /// Returns a list unchanged, and any other value as a list of one value.
 pub fn as_list(value: TomlSpanned<DeValue<'_>>) -> TomlSpanned<DeValue<'_>> {
     match value.get_ref() {
@@ -447,29 +430,6 @@ pub fn as_list(value: TomlSpanned<DeValue<'_>>) -> TomlSpanned<DeValue<'_>> {
             let span = value.span();
             TomlSpanned::new(span, DeValue::Array([value].into_iter().collect()))
         }
-    }
-}
-
-/// Formats a value in canonical notation, in which `1`, `1.0` and `1e0` are equal.
-pub(super) fn plain(value: &DeValue<'_>) -> String {
-    let exact = |number: i128| number.unsigned_abs() <= 1 << f64::MANTISSA_DIGITS;
-    match value {
-        DeValue::Integer(integer) => {
-            match i128::from_str_radix(integer.as_str(), integer.radix()) {
-                Ok(number) if exact(number) => format!("{:?}", number as f64),
-                _ => integer.to_string(),
-            }
-        }
-        DeValue::Float(float) => match float.as_str().parse::<f64>() {
-            Ok(number) => format!("{:?}", number + 0.0),
-            Err(_) => float.to_string(),
-        },
-        DeValue::String(text) => format!("{text:?}"),
-        DeValue::Array(list) => {
-            let items: Vec<_> = list.iter().map(|item| plain(item.get_ref())).collect();
-            format!("[{}]", items.join(", "))
-        }
-        other => format!("{other:?}"),
     }
 }
 

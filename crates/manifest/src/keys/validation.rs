@@ -8,7 +8,9 @@ use toml::de::DeValue;
 use super::bounds::out_of_bounds;
 use super::derived::Expressions;
 use super::quantity::Declared;
-use super::{Layout, quantity, tried};
+use super::schema::{alternatives, is_number, is_of_type, is_type, words};
+use super::values::{found, shown};
+use super::{Layout, quantity, schema, tried};
 use crate::decimal;
 use crate::diagnostics::{Problem, did_you_mean, listed, suggestion};
 
@@ -39,14 +41,6 @@ pub fn validate_against(schema: &Value, name: &str, value: &Written<'_>) -> Vec<
     let mut problems = Vec::new();
     ValuePath::new(name).check(value, schema, None, &mut problems);
     problems
-}
-
-/// Returns the alternatives of a schema; a value must satisfy one of them.
-pub fn alternatives(schema: &Value) -> Vec<&Value> {
-    match schema.get("oneOf").or(schema.get("anyOf")).and_then(Value::as_array) {
-        Some(several) => several.iter().flat_map(alternatives).collect(),
-        None => vec![schema],
-    }
 }
 
 /// The position of a value in its table, and help for its messages.
@@ -154,7 +148,7 @@ impl<'a> ValuePath<'a> {
     /// Returns help for a single value in the place of a list.
     fn as_list(&self, value: &DeValue<'_>, alternatives: &[&Value]) -> Option<String> {
         let items = alternatives.iter().find_map(|one| one.get("items"))?;
-        let items = self::alternatives(items);
+        let items = schema::alternatives(items);
         let text = value.as_str();
         let is_plain = text.is_some_and(|text| text.parse::<f64>().is_ok());
         let has_unit = text.is_some_and(|text| quantity::split(text).is_some());
@@ -237,66 +231,6 @@ pub fn unknown_word(key: &str, value: &Written<'_>, words: &[&str]) -> Problem {
     Problem::new(message, value.span(), label).help(help)
 }
 
-/// Describes a value for a label: `this is the number 4.5`.
-pub fn found(value: &DeValue<'_>) -> String {
-    const MAX_LENGTH: usize = 40;
-    match value {
-        DeValue::String(text) if text.chars().count() <= MAX_LENGTH => {
-            format!("this is the text {text:?}")
-        }
-        DeValue::String(_) => "this is a text".to_owned(),
-        DeValue::Integer(_) | DeValue::Float(_) => format!("this is the number {}", shown(value)),
-        DeValue::Boolean(truth) => format!("this is `{truth}`"),
-        DeValue::Datetime(_) => "this is a date".to_owned(),
-        DeValue::Array(_) => "this is a list".to_owned(),
-        DeValue::Table(_) => "this is a table".to_owned(),
-    }
-}
-
-/// Formats a number as in the manifest.
-pub(super) fn shown(value: &DeValue<'_>) -> String {
-    match value {
-        DeValue::Integer(number) => number.to_string(),
-        DeValue::Float(number) => number.to_string(),
-        _ => String::new(),
-    }
-}
-
-pub(super) fn is_of_type(value: &DeValue<'_>, schema: &Value) -> bool {
-    let is = |kind| is_type(schema, kind);
-    match value {
-        DeValue::String(_) => is("string"),
-        DeValue::Integer(_) => is("integer") || is("number"),
-        DeValue::Float(_) => is("number"),
-        DeValue::Boolean(_) => is("boolean"),
-        DeValue::Array(_) => is("array"),
-        DeValue::Table(_) => is("object"),
-        DeValue::Datetime(_) => false,
-    }
-}
-
-pub(super) fn is_type(schema: &Value, kind: &str) -> bool {
-    match schema.get("type") {
-        Some(Value::Array(kinds)) => kinds.iter().any(|one| one == kind),
-        one => one.is_some_and(|one| one == kind),
-    }
-}
-
-pub(super) fn is_number(schema: &Value) -> bool {
-    is_type(schema, "number") || is_type(schema, "integer")
-}
-
-/// Returns the words of which a text must be one. The list is empty if any text is valid.
-pub(super) fn words<'a>(alternatives: &[&'a Value]) -> Vec<&'a str> {
-    let texts = alternatives.iter().filter(|one| is_type(one, "string"));
-    let words = texts.map(|text| match (text.get("const"), text.get("enum")) {
-        (Some(Value::String(word)), _) => Some(vec![word.as_str()]),
-        (_, Some(Value::Array(words))) => Some(words.iter().filter_map(Value::as_str).collect()),
-        _ => None,
-    });
-    words.collect::<Option<Vec<_>>>().unwrap_or_default().concat()
-}
-
 /// Describes the valid values of a key: `a number, "free" or a list of numbers`.
 fn expected(alternatives: &[&Value]) -> String {
     let words = words(alternatives);
@@ -312,7 +246,7 @@ fn expected(alternatives: &[&Value]) -> String {
         parts.extend(is("boolean").then(|| "`true` or `false`".to_owned()));
         parts.extend((is("string") && words.is_empty()).then(|| "a text in quotes".to_owned()));
         if is("string") {
-            let own = self::words(&[one]);
+            let own = schema::words(&[one]);
             parts.extend(own.into_iter().map(|word| format!("`\"{word}\"`")));
         }
         if is("array") {

@@ -22,7 +22,7 @@ use super::syntax::report_syntax;
 use asperity_manifest::diagnostics::{
     ManifestErrors, Problem, Problems, SourceText, Span, listed, suggestion,
 };
-use asperity_manifest::keys::validation::found;
+use asperity_manifest::keys::values::found;
 use asperity_tables::store::regular::read_regular;
 
 /// Maximum size of a manifest in bytes.

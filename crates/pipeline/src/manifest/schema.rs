@@ -7,7 +7,8 @@ use super::figure::FigureTable;
 use asperity_manifest::keys::declare::QUANTITY;
 use asperity_manifest::keys::{KeyTable, quantity};
 use asperity_manifest::names;
-use asperity_stages::form::{FromKey, StageVariant};
+use asperity_stages::check_context::FromKey;
+use asperity_stages::registry::StageVariant;
 
 /// Returns the JSON Schema of manifests in draft 7, which the TOML extensions of editors support.
 pub fn schema() -> Value {

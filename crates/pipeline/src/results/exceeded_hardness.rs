@@ -140,7 +140,7 @@ fn rounded(value: f64) -> f64 {
 mod tests {
     use super::*;
     use asperity_stages::columns::EFFECTIVE_MODULUS;
-    use asperity_stages::solve::PressureUnit;
+    use asperity_stages::reduced_units::PressureUnit;
     use asperity_tables::column::{reals, texts};
 
     #[test]

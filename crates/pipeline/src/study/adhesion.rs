@@ -6,8 +6,10 @@ use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
 use asperity_stages::Recipe;
 use asperity_stages::columns::WORK_OF_ADHESION;
-use asperity_stages::generate::{Origin, Params};
-use asperity_stages::solve::adhesion::{self, keys, keys::Control};
+use asperity_stages::solve::adhesion;
+use asperity_stages::solve::adhesion::control::Control;
+use asperity_stages::solve::keys::adhesion as keys;
+use asperity_stages::surface::{Origin, Params};
 
 impl Study {
     /// Warns that a mesh resolves the adhesion of a stage poorly.

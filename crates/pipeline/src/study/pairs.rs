@@ -9,10 +9,10 @@ use crate::manifest::StageTable;
 use crate::study::Work;
 use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::Spanned;
-use asperity_stages::form::StagePoints;
-use asperity_stages::generate::growth::PlannedSurfaces;
-use asperity_stages::generate::{Origin, Params};
-use asperity_stages::solve::against::{self, Bodies};
+use asperity_stages::registry::StagePoints;
+use asperity_stages::solve::keys::{against, against::Bodies};
+use asperity_stages::surface::planned::PlannedSurfaces;
+use asperity_stages::surface::{Origin, Params};
 
 /// Returns the name of the stage with the pairs of surfaces of a `solve` stage.
 pub fn name_of(solve: &str) -> String {

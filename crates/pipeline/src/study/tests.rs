@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use super::*;
 use asperity_contact::topography::random::RandomSurface;
 use asperity_manifest::decimal;
-use asperity_stages::generate::growth::PlannedSurfaces;
-use asperity_stages::{Recipe, generate, solve};
+use asperity_stages::surface::Origin;
+use asperity_stages::surface::planned::PlannedSurfaces;
+use asperity_stages::{Recipe, solve};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/manifests")
@@ -201,7 +202,7 @@ fn surfaces(text: &str) -> Vec<(u32, RandomSurface)> {
         panic!("no surfaces");
     };
     let form = |ensemble: &PlannedSurfaces| match &ensemble.params.origin {
-        generate::Origin::Random { nodes, surface, .. } => (nodes.0[0], *surface),
+        Origin::Random { nodes, surface, .. } => (nodes.0[0], *surface),
         _ => panic!("not random"),
     };
     ensembles.iter().map(form).collect()

@@ -2,8 +2,8 @@
 
 use crate::study::{Study, Work};
 use asperity_contact::grid::Boundary;
-use asperity_stages::generate::Origin;
-use asperity_stages::solve::PressureUnit;
+use asperity_stages::reduced_units::PressureUnit;
+use asperity_stages::surface::Origin;
 use asperity_stages::units::TableUnits;
 use asperity_stages::{ContactLoads, Kind, Recipe};
 

@@ -10,9 +10,11 @@ use crate::study::{ClaimNames, Stage, Study, Work, graph, pairs};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
+use asperity_stages::check_context::{PressedStage, Surfaces};
 use asperity_stages::columns::{SURFACE, needed_key};
-use asperity_stages::form::{PressedStage, StagePoints, Surfaces};
-use asperity_stages::generate::growth::{self, AT_LEAST, Growing, KnownMean, Until};
+use asperity_stages::generate::realizations::{AT_LEAST, Growing};
+use asperity_stages::registry::StagePoints;
+use asperity_stages::surface::planned::{self, KnownMean, Until};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{CheckContext, InputScope, Kind, RowKind, stacked};
 use asperity_statistics::intervals::FEWEST_SURFACES;
@@ -371,7 +373,7 @@ fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
         };
         let growing = points.growing()?;
         let written = &growing.until;
-        let until = growth::parse(&written.value)?;
+        let until = planned::parse(&written.value)?;
         Some(Conditional { stage, growing, written, until })
     })
 }

@@ -22,7 +22,7 @@ use crate::samples::{
 use crate::surface_curves::runs;
 use crate::units::{LengthUnit, digits, scale_bar};
 use asperity_stages::columns::{BIN, DENSITY, DENSITY_MEAN, DENSITY_NORMAL, DENSITY_SD, SURFACES};
-use asperity_stages::generate::Heights;
+use asperity_stages::surface::Heights;
 use asperity_tables::table::{Table, TableError};
 
 pub const MAPS: Definition =

@@ -16,7 +16,7 @@ use crate::figures::{Definition, Drawn, sample};
 use crate::styles::Styles;
 use asperity_contact::topography::moments::Continuum;
 use asperity_stages::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, REALIZATION, SEED};
-use asperity_stages::generate;
+use asperity_stages::surface::coordinates;
 use asperity_tables::table::{Table, TableError};
 
 pub const NAYAK: Definition = Definition {
@@ -209,7 +209,7 @@ fn collect(
     let (seeds, realizations) = (table.integers(SEED.name)?, table.integers(REALIZATION.name)?);
     let values = table.reals(column)?;
     let is_shown = |row: &usize| {
-        hurst.is_valid(*row) && values.is_valid(*row) && !generate::is_altered(table, *row)
+        hurst.is_valid(*row) && values.is_valid(*row) && !coordinates::is_altered(table, *row)
     };
     for row in (0..table.rows()).filter(is_shown) {
         let family = Family {

@@ -8,10 +8,10 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::sql::QueryError;
 use super::{Groups, Meaning, Model, Params, SPECTRUM_COLUMNS, SQL_VERSION, Sql, Statistic};
+use crate::check_context::unknown_column;
 use crate::columns::ALTERATIONS;
-use crate::form::unknown_column;
+use crate::error::QueryError;
 use crate::{CheckContext, Recipe, StageError};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;

@@ -21,6 +21,7 @@ use statement::Statement;
 use super::frame::{self, FirstStoreError};
 use super::{Meaning, Sql};
 use crate::StageError;
+use crate::error::QueryError;
 use asperity_tables::column::{Role, described};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::Table;
@@ -135,22 +136,6 @@ fn meaning(field: &Field, meanings: &BTreeMap<String, Meaning>, tables: &[Schema
         (read.data_type() == field.data_type()).then(|| read.metadata().clone())
     });
     read.unwrap_or_else(|| described(Role::Result, "", "value computed by the query"))
-}
-
-/// Reason why a query cannot be answered.
-#[derive(Debug, thiserror::Error)]
-pub enum QueryError {
-    /// The text is not a query, or the query is not supported.
-    #[error("{0}")]
-    Refused(String),
-    /// A table or a column does not exist.
-    #[error("{message}")]
-    Unknown {
-        message: String,
-        name: String,
-        /// Existing names that the query could use instead.
-        known: Vec<String>,
-    },
 }
 
 impl QueryError {

@@ -12,7 +12,7 @@ use super::group_columns::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of};
 use super::{Groups, Statistic};
 use crate::StageError;
 use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, real};
-use crate::generate::is_altered;
+use crate::surface::coordinates::is_altered;
 use asperity_contact::grid::Cell;
 use asperity_contact::theory::law::KAPPA_BGT;
 use asperity_contact::theory::models::{Asperities, AsperityModel, full_contact};

@@ -1,7 +1,6 @@
 //! Nodes and sides along x and y, in recipes and in manifests.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
+use crate::per_axis::PerAxis;
 use asperity_contact::grid::Cell;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
@@ -15,45 +14,6 @@ pub const MAX_NODES: u32 = 16384;
 /// Maximum number of waves along a side, with two nodes per wave. It also bounds cutoff
 /// wavenumbers.
 pub const MAX_WAVES: u32 = MAX_NODES / 2;
-
-/// Two values, one along x and one along y.
-///
-/// Equal values are serialised as a single value, so that the keys of squares stay as they were
-/// before there were rectangles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct PerAxis<T>(pub [T; 2]);
-
-impl<T: Copy> PerAxis<T> {
-    /// Creates a pair of equal values.
-    pub fn same(value: T) -> Self {
-        Self([value; 2])
-    }
-}
-
-impl<T: Serialize + PartialEq> Serialize for PerAxis<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match &self.0 {
-            [x, y] if x == y => x.serialize(serializer),
-            both => both.serialize(serializer),
-        }
-    }
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum OneOrTwo<T> {
-    One(T),
-    Two([T; 2]),
-}
-
-impl<'de, T: Deserialize<'de> + Copy> Deserialize<'de> for PerAxis<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Ok(match OneOrTwo::deserialize(deserializer)? {
-            OneOrTwo::One(value) => Self::same(value),
-            OneOrTwo::Two(both) => Self(both),
-        })
-    }
-}
 
 /// Nodes and sides of a cell along x and y.
 #[derive(Debug, Clone, Copy)]

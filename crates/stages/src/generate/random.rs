@@ -5,11 +5,12 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::growth::{self, PlannedSurfaces, Realizations};
 use super::mesh::{self, MAX_NODES, MAX_WAVES, MIN_NODES, Wave, check_waves};
-use super::method::surfaces;
-use super::{Heights, Origin, Params};
 use crate::CheckContext;
+use crate::generate::realizations::surfaces;
+use crate::generate::realizations::{self, Realizations};
+use crate::surface::planned::PlannedSurfaces;
+use crate::surface::{Heights, Origin, Params};
 use asperity_contact::grid::Cell;
 use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::spectrum::Anisotropy;
@@ -139,7 +140,7 @@ pub fn random(
         let rms_height = rms_height(&table.rms_slope, &table.rms_height, checks);
         let seed = checks.value_or("seed", &table.seed, study_seed);
         let heights = checks.value("heights", &table.heights);
-        let realizations = growth::realizations(&table.realizations, checks);
+        let realizations = realizations::realizations(&table.realizations, checks);
         let (hurst, lower, upper, k_rolloff) = (hurst?, lower?, upper?, k_rolloff?);
         let spectrum = Spectrum {
             hurst,

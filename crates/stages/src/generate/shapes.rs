@@ -5,10 +5,13 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::growth::PlannedSurfaces;
 use super::mesh::{self, MAX_NODES, MAX_WAVES, MIN_NODES, Mesh, Wave, check_waves};
-use super::method::{single, surfaces};
-use super::{Heights, Origin, PerAxis};
+use crate::generate::realizations::surfaces;
+use crate::per_axis::PerAxis;
+use crate::surface::method::WaveShape;
+use crate::surface::planned::PlannedSurfaces;
+use crate::surface::planned::single;
+use crate::surface::{Heights, Origin};
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::Problems;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
@@ -125,17 +128,6 @@ pub fn paraboloid(
         let shape = Shape::Paraboloid { radius: radius? };
         Some(on_mesh(mesh?, shape, unit?, heights, section.may_be_swept))
     })
-}
-
-/// The combination of a wave along x with a wave along y.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WaveShape {
-    /// The wave along x alone.
-    Single,
-    /// The product of both waves.
-    Product,
-    /// The sum of both waves.
-    Sum,
 }
 
 /// Returns the waves of a stage, or `None` after reporting problems.

@@ -1,10 +1,14 @@
 //! Tests of the recipes of surfaces. Keys are digests of the text of recipes.
 
-use super::map_file::{ChannelChoice, Reader};
-use super::pair::{MirrorAxis, Pair};
-use super::yielded::Yielded;
 use super::*;
-use crate::solve::{self, GivenHardness, PressureUnit};
+use crate::map_file::{ChannelChoice, Reader};
+use crate::per_axis::PerAxis;
+use crate::reduced_units::{GivenHardness, PressureUnit};
+use crate::solve;
+use crate::surface::origin::InspectedMap;
+use crate::surface::origin::MeasuredSurface;
+use crate::surface::pair::{MirrorAxis, Pair};
+use crate::surface::yielded::Yielded;
 use crate::surface_files::ContentHash;
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::alignment::{Alignment, LineFit};

@@ -8,28 +8,23 @@
 //! Editors show the doc comments of keys, and messages quote them.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
-use super::growth::PlannedSurfaces;
-use super::pair::coordinates_of_body;
-use super::{Heights, Origin, Params};
-use crate::columns::*;
-use crate::form::PressedStage;
-use crate::solve::units::Scales;
-use crate::solve::{self, GivenHardness, PressureUnit, against, unloading};
-use crate::surface_files::SurfaceFiles;
-use crate::{CheckContext, Recipe, StageError};
-use asperity_contact::grid::Boundary;
-use asperity_contact::solver::{Body, Hardness, Settings, Watch, cost};
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::surface::Surface;
+use crate::check_context::PressedStage;
+use crate::reduced_units::{GivenHardness, PressureUnit};
+use crate::solve;
+use crate::surface::pair;
+use crate::surface::planned::PlannedSurfaces;
+use crate::surface::yielded::Yielded;
+use crate::surface::{Heights, Origin, Params};
+use crate::unloading::Branch;
+use crate::{CheckContext, Recipe};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::declare::{pressure_or_ratio, swept};
 use asperity_manifest::keys::quantity::{self, Unit};
 use asperity_manifest::keys::{Key, Section, table};
-use asperity_tables::column::{Column, Value};
 
 /// Surfaces that keep their plastic depth after a `solve` stage with a `hardness`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -46,121 +41,6 @@ pub struct YieldedTable {
 }
 
 table!(YieldedTable);
-
-/// The recipe of a surface that has yielded.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Yielded {
-    /// Recipe of the original surface.
-    #[serde(rename = "from")]
-    pub body: Box<Params>,
-    /// Largest load, in the unit `load_unit`.
-    pub load: f64,
-    /// Unit of the load.
-    pub load_unit: PressureUnit,
-    /// Hardness of the material.
-    pub hardness: GivenHardness,
-    /// Effective elastic modulus E*.
-    pub effective_modulus: f64,
-    /// Tolerance of the solver.
-    pub tolerance: f64,
-    /// Maximum number of pairs of transforms.
-    pub max_pairs: u32,
-    /// Boundary condition at the edges of the surface.
-    #[serde(
-        default,
-        skip_serializing_if = "Boundary::is_periodic",
-        serialize_with = "solve::boundary_recipe",
-        deserialize_with = "solve::boundary_from_recipe"
-    )]
-    pub boundary: Boundary,
-    /// Version of the numbers of solved loads.
-    pub solve_version: u32,
-}
-
-impl Yielded {
-    /// Creates the first surface of a parameter point that has yielded under a load of a contact.
-    fn new(body: &Params, hardness: GivenHardness, load: f64, contact: &solve::Params) -> Yielded {
-        Yielded {
-            body: Box::new(body.realization(0).with(Heights::Redraw)),
-            load,
-            load_unit: contact.load_unit,
-            hardness,
-            effective_modulus: contact.effective_modulus,
-            tolerance: contact.tolerance,
-            max_pairs: contact.max_pairs,
-            boundary: contact.boundary,
-            solve_version: solve::VERSION,
-        }
-    }
-
-    /// Draws or reads the original surface, solves its contact under the load, and subtracts the
-    /// plastic depth from the heights.
-    ///
-    /// # Errors
-    /// If the surface cannot be drawn or read, if the load is not below the hardness, if the
-    /// contact does not converge, or on interruption.
-    pub fn draw(
-        &self,
-        sources: &SurfaceFiles,
-        threads: &Threads,
-        watch: &dyn Watch,
-    ) -> Result<Surface, StageError> {
-        let surface = self.body.draw(sources, threads)?;
-        let grid = surface.grid();
-        let rms_slope = self.body.described(&surface).reals(RMS_SLOPE.name)?.value(0);
-        let scales = Scales::new(grid, rms_slope, self.effective_modulus);
-        let hardness = scales.hardness(self.hardness)?.reduced;
-        let load = scales.reduced_pressure(self.load, self.load_unit);
-        hardness.check_load(load)?;
-        let mut heights = surface.heights().to_vec();
-        let body = Body { elastic: self.boundary.into(), hardness: Some(hardness) };
-        let reduced = scales.reduced_heights(surface);
-        let mut solver = body.solver_with_threads(threads.clone(), grid, &reduced);
-        let settings = Settings { tolerance: self.tolerance, pair_limit: self.max_pairs };
-        let depth = unloading::plastic_depth(&mut solver, hardness, load, &settings, watch)?;
-        if !depth.is_solved {
-            return Err(StageError::NotYielded { max_pairs: self.max_pairs });
-        }
-        for (height, depth) in heights.iter_mut().zip(depth.depths) {
-            *height -= depth * scales.length();
-        }
-        Surface::new(grid, heights).map_err(StageError::Heights)
-    }
-
-    /// Returns a body with the costs of the contact, with the hardness in the unit in which it is
-    /// given.
-    fn costs(&self) -> Body {
-        let hardness = Hardness::new(self.hardness.pressure).ok();
-        Body { elastic: self.boundary.into(), hardness }
-    }
-
-    /// Returns the expected number of pairs of transforms for the contact.
-    pub fn pairs(&self) -> f64 {
-        cost::pairs_per_load(&self.costs(), self.tolerance)
-    }
-
-    /// Returns the peak memory of drawing the surface, in bytes per node.
-    pub fn bytes_per_node(&self) -> f64 {
-        16.0 + self.costs().bytes_per_node(self.tolerance)
-    }
-
-    /// Returns the parameter columns of the surface with their values: those of the surface
-    /// before, and those of the contact in which it yielded.
-    pub fn own_coordinates(&self) -> Vec<(Column, Value)> {
-        let mut columns = coordinates_of_body(&self.body.origin);
-        let original = self.body.surface_key().to_string();
-        columns.push((ORIGINAL_SURFACE, Value::Text(original)));
-        let unit = |unit: PressureUnit, relative: Column, absolute: Column| match unit {
-            PressureUnit::Relative => relative,
-            PressureUnit::Absolute => absolute,
-        };
-        let load = unit(self.load_unit, YIELDED_LOAD, YIELDED_PRESSURE);
-        let hardness = unit(self.hardness.unit, YIELDED_HARDNESS_REDUCED, YIELDED_HARDNESS);
-        columns.push((load, Value::Real(self.load)));
-        columns.push((hardness, Value::Real(self.hardness.pressure)));
-        columns
-    }
-}
 
 /// Contact of a `solve` stage in which surfaces yield.
 #[derive(Clone, Copy)]
@@ -239,7 +119,7 @@ fn check<'a>(stage: &'a PressedStage<'a>) -> Result<Vec<Yielding<'a>>, Box<Probl
             let message = format!("the surfaces of `{name}` lie on a layer");
             return problem(message, "this stage has a `layer`", help);
         }
-        if matches!(contact.branch, Some(solve::Branch::Unloading(_))) {
+        if matches!(contact.branch, Some(Branch::Unloading(_))) {
             continue;
         }
         let is_same =
@@ -273,6 +153,21 @@ fn check<'a>(stage: &'a PressedStage<'a>) -> Result<Vec<Yielding<'a>>, Box<Probl
         }
     }
     Ok(contacts)
+}
+
+/// Creates the first surface of a parameter point that has yielded under a load of a contact.
+fn yielded(body: &Params, hardness: GivenHardness, load: f64, contact: &solve::Params) -> Yielded {
+    Yielded {
+        body: Box::new(body.realization(0).with(Heights::Redraw)),
+        load,
+        load_unit: contact.load_unit,
+        hardness,
+        effective_modulus: contact.effective_modulus,
+        tolerance: contact.tolerance,
+        max_pairs: contact.max_pairs,
+        boundary: contact.boundary,
+        solve_version: solve::VERSION,
+    }
 }
 
 impl Yielding<'_> {
@@ -313,11 +208,11 @@ impl Yielding<'_> {
     /// Returns the surfaces that have yielded under a load.
     fn surfaces(&self, load: f64, heights: Heights) -> impl Iterator<Item = PlannedSurfaces> {
         let is_pressed = |surfaces: &&&PlannedSurfaces| {
-            against::is_at(self.contact.shift, &Recipe::Generate(surfaces.params.clone()))
+            pair::is_at(self.contact.shift, &Recipe::Generate(surfaces.params.clone()))
         };
         let pressed = self.stage.surfaces.iter().filter(is_pressed);
         pressed.map(move |surfaces| {
-            let yielded = Yielded::new(&surfaces.params, self.hardness, load, self.contact);
+            let yielded = yielded(&surfaces.params, self.hardness, load, self.contact);
             PlannedSurfaces {
                 params: Params { heights, side: None, origin: Origin::Yielded(Box::new(yielded)) },
                 realizations: surfaces.realizations,

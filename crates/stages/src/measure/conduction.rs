@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use arrow::array::{Array, ArrayRef};
 
+use crate::bodies::Conduction;
 use crate::columns::*;
 use crate::grids::Grids;
-use crate::solve::Conduction;
 use crate::{StageError, units};
 use asperity_contact::conductance::SpotConductance;
 use asperity_contact::grid::{Boundary, Grid};

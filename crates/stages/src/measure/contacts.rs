@@ -12,9 +12,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::conduction::conductances;
+use crate::bodies::Conduction;
 use crate::columns::*;
 use crate::grids::Grids;
-use crate::solve::Conduction;
 use crate::{StageError, grids, solve};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::area::ContactArea;

@@ -9,10 +9,11 @@ use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::branch_names;
 use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::grids::Grids;
-use crate::{StageError, branches, solve};
+use crate::{StageError, solve};
 use asperity_contact::partial_slip::{self, NormalContact, State};
 use asperity_manifest::decimal;
 use asperity_manifest::keys::{Key, Spanned};
@@ -246,7 +247,7 @@ fn branches(loads: &[f64]) -> Vec<String> {
         true => "loading",
         false => "unloading",
     });
-    branches::numbered(words)
+    branch_names::numbered(words)
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::areal::Areal;
 use crate::RowKind;
 use crate::columns::*;
-use crate::generate::Origin;
+use crate::surface::Origin;
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::autocorrelation::Autocorrelation;
 use asperity_contact::topography::descriptors::Roughness;
@@ -238,7 +238,7 @@ fn beside_direction<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generate::PerAxis;
+    use crate::per_axis::PerAxis;
     use asperity_contact::grid::Grid;
     use asperity_contact::topography::shapes::Shape;
 

@@ -9,8 +9,9 @@ use std::f64::consts::TAU;
 
 use super::statistics::independent_fraction;
 use crate::columns::*;
-use crate::generate::{self, Origin};
 use crate::stage::{distinct, number, stacked};
+use crate::surface;
+use crate::surface::Origin;
 use crate::{Context, Input, Recipe, StageError};
 use asperity_contact::grid::{Boundary, Grid};
 use asperity_contact::topography::periodic::Edges;
@@ -113,7 +114,7 @@ fn unit_of(surfaces: &Table) -> Table {
 /// Returns the longest and the shortest trusted wavelength of a surface, in the order of their
 /// wavenumbers. The longest can be below the shortest; the surface then does not contribute.
 fn band(
-    params: &generate::Params,
+    params: &surface::Params,
     table: &Table,
     grid: Grid,
     trusted_fraction: f64,

@@ -5,25 +5,24 @@
 //! therefore stored as a whole. A longer path with the same first states continues from the stored
 //! gaps of the last of them; see [`Stage::beginning`].
 
+pub mod control;
 mod fields;
-pub mod keys;
 mod path;
 mod rows;
 #[cfg(test)]
 mod tests;
-mod units;
 
 use std::sync::Arc;
 
 use serde::Serialize;
 
 pub use self::fields::{PathFields, StateMaps, displacement};
-use self::keys::Control;
 pub use self::path::ContactPath;
-use super::against;
-use super::units::PressureUnit;
 use crate::columns::*;
-use crate::generate::PerAxis;
+use crate::per_axis::PerAxis;
+use crate::reduced_units::PressureUnit;
+use crate::solve::adhesion::control::Control;
+use crate::surface::pair;
 use crate::{
     Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates,
 };
@@ -36,7 +35,7 @@ use asperity_tables::table::Table;
 
 /// Version of the numbers with adhesion. Only recipes with adhesion contain it, so raising it does
 /// not recompute other contacts.
-const VERSION: u32 = 4;
+pub const VERSION: u32 = 4;
 
 /// Number of pairs of transforms by which a state takes fewer pairs if the tolerance is tenfold.
 /// With the default tolerance of the solver, 1e-9, it takes [`AdhesivePath::PAIRS_PER_STATE`].
@@ -70,7 +69,7 @@ pub const GAP_NOT_REACHED: &str = "gap-not-reached";
 /// Parameters of a path on one surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Params {
-    version: u32,
+    pub version: u32,
     /// Effective elastic modulus E* of the two bodies.
     pub effective_modulus: f64,
     /// Unit of the loads.
@@ -312,7 +311,7 @@ impl Stage for Params {
     }
 
     fn reads_input(&self, input: &Recipe) -> bool {
-        against::is_at(self.shift, input)
+        pair::is_at(self.shift, input)
     }
 
     fn beginning(&self, rows: usize) -> Option<Recipe> {

@@ -3,9 +3,11 @@
 use super::parallel::LoadTask;
 use super::parts::{AddedParts, LoadParts, StoredLoads, counted};
 use super::rows::{SolvedLoad, contact_map};
-use super::units::{Scales, SurfaceHardness};
-use super::{Branch, Params, WORK_BYTES_PER_NODE, parts, rows, unloading};
+use super::{Params, WORK_BYTES_PER_NODE, parts, rows};
 use crate::columns::RMS_SLOPE;
+use crate::reduced_units::{Scales, SurfaceHardness};
+use crate::unloading;
+use crate::unloading::Branch;
 use crate::{Context, StageError};
 use asperity_contact::flow;
 use asperity_contact::grid::Grid;
@@ -356,8 +358,8 @@ fn highest_above_mean(heights: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reduced_units::{GivenHardness, PressureUnit};
     use crate::solve::tests::{params, surface};
-    use crate::solve::{GivenHardness, PressureUnit};
 
     #[test]
     fn saturated_nodes_have_exactly_the_hardness_after_they_were_stored() {

@@ -4,11 +4,13 @@
 //! load depends on nothing but the surface, the load and the settings, so its maps can be computed
 //! again, bit for bit.
 
-use super::units::{GivenHardness, PressureUnit, Scales};
-use super::{Bodies, Branch, Contact, GivenLayer, ListedLoads, Params, Pressures, Stiffness};
+use super::{Contact, GivenLayer, ListedLoads, Params, Pressures, Stiffness};
 use crate::StageError;
+use crate::bodies::Bodies;
 use crate::columns::*;
 use crate::ensemble::load_column;
+use crate::reduced_units::{GivenHardness, PressureUnit, Scales};
+use crate::unloading::Branch;
 use asperity_contact::asperities::{Asperities, Interaction};
 use asperity_contact::solver::{Solver, Watch};
 use asperity_contact::threads::Threads;

@@ -2,20 +2,29 @@
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 
+pub mod adhesion;
+mod adhesion_units;
+pub mod against;
+pub mod bodies;
+mod layer;
+mod loads;
+
 use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::adhesion;
-use super::adhesion::keys::{AdhesionTable, Control, Gaps, PathShape};
-use super::bodies::{Body, bodies, modulus};
-use super::layer::{LayerTable, SubstrateTable, layer};
-use super::loads::{GapBins, Loads, PressureBins, StoredPressures};
-use super::units::{LoadUnit, PressureUnit};
-use super::{GivenHardness, ListedLoads, Params, Stiffness, against, loads, unloading};
-use crate::form::Surfaces;
-use crate::generate::pair::MirrorAxis;
+use self::adhesion::{AdhesionTable, Gaps, PathShape};
+use self::bodies::{Body, bodies, modulus};
+use self::layer::{LayerTable, SubstrateTable, layer};
+use self::loads::{GapBins, Loads, PressureBins, StoredPressures};
+use super::{ListedLoads, Params, Stiffness};
+use crate::check_context::Surfaces;
+use crate::reduced_units::GivenHardness;
+use crate::reduced_units::{LoadUnit, PressureUnit};
+use crate::solve::adhesion::control::Control;
+use crate::surface::pair::MirrorAxis;
+use crate::unloading;
 use crate::{CheckContext, Recipe};
 use asperity_contact::asperities::Interaction;
 use asperity_contact::grid::Boundary;
@@ -193,7 +202,7 @@ fn points(
             None => None,
             Some(None) => elastic(&point.table, boundary, surfaces, checks),
             Some(Some(adhesion)) => {
-                adhesion::keys::recipe(&point.table, adhesion.value, boundary, surfaces, checks)
+                adhesion::recipe(&point.table, adhesion.value, boundary, surfaces, checks)
                     .map(|recipe| vec![recipe])
             }
         };
@@ -240,7 +249,7 @@ fn elastic(
                    loading";
         return checks.forbidden("path", &table.path, why).map(|()| Vec::new());
     }
-    let states = path.value.states(adhesion::keys::listed_loads(table, checks)?);
+    let states = path.value.states(adhesion::listed_loads(table, checks)?);
     let block = |(branch, loads)| {
         let branch = Some(branch);
         let listed = ListedLoads { is_unsorted: false, repeated: vec![], ..params.listed };

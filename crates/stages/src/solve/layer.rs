@@ -1,53 +1,11 @@
 //! Layers and coatings: their keys, checks, recipes and columns.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::bodies::Body;
-use super::keys::{Method, SolveTable};
-use super::lengths::in_unit_of_surfaces;
 use crate::columns::*;
-use crate::form::Surfaces;
 use asperity_contact::elasticity::{Base, Layer, LayerError, Support};
-use asperity_contact::grid::Boundary;
-use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::Problem;
-use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::length;
-use asperity_manifest::keys::{Key, Spanned};
 use asperity_tables::column::{Column, Value};
 use asperity_tables::table::{Table, TableError};
-
-/// Elastic layer, the value of `layer`.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LayerTable {
-    /// Thickness of the layer, in the unit of the lengths of the surfaces or with a unit.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = length)]
-    pub thickness: Spanned<f64>,
-    /// Poisson's ratio ν of the layer, above −1 and at most 0.5.
-    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
-    pub poisson_ratio: Spanned<f64>,
-    /// Connection of the layer with its rigid base. Coatings have no such key, because they are
-    /// bonded to the half-space below them.
-    #[serde(default)]
-    #[schemars(extend("default" = "bonded"))]
-    pub base: Key<Base>,
-    /// Shear modulus of a coating over that of the half-space below it, which `substrate`
-    /// describes. By default the layer has a rigid base.
-    #[serde(default)]
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub modulus_ratio: Key<f64>,
-}
-
-/// Half-space below a coating, the value of `substrate`.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SubstrateTable {
-    /// Poisson's ratio ν of the half-space, above −1 and at most 0.5.
-    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
-    pub poisson_ratio: f64,
-}
 
 /// Version of the numbers of layers. Only recipes with a layer contain it.
 const VERSION: u32 = 1;
@@ -151,96 +109,5 @@ impl GivenLayer {
             }
         };
         Ok(Some(GivenLayer { thickness, poisson_ratio, support }))
-    }
-}
-
-/// Returns the layer of a point, or `Some(None)` for a half-space. Refuses keys that do not go with
-/// a layer.
-pub fn layer(
-    table: &SolveTable,
-    boundary: Boundary,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Option<GivenLayer>> {
-    let Some(written) = checks.optional("layer", &table.layer)? else {
-        let why = "needs a coating, `layer = { …, modulus_ratio = … }`";
-        return checks.forbidden("substrate", &table.substrate, why).map(|()| None);
-    };
-    let LayerTable { thickness, poisson_ratio, .. } = &written.value;
-    check_other_keys(table, boundary, poisson_ratio, checks)?;
-    let support = support(table, written, checks)?;
-    let thickness = in_unit_of_surfaces(thickness, surfaces, checks)?;
-    let poisson_ratio = decimal::nearest(poisson_ratio.value);
-    Some(Some(GivenLayer { thickness, poisson_ratio, support }))
-}
-
-/// Refuses keys of physics that is not combined with a layer, and bodies that are not the layer.
-fn check_other_keys(
-    table: &SolveTable,
-    boundary: Boundary,
-    poisson_ratio: &Spanned<f64>,
-    checks: &mut Checks,
-) -> Option<()> {
-    if let (Boundary::Free, Some(written)) = (boundary, table.boundary.written()) {
-        let message = "a `layer` needs a periodic cell, but `boundary` is \"free\"";
-        let label = "must be \"periodic\" with `layer`";
-        return checks.refuse("boundary", message, &written.span, label);
-    }
-    if let Some(written) = table.method.written().filter(|word| word.value == Method::Asperities) {
-        let message = "`method = \"asperities\"` and `layer` exclude each other";
-        let label = "Hertz contacts are on a half-space";
-        return checks.refuse("method", message, &written.span, label);
-    }
-    let Some(bodies) = table.bodies.written() else {
-        return Some(());
-    };
-    let message = match &bodies.value[..] {
-        [Spanned { value: Body { poisson_ratio: ratio, .. }, .. }] => {
-            if decimal::is_same(*ratio, poisson_ratio.value) {
-                return Some(());
-            }
-            "Poisson's ratio of the body in `bodies` differs from that of `layer`"
-        }
-        _ => "`bodies` has two bodies, but a layer is pressed by a rigid rough surface",
-    };
-    let problem = Problem::new(message, bodies.span.clone(), "must be the layer alone");
-    let problem = problem.and(poisson_ratio.span.clone(), "Poisson's ratio of the layer");
-    checks.reject(problem.help(
-        "loads refer to E* = E/(1 − ν²) of the layer: list only the layer in `bodies`, or give its \
-         `effective_modulus`",
-    ))
-}
-
-/// Returns what lies below the layer: a rigid base, or a half-space if the layer is a coating.
-fn support(
-    table: &SolveTable,
-    layer: &Spanned<LayerTable>,
-    checks: &mut Checks,
-) -> Option<Support> {
-    let substrate = checks.optional("substrate", &table.substrate)?;
-    match (layer.value.modulus_ratio.written(), substrate) {
-        (Some(ratio), Some(substrate)) => {
-            let why = "a coating is bonded to the half-space below it";
-            checks.forbidden("base", &layer.value.base, why)?;
-            Some(Support::HalfSpace {
-                poisson_ratio: decimal::nearest(substrate.value.poisson_ratio),
-                modulus_ratio: decimal::nearest(ratio.value),
-            })
-        }
-        (None, None) => Some(Support::Rigid(layer.value.base.value().unwrap_or(Base::Bonded))),
-        (Some(ratio), None) => {
-            let message = "the coating has no substrate";
-            let problem = Problem::new(message, ratio.span.clone(), "ratio to the substrate");
-            let help = "add `substrate = { poisson_ratio = … }`, or remove `modulus_ratio` for a \
-                        layer on a rigid base";
-            checks.reject(problem.help(help))
-        }
-        (None, Some(substrate)) => {
-            let message = "`layer` lacks the ratio of its shear modulus to that of `substrate`";
-            let problem = Problem::new(message, layer.span.clone(), "no `modulus_ratio`");
-            let problem = problem.and(substrate.span.clone(), "the half-space below the layer");
-            let help = "add `modulus_ratio`, or remove `substrate` for a layer on a rigid base";
-            checks.reject(problem.help(help))
-        }
     }
 }

@@ -15,9 +15,10 @@ use arrow::array::{ArrayRef, AsArray, Float64Array, Float64Builder, LargeListArr
 use arrow::buffer::NullBuffer;
 use arrow::datatypes::Float64Type;
 
-use super::{Branch, Params, Pressures, Stiffness};
+use super::{Params, Pressures, Stiffness};
 use crate::StageError;
 use crate::columns::*;
+use crate::unloading::Branch;
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::flow::{BYTES_PER_NODE, Flow, Unconverged};
 use asperity_tables::column::{Column, lists, optional_reals, reals, texts};

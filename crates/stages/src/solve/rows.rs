@@ -3,9 +3,11 @@
 use arrow::array::ArrayRef;
 
 use super::parts::LoadParts;
-use super::units::{PressureUnit, Scales, SurfaceHardness};
-use super::{Branch, PAIR_LIMIT, Params, parts, unloading};
+use super::{PAIR_LIMIT, Params, parts};
 use crate::columns::*;
+use crate::reduced_units::{PressureUnit, Scales, SurfaceHardness};
+use crate::unloading;
+use crate::unloading::Branch;
 use asperity_contact::asperities::AsperityOutcome;
 use asperity_contact::grid::Boundary;
 use asperity_contact::morphology::map::ContactMap;

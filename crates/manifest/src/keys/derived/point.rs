@@ -7,13 +7,14 @@ use serde_json::Value;
 use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeTable, DeValue};
 
-use super::{Expressions, Written, has_unit};
+use super::{Expressions, Written};
 use crate::decimal;
 use crate::diagnostics::{Problem, Span};
 use crate::expression::Expression;
 use crate::keys::bounds::number;
+use crate::keys::expression_syntax::has_unit;
 use crate::keys::parameters::Parameters;
-use crate::keys::validation::{alternatives, is_type};
+use crate::keys::schema::{alternatives, is_type};
 
 /// A parameter point whose keys may be expressions.
 pub struct Point<'a> {

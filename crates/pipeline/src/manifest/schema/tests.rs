@@ -9,7 +9,7 @@ use crate::study::Study;
 use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::RowKind;
 use asperity_stages::fit::keys::LawWord;
-use asperity_stages::generate::method::Method;
+use asperity_stages::surface::method::Method;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")

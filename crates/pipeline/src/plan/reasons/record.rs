@@ -14,7 +14,7 @@ use serde_json::Value;
 use crate::plan::Plan;
 use crate::plan::sources::{Sources, TasksFromStore};
 use crate::study::Study;
-use asperity_stages::generate::{Origin, Params};
+use asperity_stages::surface::{Origin, Params};
 use asperity_stages::{Kind, Recipe, Work};
 use asperity_tables::key::Digest;
 use asperity_tables::store::StoreError;

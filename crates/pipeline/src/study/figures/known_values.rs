@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use asperity_stages::columns::CORRECTION;
-use asperity_stages::solve::PressureUnit;
+use asperity_stages::reduced_units::PressureUnit;
 use asperity_stages::{Recipe, Stage as _, Work};
 use asperity_tables::column::{Column, Role, Value};
 

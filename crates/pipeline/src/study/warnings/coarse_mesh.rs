@@ -3,8 +3,9 @@
 use crate::study::{Stage, Study, Work};
 use asperity_contact::topography::shapes::Shape;
 use asperity_stages::fit::laws::{Law, PlainLaw};
-use asperity_stages::generate::pair::Pair;
-use asperity_stages::generate::{Origin, Params, PerAxis};
+use asperity_stages::per_axis::PerAxis;
+use asperity_stages::surface::pair::Pair;
+use asperity_stages::surface::{Origin, Params};
 use asperity_stages::{Recipe, measure};
 
 /// Minimum number of nodes per shortest wavelength without a warning about the contact area.

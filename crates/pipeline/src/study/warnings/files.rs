@@ -4,7 +4,8 @@ use crate::study::summary::rms_slope;
 use crate::study::{Stage, Study, Work};
 use asperity_manifest::keys::quantity;
 use asperity_stages::generate::plausibility::{EnteredMap, STEEP, reading_of};
-use asperity_stages::generate::{MeasuredSurface, Origin, Params};
+use asperity_stages::surface::origin::MeasuredSurface;
+use asperity_stages::surface::{Origin, Params};
 use asperity_stages::surface_files::SurfaceFiles;
 
 impl Study {

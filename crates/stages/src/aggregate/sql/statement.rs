@@ -12,8 +12,8 @@ use sqlparser::ast::{
 use sqlparser::dialect::GenericDialect;
 use sqlparser::parser::{Parser, ParserError, ParserOptions};
 
-use super::QueryError;
 use super::functions::{INTEGER, QUOTIENT, REMAINDER, ROUND};
+use crate::error::QueryError;
 
 /// Maximum length of a query in bytes. The syntax tree of any such query fits on the stack.
 const MAX_LENGTH: usize = 64 << 10;

@@ -3,9 +3,9 @@
 use std::ops::RangeBounds;
 
 use super::{FileKeys, FileTable};
-use crate::generate::PerAxis;
-use crate::generate::map_file::MapFile;
 use crate::generate::mesh::square_cells;
+use crate::map_file::MapFile;
+use crate::per_axis::PerAxis;
 use asperity_contact::grid::Cell;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;

@@ -3,10 +3,11 @@
 use std::ops::RangeBounds;
 
 use super::{FileKeys, FileTable, FoundLowPass, WrittenLowPass, repairs};
-use crate::generate::map_file::MapFile;
 use crate::generate::mesh::{MAX_NODES, MIN_NODES};
 use crate::generate::plausibility::slope_and_span;
-use crate::generate::{InspectedMap, PerAxis};
+use crate::map_file::MapFile;
+use crate::per_axis::PerAxis;
+use crate::surface::origin::InspectedMap;
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::topography::differences::edge_step_ratio;
 use asperity_contact::topography::fill::Fill;

@@ -1,12 +1,12 @@
 //! Keys of `what = "roughness"`.
 
 use super::MeasureTable;
-use crate::form::Surfaces;
+use crate::check_context::Surfaces;
+use crate::lengths::in_unit_of_surfaces;
 use crate::measure::areal::{
     Areal, DECAY, DEFAULT, PEAKS, Parameter, ParameterSet, Settings, VERSION, VOLUMES,
 };
 use crate::measure::statistics::Statistic;
-use crate::solve::lengths::in_unit_of_surfaces;
 use asperity_manifest::diagnostics::{Problem, listed};
 use asperity_manifest::keys::Key;
 use asperity_manifest::keys::checks::Checks;

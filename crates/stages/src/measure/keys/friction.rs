@@ -1,7 +1,7 @@
 //! The key `friction`.
 
 use super::MeasureTable;
-use crate::form::Surfaces;
+use crate::check_context::Surfaces;
 use crate::measure::Params as MeasureParams;
 use crate::measure::friction::{DISSIPATION_VERSION, FrictionTable, Params, complete, find};
 use asperity_manifest::decimal;

@@ -4,12 +4,12 @@
 //! depends on the states before it, so the path is followed from its beginning. The maps are the
 //! same as those of the run, bit for bit.
 
-use super::keys::Control;
 use super::path::{prepared, target};
 use super::{Params, VERSION};
 use crate::columns::*;
 use crate::ensemble::load_column;
-use crate::solve::units::{PressureUnit, Scales};
+use crate::reduced_units::{PressureUnit, Scales};
+use crate::solve::adhesion::control::Control;
 use crate::{StageError, solve};
 use asperity_contact::adhesion::{AdhesivePath, Stop};
 use asperity_contact::solver::Watch;

@@ -4,12 +4,13 @@ use arrow::array::{Array, AsArray};
 use arrow::datatypes::Float64Type;
 
 use super::Params;
-use super::keys::Control;
 use super::rows::{self, SurfaceScales};
+use crate::branch_names;
 use crate::columns::*;
+use crate::reduced_units::Scales;
+use crate::solve::adhesion::control::Control;
 use crate::solve::contact;
-use crate::solve::units::Scales;
-use crate::{Context, StageError, branches};
+use crate::{Context, StageError};
 use asperity_contact::adhesion::{Adhesion, AdhesivePath, Stop, Target};
 use asperity_contact::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfSpace};
 use asperity_contact::grid::Boundary;
@@ -239,7 +240,7 @@ fn branches(control: Control, targets: &[f64]) -> Vec<String> {
         true => "approach",
         false => "separation",
     });
-    branches::numbered(words)
+    branch_names::numbered(words)
 }
 
 #[cfg(test)]

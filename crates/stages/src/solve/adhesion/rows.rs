@@ -2,12 +2,12 @@
 
 use arrow::array::ArrayRef;
 
-use super::keys::Control;
 use super::{Params, state_columns};
 use crate::StageError;
 use crate::columns::*;
+use crate::reduced_units::{PressureUnit, Scales};
+use crate::solve::adhesion::control::Control;
 use crate::solve::parts::counted;
-use crate::solve::units::{PressureUnit, Scales};
 use asperity_contact::adhesion::{AdhesiveState, Stop};
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Boundary;

@@ -9,7 +9,7 @@ use sqlparser::ast::{
 };
 
 use super::{Planned, Planner, Result, refused};
-use crate::aggregate::sql::QueryError;
+use crate::error::QueryError;
 
 impl Planner<'_> {
     /// Renames the columns as an alias such as `m(load, area)` says.

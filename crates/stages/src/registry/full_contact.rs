@@ -8,9 +8,11 @@ use std::f64::consts::TAU;
 
 use toml::de::DeValue;
 
-use super::bodies;
 use crate::generate::method::SurfacePoints;
-use crate::generate::{Origin, PerAxis, shapes};
+use crate::generate::shapes;
+use crate::per_axis::PerAxis;
+use crate::solve::keys::bodies;
+use crate::surface::Origin;
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::decimal;

@@ -2,30 +2,21 @@
 
 use arrow::array::ArrayRef;
 
-use super::method::Method;
+use super::coordinates::{coordinates_of, descriptor};
+use super::origin::MeasuredSurface;
 use super::origin::ReadSurface;
-use super::pair::descriptor;
-use super::spectrum::Source;
-use super::{MeasuredSurface, Origin, Params};
+use super::{Origin, Params};
 use crate::columns::*;
-use crate::grids;
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::threads::Threads;
-use asperity_contact::topography::alignment::{Alignment, LineFit};
 use asperity_contact::topography::descriptors::{Descriptors, skewness_and_excess_kurtosis};
 use asperity_contact::topography::differences;
-use asperity_contact::topography::level::ThreePoints;
 use asperity_contact::topography::moments::{Continuum, Moments};
-use asperity_contact::topography::outliers::Spikes;
-use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{
-    Crop, FoundCutoff, LowPass, Preparation, Prepared,
-};
+use asperity_contact::topography::preparation::{Preparation, Prepared};
 use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::reliability::Reliability;
-use asperity_contact::topography::shapes::Shape;
 use asperity_contact::topography::surface::Surface;
-use asperity_tables::column::{Column, Role, Value, integers, optional_reals, texts};
+use asperity_tables::column::{Column, Value, integers, optional_reals, texts};
 
 /// Roughness descriptors of a surface, for the row of the surface in a table.
 pub struct Description {
@@ -188,103 +179,6 @@ impl Expected {
     }
 }
 
-/// Returns the parameter columns of a surface with their values, as far as they are known before
-/// the surface is drawn.
-pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
-    let rms_slope = params.origin.given_rms_slope();
-    let mut coordinates = coordinates_of(params, params.nodes(), params.size(), rms_slope);
-    if is_unread(&params.origin) {
-        // The name of the surface depends on the table that it reads.
-        coordinates.retain(|(column, _)| *column != SURFACE);
-    }
-    coordinates
-}
-
-/// Returns whether the spectrum of a surface comes from the table of another task and has not been
-/// read yet.
-fn is_unread(origin: &Origin) -> bool {
-    matches!(origin, Origin::Spectrum { surface, .. } if surface.source.is_unread())
-}
-
-/// Returns the columns of nodes and sides.
-pub fn columns_of_grid(params: &Params) -> Vec<Column> {
-    let cells = grids::coordinates(params.nodes(), params.size()).into_iter();
-    cells.map(|(column, _)| column).collect()
-}
-
-/// Returns the column of the rms slope. The meaning of the column states how the slope is computed.
-pub fn column_of_slope(origin: &Origin) -> Column {
-    let is_random = matches!(origin, Origin::Random { .. } | Origin::Spectrum { .. });
-    match origin {
-        Origin::Pair(_) | Origin::Yielded(_) if origin.is_open() => {
-            RMS_SLOPE_OF_DIFFERENCES.with_role(Role::Surface)
-        }
-        Origin::Pair(_) | Origin::Yielded(_) => RMS_SLOPE_OF_SURFACE,
-        _ if is_random && origin.given_rms_slope().is_none() => RMS_SLOPE_OF_SURFACE,
-        _ if origin.is_open() => RMS_SLOPE_OF_DIFFERENCES,
-        _ => RMS_SLOPE,
-    }
-}
-
-/// Returns the parameter columns of a surface with their values, in the order of the table.
-fn coordinates_of(
-    params: &Params,
-    nodes: [usize; 2],
-    size: [f64; 2],
-    rms_slope: Option<f64>,
-) -> Vec<(Column, Value)> {
-    let mut coordinates = vec![
-        (SURFACE, Value::Text(params.surface_key().to_string())),
-        (METHOD, Value::Text(Method::from_origin(&params.origin).word().to_owned())),
-    ];
-    coordinates.extend(grids::coordinates(nodes, size));
-    let slope = column_of_slope(&params.origin);
-    coordinates.extend(rms_slope.map(|value| (slope, Value::Real(value))));
-    coordinates.extend(own_coordinates(&params.origin));
-    coordinates
-}
-
-/// Returns the parameter columns of the preparation, with their values. Only keys that the manifest
-/// contains have a column.
-fn preparation_coordinates(preparation: &Preparation) -> Vec<(Column, Value)> {
-    let mut columns = Vec::new();
-    if let Some(Crop { from, size }) = preparation.crop {
-        let lengths = [from[0], from[1], size[0], size[1]].map(Value::Real);
-        let names = [CROP_FROM_X, CROP_FROM_Y, CROP_SIZE_X, CROP_SIZE_Y];
-        columns.extend(names.into_iter().zip(lengths));
-    }
-    let word = |column: Column, word: &str| (column, Value::Text(word.to_owned()));
-    let length = |column: Column, length: f64| (column, Value::Real(length));
-    let whole = |column: Column, value: u32| (column, Value::Integer(i64::from(value)));
-    if let Some(Spikes { threshold, window }) = preparation.spikes {
-        columns.extend([length(SPIKES, threshold), whole(SPIKE_WINDOW, window)]);
-    }
-    columns.extend(preparation.islands.map(|islands| whole(ISLANDS, islands)));
-    if let Some(Alignment { along, by }) = preparation.align {
-        columns.extend([word(ALIGN, by.name()), word(ALIGN_ALONG, along.name())]);
-        if let LineFit::Polynomial { degree } = by {
-            columns.push(whole(ALIGN_DEGREE, degree));
-        }
-    }
-    columns.extend(preparation.level.map(|level| word(LEVEL, level.name())));
-    if let Some(ThreePoints { a, b, c }) = preparation.level_through {
-        columns
-            .extend(LEVEL_THROUGH.into_iter().zip([a, b, c].concat().into_iter().map(Value::Real)));
-    }
-    columns.extend(preparation.fill.map(|fill| word(FILL, fill.name())));
-    columns.extend(preparation.high_pass.map(|cutoff| length(HIGH_PASS, cutoff)));
-    columns.extend(preparation.low_pass.map(|cutoff| match cutoff {
-        LowPass::Wavelength(cutoff) => length(LOW_PASS, cutoff),
-        LowPass::Found(FoundCutoff::Reliable) => word(LOW_PASS_AT, "reliable"),
-    }));
-    if let Some(nodes) = preparation.resample {
-        let nodes = nodes.map(|nodes| Value::Integer(i64::from(nodes)));
-        columns.extend([RESAMPLED_X, RESAMPLED_Y].into_iter().zip(nodes));
-    }
-    columns.extend(preparation.tip_radius.map(|radius| length(TIP_RADIUS, radius)));
-    columns
-}
-
 /// Returns the columns that describe the file of a surface. A NumPy array only has a number of
 /// filled nodes.
 pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
@@ -349,88 +243,4 @@ pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column
             .extend(values.map(|(column, value)| (column, optional_reals([value(reliability)]))));
     }
     columns
-}
-
-/// Returns the parameter columns of the method that makes the surface, such as `hurst` and `seed`,
-/// with their values. Columns that all surfaces have are left out.
-pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
-    let whole = |column: Column, value: u32| (column, Value::Integer(i64::from(value)));
-    let real = |column: Column, value: f64| (column, Value::Real(value));
-    let text = |column: Column, value: String| (column, Value::Text(value));
-    match origin {
-        Origin::Random { surface, has_unit_ratio, unit, .. } => {
-            let mut columns = height_and_unit(origin, unit);
-            columns.extend([
-                real(HURST, surface.spectrum.hurst),
-                whole(K_LOWER, surface.spectrum.k_lower),
-                whole(K_ROLLOFF, surface.spectrum.k_rolloff),
-                whole(K_UPPER, surface.spectrum.k_upper),
-            ]);
-            let grain = surface.spectrum.anisotropy;
-            let grain = grain.map(|grain| [grain.ratio(), grain.angle()]);
-            if let Some([ratio, angle]) = grain.or(has_unit_ratio.then_some([1.0, 0.0])) {
-                columns.push(real(ANISOTROPY_RATIO, ratio));
-                columns.push(real(ANISOTROPY_ANGLE, angle));
-            }
-            columns.push((SEED, Value::Integer(surface.seed.cast_signed())));
-            columns.push(whole(REALIZATION, surface.realization));
-            columns
-        }
-        Origin::Spectrum { surface, .. } => {
-            let mut columns = match &surface.source {
-                Source::File { content, unit, .. } => {
-                    vec![text(CONTENT_OF_SPECTRUM, content.to_string()), text(UNIT, unit.clone())]
-                }
-                Source::Stage { spectrum_of } => {
-                    let known = spectrum_of.iter();
-                    known.map(|name| text(SPECTRUM_OF, name.clone())).collect()
-                }
-            };
-            columns.extend(height_and_unit(origin, ""));
-            columns.extend([
-                (SEED, Value::Integer(surface.seed.cast_signed())),
-                whole(REALIZATION, surface.realization),
-            ]);
-            columns
-        }
-        Origin::File(file) => {
-            let mut columns = vec![
-                text(CONTENT, file.content.to_string()),
-                text(UNIT, file.unit.clone()),
-                real(HEIGHT_SCALE, file.height_scale),
-                text(EDGES, file.edges.name().to_owned()),
-            ];
-            if let Edges::Taper { taper_fraction } = file.edges {
-                columns.push(real(TAPER_FRACTION, taper_fraction));
-            }
-            let channel = file.channel.as_ref();
-            columns.extend(channel.map(|channel| text(CHANNEL, channel.to_string())));
-            columns.extend(file.missing.map(|number| real(MISSING, number)));
-            columns.extend(preparation_coordinates(&file.preparation));
-            columns
-        }
-        Origin::Pair(pair) => pair.own_coordinates(),
-        Origin::Yielded(yielded) => yielded.own_coordinates(),
-        Origin::Shape { shape, unit, .. } => {
-            let mut columns = height_and_unit(origin, unit);
-            columns.extend(match *shape {
-                Shape::Paraboloid { radius } => vec![real(RADIUS, radius)],
-                Shape::Wave { amplitude, waves }
-                | Shape::WaveProduct { amplitude, waves }
-                | Shape::WaveSum { amplitude, waves } => {
-                    vec![real(AMPLITUDE, amplitude), whole(WAVES, waves)]
-                }
-                Shape::Punch { radius, depth } => vec![real(RADIUS, radius), real(DEPTH, depth)],
-            });
-            columns
-        }
-    }
-}
-
-/// Returns the columns of the rms height and of the unit of length, each if it is given.
-fn height_and_unit(origin: &Origin, unit: &str) -> Vec<(Column, Value)> {
-    let rms_height = origin.given_rms_height();
-    let rms_height = rms_height.map(|height| (RMS_HEIGHT_GIVEN, Value::Real(height)));
-    let unit = (!unit.is_empty()).then(|| (UNIT, Value::Text(unit.to_owned())));
-    rms_height.into_iter().chain(unit).collect()
 }

@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::map_file::{ChannelChoice, ChannelRead, MapFile, MapFileError, Reader};
-use super::mesh::PerAxis;
 use super::pair::Pair;
 use super::spectrum::{Source, SpectrumSurface};
 use super::yielded::Yielded;
 use crate::StageError;
 use crate::grids::grid;
+use crate::map_file::{ChannelChoice, ChannelRead, MapFile, MapFileError, Reader};
+use crate::per_axis::PerAxis;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::threads::Threads;

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::Pressures;
-use super::keys::SolveTable;
-use crate::form::Surfaces;
+use super::SolveTable;
+use crate::check_context::Surfaces;
+use crate::solve::{ListedLoads, Pressures};
 use asperity_contact::distribution::EqualBins;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
@@ -100,18 +100,6 @@ pub struct GapBins {
     /// Upper edge of the last bin, a multiple of the rms height.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub to: f64,
-}
-
-/// Differences between the loads in the manifest and the loads that are solved, for warnings.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct ListedLoads {
-    /// True if the list does not ascend.
-    pub is_unsorted: bool,
-    /// Loads that the list repeats, in ascending order.
-    pub repeated: Vec<f64>,
-    /// True if the loads are plain numbers and `load_unit` is left out, although other pressures of
-    /// the stage have a unit.
-    pub lack_unit: bool,
 }
 
 impl Loads {

@@ -5,15 +5,16 @@
 use std::sync::Arc;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
-use super::units::Conversion;
-use super::{Params, VERSION};
+use super::adhesion_units::Conversion;
+use super::loads::{Loads, StoredPressures};
+use super::{Method, SolveTable, against, bodies, lack_unit, load_unit, loads};
 use crate::Recipe;
-use crate::form::Surfaces;
-use crate::solve::keys::{Method, SolveTable};
-use crate::solve::loads::{Loads, StoredPressures};
-use crate::solve::{Pressures, against, bodies, keys, loads};
+use crate::check_context::Surfaces;
+use crate::solve::Pressures;
+use crate::solve::adhesion::control::Control;
+use crate::solve::adhesion::{Params, VERSION};
 use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
@@ -46,26 +47,6 @@ pub struct AdhesionTable {
     #[serde(default, rename = "override")]
     #[schemars(extend("default" = false))]
     pub on_coarse_mesh: bool,
-}
-
-/// The quantity that a path prescribes, the value of `control`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Control {
-    /// The mean pressure is prescribed, and the mean gap follows.
-    Load,
-    /// The mean gap is prescribed, and the mean pressure follows.
-    Gap,
-}
-
-impl Control {
-    /// Returns the word in manifests and tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Control::Load => "load",
-            Control::Gap => "gap",
-        }
-    }
 }
 
 /// The states of a path, the value of `path`.
@@ -130,7 +111,7 @@ pub fn recipe(
     refuse_other_physics(table, checks)?;
     bodies::bodies(table, surfaces, checks)?;
     let effective_modulus = bodies::modulus(table, checks);
-    let load_unit = keys::load_unit(table, checks);
+    let load_unit = load_unit(table, checks);
     let conversion = Conversion::new(adhesion.work, surfaces, checks)?;
     let adhesion = AdhesionTable {
         work: conversion.work(adhesion.work),
@@ -174,7 +155,7 @@ pub fn recipe(
         gap_bins: gap_bins?,
         boundary: boundary?,
         shift: against::shift(table, checks)?,
-        loads_lack_unit: has_loads && keys::lack_unit(table, load_unit, checks),
+        loads_lack_unit: has_loads && lack_unit(table, load_unit, checks),
     })))
 }
 

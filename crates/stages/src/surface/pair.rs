@@ -6,18 +6,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::own_coordinates;
-use super::{Heights, Origin, Params, PerAxis};
-use crate::columns::*;
+use super::{Heights, Origin, Params};
+use crate::per_axis::PerAxis;
 use crate::surface_files::SurfaceFiles;
-use crate::{Stage, StageError};
+use crate::{Recipe, StageError};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::{Axis, Surface};
 use asperity_contact::topography::translation::{reversed, sum, translated};
-use asperity_tables::column::{Column, Role, Value};
-
-/// Number of digits of the column `against`, which figures show.
-const SHORT_NAME: usize = 8;
 
 /// The recipe of the summed heights of two surfaces.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,7 +44,7 @@ pub enum MirrorAxis {
 }
 
 impl MirrorAxis {
-    fn axis(self) -> Axis {
+    pub fn axis(self) -> Axis {
         match self {
             MirrorAxis::X => Axis::X,
             MirrorAxis::Y => Axis::Y,
@@ -130,68 +125,15 @@ impl Pair {
 
     /// Returns the peak memory of drawing the surfaces one after the other, in bytes per node.
     pub fn bytes_per_node(&self) -> f64 {
-        let work = [&self.body, &self.against].map(|params| params.footprint().work);
+        let work = [&self.body, &self.against].map(|params| params.bytes_per_node());
         work[0].max(work[1])
     }
-
-    /// Returns the parameter columns of the pair with their values: those of the surface in `from`,
-    /// and those that identify the other surface and its position.
-    ///
-    /// `seed` and `realization` identify the pair.
-    pub fn own_coordinates(&self) -> Vec<(Column, Value)> {
-        let [body, against] = [&self.body, &self.against].map(|params| &params.origin);
-        let text = |column: Column, params: &Params| {
-            (column, Value::Text(params.surface_key().to_string()))
-        };
-        let identifies = [SEED.name, REALIZATION.name];
-        let mut columns = coordinates_of_body(body);
-        columns.retain(|(column, _)| !identifies.contains(&column.name));
-        columns.push(text(FROM_SURFACE, &self.body));
-        let mut ensemble = self.against.realization(0).surface_key().to_string();
-        ensemble.truncate(SHORT_NAME);
-        columns.push((AGAINST, Value::Text(ensemble)));
-        columns.push(text(AGAINST_SURFACE, &self.against));
-        let PerAxis([shift_x, shift_y]) = self.shift;
-        columns.extend([(SHIFT_X, Value::Real(shift_x)), (SHIFT_Y, Value::Real(shift_y))]);
-        let axis = self.mirror.map(|axis| axis.axis().name().to_owned());
-        columns.extend(axis.map(|axis| (MIRROR, Value::Text(axis))));
-        let drawn = [body.random_numbers(), against.random_numbers()];
-        let seed = drawn.iter().flatten().map(|(seed, _)| *seed).next();
-        columns.extend(seed.map(|seed| (SEED, Value::Integer(seed.cast_signed()))));
-        let number = drawn.iter().flatten().map(|(_, realization)| *realization).max();
-        columns.extend(number.map(|number| (REALIZATION, Value::Integer(i64::from(number)))));
-        columns
-    }
 }
 
-/// Returns the parameter columns of a surface from which another one is made, with their values.
-///
-/// A slope or height to which the surface is scaled has a column of its own, because `rms_slope`
-/// and `rms_height` are those of the other surface.
-pub fn coordinates_of_body(body: &Origin) -> Vec<(Column, Value)> {
-    let mut columns = own_coordinates(body);
-    for (column, _) in &mut columns {
-        if *column == RMS_HEIGHT_GIVEN {
-            *column = FROM_RMS_HEIGHT;
-        }
-    }
-    let slope = body.given_rms_slope();
-    columns.extend(slope.map(|slope| (FROM_RMS_SLOPE, Value::Real(slope))));
-    columns
-}
-
-/// Names of the descriptors of a pair, or of a surface that has yielded, that the tables of its
-/// contacts have, too.
-const OF_CONTACTS: [&str; 4] = ["rms_height", "nayak", "summit_density", "full_contact_load"];
-
-/// Returns the column of a descriptor of surfaces of this origin. Later tables contain some
-/// descriptors of pairs and of surfaces that have yielded, because their spectra are not those
-/// that the parameters describe.
-pub fn descriptor(origin: Option<&Origin>, column: Column) -> Column {
-    match origin {
-        Some(Origin::Pair(_) | Origin::Yielded(_)) if OF_CONTACTS.contains(&column.name) => {
-            column.with_role(Role::Surface)
-        }
-        _ => column,
+/// Returns whether a surface is a pair with this shift, or if `shift` is `None` any surface.
+pub fn is_at(shift: Option<PerAxis<f64>>, surface: &Recipe) -> bool {
+    match surface {
+        Recipe::Generate(Params { origin: Origin::Pair(pair), .. }) => Some(pair.shift) == shift,
+        _ => true,
     }
 }

@@ -1,23 +1,27 @@
-//! The variants of stages, which determine the keys of their tables, and the checked keys of a
-//! stage.
+//! The registry of the kinds of stage: the variants, which determine the keys of a table, the
+//! checked keys of a stage, and its work.
+//!
+//! A new kind is added here and to the enums of the crate root.
 
-use std::collections::BTreeSet;
+pub mod full_contact;
 
 use toml::de::DeTable;
 
 use crate::aggregate::keys::AggregateTable;
-use crate::columns::needed_key;
+use crate::check_context::{CheckContext, FromKey, Surfaces, distinct, spanning};
 use crate::correct::CorrectTable;
 use crate::fit::keys::{FitPoints, LawWord};
-use crate::generate::growth::PlannedSurfaces;
-use crate::generate::method::{Method, SurfacePoints};
+use crate::generate::method::SurfacePoints;
 use crate::measure::keys::MeasureTable;
-use crate::solve::Conduction;
 use crate::solve::keys::SolveTable;
-use crate::surface_files::SurfaceFiles;
-use crate::{Kind, Reads, Recipe, RowKind, StageError, Work, aggregate, correct, measure, solve};
+use crate::surface::method::Method;
+use crate::surface::planned::PlannedSurfaces;
+use crate::{
+    InputScope, Kind, Reads, Recipe, RowKind, StageError, aggregate, correct, generate, measure,
+    solve,
+};
 use asperity_contact::distribution::EqualBins;
-use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
+use asperity_manifest::diagnostics::{Problems, Span, listed};
 use asperity_manifest::keys::derived::{KnownNumber, Scope};
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::validation::unknown_word;
@@ -33,27 +37,6 @@ pub enum StageVariant {
     Correct,
     Fit(LawWord),
     Aggregate,
-}
-
-/// The presence of the key `from` in a stage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FromKey {
-    /// The stage has no key `from`.
-    Absent,
-    /// The stage may have a key `from`.
-    Optional,
-    /// The stage must have a key `from`.
-    Required,
-}
-
-impl FromKey {
-    /// Returns whether stages of a kind have a key `from`, without regard to their method.
-    pub fn of_kind(kind: Kind) -> FromKey {
-        match kind {
-            Kind::Generate => FromKey::Absent,
-            _ => FromKey::Required,
-        }
-    }
 }
 
 /// Parameter points of a stage, by kind of stage.
@@ -219,12 +202,12 @@ impl StageVariant {
         inputs: Vec<(&'a str, Option<&'a SurfacePoints>)>,
     ) -> KnownNumber<'a> {
         KnownNumber {
-            name: solve::full_contact::NAME,
+            name: full_contact::NAME,
             value: Box::new(move |key, point| match self {
-                StageVariant::Solve => solve::full_contact::load(&inputs, key, point),
+                StageVariant::Solve => full_contact::load(&inputs, key, point),
                 _ => Err(format!(
                     "`{}` can be used only in the loads of a `solve` stage",
-                    solve::full_contact::NAME
+                    full_contact::NAME
                 )),
             }),
         }
@@ -299,7 +282,7 @@ impl StagePoints {
     /// is one.
     pub fn against(&self) -> Option<&Spanned<String>> {
         match self {
-            StagePoints::Solve(section) => solve::against::stage(section),
+            StagePoints::Solve(section) => solve::keys::against::stage(section),
             _ => None,
         }
     }
@@ -329,46 +312,81 @@ impl StagePoints {
     }
 }
 
-/// Properties of surfaces and contacts that later stages depend on, each with the name of a stage
-/// that has the property.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Surfaces {
-    /// A stage with measured maps that are not periodic.
-    pub open: Option<String>,
-    /// A stage with measured maps whose missing points were filled.
-    pub filled: Option<String>,
-    /// A stage with random surfaces that cannot be drawn again, because their spectra are in the
-    /// tables of other stages.
-    pub not_redrawable: Option<String>,
-    /// A stage with cells that are not square, and the ratio Δx/Δy of these cells.
-    pub non_square: Option<(String, f64)>,
-    /// A `solve` stage without `pressure_bins`.
-    pub pressures_uncounted: Option<String>,
-    /// A `solve` stage without `gap_bins`.
-    pub gaps_uncounted: Option<String>,
-    /// Largest mesh step of the surfaces, and the stage that has it.
-    pub coarsest: Option<(String, f64)>,
-    /// A `solve` stage without adhesion.
-    pub without_adhesion: Option<String>,
-    /// A `solve` stage with adhesion.
-    pub with_adhesion: Option<String>,
-    /// A `solve` stage whose contacts are not those of elastic half-spaces without adhesion, and
-    /// the physics that it has.
-    pub not_superposable: Option<(String, &'static str)>,
-    /// The `solve` stages and the loads of their parameter points, with the unit of the loads.
-    pub loads: Vec<(String, Vec<f64>, Option<&'static str>)>,
-    /// The `solve` stages and the conductivities of their bodies.
-    pub conduction: Vec<(String, Option<Conduction>)>,
-    /// A periodic `solve` stage with a stiffness, whose spots have images.
-    pub with_images: Option<String>,
-    /// A `solve` stage with a layer.
-    pub with_layer: Option<String>,
-    /// Units of length of the surfaces, each once; empty texts for unknown units.
-    pub length_units: Vec<String>,
-    /// Smallest and largest rms slope to which surfaces are scaled.
-    pub slopes: Option<[f64; 2]>,
-    /// A stage with surfaces that are not scaled to a given rms slope.
-    pub without_slope: Option<String>,
+/// Work of a stage at all its parameter points, in order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Work {
+    Generate(Vec<PlannedSurfaces>),
+    /// Recipes that are applied to the tables of other stages. There is at least one, and all are
+    /// of the same kind.
+    Evaluate(Vec<Recipe>),
+}
+
+impl Work {
+    /// Returns the kind of stage that does the work.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Work::Generate(_) => Kind::Generate,
+            Work::Evaluate(recipes) => recipes.first().expect("a grid has a point").kind(),
+        }
+    }
+
+    /// Returns the recipes that are applied to the tables of other stages.
+    pub fn recipes(&self) -> &[Recipe] {
+        match self {
+            Work::Generate(_) => &[],
+            Work::Evaluate(recipes) => recipes,
+        }
+    }
+
+    /// Returns an upper bound on the number of tasks for a number of input tables.
+    pub fn tasks(&self, inputs: usize) -> usize {
+        match self {
+            Work::Generate(surfaces) => {
+                let tasks = surfaces.iter().map(|surfaces| {
+                    let spectra = if surfaces.params.origin.reads_stage() { inputs } else { 1 };
+                    spectra.saturating_mul(surfaces.at_most() as usize)
+                });
+                tasks.fold(0, usize::saturating_add)
+            }
+            Work::Evaluate(recipes) => {
+                let tasks = recipes.iter().map(|recipe| match recipe.input_scope() {
+                    InputScope::Single | InputScope::ParameterPoint => inputs,
+                    InputScope::All => 1,
+                });
+                tasks.fold(0, usize::saturating_add)
+            }
+        }
+    }
+
+    /// Returns the table of the stage without rows, given the names and the empty tables of its
+    /// inputs.
+    ///
+    /// # Errors
+    /// Returns an error if a query cannot be answered or a column is missing.
+    pub fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
+        let recipes = match self {
+            Work::Generate(surfaces) => {
+                let params = surfaces.iter().map(|surfaces| &surfaces.params);
+                return Ok(generate::empty_table(params));
+            }
+            Work::Evaluate(recipes) => recipes,
+        };
+        let mut tables = Vec::new();
+        for recipe in recipes {
+            let table = recipe.empty_table(inputs).map_err(|error| match error {
+                StageError::Table(source) => {
+                    let names = inputs.iter().map(|(name, _)| name.as_str());
+                    StageError::Inputs { stages: listed(names, "and"), source }
+                }
+                other => other,
+            });
+            tables.push(table?);
+            if !recipe.columns_depend_on_params() {
+                break;
+            }
+        }
+        Ok(Table::stack(&tables)?)
+    }
 }
 
 impl Surfaces {
@@ -461,111 +479,5 @@ impl Surfaces {
             gaps_uncounted: lacks(Recipe::gap_bins),
             ..Surfaces::default()
         }
-    }
-
-    /// Returns the rms slope of all surfaces, if all are scaled to the same one.
-    pub fn common_slope(&self) -> Option<f64> {
-        let [lowest, highest] = self.slopes.filter(|_| self.without_slope.is_none())?;
-        (lowest == highest).then_some(lowest)
-    }
-
-    /// Combines the properties of two sets of surfaces. If two stages have a property, the first
-    /// one is named.
-    pub fn and(self, other: &Surfaces) -> Surfaces {
-        let slopes = self.slopes.into_iter().chain(other.slopes);
-        let steps = self.coarsest.into_iter().chain(other.coarsest.clone());
-        Surfaces {
-            coarsest: steps.reduce(|one, next| if next.1 > one.1 { next } else { one }),
-            slopes: slopes.reduce(spanning),
-            without_slope: self.without_slope.or_else(|| other.without_slope.clone()),
-            open: self.open.or_else(|| other.open.clone()),
-            filled: self.filled.or_else(|| other.filled.clone()),
-            not_redrawable: self.not_redrawable.or_else(|| other.not_redrawable.clone()),
-            pressures_uncounted: self
-                .pressures_uncounted
-                .or_else(|| other.pressures_uncounted.clone()),
-            without_adhesion: self.without_adhesion.or_else(|| other.without_adhesion.clone()),
-            with_adhesion: self.with_adhesion.or_else(|| other.with_adhesion.clone()),
-            with_images: self.with_images.or_else(|| other.with_images.clone()),
-            with_layer: self.with_layer.or_else(|| other.with_layer.clone()),
-            length_units: distinct(
-                self.length_units.into_iter().chain(other.length_units.iter().cloned()),
-            ),
-            gaps_uncounted: self.gaps_uncounted.or_else(|| other.gaps_uncounted.clone()),
-            not_superposable: self.not_superposable.or_else(|| other.not_superposable.clone()),
-            loads: [self.loads, other.loads.clone()].concat(),
-            conduction: [self.conduction, other.conduction.clone()].concat(),
-            non_square: self.non_square.or_else(|| other.non_square.clone()),
-        }
-    }
-}
-
-/// Returns the distinct texts among these, sorted.
-fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
-    texts.collect::<BTreeSet<_>>().into_iter().collect()
-}
-
-/// Returns the smallest range that contains two ranges.
-fn spanning(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
-    [one[0].min(other[0]), one[1].max(other[1])]
-}
-
-/// A `solve` stage with the surfaces that it presses.
-#[derive(Debug)]
-pub struct PressedStage<'a> {
-    /// Name of the stage, where `from` names it.
-    pub name: &'a Spanned<String>,
-    /// Surfaces that the stage presses, by parameter point.
-    pub surfaces: Vec<&'a PlannedSurfaces>,
-    /// Recipes of the contacts.
-    pub recipes: &'a [Recipe],
-}
-
-/// Data outside a stage that the checks of its keys need.
-pub struct CheckContext<'a> {
-    /// Seed of the study, used by stages without a key `seed`.
-    pub seed: u64,
-    /// Files of measured surfaces and of spectra.
-    pub sources: &'a mut SurfaceFiles,
-    /// True if the stage has a key `from`.
-    pub reads_stages: bool,
-    /// Kind of the rows that the stage reads, if it is known.
-    pub read: Option<RowKind>,
-    /// Empty table with the columns that the stage reads, if they are known.
-    pub input: Option<&'a Table>,
-    /// Names and empty tables of the stages on which the inputs depend, the nearest first.
-    pub earlier: &'a [(&'a str, &'a Table)],
-    /// Properties of the surfaces and contacts that the stage reads.
-    pub surfaces: Surfaces,
-    /// `solve` stages that the stage reads.
-    pub pressed: Vec<PressedStage<'a>>,
-    /// Problems of the manifest. Checks add the problems that they find.
-    pub problems: &'a mut Problems,
-}
-
-/// Returns the problem of a column that the stages in `from` do not have. `names` are the columns
-/// that they have, and `earlier` is that of the [`CheckContext`].
-pub fn unknown_column(
-    name: &str,
-    span: &Span,
-    names: &[&str],
-    earlier: &[(&str, &Table)],
-) -> Problem {
-    let message = format!("the stages in `from` have no column {name:?}");
-    let problem = |label| Problem::new(message, span.clone(), label);
-    let is_known = |column: &str| {
-        names.contains(&column) || earlier.iter().any(|(_, table)| table.has(column))
-    };
-    let names = || names.iter().copied();
-    if let Some((stage, _)) = earlier.iter().find(|(_, table)| table.has(name)) {
-        let help = format!("read that stage, by `from = \"{stage}\"` here or in another stage");
-        problem(format!("the stage `{stage}` has this column")).help(help)
-    } else if let Some(label) = needed_key(name, is_known) {
-        problem(label)
-    } else if let Some(meant) = did_you_mean(name, names()) {
-        problem(format!("did you mean \"{meant}\"?"))
-    } else {
-        let help = format!("their columns are {}", listed(names(), "and"));
-        problem("unknown column".to_owned()).help(help)
     }
 }

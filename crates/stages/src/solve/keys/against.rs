@@ -1,11 +1,11 @@
 //! Keys with which a `solve` stage presses two rough surfaces against each other, and the pairs of
 //! surfaces that they give.
 
-use super::keys::SolveTable;
-use crate::Recipe;
-use crate::generate::growth::PlannedSurfaces;
-use crate::generate::pair::Pair;
-use crate::generate::{Heights, Origin, Params, PerAxis};
+use super::SolveTable;
+use crate::per_axis::PerAxis;
+use crate::surface::pair::Pair;
+use crate::surface::planned::PlannedSurfaces;
+use crate::surface::{Heights, Origin, Params};
 use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems};
@@ -106,14 +106,6 @@ pub fn pairs(
         }
     }
     Some(pairs)
-}
-
-/// Returns whether a surface is a pair with this shift, or if `shift` is `None` any surface.
-pub(crate) fn is_at(shift: Option<PerAxis<f64>>, surface: &Recipe) -> bool {
-    match surface {
-        Recipe::Generate(Params { origin: Origin::Pair(pair), .. }) => Some(pair.shift) == shift,
-        _ => true,
-    }
 }
 
 /// Largest relative difference of two sides that counts as rounding.

@@ -1,6 +1,6 @@
 //! Conversion of lengths of a stage to the unit of the lengths of the surfaces that it reads.
 
-use crate::form::Surfaces;
+use crate::check_context::Surfaces;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span, listed};
 use asperity_manifest::keys::Spanned;

@@ -1,7 +1,7 @@
 //! Conversion of a work of adhesion, a range and mean gaps with units to the units of the surfaces.
 
-use crate::form::Surfaces;
-use crate::solve::lengths::{converted, unit_of};
+use crate::check_context::Surfaces;
+use crate::lengths::{converted, unit_of};
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
 

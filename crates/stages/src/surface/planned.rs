@@ -1,57 +1,14 @@
-//! Number of surfaces of a parameter point: fixed, or adaptive until a condition holds.
-//!
-//! Editors show the doc comments of keys, and messages quote them.
+//! The surfaces of a parameter point: a fixed number, or as many as a condition needs.
 
 use std::fmt;
 use std::ops::Mul;
 use std::sync::Arc;
 
-use schemars::JsonSchema;
-use serde::Deserialize;
+use super::{Heights, Origin, Params};
+use crate::per_axis::PerAxis;
 
-use super::Params;
-use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::{Key, Spanned, deserialize_either};
-
-/// Maximum number of surfaces of a parameter point.
-const MAX: u32 = 1_000_000;
-/// Minimum number of surfaces for which a standard error exists.
-const MIN: u32 = 2;
-/// Default value of `at_least`.
-pub const AT_LEAST: u32 = 10;
 /// Text of the condition that all claims of the study are decided.
 const CLAIMS_DECIDED: &str = "claims decided";
-
-/// The number of surfaces at each parameter point, the value of `realizations`.
-#[derive(Debug, Clone, JsonSchema)]
-#[schemars(untagged)]
-pub enum Realizations {
-    /// A fixed number of surfaces.
-    Number(#[schemars(range(min = 1, max = MAX))] u32),
-    /// As many surfaces as a condition needs.
-    Until(Growing),
-}
-
-/// Keys of adaptive sampling, which draws surfaces until a condition on a mean or on claims holds.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Growing {
-    /// Number of surfaces at the start, before the condition is tested.
-    #[serde(default)]
-    #[schemars(range(min = MIN, max = MAX), extend("default" = AT_LEAST))]
-    pub at_least: Key<u32>,
-    /// Maximum number of surfaces, even if the condition does not hold.
-    #[schemars(range(min = MIN, max = MAX))]
-    pub at_most: Spanned<u32>,
-    /// Condition that ends sampling. `"sem(STAGE.COLUMN) < 0.5 %"` bounds the standard error of the
-    /// mean over surfaces, relative to the mean, at every point and load; without `%` the bound is
-    /// in the unit of the column. `"claims decided"` waits for all claims that the study can judge,
-    /// and `"decided(CLAIM, …)"` for the claims that it names (`asperity claims` lists them).
-    /// Conditions on claims need `at_least` of 5 or more.
-    pub until: Spanned<String>,
-}
-
-deserialize_either!(Realizations { whole => Number, table => Until });
 
 /// The surfaces of one parameter point, which differ only by the realization.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,6 +24,14 @@ pub struct PlannedSurfaces {
     pub may_be_swept: bool,
 }
 
+impl PlannedSurfaces {
+    /// Returns the maximum number of surfaces.
+    pub fn at_most(&self) -> u32 {
+        let growth = self.growth.as_ref();
+        growth.map_or(self.realizations, |growth| growth.at_most)
+    }
+}
+
 /// Adaptive sampling of a stage: its condition and the bounds of the number of surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Growth {
@@ -76,14 +41,6 @@ pub struct Growth {
     pub at_most: u32,
     /// Condition that ends the sampling.
     pub until: Until,
-}
-
-impl PlannedSurfaces {
-    /// Returns the maximum number of surfaces.
-    pub fn at_most(&self) -> u32 {
-        let growth = self.growth.as_ref();
-        growth.map_or(self.realizations, |growth| growth.at_most)
-    }
 }
 
 /// A condition that ends sampling, on a mean or on claims.
@@ -158,40 +115,6 @@ impl Mul<f64> for Limit {
     }
 }
 
-/// Returns the number of surfaces at the start, and the adaptive sampling (`None` for a fixed
-/// number of surfaces).
-pub fn realizations(
-    key: &Key<Realizations>,
-    checks: &mut Checks,
-) -> Option<(u32, Option<Arc<Growth>>)> {
-    let Some(written) = checks.optional("realizations", key)? else {
-        return Some((checks.default_of("realizations"), None));
-    };
-    let growing = match &written.value {
-        Realizations::Number(number) => return Some((*number, None)),
-        Realizations::Until(growing) => growing,
-    };
-    let at_least = checks.value("realizations.at_least", &growing.at_least)?;
-    let Spanned { value: at_most, span } = &growing.at_most;
-    let until = checked(&growing.until, checks)?;
-    if at_least > *at_most {
-        let message = format!("`at_least = {at_least}` is above `at_most = {at_most}`");
-        return checks.refuse("realizations", message, span, "must be at least `at_least`");
-    }
-    let growth = Growth { at_least, at_most: *at_most, until };
-    Some((at_least, Some(Arc::new(growth))))
-}
-
-/// Parses the condition of adaptive sampling. Reports a text that is not a condition.
-fn checked(written: &Spanned<String>, checks: &mut Checks) -> Option<Until> {
-    parse(&written.value).or_else(|| {
-        let message = format!("cannot read the condition {:?}", written.value);
-        let label = "must be `sem(STAGE.COLUMN) < 0.5 %`, `sem(STAGE.COLUMN) < 0.01` (in the unit of the \
-                     column), `claims decided` or `decided(CLAIM, …)`";
-        checks.refuse("realizations.until", message, &written.span, label)
-    })
-}
-
 /// Parses a condition of adaptive sampling. Returns `None` if the text is not a condition.
 pub fn parse(text: &str) -> Option<Until> {
     let text = text.trim();
@@ -225,6 +148,16 @@ fn known_mean(text: &str) -> Option<KnownMean> {
         column: column.trim().to_owned(),
         limit: if is_relative { Limit::Relative(limit / 100.0) } else { Limit::Absolute(limit) },
     })
+}
+
+/// Plans a single surface, for files and shapes, which have no realizations.
+pub fn single(heights: Heights, side: Option<PerAxis<f64>>, origin: Origin) -> PlannedSurfaces {
+    PlannedSurfaces {
+        params: Params { heights, side, origin },
+        realizations: 1,
+        growth: None,
+        may_be_swept: false,
+    }
 }
 
 #[cfg(test)]

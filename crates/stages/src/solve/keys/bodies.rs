@@ -1,10 +1,11 @@
 //! The two bodies of a contact: elastic constants, hardness and conductivities.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
-use super::keys::SolveTable;
-use crate::form::Surfaces;
+use super::SolveTable;
+use crate::bodies::{Bodies, Conduction};
+use crate::check_context::Surfaces;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
@@ -40,31 +41,6 @@ pub struct Body {
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0), transform = resistivity)]
     pub resistivity: Key<f64>,
-}
-
-/// Properties of the bodies that change no solved load.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Bodies {
-    /// Number of listed bodies.
-    pub count: usize,
-    /// Smallest hardness of the bodies, in the unit of their moduli, for a warning about higher
-    /// pressures.
-    pub softest: Option<f64>,
-    /// Dundurs' constant β, which is zero for elastically similar bodies; `None` without bodies.
-    pub dundurs: Option<f64>,
-    /// Conductivities of the pair, for the conductances of `measure` stages.
-    pub conduction: Option<Conduction>,
-}
-
-/// Conductivities of a pair of bodies, each of which may be unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Conduction {
-    /// Conductivity k_s of the pair in W/(m K): 2/k_s = 1/k₁ + 1/k₂.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub conductivity: Option<f64>,
-    /// Mean resistivity (ρ₁ + ρ₂)/2 in Ω m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub resistivity: Option<f64>,
 }
 
 /// Returns the properties of the bodies, or `None` after reporting problems.

@@ -12,9 +12,9 @@
 
 use serde::Serialize;
 
-use super::units::PressureUnit;
 use crate::StageError;
 use crate::columns::*;
+use crate::reduced_units::PressureUnit;
 use asperity_contact::solver::{Hardness, Settings, Solver, Stop, Watch};
 use asperity_manifest::decimal;
 use asperity_tables::column::{Column, Value};

@@ -1,0 +1,63 @@
+//! Texts in the place of numbers: expressions, and numbers with a unit.
+
+use serde_spanned::Spanned as TomlSpanned;
+use toml::de::DeValue;
+
+use super::quantity::{Dimension, Unit};
+use crate::diagnostics::Problem;
+use crate::expression::ExpressionError;
+
+/// Returns whether a text is a number alone, or a number followed by a unit: `"2"`, `"10 MPa"`.
+pub fn has_unit(text: &str) -> bool {
+    let text = text.trim().trim_start_matches(['+', '-']);
+    let rest = text.trim_start_matches(|letter: char| letter.is_ascii_digit() || letter == '.');
+    if rest.len() == text.len() {
+        return false;
+    }
+    let exponent = rest.strip_prefix(['e', 'E']).map(|power| power.trim_start_matches(['+', '-']));
+    let power = exponent.filter(|power| power.starts_with(|digit: char| digit.is_ascii_digit()));
+    let rest = match power {
+        Some(power) => power.trim_start_matches(|digit: char| digit.is_ascii_digit()),
+        None => rest,
+    };
+    let is_unit = |letter: char| letter.is_alphabetic() || matches!(letter, '%' | '°' | 'µ');
+    rest.trim_start().chars().next().is_none_or(is_unit)
+}
+
+/// Returns the problem of an expression that cannot be parsed, or that uses `slope` if there is no
+/// `error`.
+pub fn syntax_problem(
+    path: &str,
+    written: &TomlSpanned<DeValue<'_>>,
+    error: Option<&ExpressionError>,
+) -> Problem {
+    let text = written.get_ref().as_str().unwrap_or_default();
+    let message = format!("cannot read the expression of `{path}`");
+    let (span, label) = match error {
+        Some(error) => (error.span_in(text, &written.span()), error.reason.clone()),
+        None => (written.span(), "`slope` needs the loads of a surface".to_owned()),
+    };
+    let words = text.split(|letter: char| " *+-/^()\"".contains(letter));
+    let words =
+        words.map(|word| word.trim_start_matches(|letter: char| "0123456789.".contains(letter)));
+    let unit = words.filter_map(Unit::find).next();
+    let or_name = |key, unit: &Unit| {
+        format!(", or name the unit by `{key} = \"{}\"` and leave it out here", unit.symbol)
+    };
+    Problem::new(message, span, label).help(match unit {
+        Some(unit) => format!(
+            "expressions take plain numbers; write the result with its unit, such as \"20 {0}\"{1}",
+            unit.symbol,
+            match unit.dimension {
+                Dimension::Length => or_name("unit", unit),
+                Dimension::Pressure => or_name("load_unit", unit),
+                Dimension::Work | Dimension::Conductivity | Dimension::Resistivity => String::new(),
+            }
+        ),
+        None => {
+            "an expression has numbers, names of keys and parameters, `+ - * / ^`, parentheses, \
+                 `ln(…)` and `sqrt(…)`"
+                .to_owned()
+        }
+    })
+}

@@ -1,0 +1,103 @@
+//! Reasons why a task cannot compute its table.
+
+use crate::map_file::MapFileError;
+use crate::surface_files::SurfaceFileError;
+use asperity_contact::adhesion::AdhesionError;
+use asperity_contact::asperities::NoSummits;
+use asperity_contact::elasticity::LayerError;
+use asperity_contact::morphology::map::MapError;
+use asperity_contact::solver::HardnessError;
+use asperity_contact::topography::preparation::PreparationError;
+use asperity_contact::topography::spectral_density::SpectralDensityError;
+use asperity_contact::topography::surface::SurfaceError;
+use asperity_tables::store::StoreError;
+use asperity_tables::table::TableError;
+
+/// Reason why a task could not compute its table.
+#[derive(Debug, thiserror::Error)]
+pub enum StageError {
+    /// The user asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+    #[error("cannot use an input table")]
+    Table(#[from] TableError),
+    /// The columns of a stage cannot be derived from the columns of the stages that it reads.
+    #[error("cannot use the table of input {stages}")]
+    Inputs { stages: String, source: TableError },
+    #[error("cannot use the file of a measured surface")]
+    Source(#[from] SurfaceFileError),
+    /// Stored or scaled heights, or the grid, are invalid.
+    #[error("the heights do not form a valid surface")]
+    Heights(#[source] SurfaceError),
+    #[error(
+        "cannot solve the contact with this hardness (loads and hardness in units of E* × rms slope)"
+    )]
+    Hardness(#[from] HardnessError),
+    #[error("cannot solve the contact with this layer (thickness over the longer side)")]
+    Layer(#[from] LayerError),
+    #[error("cannot solve the contact with adhesion")]
+    Adhesion(#[from] AdhesionError),
+    #[error(
+        "the contact in which the surface yields did not converge within {max_pairs} pairs of \
+         transforms; raise `max_pairs` in its `solve` stage"
+    )]
+    NotYielded { max_pairs: u32 },
+    #[error("cannot solve the contact of the asperities")]
+    NoSummits(#[from] NoSummits),
+    #[error("a stored contact map does not fit its mesh")]
+    Map(#[source] MapError),
+    #[error("cannot use `{path}` as a surface")]
+    Measured { path: String, source: Box<MapFileError> },
+    #[error("cannot prepare the surface `{path}`")]
+    Preparation { path: String, source: PreparationError },
+    /// The file of a spectrum is invalid; the reason continues the sentence.
+    #[error("`{path}` {reason}")]
+    SpectrumFile { path: String, reason: String },
+    #[error("a measured spectrum is not a valid power spectral density")]
+    SpectralDensity(#[source] SpectralDensityError),
+    #[error(
+        "no mode of the mesh lies in the range of the spectrum, from wavenumber {from:.4e} to \
+         {to:.4e}; change `side` or `nodes`"
+    )]
+    NoModes {
+        /// Smallest wavenumber with a density.
+        from: f64,
+        /// Largest wavenumber with a density.
+        to: f64,
+    },
+    /// No scan of a stitched spectrum has a trusted wavelength.
+    #[error(
+        "the trusted wavelengths of the scans fill fewer than two bins; increase `trusted_fraction` \
+         or `bins`, or use scans with a smaller `reliable_wavelength`"
+    )]
+    NothingTrusted,
+    /// Heights cannot be drawn again because the spectrum is in the table of another task.
+    #[error(
+        "the heights of this surface are not stored, and its spectrum is in the table of another \
+         stage; set `heights = \"keep\"`"
+    )]
+    NotKept,
+    /// A table that a query reads is damaged, or finished rows cannot be stored.
+    #[error(transparent)]
+    Store(StoreError),
+    #[error("cannot answer the query")]
+    Query(#[from] QueryError),
+    #[error("cannot aggregate: {reason}")]
+    Aggregate { reason: String },
+}
+
+/// Reason why a query cannot be answered.
+#[derive(Debug, thiserror::Error)]
+pub enum QueryError {
+    /// The text is not a query, or the query is not supported.
+    #[error("{0}")]
+    Refused(String),
+    /// A table or a column does not exist.
+    #[error("{message}")]
+    Unknown {
+        message: String,
+        name: String,
+        /// Existing names that the query could use instead.
+        known: Vec<String>,
+    },
+}

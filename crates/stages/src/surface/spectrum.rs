@@ -1,0 +1,178 @@
+//! Random surfaces with a given power spectral density.
+
+use std::f64::consts::TAU;
+
+use serde::{Deserialize, Serialize};
+
+use crate::StageError;
+use crate::columns::{SCANS, SPECTRAL_DENSITY, WAVENUMBER};
+use crate::grids::Grids;
+use crate::spectrum_files;
+use crate::surface_files::{ContentHash, SurfaceFiles};
+use asperity_contact::grid::Grid;
+use asperity_contact::threads::Threads;
+use asperity_contact::topography::spectral_density::{SpectralDensity, TabulatedSurface, occupies};
+use asperity_contact::topography::surface::Surface;
+use asperity_tables::table::Table;
+
+/// A random surface with a given power spectral density.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "method", rename = "spectrum")]
+pub struct SpectrumSurface {
+    /// Source of the spectral density.
+    #[serde(flatten)]
+    pub source: Source,
+    /// √⟨|∇h|²⟩ to which the surface is scaled. If it is `None`, the density determines the slope.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms_slope: Option<f64>,
+    /// √⟨h²⟩ about the mean to which the surface is scaled, instead of a rms slope.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms_height: Option<f64>,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Number of the realization among the surfaces with the same parameters.
+    pub realization: u32,
+}
+
+/// The source of a power spectral density: a file or another stage.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Source {
+    /// A file with a table of wavenumbers and densities.
+    File {
+        /// Hash of the content of the file; the path is not part of the recipe.
+        content: ContentHash,
+        /// Unit of length of the surface; empty for the unit of the table.
+        unit: String,
+    },
+    /// A measured spectrum, which is in the table of another task.
+    Stage {
+        /// Name of the measured surface; `None` until the table has been read.
+        spectrum_of: Option<String>,
+    },
+}
+
+impl Source {
+    /// Returns whether the density is in the table of another task.
+    pub fn is_stage(&self) -> bool {
+        matches!(self, Source::Stage { .. })
+    }
+
+    /// Returns whether the density is in a table that has not been read yet.
+    pub fn is_unread(&self) -> bool {
+        matches!(self, Source::Stage { spectrum_of: None })
+    }
+}
+
+impl SpectrumSurface {
+    /// Returns the rms height and the rms slope of the expected spectrum of unscaled surfaces on a
+    /// grid: C(q)/(L_x L_y) summed over the modes of the grid.
+    pub fn expected_roughness(density: &SpectralDensity, grid: Grid) -> [f64; 2] {
+        let cell = grid.cell();
+        let step = TAU / cell.longer_side();
+        // Wavenumbers of one quadrant, with the number of modes ±k along each axis.
+        let along = |axis: usize| {
+            let nodes = grid.nodes()[axis];
+            let is_single = move |waves: usize| waves == 0 || 2 * waves == nodes;
+            (0..=nodes / 2).map(move |waves| (waves, if is_single(waves) { 1.0 } else { 2.0 }))
+        };
+        let [mut square_height, mut square_slope] = [0.0; 2];
+        for (waves_x, modes_x) in along(0) {
+            for (waves_y, modes_y) in along(1) {
+                let q = step * cell.wavenumber([waves_x as f64, waves_y as f64]);
+                if q > 0.0 {
+                    let power = modes_x * modes_y * density.at(q) / cell.area();
+                    square_height += power;
+                    square_slope += q * q * power;
+                }
+            }
+        }
+        [square_height, square_slope].map(f64::sqrt)
+    }
+
+    /// Draws the surface on a grid.
+    ///
+    /// # Errors
+    /// If no mode of the grid has a density.
+    pub fn draw(
+        &self,
+        density: &SpectralDensity,
+        grid: Grid,
+        threads: &Threads,
+    ) -> Result<Surface, StageError> {
+        if !occupies(density, grid) {
+            let [from, to] = density.range();
+            return Err(StageError::NoModes { from, to });
+        }
+        let surface = TabulatedSurface {
+            density,
+            rms_slope: self.rms_slope,
+            seed: self.seed,
+            realization: self.realization,
+        };
+        let drawn = surface.draw_on(threads, grid);
+        Ok(match self.rms_height {
+            Some(rms_height) => scaled_to(rms_height, drawn),
+            None => drawn,
+        })
+    }
+
+    /// Reads the density from its file, in the unit of length of the surface.
+    ///
+    /// # Errors
+    /// If the file is missing, has changed or has no density, or if the density is in the table of
+    /// another task.
+    pub fn density_from_file(&self, sources: &SurfaceFiles) -> Result<SpectralDensity, StageError> {
+        let Source::File { content, unit } = &self.source else {
+            return Err(StageError::NotKept);
+        };
+        let unusable = |reason: String| {
+            let path = sources.path_of(content);
+            let path = path.map(|path| path.display().to_string());
+            let path = path.unwrap_or_default();
+            StageError::SpectrumFile { path, reason }
+        };
+        let bytes = sources.read(content)?;
+        let table = spectrum_files::read(&bytes).map_err(|error| unusable(error.to_string()))?;
+        let Some(factor) = table.length_scale(unit) else {
+            return Err(unusable(format!("cannot be converted to the unit {unit:?}")));
+        };
+        let density = SpectralDensity::from_points(table.points);
+        let density = density.map_err(|error| unusable(error.to_string()))?;
+        Ok(density.in_unit(factor))
+    }
+
+    /// Returns the density of a measured spectrum, constant on each ring of wavenumbers. The
+    /// density of a spectrum that is stitched from several scans is a power law between its bins.
+    ///
+    /// # Errors
+    /// If the table has no spectrum, or the spectrum of a flat surface.
+    pub fn density_from_spectrum(table: &Table) -> Result<SpectralDensity, StageError> {
+        if table.has(SCANS.name) {
+            let wavenumbers = table.reals(WAVENUMBER.name)?.values().iter();
+            let densities = table.reals(SPECTRAL_DENSITY.name)?.values().iter();
+            let points = wavenumbers.zip(densities).map(|(q, density)| [*q, *density]);
+            let density = SpectralDensity::from_points(points.collect());
+            return density.map_err(StageError::SpectralDensity);
+        }
+        let longer_side = Grids::new(table)?.grid(0)?.cell().longer_side();
+        let step = TAU / longer_side;
+        let wavenumbers = table.reals(WAVENUMBER.name)?.values().iter();
+        let densities = table.reals(SPECTRAL_DENSITY.name)?.values().iter();
+        let rings = wavenumbers.map(|wavenumber| (wavenumber / step).round() as u32);
+        let density = SpectralDensity::from_rings(step, rings.zip(densities.copied()));
+        density.map_err(StageError::SpectralDensity)
+    }
+}
+
+/// Scales the heights about their mean to a root mean square. A flat surface stays flat.
+fn scaled_to(rms_height: f64, surface: Surface) -> Surface {
+    let grid = surface.grid();
+    let mut heights = surface.into_heights();
+    let nodes = heights.len() as f64;
+    let mean = heights.iter().sum::<f64>() / nodes;
+    let squares: f64 = heights.iter().map(|height| (height - mean).powi(2)).sum();
+    let factor = if squares > 0.0 { rms_height / (squares / nodes).sqrt() } else { 1.0 };
+    heights.iter_mut().for_each(|height| *height *= factor);
+    Surface::new(grid, heights).expect("finite heights stay finite")
+}
