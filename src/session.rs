@@ -71,13 +71,12 @@ pub mod surface;
 pub mod view;
 pub mod words;
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::thread;
 use std::time::Duration;
+use std::{fmt, thread};
 
 use asperity_claims::PaperClaims;
 use asperity_pipeline::data_folder;

@@ -25,10 +25,8 @@ use asperity_stages::columns::{
     PERIMETER_MANHATTAN, REALIZATION, SURFACE, WORK_OF_ADHESION,
 };
 use asperity_stages::correct::AS_COUNTED;
-use asperity_stages::departures;
-use asperity_stages::generate;
 use asperity_stages::surface::Origin;
-use asperity_stages::{Kind, Recipe};
+use asperity_stages::{Kind, Recipe, departures, generate};
 use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 

@@ -17,14 +17,11 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::height_distribution::Histogram;
 use asperity_contact::topography::preparation::Preparation;
 use asperity_contact::topography::random::RandomSurface;
-use asperity_contact::topography::surface::Axis;
-use asperity_contact::topography::surface::Scan;
-use asperity_contact::topography::surface::Surface;
+use asperity_contact::topography::surface::{Axis, Scan, Surface};
 use asperity_contact::topography::{differences, power_spectrum};
-use asperity_stages::surface;
 use asperity_stages::surface::origin::MeasuredSurface;
 use asperity_stages::surface::{Heights, Origin};
-use asperity_stages::{Recipe, Stage as _, StageError, ensemble, grids};
+use asperity_stages::{Recipe, Stage as _, StageError, ensemble, grids, surface};
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::TaskTables;
 

@@ -15,7 +15,6 @@ use std::borrow::Cow;
 use arrow::array::{Array, Float64Array};
 
 use crate::columns::*;
-use crate::departures;
 use crate::stage::{ContactLoads, distinct, range};
 use crate::surface::description::{self, Description};
 use crate::surface::method::Method;
@@ -23,7 +22,7 @@ use crate::surface::spectrum::{Source, SpectrumSurface};
 use crate::surface_files::SurfaceFiles;
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
-    StageError,
+    StageError, departures,
 };
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;

@@ -29,7 +29,6 @@ pub use self::layer::GivenLayer;
 use self::rows::OptionalColumns;
 pub use self::rows::SolvedLoad;
 use crate::bodies::Bodies;
-use crate::boundary_recipe;
 use crate::columns::*;
 use crate::per_axis::PerAxis;
 use crate::reduced_units::{GivenHardness, PressureUnit};
@@ -38,7 +37,7 @@ use crate::surface::pair;
 use crate::unloading::Branch;
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series,
-    Stage, StageError, beside_coordinates,
+    Stage, StageError, beside_coordinates, boundary_recipe,
 };
 use asperity_contact::asperities::Interaction;
 use asperity_contact::distribution::EqualBins;

@@ -10,8 +10,7 @@ use toml::de::{DeString, DeTable, DeValue};
 use crate::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use crate::expression::{Expression, Function};
 use crate::keys::expression_syntax::{has_unit, syntax_problem};
-use crate::keys::values::found;
-use crate::keys::values::remove_repeats;
+use crate::keys::values::{found, remove_repeats};
 
 /// The parameters of a study.
 #[derive(Debug, Default)]

@@ -6,8 +6,7 @@ use bytesize::ByteSize;
 
 use super::settings::Settings;
 use super::shard::Shard;
-use crate::forecast::CostModel;
-use crate::forecast::memory;
+use crate::forecast::{CostModel, memory};
 use crate::plan::Plan;
 use asperity_tables::key::TaskKey;
 

@@ -10,10 +10,9 @@ use asperity_contact::grid::Grid;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{ManifestErrors, listed};
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
-use asperity_stages::Recipe;
 use asperity_stages::measure::{self, friction};
-use asperity_stages::solve;
 use asperity_stages::surface::planned::PlannedSurfaces;
+use asperity_stages::{Recipe, solve};
 
 /// Problems with the keys of a stage, each with what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -3,9 +3,8 @@
 //! Tasks that do not depend on a failed task run as usual. The file of the table exists only while
 //! the table has rows.
 
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use arrow::array::Array;
 

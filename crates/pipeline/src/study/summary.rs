@@ -9,14 +9,13 @@ use asperity_contact::elasticity::{Base, Support};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
-use asperity_stages::Recipe;
 use asperity_stages::per_axis::PerAxis;
 use asperity_stages::reduced_units::PressureUnit;
-use asperity_stages::solve;
 use asperity_stages::surface::spectrum::SpectrumSurface;
 use asperity_stages::surface::{Origin, Params};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::units::TableUnits;
+use asperity_stages::{Recipe, solve};
 
 /// Summary of the surfaces or of the loads of a stage.
 #[derive(Debug, Clone, PartialEq, Serialize)]

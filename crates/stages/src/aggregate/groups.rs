@@ -20,8 +20,7 @@ use crate::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, FORCE, HARDNESS, HARDNESS_REDUCED, LOAD,
     PRESSURE, STOP,
 };
-use crate::fit::status::FITTED;
-use crate::fit::status::STATUS;
+use crate::fit::status::{FITTED, STATUS};
 use crate::solve::UNCONVERGED as STOPS_UNCONVERGED;
 use crate::{StageError, ensemble};
 use asperity_manifest::decimal;

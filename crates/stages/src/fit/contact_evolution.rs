@@ -10,12 +10,11 @@ use super::row::Row;
 use super::{CurvesOfPoint, Params};
 use crate::InputScope;
 use crate::ensemble::Member;
-use asperity_statistics::FitError;
 use asperity_statistics::bootstrap::{Interval, Intervals};
 use asperity_statistics::convexity::CommonKappa;
 use asperity_statistics::curves::Curves;
-use asperity_statistics::evolution;
 use asperity_statistics::evolution::{EvolutionFit, EvolutionProblem, Quantity};
+use asperity_statistics::{FitError, evolution};
 
 /// Name of the law in manifests and tables.
 pub const WORD: &str = "contact-evolution";

@@ -9,9 +9,8 @@ use std::sync::Arc;
 
 use arrow::array::{ArrayRef, Int64Array};
 
-use super::Params;
 use super::row::Row;
-use super::rows;
+use super::{Params, rows};
 use crate::columns::{
     AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, NODES_X, NODES_Y, REALIZATION, SEED,
     SWITCHES, parameter_text, real,

@@ -2,10 +2,8 @@
 
 use arrow::array::{Array, BooleanArray, Float64Array, Int64Array, StringArray};
 
-use super::Params;
 use super::row::Row;
-use super::rows;
-use super::status;
+use super::{Params, rows, status};
 use crate::columns::*;
 use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::grids::Meshes;

@@ -3,9 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use super::Params;
 use super::row::Row;
-use super::rows;
+use super::{Params, rows};
 use crate::columns::{DEGREES_OF_FREEDOM, SPECTRAL_DENSITY, WAVENUMBER};
 use crate::ensemble::{Member, Members, grouped};
 use asperity_statistics::FitError;

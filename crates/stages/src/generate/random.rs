@@ -7,14 +7,12 @@ use serde::Deserialize;
 
 use super::mesh::{self, MAX_NODES, MAX_WAVES, MIN_NODES, Wave, check_waves};
 use crate::CheckContext;
-use crate::generate::realizations::surfaces;
-use crate::generate::realizations::{self, Realizations};
+use crate::generate::realizations::{self, Realizations, surfaces};
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface::{Heights, Origin, Params};
 use asperity_contact::grid::Cell;
 use asperity_contact::topography::random::{Amplitude, RandomSurface};
-use asperity_contact::topography::spectrum::Anisotropy;
-use asperity_contact::topography::spectrum::Spectrum;
+use asperity_contact::topography::spectrum::{Anisotropy, Spectrum};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::Checks;

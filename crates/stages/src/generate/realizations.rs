@@ -7,17 +7,10 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::surface::planned::Growth;
-use crate::surface::planned::PlannedSurfaces;
-use crate::surface::planned::Until;
-use crate::surface::planned::parse;
+use crate::surface::planned::{Growth, PlannedSurfaces, Until, parse};
 use asperity_manifest::diagnostics::Problems;
-use asperity_manifest::keys::GridPoint;
-use asperity_manifest::keys::KeyTable;
-use asperity_manifest::keys::Section;
-use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::checks::report_equal_points;
-use asperity_manifest::keys::{Key, Spanned, deserialize_either};
+use asperity_manifest::keys::checks::{Checks, report_equal_points};
+use asperity_manifest::keys::{GridPoint, Key, KeyTable, Section, Spanned, deserialize_either};
 
 /// Maximum number of surfaces of a parameter point.
 const MAX: u32 = 1_000_000;

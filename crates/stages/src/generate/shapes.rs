@@ -9,8 +9,7 @@ use super::mesh::{self, MAX_NODES, MAX_WAVES, MIN_NODES, Mesh, Wave, check_waves
 use crate::generate::realizations::surfaces;
 use crate::per_axis::PerAxis;
 use crate::surface::method::WaveShape;
-use crate::surface::planned::PlannedSurfaces;
-use crate::surface::planned::single;
+use crate::surface::planned::{PlannedSurfaces, single};
 use crate::surface::{Heights, Origin};
 use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::Problems;

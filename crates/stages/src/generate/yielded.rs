@@ -12,13 +12,11 @@ use serde::Deserialize;
 
 use crate::check_context::PressedStage;
 use crate::reduced_units::{GivenHardness, PressureUnit};
-use crate::solve;
-use crate::surface::pair;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface::yielded::Yielded;
-use crate::surface::{Heights, Origin, Params};
+use crate::surface::{Heights, Origin, Params, pair};
 use crate::unloading::Branch;
-use crate::{CheckContext, Recipe};
+use crate::{CheckContext, Recipe, solve};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};

@@ -9,11 +9,10 @@ use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::branch_names;
 use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::grids::Grids;
-use crate::{StageError, solve};
+use crate::{StageError, branch_names, solve};
 use asperity_contact::partial_slip::{self, NormalContact, State};
 use asperity_manifest::decimal;
 use asperity_manifest::keys::{Key, Spanned};

@@ -3,8 +3,7 @@
 use arrow::array::ArrayRef;
 
 use super::coordinates::{coordinates_of, descriptor};
-use super::origin::MeasuredSurface;
-use super::origin::ReadSurface;
+use super::origin::{MeasuredSurface, ReadSurface};
 use super::{Origin, Params};
 use crate::columns::*;
 use asperity_contact::grid::{Cell, Grid};

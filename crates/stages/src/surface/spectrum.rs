@@ -4,11 +4,10 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use crate::StageError;
 use crate::columns::{SCANS, SPECTRAL_DENSITY, WAVENUMBER};
 use crate::grids::Grids;
-use crate::spectrum_files;
 use crate::surface_files::{ContentHash, SurfaceFiles};
+use crate::{StageError, spectrum_files};
 use asperity_contact::grid::Grid;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::spectral_density::{SpectralDensity, TabulatedSurface, occupies};

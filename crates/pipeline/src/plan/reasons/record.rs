@@ -17,12 +17,11 @@ use crate::study::Study;
 use asperity_stages::surface::{Origin, Params};
 use asperity_stages::{Kind, Recipe, Work};
 use asperity_tables::key::Digest;
-use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{Existing, write_whole};
-use asperity_tables::store::listing;
 use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::regular::read_regular;
 use asperity_tables::store::series::Part;
+use asperity_tables::store::{StoreError, listing};
 
 /// Maximum size in bytes of a record that is read, enough for tens of thousands of points.
 const MAX_BYTES: u64 = 64 << 20;

@@ -8,10 +8,9 @@ use crate::study::{Stage, Study, Work};
 use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
-use asperity_stages::Recipe;
 use asperity_stages::reduced_units::PressureUnit;
-use asperity_stages::solve;
 use asperity_stages::surface::{Origin, Params};
+use asperity_stages::{Recipe, solve};
 
 /// Load in units of E* × rms slope above which loads are probably a mistake for surfaces whose
 /// heights are not Gaussian. It is about five times the load of full contact of other surfaces.

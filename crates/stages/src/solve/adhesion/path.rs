@@ -5,12 +5,11 @@ use arrow::datatypes::Float64Type;
 
 use super::Params;
 use super::rows::{self, SurfaceScales};
-use crate::branch_names;
 use crate::columns::*;
 use crate::reduced_units::Scales;
 use crate::solve::adhesion::control::Control;
 use crate::solve::contact;
-use crate::{Context, StageError};
+use crate::{Context, StageError, branch_names};
 use asperity_contact::adhesion::{Adhesion, AdhesivePath, Stop, Target};
 use asperity_contact::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfSpace};
 use asperity_contact::grid::Boundary;

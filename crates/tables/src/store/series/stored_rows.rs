@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use super::file_names::{entries, finished_in, is_of, not_found, provenance_of, stated_rows};
-use super::{FileName, MissingRows, Part, PartRows, RowsName, SeriesRows, TableRef};
-use super::{ascending, contains, index_of};
+use super::{
+    FileName, MissingRows, Part, PartRows, RowsName, SeriesRows, TableRef, ascending, contains,
+    index_of,
+};
 use crate::key::TaskKey;
 use crate::parquet::{Columns, ParquetError};
 use crate::store::files::Existing;
