@@ -32,29 +32,38 @@ impl FromKey {
     }
 }
 
-/// Properties of surfaces and contacts that later stages depend on, each with the name of a stage
-/// that has the property.
+/// Property of the surfaces or contacts of a stage that later stages depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Property {
+    /// Measured maps that are not periodic.
+    Open,
+    /// Measured maps whose missing points were filled.
+    Filled,
+    /// Random surfaces that cannot be drawn again, because their spectra are in the tables of other
+    /// stages.
+    NotRedrawable,
+    /// Surfaces that are not scaled to a given rms slope.
+    WithoutSlope,
+    /// Contacts without `pressure_bins`.
+    PressuresUncounted,
+    /// Contacts without `gap_bins`.
+    GapsUncounted,
+    WithAdhesion,
+    WithoutAdhesion,
+    WithLayer,
+    /// Periodic contacts with a stiffness, whose spots have images.
+    WithImages,
+}
+
+/// Properties of the surfaces and contacts that a stage reads.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surfaces {
-    /// A stage with measured maps that are not periodic.
-    pub open: Option<String>,
-    /// A stage with measured maps whose missing points were filled.
-    pub filled: Option<String>,
-    /// A stage with random surfaces that cannot be drawn again, because their spectra are in the
-    /// tables of other stages.
-    pub not_redrawable: Option<String>,
+    /// Properties, each with the name of a stage that has it.
+    pub properties: Vec<(Property, String)>,
     /// A stage with cells that are not square, and the ratio Δx/Δy of these cells.
     pub non_square: Option<(String, f64)>,
-    /// A `solve` stage without `pressure_bins`.
-    pub pressures_uncounted: Option<String>,
-    /// A `solve` stage without `gap_bins`.
-    pub gaps_uncounted: Option<String>,
     /// Largest mesh step of the surfaces, and the stage that has it.
     pub coarsest: Option<(String, f64)>,
-    /// A `solve` stage without adhesion.
-    pub without_adhesion: Option<String>,
-    /// A `solve` stage with adhesion.
-    pub with_adhesion: Option<String>,
     /// A `solve` stage whose contacts are not those of elastic half-spaces without adhesion, and
     /// the physics that it has.
     pub not_superposable: Option<(String, &'static str)>,
@@ -62,48 +71,37 @@ pub struct Surfaces {
     pub loads: Vec<(String, Vec<f64>, Option<&'static str>)>,
     /// The `solve` stages and the conductivities of their bodies.
     pub conduction: Vec<(String, Option<Conduction>)>,
-    /// A periodic `solve` stage with a stiffness, whose spots have images.
-    pub with_images: Option<String>,
-    /// A `solve` stage with a layer.
-    pub with_layer: Option<String>,
     /// Units of length of the surfaces, each once; empty texts for unknown units.
     pub length_units: Vec<String>,
     /// Smallest and largest rms slope to which surfaces are scaled.
     pub slopes: Option<[f64; 2]>,
-    /// A stage with surfaces that are not scaled to a given rms slope.
-    pub without_slope: Option<String>,
 }
 
 impl Surfaces {
+    /// Returns the name of the first stage that has a property.
+    pub fn stage_with(&self, property: Property) -> Option<&str> {
+        let mut properties = self.properties.iter();
+        properties.find(|(own, _)| *own == property).map(|(_, stage)| stage.as_str())
+    }
+
     /// Returns the rms slope of all surfaces, if all are scaled to the same one.
     pub fn common_slope(&self) -> Option<f64> {
-        let [lowest, highest] = self.slopes.filter(|_| self.without_slope.is_none())?;
+        let are_scaled = self.stage_with(Property::WithoutSlope).is_none();
+        let [lowest, highest] = self.slopes.filter(|_| are_scaled)?;
         (lowest == highest).then_some(lowest)
     }
 
     /// Combines the properties of two sets of surfaces. If two stages have a property, the first
-    /// one is named.
+    /// one comes first.
     pub fn and(self, other: &Surfaces) -> Surfaces {
         let slopes = self.slopes.into_iter().chain(other.slopes);
         let steps = self.coarsest.into_iter().chain(other.coarsest.clone());
+        let units = self.length_units.into_iter().chain(other.length_units.iter().cloned());
         Surfaces {
+            properties: [self.properties, other.properties.clone()].concat(),
             coarsest: steps.reduce(|one, next| if next.1 > one.1 { next } else { one }),
             slopes: slopes.reduce(spanning),
-            without_slope: self.without_slope.or_else(|| other.without_slope.clone()),
-            open: self.open.or_else(|| other.open.clone()),
-            filled: self.filled.or_else(|| other.filled.clone()),
-            not_redrawable: self.not_redrawable.or_else(|| other.not_redrawable.clone()),
-            pressures_uncounted: self
-                .pressures_uncounted
-                .or_else(|| other.pressures_uncounted.clone()),
-            without_adhesion: self.without_adhesion.or_else(|| other.without_adhesion.clone()),
-            with_adhesion: self.with_adhesion.or_else(|| other.with_adhesion.clone()),
-            with_images: self.with_images.or_else(|| other.with_images.clone()),
-            with_layer: self.with_layer.or_else(|| other.with_layer.clone()),
-            length_units: distinct(
-                self.length_units.into_iter().chain(other.length_units.iter().cloned()),
-            ),
-            gaps_uncounted: self.gaps_uncounted.or_else(|| other.gaps_uncounted.clone()),
+            length_units: distinct(units),
             not_superposable: self.not_superposable.or_else(|| other.not_superposable.clone()),
             loads: [self.loads, other.loads.clone()].concat(),
             conduction: [self.conduction, other.conduction.clone()].concat(),

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::check_context::Surfaces;
+use crate::check_context::{Property, Surfaces};
 use crate::columns::*;
 use crate::grids::Meshes;
 use crate::stage::distinct;
@@ -241,9 +241,9 @@ fn check_physics(
     checks: &mut Checks,
 ) -> Option<()> {
     let corrects = corrections.iter().find(|correction| correction.coefficient > 0.0);
-    let adhesion = surfaces.with_adhesion.iter().map(|stage| (stage, "adhesion"));
-    let layer = surfaces.with_layer.iter().map(|stage| (stage, "layer"));
-    let (Some(correction), Some((stage, key))) = (corrects, adhesion.chain(layer).next()) else {
+    let adhesion = surfaces.stage_with(Property::WithAdhesion).zip(Some("adhesion"));
+    let layer = surfaces.stage_with(Property::WithLayer).zip(Some("layer"));
+    let (Some(correction), Some((stage, key))) = (corrects, adhesion.or(layer)) else {
         return Some(());
     };
     let message = format!(

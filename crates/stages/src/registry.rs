@@ -8,12 +8,13 @@ pub mod full_contact;
 use toml::de::DeTable;
 
 use crate::aggregate::keys::AggregateTable;
-use crate::check_context::{CheckContext, FromKey, Surfaces, distinct, spanning};
+use crate::check_context::{CheckContext, FromKey, Property, Surfaces, distinct, spanning};
 use crate::correct::CorrectTable;
 use crate::fit::keys::{FitPoints, LawWord};
 use crate::generate::method::SurfacePoints;
 use crate::measure::keys::MeasureTable;
 use crate::solve::keys::SolveTable;
+use crate::surface::Origin;
 use crate::surface::method::Method;
 use crate::surface::planned::PlannedSurfaces;
 use crate::{
@@ -398,49 +399,51 @@ impl Surfaces {
             Work::Evaluate(recipes) => return Surfaces::pressed_by(stage, recipes),
         };
         let params = || surfaces.iter().map(|surfaces| &surfaces.params);
-        let is_open = params().any(|params| params.origin.is_open());
-        let is_filled = params().any(|params| params.origin.has_filled_points());
-        let steps = params().filter_map(|params| Some(params.grid().ok()?.spacing()));
-        let coarsest = steps.flatten().reduce(f64::max).map(|step| (stage.to_owned(), step));
-        let mut grids = params().filter_map(|params| params.grid().ok());
-        let non_square = grids.find(|grid| !grid.has_square_cells());
-        let slopes = params().filter_map(|params| Some([params.origin.given_rms_slope()?; 2]));
-        let lacks_slope = params().any(|params| params.origin.given_rms_slope().is_none());
+        let origins = || params().map(|params| &params.origin);
+        let grids = || params().filter_map(|params| params.grid().ok());
+        let steps = grids().flat_map(|grid| grid.spacing());
+        let non_square = grids().find(|grid| !grid.has_square_cells());
+        let slopes = origins().filter_map(|origin| Some([origin.given_rms_slope()?; 2]));
+        let properties = [
+            (Property::Open, origins().any(Origin::is_open)),
+            (Property::Filled, origins().any(Origin::has_filled_points)),
+            (Property::NotRedrawable, origins().any(Origin::reads_stage)),
+            (Property::WithoutSlope, origins().any(|origin| origin.given_rms_slope().is_none())),
+        ];
         Surfaces {
-            coarsest,
-            without_slope: lacks_slope.then(|| stage.to_owned()),
+            properties: properties_of(stage, properties),
+            coarsest: steps.reduce(f64::max).map(|step| (stage.to_owned(), step)),
             slopes: slopes.reduce(spanning),
-            open: is_open.then(|| stage.to_owned()),
-            filled: is_filled.then(|| stage.to_owned()),
-            pressures_uncounted: None,
-            gaps_uncounted: None,
-            without_adhesion: None,
-            with_adhesion: None,
-            not_superposable: None,
-            loads: Vec::new(),
-            conduction: Vec::new(),
-            with_images: None,
-            with_layer: None,
-            length_units: distinct(params().map(|params| params.origin.unit().to_owned())),
-            not_redrawable: params()
-                .any(|params| params.origin.reads_stage())
-                .then(|| stage.to_owned()),
+            length_units: distinct(origins().map(|origin| origin.unit().to_owned())),
             non_square: non_square.map(|grid| {
                 let [step_x, step_y] = grid.spacing();
                 (stage.to_owned(), step_x / step_y)
             }),
+            ..Surfaces::default()
         }
     }
 
-    /// Returns the properties of the contacts of a `solve` stage: names `stage` in
-    /// `pressures_uncounted` or `gaps_uncounted` if one of its blocks does not count these values.
+    /// Returns the properties of the contacts of a `solve` stage. Pressures or gaps are uncounted if
+    /// one of its blocks does not count them.
     fn pressed_by(stage: &str, recipes: &[Recipe]) -> Surfaces {
+        let any = |is_meant: fn(&Recipe) -> bool| recipes.iter().any(is_meant);
         let lacks = |bins: fn(&Recipe) -> Option<EqualBins>| {
-            let mut contacts = recipes.iter().filter(|recipe| recipe.kind() == Kind::Solve);
-            contacts.any(|recipe| bins(recipe).is_none()).then(|| stage.to_owned())
+            recipes.iter().any(|recipe| recipe.kind() == Kind::Solve && bins(recipe).is_none())
         };
-        let named =
-            |is_meant: fn(&Recipe) -> bool| recipes.iter().any(is_meant).then(|| stage.to_owned());
+        let has_images = |recipe: &Recipe| {
+            matches!(recipe, Recipe::Solve(block)
+                if !block.stiffness.is_none() && block.boundary.is_periodic())
+        };
+        let has_layer =
+            |recipe: &Recipe| matches!(recipe, Recipe::Solve(block) if block.layer.is_some());
+        let properties = [
+            (Property::WithoutAdhesion, any(|recipe| matches!(recipe, Recipe::Solve(_)))),
+            (Property::WithAdhesion, any(|recipe| matches!(recipe, Recipe::Adhesion(_)))),
+            (Property::WithImages, any(has_images)),
+            (Property::WithLayer, any(has_layer)),
+            (Property::PressuresUncounted, lacks(Recipe::pressure_bins)),
+            (Property::GapsUncounted, lacks(Recipe::gap_bins)),
+        ];
         let physics = recipes.iter().find_map(|recipe| match recipe {
             Recipe::Adhesion(_) => Some("`adhesion`"),
             Recipe::Solve(params) if params.layer.is_some() => Some("a `layer`"),
@@ -463,21 +466,20 @@ impl Surfaces {
             _ => None,
         });
         Surfaces {
+            properties: properties_of(stage, properties),
             conduction: conduction.take(1).collect(),
             not_superposable: physics.map(|physics| (stage.to_owned(), physics)),
             loads,
-            without_adhesion: named(|recipe| matches!(recipe, Recipe::Solve(_))),
-            with_adhesion: named(|recipe| matches!(recipe, Recipe::Adhesion(_))),
-            with_images: named(|recipe| {
-                matches!(recipe, Recipe::Solve(block)
-                    if !block.stiffness.is_none() && block.boundary.is_periodic())
-            }),
-            with_layer: named(
-                |recipe| matches!(recipe, Recipe::Solve(block) if block.layer.is_some()),
-            ),
-            pressures_uncounted: lacks(Recipe::pressure_bins),
-            gaps_uncounted: lacks(Recipe::gap_bins),
             ..Surfaces::default()
         }
     }
+}
+
+/// Returns the properties that a stage has, each with the name of the stage.
+fn properties_of<const N: usize>(
+    stage: &str,
+    properties: [(Property, bool); N],
+) -> Vec<(Property, String)> {
+    let own = properties.into_iter().filter(|(_, has)| *has);
+    own.map(|(property, _)| (property, stage.to_owned())).collect()
 }

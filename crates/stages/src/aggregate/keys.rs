@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Groups, Meaning, Model, Params, SPECTRUM_COLUMNS, SQL_VERSION, Sql, Statistic};
-use crate::check_context::unknown_column;
+use crate::check_context::{Property, unknown_column};
 use crate::columns::ALTERATIONS;
 use crate::error::QueryError;
 use crate::{CheckContext, Recipe, StageError};
@@ -75,7 +75,7 @@ pub fn recipes(
 ) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
     let checks = &mut Checks::new(section, point, context.problems);
-    let adhesive = context.surfaces.with_adhesion.as_deref();
+    let adhesive = context.surfaces.stage_with(Property::WithAdhesion);
     let params = params(&point.table, context.input, context.earlier, checks);
     check_physics(&point.table, adhesive, checks)?;
     Some(vec![Recipe::Aggregate(Arc::new(params?))])

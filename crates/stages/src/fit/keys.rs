@@ -12,6 +12,7 @@ use toml::de::DeTable;
 use super::contact_evolution::{self, Datum, EvolutionChoices, Kappa};
 use super::laws::{Fits, Law, PlainLaw};
 use super::limits::WORD as LIMITS;
+use crate::check_context::Property;
 use crate::{CheckContext, Reads, Recipe, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
@@ -200,7 +201,7 @@ impl FitPoints {
                 Fits::Meshes | Fits::Percolation | Fits::Spectra => return Some(()),
             },
         };
-        let Some(stage) = &context.surfaces.with_adhesion else {
+        let Some(stage) = context.surfaces.stage_with(Property::WithAdhesion) else {
             return Some(());
         };
         let message = format!(

@@ -16,7 +16,7 @@ use super::friction::FrictionTable;
 use super::statistics::Statistic;
 use super::{NodeSet, Params, stitched};
 use crate::bodies::Conduction;
-use crate::check_context::Surfaces;
+use crate::check_context::{Property, Surfaces};
 use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
@@ -252,9 +252,10 @@ fn of_loads(
     }
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
         let conduction = conduction(span, surfaces, checks)?;
-        let filled = surfaces.filled.is_some();
-        let spots_version = surfaces.with_images.as_ref().map(|_| SPOTS_VERSION);
-        let adhesion_version = surfaces.with_adhesion.as_ref().map(|_| ADHESION_VERSION);
+        let filled = surfaces.stage_with(Property::Filled).is_some();
+        let spots_version = surfaces.stage_with(Property::WithImages).map(|_| SPOTS_VERSION);
+        let adhesion_version =
+            surfaces.stage_with(Property::WithAdhesion).map(|_| ADHESION_VERSION);
         return Some(Params::Contacts {
             stiffness,
             set,
@@ -268,11 +269,12 @@ fn of_loads(
         let why = "needs `what = \"contacts\"`";
         checks.forbidden("stiffness", &table.stiffness, why)?;
     }
-    let uncounted = match distribution {
-        Distribution::Pressures => surfaces.pressures_uncounted.as_ref().zip(Some("pressure_bins")),
-        Distribution::Gaps => surfaces.gaps_uncounted.as_ref().zip(Some("gap_bins")),
+    let counts = match distribution {
+        Distribution::Pressures => Some((Property::PressuresUncounted, "pressure_bins")),
+        Distribution::Gaps => Some((Property::GapsUncounted, "gap_bins")),
         Distribution::Clusters { .. } => None,
     };
+    let uncounted = counts.and_then(|(property, key)| Some((surfaces.stage_with(property)?, key)));
     let Some((stage, key)) = uncounted else {
         return Some(Params::Distribution(distribution));
     };
@@ -310,7 +312,8 @@ fn set(
     if what != What::Contacts && !set.is_contact() {
         checks.forbidden("set", &table.set, "needs `what = \"contacts\"`")?;
     }
-    let Some(stage) = surfaces.without_adhesion.as_ref().filter(|_| !set.is_contact()) else {
+    let without_adhesion = surfaces.stage_with(Property::WithoutAdhesion);
+    let Some(stage) = without_adhesion.filter(|_| !set.is_contact()) else {
         return Some(set);
     };
     let message = format!("stage `{stage}` has no `adhesion`");
@@ -362,7 +365,7 @@ fn of_surfaces(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -
         checks.forbidden("trusted_fraction", &table.trusted_fraction, why)?;
     }
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
-        return heights(table, bins, range, surfaces.not_redrawable.as_deref(), checks);
+        return heights(table, bins, range, surfaces.stage_with(Property::NotRedrawable), checks);
     };
     let why = "for the distribution of heights, `what = \"heights\"`";
     let pool = checks.forbidden("pool", &table.pool, why);

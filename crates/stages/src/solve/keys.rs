@@ -19,7 +19,7 @@ use self::bodies::{Body, bodies, modulus};
 use self::layer::{LayerTable, SubstrateTable, layer};
 use self::loads::{GapBins, Loads, PressureBins, StoredPressures};
 use super::{ListedLoads, Params, Stiffness};
-use crate::check_context::Surfaces;
+use crate::check_context::{Property, Surfaces};
 use crate::reduced_units::{GivenHardness, LoadUnit, PressureUnit};
 use crate::solve::adhesion::control::Control;
 use crate::surface::pair::MirrorAxis;
@@ -265,7 +265,8 @@ fn boundary(
     checks: &mut Checks,
 ) -> Option<Boundary> {
     let boundary = checks.value("boundary", &table.boundary)?;
-    let Some(stage) = surfaces.open.as_ref().filter(|_| boundary == Boundary::Periodic) else {
+    let open = surfaces.stage_with(Property::Open);
+    let Some(stage) = open.filter(|_| boundary == Boundary::Periodic) else {
         return Some(boundary);
     };
     let message = format!(
