@@ -26,6 +26,7 @@ pub const LOAD_MIDPOINT: Column = real(
     "mean of this load and the previous load of the curve, at which slopes are evaluated",
 );
 
+/// All columns of the reduced table except group columns and statistics.
 pub const GROUP_COLUMNS: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
 
 /// Intermediate column with the reduced load of a group, for slopes, secants and theories.

@@ -1,4 +1,4 @@
-//! Keys and recipes of random surfaces with a given spectrum.
+//! Keys of random surfaces with a given spectrum.
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 

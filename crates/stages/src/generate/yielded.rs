@@ -1,9 +1,4 @@
-//! Surfaces that have yielded: the residual surfaces of `solve` stages with a hardness.
-//!
-//! A surface that was pressed under a largest load keeps its plastic depth d, so that its heights
-//! are h − d. The recipe contains the recipe of the original surface and the settings of the
-//! contact. The contact under the largest load is solved from them, without the tables of other
-//! tasks.
+//! Keys of surfaces that have yielded: the residual surfaces of `solve` stages with a hardness.
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 

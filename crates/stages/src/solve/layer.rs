@@ -1,4 +1,4 @@
-//! Layers and coatings: their keys, checks, recipes and columns.
+//! Layers and coatings: their recipes and columns.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! The two bodies of a contact: elastic constants, hardness and conductivities.
+//! Keys of the two bodies of a contact: elastic constants, hardness and conductivities.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
