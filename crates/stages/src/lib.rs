@@ -15,10 +15,10 @@
 //! | [`aggregate`] | computes statistics of groups of rows, and answers SQL queries |
 //! | [`departures`] | finds surfaces that are not isotropic Gaussian roughness |
 //! | `stage`, [`error`] | interface of all stages: [`Definition`], [`Stage`], [`StageError`] |
-//! | [`check_context`], [`lengths`] | what the checks of keys know about the study; units of lengths |
+//! | [`check_context`], [`lengths`] | what checks of keys know about the study; units of lengths |
 //! | [`surface`] | recipe of a surface, from which any stage draws it again |
 //! | [`reduced_units`], [`unloading`], [`bodies`] | units of the solver; yielding; the two bodies |
-//! | [`columns`], [`grids`], [`per_axis`] | all columns; the grid of a surface; values along x and y |
+//! | [`columns`], [`grids`], [`per_axis`] | all columns; grids of surfaces; values along x and y |
 //! | [`ensemble`] | grouping of rows by parameter point, surface and load |
 //! | [`units`] | names of the units of length and pressure of a table |
 //! | [`map_file`], [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |

@@ -423,8 +423,8 @@ impl Surfaces {
         }
     }
 
-    /// Returns the properties of the contacts of a `solve` stage. Pressures or gaps are uncounted if
-    /// one of its blocks does not count them.
+    /// Returns the properties of the contacts of a `solve` stage. Pressures or gaps are uncounted
+    /// if one of its blocks does not count them.
     fn pressed_by(stage: &str, recipes: &[Recipe]) -> Surfaces {
         let any = |is_meant: fn(&Recipe) -> bool| recipes.iter().any(is_meant);
         let lacks = |bins: fn(&Recipe) -> Option<EqualBins>| {

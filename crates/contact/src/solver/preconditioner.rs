@@ -1,8 +1,9 @@
 //! Preconditioner of the conjugate gradients: Eᵀ K E, or a cheaper one of two levels.
 //!
-//! Eᵀ K E consists of the [`extension`](super::blocks) E of the residual of free nodes to all nodes, the stiffness
+//! Eᵀ K E consists of the [`Extension`] E of the residual of free nodes to all nodes, the stiffness
 //! K of the half-space, which turns it into pressures, and the transpose Eᵀ, which returns the
-//! pressures of other nodes to free nodes. In the first iterations, [`two_level`](super::blocks) takes its place.
+//! pressures of other nodes to free nodes. In the first iterations,
+//! [`TwoLevel`](super::blocks::TwoLevel) takes its place.
 //!
 //! For periodic bodies, pressures and displacements are convolved on the mesh of the map. For an
 //! isolated patch, pressures are convolved on a mesh of four times the nodes, so that periodic
@@ -45,12 +46,12 @@ struct LargerMesh {
 /// Kinds of preconditioners.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// [Eᵀ K E](super::blocks), which takes a transform pair.
+    /// [Eᵀ K E](Extension), which takes a transform pair.
     Extended,
     /// K alone between the free nodes, which makes corrections local. It is needed after steps that
     /// were far too long, and takes a transform pair.
     Restricted,
-    /// The [two-level preconditioner](super::blocks), which takes no transform pair.
+    /// The [two-level preconditioner](super::blocks::TwoLevel), which takes no transform pair.
     TwoLevel,
 }
 
