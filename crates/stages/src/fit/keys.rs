@@ -218,12 +218,12 @@ impl FitPoints {
     /// Returns the kinds of rows that the law can read, or `None` if they are those of most laws:
     /// measured contacts and corrected areas.
     pub fn reads(&self) -> Option<Reads> {
-        let law = match self {
+        let plain = match self {
             FitPoints::Evolution(_) => return None,
             FitPoints::Limits(_) => return Some(read_by_limits()),
             FitPoints::Plain(law, _) => law,
         };
-        let law = law.definition();
+        let law = plain.definition();
         match law.fits {
             Fits::Areas(_) | Fits::Meshes => None,
             Fits::Spectra => Some(Reads {

@@ -84,9 +84,9 @@ impl Parameter {
         self,
         estimates: impl Iterator<Item = Option<Estimate>>,
     ) -> [(Column, ArrayRef); 4] {
-        let estimates: Vec<Option<Estimate>> = estimates.collect();
+        let found: Vec<Option<Estimate>> = estimates.collect();
         let column = |value: fn(&Estimate) -> Option<f64>| {
-            let values = estimates.iter().map(|estimate| value(estimate.as_ref()?));
+            let values = found.iter().map(|estimate| value(estimate.as_ref()?));
             optional_reals(values.map(|value| value.filter(|value| value.is_finite())))
         };
         [

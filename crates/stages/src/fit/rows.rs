@@ -96,10 +96,10 @@ pub fn table(
     rows: &[Row],
 ) -> Table {
     let (of_rows, surfaces): (Vec<usize>, Vec<usize>) = fitted.iter().copied().unzip();
-    let rows: Vec<&Row> = rows.iter().collect();
-    let mut columns = law_columns(params, rows.len());
-    columns.extend(estimates(params, &rows));
-    columns.extend(quality(&surfaces, params, &rows));
+    let all: Vec<&Row> = rows.iter().collect();
+    let mut columns = law_columns(params, all.len());
+    columns.extend(estimates(params, &all));
+    columns.extend(quality(&surfaces, params, &all));
     coordinates.pick(&of_rows).with(columns)
 }
 
@@ -161,13 +161,12 @@ pub fn quality(surfaces: &[usize], params: &Params, rows: &[&Row]) -> Vec<(Colum
         }
         columns.push((CONVEX, optional_flags(rows.iter().map(|row| row.convex))));
     }
-    let surfaces = surfaces.iter().map(|&surfaces| surfaces as i64);
     if !matches!(params.law, Law::ContactEvolution(_)) {
         let masked = rows.iter().map(|row| row.masked.unwrap_or(0) as i64);
         columns.push((MASKED, integers(masked)));
     }
     columns.extend([
-        (SURFACES, integers(surfaces)),
+        (SURFACES, integers(surfaces.iter().map(|&surfaces| surfaces as i64))),
         (UNCONVERGED, integers(rows.iter().map(|row| row.unconverged as i64))),
         (DATA, integers(rows.iter().map(|row| row.data as i64))),
         (RMS_RESIDUAL, real(|row| row.rms_residual)),

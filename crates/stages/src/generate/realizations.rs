@@ -92,8 +92,8 @@ pub fn surfaces<T: KeyTable>(
 ) -> Option<Vec<PlannedSurfaces>> {
     let mut checked =
         |point: &GridPoint<T>| surfaces(&point.table, &mut Checks::new(section, point, problems));
-    let planned: Vec<Option<_>> = section.points.iter().map(&mut checked).collect();
-    let planned: Vec<_> = planned.into_iter().collect::<Option<_>>()?;
+    let found: Vec<Option<_>> = section.points.iter().map(&mut checked).collect();
+    let planned: Vec<_> = found.into_iter().collect::<Option<_>>()?;
     let params = planned.iter().map(|surfaces| &surfaces.params);
     report_equal_points(section, params, problems);
     Some(planned)

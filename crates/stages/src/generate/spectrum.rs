@@ -219,8 +219,7 @@ fn check_occupied(
     checks: &mut Checks,
 ) -> Option<()> {
     let nodes = mesh.nodes.0.map(|nodes| nodes as usize);
-    let grid = Grid::new(nodes, mesh.cell());
-    let grid = grid.expect("nodes were checked");
+    let grid = Grid::new(nodes, mesh.cell()).expect("nodes were checked");
     if occupies(density, grid) {
         return Some(());
     }

@@ -227,13 +227,13 @@ impl Areal {
     /// Computes the columns of one surface, each with one value.
     pub fn measure(&self, surface: &Surface, boundary: Boundary) -> Vec<(Column, ArrayRef)> {
         let settings = self.settings.given().map(|(column, value)| (column, Some(value)));
-        let curve = self.reads_curve().then(|| MaterialRatioCurve::from_surface(surface));
-        let curve = curve.as_ref();
+        let computed = self.reads_curve().then(|| MaterialRatioCurve::from_surface(surface));
+        let curve = computed.as_ref();
         let values = self.values(surface, boundary, curve);
-        let smr = self.settings.smr_height.zip(curve);
-        let smr = smr.map(|(height, curve)| (SMR, Some(curve.ratio_at(height))));
-        let smc = self.settings.smc_ratio.zip(curve);
-        let smc = smc.map(|(ratio, curve)| (SMC, Some(curve.height_at(ratio))));
+        let height = self.settings.smr_height.zip(curve);
+        let smr = height.map(|(height, curve)| (SMR, Some(curve.ratio_at(height))));
+        let ratio = self.settings.smc_ratio.zip(curve);
+        let smc = ratio.map(|(ratio, curve)| (SMC, Some(curve.height_at(ratio))));
         let columns = settings.chain(values).chain(smr).chain(smc);
         columns.map(|(column, value)| (column, optional_reals([value]))).collect()
     }

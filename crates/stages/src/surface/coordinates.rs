@@ -113,8 +113,8 @@ fn preparation_coordinates(preparation: &Preparation) -> Vec<(Column, Value)> {
         LowPass::Found(FoundCutoff::Reliable) => word(LOW_PASS_AT, "reliable"),
     }));
     if let Some(nodes) = preparation.resample {
-        let nodes = nodes.map(|nodes| Value::Integer(i64::from(nodes)));
-        columns.extend([RESAMPLED_X, RESAMPLED_Y].into_iter().zip(nodes));
+        let values = nodes.map(|nodes| Value::Integer(i64::from(nodes)));
+        columns.extend([RESAMPLED_X, RESAMPLED_Y].into_iter().zip(values));
     }
     columns.extend(preparation.tip_radius.map(|radius| length(TIP_RADIUS, radius)));
     columns
@@ -135,8 +135,7 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
                 whole(K_ROLLOFF, surface.spectrum.k_rolloff),
                 whole(K_UPPER, surface.spectrum.k_upper),
             ]);
-            let grain = surface.spectrum.anisotropy;
-            let grain = grain.map(|grain| [grain.ratio(), grain.angle()]);
+            let grain = surface.spectrum.anisotropy.map(|grain| [grain.ratio(), grain.angle()]);
             if let Some([ratio, angle]) = grain.or(has_unit_ratio.then_some([1.0, 0.0])) {
                 columns.push(real(ANISOTROPY_RATIO, ratio));
                 columns.push(real(ANISOTROPY_ANGLE, angle));
@@ -198,8 +197,8 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
 
 /// Returns the columns of the rms height and of the unit of length, each if it is given.
 fn height_and_unit(origin: &Origin, unit: &str) -> Vec<(Column, Value)> {
-    let rms_height = origin.given_rms_height();
-    let rms_height = rms_height.map(|height| (RMS_HEIGHT_GIVEN, Value::Real(height)));
+    let rms_height =
+        origin.given_rms_height().map(|height| (RMS_HEIGHT_GIVEN, Value::Real(height)));
     let unit = (!unit.is_empty()).then(|| (UNIT, Value::Text(unit.to_owned())));
     rms_height.into_iter().chain(unit).collect()
 }

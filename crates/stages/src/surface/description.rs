@@ -127,9 +127,9 @@ impl Description {
         let cell = |(column, value): (Column, Value)| (column, value.repeated(1));
         let mut columns: Vec<(Column, ArrayRef)> = coordinates.map(cell).collect();
         let described = self.descriptors(grid.cell());
-        let described = DESCRIPTORS.into_iter().zip(described);
+        let pairs = DESCRIPTORS.into_iter().zip(described);
         // A given rms height is among the coordinates.
-        let described = described.filter(|(column, _)| {
+        let described = pairs.filter(|(column, _)| {
             *column != RMS_HEIGHT || params.origin.given_rms_height().is_none()
         });
         columns.extend(described.map(|(column, value)| {

@@ -126,18 +126,16 @@ impl SpectrumSurface {
             return Err(StageError::NotKept);
         };
         let unusable = |reason: String| {
-            let path = sources.path_of(content);
-            let path = path.map(|path| path.display().to_string());
-            let path = path.unwrap_or_default();
-            StageError::SpectrumFile { path, reason }
+            let known = sources.path_of(content).map(|path| path.display().to_string());
+            StageError::SpectrumFile { path: known.unwrap_or_default(), reason }
         };
         let bytes = sources.read(content)?;
         let table = spectrum_files::read(&bytes).map_err(|error| unusable(error.to_string()))?;
         let Some(factor) = table.length_scale(unit) else {
             return Err(unusable(format!("cannot be converted to the unit {unit:?}")));
         };
-        let density = SpectralDensity::from_points(table.points);
-        let density = density.map_err(|error| unusable(error.to_string()))?;
+        let density = SpectralDensity::from_points(table.points)
+            .map_err(|error| unusable(error.to_string()))?;
         Ok(density.in_unit(factor))
     }
 

@@ -39,13 +39,13 @@ pub fn fits<T: FitTable>(
     context: &mut CheckContext,
     law: impl Fn(&T, &mut Checks) -> Option<Law>,
 ) -> Option<Vec<Recipe>> {
-    let mut fits = Vec::with_capacity(section.points.len());
+    let mut checked = Vec::with_capacity(section.points.len());
     for point in &section.points {
         let checks = &mut Checks::new(section, point, context.problems);
         let law = law(&point.table, checks);
-        fits.push(fit(law, &point.table.common(), default_window, context.seed, checks));
+        checked.push(fit(law, &point.table.common(), default_window, context.seed, checks));
     }
-    let fits: Vec<Params> = fits.into_iter().collect::<Option<_>>()?;
+    let fits: Vec<Params> = checked.into_iter().collect::<Option<_>>()?;
     report_equal_points(section, &fits, context.problems);
     Some(fits.into_iter().map(|fit| Recipe::Fit(Arc::new(fit))).collect())
 }

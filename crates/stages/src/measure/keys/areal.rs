@@ -72,8 +72,8 @@ fn check_is_used(
     let Some(written) = key.written().filter(|_| !parameters.has_any(users)) else {
         return Some(());
     };
-    let users: Vec<&str> = users.iter().map(|user| user.column().name).collect();
-    let users = listed(users.iter().copied(), "and");
+    let names: Vec<&str> = users.iter().map(|user| user.column().name).collect();
+    let users = listed(names.iter().copied(), "and");
     let message = format!("`{name}` has no effect here");
     let label = format!("applies only to {users}");
     let problem = Problem::new(message, written.span.clone(), label);
@@ -90,7 +90,7 @@ pub fn forbid(table: &MeasureTable, why: &str, checks: &mut Checks) -> Option<()
         ("dale_ratio", &table.dale_ratio),
         ("correlation_threshold", &table.correlation_threshold),
         ("pruning", &table.pruning),
-    ];
-    let numbers = numbers.map(|(name, key)| checks.forbidden(name, key, why));
+    ]
+    .map(|(name, key)| checks.forbidden(name, key, why));
     numbers.into_iter().fold(parameters, Option::and)
 }

@@ -96,8 +96,8 @@ fn check_other_keys(
         }
         _ => "`bodies` has two bodies, but a layer is pressed by a rigid rough surface",
     };
-    let problem = Problem::new(message, bodies.span.clone(), "must be the layer alone");
-    let problem = problem.and(poisson_ratio.span.clone(), "Poisson's ratio of the layer");
+    let problem = Problem::new(message, bodies.span.clone(), "must be the layer alone")
+        .and(poisson_ratio.span.clone(), "Poisson's ratio of the layer");
     checks.reject(problem.help(
         "loads refer to E* = E/(1 − ν²) of the layer: list only the layer in `bodies`, or give its \
          `effective_modulus`",
@@ -130,8 +130,8 @@ fn support(
         }
         (None, Some(substrate)) => {
             let message = "`layer` lacks the ratio of its shear modulus to that of `substrate`";
-            let problem = Problem::new(message, layer.span.clone(), "no `modulus_ratio`");
-            let problem = problem.and(substrate.span.clone(), "the half-space below the layer");
+            let problem = Problem::new(message, layer.span.clone(), "no `modulus_ratio`")
+                .and(substrate.span.clone(), "the half-space below the layer");
             let help = "add `modulus_ratio`, or remove `substrate` for a layer on a rigid base";
             checks.reject(problem.help(help))
         }
