@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::results::{PATH, TASK};
 use asperity_tables::key::TaskKey;
+use asperity_tables::parallel::locked;
 use asperity_tables::parquet::Metadata;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
@@ -236,7 +237,7 @@ impl PublishedStage {
     /// Returns the rows `rows`, without the columns that publishing adds. Returns `None` if they
     /// are damaged.
     fn own(&self, rows: Range<usize>) -> Option<Table> {
-        let mut last = self.last.lock().expect("no panic happens while it is held");
+        let mut last = locked(&self.last);
         let mut parts = Vec::new();
         let mut start = 0;
         for part in 0..self.source.count() {

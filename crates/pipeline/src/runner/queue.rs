@@ -2,9 +2,10 @@
 //! to which they add rows.
 
 use std::collections::HashMap;
-use std::sync::{Condvar, Mutex, MutexGuard};
+use std::sync::{Condvar, Mutex};
 
 use asperity_tables::key::TaskKey;
+use asperity_tables::parallel::locked;
 
 /// A task whose inputs exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,14 +33,14 @@ struct Queue {
 
 impl ReadyTasks {
     pub fn push(&self, task: Ready) {
-        self.state().ready.push(task);
+        locked(&self.state).ready.push(task);
         self.changed.notify_one();
     }
 
     /// Waits for the next task and returns it. The task counts as running until the returned guard
     /// is dropped. Returns `None` when no task is ready or running.
     pub fn next(&self) -> Option<(Ready, AtWork<'_>)> {
-        let mut state = self.state();
+        let mut state = locked(&self.state);
         loop {
             if let Some(task) = state.ready.pop() {
                 state.at_work += 1;
@@ -49,12 +50,8 @@ impl ReadyTasks {
                 return None;
             }
             let woken = self.changed.wait(state);
-            state = woken.expect("no panic happens while it is held");
+            state = woken.expect("no code panics while it holds the lock");
         }
-    }
-
-    fn state(&self) -> MutexGuard<'_, Queue> {
-        self.state.lock().expect("no panic happens while it is held")
     }
 }
 
@@ -63,7 +60,7 @@ pub struct AtWork<'a>(&'a ReadyTasks);
 
 impl Drop for AtWork<'_> {
     fn drop(&mut self) {
-        let mut state = self.0.state();
+        let mut state = locked(&self.0.state);
         state.at_work -= 1;
         if state.at_work == 0 {
             self.0.changed.notify_all();
@@ -106,7 +103,7 @@ impl MemoryBudget {
     /// Reserves the memory of a task. Returns false if the memory is not free; the task is then
     /// returned later by [`MemoryBudget::leave`].
     pub fn enter(&self, task: usize) -> bool {
-        let mut state = self.state();
+        let mut state = locked(&self.state);
         let enters = state.admit(self.parts[task]);
         if !enters {
             state.waiting.push(task);
@@ -117,7 +114,7 @@ impl MemoryBudget {
     /// Reserves further memory for a running task until the task ends. Returns false if the memory
     /// is not free.
     pub fn reserve(&self, task: usize, bytes: u64) -> bool {
-        let mut state = self.state();
+        let mut state = locked(&self.state);
         let fits = state.admit(bytes);
         if fits {
             *state.additional.entry(task).or_default() += bytes;
@@ -128,16 +125,12 @@ impl MemoryBudget {
     /// Releases the memory of a task and reserves it for waiting tasks. Returns the tasks that may
     /// start now.
     pub fn leave(&self, task: usize) -> Vec<usize> {
-        let mut state = self.state();
+        let mut state = locked(&self.state);
         state.free += self.parts[task] + state.additional.remove(&task).unwrap_or(0);
         let waiting = std::mem::take(&mut state.waiting).into_iter();
         let (begin, waiting) = waiting.partition(|&task| state.admit(self.parts[task]));
         state.waiting = waiting;
         begin
-    }
-
-    fn state(&self) -> MutexGuard<'_, Memory> {
-        self.state.lock().expect("no panic happens while it is held")
     }
 }
 
@@ -162,7 +155,7 @@ impl BusySeries {
     /// Marks the series of a task as busy. Returns false if it is busy already; the task is then
     /// returned later by [`BusySeries::leave`].
     pub fn enter(&self, series: TaskKey, task: usize) -> bool {
-        let mut busy = self.0.lock().expect("no panic happens while it is held");
+        let mut busy = locked(&self.0);
         match busy.get_mut(&series) {
             Some(waiting) => {
                 waiting.push(task);
@@ -177,7 +170,7 @@ impl BusySeries {
 
     /// Marks the series as free, and returns the tasks that wait for it.
     pub fn leave(&self, series: TaskKey) -> Vec<usize> {
-        let mut busy = self.0.lock().expect("no panic happens while it is held");
+        let mut busy = locked(&self.0);
         busy.remove(&series).unwrap_or_default()
     }
 }

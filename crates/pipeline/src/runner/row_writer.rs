@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use crate::plan::Plan;
 use crate::plan::missing_rows::RowGroup;
 use asperity_stages::FinishedRows;
+use asperity_tables::parallel::locked;
 use asperity_tables::store::provenance::Provenance;
 use asperity_tables::store::series::{FileName, Part};
 use asperity_tables::store::{Store, StoreError};
@@ -67,7 +68,7 @@ impl<'a> RowWriter<'a> {
                 parts.iter().flat_map(|part| part.columns.iter().copied()).collect();
             publish(None, &rows.without(&of_parts))?;
         }
-        let mut state = self.state.lock().expect("no code panics while it holds the lock");
+        let mut state = locked(&self.state);
         let before = std::mem::replace(&mut state.files, files);
         for file in before.iter().filter(|file| !state.files.contains(file)) {
             self.store.remove_superseded(file);
@@ -79,7 +80,7 @@ impl<'a> RowWriter<'a> {
 
 impl FinishedRows for RowWriter<'_> {
     fn are_due(&self) -> bool {
-        let state = self.state.lock().expect("no code panics while it holds the lock");
+        let state = locked(&self.state);
         state.last.elapsed() >= self.every
     }
 

@@ -12,6 +12,7 @@ use super::{
     index_of,
 };
 use crate::key::TaskKey;
+use crate::parallel::locked;
 use crate::parquet::{Columns, ParquetError};
 use crate::store::files::Existing;
 use crate::store::provenance::Provenance;
@@ -207,7 +208,7 @@ impl Store {
 
     /// Returns the values of the rows in a file, or `None` if the file cannot be read.
     pub(in crate::store) fn rows_of(&self, name: &FileName) -> Option<Arc<[f64]>> {
-        let lock = || self.known_rows.0.lock().expect("no code panics while it holds the lock");
+        let lock = || locked(&self.known_rows.0);
         if let Some(known) = lock().get(name) {
             return Some(known.clone());
         }
