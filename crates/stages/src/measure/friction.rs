@@ -242,11 +242,8 @@ pub fn find(loads: &[f64], wanted: f64) -> Option<usize> {
 /// Returns the branch of each tangential load of a path, which starts at zero.
 fn branches(loads: &[f64]) -> Vec<String> {
     let before = std::iter::once(&0.0).chain(loads);
-    let words = before.zip(loads).map(|(before, load)| match load > before {
-        true => "loading",
-        false => "unloading",
-    });
-    branch_names::numbered(words)
+    let grows = before.zip(loads).map(|(before, load)| load > before);
+    branch_names::numbered(grows.map(|grows| if grows { "loading" } else { "unloading" }))
 }
 
 #[cfg(test)]

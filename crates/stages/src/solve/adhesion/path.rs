@@ -235,11 +235,8 @@ pub fn target(params: &Params, scales: &Scales, given: f64) -> Target {
 fn branches(control: Control, targets: &[f64]) -> Vec<String> {
     let approaches = |pair: &[f64]| (pair[1] > pair[0]) == (control == Control::Load);
     let later = targets.windows(2).map(approaches);
-    let words = std::iter::once(true).chain(later).map(|approaches| match approaches {
-        true => "approach",
-        false => "separation",
-    });
-    branch_names::numbered(words)
+    let all = std::iter::once(true).chain(later);
+    branch_names::numbered(all.map(|approaches| if approaches { "approach" } else { "separation" }))
 }
 
 #[cfg(test)]
