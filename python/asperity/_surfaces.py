@@ -22,6 +22,7 @@ def read(
     height_scale: float = 1.0,
     is_periodic: bool = False,
     missing: Optional[float] = None,
+    mask: bool = True,
 ) -> Topography:
     """Reads a height map from a topography file.
 
@@ -34,7 +35,7 @@ def read(
     path : str or path
         Path of the file.
     channel : str or int, optional
-        Name of a channel, or its number from 1; default: the first channel of heights.
+        Name of a channel, or its number from 1; by default, a channel of heights is chosen by name and unit.
     size : float or str, or a pair of them, optional
         Sides along x and y, in the unit of the heights or as texts such as ``"100 um"``; default: the sides in
         the file.
@@ -47,6 +48,8 @@ def read(
         True if the surface is periodic; measured maps are not.
     missing : float, optional
         Number in the file that marks points without a height, such as -9999, before any conversion.
+    mask : bool
+        False to keep the heights of points under a mask that a user drew in Gwyddion; otherwise they are missing.
 
     Returns
     -------
@@ -78,7 +81,9 @@ def read(
     name = None if channel is None else str(channel)
     with open(path, "rb"):
         pass  # Python's own exception names the file.
-    heights, found, own_unit, name, names, format, notes = _asperity.read(os.fspath(path), name, missing)
+    heights, found, own_unit, name, names, format, notes = _asperity.read(
+        os.fspath(path), name, missing, mask
+    )
     for note in notes:
         warnings.warn(f"`{path}`: {note}", StudyWarning, stacklevel=2)
     if size is None and found is None:

@@ -77,12 +77,13 @@ type Read<'py> = (
 
 /// Reads a channel of a topography file.
 #[pyfunction]
-#[pyo3(signature = (path, channel=None, missing=None))]
+#[pyo3(signature = (path, channel=None, missing=None, mask=true))]
 pub fn read<'py>(
     py: Python<'py>,
     path: PathBuf,
     channel: Option<String>,
     missing: Option<f64>,
+    mask: bool,
 ) -> PyResult<Read<'py>> {
     let read = py.detach(|| read_regular(&path, MAX_BYTES));
     let bytes = read.map_err(|source| match source.raw_os_error() {
@@ -92,12 +93,12 @@ pub fn read<'py>(
     let parsed = py.detach(|| asperity::topography_files::read(&bytes));
     let file = parsed.map_err(|error| surface_error(py, &error))?;
     let index = match &channel {
-        Some(channel) => file.find(channel).map_err(|error| {
+        Some(wanted) => file.find(wanted).map_err(|error| {
             let names: Vec<String> =
                 file.channels().iter().map(|channel| format!("`{}`", channel.name())).collect();
             value_error(py, format!("{error}; available channels: {}", names.join(", ")))
         })?,
-        None => file.first_heights().ok_or_else(|| {
+        None => file.default_channel().map(|one| one.index).ok_or_else(|| {
             let message = format!(
                 "`{}` has no channel of heights; name a channel with `channel`",
                 path.display()
@@ -106,7 +107,8 @@ pub fn read<'py>(
         })?,
     };
     let channels = file.channels();
-    let chosen = &channels[index];
+    let masked = &channels[index];
+    let chosen = &if mask { masked.clone() } else { masked.clone().without_mask() };
     let unit = chosen.unit().map(str::to_owned);
     // Ignore sides whose unit differs from the unit of the heights.
     let size = match (chosen.quantity(), chosen.size()) {
@@ -116,7 +118,15 @@ pub fn read<'py>(
     };
     let decode = || missing.map_or_else(|| chosen.map(), |marker| chosen.map_without(marker));
     let (decoded, suspect) = py.detach(|| (decode(), chosen.suspect_number()));
-    let mut notes = chosen.notes().to_vec();
+    let notes = chosen.notes().into_iter();
+    // Notes name keys of a manifest.
+    let mut notes: Vec<String> =
+        notes.map(|note| note.replace("`mask = false`", "`mask=False`")).collect();
+    let default = file.default_channel().filter(|one| channel.is_none() && one.is_ambiguous);
+    notes.extend(default.map(|one| {
+        let (number, name) = (one.index + 1, chosen.name());
+        format!("channel {number}, `{name}`, is read, {}; choose one with `channel`", one.reason)
+    }));
     if let Some(SuspectNumber { number, count }) = suspect
         && missing.is_none_or(|marker| !is_marker(number, marker))
     {

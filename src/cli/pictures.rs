@@ -265,7 +265,7 @@ pub struct SurfaceArguments {
     #[arg(long)]
     channel: Option<String>,
 
-    /// Draw the channel (default: the first one with heights); missing points are red.
+    /// Draw the channel (default: the one that is read as heights); missing points are red.
     #[arg(long, short, value_name = "FILE.png")]
     output: Option<PathBuf>,
 
@@ -341,14 +341,17 @@ fn heights(file: &DescribedFile) -> String {
         return String::new();
     };
     let (name, number) = (&chosen.name, chosen.number);
-    let why = match (&chosen.quantity, file.count, file.channels.len()) {
-        (Quantity::Height, 1, _) => "",
-        (Quantity::Height, _, 1) => ", as requested",
-        (Quantity::Height, ..) => ", the first one with heights",
-        (Quantity::Unitless, ..) => ", without a unit",
-        (Quantity::Other(_), ..) => return format!("heights  none; channel {number} is `{name}`"),
+    let unit = match chosen.quantity {
+        Quantity::Height => "",
+        Quantity::Unitless => ", without a unit",
+        Quantity::Other(_) => return format!("heights  none; channel {number} is `{name}`"),
     };
-    format!("heights  channel {number}, `{name}`{why}")
+    let why = match &chosen.reason {
+        Some(reason) => format!(", {reason}"),
+        None if file.count > 1 => ", as requested".to_owned(),
+        None => String::new(),
+    };
+    format!("heights  channel {number}, `{name}`{unit}{why}")
 }
 
 fn grid(channels: &[DescribedChannel]) -> Grid {

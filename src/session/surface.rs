@@ -32,7 +32,7 @@ pub struct DescribedFile {
     /// Number of channels in the file.
     #[serde(skip)]
     pub count: usize,
-    /// The requested channel, or the first one with heights.
+    /// The requested channel, or the one that is read if none is chosen.
     #[serde(skip)]
     pub chosen: Option<ChosenChannel>,
     /// Warnings if the chosen channel was probably read in a wrong unit.
@@ -77,6 +77,8 @@ pub struct ChosenChannel {
     pub number: usize,
     pub name: String,
     pub quantity: Quantity,
+    /// Reason if the channel was not requested and is one of several.
+    pub reason: Option<String>,
 }
 
 /// Describes all channels of a file, or only the one with this name or number, and optionally draws
@@ -116,6 +118,7 @@ pub fn describe(
         described.push(one);
     }
     let format = file.format();
+    let default = file.default_channel().filter(|_| channel.is_none());
     Ok(DescribedFile {
         format: format.name(),
         title: format.title(),
@@ -125,6 +128,7 @@ pub fn describe(
             number: chosen + 1,
             name: channel.name().to_owned(),
             quantity: channel.quantity().clone(),
+            reason: default.filter(|_| file.channels().len() > 1).map(|default| default.reason),
         }),
         warnings,
         picture,
@@ -135,7 +139,7 @@ impl DescribedChannel {
     fn new(number: usize, channel: &Channel<'_>, map: &HeightMap) -> DescribedChannel {
         let statistics = Statistics::new(map);
         let heights = statistics.heights.as_ref();
-        let mut notes = channel.notes().to_vec();
+        let mut notes = channel.notes();
         notes.extend(channel.suspect_number().map(|SuspectNumber { number, count }| {
             format!(
                 "{count} points have the number {number:?}, far from all others; if it marks points \
@@ -178,11 +182,11 @@ impl DescribedChannel {
     }
 }
 
-/// Returns the index of the channel `wanted`. If it is `None`, returns the index of the first
-/// channel with heights, or 0 if there is none.
+/// Returns the index of the channel `wanted`. If it is `None`, returns the index of the default
+/// channel of heights, or 0 if there is none.
 fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, SessionError> {
     let Some(wanted) = wanted else {
-        return Ok(file.first_heights().unwrap_or_default());
+        return Ok(file.default_channel().map_or(0, |one| one.index));
     };
     file.find(wanted).map_err(|error| match &error {
         ChannelError::Unknown { names, .. } => {

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::{Cursor, Write};
+use std::path::Path;
 
 use arrow::array::AsArray;
 use arrow::datatypes::Float64Type;
@@ -179,6 +180,34 @@ fn a_number_that_stands_far_from_all_heights_is_named_and_may_be_missing() {
     let scan = bench.table("scanned", "scan");
     assert_eq!(scan.reals("missing").unwrap().value(0), -9999.0);
     assert_eq!(scan.integers("filled_nodes").unwrap().value(0), 8);
+}
+
+#[test]
+fn points_under_a_mask_are_missing_unless_the_mask_is_ignored() {
+    let bench = Bench::new();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/topography/field");
+    fs::copy(folder.join("gwy_mask.gwy"), bench.path("scan.gwy")).unwrap();
+    let stage = "[study]\nname = \"scanned\"\n\n[stage.scan]\nkind = \"generate\"\n\
+                 method = \"file\"\npath = \"scan.gwy\"\nperiodic = false\n";
+    let refused = bench.output(&["check", bench.write(stage).to_str().unwrap()]);
+    assert!(text(&refused.stderr).contains("lacks 2 of 35 points"), "{}", text(&refused.stderr));
+    let check = |keys: &str| {
+        let checked =
+            bench.output(&["check", bench.write(&(stage.to_owned() + keys)).to_str().unwrap()]);
+        assert!(checked.status.success(), "{}", text(&checked.stderr));
+        text(&checked.stderr).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let note = "2 points are under a mask and count as missing; `mask = false` keeps their heights";
+    let filled = check("fill = \"harmonic\"\n");
+    assert!(filled.contains(note), "{filled}");
+    let kept = check("mask = false\n");
+    assert!(!kept.contains("under a mask"), "{kept}");
+    bench.run(&(stage.to_owned() + "mask = [true, false]\nfill = \"harmonic\"\n"));
+    let scan = bench.table("scanned", "scan");
+    let masks: Vec<_> = scan.texts("mask").unwrap().iter().collect();
+    assert_eq!(masks, [None, Some("ignored")]);
+    let filled = scan.integers("filled_nodes").unwrap();
+    assert_eq!([filled.value(0), filled.value(1)], [2, 0]);
 }
 
 /// Reads the stored heights of the only surface of a study.

@@ -262,13 +262,13 @@ impl MeasuredMap {
 
 impl AsMeasured {
     fn new(scan: &Scan, file: &MeasuredSurface, pixels: usize) -> AsMeasured {
-        let MeasuredSurface { content, channel, missing, preparation, .. } = file;
+        let MeasuredSurface { content, choice, preparation, .. } = file;
         let Preparation { crop, spikes, islands, align, level, level_through, .. } = preparation;
         AsMeasured {
             map: ShownMap::new(scan, pixels),
             missing: scan.missing() as f64 / scan.grid().count() as f64,
             identity: format!(
-                "{content:?} {channel:?} {missing:?} {:?} {crop:?} {spikes:?} {islands:?} {align:?} {level:?} \
+                "{content:?} {choice:?} {:?} {crop:?} {spikes:?} {islands:?} {align:?} {level:?} \
                  {level_through:?}",
                 file.height_scale,
             ),

@@ -34,6 +34,21 @@ pub enum ChannelChoice {
     Name(String),
 }
 
+/// Which map of a file is read, and which of its points are missing.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct MapChoice {
+    /// Number or name of the map; `None` for the default map of heights.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channel: Option<ChannelChoice>,
+    /// Number in the file that marks missing points, beside the marker of the format.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub missing: Option<f64>,
+    /// True if points under a mask that a user of the file drew keep their heights. Omitted from
+    /// recipes if false, so that existing keys stay valid.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub ignores_mask: bool,
+}
+
 /// A height map as read from a file.
 #[derive(Debug, Clone)]
 pub struct MapFile {
@@ -66,6 +81,8 @@ pub struct ChannelRead {
     pub name: String,
     /// Number of maps in the file.
     pub of: usize,
+    /// Reason for this map if none was chosen.
+    pub reason: Option<String>,
 }
 
 /// An error of reading a height map from a file. The message is shown after the path.
@@ -108,31 +125,31 @@ impl std::fmt::Display for ChannelChoice {
 }
 
 impl MapFile {
-    /// Reads the chosen map, or the first map of heights if none is chosen. Points whose number in
-    /// the file is `missing` are missing.
+    /// Reads a map of a file.
     ///
     /// # Errors
     /// If the format is unknown, the file is damaged, or it has no such map.
-    pub fn read(
-        bytes: &[u8],
-        choice: Option<&ChannelChoice>,
-        missing: Option<f64>,
-    ) -> Result<MapFile, MapFileError> {
+    pub fn read(bytes: &[u8], choice: &MapChoice) -> Result<MapFile, MapFileError> {
+        let &MapChoice { ref channel, missing, ignores_mask } = choice;
         if bytes.starts_with(b"\x93NUMPY") {
-            return MapFile::read_npy(bytes, choice, missing);
+            return MapFile::read_npy(bytes, channel.as_ref(), missing);
         }
         let file = read(bytes).map_err(|error| MapFileError::Format(Box::new(error)))?;
         let channels = file.channels();
-        let index = match choice {
-            Some(choice) => channel_index(choice, channels.len(), |name| file.find(name))?,
-            None => file.first_heights().ok_or_else(|| {
-                let described = channels
-                    .iter()
-                    .map(|one| format!("`{}` in {}", one.name(), one.unit().unwrap_or("no unit")));
-                MapFileError::NoHeights { channels: described.collect() }
-            })?,
+        let (index, reason) = match channel {
+            Some(choice) => (channel_index(choice, channels.len(), |name| file.find(name))?, None),
+            None => {
+                let default = file.default_channel().ok_or_else(|| {
+                    let described = channels.iter().map(|one| {
+                        format!("`{}` in {}", one.name(), one.unit().unwrap_or("no unit"))
+                    });
+                    MapFileError::NoHeights { channels: described.collect() }
+                })?;
+                (default.index, Some(default.reason))
+            }
         };
-        let channel = &channels[index];
+        let masked = &channels[index];
+        let channel = &if ignores_mask { masked.clone().without_mask() } else { masked.clone() };
         let map = missing.map_or_else(|| channel.map(), |marker| channel.map_without(marker));
         let (heights, _) = map.into_parts();
         let suspect = channel.suspect_number();
@@ -142,6 +159,7 @@ impl MapFile {
                 number: index + 1,
                 name: channel.name().to_owned(),
                 of: channels.len(),
+                reason,
             },
             quantity: channel.quantity().clone(),
             size: channel.size(),
@@ -149,7 +167,7 @@ impl MapFile {
             suspect: suspect
                 .filter(|suspect| missing.is_none_or(|m| !is_marker(suspect.number, m))),
             nodes: channel.nodes(),
-            notes: channel.notes().to_vec(),
+            notes: channel.notes(),
             heights,
         })
     }
@@ -176,7 +194,7 @@ impl MapFile {
         Grid::new(nodes, Cell::square(1.0).expect("a side of one")).map_err(SurfaceError::from)?;
         Ok(MapFile {
             reader: None,
-            channel: ChannelRead { number: 1, name: "heights".to_owned(), of: 1 },
+            channel: ChannelRead { number: 1, name: "heights".to_owned(), of: 1, reason: None },
             quantity: Quantity::Unitless,
             size: Size::Unknown,
             unknown_side_unit: None,
@@ -236,7 +254,7 @@ mod tests {
 
     #[test]
     fn a_file_with_a_unit_is_in_metres_and_knows_its_reader() {
-        let file = MapFile::read(TEXT.as_bytes(), None, None).unwrap();
+        let file = MapFile::read(TEXT.as_bytes(), &MapChoice::default()).unwrap();
         assert_eq!(file.reader, Some(Reader::of_format("text")));
         assert!(Reader::of_format("text").version > 0);
         let scan = file.scan(None, 2.0).unwrap();
@@ -249,7 +267,10 @@ mod tests {
     #[test]
     fn channels_are_told_by_name_or_number() {
         let [number, other] = [1, 2].map(ChannelChoice::Number);
-        let read = |choice: &ChannelChoice| MapFile::read(TEXT.as_bytes(), Some(choice), None);
+        let read = |channel: &ChannelChoice| {
+            let choice = MapChoice { channel: Some(channel.clone()), ..MapChoice::default() };
+            MapFile::read(TEXT.as_bytes(), &choice)
+        };
         assert_eq!(read(&number).unwrap().channel.number, 1);
         assert_eq!(
             read(&other).unwrap_err().to_string(),
@@ -261,11 +282,11 @@ mod tests {
 
     #[test]
     fn heights_beyond_all_numbers_are_refused() {
-        let file = MapFile::read(TEXT.as_bytes(), None, None).unwrap();
+        let file = MapFile::read(TEXT.as_bytes(), &MapChoice::default()).unwrap();
         assert!(file.clone().scan(Some([1.0, 1.0]), 1e90).is_ok());
         assert!(file.scan(Some([1.0, 1.0]), 1e110).is_err());
         let large = "1e308 1 1 1\n1 1 1 1\n1 1 1 1\n1 1 1 1\n";
-        let file = MapFile::read(large.as_bytes(), None, None).unwrap();
+        let file = MapFile::read(large.as_bytes(), &MapChoice::default()).unwrap();
         // Sums of squares of such heights overflow, although the heights do not.
         assert!(file.clone().scan(Some([1.0, 1.0]), 1.0).is_err());
         assert!(file.clone().scan(Some([1.0, 1.0]), 100.0).is_err());

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use flate2::read::ZlibDecoder;
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides, Size};
 use super::input::{Cursor, factor, finite, inflate};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
@@ -215,11 +215,11 @@ fn read_opd(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let raster = opd_raster(block.bytes)?.scaled(nanometres, 0.0);
         let nodes = raster.nodes().map(|count| count as f64);
         let size = match number("Pixel_size") {
-            None => Size::Unknown,
+            None => Sides::UNKNOWN,
             Some(step) => {
                 let aspect = number("Aspect").unwrap_or(1.0);
                 let sides = [nodes[0] * step, nodes[1] * step * aspect];
-                Size::new(sides, &Unit::parse("mm"))?
+                Sides::new(sides, &Unit::parse("mm"))?
             }
         };
         Ok(Channel::new(&*block.name, Unit::parse("nm"), size, raster))
@@ -341,7 +341,7 @@ fn plu_layer<'a>(
     let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
     let raster = raster.missing(Missing::Value(1000001.0));
     let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
-    let size = Size::new(sides, &Unit::parse("µm"))?;
+    let size = Sides::new(sides, &Unit::parse("µm"))?;
     let name = format!("layer{number}");
     Ok(Channel::new(name, Unit::parse("µm"), size, raster))
 }
@@ -471,7 +471,7 @@ impl SurHeader {
             FormatError::value("unit of y", unit_y, &format!("a unit like that of x, `{unit_x}`"))
         })?;
         let sides = [nodes[0] as f64 * self.spacing[0], nodes[1] as f64 * self.spacing[1] * y];
-        let size = Size::new(sides, &Unit::parse(unit_x))?;
+        let size = Sides::new(sides, &Unit::parse(unit_x))?;
         let raster = raster.scaled(sign * scale, sign * self.offset);
         Ok(Channel::new("heights", Unit::parse(unit_z), size, raster))
     }

@@ -83,6 +83,8 @@ pub struct Channel<'a> {
     quantity: Quantity,
     size: Size,
     raster: Raster<'a>,
+    /// Number of points under a mask that a user of the file drew.
+    masked: usize,
     /// Unit of the sides, if it is no known unit of length.
     unknown_side_unit: Option<String>,
     notes: Vec<String>,
@@ -171,12 +173,29 @@ pub struct Corners {
     pub last: Option<f64>,
 }
 
-impl Size {
-    /// Creates a size from sides in the given unit: `Unknown` if the unit is not a length.
+/// Size of a map, with the unit that the file gives if it is no known unit of length: then the size
+/// is unknown, and messages name the unit.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Sides {
+    size: Size,
+    unknown_unit: Option<String>,
+}
+
+impl From<Size> for Sides {
+    fn from(size: Size) -> Sides {
+        Sides { size, unknown_unit: None }
+    }
+}
+
+impl Sides {
+    /// The file gives no sides.
+    pub const UNKNOWN: Sides = Sides { size: Size::Unknown, unknown_unit: None };
+
+    /// Creates a size from sides in the given unit.
     ///
     /// # Errors
     /// Returns an error if a side is not positive and finite.
-    pub(super) fn new(sides: [f64; 2], unit: &Unit) -> Result<Size, FormatError> {
+    pub fn new(sides: [f64; 2], unit: &Unit) -> Result<Sides, FormatError> {
         let per_metre = unit.per_metre().unwrap_or(1.0);
         let scaled = sides.map(|side| side / per_metre);
         let is_length = |side: f64| side > 0.0 && side.is_finite();
@@ -186,18 +205,22 @@ impl Size {
             return Err(FormatError::value("side of the map", side, allowed));
         }
         match unit {
-            Unit::Length(_) => Ok(Size::Metres(scaled)),
-            Unit::None => Ok(Size::Unitless(sides)),
-            Unit::Other(_) => Ok(Size::Unknown),
+            Unit::Length(_) => Ok(Size::Metres(scaled).into()),
+            Unit::None => Ok(Size::Unitless(sides).into()),
+            Unit::Other(unit) => {
+                Ok(Sides { size: Size::Unknown, unknown_unit: Some(unit.clone()) })
+            }
         }
     }
+}
 
+impl Size {
     /// Creates a size from sides in metres.
     ///
     /// # Errors
     /// Returns an error if a side is not positive and finite.
     pub(super) fn metres(sides: [f64; 2]) -> Result<Size, FormatError> {
-        Size::new(sides, &Unit::Length(1.0))
+        Ok(Sides::new(sides, &Unit::Length(1.0))?.size)
     }
 
     /// Returns the sides along x and y, in metres or without a unit, if they are known.
@@ -214,7 +237,7 @@ impl<'a> Channel<'a> {
     pub(super) fn new(
         name: impl Into<String>,
         unit: Unit,
-        size: Size,
+        sides: impl Into<Sides>,
         raster: Raster<'a>,
     ) -> Channel<'a> {
         let (quantity, raster) = match unit {
@@ -222,22 +245,33 @@ impl<'a> Channel<'a> {
             Unit::Length(per_metre) => (Quantity::Height, raster.in_metres(per_metre)),
             Unit::Other(unit) => (Quantity::Other(unit), raster),
         };
+        let Sides { size, unknown_unit: unknown_side_unit } = sides.into();
         let name = name.into();
-        Channel { name, quantity, size, raster, unknown_side_unit: None, notes: vec![] }
-    }
-
-    /// Keeps the unit of the sides for messages if it is no known unit of length.
-    pub(super) fn sides_in(self, unit: &Unit) -> Channel<'a> {
-        match unit {
-            Unit::Other(name) => Channel { unknown_side_unit: Some(name.clone()), ..self },
-            Unit::None | Unit::Length(_) => self,
-        }
+        Channel { name, quantity, size, raster, masked: 0, unknown_side_unit, notes: vec![] }
     }
 
     /// Copies the bytes that the channel borrows from a file.
     pub(super) fn into_owned(self) -> Channel<'static> {
-        let Channel { name, quantity, size, raster, unknown_side_unit, notes } = self;
-        Channel { name, quantity, size, raster: raster.into_owned(), unknown_side_unit, notes }
+        let Channel { name, quantity, size, raster, masked, unknown_side_unit, notes } = self;
+        let raster = raster.into_owned();
+        Channel { name, quantity, size, raster, masked, unknown_side_unit, notes }
+    }
+
+    /// Declares points missing where the number in `mask` exceeds one half, unless the caller of
+    /// the library ignores the mask.
+    pub(super) fn under_mask(mut self, mask: Raster<'a>) -> Channel<'a> {
+        self.masked = mask.count_masked();
+        self.raster = self.raster.masked(mask);
+        self
+    }
+
+    /// Returns the channel without the mask that a user drew, whose points then have their heights.
+    /// Points that the format itself marks stay missing.
+    pub fn without_mask(mut self) -> Channel<'a> {
+        if self.masked > 0 {
+            (self.masked, self.raster) = (0, self.raster.without_mask());
+        }
+        self
     }
 
     /// Adds a note, a sentence without a full stop that starts in lower case.
@@ -285,8 +319,15 @@ impl<'a> Channel<'a> {
     /// Returns what the reader guessed, and which parts of the file it did not use, such as `first
     /// line and first column taken for axes`. A note about the whole file is a note of each
     /// channel.
-    pub fn notes(&self) -> &[String] {
-        &self.notes
+    pub fn notes(&self) -> Vec<String> {
+        let under_mask = match self.masked {
+            0 => None,
+            1 => Some("1 point is under a mask and counts as missing".to_owned()),
+            count => Some(format!("{count} points are under a mask and count as missing")),
+        };
+        let under_mask =
+            under_mask.map(|note| format!("{note}; `mask = false` keeps their heights"));
+        self.notes.iter().cloned().chain(under_mask).collect()
     }
 
     /// Returns true if the numbers are heights or have no unit.

@@ -1,7 +1,7 @@
 //! Grids of geographic programs: ESRI ASCII grids and Surfer grids. The constant of each format
 //! documents its line order and sides.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Cursor, lines};
 use super::number;
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
@@ -79,7 +79,7 @@ fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Some(step) => [step, step],
         None => [needed("dx")?, needed("dy")?],
     };
-    let size = Size::new([0, 1].map(|axis| nodes[axis] as f64 * steps[axis]), &Unit::None)?;
+    let size = Sides::new([0, 1].map(|axis| nodes[axis] as f64 * steps[axis]), &Unit::None)?;
     let missing = entry("nodata_value");
     let marker = missing.unwrap_or(ESRI_MISSING);
     let by_default = heights.iter().filter(|height| missing.is_none() && **height == marker);
@@ -164,7 +164,7 @@ fn surfer_channel<'a>(
     raster: Raster<'a>,
 ) -> Result<Channel<'a>, FormatError> {
     let side = |axis: usize, range: f64| range / (nodes[axis] - 1) as f64 * nodes[axis] as f64;
-    let size = Size::new([side(0, xhi - xlo), side(1, yhi - ylo)], &Unit::None)?;
+    let size = Sides::new([side(0, xhi - xlo), side(1, yhi - ylo)], &Unit::None)?;
     Ok(Channel::new("heights", Unit::None, size, raster.missing(SURFER_MISSING)))
 }
 
@@ -187,7 +187,7 @@ fn surfer_7(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
                 let marker = header.double()?;
                 let raster = Raster::rows(nodes, Element::F64, ByteOrder::Little, section)?;
                 let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
-                let size = Size::new(sides, &Unit::None)?;
+                let size = Sides::new(sides, &Unit::None)?;
                 let raster = raster.missing(Missing::Around(marker));
                 return Ok(Channel::new("heights", Unit::None, size, raster));
             }

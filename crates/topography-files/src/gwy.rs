@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Cursor, latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
@@ -49,19 +49,8 @@ fn channel<'a>(
     field: &Object<'a>,
     mask: Option<&Object<'a>>,
 ) -> Result<Channel<'a>, FormatError> {
-    let mut raster = raster(field)?;
-    let mut masked = 0;
-    if let Some(mask) = mask {
-        let mask = self::raster(mask)?;
-        if mask.nodes() != raster.nodes() {
-            let [x, y] = mask.nodes();
-            let allowed = "the size of the map";
-            let found = format!("{x} × {y}");
-            return Err(FormatError::value("size of a mask", found, allowed));
-        }
-        masked = mask.count_masked();
-        raster = raster.masked(mask);
-    }
+    let raster = raster(field)?;
+    let nodes = raster.nodes();
     let unit = |name| {
         let unit = field.object(name).ok();
         let text = unit.and_then(|unit| unit.find("unitstr")?.text());
@@ -69,14 +58,17 @@ fn channel<'a>(
     };
     // Gwyddion uses the magnitude of a negative side.
     let sides = [field.real("xreal")?.abs(), field.real("yreal")?.abs()];
-    let size =
-        if sides.contains(&0.0) { Size::Unknown } else { Size::new(sides, &unit("si_unit_xy"))? };
+    let lateral = unit("si_unit_xy");
+    let size = if sides.contains(&0.0) { Sides::UNKNOWN } else { Sides::new(sides, &lateral)? };
     let channel = Channel::new(title, unit("si_unit_z"), size, raster);
-    Ok(match masked {
-        0 => channel,
-        1 => channel.noted("1 point is under a mask and counts as missing"),
-        _ => channel.noted(format!("{masked} points are under a mask and count as missing")),
-    })
+    let Some(mask) = mask else { return Ok(channel) };
+    let mask = self::raster(mask)?;
+    if mask.nodes() != nodes {
+        let [x, y] = mask.nodes();
+        let allowed = "the size of the map";
+        return Err(FormatError::value("size of a mask", format!("{x} × {y}"), allowed));
+    }
+    Ok(channel.under_mask(mask))
 }
 
 fn raster<'a>(field: &Object<'a>) -> Result<Raster<'a>, FormatError> {

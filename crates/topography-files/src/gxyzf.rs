@@ -4,7 +4,7 @@
 //! nodes × step, and grid points without a point in the file are missing. Channels are numbered
 //! from 1; Gwyddion 2.62 numbers their titles from 0 and their units from 1.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::grid::Grid;
 use super::input::{Entries, decode_text};
 use super::raster::Raster;
@@ -52,13 +52,13 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let triplets =
             points.flat_map(|at| [number(at, 0), number(at, 1), number(at, channel + 1)]);
         let grid = Grid::from_triplets(&triplets.collect::<Vec<f64>>())?;
-        let size = Size::new(grid.sides, &unit("XYUnits"))?;
+        let size = Sides::new(grid.sides, &unit("XYUnits"))?;
         // `ZUnits` without a number is the unit of all channels.
         let own = numbered("ZUnits", channel);
         let z = unit(if entries.get("ZUnits").is_some() { "ZUnits" } else { &own });
         let name = entries.get(&numbered("Title", channel)).unwrap_or("heights");
         let raster = Raster::from_columns(grid.nodes, grid.heights);
-        Ok(Channel::new(name, z, size, raster).sides_in(&unit("XYUnits")))
+        Ok(Channel::new(name, z, size, raster))
     });
     at_least_one(channels, "NChannels")
 }

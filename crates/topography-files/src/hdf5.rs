@@ -38,7 +38,7 @@ use hdf5_reader::{Dataset, Datatype};
 
 use self::container::Members;
 pub use self::container::{Container, Lines, attribute, number, text};
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::labelled::{Array, Attributes, Axis};
 use super::netcdf::complete_heights;
 use super::unit::Unit;
@@ -114,7 +114,7 @@ fn topostats(
     let channels = images.map(|dataset| {
         let raster = container.raster(dataset, Lines::AlongX)?;
         let nanometres = Unit::parse("nm");
-        let size = Size::new(raster.nodes().map(|nodes| nodes as f64 * step), &nanometres)?;
+        let size = Sides::new(raster.nodes().map(|nodes| nodes as f64 * step), &nanometres)?;
         let channel = Channel::new(dataset.name(), nanometres, size, raster);
         Ok(if dataset.name() == "image" {
             channel.noted("TopoStats has flattened and smoothed `image`")

@@ -5,7 +5,7 @@
 //! unit for all channels, which Asylum Research sets to metres even for phases. If the wave has a
 //! note, the name of a channel therefore decides its unit.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Cursor, Entries, latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
@@ -162,7 +162,7 @@ impl Wave {
         let nodes = self.nodes;
         let mut cursor = Cursor::at(bytes, FILE + WAVE);
         let sides = [0, 1].map(|axis| nodes[axis] as f64 * self.steps[axis].abs());
-        let size = Size::new(sides, &Unit::parse(&self.lateral))?;
+        let size = Sides::new(sides, &Unit::parse(&self.lateral))?;
         let channels = (0..self.channels).map(|index| {
             let stored = cursor.take(map_bytes(nodes, self.element))?;
             let raster = Raster::rows(nodes, self.element, self.order, stored)?;
@@ -172,7 +172,7 @@ impl Wave {
                 Some(label) => asylum_unit(label, &self.note),
                 None => &self.unit,
             };
-            Ok(Channel::new(name, Unit::parse(unit), size, raster.upside_down()))
+            Ok(Channel::new(name, Unit::parse(unit), size.clone(), raster.upside_down()))
         });
         channels.collect()
     }

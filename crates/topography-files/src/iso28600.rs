@@ -8,7 +8,7 @@
 //! writes such files, with `top to bottom` as the direction of the lines. Whether other programs
 //! write `bottom to top` in reverse order is not known; the direction is not used.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::grid::Grid;
 use super::input::{decode_text, lines};
 use super::number;
@@ -77,11 +77,11 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             (Raster::from_columns(grid.nodes, grid.heights), grid.sides)
         };
         let lateral = Unit::parse(unit_x);
-        let size = Size::new([sides[0], sides[1] * y_ratio], &lateral)?;
+        let size = Sides::new([sides[0], sides[1] * y_ratio], &lateral)?;
         // `n` and `d` are numbers without a unit.
         let unit = if matches!(unit, "n" | "d") { Unit::None } else { Unit::parse(unit) };
         let name = if name.is_empty() { "heights" } else { name };
-        Ok(Channel::new(name, unit, size, raster).sides_in(&lateral))
+        Ok(Channel::new(name, unit, size, raster))
     });
     channels.collect()
 }

@@ -9,7 +9,7 @@
 use std::borrow::Cow;
 
 use super::archive::Archive;
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Cursor, factor};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
@@ -82,7 +82,7 @@ fn channels<'a, 'b>(
         let stored = pixels(cursor.take(map_bytes(nodes, element))?);
         let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
         let raster = raster.scaled(factor("picometres per digit", digit)?, 0.0);
-        let size = Size::new([nodes[0] as f64 * x, nodes[1] as f64 * y], &picometre)?;
+        let size = Sides::new([nodes[0] as f64 * x, nodes[1] as f64 * y], &picometre)?;
         channels.push(Ok(Channel::new(name, picometre.clone(), size, raster)));
     }
     at_least_one(channels, "image of heights")

@@ -18,7 +18,7 @@
 use std::borrow::Cow;
 
 use super::FormatError;
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides, Size};
 use super::input::{factor, finite};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
@@ -218,7 +218,7 @@ impl<'a> Array<'a> {
                 1 => self.name.clone(),
                 _ => format!("{}, {} {}", self.name, stack.unwrap_or("frame"), index + 1),
             };
-            let channel = Channel::new(name, unit.clone(), size, raster);
+            let channel = Channel::new(name, unit.clone(), size.clone(), raster);
             Ok(size_note.iter().fold(channel, |channel, note| channel.noted(note)))
         });
         channels.collect()
@@ -313,7 +313,7 @@ impl<'a> Array<'a> {
     }
 
     /// Returns the size of the map, and a note if the unit of an axis is not a length.
-    fn size(&self, x: usize, y: usize) -> Result<(Size, Option<String>), FormatError> {
+    fn size(&self, x: usize, y: usize) -> Result<(Sides, Option<String>), FormatError> {
         let axes = [&self.axes[x], &self.axes[y]];
         if let Some(reason) = axes.iter().find_map(|axis| axis.uneven.as_ref()) {
             return Err(FormatError::unsupported(reason));
@@ -327,16 +327,18 @@ impl<'a> Array<'a> {
         });
         let sides = [axes[0].side(self.shape[x]), axes[1].side(self.shape[y])];
         let ([Some(x_side), Some(y_side)], None) = (sides, &other) else {
-            return Ok((Size::Unknown, other));
+            return Ok((Sides::UNKNOWN, other));
         };
         let [x_unit, y_unit] = [axes[0], axes[1]].map(|axis| axis.unit.as_ref());
         // SurfaceTopography may leave out one of the units.
         let (Some(x_unit), Some(y_unit)) = (x_unit.or(y_unit), y_unit.or(x_unit)) else {
-            return Ok((Size::new([x_side, y_side], &Unit::None)?, None));
+            return Ok((Sides::new([x_side, y_side], &Unit::None)?, None));
         };
         match (x_unit.per_metre(), y_unit.per_metre()) {
-            (Some(x), Some(y)) if x != y => Ok((Size::metres([x_side / x, y_side / y])?, None)),
-            _ => Ok((Size::new([x_side, y_side], x_unit)?, None)),
+            (Some(x), Some(y)) if x != y => {
+                Ok((Size::metres([x_side / x, y_side / y])?.into(), None))
+            }
+            _ => Ok((Sides::new([x_side, y_side], x_unit)?, None)),
         }
     }
 

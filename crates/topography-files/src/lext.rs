@@ -8,7 +8,7 @@
 
 use roxmltree::{Document, ParsingOptions};
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::factor;
 use super::tiff::{self, Directory};
 use super::unit::Unit;
@@ -53,7 +53,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let raster = heights.image()?.scaled(scale(2)?, 0.0);
     let nodes = raster.nodes();
     let picometre = Unit::parse("pm");
-    let size = Size::new([nodes[0] as f64 * scale(0)?, nodes[1] as f64 * scale(1)?], &picometre)?;
+    let size = Sides::new([nodes[0] as f64 * scale(0)?, nodes[1] as f64 * scale(1)?], &picometre)?;
     let raster = match named("INVALID") {
         Some(mask) if mask.nodes()? == nodes => raster.masked(mask.bitmap()?),
         _ => raster,

@@ -343,18 +343,60 @@ impl<'a> TopographyFile<'a> {
         }
     }
 
-    /// Returns the index of the channel of heights to read if none is chosen, or `None` if no
-    /// channel may be heights.
+    /// Returns the channel of heights to read if none is chosen, or `None` if no channel may be
+    /// heights.
     ///
     /// Channels with names such as height, z and topography come before those with other names, and
     /// these before error, deflection, amplitude, phase, friction, pressure and others, whatever
     /// their unit. Among them, heights in metres come before numbers without a unit, and trace
     /// before retrace. If several channels remain, the first of the file is taken.
-    pub fn first_heights(&self) -> Option<usize> {
+    pub fn default_channel(&self) -> Option<DefaultChannel> {
         let channels = self.channels.iter().enumerate();
         let heights = channels.filter(|(_, channel)| channel.may_be_heights());
-        heights.min_by_key(|(index, channel)| (channel.rank(), *index)).map(|(index, _)| index)
+        let mut ranked: Vec<_> = heights.map(|(index, one)| (one.rank(), index)).collect();
+        ranked.sort_unstable();
+        let &(rank, index) = ranked.first()?;
+        let equals = ranked[1..].iter().filter(|(other, _)| *other == rank);
+        let equals: Vec<usize> = equals.map(|(_, index)| *index).collect();
+        let reason = match ranked.get(1).map(|(other, _)| other) {
+            None => "the only one that may be heights".to_owned(),
+            Some(other) if *other == rank => self.equals_in_words(&equals),
+            Some((class, ..)) if *class != rank.0 => "because of its name".to_owned(),
+            Some((_, has_other_unit, _)) if *has_other_unit != rank.1 => {
+                "because of its unit".to_owned()
+            }
+            Some(_) => "because it was recorded forwards".to_owned(),
+        };
+        Some(DefaultChannel { index, reason, is_ambiguous: !equals.is_empty() })
     }
+
+    /// Lists the channels that may be the heights as well as the first one.
+    fn equals_in_words(&self, equals: &[usize]) -> String {
+        const NAMED: usize = 4;
+        let named = equals.iter().take(NAMED);
+        let named =
+            named.map(|&index| format!("{} (`{}`)", index + 1, self.channels[index].name()));
+        let named: Vec<String> = named.collect();
+        let channels = if equals.len() == 1 { "channel" } else { "channels" };
+        let more = match equals.len().saturating_sub(NAMED) {
+            0 => String::new(),
+            count => format!(" and {count} more"),
+        };
+        let named = named.join(", ");
+        format!("the first of the file; {channels} {named}{more} may be the heights as well")
+    }
+}
+
+/// Channel that is read if none is chosen.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DefaultChannel {
+    /// Index of the channel, from 0.
+    pub index: usize,
+    /// Reason for the choice, such as `because of its name`. It lists the other channels between
+    /// which and this one only their order in the file decided.
+    pub reason: String,
+    /// True if only the order of the channels decided.
+    pub is_ambiguous: bool,
 }
 
 impl Format {

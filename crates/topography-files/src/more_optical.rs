@@ -4,7 +4,7 @@
 use roxmltree::{Document, Node};
 
 use super::archive::{self, Archive};
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Cursor, decode_text, finite};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
@@ -53,7 +53,7 @@ fn read_nms(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let scale = (highest - lowest) / 65534.0;
     let raster = raster.missing(Missing::Value(65535.0)).scaled(scale, lowest);
     let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
-    let size = Size::new(sides, &Unit::parse("nm"))?;
+    let size = Sides::new(sides, &Unit::parse("nm"))?;
     Ok(vec![Channel::new("heights", Unit::parse("µm"), size, raster)])
 }
 
@@ -98,7 +98,7 @@ fn tmd_map(bytes: &[u8], start: usize) -> Result<Channel<'_>, FormatError> {
     }
     let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
     let millimetre = Unit::parse("mm");
-    let size = Size::new(sides, &millimetre)?;
+    let size = Sides::new(sides, &millimetre)?;
     Ok(Channel::new("heights", millimetre, size, raster))
 }
 
@@ -144,7 +144,7 @@ fn read_plux(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let nodes = checked_nodes(nodes)?;
     let steps = [finite("FOV_X", number("FOV_X")?)?, finite("FOV_Y", number("FOV_Y")?)?];
     let micrometre = Unit::parse("µm");
-    let size = Size::new([0, 1].map(|axis| nodes[axis] as f64 * steps[axis]), &micrometre)?;
+    let size = Sides::new([0, 1].map(|axis| nodes[axis] as f64 * steps[axis]), &micrometre)?;
     let layers = (0..PLUX_MAX_LAYERS).map_while(|layer| child(root, &format!("LAYER_{layer}")));
     let files = layers.filter_map(|layer| child(layer, "FILENAME_Z")?.text());
     let channels = files.enumerate().map(|(layer, file)| {
@@ -152,7 +152,7 @@ fn read_plux(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let stored = archive.exactly(file, map_bytes(nodes, Element::F32))?;
         let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
         let raster = raster.missing(Missing::Value(1000001.0));
-        Ok(Channel::new(format!("layer{layer}"), micrometre.clone(), size, raster))
+        Ok(Channel::new(format!("layer{layer}"), micrometre.clone(), size.clone(), raster))
     });
     at_least_one(channels, "LAYER_0")
 }

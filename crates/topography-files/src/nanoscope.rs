@@ -19,7 +19,7 @@
 //! 1:1, the scan list covers a square, of which a stopped scan (`bruker_data_header.002` of pySPM,
 //! Nanoscope 9.7) has a part. Pixels of a complete 1:1 scan need not be square.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Cursor, Entries, factor, latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
@@ -191,7 +191,7 @@ impl<'a> File<'a> {
         image: &Section,
         own: [usize; 2],
         nodes: [usize; 2],
-    ) -> Result<Size, FormatError> {
+    ) -> Result<Sides, FormatError> {
         let (x, y, unit) = image.scan_size()?;
         let is_strip = image.entries.get("aspect ratio").is_some_and(is_strip);
         // A scan that was stopped early has fewer lines than the scan list.
@@ -202,7 +202,7 @@ impl<'a> File<'a> {
                 FormatError::value("unit of Slow Axis Size", slow_unit, "a unit of length")
             })?;
             let share = if image.has_ratio_one() { 1.0 } else { share };
-            return Size::new([x, slow * ratio * share], &Unit::parse(&unit));
+            return Sides::new([x, slow * ratio * share], &Unit::parse(&unit));
         }
         let [along, lines] = [0, 1].map(|axis| nodes[axis] as f64);
         let x_side = x * along / own[0] as f64;
@@ -220,7 +220,7 @@ impl<'a> File<'a> {
         } else {
             y * lines / own[1] as f64
         };
-        Size::new([x_side, y_side], &Unit::parse(&unit))
+        Sides::new([x_side, y_side], &Unit::parse(&unit))
     }
 
     /// Returns the factor that converts stored numbers to heights, and the unit of the heights.

@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Cursor, Entries, decode_text, factor, finite};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
@@ -108,7 +108,7 @@ fn channel<'a>(
     let raster = Raster::rows(nodes, element, order, stored)?;
     let raster = raster.upside_down().scaled(range / 2_f64.powi(bits as i32), offset);
     let sides = [section.number("Dim0Range")?, section.number("Dim1Range")? * y];
-    let size = Size::new(sides, &Unit::parse(unit("Dim0Unit")))?;
+    let size = Sides::new(sides, &Unit::parse(unit("Dim0Unit")))?;
     let name = [section.get("Frame"), section.get("Dim2Name")];
     let name: Vec<&str> = name.into_iter().flatten().collect();
     Ok(Some(Channel::new(name.join(", "), Unit::parse(unit("Dim2Unit")), size, raster)))

@@ -7,7 +7,7 @@
 //! has no marker of missing points.
 
 use super::archive::{self, Archive};
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Entries, decode_text};
 use super::raster::{Raster, checked_nodes};
 use super::unit::{Unit, ratio};
@@ -69,7 +69,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             }
         }
         let nodes = checked_nodes([points as i64, lines])?;
-        let size = Size::new([nodes[0] as f64 * dx, nodes[1] as f64 * dy], &Unit::parse(&unit_x))?;
+        let size = Sides::new([nodes[0] as f64 * dx, nodes[1] as f64 * dy], &Unit::parse(&unit_x))?;
         let raster = Raster::from_rows(nodes, heights);
         Ok(Channel::new(format!("Scan {scan}"), Unit::Length(1.0), size, raster))
     });

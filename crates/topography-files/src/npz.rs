@@ -6,7 +6,7 @@
 //! give the size.
 
 use super::archive::{self, Archive};
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{decoded_limit, finite};
 use super::npy::{npy_array, npy_numbers};
 use super::raster::Raster;
@@ -32,8 +32,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let unit = text.as_deref().map_or(Unit::None, Unit::parse);
     let sides = sides(&mut archive)?;
     let size = match sides {
-        Some(sides) => Size::new(sides, &unit)?,
-        None => Size::Unknown,
+        Some(sides) => Sides::new(sides, &unit)?,
+        None => Sides::UNKNOWN,
     };
     let mut channels = Vec::new();
     let mut unused = Vec::new();
@@ -45,7 +45,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
                 let unit = rank.map_or(Unit::None, |_| unit.clone());
                 let raster = Raster::from_columns(nodes, numbers);
                 let rank = rank.unwrap_or(HEIGHTS.len());
-                channels.push((rank, Channel::new(name, unit, size, raster)));
+                channels.push((rank, Channel::new(name, unit, size.clone(), raster)));
             }
             _ if name == "side" && sides.is_some() || name == "unit" && text.is_some() => {}
             _ => unused.push(format!("`{name}`")),

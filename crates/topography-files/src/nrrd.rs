@@ -8,7 +8,7 @@
 
 use flate2::read::GzDecoder;
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Entries, decode_text, inflate};
 use super::number;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
@@ -42,7 +42,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Some("big") => ByteOrder::Big,
         _ => ByteOrder::Little,
     };
-    let (size, lateral) = size(&header, nodes)?;
+    let size = size(&header, nodes)?;
     let one = map_bytes(nodes, element);
     let encoding = header.text("encoding")?;
     let name = header.get("content").filter(|name| !name.is_empty()).unwrap_or("heights");
@@ -74,7 +74,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             Raster::rows(nodes, element, order, data.get(index * one..).unwrap_or_default())?
         };
         let name = if count == 1 { name.to_owned() } else { format!("{name} {}", index + 1) };
-        Ok(Channel::new(name, unit.clone(), size, raster).sides_in(&lateral))
+        Ok(Channel::new(name, unit.clone(), size.clone(), raster))
     });
     at_least_one(channels, "sizes")
 }
@@ -132,8 +132,8 @@ fn numbers(data: &[u8]) -> Result<Vec<f64>, FormatError> {
     words.filter(|word| !word.is_empty()).map(number).collect()
 }
 
-/// Returns the size of the map, and the unit of its sides.
-fn size(header: &Entries, nodes: [usize; 2]) -> Result<(Size, Unit), FormatError> {
+/// Returns the size of the map.
+fn size(header: &Entries, nodes: [usize; 2]) -> Result<Sides, FormatError> {
     let axes = |name: &str| {
         header.get(name).map(|_| list::<f64>(header, name)).transpose().map(|list| {
             list.filter(|list| list.len() >= 2 && list[..2].iter().all(|one| one.is_finite()))
@@ -149,7 +149,7 @@ fn size(header: &Entries, nodes: [usize; 2]) -> Result<(Size, Unit), FormatError
             let count = nodes[axis] as f64;
             if is_node { range / (count - 1.0) * count } else { range }
         }),
-        (None, None) => return Ok((Size::Unknown, Unit::None)),
+        (None, None) => return Ok(Sides::UNKNOWN),
     };
     let units: Vec<&str> =
         header.get("units").unwrap_or_default().split('"').skip(1).step_by(2).collect();
@@ -157,6 +157,5 @@ fn size(header: &Entries, nodes: [usize; 2]) -> Result<(Size, Unit), FormatError
     let y_ratio = ratio(y, x).ok_or_else(|| {
         FormatError::value("unit of y", y, &format!("a unit like that of x, `{x}`"))
     })?;
-    let unit = Unit::parse(x);
-    Ok((Size::new([sides[0], sides[1] * y_ratio], &unit)?, unit))
+    Sides::new([sides[0], sides[1] * y_ratio], &Unit::parse(x))
 }

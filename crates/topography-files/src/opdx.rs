@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Cursor, decode_text, factor};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::{Unit, ratio};
@@ -81,7 +81,7 @@ fn channel<'a>(items: &Items<'a>, name: &str) -> Result<Channel<'a>, FormatError
         let steps = (nodes - 1).max(1) as f64;
         extent * nodes as f64 / steps
     };
-    let size = Size::new([side(x, nodes[0]), side(y, nodes[1])], &Unit::parse(unit_x))?;
+    let size = Sides::new([side(x, nodes[0]), side(y, nodes[1])], &Unit::parse(unit_x))?;
     let unit = match Unit::parse(unit) {
         // Heights always have a unit in this format.
         Unit::None => Unit::Other("1".to_owned()),

@@ -7,7 +7,7 @@
 //!
 //! The layout is that of Gwyddion 2.62 (`psia.c`) and SurfaceTopography 1.27.1, which agree.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Cursor, factor, finite};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::tiff::first_directory;
@@ -71,7 +71,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     };
     let raster = Raster::rows(nodes, element, ByteOrder::Little, entry(DATA)?)?;
     let raster = raster.upside_down().scaled(gain * scale, gain * offset);
-    let size = Size::new(sides, &Unit::parse("µm"))?;
+    let size = Sides::new(sides, &Unit::parse("µm"))?;
     let name = if name.is_empty() { "heights".to_owned() } else { name };
     Ok(vec![Channel::new(name, Unit::parse(&unit), size, raster)])
 }

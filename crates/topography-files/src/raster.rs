@@ -266,6 +266,11 @@ impl<'a> Raster<'a> {
         Raster { mask: Some(Box::new(mask)), ..self }
     }
 
+    /// Removes the mask.
+    pub fn without_mask(self) -> Raster<'a> {
+        Raster { mask: None, ..self }
+    }
+
     /// Copies the bytes of the map if they are borrowed.
     pub fn into_owned(self) -> Raster<'static> {
         let lines = self.nodes[usize::from(self.lines_along_x)];

@@ -39,7 +39,7 @@ fn shows_the_map(sample: &Sample) {
     let Sample { format, bytes, .. } = sample;
     let file = read(bytes).unwrap_or_else(|error| panic!("{format}: {error:?}"));
     assert_eq!(file.format().name(), *format);
-    assert_eq!(file.first_heights(), Some(0), "{format}");
+    assert_eq!(file.default_channel().unwrap().index, 0, "{format}");
     let channel = &file.channels()[0];
     let (quantity, unit) =
         if sample.sides.is_some() { (Quantity::Height, 1e-9) } else { (Quantity::Unitless, 1.0) };
@@ -77,15 +77,42 @@ fn channels_of_other_quantities_are_listed_with_their_unit() {
     assert_eq!(file.channels()[1].map().steps(), None);
 }
 
-/// Returns the name of the channel that is read if none is chosen.
-fn chosen(names: &[(&str, &str)]) -> String {
+/// Returns a file of channels with these names and units.
+fn file_of(names: &[(&str, &str)]) -> TopographyFile<'static> {
     let raster = Raster::from_rows([2, 2], vec![0.0; 4]);
     let channel = |(name, unit): &(&str, &str)| {
         Channel::new(*name, Unit::parse(unit), Size::Unknown, raster.clone())
     };
     let channels: Vec<_> = names.iter().map(channel).collect();
-    let file = TopographyFile { format: &formats()[0], channels };
-    file.channels[file.first_heights().unwrap()].name.clone()
+    TopographyFile { format: &formats()[0], channels }
+}
+
+/// Returns the name of the channel that is read if none is chosen.
+fn chosen(names: &[(&str, &str)]) -> String {
+    let file = file_of(names);
+    file.channels[file.default_channel().unwrap().index].name.clone()
+}
+
+#[test]
+fn the_default_channel_has_a_reason_that_lists_its_equals() {
+    let reason = |names: &[(&str, &str)]| file_of(names).default_channel().unwrap().reason;
+    let only = "the only one that may be heights";
+    assert_eq!(reason(&[("Topography", "nm"), ("Phase", "deg")]), only);
+    assert_eq!(reason(&[("Phase", "nm"), ("Height", "nm")]), "because of its name");
+    assert_eq!(reason(&[("b", ""), ("a", "nm")]), "because of its unit");
+    let forwards = "because it was recorded forwards";
+    assert_eq!(reason(&[("Height Retrace", "nm"), ("Height", "nm")]), forwards);
+    let two = [("Phase", "deg"), ("Height", "nm"), ("Height Sensor", "nm")];
+    assert_eq!(
+        reason(&two),
+        "the first of the file; channel 3 (`Height Sensor`) may be the heights as well"
+    );
+    assert!(file_of(&two).default_channel().unwrap().is_ambiguous);
+    assert_eq!(
+        reason(&[("a", ""); 7]),
+        "the first of the file; channels 2 (`a`), 3 (`a`), 4 (`a`), 5 (`a`) and 2 more may be the \
+         heights as well"
+    );
 }
 
 #[test]
@@ -294,7 +321,7 @@ fn sides_of_an_archive_of_arrays_have_any_type_of_numbers() {
     let read_with = |side: Vec<u8>| {
         let bytes = zipped(&[("heights.npy", &heights), ("side.npy", &side)]);
         let file = read(&bytes).unwrap();
-        (file.channels()[0].size(), file.channels()[0].notes().to_vec())
+        (file.channels()[0].size(), file.channels()[0].notes())
     };
     let of_integers = array("|i1", "(2,)", &[3, 4]);
     assert_eq!(read_with(of_integers), (Size::Unitless([3.0, 4.0]), vec![]));

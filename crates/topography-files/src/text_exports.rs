@@ -1,7 +1,7 @@
 //! Text files with a header of their own that the software of instruments exports: Wyko ASCII, Zygo
 //! ASCII and XYZ, Keyence CSV. The constant of each format documents its line order and sides.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides, Size};
 use super::input::{Entries, factor};
 use super::raster::{Missing, Raster, checked_nodes};
 use super::text::decoded;
@@ -68,10 +68,10 @@ fn read_wyko(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let aspect = entries.optional_number("Aspect")?.unwrap_or(1.0);
     let channels = maps.into_iter().map(|(name, nodes, numbers)| {
         let size = match step {
-            None => Size::Unknown,
+            None => Sides::UNKNOWN,
             Some(step) => {
                 let sides = [nodes[0] as f64 * step, nodes[1] as f64 * step * aspect];
-                Size::new(sides, &Unit::parse("mm"))?
+                Sides::new(sides, &Unit::parse("mm"))?
             }
         };
         let raster = Raster::from_columns(nodes, numbers).upside_down().scaled(scale, 0.0);
@@ -241,7 +241,7 @@ fn read_keyence(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let step = keyence_number(&step)
         .ok_or_else(|| FormatError::value(KEYENCE_STEP[0], &step, "a number"))?;
     let unit = Unit::parse(&entry(&entries, KEYENCE_STEP, 2)?);
-    let size = Size::new(nodes.map(|count| count as f64 * step), &unit)?;
+    let size = Sides::new(nodes.map(|count| count as f64 * step), &unit)?;
     let mut numbers = Vec::new();
     for (index, line) in lines.by_ref().filter(|(_, line)| !line.trim().is_empty()).take(nodes[1]) {
         let before = numbers.len();

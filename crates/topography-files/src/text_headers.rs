@@ -2,7 +2,7 @@
 //! field and Molecular Imaging. The constant of each format documents its line order and
 //! sides.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides, Size};
 use super::input::{Cursor, Entries, decode_text, factor, latin1};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
@@ -129,7 +129,7 @@ fn bcr_channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, Fo
     let y = ratio(unit("yunit"), unit("xunit"))
         .ok_or_else(|| FormatError::value("yunit", unit("yunit"), "a unit of length"))?;
     let sides = [header.number("xlength")?, header.number("ylength")? * y];
-    let size = Size::new(sides, &Unit::parse(unit("xunit")))?;
+    let size = Sides::new(sides, &Unit::parse(unit("xunit")))?;
     let raster = Raster::rows(nodes, element, order, stored)?;
     let raster = raster.missing(missing).scaled(scale, 0.0);
     Ok(Channel::new("heights", Unit::parse(unit("zunit")), size, raster))
@@ -192,12 +192,12 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let unit = |name| Unit::parse(entries.get(name).unwrap_or_default());
     let sides = [entries.optional_number("XReal")?, entries.optional_number("YReal")?];
     let size = match sides {
-        [Some(x), Some(y)] => Size::new([x, y], &unit("XYUnits"))?,
-        _ => Size::Unknown,
+        [Some(x), Some(y)] => Sides::new([x, y], &unit("XYUnits"))?,
+        _ => Sides::UNKNOWN,
     };
     let title = entries.get("Title").unwrap_or("heights");
     let channel = Channel::new(title, unit("ZUnits"), size, raster);
-    Ok(vec![channel.sides_in(&unit("XYUnits"))])
+    Ok(vec![channel])
 }
 
 /// Format of Molecular Imaging and Agilent, with a text header followed by maps of integers.

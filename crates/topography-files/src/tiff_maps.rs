@@ -12,19 +12,19 @@
 //!   and a linear calibration `c0` + `c1` × number gives values in `vunit`.
 //!
 //! Other files have neither size nor unit: the resolution of a picture is that of its print. In
-//! these three, the first line has y = 0. Pictures of eight bits or of several colours are refused;
-//! images of reduced resolution are skipped.
+//! these three, the first line has y = 0. Files that hold only pictures of eight bits or of several
+//! colours are refused; beside maps, pictures and images of reduced resolution are not used.
 
 use roxmltree::Document;
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides, Size};
 use super::raster::{Missing, Raster};
 use super::tiff::{Directory, directories};
-use super::unit::Unit;
+use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format =
-    Format { name: "tiff", title: "TIFF", version: 2, has_signature: true, read };
+    Format { name: "tiff", title: "TIFF", version: 3, has_signature: true, read };
 
 // Entries of directories.
 const SUBFILE: u16 = 254;
@@ -41,8 +41,9 @@ const GDAL_NODATA: u16 = 42113;
 const MODEL_TYPE: i64 = 1024;
 const GEOGRAPHIC: i64 = 2;
 const LINEAR_UNITS: i64 = 3076;
-/// Units of length with their metres, by their number.
-const LINEAR: [(i64, f64); 3] = [(9001, 1.0), (9002, 0.3048), (9003, 1200.0 / 3937.0)];
+/// Units of length with their metres, by their number in the registry of EPSG.
+const LINEAR: [(i64, f64); 6] =
+    [(1025, 1e-3), (1033, 1e-2), (9001, 1.0), (9002, 0.3048), (9003, 1200.0 / 3937.0), (9036, 1e3)];
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let images = directories(bytes)?;
@@ -54,31 +55,49 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         return Err(FormatError::damaged("the TIFF file", "it is too short for its images"));
     }
     let count = full.len();
-    let channels = full.into_iter().enumerate().map(|(index, image)| {
+    let numbered = full.into_iter().enumerate();
+    let (maps, pictures): (Vec<_>, Vec<_>) = numbered.partition(|(_, image)| is_map(image));
+    if maps.is_empty() && !pictures.is_empty() {
+        return Err(FormatError::unsupported(
+            "the TIFF file holds a picture, not heights: it has several colours or fewer than 16 \
+             bits per pixel",
+        ));
+    }
+    let channels = maps.into_iter().map(|(index, image)| {
         let name = if count == 1 { "heights".to_owned() } else { format!("page {}", index + 1) };
-        channel(image, &images[0], name)
+        let channel = channel(image, &images[0], name, count)?;
+        Ok(match pictures.len() {
+            0 => channel,
+            count => channel.noted(format!("{count} of the pages are pictures and are not used")),
+        })
     });
     at_least_one(channels, "image of full resolution")
+}
+
+/// Returns true if an image may be heights: pictures have several colours or fewer bits.
+fn is_map(image: &Directory<'_>) -> bool {
+    image.whole(SAMPLES).unwrap_or(1) == 1 && image.whole(BITS).unwrap_or(1) >= 16
 }
 
 fn channel<'a>(
     image: &Directory<'a>,
     first: &Directory<'a>,
     name: String,
+    pages: usize,
 ) -> Result<Channel<'a>, FormatError> {
-    if image.whole(SAMPLES).unwrap_or(1) != 1 || image.whole(BITS).unwrap_or(1) < 16 {
-        return Err(FormatError::unsupported(
-            "the TIFF file holds a picture, not heights: it has several colours or fewer than 16 \
-             bits per pixel",
-        ));
-    }
     let raster = image.image()?;
     let description = first.text(DESCRIPTION).unwrap_or_default();
     let of_gdal = [PIXEL_SCALE, TRANSFORMATION, GDAL_NODATA];
     if of_gdal.iter().any(|tag| image.entry(*tag).is_some()) {
         elevation(image, raster, name)
     } else if description.starts_with("ImageJ=") {
-        imagej(first, &description, raster, name)
+        let channel = imagej(first, &description, raster, name)?;
+        // Stacks of more than 4 GB have one directory for all slices.
+        let slices = imagej_value(&description, "images").and_then(|text| text.parse().ok());
+        Ok(match (slices, pages) {
+            (Some(2_u64..), 1) => channel.noted("only the first slice of the ImageJ stack is read"),
+            _ => channel,
+        })
     } else if description.contains("<OME") {
         let size = ome_size(&description, raster.nodes())?;
         Ok(Channel::new(name, Unit::None, size, raster))
@@ -125,10 +144,12 @@ fn elevation<'a>(
         let note = "the steps are degrees of longitude and latitude, not lengths; project the map";
         return Ok(channel.noted(note));
     }
-    let metres = key(LINEAR_UNITS).and_then(|unit| LINEAR.iter().find(|(known, _)| *known == unit));
-    let size = match metres {
-        Some((_, metres)) => Size::metres(sides.map(|side| side * metres))?,
-        None => Size::new(sides, &Unit::None)?,
+    let linear = key(LINEAR_UNITS);
+    let metres = linear.and_then(|unit| LINEAR.iter().find(|(known, _)| *known == unit));
+    let size = match (metres, linear) {
+        (Some((_, metres)), _) => Size::metres(sides.map(|side| side * metres))?.into(),
+        (None, Some(code)) => Sides::new(sides, &Unit::Other(format!("unit {code} of EPSG")))?,
+        (None, None) => Sides::new(sides, &Unit::None)?,
     };
     Ok(Channel::new(name, unit, size, raster))
 }
@@ -160,25 +181,28 @@ fn gdal_item(metadata: &str, role: &str) -> Option<String> {
     item.text().map(|text| text.trim().to_owned())
 }
 
+/// Returns the value of an entry of the description of ImageJ.
+fn imagej_value<'d>(description: &'d str, name: &str) -> Option<&'d str> {
+    let mut lines = description.lines().filter_map(|line| line.split_once('='));
+    lines.find(|(known, _)| *known == name).map(|(_, value)| value.trim())
+}
+
 fn imagej<'a>(
     image: &Directory<'a>,
     description: &str,
     raster: Raster<'a>,
     name: String,
 ) -> Result<Channel<'a>, FormatError> {
-    let value = |name: &str| {
-        let mut lines = description.lines().filter_map(|line| line.split_once('='));
-        lines.find(|(known, _)| *known == name).map(|(_, value)| value.trim())
-    };
+    let value = |name: &str| imagej_value(description, name);
     // ImageJ writes the micro sign as an escape.
     let unit = |name: &str| value(name).map(|text| Unit::parse(&text.replace("\\u00B5", "µ")));
     let nodes = raster.nodes();
     let resolutions = RESOLUTIONS.map(|tag| image.number(tag));
     let size = match (resolutions, unit("unit")) {
         ([Some(x), Some(y)], Some(unit)) if x > 0.0 && y > 0.0 => {
-            Size::new([nodes[0] as f64 / x, nodes[1] as f64 / y], &unit)?
+            Sides::new([nodes[0] as f64 / x, nodes[1] as f64 / y], &unit)?
         }
-        _ => Size::Unknown,
+        _ => Sides::UNKNOWN,
     };
     let number = |name: &str| value(name).and_then(|text| text.parse::<f64>().ok());
     let (raster, heights) = match (value("cf"), number("c0"), number("c1")) {
@@ -191,22 +215,30 @@ fn imagej<'a>(
 }
 
 /// Returns the size that the description of an OME-TIFF states.
-fn ome_size(description: &str, nodes: [usize; 2]) -> Result<Size, FormatError> {
+fn ome_size(description: &str, nodes: [usize; 2]) -> Result<Sides, FormatError> {
     let document = Document::parse(description);
     let document = document.map_err(|error| FormatError::damaged("the OME description", error))?;
     let mut elements = document.descendants();
     let Some(pixels) = elements.find(|element| element.tag_name().name() == "Pixels") else {
-        return Ok(Size::Unknown);
+        return Ok(Sides::UNKNOWN);
     };
     let side = |axis: char, nodes: usize| {
         let step: f64 = pixels.attribute(format!("PhysicalSize{axis}").as_str())?.parse().ok()?;
-        let unit = pixels.attribute(format!("PhysicalSize{axis}Unit").as_str()).unwrap_or("µm");
-        Some(step * nodes as f64 / Unit::parse(unit).per_metre()?)
+        Some(step * nodes as f64)
     };
-    match (side('X', nodes[0]), side('Y', nodes[1])) {
-        (Some(x), Some(y)) => Size::metres([x, y]),
-        _ => Ok(Size::Unknown),
-    }
+    let unit = |axis: char| pixels.attribute(format!("PhysicalSize{axis}Unit").as_str());
+    let [unit_x, unit_y] = ['X', 'Y'].map(|axis| unit(axis).unwrap_or("µm"));
+    let (Some(x), Some(y)) = (side('X', nodes[0]), side('Y', nodes[1])) else {
+        return Ok(Sides::UNKNOWN);
+    };
+    let y_ratio = ratio(unit_y, unit_x).ok_or_else(|| {
+        FormatError::value(
+            "PhysicalSizeYUnit",
+            unit_y,
+            &format!("a unit like that of x, `{unit_x}`"),
+        )
+    })?;
+    Sides::new([x, y * y_ratio], &Unit::parse(unit_x))
 }
 
 #[cfg(test)]
@@ -222,6 +254,30 @@ mod tests {
             12,
             numbers.as_flattened().iter().flat_map(|n| n.to_le_bytes()).collect(),
         )
+    }
+
+    #[test]
+    fn an_unknown_unit_of_the_sides_is_named() {
+        let steps: Vec<u8> = [2.0_f64, 3.0, 0.0].iter().flat_map(|n| n.to_le_bytes()).collect();
+        let keys = |unit: u16| {
+            let keys = [1, 1, 0, 2, super::MODEL_TYPE as u16, 0, 1, 1, 3076, 0, 1, unit];
+            (super::GEO_KEYS, 3, keys.iter().flat_map(|key| key.to_le_bytes()).collect())
+        };
+        let grid = |unit| elevation(&[(super::PIXEL_SCALE, 12, steps.clone()), keys(unit)]);
+        let kilometres = grid(9036);
+        assert_eq!(read(&kilometres).unwrap().channels()[0].size(), Size::Metres([6e3, 6e3]));
+        let unknown = grid(9030);
+        let unknown = read(&unknown).unwrap();
+        assert_eq!(unknown.channels()[0].unknown_side_unit(), Some("unit 9030 of EPSG"));
+        let ome = |unit: &str| {
+            let text = format!(
+                "<OME><Image><Pixels PhysicalSizeX=\"2\" PhysicalSizeY=\"3\" \
+                 PhysicalSizeXUnit=\"{unit}\" PhysicalSizeYUnit=\"{unit}\"/></Image></OME>\0"
+            );
+            super::ome_size(text.trim_end_matches('\0'), [3, 2]).unwrap()
+        };
+        assert_eq!(ome("nm"), Size::metres([6e-9, 6e-9]).unwrap().into());
+        assert_ne!(ome("furlong"), crate::channel::Sides::UNKNOWN);
     }
 
     #[test]

@@ -7,7 +7,7 @@
 //! desktop does. The map is turned by 180°: lines run along x, and the first number has the largest
 //! x and the largest y. The format has no marker of missing points.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Entries, factor, latin1};
 use super::number;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
@@ -69,12 +69,12 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let allowed = format!("a unit like that of x, `{unit_x}`");
         FormatError::value("unit of the Y Amplitude", &unit_y, &allowed)
     })?;
-    let size = Size::new([x, y], &Unit::parse(&unit_x))?;
+    let size = Sides::new([x, y], &Unit::parse(&unit_x))?;
     let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
     let raster = raster.upside_down().mirrored().scaled(factor("Z Amplitude", scale)?, 0.0);
     let name = entries.get("General Info/Acquisition channel").unwrap_or("heights");
     let channel = Channel::new(name, Unit::parse(&unit), size, raster);
-    Ok(vec![channel.sides_in(&Unit::parse(&unit_x))])
+    Ok(vec![channel])
 }
 
 /// Parses the header. The names of the entries are `section/name`.

@@ -43,8 +43,16 @@ fn a_note_counts_the_points_under_a_mask() {
     let file = read(&bytes).unwrap();
     let channel = &file.channels()[0];
     let missing = Statistics::new(&channel.map()).missing;
-    let note = format!("{missing} points are under a mask and count as missing");
+    let note = format!(
+        "{missing} points are under a mask and count as missing; `mask = false` keeps their heights"
+    );
     assert!(missing > 1 && channel.notes() == [note], "{missing}: {:?}", channel.notes());
+    let kept = channel.clone().without_mask();
+    assert!(kept.notes().is_empty());
+    let (all, masked) = (kept.map(), channel.map());
+    assert_eq!(Statistics::new(&all).missing, 0);
+    let mut pairs = masked.heights().iter().zip(all.heights());
+    assert!(pairs.all(|(masked, all)| masked.is_nan() || masked == all));
 }
 
 #[test]
@@ -93,7 +101,7 @@ fn channel<'a, 'b>(
             let mut channels = file.channels().iter();
             channels.position(|channel| channel.unit() == unit).unwrap_or(0)
         }
-        None => file.first_heights().unwrap_or(0),
+        None => file.default_channel().map_or(0, |one| one.index),
     };
     Ok(&file.channels()[index])
 }

@@ -30,6 +30,8 @@ pub const CHANNEL: Column =
     parameter_text("channel", "requested map of the file: its name, or its number counted from 1");
 pub const MISSING: Column =
     parameter("missing", "1", "number in the file that marks points without a height");
+pub const MASK: Column = parameter_text("mask", "use of the mask in the file")
+    .with_codes(&[Code { word: "ignored", meaning: "points under the mask keep their heights" }]);
 pub const CROP_FROM_X: Column = parameter(
     "crop_from_x",
     "length",
@@ -157,7 +159,7 @@ pub const FILLED_NODES: Column =
 
 /// Parameter columns that only measured surfaces have. A table contains those that the manifest
 /// uses.
-pub const MEASURED_SURFACE_COORDINATES: [Column; 31] = [
+pub const MEASURED_SURFACE_COORDINATES: [Column; 32] = [
     CONTENT,
     UNIT,
     HEIGHT_SCALE,
@@ -165,6 +167,7 @@ pub const MEASURED_SURFACE_COORDINATES: [Column; 31] = [
     TAPER_FRACTION,
     CHANNEL,
     MISSING,
+    MASK,
     CROP_FROM_X,
     CROP_FROM_Y,
     CROP_SIZE_X,

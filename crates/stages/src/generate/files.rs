@@ -19,7 +19,7 @@ use self::repairs::{WrittenAlignment, WrittenPoints};
 use super::mesh::{MAX_NODES, MIN_NODES};
 use crate::CheckContext;
 use crate::generate::realizations::surfaces;
-use crate::map_file::{ChannelChoice, MapFile, MapFileError, Reader};
+use crate::map_file::{ChannelChoice, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
 use crate::surface::origin::{InspectedMap, MeasuredSurface};
 use crate::surface::planned::{PlannedSurfaces, single};
@@ -43,7 +43,7 @@ use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned
 use asperity_topography_files::{ChannelError, is_metre};
 
 /// A measured surface, read from the file of an instrument. Its keys are applied in this order:
-/// channel, `missing`, unit and side, `crop`, `spikes`, `islands`, `align`, `level` or
+/// channel, `missing` and `mask`, unit and side, `crop`, `spikes`, `islands`, `align`, `level` or
 /// `level_through`, `fill`, `tip_radius` and `noise_floor`, `high_pass`, `low_pass`, `resample`,
 /// `edges`.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
@@ -54,8 +54,9 @@ pub struct FileTable {
     /// array with x along its first axis. `asperity surface FILE` describes a file.
     #[schemars(transform = swept, transform = required)]
     pub path: Key<String>,
-    /// Name, or number starting at 1, of the map to read from a file with several maps. The default
-    /// is the first map of heights.
+    /// Name, or number starting at 1, of the map to read from a file with several maps. By default
+    /// the heights are chosen by the names and units of the maps; `asperity surface FILE` prints the
+    /// choice.
     #[schemars(transform = swept)]
     pub channel: Key<ChannelChoice>,
     /// Number in the file that marks points without a height, such as `-9999`, before any
@@ -63,6 +64,10 @@ pub struct FileTable {
     /// a number that stands far from all others. By default no number is missing.
     #[schemars(transform = swept)]
     pub missing: Key<f64>,
+    /// `false` keeps the heights of points under a mask that a user drew in Gwyddion. With `true`
+    /// they are missing. Points that the format itself marks are always missing.
+    #[schemars(extend("default" = true), transform = swept)]
+    pub mask: Key<bool>,
     /// Side length of the map in the file (nodes × step), for files that do not contain it: in
     /// metres if the file has a unit, otherwise in any unit of length. For a rectangle it is a pair
     /// along x and y, such as `[2.0, 1.0]`; a list of two numbers is always a pair and not swept.
@@ -223,10 +228,14 @@ pub fn files(
     let mut resolved = Vec::new();
     let planned = surfaces(section, context.problems, |table, checks| {
         let path = checks.required("path", &table.path);
-        let channel = checks.optional("channel", &table.channel)?.map(|channel| &channel.value);
-        let missing = checks.optional("missing", &table.missing)?.map(|missing| missing.value);
+        let channel = checks.optional("channel", &table.channel)?;
+        let choice = MapChoice {
+            channel: channel.map(|channel| channel.value.clone()),
+            missing: checks.optional("missing", &table.missing)?.map(|missing| missing.value),
+            ignores_mask: checks.optional("mask", &table.mask)?.is_some_and(|mask| !mask.value),
+        };
         let found = path.and_then(|path| {
-            let found = reading.map(path, table, channel, missing);
+            let found = reading.map(path, table, &choice);
             found.map_err(|problem| checks.problems.push(problem)).ok()
         });
         let converted = found.as_ref().map(|found| in_unit_of(found, table, checks));
@@ -249,8 +258,7 @@ pub fn files(
             height_scale: keys.height_scale,
             edges: keys.edges,
             reader,
-            channel: channel.cloned(),
-            missing,
+            choice: choice.clone(),
             preparation: keys.preparation.clone(),
             tip_version: MeasuredSurface::version_of_tip(keys.edges, &keys.preparation),
             seen,
@@ -366,13 +374,14 @@ fn report_same_surfaces(
 }
 
 /// Returns the spans of the keys for which different values can give the same surface.
-fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 7] {
+fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 8] {
     fn span<T>(key: &Key<T>) -> Option<Span> {
         key.written().map(|written| written.span.clone())
     }
     [
         ("channel", span(&table.channel)),
         ("missing", span(&table.missing)),
+        ("mask", span(&table.mask)),
         ("side", span(&table.side)),
         ("crop", span(&table.crop)),
         ("level", span(&table.level)),
@@ -388,7 +397,7 @@ fn canonical(params: &Params) -> Params {
     if let Origin::File(file) = &mut params.origin {
         if let Some(read) = &file.seen.channel {
             let number = u32::try_from(read.number).unwrap_or(u32::MAX);
-            file.channel = Some(ChannelChoice::Number(number));
+            file.choice.channel = Some(ChannelChoice::Number(number));
         }
         if let Some(grid) = file.seen.file {
             let [x, y] = grid.spacing();
@@ -476,8 +485,7 @@ struct FileCache<'a> {
 /// A map that was read, with the keys that choose it.
 struct LastMap {
     path: String,
-    channel: Option<ChannelChoice>,
-    missing: Option<f64>,
+    choice: MapChoice,
     content: ContentHash,
     map: Rc<MapFile>,
 }
@@ -493,13 +501,11 @@ impl FileCache<'_> {
         &mut self,
         path: &Spanned<String>,
         table: &FileTable,
-        channel: Option<&ChannelChoice>,
-        missing: Option<f64>,
+        choice: &MapChoice,
     ) -> Result<FoundMap, Problem> {
         if let Some(last) = &self.last
             && last.path == path.value
-            && last.channel.as_ref() == channel
-            && last.missing == missing
+            && last.choice == *choice
         {
             return Ok(FoundMap::Map(last.content, Rc::clone(&last.map)));
         }
@@ -521,13 +527,12 @@ impl FileCache<'_> {
             }
             Err(error) => return refuse(error.to_string(), "unreadable file"),
         };
-        match MapFile::read(&bytes, channel, missing) {
+        match MapFile::read(&bytes, choice) {
             Ok(map) => {
                 let map = Rc::new(map);
                 self.last = Some(LastMap {
                     path: path.value.clone(),
-                    channel: channel.cloned(),
-                    missing,
+                    choice: choice.clone(),
                     content,
                     map: Rc::clone(&map),
                 });

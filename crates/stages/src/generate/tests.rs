@@ -1,7 +1,7 @@
 //! Tests of the recipes of surfaces. Keys are digests of the text of recipes.
 
 use super::*;
-use crate::map_file::{ChannelChoice, Reader};
+use crate::map_file::{ChannelChoice, MapChoice, Reader};
 use crate::per_axis::PerAxis;
 use crate::reduced_units::{GivenHardness, PressureUnit};
 use crate::solve;
@@ -37,8 +37,7 @@ fn a_surface_is_known_from_its_recipe() {
         height_scale: 1e-3,
         edges: Edges::Taper { taper_fraction: 0.1 },
         reader: None,
-        channel: None,
-        missing: None,
+        choice: MapChoice::default(),
         preparation: Preparation::default(),
         tip_version: None,
         seen: InspectedMap::default(),
@@ -46,8 +45,11 @@ fn a_surface_is_known_from_its_recipe() {
     let shape = Shape::Punch { radius: 0.25, depth: 0.5 };
     let prepared = MeasuredSurface {
         reader: Some(Reader::of_format("x3p")),
-        channel: Some(ChannelChoice::Name("2".to_owned())),
-        missing: Some(-9999.0),
+        choice: MapChoice {
+            channel: Some(ChannelChoice::Name("2".to_owned())),
+            missing: Some(-9999.0),
+            ignores_mask: true,
+        },
         preparation: Preparation {
             crop: Some(Crop { from: [0.1, 0.0], size: [0.25, 1e-7] }),
             spikes: Some(Spikes { threshold: 8.0, window: 5 }),
@@ -150,8 +152,7 @@ fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
             height_scale: 1e-3,
             edges: Edges::Taper { taper_fraction: 0.1 },
             reader: None,
-            channel: None,
-            missing: None,
+            choice: MapChoice::default(),
             preparation: Preparation::default(),
             tip_version: None,
             seen: InspectedMap { missing: 3, ..InspectedMap::default() },

@@ -9,6 +9,7 @@ use super::yielded::Yielded;
 use super::{Origin, Params};
 use crate::columns::*;
 use crate::grids;
+use crate::map_file::MapChoice;
 use crate::per_axis::PerAxis;
 use crate::reduced_units::PressureUnit;
 use asperity_contact::topography::alignment::{Alignment, LineFit};
@@ -171,9 +172,10 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
             if let Edges::Taper { taper_fraction } = file.edges {
                 columns.push(real(TAPER_FRACTION, taper_fraction));
             }
-            let channel = file.channel.as_ref();
-            columns.extend(channel.map(|channel| text(CHANNEL, channel.to_string())));
-            columns.extend(file.missing.map(|number| real(MISSING, number)));
+            let MapChoice { channel, missing, ignores_mask } = &file.choice;
+            columns.extend(channel.as_ref().map(|channel| text(CHANNEL, channel.to_string())));
+            columns.extend(missing.map(|number| real(MISSING, number)));
+            columns.extend(ignores_mask.then(|| text(MASK, "ignored".to_owned())));
             columns.extend(preparation_coordinates(&file.preparation));
             columns
         }

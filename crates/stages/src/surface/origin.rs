@@ -7,7 +7,7 @@ use super::spectrum::{Source, SpectrumSurface};
 use super::yielded::Yielded;
 use crate::StageError;
 use crate::grids::grid;
-use crate::map_file::{ChannelChoice, ChannelRead, MapFile, MapFileError, Reader};
+use crate::map_file::{ChannelRead, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use asperity_contact::grid::{Cell, Grid};
@@ -91,12 +91,9 @@ pub struct MeasuredSurface {
     /// Reader of the file format; `None` for a NumPy array.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reader: Option<Reader>,
-    /// Number or name of the map to read; `None` for the first map of heights.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub channel: Option<ChannelChoice>,
-    /// Number in the file that marks missing points, beside the marker of the format.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub missing: Option<f64>,
+    /// Map to read, and its missing points.
+    #[serde(flatten)]
+    pub choice: MapChoice,
     /// Crop, repairs, levelling, filling, filters and resampling, all applied before the treatment
     /// of the edges.
     #[serde(flatten)]
@@ -354,7 +351,7 @@ impl MeasuredSurface {
             path: self.path(sources),
             source: Box::new(source),
         };
-        let map = MapFile::read(&bytes, self.channel.as_ref(), self.missing).map_err(unusable)?;
+        let map = MapFile::read(&bytes, &self.choice).map_err(unusable)?;
         let channel = map.channel.clone();
         let scan = map.scan(side, self.height_scale).map_err(unusable)?;
         Ok((scan, channel))

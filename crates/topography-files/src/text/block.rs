@@ -7,7 +7,7 @@ use super::labels::{Evidence, Labels};
 use super::notation::{Row, Word};
 use super::table::{self, Role, Title};
 use crate::FormatError;
-use crate::channel::{Channel, Size};
+use crate::channel::{Channel, Sides};
 use crate::grid::Grid;
 use crate::raster::{Raster, checked_nodes};
 use crate::unit::Unit;
@@ -356,13 +356,12 @@ fn channel<'a>(
     name: Option<String>,
 ) -> Result<Channel<'a>, FormatError> {
     let size = match sides {
-        Some(sides) => Size::new(sides, &description.lateral)?,
-        None => Size::Unknown,
+        Some(sides) => Sides::new(sides, &description.lateral)?,
+        None => Sides::UNKNOWN,
     };
     let name = name.or(description.name).unwrap_or_else(|| "heights".to_owned());
     let raster = raster.scaled(description.factor, 0.0);
-    let channel = Channel::new(name, description.height, size, raster);
-    Ok(if sides.is_some() { channel.sides_in(&description.lateral) } else { channel })
+    Ok(Channel::new(name, description.height, size, raster))
 }
 
 /// Returns the unit of axes that the cell between them names, such as `µm` or `y / x (µm)`.

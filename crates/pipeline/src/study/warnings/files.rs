@@ -91,14 +91,12 @@ fn implausible(file: &MeasuredSurface, path: &str, has_given_sides: bool) -> Vec
 
 fn channel(file: &MeasuredSurface, path: &str) -> Option<String> {
     let read = file.seen.channel.as_ref()?;
-    let is_chosen = file.channel.is_some() || read.of == 1;
-    (!is_chosen).then(|| {
-        let (number, name, of) = (read.number, &read.name, read.of);
-        format!(
-            "`{path}` has {of} channels; number {number}, `{name}`, is read as the first one with \
-             heights; set `channel = {number}` to make this explicit"
-        )
-    })
+    let reason = read.reason.as_ref().filter(|_| read.of > 1)?;
+    let (number, name, of) = (read.number, &read.name, read.of);
+    Some(format!(
+        "`{path}` has {of} channels; number {number}, `{name}`, is read, {reason}; set `channel = \
+         {number}` to make this explicit"
+    ))
 }
 
 fn suspect(file: &MeasuredSurface, path: &str) -> Option<String> {
