@@ -168,8 +168,9 @@ pub struct ExportArguments {
     /// File to write, whose suffix names the format.
     ///
     /// `.vti` is VTK image data of one load, `.pvd` a ParaView collection with a folder of `.vti`
-    /// files, one for each load, `.npy` a NumPy array of one map, and `.npz` an archive of NumPy
-    /// arrays with sides, loads and units.
+    /// files, one for each load, `.npy` a NumPy array of one map, `.npz` an archive of NumPy arrays
+    /// with sides, loads and units, `.gsf` a Gwyddion field of one map, and `.gwy` a Gwyddion file
+    /// of one load.
     #[arg(long, short, value_name = "FILE")]
     output: PathBuf,
 

@@ -1,10 +1,12 @@
-//! Export of maps: VTK image data for ParaView, and NumPy arrays.
+//! Export of maps: VTK image data for ParaView, NumPy arrays, and files of Gwyddion.
 //!
 //! Arrays are named in the singular: `height`, `contact`, `repulsive`, `pressure`, `gap` and
 //! `displacement`. The first axis of a NumPy array is x, and the second is y, as in the library and
 //! in Python. With several loads or states of a path, the load or the state is the first of three
 //! axes. VTK files have x, y and z. Each node is a cell around its position, so that areas and
 //! integrals over cells are those of the tables.
+
+mod gwyddion;
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -109,6 +111,10 @@ pub enum ExportFormat {
     Npy,
     /// NumPy arrays with sides, loads and units.
     Npz,
+    /// Gwyddion simple field of one map.
+    Gsf,
+    /// Gwyddion file of one load.
+    Gwy,
 }
 
 impl ExportFormat {
@@ -122,13 +128,16 @@ impl ExportFormat {
             ("pvd", ExportFormat::Pvd),
             ("npy", ExportFormat::Npy),
             ("npz", ExportFormat::Npz),
+            ("gsf", ExportFormat::Gsf),
+            ("gwy", ExportFormat::Gwy),
         ];
         let found = formats.into_iter().find(|(suffix, _)| has_suffix(path, suffix));
         found.map(|(_, format)| format).ok_or_else(|| {
             SessionError::Refused(format!(
                 "the format of `{}` is unknown; maps are exported to files that end in `.vti` (VTK, \
-                 one load), `.pvd` (VTK, all loads), `.npy` (NumPy, one map) or `.npz` (NumPy); \
-                 `asperity table --csv` prints tables, and `asperity view` draws pictures",
+                 one load), `.pvd` (VTK, all loads), `.npy` (NumPy, one map), `.npz` (NumPy), `.gsf` \
+                 (Gwyddion, one map) or `.gwy` (Gwyddion, one load); `asperity table --csv` prints \
+                 tables, and `asperity view` draws pictures",
                 path.display()
             ))
         })
@@ -214,20 +223,19 @@ impl<'m> Export<'m> {
         let mut loads = ExportedLoads::default();
         match ExportFormat::from_path(path)? {
             ExportFormat::Vti => {
-                if self.rows.len() > 1 {
-                    let (one, options) = match self.maps.is_path() {
-                        true => ("state", "`--load` or `--gap`"),
-                        false => ("load", "`--load`"),
-                    };
-                    return Err(SessionError::Refused(format!(
-                        "a `.vti` file holds one {one}, but the task has {}; choose one with \
-                         {options}, or write all to `{}`",
-                        self.rows.len(),
-                        path.with_extension("pvd").display()
-                    )));
-                }
-                self.first.iter().for_each(|first| loads.push(first));
+                loads = self.only_load(path, "vti", "pvd")?;
                 write_output(path, &self.vti(self.first.as_ref()), "VTK", replace)?;
+            }
+            ExportFormat::Gsf => {
+                self.only_array(path, "gsf", "gwy")?;
+                loads = self.only_load(path, "gsf", "npz")?;
+                let field = gwyddion::simple_field(self.any());
+                write_output(path, &field, "Gwyddion", replace)?;
+            }
+            ExportFormat::Gwy => {
+                loads = self.only_load(path, "gwy", "npz")?;
+                let file = gwyddion::native(&self.gwyddion_channels())?;
+                write_output(path, &file, "Gwyddion", replace)?;
             }
             ExportFormat::Pvd => {
                 let folder = path.with_extension("");
@@ -252,18 +260,10 @@ impl<'m> Export<'m> {
                 write_output(path, collection.as_bytes(), "VTK", replace)?;
             }
             ExportFormat::Npy => {
-                let arrays = self.arrays();
-                let [array] = arrays.as_slice() else {
-                    return Err(SessionError::Refused(format!(
-                        "a `.npy` file holds one array; choose one of {} with `--map`, or write \
-                         all to `{}`",
-                        listed(arrays.iter().map(|array| array.name), "or"),
-                        path.with_extension("npz").display()
-                    )));
-                };
+                let array = self.only_array(path, "npy", "npz")?;
                 write_output_with(path, "NumPy", &MAGIC[..4], replace, |file| {
                     let mut file = BufWriter::new(file);
-                    loads = self.write_arrays(&mut [(array, &mut file)], path)?;
+                    loads = self.write_arrays(&mut [(&array, &mut file)], path)?;
                     Ok(file.flush().map_err(|source| unwritten(path, source))?)
                 })?;
             }
@@ -275,6 +275,57 @@ impl<'m> Export<'m> {
             }
         }
         Ok(self.exported(files, loads))
+    }
+
+    /// Returns the only load of an export. Otherwise the error advises to write all loads to a file
+    /// with another suffix.
+    fn only_load(
+        &self,
+        path: &Path,
+        suffix: &str,
+        of_all: &str,
+    ) -> Result<ExportedLoads, SessionError> {
+        if self.rows.len() > 1 {
+            let (one, options) = match self.maps.is_path() {
+                true => ("state", "`--load` or `--gap`"),
+                false => ("load", "`--load`"),
+            };
+            return Err(SessionError::Refused(format!(
+                "a `.{suffix}` file holds one {one}, but the task has {}; choose one with {options}, \
+                 or write all to `{}`",
+                self.rows.len(),
+                path.with_extension(of_all).display()
+            )));
+        }
+        let mut loads = ExportedLoads::default();
+        self.first.iter().for_each(|first| loads.push(first));
+        Ok(loads)
+    }
+
+    /// Returns the only array of an export. Otherwise the error advises to write all arrays to a
+    /// file with another suffix.
+    fn only_array(&self, path: &Path, suffix: &str, of_all: &str) -> Result<Array, SessionError> {
+        let mut arrays = self.arrays();
+        match (arrays.pop(), arrays.len()) {
+            (Some(array), 0) => Ok(array),
+            (last, _) => Err(SessionError::Refused(format!(
+                "a `.{suffix}` file holds one array; choose one of {} with `--map`, or write all to \
+                 `{}`",
+                listed(arrays.iter().chain(&last).map(|array| array.name), "or"),
+                path.with_extension(of_all).display()
+            ))),
+        }
+    }
+
+    /// Returns the channels of a Gwyddion file: one for each map, except that the contact is the
+    /// mask of the heights if both are exported.
+    fn gwyddion_channels(&self) -> Vec<gwyddion::Channel<'_>> {
+        let of_load = || self.first.iter().flat_map(|of| &of.maps);
+        let contact = of_load().find(|map| map.kind == MapKind::Contact);
+        let mask = contact.filter(|_| self.heights.is_some());
+        let heights = self.heights.iter().map(|map| gwyddion::Channel { map, mask });
+        let others = of_load().filter(|map| mask.is_none() || map.kind != MapKind::Contact);
+        heights.chain(others.map(|map| gwyddion::Channel { map, mask: None })).collect()
     }
 
     /// Writes arrays, each to its own writer. Returns the loads.

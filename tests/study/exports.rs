@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use asperity::topography_files::read;
+use asperity::topography_files::{Channel, HeightMap, Size, read};
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, text};
@@ -166,6 +166,9 @@ fn impossible_exports_are_refused_with_advice() {
         ("light", "map.csv", &[][..], "`.vti` (VTK, one load)"),
         ("light", "map.vti", &[][..], "write all to"),
         ("light", "map.npy", &[][..], "choose one of `height`, `contact`"),
+        ("light", "map.gsf", &[][..], "choose one of `height`, `contact`"),
+        ("light", "map.gsf", &["--map", "gap"][..], "write all to"),
+        ("light", "map.gwy", &[][..], "a `.gwy` file holds one load"),
         ("light", "map.npz", &["--load", "7"][..], "the nearest is 0.1"),
         ("surfaces", "map.npz", &["--map", "gap"][..], "generates a surface and has no gap"),
     ] {
@@ -173,4 +176,68 @@ fn impossible_exports_are_refused_with_advice() {
         assert!(refused.contains(message), "{message} in\n{refused}");
         assert!(!bench.path(file).exists());
     }
+}
+
+/// Checks that a channel of a file has the nodes, the sides and the heights of the ridge.
+fn check_is_ridge(channel: &Channel<'_>, map: &HeightMap, tolerance: f64) {
+    assert_eq!(channel.name(), "height");
+    assert_eq!(channel.unit(), Some("m"));
+    assert_eq!(map.nodes(), NODES);
+    assert_eq!(map.size(), Size::Metres([6e-6, 4e-6]));
+    for (i, j) in [(0, 0), (23, 0), (0, 15), (23, 15), (20, 7)] {
+        let difference = 1e6 * (map.get(i, j).unwrap() - map.get(0, 0).unwrap());
+        assert!((difference - height(i, j)).abs() < tolerance, "({i}, {j}): {difference}");
+    }
+}
+
+#[test]
+fn a_gwyddion_simple_field_is_read_again_as_the_same_map() {
+    let bench = ridge();
+    let options = ["--map", "heights"];
+    let printed = export(&bench, "contact", "heights.gsf", &options).unwrap();
+    assert_eq!(printed["arrays"], serde_json::json!(["height"]));
+    let bytes = fs::read(bench.path("heights.gsf")).unwrap();
+    let file = read(&bytes).unwrap();
+    assert_eq!(file.format().name(), "gsf");
+    let channel = &file.channels()[0];
+    check_is_ridge(channel, &channel.map(), 1e-7);
+    // The numbers follow one to four zeros, at a multiple of four bytes.
+    let header = bytes.len() - 4 * NODES[0] * NODES[1];
+    let zeros = bytes[..header].iter().rev().take_while(|byte| **byte == 0).count();
+    assert!(header.is_multiple_of(4) && (1..=4).contains(&zeros), "{header}, {zeros}");
+    let contact = ["--map", "contact", "--load", "0.02"];
+    export(&bench, "contact", "contact.gsf", &contact).unwrap();
+    let bytes = fs::read(bench.path("contact.gsf")).unwrap();
+    let map = read(&bytes).unwrap().channels()[0].map();
+    assert_eq!((map.get(0, 0), map.get(23, 15)), (Some(0.0), Some(1.0)));
+}
+
+#[test]
+fn a_gwyddion_file_has_a_channel_for_each_map_and_the_contact_as_mask_of_the_heights() {
+    let bench = ridge();
+    let load = ["--load", "0.02"];
+    let printed = export(&bench, "contact", "maps.gwy", &load).unwrap();
+    let arrays = ["height", "contact", "pressure", "gap", "displacement"];
+    assert_eq!(printed["arrays"], serde_json::json!(arrays));
+    let bytes = fs::read(bench.path("maps.gwy")).unwrap();
+    let file = read(&bytes).unwrap();
+    let names: Vec<&str> = file.channels().iter().map(Channel::name).collect();
+    assert_eq!(names, ["height", "pressure", "gap", "displacement"]);
+    assert_eq!(file.default_channel().unwrap().index, 0);
+    let [heights, pressure, gap, _] = file.channels() else { unreachable!() };
+    check_is_ridge(heights, &heights.clone().without_mask().map(), 1e-12);
+    let (masked, pressure, gap) = (heights.map(), pressure.map(), gap.map());
+    assert_eq!((pressure.size(), gap.size()), (masked.size(), masked.size()));
+    let in_contact = |map: &HeightMap, i: usize, j: usize| map.get(i, j).unwrap() > 0.0;
+    let mut count = 0;
+    for (i, j) in (0..NODES[0]).flat_map(|i| (0..NODES[1]).map(move |j| (i, j))) {
+        assert_eq!(masked.get(i, j).is_none(), in_contact(&pressure, i, j), "({i}, {j})");
+        assert!(!(in_contact(&pressure, i, j) && in_contact(&gap, i, j)));
+        count += usize::from(in_contact(&pressure, i, j));
+    }
+    assert!(count > 0);
+    export(&bench, "contact", "contact.gwy", &["--load", "0.02", "--map", "contact"]).unwrap();
+    let bytes = fs::read(bench.path("contact.gwy")).unwrap();
+    let map = read(&bytes).unwrap().channels()[0].map();
+    assert_eq!(map.heights().iter().sum::<f64>(), count as f64);
 }
