@@ -25,6 +25,12 @@ const NAMED: [(&[u8], &str, &str); 9] = [
 ];
 const UNPACK: &str = "unpack it first";
 
+/// First bytes of a compound file of Microsoft.
+const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1";
+/// Name of the stream of a MountainsMap document that has the surfaces. Its layout is not public,
+/// and no second reader confirms that of SurfaceTopography 1.27.1.
+const MOUNTAINS: &[u8] = b"S\0c\0o\0p\0e\0d\0C\0o\0n\0t\0e\0n\0t\0s\0";
+
 /// Files in a zip archive by which other programs are known, with the name of their files and what
 /// to do.
 const ARCHIVES: [(&str, &str, &str); 9] = [
@@ -67,6 +73,15 @@ pub fn content(bytes: &[u8]) -> Result<Option<Vec<u8>>, TopographyFileError> {
     }
     if bytes.get(257..262) == Some(b"ustar") {
         return Err(container("a tar archive", UNPACK));
+    }
+    if bytes.starts_with(COMPOUND) {
+        let is_mountains = bytes.windows(MOUNTAINS.len()).any(|name| name == MOUNTAINS);
+        return Err(if is_mountains {
+            container("a MountainsMap document (`.mnt`)", "save its surface as a `.sur` file")
+        } else {
+            let kind = "a compound file of Microsoft, such as an Excel workbook of 1997 to 2003";
+            container(kind, "export the heights as text")
+        });
     }
     if let Some((_, kind, advice)) = NAMED.iter().find(|(start, ..)| bytes.starts_with(start)) {
         return Err(container(kind, advice));

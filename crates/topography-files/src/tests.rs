@@ -348,6 +348,13 @@ fn other_containers_are_named() {
         "the file is a zip archive of 2 files (a.txt, b.txt); unpack it and name one of its files"
     );
     assert_eq!(named(b"7z\xbc\xaf\x27\x1c rest"), "the file is a 7-Zip archive; unpack it first");
+    let compound = [b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1".as_slice(), &[0; 504]].concat();
+    assert!(named(&compound).starts_with("the file is a compound file of Microsoft"));
+    let stream: Vec<u8> = "ScopedContents".bytes().flat_map(|letter| [letter, 0]).collect();
+    assert_eq!(
+        named(&[compound, stream].concat()),
+        "the file is a MountainsMap document (`.mnt`); save its surface as a `.sur` file"
+    );
     let matlab = "the file is a MATLAB file of version 5 to 7; save the map again with `-v7.3`";
     assert_eq!(named(b"MATLAB 5.0 MAT-file, Platform: posix"), matlab);
     let [gzip, _] = compressed("x", &[b'1'; 100]);
