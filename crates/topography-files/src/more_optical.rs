@@ -61,9 +61,9 @@ fn read_nms(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 ///
 /// The header has a signature of 32 bytes, a comment that ends with a zero byte, the nodes, the
 /// sides and the offsets. Lines run along x; the first line has y = 0. Sides and heights are in
-/// millimetres: so reads SurfaceTopography 1.27.1, which names Gwyddion's `rmitmd.c`. surfalize
-/// 0.19.2 reads and writes micrometres; its files have lengths 1000 times too large here. No file
-/// of an instrument was at hand. NaN marks missing points.
+/// millimetres: so reads SurfaceTopography 1.27.1, and so writes `writetmd` of GelSight, whose
+/// argument is millimetres per pixel. surfalize 0.19.2 reads and writes micrometres; its files have
+/// lengths 1000 times too large here. NaN marks missing points.
 pub const TMD: Format =
     Format { name: "tmd", title: "TrueMap", version: 1, has_signature: true, read: read_tmd };
 
