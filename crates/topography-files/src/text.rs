@@ -39,12 +39,13 @@ pub const FORMAT: Format =
     Format { name: "text", title: "text", version: 3, has_signature: false, read };
 
 /// First lines of texts that are no maps, or their starts, with the names of the formats.
-const OTHERS: [(&str, &str); 7] = [
+const OTHERS: [(&str, &str); 8] = [
     ("ply", "a PLY mesh or point cloud"),
     ("OFF", "an OFF mesh"),
     ("solid ", "an STL mesh"),
     ("# .PCD", "a PCD point cloud"),
     ("# vtk DataFile", "a VTK file"),
+    ("#FORMAT      : EMSA/MAS", "an EMSA/MAS spectrum"),
     ("<?xml", "an XML file"),
     ("<", "a file in HTML or XML"),
 ];

@@ -253,6 +253,10 @@ fn tables_that_are_no_maps_are_refused() {
         "ply\nformat ascii 1.0\nend_header\n0 0 1\n",
         "a PLY mesh or point cloud is not a height map",
     );
+    refused(
+        "#FORMAT      : EMSA/MAS SPECTRAL DATA STANDARD\n#NCOLUMNS    : 2.\n1, 2,\n3, 5,\n",
+        "an EMSA/MAS spectrum is not a height map",
+    );
 }
 
 #[test]
