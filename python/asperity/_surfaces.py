@@ -77,6 +77,11 @@ def read(
     >>> scan = read("data/topography/di-3.di", channel="ZSensor")
     >>> scan.nodes, scan.size, scan.unit
     ((256, 256), (1e-05, 1e-05), 'm')
+
+    A file of Gwyddion with two points under a mask:
+
+    >>> read("data/topography/field/gwy_mask.gwy", mask=False).missing
+    0
     """
     name = None if channel is None else str(channel)
     with open(path, "rb"):
