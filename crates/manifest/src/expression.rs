@@ -1,8 +1,8 @@
 //! Arithmetic expressions in the columns of a table, such as `area_corrected / load` or
 //! `-1 / slope(mean_gap)`, or in keys of the manifest, such as `8 * k_upper`.
 //!
-//! An expression consists of numbers, names of columns, `+ - * / ^`, parentheses, and the functions
-//! of [`Function`]. As in Python, powers bind more tightly than signs and associate to the right:
+//! An expression consists of numbers, names of columns, `+ - * / ^`, parentheses, the number `pi`,
+//! and the functions of [`Function`]. As in Python, powers bind more tightly than signs and associate to the right:
 //! `-x^2` is −(x²), and `2^3^2` is 2⁹.
 
 use std::collections::BTreeSet;
@@ -42,6 +42,12 @@ pub enum Operator {
 pub enum Function {
     Logarithm,
     SquareRoot,
+    Exponential,
+    Absolute,
+    /// Error function erf.
+    ErrorFunction,
+    /// Complementary error function erfc = 1 − erf, precise where erf is nearly 1.
+    Complement,
     /// Derivative with respect to the load, for each surface: the slope of the parabola through
     /// three neighbouring loads.
     Slope,
@@ -70,13 +76,25 @@ impl ExpressionError {
 
 impl Function {
     /// All functions, in the order of messages.
-    pub const ALL: [Function; 3] = [Function::Logarithm, Function::SquareRoot, Function::Slope];
+    pub const ALL: [Function; 7] = [
+        Function::Logarithm,
+        Function::SquareRoot,
+        Function::Exponential,
+        Function::Absolute,
+        Function::ErrorFunction,
+        Function::Complement,
+        Function::Slope,
+    ];
 
     /// Returns the name of the function in expressions.
     pub fn word(self) -> &'static str {
         match self {
             Function::Logarithm => "ln",
             Function::SquareRoot => "sqrt",
+            Function::Exponential => "exp",
+            Function::Absolute => "abs",
+            Function::ErrorFunction => "erf",
+            Function::Complement => "erfc",
             Function::Slope => "slope",
         }
     }
@@ -187,9 +205,15 @@ impl Expression {
             }
             Expression::Call(function, one) => {
                 let values = one.values(column, loads);
+                let each =
+                    |function: fn(f64) -> f64| values.iter().copied().map(function).collect();
                 match function {
-                    Function::Logarithm => values.into_iter().map(libm::log).collect(),
-                    Function::SquareRoot => values.into_iter().map(f64::sqrt).collect(),
+                    Function::Logarithm => each(libm::log),
+                    Function::SquareRoot => each(f64::sqrt),
+                    Function::Exponential => each(libm::exp),
+                    Function::Absolute => each(f64::abs),
+                    Function::ErrorFunction => each(libm::erf),
+                    Function::Complement => each(libm::erfc),
                     Function::Slope => slopes(loads, &values),
                 }
             }
@@ -381,7 +405,10 @@ impl Parser<'_> {
         let at = self.position..self.position + end;
         self.position = at.end;
         if self.take(&[('(', ())]).is_none() {
-            return Ok(Expression::Column(name.to_owned()));
+            return Ok(match name {
+                "pi" => Expression::Number(std::f64::consts::PI),
+                _ => Expression::Column(name.to_owned()),
+            });
         }
         let function = Function::ALL.into_iter().find(|one| one.word() == name);
         let Some(function) = function else {
@@ -434,6 +461,9 @@ mod tests {
             ("ln(1)", 0.0),
             ("sqrt(k_lower)", 2.0),
             ("--3", 3.0),
+            ("exp(ln(2)) + abs(1 - 3)", 4.0),
+            ("erf(k_lower) + erfc(k_lower)", 1.0),
+            ("sqrt(pi) ^ 2 / pi", 1.0),
         ] {
             assert!((value(text) - expected).abs() < 1e-15, "{text}");
         }

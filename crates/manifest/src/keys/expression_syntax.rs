@@ -55,8 +55,8 @@ pub fn syntax_problem(
             }
         ),
         None => {
-            "an expression has numbers, names of keys and parameters, `+ - * / ^`, parentheses, \
-                 `ln(…)` and `sqrt(…)`"
+            "an expression has numbers, names of keys and parameters, `pi`, `+ - * / ^`, \
+                 parentheses, and functions such as `ln(…)` and `sqrt(…)`"
                 .to_owned()
         }
     })
