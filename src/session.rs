@@ -78,7 +78,7 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 use std::{fmt, thread};
 
-use asperity_claims::PaperClaims;
+use asperity_claims::DeclaredClaims;
 use asperity_pipeline::data_folder;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::read_study;
@@ -88,7 +88,6 @@ use asperity_tables::store::users::HostState;
 
 pub use crate::share::{Day, InvalidDay, ShareError, ShareOptions, UnportablePath};
 pub use advice::StudyAdvice;
-pub use asperity_claims::names as claim_names;
 pub use asperity_contact::instructions::Instructions;
 pub use asperity_pipeline::cluster::shard::{InvalidShard, Shard};
 pub use asperity_pipeline::data_folder::DataFolder;
@@ -193,7 +192,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns an error if the manifest is invalid; the error lists all its problems.
     pub fn study(&self) -> Result<Study, SessionError> {
-        Ok(Study::read(&self.manifest, &self.settings, claim_names)?)
+        Ok(Study::read(&self.manifest, &self.settings)?)
     }
 
     /// Returns the study and its plan, with the number of surfaces that adaptive sampling requires.
@@ -203,7 +202,7 @@ impl Session<'_> {
     /// cannot be read.
     pub fn sampled(&self) -> Result<SampledStudy, SessionError> {
         let store = self.open_read_only()?;
-        Ok(SampledStudy::from_tables(self.study()?, &store, &PaperClaims)?)
+        Ok(SampledStudy::from_tables(self.study()?, &store, &DeclaredClaims)?)
     }
 
     /// Returns the finished and the missing tasks of each stage, with the reasons why tasks will
@@ -245,11 +244,11 @@ impl Session<'_> {
     /// Returns the same errors as [`Session::sampled`].
     pub fn reading(&self) -> Result<StudyResults, SessionError> {
         let (store, results) = (self.open_read_only()?, self.data.results());
-        let study = read_study(&self.manifest, &self.settings, claim_names, &store, &results)?;
+        let study = read_study(&self.manifest, &self.settings, &store, &results)?;
         for file in study.sources.recalled() {
             self.notify(Event::Notice(Notice::Recalled(file)));
         }
-        Ok(StudyResults::new(study, store, &results, &PaperClaims)?)
+        Ok(StudyResults::new(study, store, &results, &DeclaredClaims)?)
     }
 
     /// Opens the tables of the study, for reading and for SQL queries.
@@ -294,7 +293,7 @@ impl Session<'_> {
         DescribedColumns::for_study(&self.reading()?.study, stage)
     }
 
-    /// Tests the statements of Yastrebov, Anciaux & Molinari (2015) against the tables.
+    /// Tests the claims of the study with its tables.
     ///
     /// # Errors
     /// Returns an error if the tables cannot be read.

@@ -181,7 +181,7 @@ def spectra():
 
 def tabulated(name, error, closed, printed):
     """Returns a table of the paper, printed and found, for both Hurst exponents."""
-    paper = pl.read_csv(ROOT / "crates/claims/data" / f"{printed}.csv")
+    paper = pl.read_csv(ROOT / "manifests/claims" / f"{printed}.csv")
     found = table("nayak", "table").join(paper, on=["hurst", "k_lower", "k_upper"], how="left")
     of = {(row["k_lower"], row["k_upper"], row["hurst"]): row for row in found.to_dicts()}
     lines = []

@@ -25,7 +25,7 @@ for printed, drawn, exact in [
     ("nayak", "nayak", "nayak_continuum"),
     ("summit-density", "summit_density_integer", "summit_density_continuum"),
 ]:
-    paper = pl.read_csv(root / f"crates/claims/data/yastrebov-2015-{printed}.csv")
+    paper = pl.read_csv(root / f"manifests/claims/yastrebov-2015-{printed}.csv")
     both = paper.join(found, on=["hurst", "k_lower", "k_upper"])
     assert len(both) == len(paper) == 66, printed
     # Half a unit of the last digit, and the rounding error of this comparison.

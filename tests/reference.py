@@ -8,10 +8,11 @@ KEYS_HEAD = """# Manifest keys
 
 <!-- Written by `tests/guide.py reference --write` from `asperity schema`. -->
 
-A manifest has one table `[study]`, a table `[stage.NAME]` for each stage, of one of six kinds, a table
-`[figure.NAME]` for each figure that it declares, and optionally a table `[parameters]`. Values of another type,
-values out of bounds, unknown keys and missing required keys are errors. The message names the key, its value
-and its position, and explains how to correct it. Numbers are compared with twelve significant digits.
+A manifest has one table `[study]`, a table `[stage.NAME]` for each stage, of one of six kinds, tables
+`[figure.NAME]`, `[claim.NAME]` and `[data.NAME]` for the figures and claims that it declares, and optionally a
+table `[parameters]`. Values of another type, values out of bounds, unknown keys and missing required keys are
+errors. The message names the key, its value and its position, and explains how to correct it. Numbers are
+compared with twelve significant digits.
 
 - *swept* – a list of values gives one parameter point per value; several lists give a grid.
 - *pair* – `[along x, along y]`, for rectangles.
@@ -81,8 +82,10 @@ def keys_page(program):
     for kind, theory in THEORY.items():
         page += f"\n## `kind = \"{kind}\"`\n\nFormulas: [theory](../theory/{theory}).\n\n"
         page += kind_section([form for form in forms if word(form, "kind") == kind])
-    figure = schema["figure"]["additionalProperties"]
-    return page + f"\n## `[figure.NAME]`\n\n{figure['description']}\n\n" + items(figure)
+    for table in ["figure", "claim", "data"]:
+        form = schema[table]["additionalProperties"]
+        page += f"\n## `[{table}.NAME]`\n\n{form['description']}\n\n" + items(form)
+    return page
 
 
 def without_expressions(schema):

@@ -18,13 +18,13 @@ fn claim_dict<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let statement = &claim.statement;
     let dict = PyDict::new(py);
-    dict.set_item("name", statement.name)?;
+    dict.set_item("name", &statement.name)?;
     dict.set_item("kind", statement.origin.name())?;
-    dict.set_item("says", statement.text)?;
-    dict.set_item("where", statement.source)?;
-    dict.set_item("quantity", statement.quantity)?;
-    dict.set_item("because", statement.reason)?;
-    dict.set_item("data", claim.data)?;
+    dict.set_item("says", &statement.text)?;
+    dict.set_item("where", &statement.source)?;
+    dict.set_item("quantity", &statement.quantity)?;
+    dict.set_item("because", &statement.reason)?;
+    dict.set_item("data", &claim.data)?;
     dict.set_item("expected", statement.expected.to_string())?;
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => {

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use asperity::session::claim_names;
 use asperity::study::Study;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -21,6 +20,6 @@ pub fn toml(py: Python<'_>, tables: &Bound<'_, PyDict>) -> PyResult<String> {
 /// relative paths of surface files.
 #[pyfunction]
 pub fn study_name(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<String> {
-    let study = Study::parse(text, "manifest", &folder, claim_names);
+    let study = Study::parse(text, "manifest", &folder);
     study.map(|study| study.name).map_err(|errors| manifest_error(py, &errors))
 }

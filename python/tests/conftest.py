@@ -11,6 +11,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 MANIFEST = """\
 [study]
 name = "small"
+claims = "yastrebov-2015"
 seed = 2015
 
 [stage.surfaces]

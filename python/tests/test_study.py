@@ -58,8 +58,8 @@ def test_a_mistake_has_file_line_and_column(study):
     with pytest.raises(asperity.ManifestError) as caught:
         study.check()
     error = caught.value
-    assert (error.file, error.line, error.column) == (str(study.path), 9, 9)
-    assert "1.8" in error.problems[0].message and "small.toml:9:9" in str(error)
+    assert (error.file, error.line, error.column) == (str(study.path), 10, 9)
+    assert "1.8" in error.problems[0].message and "small.toml:10:9" in str(error)
     assert isinstance(error, asperity.Error) and isinstance(error, ValueError)
     assert "<pre>" in study._repr_html_()
 

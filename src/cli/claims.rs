@@ -1,4 +1,4 @@
-//! `asperity claims`, which tests the statements of the paper, and `advise`, which estimates the
+//! `asperity claims`, which tests the claims of a study, and `advise`, which estimates the
 //! cost of extending a fit of limits.
 
 use std::io::Write;
@@ -11,15 +11,14 @@ use super::terminal::stdout;
 use super::{Failure, SetArguments, print_answer};
 use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
 use crate::session::claims::{
-    Claim, ClaimOutcome, Judgement, LEVEL, Origin, Setting, Statement, Verdict, verdict,
-    without_results,
+    Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped, verdict,
 };
 use crate::session::words::{counted, shell_word};
 use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
 pub struct ClaimsArguments {
-    /// Path of the manifest of the study (default: list all claims without verdicts).
+    /// Path of the manifest of the study (default: list the claims of the program).
     manifest: Option<PathBuf>,
 
     #[command(flatten)]
@@ -31,9 +30,10 @@ pub struct ClaimsArguments {
     /// Print the result as JSON.
     ///
     /// Form: `{"level", "rests_on", "left_out": [{"rows", "with"}, …], "missing_tasks", "claims":
-    /// [{"name", "kind": "paper" | "misprint" | "ours", "says", "where", "quantity", "because",
-    /// "data", "verdict", "expected", "quantities": [{"label", "value", "lower", "upper", "least",
-    /// "most", "n"}, …], "needs", "more_surfaces", "core_hours", "figure"}, …]}`.
+    /// [{"name", "kind": "paper" | "misprint" | "ours" | "study", "file", "says", "where",
+    /// "quantity", "because", "data", "verdict", "expected", "quantities": [{"label", "value",
+    /// "lower", "upper", "least", "most", "n"}, …], "needs", "more_surfaces", "core_hours",
+    /// "figure"}, …]}`.
     ///
     /// `lower` and `upper` are simultaneous bounds for all quantities of a claim; `least` and
     /// `most` bound each quantity alone.
@@ -95,6 +95,11 @@ fn short(value: f64) -> String {
 const INDENT: usize = 14;
 
 fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
+    if claims.is_empty() {
+        return "the manifest has no claims; add a table `[claim.NAME]`, or the claims of a paper to \
+                `[study]`: `claims = \"yastrebov-2015\"`\n"
+            .to_owned();
+    }
     let missing = match printer.study.missing {
         0 => String::new(),
         missing => format!("{} of the study not computed yet\n\n", counted(missing, "task")),
@@ -103,39 +108,64 @@ fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
     missing + &claims_of_all + &closing(claims, printer) + &left_out(printer.study.setting())
 }
 
-/// Lists all claims with their texts, without a study.
+/// Lists the claims of the program with their texts, without a study.
 fn list_without_study() -> String {
     let lines = |claim: &Claim| {
-        let Statement { name, text, source, .. } = claim.statement;
-        format!("{name} · {}\n{}", claim.data, wrapped(4, &format!("{text} ({source})")))
+        let name = &claim.statement.name;
+        format!("{name} · {}\n{}", claim.data, wrapped(4, &said(&claim.statement)))
     };
-    by_origin(&without_results(), lines)
-        + "`asperity claims MANIFEST` tests the claims with the results of a study.\n\
+    by_origin(&shipped(), lines)
+        + "A manifest names the file of these claims in `[study]`: `claims = \"yastrebov-2015\"`.\n\
+           `asperity claims MANIFEST` tests the claims with the results of a study.\n\
            `until = \"decided(CLAIM, …)\"` of a `generate` stage can name all claims but those on \
            closed forms and misprints.\n"
 }
 
-/// Lists claims by their origin, each with the lines that `lines` returns.
+/// Returns the text of a claim with its source.
+fn said(statement: &ClaimSpec) -> String {
+    match statement.source.as_str() {
+        "" => statement.text.clone(),
+        source => format!("{} ({source})", statement.text),
+    }
+}
+
+/// Lists claims by their file and origin, each with the lines that `lines` returns.
 fn by_origin(claims: &[Claim], lines: impl Fn(&Claim) -> String) -> String {
     let headings = [
         (Origin::Paper, "Statements of the paper"),
         (Origin::Ours, "Statements of asperity"),
+        (Origin::Study, "Claims of the study"),
         (Origin::Misprint, "Misprints (notes without a verdict)"),
     ];
-    let sections = headings.map(|(origin, heading)| {
-        let own = claims.iter().filter(|claim| claim.statement.origin == origin);
-        format!("{heading}\n\n{}\n", own.map(&lines).collect::<String>())
-    });
-    sections.concat()
+    let mut files: Vec<Option<&str>> = Vec::new();
+    for claim in claims {
+        let file = claim.statement.file.as_deref();
+        if !files.contains(&file) {
+            files.push(file);
+        }
+    }
+    let mut text = String::new();
+    for file in files {
+        for (origin, heading) in headings {
+            let own = claims.iter().filter(|claim| claim.statement.origin == origin);
+            let own = own.filter(|claim| claim.statement.file.as_deref() == file);
+            let listed: String = own.map(&lines).collect();
+            let of_file = file.map_or_else(String::new, |file| format!(" · {file}"));
+            if !listed.is_empty() {
+                text += &format!("{heading}{of_file}\n\n{listed}\n");
+            }
+        }
+    }
+    text
 }
 
 fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {
     let statement = &claim.statement;
-    let said = format!("{} ({})", statement.text, statement.source);
+    let said = said(statement);
     let found = match &claim.outcome {
         ClaimOutcome::Judged(judgement) => finding(printer, claim, judgement),
         ClaimOutcome::NotComputed(needs) => format!("needs {needs}"),
-        ClaimOutcome::Noted => statement.reason.to_owned(),
+        ClaimOutcome::Noted => statement.reason.clone(),
     };
     format!(
         "{:INDENT$}{} · {}\n{}{}",
@@ -179,7 +209,7 @@ fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> Stri
     };
     format!(
         "{}: expected {}, found {} [{interval}] at {}{others}{without}{more}",
-        beginning(claim.statement.quantity),
+        beginning(&claim.statement.quantity),
         claim.statement.expected,
         short(deciding.value),
         deciding.label
@@ -222,11 +252,18 @@ fn closing(claims: &[Claim], printer: &ClaimPrinter) -> String {
         (cannot_say, cannot_say),
         ("not computed", "not computed"),
     ];
-    let origins = [(Origin::Paper, "of the paper"), (Origin::Ours, "of asperity")];
+    let origins = [
+        (Origin::Paper, "of the paper"),
+        (Origin::Ours, "of asperity"),
+        (Origin::Study, "of the study"),
+    ];
     let mut text = String::new();
     for (origin, whose) in origins {
         let own: Vec<&Claim> =
             claims.iter().filter(|claim| claim.statement.origin == origin).collect();
+        if own.is_empty() {
+            continue;
+        }
         let count = |word: &str| own.iter().filter(|claim| verdict(claim) == word).count();
         let parts = words.map(|(one, several)| match count(one) {
             1 => format!("1 {one}"),
@@ -253,19 +290,22 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
     let whose = match statement.origin {
         Origin::Paper => "paper",
         Origin::Ours => "asperity",
+        Origin::Study => "claim",
         Origin::Misprint => "misprint",
     };
     let mut lines = vec![
-        (whose, format!("{} ({})", statement.text, statement.source)),
-        ("quantity", statement.quantity.to_owned()),
-        ("data", claim.data.to_owned()),
+        (whose, said(statement)),
+        ("quantity", statement.quantity.clone()),
+        ("data", claim.data.clone()),
         ("expected", statement.expected.to_string()),
-        ("because", statement.reason.to_owned()),
+        ("because", statement.reason.clone()),
     ];
+    lines.retain(|(_, text)| !text.is_empty());
     if statement.origin == Origin::Misprint {
         lines.retain(|(name, _)| [whose, "because"].contains(name));
     }
-    lines.extend(statement.figure.map(|figure| ("figure", figure_path(printer, figure))));
+    let figure = statement.figure.as_deref();
+    lines.extend(figure.map(|figure| ("figure", figure_path(printer, figure))));
     let mut table = String::new();
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => {

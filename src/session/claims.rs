@@ -1,5 +1,4 @@
-//! Claims of Yastrebov, Anciaux & Molinari (2015), and claims on their open questions, with their
-//! verdicts for a study.
+//! Claims that a study declares, with their verdicts.
 
 use std::path::PathBuf;
 
@@ -14,11 +13,15 @@ use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::{Kind, Recipe, Stage as _};
 
 pub use asperity_claims::{
-    Claim, ClaimOutcome, Expectation, Judgement, Origin, Setting, Statement, Verdict,
-    without_results,
+    Claim, ClaimOutcome, ClaimSpec, Expectation, Judgement, Origin, Setting, Verdict,
 };
 pub use asperity_pipeline::adaptive_sampling::{Decisions, Undecided};
 pub use asperity_statistics::intervals::{Bound, LEVEL};
+
+/// Returns the claims of all files of the program, without results of a study.
+pub fn shipped() -> Vec<Claim> {
+    asperity_claims::without_results(&asperity_pipeline::study::claims::shipped())
+}
 
 /// All claims with their verdicts for a study.
 #[derive(Debug)]
@@ -60,6 +63,8 @@ pub struct OtherRows<'a> {
 pub struct ClaimSummary<'a> {
     pub name: &'a str,
     pub kind: &'a str,
+    /// File of claims that has the claim, or null for a claim of the manifest.
+    pub file: Option<&'a str>,
     pub says: &'a str,
     #[serde(rename = "where")]
     pub source: &'a str,
@@ -116,7 +121,7 @@ impl StudyClaims {
         }
         let evidence = Evidence::from_study(&reading.study, plan, &tables)?;
         Ok(StudyClaims {
-            claims: asperity_claims::all(&evidence),
+            claims: asperity_claims::all(&reading.study.claims, &evidence)?,
             evidence,
             missing,
             figures: session.data().results_of(&plan.study).join(FIGURES),
@@ -133,8 +138,13 @@ impl StudyClaims {
         let named = claims.find(|claim| claim.statement.name == name);
         named.ok_or_else(|| {
             let claims = self.claims.iter();
-            let names: Vec<&str> = claims.map(|claim| claim.statement.name).collect();
-            UnknownName::new(format!("there is no claim `{name}`"), name, &names).into()
+            let names: Vec<&str> = claims.map(|claim| claim.statement.name.as_str()).collect();
+            let shipped = asperity_pipeline::study::claims::shipped().into_iter();
+            let file = shipped.filter(|claim| claim.name == name).find_map(|claim| claim.file);
+            let advice = file.map_or_else(String::new, |file| {
+                format!("; add the line `claims = \"{file}\"` to `[study]`")
+            });
+            UnknownName::new(format!("there is no claim `{name}`{advice}"), name, &names).into()
         })
     }
 
@@ -159,19 +169,20 @@ impl StudyClaims {
     fn summary_of<'a>(&self, claim: &'a Claim) -> ClaimSummary<'a> {
         let statement = &claim.statement;
         let mut summary = ClaimSummary {
-            name: statement.name,
+            name: &statement.name,
             kind: statement.origin.name(),
-            says: statement.text,
-            source: statement.source,
-            because: statement.reason,
-            data: claim.data,
+            file: statement.file.as_deref(),
+            says: &statement.text,
+            source: &statement.source,
+            because: &statement.reason,
+            data: &claim.data,
             verdict: verdict(claim),
-            figure: statement.figure,
+            figure: statement.figure.as_deref(),
             ..ClaimSummary::default()
         };
         if claim.outcome != ClaimOutcome::Noted {
             summary.expected = Some(statement.expected.to_string());
-            summary.quantity = Some(statement.quantity);
+            summary.quantity = Some(&statement.quantity);
         }
         match &claim.outcome {
             ClaimOutcome::Judged(judgement) => {

@@ -20,7 +20,7 @@ use super::maintenance::in_words;
 use super::names::{TaskNameError, planned};
 use super::status::{GrowingStage, StageCount};
 use super::{Session, Shard, failures};
-use asperity_claims::PaperClaims;
+use asperity_claims::DeclaredClaims;
 use asperity_contact::threads::available_cores;
 use asperity_pipeline::forecast::memory::{self, MemoryLimit};
 use asperity_pipeline::outcome::Damage;
@@ -221,7 +221,7 @@ impl<'a> PreparedRun<'a> {
             session.notify(Event::Notice(Notice::Study(warning)));
         }
         let store = session.open()?;
-        let sampled = SampledStudy::from_tables(study, &store, &PaperClaims)?;
+        let sampled = SampledStudy::from_tables(study, &store, &DeclaredClaims)?;
         if !options.replace {
             let folder = session.data().results_of(&sampled.plan.study);
             let reader = ResultReader::new(store.clone(), &folder);
@@ -341,8 +341,11 @@ impl<'a> PreparedRun<'a> {
             outcome.append(round);
             // The main computation repeats failed tasks and reports them.
             outcome.failed.clear();
-            let sampled =
-                SampledStudy::from_tables(self.sampled.study.clone(), &self.store, &PaperClaims)?;
+            let sampled = SampledStudy::from_tables(
+                self.sampled.study.clone(),
+                &self.store,
+                &DeclaredClaims,
+            )?;
             outcome = outcome.renumbered(self.plan(), &sampled.plan);
             self.sampled = sampled;
             self.find_missing();

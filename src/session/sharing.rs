@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{Event, Notice, Session, SessionError};
 use crate::share::{Contents, ShareError, ShareOptions};
-use asperity_claims::PaperClaims;
+use asperity_claims::DeclaredClaims;
 use asperity_pipeline::results::StudyResults;
 
 /// Size and contents of a written archive.
@@ -35,7 +35,7 @@ impl Session<'_> {
             self.study()?,
             self.open_read_only()?,
             &data.results(),
-            &PaperClaims,
+            &DeclaredClaims,
         )?;
         let named = || PathBuf::from(format!("{}.zip", reading.plan.study));
         let archive = options.output.clone().unwrap_or_else(named);

@@ -117,7 +117,7 @@ pub struct GrowingStage<'a> {
     pub holds: Option<bool>,
     /// Names of the undecided claims. `None` if the condition is about a mean or cannot be
     /// evaluated yet.
-    pub undecided: Option<Vec<&'static str>>,
+    pub undecided: Option<Vec<&'a str>>,
 }
 
 impl<'a> StageCount<'a> {

@@ -16,6 +16,7 @@ use asperity_pipeline::manifest::composition::EffectiveManifest;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::owner::{self, Owner};
 use asperity_pipeline::results::{self, StudyResults};
+use asperity_pipeline::study::claims::own_files;
 use asperity_stages::Kind;
 use asperity_tables::store::files::{Existing, verify_whole, write_with};
 use asperity_tables::store::{self, StoreError};
@@ -63,7 +64,9 @@ impl Contents {
     ) -> Result<Contents, ShareError> {
         let sources = &reading.study.sources;
         let bases = &reading.study.manifest.bases;
-        let paths = ArchivePaths::new(manifest, sources.read_files().iter().chain(bases))?;
+        let claims = own_files(&reading.study.claims);
+        let inputs = sources.read_files().iter().chain(bases).chain(&claims);
+        let paths = ArchivePaths::new(manifest, inputs)?;
         let mut contents = Contents {
             study: reading.plan.study.clone(),
             about: about(reading),

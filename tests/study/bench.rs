@@ -57,6 +57,11 @@ over = ["area_corrected"]
 statistics = ["mean", "sd"]
 "#;
 
+/// Returns a study with the claims of the paper.
+pub fn with_claims(study: &str) -> String {
+    study.replace("[study]\n", "[study]\nclaims = \"yastrebov-2015\"\n")
+}
+
 /// Temporary folder with a manifest and its data folder.
 pub struct Bench {
     folder: TempDir,

@@ -5,7 +5,7 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use crate::bench::{Bench, STUDY, text};
+use crate::bench::{Bench, STUDY, text, with_claims};
 
 #[test]
 fn a_wrong_manifest_ends_with_two_and_nothing_is_run() {
@@ -179,7 +179,8 @@ fn a_shape_is_not_compared_with_gaussian_roughness() {
 #[test]
 fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
     let bench = Bench::new();
-    let path = bench.write(STUDY);
+    let study = with_claims(STUDY);
+    let path = bench.write(&study);
     let claims = |more: &[&str]| {
         let arguments = [&["claims", path.to_str().unwrap()], more].concat();
         let output = bench.output(&arguments);
@@ -189,7 +190,7 @@ fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
     let before = claims(&[]);
     assert!(before.contains("not computed"), "{before}");
     assert!(before.contains("of the study not computed yet"), "{before}");
-    bench.run(STUDY);
+    bench.run(&study);
     let after = claims(&[]);
     for part in [
         "area-above-persson",
@@ -224,7 +225,10 @@ fn claims_are_judged_or_name_what_they_lack_and_say_the_same_twice() {
 fn claims_without_a_manifest_are_listed_with_their_texts() {
     let bench = Bench::new();
     let printed = text(&bench.output(&["claims"]).stdout);
-    for part in ["Statements of the paper\n\n", "\narea-above-persson · counted area\n    “"] {
+    for part in [
+        "Statements of the paper · yastrebov-2015\n\n",
+        "\narea-above-persson · counted area\n    “",
+    ] {
         assert!(printed.contains(part), "{part} in\n{printed}");
     }
     assert!(!printed.contains("not computed"), "{printed}");
@@ -234,7 +238,8 @@ fn claims_without_a_manifest_are_listed_with_their_texts() {
 #[test]
 fn one_claim_is_explained_at_length_and_an_unknown_one_is_named() {
     let bench = Bench::new();
-    let path = bench.write(&STUDY.replace("realizations = 2", "realizations = 5"));
+    let study = STUDY.replace("realizations = 2", "realizations = 5");
+    let path = bench.write(&with_claims(&study));
     let path = path.to_str().unwrap();
     bench.output(&["run", path]);
     let printed = text(&bench.output(&["claims", path, "area-above-persson"]).stdout);

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::bench::{Bench, STUDY};
+use crate::bench::{Bench, STUDY, with_claims};
 
 /// Runs a study and returns its claims as JSON.
 fn claims(bench: &Bench) -> Value {
@@ -79,7 +79,7 @@ loads = [0.0005, 0.001, 0.0015]
 #[test]
 fn claims_rest_on_the_surfaces_of_every_seed() {
     let bench = Bench::new();
-    let study = STUDY.replace("realizations = 2", "realizations = 3");
+    let study = with_claims(&STUDY.replace("realizations = 2", "realizations = 3"));
     let with = |seeds: &str| study.replace("hurst = 0.8", &format!("hurst = 0.8\nseed = {seeds}"));
     let found = |seeds: &str| {
         bench.run(&with(seeds));
@@ -101,7 +101,7 @@ fn claims_rest_on_the_surfaces_of_every_seed() {
 #[test]
 fn claims_rest_on_one_tolerance_and_name_what_they_leave_out() {
     let bench = Bench::new();
-    let study = STUDY.replace("realizations = 2", "realizations = 5");
+    let study = with_claims(&STUDY.replace("realizations = 2", "realizations = 5"));
     let loads = "loads = { to = 0.1, steps = 4 }";
     bench.run(&study);
     let tight = claims(&bench);

@@ -9,6 +9,7 @@ mod asperities;
 mod beginning;
 mod bench;
 mod caching;
+mod claims;
 mod columns;
 mod commands;
 mod conductance;

@@ -17,7 +17,7 @@ struct Cell {
 }
 
 fn table(name: &str) -> Vec<Cell> {
-    let path = format!("crates/claims/data/yastrebov-2015-{name}.csv");
+    let path = format!("manifests/claims/yastrebov-2015-{name}.csv");
     let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap();
     let mut lines = text.lines();
     assert_eq!(lines.next(), Some("hurst,k_lower,k_upper,numerical,analytic"));

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-use crate::bench::{Bench, STUDY, assert_same_files, text};
+use crate::bench::{Bench, STUDY, assert_same_files, text, with_claims};
 
 /// Folder with fake Slurm commands.
 struct Slurm {
@@ -332,7 +332,7 @@ fn scripts_compute_the_study_under_any_scheduler_that_counts() {
 /// Submits a small adaptive study and completes it in rounds.
 fn in_rounds(until: &str) {
     let realizations = format!("realizations = {until}");
-    let growing = STUDY.replace("realizations = 2", &realizations);
+    let growing = with_claims(&STUDY.replace("realizations = 2", &realizations));
     let slurm = Slurm::willing();
     slurm.bench.write(&growing);
     assert!(slurm.output("submit", &SHORT).status.success());

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::bench::{Bench, STUDY, assert_same_files, counts, text};
+use crate::bench::{Bench, STUDY, assert_same_files, counts, text, with_claims};
 
 /// The study of the bench, written with parameters and expressions.
 fn derived() -> String {
@@ -91,7 +91,7 @@ fn a_setting_is_an_edit_of_the_manifest() {
 #[test]
 fn commands_that_read_results_take_the_settings_of_the_run() {
     let bench = Bench::new();
-    let path = bench.write(STUDY);
+    let path = bench.write(&with_claims(STUDY));
     let path = path.to_str().unwrap();
     let with =
         |words: &[&str]| bench.output(&[words, &["--set", "stage.surfaces.hurst=0.5"]].concat());

@@ -10,19 +10,20 @@
 
 use std::num::NonZeroU32;
 
+use crate::evaluate;
 use crate::evidence::Evidence;
-use crate::{Claim, ClaimOutcome, Expectation, Judgement, OF_A_STUDY, Origin, Verdict};
+use crate::{Claim, ClaimOutcome, Expectation, Judgement, Verdict};
 use asperity_pipeline::adaptive_sampling::{ClaimRule, Decisions, Undecided};
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::study::Study;
 use asperity_statistics::intervals::Bound;
 use asperity_tables::table::{Table, TableError};
 
-/// Stopping rule of a study that adds surfaces until claims are decided.
+/// Stopping rule of a study that adds surfaces until its claims are decided.
 #[derive(Debug, Clone, Copy)]
-pub struct PaperClaims;
+pub struct DeclaredClaims;
 
-impl ClaimRule for PaperClaims {
+impl ClaimRule for DeclaredClaims {
     fn decide(
         &self,
         study: &Study,
@@ -32,40 +33,19 @@ impl ClaimRule for PaperClaims {
         looks: NonZeroU32,
     ) -> Result<Decisions, TableError> {
         let evidence = Evidence::from_study(study, plan, tables)?;
-        Ok(decisions(&evidence, names, looks))
-    }
-}
-
-/// Returns the names of all claims that surfaces can decide.
-pub fn names() -> Vec<&'static str> {
-    let nothing = Evidence::from_tables(&[]).expect("no table, so no column is missing");
-    let claims = OF_A_STUDY.iter().flat_map(|claims| claims(&nothing));
-    claims.map(|claim| claim.statement.name).collect()
-}
-
-/// Returns the decisions on the claims with these names at one of `looks` looks. If `names` is
-/// empty, all claims are tested.
-fn decisions(evidence: &Evidence, names: &[String], looks: NonZeroU32) -> Decisions {
-    let is_meant =
-        |claim: &Claim| names.is_empty() || names.iter().any(|name| name == claim.statement.name);
-    let nothing = Evidence::from_tables(&[]).expect("no table, so no column is missing");
-    let mut decisions = Decisions::default();
-    for claims in OF_A_STUDY {
-        // Some claims take seconds, so a group is only computed if one of its claims is requested.
-        if !claims(&nothing).iter().any(is_meant) {
-            continue;
+        let mut decisions = Decisions::default();
+        for spec in study.claims.iter().filter(|spec| spec.depends_on_surfaces()) {
+            if names.is_empty() || names.contains(&spec.name) {
+                add(&mut decisions, evaluate::claim(spec, &evidence)?, looks);
+            }
         }
-        for claim in claims(evidence).into_iter().filter(is_meant) {
-            add(&mut decisions, claim, looks);
-        }
+        Ok(decisions)
     }
-    decisions
 }
 
 /// Adds a claim to the decided, undecided or unjudged claims in `decisions`.
 fn add(decisions: &mut Decisions, claim: Claim, looks: NonZeroU32) {
     let (name, expected) = (claim.statement.name, claim.statement.expected);
-    debug_assert_ne!(claim.statement.origin, Origin::Misprint);
     match claim.outcome {
         ClaimOutcome::Judged(judgement) if judgement.is_decided(expected, looks) => {
             decisions.decided.push(name);
@@ -181,17 +161,6 @@ mod tests {
     use asperity_statistics::intervals::jackknife;
     use asperity_statistics::random::normal;
 
-    #[test]
-    fn claims_that_surfaces_decide_have_names_of_their_own() {
-        let mut names = names();
-        assert!(names.contains(&"area-above-persson"));
-        assert!(!names.contains(&"asymptote-of-alpha"), "a closed form decides it");
-        let count = names.len();
-        names.sort_unstable();
-        names.dedup();
-        assert_eq!(names.len(), count);
-    }
-
     fn growth() -> Growth {
         Growth { at_least: 10, at_most: 80, until: Until::Claims(Vec::new()) }
     }
@@ -210,7 +179,7 @@ mod tests {
                 let bound =
                     jackknife(String::new(), &[values.len()], |weights| Some(weights.mean(values)));
                 let verdict =
-                    Expectation::Positive.verdict_at_look(&bound.unwrap(), 1, looks_shared);
+                    Expectation::POSITIVE.verdict_at_look(&bound.unwrap(), 1, looks_shared);
                 verdict == Verdict::Holds
             })
         };
@@ -238,7 +207,7 @@ mod tests {
             vec![bound(0.1, 0.1), bound(0.3, 0.2)],
             vec![bound(-0.1, 0.1), bound(0.3, 0.2)],
         ] {
-            let expected = Expectation::Positive;
+            let expected = Expectation::POSITIVE;
             let judgement = Judgement::new(expected, bounds.clone()).unwrap();
             assert_eq!(judgement.verdict, Verdict::CannotSay);
             let more = judgement.more_surfaces(expected).unwrap();
@@ -253,7 +222,7 @@ mod tests {
 
     #[test]
     fn what_is_decided_needs_no_more_and_a_quantity_of_zero_never_is() {
-        let expected = Expectation::Positive;
+        let expected = Expectation::POSITIVE;
         let more =
             |bound: Bound| Judgement::new(expected, vec![bound]).unwrap().more_surfaces(expected);
         assert_eq!(more(bound(1.0, 0.1)), None);

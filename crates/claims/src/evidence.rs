@@ -1,78 +1,32 @@
-//! The tables of a study in the form that claims use: area–load curves by spectrum and correction.
-
-mod per_load;
+//! Values of claims from the tables of a study: groups of rows that agree in their parameters, with
+//! one value per surface and load.
 
 use std::collections::BTreeMap;
 
-use arrow::array::{Array, Float64Array};
+use arrow::array::Array;
 
-pub use crate::evidence::per_load::{KappaPoints, LimitsFit, PerLoad, Pressures};
-use crate::evidence::per_load::{kappa_points, nearest};
-use crate::quantities::under;
-pub use crate::setting::Spectrum;
-use crate::setting::{Setting, Varied, key, of_asperities, spectrum};
+use crate::limits::{KappaPoints, LimitsFit, kappa_points};
+use crate::setting::{Setting, Spectrum, Varied, key, of_asperities, spectrum};
+use asperity_manifest::decimal;
+use asperity_manifest::expression::Expression;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::study::Study;
+use asperity_pipeline::study::claims::{AskedLoad, DataSpec, Loads, SelectedValue, Source};
 use asperity_stages::columns::*;
-use asperity_stages::correct::AS_COUNTED;
-use asperity_stages::ensemble::{self, Load, Member, Members, ensembles, load_column};
+use asperity_stages::ensemble::{Ensemble, Load, ParameterPoint, ensembles, load_column};
 use asperity_stages::fit::laws::Law;
 use asperity_stages::fit::meshes::refinements;
+use asperity_stages::fit::percolation::Measured;
 use asperity_stages::{Kind, Recipe};
-use asperity_statistics::intervals::Weights;
-use asperity_statistics::{Curves, Window};
-use asperity_tables::column::Role;
+use asperity_statistics::Window;
+use asperity_statistics::percolation::{Channels, PercolationProblem};
+use asperity_tables::column::{Column, ColumnKind, Role, Value};
 use asperity_tables::table::{Table, TableError};
-
-/// Nodes per shortest wavelength on the coarsest meshes of the paper.
-const COARSEST: i64 = 8;
-
-/// Contact area against load for the surfaces of one spectrum, with one correction.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AreaCurves {
-    pub spectrum: Spectrum,
-    /// Name of the correction of the area.
-    pub correction: String,
-    /// Ascending loads, in units of E* × rms slope, at which each surface has a row or is beyond
-    /// full contact.
-    pub loads: Vec<f64>,
-    /// The same loads in the unit of the manifest: reduced, or pressures in the unit of the
-    /// modulus.
-    pub given: Vec<f64>,
-    /// Area fractions, `[load][surface]`. They are 1 at loads above full contact.
-    pub areas: Vec<Vec<f64>>,
-}
-
-/// One number per surface of a spectrum.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PerSurface {
-    pub spectrum: Spectrum,
-    /// Values in the order of seed and realization.
-    pub values: Vec<f64>,
-}
-
-/// One number per surface of a spectrum at a load.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AtLoad {
-    pub spectrum: Spectrum,
-    pub load: f64,
-    /// Values in the order of seed and realization.
-    pub values: Vec<f64>,
-}
-
-/// Moments of the counted area A_N and the edge S_d Δx over several meshes, for the surfaces of one
-/// spectrum. They give the coefficient c of the mesh error in A_N = A* + c S_d Δx.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OverMeshes {
-    pub name: String,
-    /// [Cov(A_N, S_d Δx), Var(S_d Δx)] over meshes, summed over loads, each with one value per
-    /// surface.
-    pub moments: [Vec<f64>; 2],
-}
 
 /// Table of the finished tasks of a stage.
 #[derive(Debug, Clone)]
-pub struct KindTable {
+pub struct StageTable {
+    pub name: String,
     pub kind: Kind,
     pub table: Table,
 }
@@ -80,25 +34,84 @@ pub struct KindTable {
 /// Results of a study that claims use.
 #[derive(Debug, Clone)]
 pub struct Evidence {
-    pub ensembles: Vec<AreaCurves>,
-    surfaces: Table,
-    /// Table of all measured contacts.
-    contacts: Table,
-    /// Table of all asperity models on the surfaces.
-    asperities: Table,
-    /// Table of all distributions of contact pressures.
+    stages: Vec<StageTable>,
+    /// Rows in the setting, by kind: surfaces, asperity models, contacts and corrected areas.
+    of_kind: BTreeMap<Kind, Table>,
+    /// Distributions of contact pressures in the setting.
     pressures: Table,
     /// Values of κ = A/(A₀ y) for the fits of the limits of κ, one item for each load.
-    pub kappa: Vec<KappaPoints>,
+    pub(crate) kappa: Vec<KappaPoints>,
     varied: Varied,
-    /// Setting that all rows share, and the rows left out.
+    /// Setting that all rows by kind share, and the rows left out.
     pub setting: Setting,
+}
+
+/// Values of the surfaces that agree in all parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    pub point: ParameterPoint,
+    pub name: String,
+    /// Ascending loads in units of E* × rms slope, or one NaN if the values have no load.
+    pub loads: Vec<f64>,
+    /// The same loads in the unit of the manifest.
+    pub given: Vec<f64>,
+    /// Values, `[load][surface]`, with surfaces in the order of seed and realization.
+    pub values: Vec<Vec<f64>>,
+    /// Standard error of the mean that more surfaces do not reduce.
+    pub systematic: f64,
+    /// True if the differences between surfaces are known.
+    pub has_scatter: bool,
+    /// Standard errors at the loads and number of surfaces, if the values are results of fits or
+    /// means and not of single surfaces.
+    pub estimate: Option<(Vec<f64>, usize)>,
+}
+
+impl Group {
+    pub fn surfaces(&self) -> usize {
+        self.values.first().map_or(0, Vec::len)
+    }
+
+    /// Returns the number of a parameter.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match self.point.get(name)? {
+            Value::Real(number) => Some(*number),
+            Value::Integer(number) => Some(*number as f64),
+            _ => None,
+        }
+    }
+
+    /// Returns the index of the load nearest to the requested one, if it is within 10 %.
+    pub fn at(&self, asked: AskedLoad) -> Option<usize> {
+        nearest(if asked.is_pressure { &self.given } else { &self.loads }, asked.value)
+    }
+
+    /// Returns the indices of the requested loads.
+    pub fn indices(&self, loads: &Loads) -> Vec<Option<usize>> {
+        match loads {
+            Loads::All => (0..self.loads.len()).map(Some).collect(),
+            Loads::Lightest => vec![(!self.loads.is_empty()).then_some(0)],
+            Loads::Heaviest => vec![self.loads.len().checked_sub(1)],
+            Loads::At(loads) => loads.iter().map(|load| self.at(*load)).collect(),
+        }
+    }
+}
+
+/// Returns the index of the load nearest to `load`, if it is within 10 %.
+pub fn nearest(loads: &[f64], load: f64) -> Option<usize> {
+    let nearest = (0..loads.len()).min_by(|&one, &other| {
+        let distance = |index: usize| (loads[index] - load).abs();
+        distance(one).total_cmp(&distance(other))
+    })?;
+    ((loads[nearest] / load - 1.0).abs() < 0.1).then_some(nearest)
 }
 
 impl Evidence {
     /// Creates the evidence from the tables of a study, one for each stage of the plan, or `None`
     /// for a stage without finished tasks. For each fit of the limits of κ, adds the values of κ of
     /// single surfaces.
+    ///
+    /// # Errors
+    /// If a table lacks a column that its kind of stage writes.
     pub fn from_study(
         study: &Study,
         plan: &Plan,
@@ -106,58 +119,52 @@ impl Evidence {
     ) -> Result<Evidence, TableError> {
         let stages = plan.stages.iter().zip(tables);
         let finished = stages.filter_map(|(stage, table)| {
-            Some(KindTable { kind: stage.kind, table: table.clone()? })
+            Some(StageTable { name: stage.name.clone(), kind: stage.kind, table: table.clone()? })
         });
-        let finished: Vec<KindTable> = finished.collect();
-        Evidence::from_tables(&finished)?.with_limits(&limits(study, plan, tables)?)
+        Evidence::from_tables(finished.collect())?.with_limits(&limits(study, plan, tables)?)
     }
 
-    /// Creates the evidence from the tables of stages, which are sorted by kind of stage.
+    /// Creates the evidence from the tables of stages.
     ///
     /// # Errors
     /// If a table lacks a column that its kind of stage writes.
-    pub fn from_tables(stages: &[KindTable]) -> Result<Evidence, TableError> {
-        let of_kind = |kind: Kind| {
+    pub fn from_tables(stages: Vec<StageTable>) -> Result<Evidence, TableError> {
+        let of = |kind: Kind| {
             let own = stages.iter().filter(move |stage| stage.kind == kind);
             own.map(|stage| &stage.table)
         };
         let is_contacts = |table: &&Table| table.has(CONTACT_NODES.name);
-        let contacts: Vec<&Table> = of_kind(Kind::Measure).filter(is_contacts).collect();
-        let corrected: Vec<&Table> = of_kind(Kind::Correct).collect();
+        let contacts: Vec<&Table> = of(Kind::Measure).filter(is_contacts).collect();
+        let corrected: Vec<&Table> = of(Kind::Correct).collect();
         let setting = match (contacts.is_empty(), corrected.is_empty()) {
             (false, _) => Setting::most_frequent(contacts.iter().copied()),
             (true, false) => Setting::most_frequent(corrected.iter().copied()),
-            (true, true) => Setting::most_frequent(of_kind(Kind::Generate)),
+            (true, true) => Setting::most_frequent(of(Kind::Generate)),
         };
-        let within = |table: &Table| setting.rows(table);
         let stacked = |tables: Vec<&Table>| {
-            let tables: Vec<Table> = tables.into_iter().map(within).collect();
+            let tables: Vec<Table> = tables.into_iter().map(|table| setting.rows(table)).collect();
             Table::stack(&tables)
         };
-        // Several stages may measure the same surfaces under different loads.
-        let contacts = stacked(contacts)?;
-        let mut ensembles = curves(&contacts)?;
-        for ensemble in curves(&stacked(corrected)?)? {
-            let is_counted = ensembles.iter().any(|known| known.is_of(&ensemble));
-            if !is_counted {
-                ensembles.push(ensemble);
+        let is_pressures = |table: &&Table| table.has(PRESSURE_DENSITY.name);
+        let pressures = stacked(of(Kind::Measure).filter(is_pressures).collect())?;
+        let asperities = of(Kind::Solve).map(|table| of_asperities(table, &setting));
+        let of_kind = BTreeMap::from([
+            (Kind::Generate, stacked(of(Kind::Generate).collect())?),
+            (Kind::Solve, Table::stack(&asperities.collect::<Vec<_>>())?),
+            (Kind::Measure, stacked(contacts)?),
+            (Kind::Correct, stacked(corrected)?),
+        ]);
+        let mut spectra = Vec::new();
+        for table in [&of_kind[&Kind::Measure], &of_kind[&Kind::Correct], &pressures] {
+            if spectra.is_empty() || !std::ptr::eq(table, &pressures) {
+                let parameters = table.in_role(Role::Parameter);
+                for rows in asperity_stages::ensemble::grouped(&parameters) {
+                    spectra.extend(spectrum(table, rows[0])?);
+                }
             }
         }
-        let surfaces = stacked(of_kind(Kind::Generate).collect())?;
-        let is_pressures = |table: &&Table| table.has(PRESSURE_DENSITY.name);
-        let pressures = stacked(of_kind(Kind::Measure).filter(is_pressures).collect())?;
-        let asperities = of_kind(Kind::Solve).map(|table| of_asperities(table, &setting));
-        let asperities = Table::stack(&asperities.collect::<Vec<_>>())?;
-        Ok(Evidence {
-            varied: varied(&ensembles, &pressures)?,
-            ensembles,
-            surfaces,
-            contacts,
-            asperities,
-            pressures,
-            kappa: Vec::new(),
-            setting,
-        })
+        let varied = Varied::among(spectra.iter());
+        Ok(Evidence { stages, of_kind, pressures, kappa: Vec::new(), varied, setting })
     }
 
     /// Adds the values of κ of single surfaces for each fit of the limits of κ.
@@ -169,209 +176,344 @@ impl Evidence {
         Ok(self)
     }
 
-    /// Returns the ensembles with one correction to which the paper's claims apply, ordered by
-    /// spectrum: H = 0.8, no plateau, and meshes at least as fine as the paper's.
-    pub fn of_the_paper(&self, correction: &str) -> Vec<&AreaCurves> {
-        let mut found = self.under(correction);
-        found.retain(|AreaCurves { spectrum, .. }| {
-            spectrum.is_of_the_paper() && spectrum.nodes >= COARSEST * spectrum.k_upper
-        });
-        found
+    /// Returns the rows of data by kind, without those that `where` leaves out.
+    pub fn rows(&self, data: &DataSpec) -> Table {
+        let table = match &data.source {
+            Source::Stage(stage) => {
+                self.stages.iter().find(|known| known.name == *stage).map(|known| &known.table)
+            }
+            Source::Spectra(Kind::Measure) if uses_pressures(data) => Some(&self.pressures),
+            Source::Spectra(kind) => self.of_kind.get(kind),
+        };
+        let Some(table) = table else { return Table::empty(&[]) };
+        let columns = data
+            .selection
+            .iter()
+            .map(|(name, values)| (table.batch().column_by_name(name), values));
+        let columns: Vec<_> = columns.collect();
+        let is_selected = |row: &usize| {
+            columns.iter().all(|(column, values): &(_, &Vec<SelectedValue>)| {
+                let cell = column.and_then(|column| Value::from_array(column, *row));
+                cell.is_some_and(|cell| values.iter().any(|value| value.is_same(&cell)))
+            })
+        };
+        let rows: Vec<usize> = (0..table.rows()).filter(is_selected).collect();
+        table.pick(&rows)
     }
 
-    /// Returns the name of a spectrum: `k_lower 4, k_upper 32`, followed by the other parameters
-    /// that vary.
-    pub fn name(&self, spectrum: &Spectrum) -> String {
-        self.varied.name(spectrum)
+    /// Returns the groups of data, without those that other data replace, in the order of their
+    /// parameters.
+    ///
+    /// # Errors
+    /// If the columns of the values are not numbers.
+    pub fn groups(&self, data: &DataSpec) -> Result<Vec<Group>, TableError> {
+        let table = self.rows(data);
+        let mut groups = Vec::new();
+        if table.rows() > 0 && data.value.columns().iter().all(|column| table.has(column)) {
+            let columns = data.value.columns().into_iter().map(str::to_owned);
+            let rows = RowValues { table: &table, value: &data.value, columns: columns.collect() };
+            for ensemble in ensembles_of(&table)? {
+                let Some((point, name, order)) = self.identity(data, &table, &ensemble)? else {
+                    continue;
+                };
+                groups.push((order, rows.group(&ensemble, point, name)));
+            }
+            groups.retain(|(_, group)| !group.values.is_empty());
+        }
+        groups.sort_by(|one, other| one.0.cmp(&other.0));
+        // If a spectrum was solved with several tolerances, the first one counts.
+        groups.dedup_by(|next, kept| next.0 == kept.0);
+        let mut groups: Vec<Group> = groups.into_iter().map(|(_, group)| group).collect();
+        if let Some(other) = &data.otherwise {
+            for group in self.groups(other)? {
+                if groups.iter().all(|known| known.point != group.point) {
+                    groups.push(group);
+                }
+            }
+            groups.sort_by(|one, other| one.point.cmp(&other.point));
+        }
+        if matches!(data.source, Source::Spectra(_)) {
+            let cutoff = |group: &Group, name: &str| group.number(name).map(|k| k as i64);
+            groups.sort_by_key(|group| (cutoff(group, K_LOWER.name), cutoff(group, K_UPPER.name)));
+        }
+        Ok(groups)
     }
 
-    /// Returns the name of a spectrum under a load: `k_lower 4, k_upper 32, load 0.060`.
-    pub fn name_under(&self, spectrum: &Spectrum, load: f64) -> String {
-        format!("{}, {}", self.name(spectrum), under(load))
+    /// Returns the parameters, the name and the order of a group, or `None` if claims on spectra
+    /// leave it out.
+    fn identity(
+        &self,
+        data: &DataSpec,
+        table: &Table,
+        ensemble: &Ensemble,
+    ) -> Result<Option<(ParameterPoint, String, ParameterPoint)>, TableError> {
+        if matches!(data.source, Source::Spectra(_)) {
+            let spectrum = spectrum(table, ensemble.first)?;
+            return Ok(spectrum.map(|spectrum| {
+                let point = point_of(&spectrum);
+                (point.clone(), self.varied.name(&spectrum), point)
+            }));
+        }
+        let fixed: Vec<&str> = data
+            .selection
+            .iter()
+            .filter(|(_, values)| values.len() == 1)
+            .map(|(name, _)| name.as_str())
+            .collect();
+        let point = ensemble.point.clone().without(&fixed);
+        let shared = ParameterPoint::from_row(&table.common(), 0);
+        Ok(Some((point.clone(), point.clone().beyond(&shared).to_string(), point)))
     }
 
-    /// Returns the ensembles with one correction, ordered by spectrum.
-    pub fn under(&self, correction: &str) -> Vec<&AreaCurves> {
-        let mut found: Vec<&AreaCurves> =
-            self.ensembles.iter().filter(|ensemble| ensemble.correction == correction).collect();
-        found.sort_by_key(|ensemble| (ensemble.spectrum.k_lower, ensemble.spectrum.k_upper));
-        found
+    /// Returns the fractions of the nominal area with pressures from `low` to `high`, by spectrum,
+    /// under the loads at which they are known.
+    ///
+    /// # Errors
+    /// If a table of pressures lacks a column.
+    pub fn fractions(
+        &self,
+        data: &DataSpec,
+        [low, high]: [f64; 2],
+    ) -> Result<Vec<Group>, TableError> {
+        let table = self.rows(data);
+        let mut bins: BTreeMap<_, Vec<Bin>> = BTreeMap::new();
+        if table.rows() == 0 {
+            return Ok(Vec::new());
+        }
+        let density = Expression::Column(PRESSURE_DENSITY.name.to_owned());
+        // Each bin is an ensemble of its own, because its middle is a parameter.
+        for bin in ensembles(&table)? {
+            let of = |column: &str| number(&table, column, bin.first);
+            let ends = of(CONTACT_PRESSURE.name).zip(of(PRESSURE_BIN_WIDTH.name));
+            let (Some((middle, width)), Some(spectrum)) = (ends, spectrum(&table, bin.first)?)
+            else {
+                continue;
+            };
+            let ends = [middle - 0.5 * width, middle + 0.5 * width].map(decimal::nearest);
+            let columns = vec![PRESSURE_DENSITY.name.to_owned()];
+            let rows = RowValues { table: &table, value: &density, columns };
+            let mut group = rows.group(&bin, point_of(&spectrum), self.varied.name(&spectrum));
+            group.values.iter_mut().flatten().for_each(|value| *value *= width);
+            bins.entry(key(&spectrum)).or_default().push((ends, group));
+        }
+        Ok(bins.into_values().filter_map(|bins| sum_between(bins, low, high)).collect())
     }
 
-    /// Returns the values of a column of the surfaces, by spectrum. The result is empty if no
-    /// surface has the column.
-    pub fn of_surfaces(&self, name: &str) -> Vec<PerSurface> {
-        per_surface(&self.surfaces, |_, row| number(&self.surfaces, name, row))
-    }
-
-    /// Returns the ratio of edge nodes to switches on each surface, for spectra of the paper at the
-    /// load nearest to `load`. Edge nodes are contact nodes with a gap among their four neighbours.
-    /// Switches are pairs of neighbouring nodes with contact at one and a gap at the other. Spectra
-    /// without a load within 10 % are omitted.
-    pub fn edge_nodes_over_switches(&self, load: f64) -> Vec<AtLoad> {
-        let loads = self.of_the_paper(AS_COUNTED).into_iter().filter_map(|ensemble| {
-            let index = ensemble.at(load)?;
-            let load = (ensemble.given[index], ensemble.loads[index]);
-            Some((key(&ensemble.spectrum), load))
-        });
-        let loads: BTreeMap<_, (f64, f64)> = loads.collect();
-        let given = load_column(&self.contacts);
-        let found = per_surface(&self.contacts, |spectrum, row| {
-            let of = |name: &str| number(&self.contacts, name, row);
-            let is_asked = of(given)? == loads.get(&key(spectrum))?.0;
-            let ratio = of(EDGE_NODES_4.name)? / of(SWITCHES.name)?;
-            is_asked.then_some(ratio)
-        });
-        let found = found.into_iter().map(|PerSurface { spectrum, values }| AtLoad {
-            load: loads[&key(&spectrum)].1,
-            spectrum,
-            values,
-        });
-        found.collect()
-    }
-
-    /// Returns the moments of each spectrum for which the contact of the same surfaces was solved
-    /// on several meshes.
-    pub fn of_several_meshes(&self) -> Vec<OverMeshes> {
-        let points = refinements(&self.contacts, Window::ALL).unwrap_or_default();
-        let found = points.into_iter().filter_map(|point| {
-            let spectrum = spectrum(&self.contacts, point.row).ok()??;
-            let moments = point.moments()?;
-            let name = format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper);
-            spectrum.is_of_the_paper().then_some(OverMeshes { name, moments })
-        });
-        found.collect()
+    /// Returns the corrected areas at which the gaps of surfaces stop percolating. Omits a spectrum
+    /// if one of its surfaces is open at all loads or sealed at all loads, because the mean over
+    /// the other surfaces would be biased.
+    ///
+    /// # Errors
+    /// If a column has another type.
+    pub fn sealing_areas(&self, data: &DataSpec) -> Result<Vec<Group>, TableError> {
+        let table = self.rows(data);
+        let needed = [GAP_PERCOLATES_X, GAP_PERCOLATES_Y, STOP, SWITCHES];
+        if table.rows() == 0 || !needed.iter().all(|column| table.has(column.name)) {
+            return Ok(Vec::new());
+        }
+        let measured = Measured::new(&table)?;
+        let mut groups: Vec<Group> = Vec::new();
+        for ensemble in ensembles(&table)? {
+            let Some((point, name, _)) = self.identity(data, &table, &ensemble)? else { continue };
+            let members = 0..ensemble.members.len();
+            let surfaces: Vec<_> =
+                members.map(|member| measured.interfaces(&ensemble, member)).collect();
+            let Ok(problem) = PercolationProblem::new(&surfaces, Window::ALL, Channels::AlongBoth)
+            else {
+                continue;
+            };
+            if groups.iter().any(|known| known.point == point) {
+                continue;
+            }
+            let areas = problem.thresholds().iter().map(|threshold| threshold.area_corrected);
+            groups.push(Group {
+                point,
+                name,
+                loads: vec![f64::NAN],
+                given: vec![f64::NAN],
+                values: vec![areas.collect()],
+                systematic: problem.resolution_error().area_corrected,
+                has_scatter: problem.resolves_scatter(),
+                estimate: None,
+            });
+        }
+        groups.sort_by(|one, other| one.point.cmp(&other.point));
+        Ok(groups)
     }
 }
 
-/// Finds the parameters that differ between the spectra of the ensembles or, if there are no
-/// ensembles, between the spectra of the table of pressures.
-fn varied(ensembles: &[AreaCurves], pressures: &Table) -> Result<Varied, TableError> {
-    let mut spectra: Vec<Spectrum> = ensembles.iter().map(|one| one.spectrum.clone()).collect();
-    if spectra.is_empty() {
-        let parameters = pressures.in_role(Role::Parameter);
-        for rows in ensemble::grouped(&parameters) {
-            spectra.extend(spectrum(pressures, rows[0])?);
+impl Evidence {
+    /// Returns the moments of the counted area A_N and the edge S_d Δx over several meshes, which
+    /// give the coefficient c of A_N = A* + c S_d Δx: [Cov(A_N, S_d Δx), Var(S_d Δx)], summed over
+    /// loads, each with one value per surface, by spectrum.
+    ///
+    /// # Errors
+    /// If a column has another type.
+    pub fn mesh_errors(&self, data: &DataSpec) -> Result<Vec<Group>, TableError> {
+        let table = self.rows(data);
+        let mut groups = Vec::new();
+        for point in refinements(&table, Window::ALL).unwrap_or_default() {
+            let Some((spectrum, [covariances, variances])) =
+                spectrum(&table, point.row)?.zip(point.moments())
+            else {
+                continue;
+            };
+            groups.push(Group {
+                name: format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper),
+                point: point_of(&spectrum),
+                loads: vec![f64::NAN; 2],
+                given: vec![f64::NAN; 2],
+                values: vec![covariances, variances],
+                systematic: 0.0,
+                has_scatter: false,
+                estimate: None,
+            });
+        }
+        Ok(groups)
+    }
+}
+
+/// Returns the parameters of a spectrum.
+pub fn point_of(spectrum: &Spectrum) -> ParameterPoint {
+    let mut cells = vec![
+        (HURST, Value::Real(spectrum.hurst)),
+        (K_LOWER, Value::Integer(spectrum.k_lower)),
+        (K_ROLLOFF, Value::Integer(spectrum.k_rolloff)),
+        (K_UPPER, Value::Integer(spectrum.k_upper)),
+        (NODES, Value::Integer(spectrum.nodes)),
+    ];
+    cells.extend(spectrum.nayak().map(|nayak| (NAYAK_OF_MODES, Value::Real(nayak))));
+    ParameterPoint::from_cells(cells)
+}
+
+fn uses_pressures(data: &DataSpec) -> bool {
+    data.value.columns().contains(PRESSURE_DENSITY.name)
+}
+
+/// Returns the ensembles of a table. If the rows have no loads, each has a single load, NaN.
+fn ensembles_of(table: &Table) -> Result<Vec<Ensemble>, TableError> {
+    if table.has(load_column(table)) {
+        return ensembles(table);
+    }
+    ensembles(&table.with(vec![(LOAD, asperity_tables::column::reals(vec![1.0; table.rows()]))]))
+}
+
+/// Values of an expression in the rows of a table.
+struct RowValues<'a> {
+    table: &'a Table,
+    value: &'a Expression,
+    columns: Vec<String>,
+}
+
+impl RowValues<'_> {
+    fn value(&self, row: usize) -> Option<f64> {
+        let known = |column: &String| number(self.table, column, row);
+        let values: Vec<f64> = self.columns.iter().map(known).collect::<Option<_>>()?;
+        let column = |name: &str| {
+            let index = self.columns.iter().position(|column| column == name);
+            index.map_or(f64::NAN, |index| values[index])
+        };
+        let value = self.value.value(&column);
+        (!value.is_nan()).then_some(value)
+    }
+
+    /// Returns the values at the loads at which all surfaces have one. Areas of surfaces in full
+    /// contact, at which their loads end, are 1 at all larger loads.
+    fn group(&self, ensemble: &Ensemble, point: ParameterPoint, name: String) -> Group {
+        let is_area =
+            |column: &String| [AREA_FRACTION.name, AREA_CORRECTED.name].contains(&column.as_str());
+        let is_area =
+            matches!(self.value, Expression::Column(_)) && self.columns.iter().all(is_area);
+        let has_loads = self.table.has(load_column(self.table));
+        let members = 0..ensemble.members.len();
+        let last = |member: usize| {
+            (0..ensemble.loads.len()).rfind(|&load| ensemble.row(member, load).is_some())
+        };
+        let lasts: Vec<Option<usize>> = members.clone().map(last).collect();
+        let value = |member: usize, load: usize| match ensemble.row(member, load) {
+            Some(row) => self.value(row),
+            None => {
+                let last = lasts[member].filter(|&last| is_area && load > last)?;
+                self.value(ensemble.row(member, last)?).filter(|area| *area == 1.0)
+            }
+        };
+        let complete = ensemble.loads.iter().enumerate().filter_map(|(index, load)| {
+            let values = members.clone().map(|member| value(member, index));
+            match has_loads {
+                true => Some((*load, values.collect::<Option<Vec<f64>>>()?)),
+                // Surfaces without the value do not count.
+                false => Some((*load, values.flatten().collect())),
+            }
+        });
+        let (loads, values): (Vec<Load>, Vec<Vec<f64>>) = complete.unzip();
+        let of = |load: fn(&Load) -> f64| match has_loads {
+            true => loads.iter().map(load).collect(),
+            false => vec![f64::NAN; loads.len()],
+        };
+        let values = if values.iter().all(Vec::is_empty) { Vec::new() } else { values };
+        let estimate = self.errors(ensemble, &loads);
+        Group {
+            point,
+            name,
+            loads: of(|load| load.reduced),
+            given: of(|load| load.given),
+            values,
+            systematic: 0.0,
+            has_scatter: estimate.is_none(),
+            estimate,
         }
     }
-    Ok(Varied::among(spectra.iter()))
-}
 
-impl AreaCurves {
-    /// Returns true if both have the same spectrum and correction. Both can come from different
-    /// stages, because a `correct` stage with the correction `none` repeats counted areas.
-    fn is_of(&self, other: &AreaCurves) -> bool {
-        (&self.spectrum, &self.correction) == (&other.spectrum, &other.correction)
-    }
-
-    pub fn surfaces(&self) -> usize {
-        self.areas.first().map_or(0, Vec::len)
-    }
-
-    /// Returns the index of the load nearest to `load`, if it is within 10 %.
-    pub fn at(&self, load: f64) -> Option<usize> {
-        nearest(&self.loads, load)
-    }
-
-    /// Returns the area–load curves of the surfaces that `weights` selects, up to the first load at
-    /// which all surfaces are in full contact. Returns `None` if no load remains.
-    pub fn curves(&self, weights: &Weights) -> Option<Curves> {
-        let open = (0..self.loads.len()).take_while(|&index| self.mean(index) < 1.0);
-        let by_load: Vec<Vec<f64>> =
-            open.map(|index| weights.values(&self.areas[index]).collect()).collect();
-        let loads = self.loads[..by_load.len()].to_vec();
-        let surfaces = 0..by_load.first()?.len();
-        let areas = surfaces.map(|surface| by_load.iter().map(|areas| areas[surface]).collect());
-        Curves::new(loads, areas.collect()).ok()
-    }
-
-    /// Returns the area at a load, averaged over all surfaces.
-    pub fn mean(&self, load: usize) -> f64 {
-        self.areas[load].iter().sum::<f64>() / self.surfaces() as f64
+    /// Returns the standard errors of results of fits or of means at these loads, and the number of
+    /// surfaces. Returns `None` for values of single surfaces.
+    fn errors(&self, ensemble: &Ensemble, loads: &[Load]) -> Option<(Vec<f64>, usize)> {
+        let Expression::Column(column) = self.value else { return None };
+        let of_mean = column.strip_suffix("_mean").map(|base| format!("{base}_sem"));
+        let names = [Some(format!("{column}_standard_error")), of_mean];
+        let error = names.into_iter().flatten().find(|name| self.table.has(name))?;
+        let counted = ["surfaces", "count"].into_iter().find(|name| self.table.has(name))?;
+        let row = |load: &Load| {
+            let index = ensemble.loads.iter().position(|known| known == load)?;
+            ensemble.row(0, index)
+        };
+        let of = |name: &str| -> Option<Vec<f64>> {
+            loads.iter().map(|load| number(self.table, name, row(load)?)).collect()
+        };
+        let fewest = of(counted)?.into_iter().reduce(f64::min)?;
+        (!self.table.has(SURFACE.name)).then_some((of(&error)?, fewest as usize))
     }
 }
 
-fn curves(table: &Table) -> Result<Vec<AreaCurves>, TableError> {
-    if table.rows() == 0 {
-        return Ok(Vec::new());
-    }
-    let is_corrected = table.has(CORRECTION.name);
-    let area = if is_corrected { AREA_CORRECTED } else { AREA_FRACTION };
-    let areas = table.reals(area.name)?;
-    let mut curves = Vec::new();
-    for rows in ensembles(table)? {
-        let Some(spectrum) = spectrum(table, rows.first)? else {
-            continue;
-        };
-        let correction = if is_corrected {
-            table.texts(CORRECTION.name)?.value(rows.first).to_owned()
-        } else {
-            AS_COUNTED.to_owned()
-        };
-        curves.push(ensemble(spectrum, correction, &rows, areas));
-    }
-    curves.sort_by_key(|ensemble| (key(&ensemble.spectrum), ensemble.correction.clone()));
-    Ok(curves)
-}
+/// Edges of a bin of pressures, and the fractions of the area in it.
+type Bin = ([f64; 2], Group);
 
-fn ensemble(
-    spectrum: Spectrum,
-    correction: String,
-    rows: &ensemble::Ensemble,
-    areas: &Float64Array,
-) -> AreaCurves {
-    let members = 0..rows.members.len();
-    let last =
-        |member: usize| (0..rows.loads.len()).rfind(|&load| rows.row(member, load).is_some());
-    let lasts: Vec<Option<usize>> = members.clone().map(last).collect();
-    let area = |member: usize, load: usize| {
-        let left_behind = || {
-            let last = lasts[member].filter(|&last| load > last)?;
-            rows.row(member, last).filter(|&row| areas.value(row) == 1.0)
-        };
-        let row = rows.row(member, load).or_else(left_behind)?;
-        Some(areas.value(row))
-    };
-    let common = rows.loads.iter().enumerate().filter_map(|(index, &load)| {
-        let areas: Option<Vec<f64>> = members.clone().map(|member| area(member, index)).collect();
-        Some((load, areas?))
-    });
-    let (loads, areas): (Vec<Load>, _) = common.unzip();
-    AreaCurves {
-        spectrum,
-        correction,
-        given: loads.iter().map(|load| load.given).collect(),
-        loads: loads.iter().map(|load| load.reduced).collect(),
-        areas,
+/// Adds the fractions of the bins from `low` to `high`, at the loads that these bins have.
+fn sum_between(mut bins: Vec<Bin>, low: f64, high: f64) -> Option<Group> {
+    bins.sort_by(|one, other| one.0[0].total_cmp(&other.0[0]));
+    bins.dedup_by(|next, kept| next.0 == kept.0);
+    let first = bins.iter().position(|(ends, _)| decimal::is_same(ends[0], low))?;
+    let last = bins.iter().position(|(ends, _)| decimal::is_same(ends[1], high))?;
+    let inside = bins.get(first..=last)?;
+    let mut sum = inside.first()?.1.clone();
+    for (_, bin) in &inside[1..] {
+        let mut kept = Vec::new();
+        for (index, load) in sum.loads.iter().enumerate() {
+            let other = bin.loads.iter().position(|other| other == load);
+            if let Some(other) = other {
+                let added = sum.values[index].iter().zip(&bin.values[other]);
+                kept.push((index, added.map(|(one, other)| one + other).collect::<Vec<f64>>()));
+            }
+        }
+        sum.loads = kept.iter().map(|(index, _)| sum.loads[*index]).collect();
+        sum.given = kept.iter().map(|(index, _)| sum.given[*index]).collect();
+        sum.values = kept.into_iter().map(|(_, values)| values).collect();
     }
-}
-
-/// Collects one value per surface, by spectrum. Rows without a value, and further rows of the same
-/// surface, are skipped.
-fn per_surface(table: &Table, value: impl Fn(&Spectrum, usize) -> Option<f64>) -> Vec<PerSurface> {
-    let mut known: BTreeMap<_, (Spectrum, BTreeMap<Member, f64>)> = BTreeMap::new();
-    let Ok(members) = Members::new(table) else {
-        return Vec::new();
-    };
-    for row in 0..table.rows() {
-        let Ok(Some(spectrum)) = spectrum(table, row) else {
-            continue;
-        };
-        let Some(value) = value(&spectrum, row) else {
-            continue;
-        };
-        let (_, values) = known.entry(key(&spectrum)).or_insert((spectrum, BTreeMap::new()));
-        values.entry(members.of_row(row)).or_insert(value);
-    }
-    let found = known
-        .into_values()
-        .map(|(spectrum, values)| PerSurface { spectrum, values: values.into_values().collect() });
-    found.collect()
+    Some(sum)
 }
 
 /// Returns a number of a row, from a column of reals or integers. Returns `None` if it is null or
 /// the column is missing.
-fn number(table: &Table, name: &str, row: usize) -> Option<f64> {
+pub fn number(table: &Table, name: &str, row: usize) -> Option<f64> {
     if let Ok(reals) = table.reals(name) {
         return reals.is_valid(row).then(|| reals.value(row));
     }
@@ -407,3 +549,13 @@ fn limits(
     }
     Ok(fits)
 }
+
+/// Column of Nayak's parameter α over the modes of the cell, as a parameter of a group.
+const NAYAK_OF_MODES: Column = Column {
+    name: "nayak",
+    role: Role::Parameter,
+    kind: ColumnKind::Real,
+    unit: "1",
+    meaning: "Nayak's parameter over the modes of the cell",
+    codes: &[],
+};

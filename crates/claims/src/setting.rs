@@ -207,11 +207,6 @@ impl Spectrum {
         self.k_lower == self.k_rolloff
     }
 
-    /// Returns true for spectra like those of the paper: H = 0.8 and no plateau.
-    pub fn is_of_the_paper(&self) -> bool {
-        self.hurst == 0.8 && self.is_plain()
-    }
-
     /// Returns Nayak's parameter α over the modes of the cell.
     pub fn nayak(&self) -> Option<f64> {
         let whole = |k: i64| u32::try_from(k).ok();

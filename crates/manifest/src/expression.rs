@@ -2,8 +2,8 @@
 //! `-1 / slope(mean_gap)`, or in keys of the manifest, such as `8 * k_upper`.
 //!
 //! An expression consists of numbers, names of columns, `+ - * / ^`, parentheses, the number `pi`,
-//! and the functions of [`Function`]. As in Python, powers bind more tightly than signs and associate to the right:
-//! `-x^2` is −(x²), and `2^3^2` is 2⁹.
+//! and the functions of [`Function`]. As in Python, powers bind more tightly than signs and
+//! associate to the right: `-x^2` is −(x²), and `2^3^2` is 2⁹.
 
 use std::collections::BTreeSet;
 use std::fmt;

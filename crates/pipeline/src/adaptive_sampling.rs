@@ -107,10 +107,10 @@ impl AdaptiveStage {
 
     /// Returns the names of the claims that are not decided yet. Returns `None` while tables are
     /// missing. Also returns `None` if the condition is about a mean.
-    pub fn undecided(&self) -> Option<Vec<&'static str>> {
+    pub fn undecided(&self) -> Option<Vec<&str>> {
         match &self.condition {
             Condition::Holds(Finding::Claims(found)) | Condition::Fails(Finding::Claims(found)) => {
-                Some(found.undecided.iter().map(|claim| claim.name).collect())
+                Some(found.undecided.iter().map(|claim| claim.name.as_str()).collect())
             }
             _ => None,
         }
@@ -234,7 +234,7 @@ fn evaluate_stages(
             surfaces: first.realizations,
             condition: match &growth.until {
                 Until::Mean(mean) => conditions::evaluate_mean(plan, position, mean, tables)?,
-                Until::Claims(_) => Condition::open(conditions::claim_tasks(plan)),
+                Until::Claims(_) => Condition::open(conditions::claim_tasks(study, plan)),
             },
             growth,
             position,

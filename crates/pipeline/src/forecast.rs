@@ -172,8 +172,7 @@ mod tests {
             {stages}
             "
         );
-        let study =
-            Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap();
+        let study = Study::parse(&manifest, "study.toml", Path::new("")).unwrap();
         let plan = Plan::new(&study);
         let Effort { pairs, seconds } = {
             let task = plan.tasks.last().unwrap();

@@ -4,6 +4,7 @@
 //! each value in the text, and it continues after an unreadable value so that all problems are
 //! found. [`crate::study`] then checks the values.
 
+pub mod claim;
 pub mod composition;
 pub mod figure;
 mod schema;
@@ -19,18 +20,19 @@ use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeString, DeTable, DeValue};
 
 use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
-use asperity_manifest::keys::declare::required;
+use asperity_manifest::keys::declare::{list, required};
 use asperity_manifest::keys::derived::Scope;
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::parameters::Parameters;
 use asperity_manifest::keys::validation::{unknown_word, validate_against};
 use asperity_manifest::keys::values::found;
-use asperity_manifest::keys::{Key, Section, Spanned, reader, table};
+use asperity_manifest::keys::{Key, KeyTable, Section, Spanned, reader, table};
 use asperity_stages::Kind;
 use asperity_stages::check_context::FromKey;
 use asperity_stages::generate::method::SurfacePoints;
 use asperity_stages::registry::{StagePoints, StageVariant, with_article};
 
+use self::claim::{WrittenClaims, WrittenTable};
 use self::figure::WrittenFigure;
 
 pub use schema::schema;
@@ -49,6 +51,10 @@ pub struct StudyTable {
     pub extends: Key<String>,
     /// Keys of the extended manifest that are left out, such as `["stage.surfaces.k_rolloff"]`.
     pub remove: Key<Vec<String>>,
+    /// Files of claims that `asperity claims` tests besides those of this manifest: a file of the
+    /// program, such as `"yastrebov-2015"`, or a path relative to the folder of this manifest.
+    #[schemars(length(min = 1), transform = list)]
+    pub claims: Key<Vec<Spanned<String>>>,
     /// Seed of the stages that draw random numbers and have no `seed`.
     #[schemars(extend("default" = 0))]
     pub seed: Key<u64>,
@@ -60,6 +66,8 @@ table!(StudyTable);
 const MAX_STAGES: usize = 200;
 /// Maximum number of figures of a study.
 const MAX_FIGURES: usize = 200;
+/// Maximum number of claims, and of their data, in a manifest or a file of claims.
+const MAX_CLAIMS: usize = 500;
 
 /// A manifest as written, with values that are not checked yet.
 #[derive(Debug)]
@@ -69,6 +77,8 @@ pub struct Manifest {
     pub stages: Vec<StageTable>,
     /// Tables `[figure.NAME]`, in the order of the file.
     pub figures: Vec<WrittenFigure>,
+    /// Tables `[claim.NAME]` and `[data.NAME]`, in the order of the file.
+    pub claims: WrittenClaims,
     /// Inherited parameters that no stage uses.
     pub unused_parameters: Vec<String>,
 }
@@ -98,11 +108,13 @@ impl Manifest {
         let parameters =
             table.map_or_else(Parameters::default, |table| Parameters::read(table, problems));
         let (mut study, mut stages, mut figures) = (None, Vec::new(), Vec::new());
+        let mut claims = WrittenClaims::default();
         for entry in document {
             match entry.0.get_ref().as_ref() {
                 "study" => study = read_study(entry, problems),
                 "stage" => stages = read_stages(entry, &parameters, problems),
                 "figure" => figures = read_figures(entry, problems),
+                "claim" | "data" => read_claims(entry, &mut claims, problems),
                 _ => problems.push(unknown_table(&entry)),
             }
         }
@@ -126,7 +138,7 @@ impl Manifest {
             }
             Section::unreadable(0..0)
         });
-        Manifest { study, stages, figures, unused_parameters }
+        Manifest { study, stages, figures, claims, unused_parameters }
     }
 
     /// Returns the name of the study, if it has one.
@@ -178,6 +190,31 @@ fn read_figure(entry: Entry, problems: &mut Problems) -> Option<WrittenFigure> {
     figure::in_british_spelling(&mut table);
     let expected = ExpectedKeys::of_table("a figure");
     Some(WrittenFigure { name, keys: reader::read(table, span, &expected, problems) })
+}
+
+/// Reads the tables of claims or of their data in the order of the file.
+pub(crate) fn read_claims(entry: Entry, claims: &mut WrittenClaims, problems: &mut Problems) {
+    let is_data = entry.0.get_ref() == "data";
+    let things = if is_data { "tables of data" } else { "claims" };
+    for entry in entries_of(entry, things, MAX_CLAIMS, problems) {
+        if is_data {
+            claims.data.extend(read_named(entry, "data of claims", problems));
+        } else {
+            claims.claims.extend(read_named(entry, "a claim", problems));
+        }
+    }
+}
+
+fn read_named<T: KeyTable>(
+    entry: Entry,
+    what: &str,
+    problems: &mut Problems,
+) -> Option<WrittenTable<T>> {
+    let span = entry.0.span();
+    let name = Spanned { value: entry.0.get_ref().to_string(), span: span.clone() };
+    let table = table_of(entry, problems)?;
+    let expected = ExpectedKeys::of_table(what);
+    Some(WrittenTable { name, keys: reader::read(table, span, &expected, problems) })
 }
 
 /// Returns the entries of a table in the order of the file, at most `max` of them. `things` says in
@@ -353,7 +390,7 @@ fn unknown_table((key, value): &Entry) -> Problem {
     let problem = Problem::new(
         format!("unknown {what} `{name}`"),
         key.span(),
-        match did_you_mean(name, ["study", "stage", "figure", "parameters"]) {
+        match did_you_mean(name, ["study", "stage", "figure", "claim", "data", "parameters"]) {
             Some(word) => format!("did you mean `{word}`?"),
             None if is_table => format!("if this is a stage, write `[stage.{name}]`"),
             None => "not allowed in a manifest".to_owned(),
@@ -361,7 +398,7 @@ fn unknown_table((key, value): &Entry) -> Problem {
     );
     problem.help(
         "a manifest has one table `[study]`, a table `[stage.NAME]` for each stage and, if it needs \
-         them, `[parameters]` and tables `[figure.NAME]`",
+         them, `[parameters]` and tables `[figure.NAME]`, `[claim.NAME]` and `[data.NAME]`",
     )
 }
 
@@ -389,8 +426,7 @@ mod tests {
     #[test]
     fn the_template_makes_sense_as_it_is() {
         let text = template("first");
-        let study =
-            Study::parse(&text, "first.toml", Path::new("."), crate::study::no_claims).unwrap();
+        let study = Study::parse(&text, "first.toml", Path::new(".")).unwrap();
         assert_eq!(study.name, "first");
         assert!(study.warnings().is_empty());
         assert_eq!(Plan::new(&study).stages.len(), 5);

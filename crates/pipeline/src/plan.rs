@@ -34,7 +34,7 @@ pub use asperity_stages::Kind;
 /// use std::path::Path;
 ///
 /// use asperity_pipeline::plan::Plan;
-/// use asperity_pipeline::study::{Study, no_claims};
+/// use asperity_pipeline::study::Study;
 ///
 /// let manifest = |upper: &str| format!(r#"
 ///     [study]
@@ -47,7 +47,7 @@ pub use asperity_stages::Kind;
 ///     k_upper = {upper}
 /// "#);
 /// let plan = |upper: &str| {
-///     let study = Study::parse(&manifest(upper), "small.toml", Path::new(""), no_claims);
+///     let study = Study::parse(&manifest(upper), "small.toml", Path::new(""));
 ///     study.map(|study| Plan::new(&study))
 /// };
 /// let (few, more) = (plan("[4]")?, plan("[4, 8]")?);

@@ -18,7 +18,7 @@ use crate::manifest::setting::Setting;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::publishing::{RowContext, TableParts};
 use crate::results::reader::ResultReader;
-use crate::study::{ClaimNames, EmptyTables, Study};
+use crate::study::{EmptyTables, Study};
 use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::StageError;
 use asperity_stages::columns::CONTENT;
@@ -84,11 +84,10 @@ pub struct StageRows<T = Table> {
 pub fn read_study(
     manifest: &Path,
     settings: &[Setting],
-    claims: ClaimNames,
     store: &Store,
     folder: &Path,
 ) -> Result<Study, ManifestErrors> {
-    Study::read_recalling(manifest, settings, claims, |name| {
+    Study::read_recalling(manifest, settings, |name| {
         ResultReader::new(store.clone(), &folder.join(name)).recollection()
     })
 }

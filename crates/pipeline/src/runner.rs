@@ -488,8 +488,7 @@ loads = [0.1]
     #[test]
     fn memory_that_the_system_does_not_give_fails_its_task_and_no_other() {
         let folder = tempfile::tempdir().unwrap();
-        let study =
-            Study::parse(STUDY, "small.toml", Path::new(""), crate::study::no_claims).unwrap();
+        let study = Study::parse(STUDY, "small.toml", Path::new("")).unwrap();
         let mut plan = Plan::new(&study);
         // The mesh takes petabytes.
         plan.tasks[0].nodes = [1 << 24; 2];

@@ -4,6 +4,7 @@
 //! read its inputs, and surface files exist. Later code relies on these checks.
 
 mod adhesion;
+pub mod claims;
 pub mod figures;
 mod graph;
 mod pairs;
@@ -20,6 +21,7 @@ use std::sync::OnceLock;
 
 use toml::de::{DeTable, DeValue};
 
+use self::claims::ClaimSpec;
 use self::figures::{EmptySelection, FigureSpec};
 use crate::manifest::Manifest;
 use crate::manifest::composition::{Composition, EffectiveManifest};
@@ -40,17 +42,6 @@ pub use asperity_manifest::diagnostics::{ManifestErrors, Problem};
 pub use asperity_stages::Work;
 pub use asperity_stages::surface::planned::{Growth, KnownMean, Limit, Until};
 
-/// Function that returns the names of all claims that a manifest can name in `until = "claims …"`.
-///
-/// The crate `claims` provides the function. [`no_claims`] can be used for manifests without such a
-/// condition.
-pub type ClaimNames = fn() -> Vec<&'static str>;
-
-/// Returns an empty list, with which a manifest with a condition on claims is invalid.
-pub fn no_claims() -> Vec<&'static str> {
-    Vec::new()
-}
-
 /// A study whose manifest is valid. Two studies are equal if they compute the same, however their
 /// manifests are written.
 #[derive(Debug, Clone)]
@@ -62,6 +53,8 @@ pub struct Study {
     pub stages: Vec<Stage>,
     /// Figures that the manifest declares, in its order.
     pub figures: Vec<FigureSpec>,
+    /// Claims of the files that the manifest names, in their order, then those of the manifest.
+    pub claims: Vec<ClaimSpec>,
     /// Warnings about figures that select rows which the study does not have.
     empty_selections: Vec<Warning>,
     pub sources: SurfaceFiles,
@@ -116,8 +109,8 @@ pub struct Stage {
 
 impl PartialEq for Study {
     fn eq(&self, other: &Study) -> bool {
-        (&self.name, &self.stages, &self.figures, &self.sources)
-            == (&other.name, &other.stages, &other.figures, &other.sources)
+        (&self.name, &self.stages, &self.figures, &self.claims, &self.sources)
+            == (&other.name, &other.stages, &other.figures, &other.claims, &other.sources)
     }
 }
 
@@ -127,13 +120,9 @@ impl Study {
     ///
     /// # Errors
     /// Returns all problems of the manifest, or the reason why it cannot be read.
-    pub fn read(
-        path: &Path,
-        settings: &[Setting],
-        claims: ClaimNames,
-    ) -> Result<Study, ManifestErrors> {
+    pub fn read(path: &Path, settings: &[Setting]) -> Result<Study, ManifestErrors> {
         let composition = Composition::read(path, settings)?;
-        Study::validated(&composition, SurfaceFiles::new(folder(path)), claims)
+        Study::validated(&composition, SurfaceFiles::new(folder(path)), folder(path))
     }
 
     /// Reads a manifest whose results exist. If a surface file cannot be read, the properties that
@@ -144,12 +133,11 @@ impl Study {
     pub fn read_recalling(
         path: &Path,
         settings: &[Setting],
-        claims: ClaimNames,
         recall: impl FnOnce(&str) -> RecordedFiles,
     ) -> Result<Study, ManifestErrors> {
         let composition = Composition::read(path, settings)?;
         let sources = SurfaceFiles::new(folder(path));
-        Study::validated(&composition, sources, claims).or_else(|errors| {
+        Study::validated(&composition, sources, folder(path)).or_else(|errors| {
             let ignored = &mut Problems::default();
             let document = composition.document(ignored);
             let manifest = document.map(|document| Manifest::read(document, 0, ignored));
@@ -158,7 +146,7 @@ impl Study {
                 return Err(errors);
             };
             let sources = SurfaceFiles::with_records(folder(path), recall(name));
-            Study::validated(&composition, sources, claims)
+            Study::validated(&composition, sources, folder(path))
         })
     }
 
@@ -210,32 +198,32 @@ impl Study {
     /// Parses and validates the text of a manifest.
     ///
     /// `file` is the name of the manifest in messages. Paths of surface files and of extended
-    /// manifests are relative to `folder`. `claims` returns the names of the claims that the
-    /// manifest can name.
+    /// manifests are relative to `folder`.
     ///
     /// # Errors
     /// Returns all problems of the manifest that can be found in one pass.
-    pub fn parse(
-        text: &str,
-        file: &str,
-        folder: &Path,
-        claims: ClaimNames,
-    ) -> Result<Study, ManifestErrors> {
+    pub fn parse(text: &str, file: &str, folder: &Path) -> Result<Study, ManifestErrors> {
         let composition = Composition::new(text.to_owned(), file, folder, None, &[])?;
-        Study::validated(&composition, SurfaceFiles::new(folder), claims)
+        Study::validated(&composition, SurfaceFiles::new(folder), folder)
     }
 
     fn validated(
         composition: &Composition,
         sources: SurfaceFiles,
-        claims: ClaimNames,
+        folder: &Path,
     ) -> Result<Study, ManifestErrors> {
         let mut problems = Problems::default();
+        let mut invalid_claims = None;
         let study = composition.document(&mut problems).and_then(|document| {
             let inherited = composition.inherited();
             let manifest = Manifest::read(document.clone(), inherited, &mut problems);
             let mut empty = Vec::new();
-            let study = validate::validate(&manifest, sources, claims, &mut problems, &mut empty)?;
+            let validated =
+                validate::validate(&manifest, sources, folder, &mut problems, &mut empty);
+            let study = validated.unwrap_or_else(|errors| {
+                invalid_claims = Some(errors);
+                None
+            })?;
             let empty_selections =
                 empty.into_iter().map(|selection| warning(selection, composition)).collect();
             let effective = composition.effective(document, &manifest.unused_parameters);
@@ -243,6 +231,9 @@ impl Study {
         });
         match study {
             Some(study) if problems.is_empty() => Ok(study),
+            _ if problems.is_empty() && invalid_claims.is_some() => {
+                Err(*invalid_claims.expect("the file has mistakes"))
+            }
             _ => Err(composition.errors(problems)),
         }
     }

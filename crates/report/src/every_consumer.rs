@@ -1,10 +1,13 @@
 //! Tests that code that groups rows into ensembles uses each row exactly once. Each test table has
 //! two values of one coordinate (a column that identifies rows), and each coordinate is tested.
 
+use std::collections::BTreeMap;
+
 use crate::ensembles as report;
 use crate::ensembles::Bars;
-use asperity_claims::Evidence;
-use asperity_claims::KindTable;
+use asperity_claims::{Evidence, StageTable};
+use asperity_manifest::expression::Expression;
+use asperity_pipeline::study::claims::{DataSpec, Source};
 use asperity_stages::aggregate::{self, Groups, Statistic};
 use asperity_stages::columns::*;
 use asperity_stages::ensemble::*;
@@ -206,13 +209,25 @@ fn claims_take_every_row_once_or_name_it_as_left_out() {
 /// Returns the numbers of rows that claims use and leave out.
 fn claimed(contacts: Table) -> [usize; 2] {
     let contacts = contacts.without(&["correction", "coefficient"]);
-    let finished = KindTable {
+    let finished = StageTable {
+        name: "contacts".to_owned(),
         kind: Kind::Measure,
         table: contacts.with(vec![(CONTACT_NODES, integers(vec![1; 8]))]),
     };
-    let evidence = Evidence::from_tables(&[finished]).unwrap();
-    let ensembles = evidence.ensembles.iter();
-    let taken = ensembles.map(|one| one.surfaces() * one.loads.len());
+    let evidence = Evidence::from_tables(vec![finished]).unwrap();
+    let data = DataSpec {
+        name: "area".to_owned(),
+        label: String::new(),
+        source: Source::Spectra(Kind::Measure),
+        value: Expression::Column(AREA_FRACTION.name.to_owned()),
+        selection: BTreeMap::new(),
+        within: Vec::new(),
+        otherwise: None,
+        needs: None,
+        needs_groups: None,
+    };
+    let groups = evidence.groups(&data).unwrap();
+    let taken = groups.iter().map(|one| one.surfaces() * one.loads.len());
     let left_out = evidence.setting.left_out.iter().map(|left| left.rows);
     [taken.sum(), left_out.sum()]
 }

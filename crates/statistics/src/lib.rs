@@ -18,6 +18,7 @@
 //! | [`self_affine`] | Hurst exponent and roll-off of measured power spectra |
 //! | [`bootstrap`] | confidence intervals of fits by resampling whole surfaces |
 //! | [`intervals`] | confidence intervals of functions of means by the jackknife |
+//! | [`expectation`] | ranges in which quantities are expected, and verdicts |
 //! | [`differences`] | differences of two means, paired or independent; many comparisons |
 //! | `least_squares` | Levenberg–Marquardt, linear least squares, goodness of fit |
 //! | [`random`] | seeded normal random numbers for synthetic data |
@@ -31,6 +32,7 @@ pub mod convexity;
 pub mod curves;
 pub mod differences;
 pub mod evolution;
+pub mod expectation;
 pub mod intervals;
 mod least_squares;
 pub mod limits;

@@ -18,6 +18,7 @@ fn study(realizations: &str) -> String {
 [study]
 name = "decided"
 seed = 5
+claims = "yastrebov-2015"
 
 [stage.surfaces]
 kind = "generate"
@@ -228,6 +229,6 @@ fn wrong_conditions_on_claims_are_met_with_place_and_advice() {
         let output = bench.output(&["check", path.to_str().unwrap()]);
         let printed = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{printed}");
-        assert!(printed.contains(advice) && printed.contains("study.toml:12:"), "{printed}");
+        assert!(printed.contains(advice) && printed.contains("study.toml:13:"), "{printed}");
     }
 }

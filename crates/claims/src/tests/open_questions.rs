@@ -1,7 +1,7 @@
 //! Claims of asperity on open questions of the paper, on artificial tables.
 
 use super::*;
-use crate::evidence::LimitsFit;
+use crate::limits::LimitsFit;
 use asperity_manifest::expression::Expression;
 use asperity_stages::fit::limits::{FormChoice, LimitChoices, Term};
 use asperity_stages::solve::PAIR_LIMIT;
@@ -24,10 +24,6 @@ fn of_spectra(
         (SEED, integers(vec![1; count])),
         (REALIZATION, integers(rows.iter().map(|row| row.3))),
     ]
-}
-
-fn judged(stages: &[KindTable]) -> Vec<Claim> {
-    all(&Evidence::from_tables(stages).unwrap())
 }
 
 /// Tests claims on 27 spectra and meshes. κ is a function of (1/k_lower, k_lower/k_upper,
@@ -73,8 +69,8 @@ fn kappa_claims(kappa: fn([f64; 3]) -> f64, scatter: f64) -> Vec<Claim> {
         window: Window::ALL,
         table: table.clone(),
     };
-    let evidence = Evidence::from_tables(&[finished(Kind::Correct, table)]).unwrap();
-    all(&evidence.with_limits(&[fit]).unwrap())
+    let evidence = Evidence::from_tables(vec![finished(Kind::Correct, table)]).unwrap();
+    all(&CLAIMS, &evidence.with_limits(&[fit]).unwrap()).unwrap()
 }
 
 #[test]
@@ -164,7 +160,7 @@ fn sealing_under(step: usize, mean: fn(i64) -> f64, scatter: fn(i64) -> f64) -> 
         (GAP_PERCOLATES_Y, flags(open)),
         (STOP, texts(vec!["converged"; rows.len()])),
     ]);
-    judged(&[finished(Kind::Measure, Table::new(rows.len(), columns))])
+    judged(vec![finished(Kind::Measure, Table::new(rows.len(), columns))])
 }
 
 #[test]
@@ -231,7 +227,7 @@ fn flows(factor: fn(f64, f64) -> f64, scatter: f64) -> Vec<Claim> {
         (FLOW_FACTOR_X, reals(factors.iter().map(|factor| 0.9 * factor).collect::<Vec<_>>())),
         (FLOW_FACTOR_Y, reals(factors.iter().map(|factor| 1.1 * factor).collect::<Vec<_>>())),
     ]);
-    judged(&[finished(Kind::Measure, Table::new(rows.len(), columns))])
+    judged(vec![finished(Kind::Measure, Table::new(rows.len(), columns))])
 }
 
 #[test]
@@ -274,7 +270,7 @@ fn stiffness(bend: fn(i64) -> f64, scatter: f64) -> Vec<Claim> {
         (CONTACT_NODES, integers(vec![1; rows.len()])),
         (MEAN_GAP, reals(gaps)),
     ]);
-    judged(&[finished(Kind::Measure, Table::new(rows.len(), columns))])
+    judged(vec![finished(Kind::Measure, Table::new(rows.len(), columns))])
 }
 
 #[test]
@@ -339,7 +335,7 @@ fn asperities_that_stop(
         ]);
         finished(Kind::Solve, Table::new(rows.len(), columns))
     };
-    judged(&[
+    judged(vec![
         finished(Kind::Correct, Table::new(rows.len(), corrected)),
         model("none"),
         model("explicit"),
@@ -399,11 +395,11 @@ fn a_load_that_was_given_up_on_one_surface_tells_nothing_of_asperity_models() {
 
 /// Tests claims on Persson's distribution of pressures times a function of the pressure.
 fn pressures(factor: fn(f64) -> f64, scatter: f64) -> Vec<Claim> {
-    judged(&[pressures_on(256, factor, scatter)])
+    judged(vec![pressures_on(256, factor, scatter)])
 }
 
 /// Returns the distributions of [`pressures`] on one mesh.
-fn pressures_on(nodes: i64, factor: impl Fn(f64) -> f64, scatter: f64) -> KindTable {
+fn pressures_on(nodes: i64, factor: impl Fn(f64) -> f64, scatter: f64) -> StageTable {
     let width = 0.025;
     let (mut rows, mut values) = (Vec::new(), Vec::new());
     let noise = normal(4, SURFACES);
@@ -438,7 +434,7 @@ fn how_a_density_begins_is_judged_by_what_refining_the_mesh_does_to_it() {
             let factor = move |pressure: f64| if pressure < 0.025 { most } else { 1.0 };
             pressures_on(nodes, factor, 0.01)
         };
-        judged(&[512, 1024, 2048].map(on))
+        judged([512, 1024, 2048].map(on).into())
     };
     let of_roots = refined(0.5);
     assert_eq!(verdict(&of_roots, name), Verdict::Holds);

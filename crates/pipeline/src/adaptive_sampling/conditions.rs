@@ -8,8 +8,7 @@ use std::num::NonZeroU32;
 use crate::plan::Plan;
 use crate::study::{Growth, KnownMean, Limit, Study};
 use asperity_stages::aggregate::{Groups, Statistic, grouped};
-use asperity_stages::measure::Distribution;
-use asperity_stages::{Recipe, StageError, measure, solve};
+use asperity_stages::{Kind, StageError};
 use asperity_tables::store::{StoreError, TaskTables};
 use asperity_tables::table::{Table, TableError};
 
@@ -84,17 +83,17 @@ pub trait ClaimRule {
 /// Claims, divided into decided, undecided and not judged ones.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Decisions {
-    pub decided: Vec<&'static str>,
+    pub decided: Vec<String>,
     pub undecided: Vec<Undecided>,
     /// Names of the claims that use a quantity which the study lacks. Each has a description of
     /// what the study would need.
-    pub not_judged: Vec<(&'static str, String)>,
+    pub not_judged: Vec<(String, String)>,
 }
 
 /// A claim that the present surfaces do not decide.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Undecided {
-    pub name: &'static str,
+    pub name: String,
     /// Numbers of surfaces of each spectrum: the present number, and the number that would decide
     /// the claim at the present scatter. `None` if no number of surfaces would decide the claim.
     pub surfaces: Option<[usize; 2]>,
@@ -235,7 +234,7 @@ pub fn evaluate_claims(
     (rule, names): (&dyn ClaimRule, &[String]),
     task_tables: &impl TaskTables,
 ) -> Result<Condition, SamplingError> {
-    let tables = match all_tables(plan, task_tables)? {
+    let tables = match all_tables(study, plan, task_tables)? {
         Ok(tables) => tables,
         Err(open) => return Ok(open),
     };
@@ -247,42 +246,33 @@ pub fn evaluate_claims(
     })
 }
 
-/// Returns all tasks that a condition on claims depends on.
-pub fn claim_tasks(plan: &Plan) -> Vec<usize> {
-    let tasks = 0..plan.tasks.len();
-    tasks.filter(|&task| is_used_by_claims(&plan.tasks[task].recipe)).collect()
-}
-
-/// Returns whether the table of a recipe is about a single surface and is used by claims.
-fn is_used_by_claims(recipe: &Recipe) -> bool {
-    match recipe {
-        Recipe::Generate(_) | Recipe::Correct(_) => true,
-        Recipe::Measure(params) => matches!(
-            params,
-            measure::Params::Contacts { .. }
-                | measure::Params::Distribution(Distribution::Pressures)
-        ),
-        // Claims use solved contacts only through the `measure` stages that read them.
-        Recipe::Solve(params) => {
-            let solve::Params { asperities, .. } = params.as_ref();
-            asperities.is_some()
-        }
-        Recipe::Adhesion(_) | Recipe::Fit(_) | Recipe::Aggregate(_) => false,
-    }
+/// Returns all tasks that a condition on claims depends on: those of the stages of single surfaces
+/// whose tables claims read.
+pub fn claim_tasks(study: &Study, plan: &Plan) -> Vec<usize> {
+    let tests = || study.claims.iter().filter_map(|claim| claim.test.as_ref());
+    let stages = plan.stages.iter().filter(|stage| {
+        let is_pooled = matches!(stage.kind, Kind::Fit | Kind::Aggregate);
+        !is_pooled && tests().any(|test| test.reads(&stage.name, stage.kind))
+    });
+    let mut tasks: Vec<usize> = stages.flat_map(|stage| stage.tasks.iter().copied()).collect();
+    tasks.sort_unstable();
+    tasks.dedup();
+    tasks
 }
 
 /// Reads the tables that claims use, and stacks the tables of each stage; `None` for a stage
 /// without such tables. If some tables are missing or damaged, returns an open condition instead.
 fn all_tables(
+    study: &Study,
     plan: &Plan,
     task_tables: &impl TaskTables,
 ) -> Result<Result<Vec<Option<Table>>, Condition>, SamplingError> {
-    let mut read = match read(plan, &claim_tasks(plan), task_tables)? {
+    let mut read = match read(plan, &claim_tasks(study, plan), task_tables)? {
         Ok(tables) => tables.into_iter(),
         Err(open) => return Ok(Err(open)),
     };
     let mut of_tasks: Vec<Option<Table>> = (0..plan.tasks.len()).map(|_| None).collect();
-    for task in claim_tasks(plan) {
+    for task in claim_tasks(study, plan) {
         of_tasks[task] = read.next();
     }
     let stages = plan.stages.iter().map(|stage| {
@@ -329,7 +319,10 @@ mod tests {
 
     /// Returns a claim with ten surfaces of each spectrum, which `needed` surfaces would decide.
     fn needs(needed: Option<usize>) -> Undecided {
-        Undecided { name: "area-above-persson", surfaces: needed.map(|needed| [10, needed]) }
+        Undecided {
+            name: "area-above-persson".to_owned(),
+            surfaces: needed.map(|needed| [10, needed]),
+        }
     }
 
     #[test]

@@ -160,9 +160,7 @@ mod tests {
             statistics = [\"mean\"]
             "
         );
-        Plan::new(
-            &Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap(),
-        )
+        Plan::new(&Study::parse(&manifest, "study.toml", Path::new("")).unwrap())
     }
 
     #[test]

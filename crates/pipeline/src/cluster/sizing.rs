@@ -210,8 +210,7 @@ mod tests {
             "
         );
         let folder = std::path::Path::new("");
-        crate::study::Study::parse(&manifest, "study.toml", folder, crate::study::no_claims)
-            .unwrap()
+        crate::study::Study::parse(&manifest, "study.toml", folder).unwrap()
     }
 
     #[test]

@@ -159,7 +159,7 @@ pub fn study(stages: Vec<(&str, Keys)>) -> Result<Study, KeyErrors> {
         ("stage".to_owned(), toml::Value::from(Keys::from_iter(named))),
     ]);
     let text = toml::to_string(&manifest).expect("a table of TOML can be written");
-    Ok(Study::parse(&text, "keys", Path::new(""), crate::study::no_claims)?)
+    Ok(Study::parse(&text, "keys", Path::new(""))?)
 }
 
 fn only_in_manifests(key: &str) -> String {

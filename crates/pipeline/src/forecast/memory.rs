@@ -263,9 +263,7 @@ pub mod tests {
             {more}
             "
         );
-        Plan::new(
-            &Study::parse(&manifest, "study.toml", Path::new(""), crate::study::no_claims).unwrap(),
-        )
+        Plan::new(&Study::parse(&manifest, "study.toml", Path::new("")).unwrap())
     }
 
     pub fn all(plan: &Plan) -> Vec<usize> {

@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::StudyTable;
+use super::claim::{ClaimTable, DataTable};
 use super::figure::FigureTable;
 use asperity_manifest::keys::declare::QUANTITY;
 use asperity_manifest::keys::{KeyTable, quantity};
@@ -20,7 +21,7 @@ pub fn schema() -> Value {
         "description": "A statistical study of rough contact.",
         "type": "object",
         "properties": {
-            "study": StudyTable::layout().schema,
+            "study": with_lists::<StudyTable>(),
             "parameters": parameters(),
             "stage": {
                 "description": "Stages of the study, each a table `[stage.NAME]`.",
@@ -33,7 +34,17 @@ pub fn schema() -> Value {
                 "description": "Figures of the study, each a table `[figure.NAME]`.",
                 "type": "object",
                 "propertyNames": { "pattern": names::PATTERN, "maxLength": names::MAX_LENGTH },
-                "additionalProperties": figure(),
+                "additionalProperties": with_lists::<FigureTable>(),
+            },
+            "claim": {
+                "description": "Claims of the study, each a table `[claim.NAME]`.",
+                "type": "object",
+                "additionalProperties": with_lists::<ClaimTable>(),
+            },
+            "data": {
+                "description": "Data that several claims use, each a table `[data.NAME]`.",
+                "type": "object",
+                "additionalProperties": with_lists::<DataTable>(),
             },
         },
         "required": ["study", "stage"],
@@ -158,9 +169,9 @@ fn stage(variant: StageVariant) -> Value {
     schema.into()
 }
 
-/// Returns the schema of the table of a figure.
-fn figure() -> Value {
-    let layout = FigureTable::layout();
+/// Returns the schema of a table whose lists may be single items.
+fn with_lists<T: KeyTable>() -> Value {
+    let layout = T::layout();
     let keys = layout.properties().clone().into_iter().map(|(key, value)| {
         let is_list = layout.lists.contains(&key.as_str());
         (key, if is_list { item_or_list(value) } else { value })

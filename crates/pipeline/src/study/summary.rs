@@ -200,7 +200,6 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::study::no_claims;
 
     fn summaries(surface: &str, contact: &str) -> Vec<String> {
         let text = format!(
@@ -208,7 +207,7 @@ mod tests {
              k_lower = 4\nk_upper = 8\n{surface}\n[stage.contact]\nkind = \"solve\"\n\
              from = \"rough\"\n{contact}"
         );
-        let study = Study::parse(&text, "units.toml", Path::new(""), no_claims).unwrap();
+        let study = Study::parse(&text, "units.toml", Path::new("")).unwrap();
         study.summaries().iter().map(ToString::to_string).collect()
     }
 
@@ -245,7 +244,7 @@ mod tests {
                  path = \"spectrum.csv\"\nnodes = 32\nside = 1\n{scale}"
             );
             let folder = Path::new("../../tests/manifests/maps");
-            let study = Study::parse(&text, "spectrum.toml", folder, no_claims).unwrap();
+            let study = Study::parse(&text, "spectrum.toml", folder).unwrap();
             study.summaries()[0].to_string()
         };
         let number = |line: &str, name: &str| -> f64 {

@@ -31,8 +31,7 @@ fn every_mistake_is_explained() {
     for path in paths {
         let name = path.file_stem().unwrap().to_str().unwrap();
         let text = fs::read_to_string(&path).unwrap();
-        let errors =
-            Study::parse(&text, &format!("{name}.toml"), &folder(), crate::study::no_claims);
+        let errors = Study::parse(&text, &format!("{name}.toml"), &folder());
         let page = errors.expect_err(name).render(false);
         settings.bind(|| insta::assert_snapshot!(name, page));
     }
@@ -119,7 +118,7 @@ sql = "select count(*) as n from area"
 "#;
 
 fn parse(text: &str) -> Result<Study, ManifestErrors> {
-    Study::parse(text, "test.toml", &folder(), crate::study::no_claims)
+    Study::parse(text, "test.toml", &folder())
 }
 
 #[track_caller]
@@ -363,7 +362,7 @@ fn manifests_that_ship_make_sense() {
     let entries = fs::read_dir(root.join("manifests")).unwrap();
     let paths = entries.map(|entry| entry.unwrap().path());
     for path in paths.filter(|path| path.extension().is_some_and(|end| end == "toml")) {
-        if let Err(errors) = Study::read(&path, &[], crate::study::no_claims) {
+        if let Err(errors) = Study::read(&path, &[]) {
             panic!("{}", errors.render(false));
         }
     }
@@ -371,12 +370,12 @@ fn manifests_that_ship_make_sense() {
 
 #[test]
 fn a_manifest_that_cannot_be_read_says_why() {
-    let missing = Study::read(Path::new("no/such.toml"), &[], crate::study::no_claims).unwrap_err();
+    let missing = Study::read(Path::new("no/such.toml"), &[]).unwrap_err();
     assert!(missing.render(false).contains("cannot read manifest `no/such.toml`"));
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("latin.toml");
     fs::write(&file, b"[study]\nname = \"\xe9\"\n").unwrap();
-    let latin = Study::read(&file, &[], crate::study::no_claims).unwrap_err().render(false);
+    let latin = Study::read(&file, &[]).unwrap_err().render(false);
     assert!(latin.contains("line 2 is not UTF-8"), "{latin}");
 }
 

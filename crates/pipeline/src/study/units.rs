@@ -1,6 +1,6 @@
 //! Units of length and pressure of the tables of stages.
 
-use crate::study::{Study, Work};
+use crate::study::{Stage, Study, Work};
 use asperity_contact::grid::Boundary;
 use asperity_stages::reduced_units::PressureUnit;
 use asperity_stages::surface::Origin;
@@ -12,28 +12,7 @@ impl Study {
     /// of the stages that it reads, if they agree. Surfaces that were not pressed have no
     /// pressures.
     pub fn units(&self) -> Vec<TableUnits> {
-        let mut units: Vec<TableUnits> = Vec::with_capacity(self.stages.len());
-        let mut are_pressed: Vec<bool> = Vec::with_capacity(self.stages.len());
-        for stage in &self.stages {
-            let read = || stage.inputs.iter().map(|&input| &units[input]);
-            let length = match &stage.work {
-                Work::Generate(surfaces) if stage.inputs.is_empty() => {
-                    common(surfaces.iter().map(|surfaces| Some(surfaces.params.origin.unit())))
-                }
-                _ => common(read().map(|units| units.length.as_deref())),
-            };
-            let own = stage.work.recipes().iter().find_map(|recipe| match recipe {
-                Recipe::Solve(params) => params.pressure_unit,
-                Recipe::Adhesion(params) => params.pressure_unit,
-                _ => None,
-            });
-            let pressed = || stage.inputs.iter().filter(|&&input| are_pressed[input]);
-            let inherited = || common(pressed().map(|&input| units[input].pressure.as_deref()));
-            let pressure = own.map(str::to_owned).or_else(inherited);
-            are_pressed.push(stage.work.kind() == Kind::Solve || pressed().next().is_some());
-            units.push(TableUnits { length, pressure });
-        }
-        units
+        of_stages(&self.stages)
     }
 
     /// Returns the loads of all contacts of the surfaces of a stage. The surfaces can also be
@@ -63,6 +42,32 @@ impl Study {
         });
         origins.any(|pair| bodies.iter().any(|body| pair.has_body(&body.params)))
     }
+}
+
+/// Returns the units of length and pressure of the table of each stage; see [`Study::units`].
+pub fn of_stages(stages: &[Stage]) -> Vec<TableUnits> {
+    let mut units: Vec<TableUnits> = Vec::with_capacity(stages.len());
+    let mut are_pressed: Vec<bool> = Vec::with_capacity(stages.len());
+    for stage in stages {
+        let read = || stage.inputs.iter().map(|&input| &units[input]);
+        let length = match &stage.work {
+            Work::Generate(surfaces) if stage.inputs.is_empty() => {
+                common(surfaces.iter().map(|surfaces| Some(surfaces.params.origin.unit())))
+            }
+            _ => common(read().map(|units| units.length.as_deref())),
+        };
+        let own = stage.work.recipes().iter().find_map(|recipe| match recipe {
+            Recipe::Solve(params) => params.pressure_unit,
+            Recipe::Adhesion(params) => params.pressure_unit,
+            _ => None,
+        });
+        let pressed = || stage.inputs.iter().filter(|&&input| are_pressed[input]);
+        let inherited = || common(pressed().map(|&input| units[input].pressure.as_deref()));
+        let pressure = own.map(str::to_owned).or_else(inherited);
+        are_pressed.push(stage.work.kind() == Kind::Solve || pressed().next().is_some());
+        units.push(TableUnits { length, pressure });
+    }
+    units
 }
 
 /// Returns the loads of a contact; `None` for other tasks.

@@ -1,13 +1,17 @@
 //! Validation of the stages, each after its inputs, and of the conditions on numbers of surfaces.
 
+use std::path::Path;
+
 use arrow::datatypes::DataType;
 
 use crate::manifest::composition::EffectiveManifest;
 use crate::manifest::{Manifest, StageTable, StudyTable};
+use crate::study::claims::files::{self, FileError};
+use crate::study::claims::{self, ClaimContext, ClaimSpec};
 use crate::study::figures::{self, EmptySelection, FigureContext, known_values};
 use crate::study::graph::Graph;
-use crate::study::{ClaimNames, Stage, Study, Work, graph, pairs};
-use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
+use crate::study::{Stage, Study, Work, graph, pairs, units};
+use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
 use asperity_stages::check_context::{PressedStage, Surfaces};
@@ -29,14 +33,18 @@ const MAX_TASKS_OF_STUDY: usize = 2_000_000;
 const MAX_ROWS: usize = 10_000_000;
 
 /// Validates a manifest and reports all problems. Returns `None` if it is invalid. Figures that
-/// select rows which the study does not have are added to `empty_selections`.
+/// select rows which the study does not have are added to `empty_selections`. Files of claims are
+/// relative to `folder`.
+///
+/// # Errors
+/// Returns the mistakes in a file of claims.
 pub fn validate(
     manifest: &Manifest,
     sources: SurfaceFiles,
-    claims: ClaimNames,
+    folder: &Path,
     problems: &mut Problems,
     empty_selections: &mut Vec<EmptySelection>,
-) -> Option<Study> {
+) -> Result<Option<Study>, Box<ManifestErrors>> {
     let (name, seed) = validate_study(&manifest.study, problems);
     let graph = Graph::new(&manifest.stages, problems);
     let mut validator = Validator {
@@ -54,14 +62,18 @@ pub fn validate(
         let from = figure.keys.points.first()?.table.from.written()?;
         index_of(&manifest.stages, &from.value)
     });
-    for stage in observed_stages(&manifest.stages).into_iter().chain(drawn) {
+    let data = manifest.claims.data.iter().filter_map(|data| data.keys.points.first());
+    let data = data.filter_map(|point| point.table.from.written());
+    let own = manifest.claims.claims.iter().filter_map(|claim| claim.keys.points.first());
+    let own = own.filter_map(|point| point.table.from.written());
+    let compared = own.chain(data).filter_map(|from| index_of(&manifest.stages, &from.value));
+    for stage in observed_stages(&manifest.stages).into_iter().chain(drawn).chain(compared) {
         validator.is_read[stage] = true;
     }
     for &stage in &graph.order {
         validator.validated[stage] = validator.stage(stage, &graph, problems);
     }
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
-    check_conditions(&manifest.stages, &graph, (empty, claims), problems);
     let names: Vec<&str> = manifest.stages.iter().map(|stage| stage.name.value.as_str()).collect();
     let context = FigureContext {
         stages: &names,
@@ -73,14 +85,76 @@ pub fn validate(
     };
     let figures = figures::check(&manifest.figures, &context, problems, empty_selections);
     let stages = validator.take_stages(&graph);
-    Some(Study {
-        name: name?,
-        stages: stages?,
-        figures: figures?,
+    let units = stages.as_deref().map(units::of_stages);
+    let index = |name: &str| stages.as_ref()?.iter().position(|stage| stage.name == name);
+    let empty = |stage: usize| validator.validated[stage].empty.as_ref();
+    let context = ClaimContext {
+        file: None,
+        stages: &names,
+        table: &|name: &str| empty(index_of(&manifest.stages, name)?),
+        units: &|name: &str| units.as_ref()?.get(index(name)?).cloned(),
+        reference: &|table: &str| files::read_text(&folder.join(table)),
+    };
+    let claims = read_claims(manifest, folder, &context, problems)?;
+    check_conditions(&manifest.stages, &graph, (empty, claims.as_deref()), problems);
+    let (Some(name), Some(stages), Some(figures), Some(claims)) = (name, stages, figures, claims)
+    else {
+        return Ok(None);
+    };
+    Ok(Some(Study {
+        name,
+        stages,
+        figures,
+        claims,
         empty_selections: Vec::new(),
         sources: validator.sources,
         manifest: EffectiveManifest::default(),
-    })
+    }))
+}
+
+/// Reads the claims of the files that the manifest names, and those of the manifest. Returns `None`
+/// after reporting problems of the manifest.
+///
+/// # Errors
+/// Returns the mistakes in a file.
+fn read_claims(
+    manifest: &Manifest,
+    folder: &Path,
+    context: &ClaimContext,
+    problems: &mut Problems,
+) -> Result<Option<Vec<ClaimSpec>>, Box<ManifestErrors>> {
+    let named = manifest.study.points.first().and_then(|point| point.table.claims.written());
+    let mut all: Vec<ClaimSpec> = Vec::new();
+    let mut is_complete = true;
+    for file in named.into_iter().flat_map(|files| &files.value) {
+        match files::read(&file.value, file.span.clone(), folder, context) {
+            Ok(claims) => {
+                let is_known = |claim: &ClaimSpec| all.iter().any(|known| known.name == claim.name);
+                if let Some(claim) = claims.iter().find(|claim| is_known(claim)) {
+                    let message = format!("two files have a claim `{}`", claim.name);
+                    problems.push(Problem::new(message, file.span.clone(), "the second file"));
+                }
+                all.extend(claims);
+            }
+            Err(FileError::Invalid(errors)) => return Err(errors),
+            Err(FileError::Unreadable(problem)) => {
+                problems.push(problem);
+                is_complete = false;
+            }
+        }
+    }
+    let own = claims::check(&manifest.claims, context, problems);
+    for claim in &manifest.claims.claims {
+        if let Some(known) = all.iter().find(|known| known.name == claim.name.value) {
+            let file = known.file.as_deref().unwrap_or_default();
+            let message = format!("the claims of `{file}` have a claim `{}`", known.name);
+            problems.push(Problem::new(message, claim.name.span.clone(), "choose another name"));
+        }
+    }
+    Ok(own.filter(|_| is_complete).map(|own| {
+        all.extend(own);
+        all
+    }))
 }
 
 /// Validates the table `[study]` and returns its name and seed.
@@ -396,17 +470,17 @@ fn observed_stages(stages: &[StageTable]) -> Vec<usize> {
 ///
 /// A condition on a mean must name a stage with rows for each surface. A condition on claims must
 /// name claims that depend on the number of surfaces. `empty` returns the table of a stage without
-/// rows, if it is known. `claims` returns the names of all claims.
+/// rows, if it is known. `claims` are those of the study, if they are valid.
 fn check_conditions<'t>(
     stages: &[StageTable],
     graph: &Graph,
-    (empty, claims): (impl Fn(usize) -> Option<&'t Table>, ClaimNames),
+    (empty, claims): (impl Fn(usize) -> Option<&'t Table>, Option<&[ClaimSpec]>),
     problems: &mut Problems,
 ) {
     for condition in conditions(stages) {
         let problem = match &condition.until {
             Until::Mean(mean) => of_mean(&condition, mean, stages, graph, &empty),
-            Until::Claims(names) => of_claims(&condition, names, &claims()),
+            Until::Claims(names) => claims.and_then(|known| of_claims(&condition, names, known)),
         };
         problem.into_iter().for_each(|problem| problems.push(problem));
     }
@@ -451,12 +525,16 @@ fn of_mean<'t>(
     Some(condition.problem(message, &label).help(help))
 }
 
-fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Option<Problem> {
+fn of_claims(condition: &Conditional, names: &[String], claims: &[ClaimSpec]) -> Option<Problem> {
+    let known = claims.iter().filter(|claim| claim.depends_on_surfaces());
+    let known: Vec<&str> = known.map(|claim| claim.name.as_str()).collect();
     if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
-        let message = format!("there is no claim `{unknown}` that surfaces decide");
-        let label = suggestion('`', unknown, known.iter().copied(), "unknown claim");
-        let help = "`asperity claims` lists all claims; those on closed forms need no surfaces";
-        return Some(condition.problem(message, &label).help(help));
+        return Some(unknown_claim(condition, unknown, &known));
+    }
+    if known.is_empty() {
+        let message = "the manifest has no claims";
+        let label = "no claim can be decided";
+        return Some(condition.problem(message.to_owned(), label).help(ADD_CLAIMS));
     }
     let given = condition.growing.at_least.written();
     let at_least = given.filter(|written| (written.value as usize) < FEWEST_SURFACES)?;
@@ -464,6 +542,33 @@ fn of_claims(condition: &Conditional, names: &[String], known: &[&str]) -> Optio
     let label = format!("at least {FEWEST_SURFACES} surfaces are needed to estimate their scatter");
     let help = format!("the default is {AT_LEAST}");
     Some(Problem::new(message, at_least.span.clone(), label).help(help))
+}
+
+/// Advice for a manifest without claims.
+const ADD_CLAIMS: &str = "add a table `[claim.NAME]`, or the claims of a paper to `[study]`: \
+                          `claims = \"yastrebov-2015\"`";
+
+/// Returns the problem of a claim that the manifest does not have, or that no surface decides.
+fn unknown_claim(condition: &Conditional, unknown: &str, known: &[&str]) -> Problem {
+    let message = format!("there is no claim `{unknown}` that surfaces decide");
+    let shipped = claims::shipped();
+    let of_file = shipped.iter().find(|claim| claim.name == unknown && claim.depends_on_surfaces());
+    let file = of_file.and_then(|claim| claim.file.as_deref());
+    if let Some(file) = file {
+        let label = "a claim of a file that the manifest does not name";
+        let help = format!("add the line `claims = \"{file}\"` to `[study]`");
+        return condition.problem(message, label).help(help);
+    }
+    let names = known.iter().copied().chain(shipped.iter().map(|claim| claim.name.as_str()));
+    let label = suggestion('`', unknown, names, "unknown claim");
+    let problem = condition.problem(message, &label);
+    problem.help(match known {
+        [] => ADD_CLAIMS,
+        _ => {
+            "`asperity claims` with the manifest lists its claims; those on closed forms need no \
+              surfaces"
+        }
+    })
 }
 
 /// Returns whether the stage with index `stage` is `source` or depends on it.

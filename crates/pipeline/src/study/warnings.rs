@@ -168,8 +168,7 @@ mod tests {
     "#;
 
     fn warnings(manifest: &str) -> Vec<String> {
-        let study =
-            Study::parse(manifest, "coarse.toml", Path::new(""), crate::study::no_claims).unwrap();
+        let study = Study::parse(manifest, "coarse.toml", Path::new("")).unwrap();
         study.warnings().iter().map(ToString::to_string).collect()
     }
 
@@ -282,8 +281,7 @@ mod tests {
             "[study]\nname = \"units\"\n[stage.rough]\nkind = \"generate\"\nnodes = 64\nhurst = 0.8\n\
              k_lower = 2\nk_upper = 8\n[stage.pressed]\nkind = \"solve\"\nfrom = \"rough\"\n{keys}"
         );
-        let study =
-            Study::parse(&text, "units.toml", Path::new(""), crate::study::no_claims).unwrap();
+        let study = Study::parse(&text, "units.toml", Path::new("")).unwrap();
         let warnings = study.warnings().into_iter();
         let pressed = warnings.filter(|warning| warning.stage == "pressed");
         pressed.map(|warning| warning.message).collect()

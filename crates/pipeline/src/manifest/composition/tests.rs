@@ -5,7 +5,7 @@ use std::fs;
 use tempfile::TempDir;
 
 use super::*;
-use crate::study::{Study, no_claims};
+use crate::study::Study;
 
 const BASE: &str = r#"
 [study]
@@ -38,13 +38,13 @@ fn read(files: &[(&str, &str)], settings: &[&str]) -> (TempDir, Result<Study, St
         fs::write(path, text).unwrap();
     }
     let settings: Vec<Setting> = settings.iter().map(|text| text.parse().unwrap()).collect();
-    let study = Study::read(&folder.path().join(files[0].0), &settings, no_claims);
+    let study = Study::read(&folder.path().join(files[0].0), &settings);
     (folder, study.map_err(|errors| errors.render(false)))
 }
 
 /// Asserts that both studies have the same stages, and returns the text of the first one.
 fn same(composed: Study, plain: &str) -> String {
-    let plain = Study::parse(plain, "plain.toml", Path::new(""), no_claims)
+    let plain = Study::parse(plain, "plain.toml", Path::new(""))
         .unwrap_or_else(|errors| panic!("{}", errors.render(false)));
     assert_eq!(composed.stages, plain.stages);
     assert_eq!(composed.name, plain.name);
@@ -68,7 +68,7 @@ fn a_manifest_overrides_what_it_extends() {
         .replace("from = 0.1, to = 0.2", "to = 0.4");
     let text = same(study, &plain);
     // The effective manifest stands alone.
-    let alone = Study::parse(&text, "effective.toml", Path::new(""), no_claims).unwrap();
+    let alone = Study::parse(&text, "effective.toml", Path::new("")).unwrap();
     assert_eq!(same(alone, &plain), text);
     assert!(text.contains("nodes = \"8 * k\"") && text.contains("`variant.toml`, which extends"));
 }
@@ -113,7 +113,7 @@ fn a_variant_needs_no_longer_use_an_inherited_parameter() {
     let text = study.unwrap().manifest.text;
     assert!(!text.contains("parameters"), "{text}");
     // The effective manifest stands alone.
-    Study::parse(&text, "effective.toml", Path::new(""), no_claims).unwrap();
+    Study::parse(&text, "effective.toml", Path::new("")).unwrap();
     let settings = ["stage.surfaces.nodes=64", "stage.surfaces.k_upper=8"];
     let (_folder, study) = read(&[("base.toml", BASE)], &settings);
     assert!(!study.unwrap().manifest.text.contains("parameters"));

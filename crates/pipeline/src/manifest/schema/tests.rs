@@ -16,7 +16,7 @@ fn root() -> PathBuf {
 }
 
 fn study(text: &str) -> Result<Study, ManifestErrors> {
-    Study::parse(text, "test.toml", &root().join("tests/manifests"), crate::study::no_claims)
+    Study::parse(text, "test.toml", &root().join("tests/manifests"))
 }
 
 /// Returns whether a value satisfies a schema. Supports only the parts of JSON Schema that

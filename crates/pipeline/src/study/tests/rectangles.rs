@@ -29,7 +29,7 @@ fn warnings(rest: &str) -> Vec<String> {
 }
 
 fn message(kind: &str, rest: &str) -> String {
-    let errors = Study::parse(&text(kind, rest), "s.toml", &folder(), crate::study::no_claims);
+    let errors = Study::parse(&text(kind, rest), "s.toml", &folder());
     errors.expect_err(rest).render(false)
 }
 

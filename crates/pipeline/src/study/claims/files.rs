@@ -1,0 +1,161 @@
+//! Files of claims: those that are shipped with the program, and those of users.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use serde_spanned::Spanned as TomlSpanned;
+use toml::de::{DeString, DeTable};
+
+use super::ClaimSpec;
+use super::check::{ClaimContext, check};
+use crate::manifest::claim::WrittenClaims;
+use crate::manifest::read_claims;
+use crate::manifest::syntax::report_syntax;
+use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, Span};
+use asperity_tables::store::regular::read_regular;
+
+/// A file of claims that the program contains.
+pub struct ShippedClaims {
+    pub name: &'static str,
+    text: &'static str,
+    /// Tables of reference values by name.
+    tables: &'static [(&'static str, &'static str)],
+}
+
+/// Files of claims that the program contains.
+pub const SHIPPED: [ShippedClaims; 1] = [ShippedClaims {
+    name: "yastrebov-2015",
+    text: include_str!("../../../claims/yastrebov-2015.toml"),
+    tables: &[
+        ("yastrebov-2015-nayak.csv", include_str!("../../../claims/yastrebov-2015-nayak.csv")),
+        (
+            "yastrebov-2015-summit-density.csv",
+            include_str!("../../../claims/yastrebov-2015-summit-density.csv"),
+        ),
+    ],
+}];
+
+/// Maximum size of a file of claims or of reference values in bytes.
+const MAX_BYTES: u64 = 4 << 20;
+
+/// Returns the claims of all shipped files, in the order of the files.
+///
+/// # Panics
+/// If a shipped file is invalid.
+pub fn shipped() -> Vec<ClaimSpec> {
+    let context = ClaimContext::without_study();
+    let claims =
+        SHIPPED.iter().flat_map(|file| match read(file.name, 0..0, Path::new(""), &context) {
+            Ok(claims) => claims,
+            Err(FileError::Invalid(errors)) => panic!("{}", errors.render(false)),
+            Err(FileError::Unreadable(problem)) => panic!("{}", problem.message()),
+        });
+    claims.collect()
+}
+
+/// Reason why the claims of a file cannot be used.
+#[derive(Debug)]
+pub enum FileError {
+    /// The file cannot be read.
+    Unreadable(Problem),
+    /// The file has mistakes.
+    Invalid(Box<ManifestErrors>),
+}
+
+/// Reads the claims of a file, which is shipped or at a path relative to `folder`. `span` is the
+/// position of its name in the manifest.
+///
+/// # Errors
+/// Returns the problem of a file that cannot be read, or the errors of its claims.
+pub fn read(
+    name: &str,
+    span: Span,
+    folder: &Path,
+    context: &ClaimContext,
+) -> Result<Vec<ClaimSpec>, FileError> {
+    let shipped = SHIPPED.iter().find(|file| file.name == name);
+    let own = folder.join(name);
+    let (file, text) = match shipped {
+        Some(shipped) => (format!("{name}.toml"), shipped.text.to_owned()),
+        None => {
+            let text = read_text(&own).map_err(|reason| {
+                let message = format!("cannot read the claims in `{}`: {reason}", own.display());
+                let names = SHIPPED.map(|file| format!("`{}`", file.name)).join(" and ");
+                let help = format!(
+                    "write the path of a file, relative to the manifest, or the name of a file of \
+                     the program: {names}"
+                );
+                FileError::Unreadable(Problem::new(message, span, "named here").help(help))
+            })?;
+            (own.display().to_string(), text)
+        }
+    };
+    let reference = |table: &str| match shipped {
+        Some(shipped) => {
+            let known = shipped.tables.iter().find(|(known, _)| *known == table);
+            known
+                .map(|(_, text)| (*text).to_owned())
+                .ok_or_else(|| "there is no such file".to_owned())
+        }
+        None => read_text(&own.with_file_name(table)),
+    };
+    let mut problems = Problems::default();
+    let context = ClaimContext {
+        file: Some(name),
+        stages: context.stages,
+        table: context.table,
+        units: context.units,
+        reference: &reference,
+    };
+    let claims =
+        parsed(&text, &mut problems).and_then(|written| check(&written, &context, &mut problems));
+    match claims {
+        Some(claims) if problems.is_empty() => Ok(claims),
+        _ => Err(FileError::Invalid(Box::new(problems.into_errors(&file, &text)))),
+    }
+}
+
+/// Returns the files that claims of a study are in and that they name, without those of the
+/// program, as paths relative to the manifest.
+pub fn own_files(claims: &[ClaimSpec]) -> BTreeSet<PathBuf> {
+    let is_own = |name: &str| SHIPPED.iter().all(|shipped| shipped.name != name);
+    let mut files = BTreeSet::new();
+    for claim in claims.iter().filter(|claim| claim.file.as_deref().is_none_or(is_own)) {
+        let file = claim.file.as_deref().map(Path::new);
+        files.extend(file.map(Path::to_owned));
+        let reference = claim.test.as_ref().and_then(|test| test.reference_file.as_ref());
+        files.extend(reference.map(|name| file.unwrap_or(Path::new("")).with_file_name(name)));
+    }
+    files
+}
+
+/// Reads a text file.
+///
+/// # Errors
+/// Returns the reason why the file cannot be read.
+pub fn read_text(path: &Path) -> Result<String, String> {
+    let bytes = read_regular(path, MAX_BYTES).map_err(|error| error.to_string())?;
+    String::from_utf8(bytes).map_err(|error| error.to_string())
+}
+
+fn parsed(text: &str, problems: &mut Problems) -> Option<WrittenClaims> {
+    let (document, errors) = DeTable::parse_recoverable(text);
+    if !errors.is_empty() {
+        report_syntax(text, &errors, problems);
+        return None;
+    }
+    let mut written = WrittenClaims::default();
+    for entry in document.into_inner() {
+        match entry.0.get_ref().as_ref() {
+            "claim" | "data" => read_claims(entry, &mut written, problems),
+            _ => problems.push(unknown(&entry.0)),
+        }
+    }
+    Some(written)
+}
+
+fn unknown(key: &TomlSpanned<DeString<'_>>) -> Problem {
+    let message = format!("unknown table `{}` in a file of claims", key.get_ref());
+    let problem = Problem::new(message, key.span(), "not allowed here");
+    problem.help("a file of claims has tables `[claim.NAME]` and `[data.NAME]`")
+}
