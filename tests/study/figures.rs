@@ -203,3 +203,83 @@ fn reasons_name_what_the_study_lacks_and_nothing_that_it_has() {
     assert_eq!(needs(&said, "nayak"), None);
     assert_eq!(needs(&said, "area-full"), None);
 }
+
+/// Areas of three exponents at four loads.
+fn four_loads() -> String {
+    HURST.replace("loads = [0.05]", "loads = [0.01, 0.02, 0.04, 0.08]")
+}
+
+/// Returns the values of an attribute of the markers of a drawing, or other parts of its text.
+fn count(text: &str, part: &str) -> usize {
+    text.matches(part).count()
+}
+
+#[test]
+fn panels_show_expressions_curves_and_ranges_with_their_labels() {
+    let bench = Bench::new();
+    let figure = r#"
+[figure.law]
+from = "area"
+x = "load"
+where = { hurst = [0.2, 0.8] }
+panels = [
+    { y = "area_fraction / load", scale = "log-x" },
+    { y = "slope(area_fraction)", where = { load = { to = 0.04 } } },
+]
+labels = { "area_fraction/load" = "secant of the area", "slope(area_fraction)" = "its slope" }
+curves = [
+    { area = "erf(sqrt(2) * load)", label = "as Persson" },
+    { theory = "bush-gibson-thomas", nayak = 10 },
+]
+"#;
+    bench.run(&format!("{}{figure}", four_loads()));
+    let (_, page) = report(&bench);
+    let folder = bench.data().join("results/hurst/figures");
+    let svg = fs::read_to_string(folder.join("law.svg")).unwrap();
+    for label in ["secant of the area", "its slope", "as Persson", "Bush, Gibson &amp; Thomas 1975"]
+    {
+        assert_eq!(count(&svg, &format!(">{label}<")), 1, "{label} in {svg}");
+    }
+    assert!(page.contains("Points are means over 3 surfaces."), "{page}");
+}
+
+#[test]
+fn a_curve_of_another_stage_has_the_parameters_of_its_rows() {
+    let bench = Bench::new();
+    let figure = r#"
+[stage.relation]
+kind = "fit"
+from = "area"
+law = "load-separation"
+
+[figure.gaps]
+from = "area"
+x = "load"
+y = "mean_gap"
+scale = "log-x"
+curves = [{ value = "decay_length * ln(closing_load / load)", from = "relation", label = "fits" }]
+"#;
+    bench.run(&format!("{}{figure}", four_loads()));
+    report(&bench);
+    let svg = fs::read_to_string(bench.data().join("results/hurst/figures/gaps.svg")).unwrap();
+    assert_eq!(count(&svg, ">fits<"), 1, "{svg}");
+    let without = figure.replace("decay_length * ln(closing_load / load)", "nothing * load");
+    bench.run(&format!("{}{without}", four_loads()));
+    report(&bench);
+    let svg = fs::read_to_string(bench.data().join("results/hurst/figures/gaps.svg")).unwrap();
+    assert_eq!(count(&svg, ">fits<"), 0, "no table has such a column");
+}
+
+#[test]
+fn a_declared_figure_takes_the_place_of_that_of_the_report_with_its_name() {
+    let bench = Bench::new();
+    let figure = "\n[figure.Slope]\nfrom = \"area\"\nx = \"load\"\ny = \"area_fraction\"\n\
+                  title = \"My own\"\n";
+    bench.run(&format!("{}{figure}", four_loads()));
+    let (said, _) = report(&bench);
+    let drawn: Vec<&str> =
+        said["drawn"].as_array().unwrap().iter().filter_map(|title| title.as_str()).collect();
+    assert_eq!(drawn[0], "My own");
+    assert!(!drawn.contains(&"Slope of the contact area under light load"), "{drawn:?}");
+    assert!(drawn.contains(&"Contact area under light load"), "{drawn:?}");
+}

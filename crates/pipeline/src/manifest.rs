@@ -177,6 +177,14 @@ fn read_stages(
     stages
 }
 
+/// Reads the tables `[figure.NAME]` of a file of the program.
+pub fn read_figures_of(text: &str) -> Vec<WrittenFigure> {
+    let (document, _) = DeTable::parse_recoverable(text);
+    let mut entries = document.into_inner().into_iter();
+    let entry = entries.find(|entry| entry.0.get_ref().as_ref() == "figure");
+    entry.map_or_else(Vec::new, |entry| read_figures(entry, &mut Problems::default()))
+}
+
 /// Reads the figures in the order of the file.
 fn read_figures(entry: Entry, problems: &mut Problems) -> Vec<WrittenFigure> {
     let entries = entries_of(entry, "figures", MAX_FIGURES, problems).into_iter();

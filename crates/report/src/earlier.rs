@@ -181,7 +181,7 @@ fn changed_files(folder: &Path) -> Vec<PathBuf> {
 pub fn figure_files(page: &Path) -> BTreeSet<String> {
     let listed = read_page(page).ok().and_then(|page| Basis::from_page(&page));
     let listed = listed.unwrap_or_default().files.into_keys();
-    let known = figures::ALL.iter().flat_map(|figure| figures::file_names(figure.name));
+    let known = figures::names().flat_map(figures::file_names);
     known.chain(listed).collect()
 }
 

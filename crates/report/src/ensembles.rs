@@ -6,7 +6,6 @@ use std::fmt;
 
 use arrow::array::Array;
 
-use crate::charts::chart::DataPoint;
 use asperity_contact::grid::Grid;
 use asperity_stages::columns::{
     COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, NODES, NODES_X, NODES_Y, SIDE, SIDE_X, SIDE_Y,
@@ -57,15 +56,6 @@ impl Mean {
         ends(self.mean, self.half_bar)
     }
 
-    /// Multiplies the mean and its error bar by a factor that converts the unit of the quantity.
-    pub fn times(&self, factor: f64) -> Mean {
-        Mean {
-            load: self.load,
-            mean: factor * self.mean,
-            half_bar: self.half_bar.map(|half| factor * half),
-        }
-    }
-
     /// Returns the secant at this load: the mean and its error bar divided by the load.
     pub fn secant(&self) -> Mean {
         Mean {
@@ -109,11 +99,6 @@ fn to_text(point: ensemble::ParameterPoint) -> Point {
 }
 
 impl EnsembleCurves<'_> {
-    /// Returns true if the table has a column.
-    pub fn has(&self, column: &str) -> bool {
-        self.table.has(column)
-    }
-
     /// Returns the means of a quantity at the loads at which all surfaces have a row. A curve ends
     /// where the first surface reaches full contact, because this surface has no rows at heavier
     /// loads.
@@ -126,59 +111,6 @@ impl EnsembleCurves<'_> {
             Some(Mean { load: load.reduced, mean, half_bar })
         });
         Ok(means.collect())
-    }
-
-    /// Returns difference quotients of the mean of a quantity between neighbouring loads, at the
-    /// middle of these loads. The first difference starts at zero load, where the quantity
-    /// vanishes. Error bars are computed from the slopes of single surfaces, which scatter much
-    /// less than their areas.
-    pub fn slope(&self, column: &str) -> Result<Vec<DataPoint>, TableError> {
-        let values = self.table.reals(column)?;
-        let mut before = (0.0, vec![0.0; self.surfaces]);
-        let mut slopes = Vec::new();
-        for (Load { reduced: load, .. }, rows) in self.complete() {
-            let now: Vec<f64> = rows.iter().map(|&row| values.value(row)).collect();
-            let step = load - before.0;
-            let each = now.iter().zip(&before.1).map(|(now, before)| (now - before) / step);
-            let (slope, half) = mean_and_half_bar(&each.collect::<Vec<_>>(), self.bars);
-            let bar = ends(slope, half);
-            slopes.push(DataPoint { x: (load + before.0) / 2.0, y: slope, bar });
-            before = (load, now);
-        }
-        Ok(slopes)
-    }
-
-    /// Returns points (ā, Δ(y/a)/Δy): difference quotients of the mean contact pressure y/a between
-    /// neighbouring loads y, against the mean ā of the areas at the two loads. `column` contains
-    /// the area a. The error is computed by the delete-one jackknife, because y/a is not a mean
-    /// over surfaces.
-    pub fn pressure_growth(&self, column: &str) -> Result<Vec<DataPoint>, TableError> {
-        let values = self.table.reals(column)?;
-        let complete = self.complete().map(|(load, rows)| {
-            let areas: Vec<f64> = rows.iter().map(|&row| values.value(row)).collect();
-            (load.reduced, areas)
-        });
-        let complete: Vec<(f64, Vec<f64>)> = complete.collect();
-        let growth = complete.windows(2).map(|pair| {
-            let [(load, areas), (next_load, next_areas)] = pair else {
-                unreachable!("windows of two")
-            };
-            let count = areas.len() as f64;
-            let [sum, next_sum] = [areas, next_areas].map(|areas| areas.iter().sum::<f64>());
-            let rise = |sum: f64, next: f64, count: f64| {
-                count * (next_load / next - load / sum) / (next_load - load)
-            };
-            let growth = rise(sum, next_sum, count);
-            let without = areas.iter().zip(next_areas);
-            let without =
-                without.map(|(area, next)| rise(sum - area, next_sum - next, count - 1.0));
-            let without: Vec<f64> = without.collect();
-            // The deviation of the n leave-one-out values, times n − 1, is that of single values.
-            let half = deviation(&without)
-                .map(|scatter| self.bars.half((count - 1.0) * scatter, areas.len()));
-            DataPoint { x: (sum + next_sum) / (2.0 * count), y: growth, bar: ends(growth, half) }
-        });
-        Ok(growth.collect())
     }
 
     /// Returns the mean ratio of a quantity to a quantity of another ensemble of the same surfaces.
@@ -320,37 +252,11 @@ mod tests {
     }
 
     #[test]
-    fn slopes_begin_at_the_origin_and_scatter_as_those_of_single_surfaces_do() {
-        let table = table();
-        let slopes = from_table(&table, Bars::Sem).unwrap()[0].slope("area").unwrap();
-        let found: Vec<f64> = slopes.iter().map(|slope| slope.x).collect();
-        assert!((found[0] - 0.05).abs() < 1e-15 && (found[1] - 0.15).abs() < 1e-15);
-        assert!((slopes[0].y - 2.0).abs() < 1e-14);
-        assert!((slopes[1].y - 2.0).abs() < 1e-14);
-        let [low, high] = slopes[1].bar.unwrap();
-        assert!(high - low < 1e-14, "both rise by 0.2");
-    }
-
-    #[test]
     fn bars_of_deviations_are_longer_than_those_of_errors_by_the_root_of_the_surfaces() {
         let table = table();
         let bar = |bars| from_table(&table, bars).unwrap()[0].mean("area").unwrap()[0].half_bar;
         let ratio = bar(Bars::Sd).unwrap() / bar(Bars::Sem).unwrap();
         assert!((ratio - 2f64.sqrt()).abs() < 1e-14);
-    }
-
-    #[test]
-    fn the_mean_pressure_grows_by_what_its_mean_curve_does() {
-        let table = table();
-        let found = from_table(&table, Bars::Sem).unwrap()[0].pressure_growth("area");
-        let [growth] = found.unwrap()[..] else { panic!("one step") };
-        // The mean areas at the loads 0.1 and 0.2 are 0.2 and 0.4, so y/a stays 1/2.
-        assert!((growth.x - 0.3).abs() < 1e-15 && growth.y.abs() < 1e-15);
-        // Single surfaces: (0.2/0.3 − 0.1/0.1)/0.1 and (0.2/0.5 − 0.1/0.3)/0.1. The half bar is
-        // half their distance.
-        let each: [f64; 2] = [2.0 / 0.3 - 10.0, 4.0 - 1.0 / 0.3];
-        let [low, high] = growth.bar.unwrap();
-        assert!((high - low - (each[1] - each[0]).abs()).abs() < 1e-13);
     }
 
     #[test]

@@ -4,10 +4,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use arrow::array::{Array, Float64Array, StringArray};
+use arrow::array::{Array, Float64Array};
 
 use crate::ReportError;
-use crate::charts::chart::{Chart, DataPoint, Series};
+use crate::charts::chart::{DataPoint, Series};
 use crate::charts::style::Style;
 use crate::ensembles::{self, Bars, EnsembleCurves, Mean, Point};
 use crate::finished::{FinishedStage, FinishedStages};
@@ -107,35 +107,10 @@ impl<'a> FigureData<'a> {
         self.corrected.iter().filter(wanted)
     }
 
-    /// Returns a series of separate markers with error bars for means, with the label of the
-    /// ensemble.
-    pub fn points(&self, ensemble: &EnsembleCurves, means: &[Mean]) -> Series {
-        series(means, self.styles.markers(&ensemble.point)).named(self.label(ensemble))
-    }
-
-    /// Returns points as separate markers, with the label of the ensemble.
-    pub fn markers(&self, ensemble: &EnsembleCurves, points: Vec<DataPoint>) -> Series {
-        let style = self.styles.markers(&ensemble.point);
-        Series { points, style, label: Some(self.label(ensemble)) }
-    }
-
     /// Returns the label of an ensemble in legends.
     pub fn label(&self, ensemble: &EnsembleCurves) -> String {
         let alone = if ensemble.surfaces == 1 { "the surface" } else { "mean of the surfaces" };
         self.styles.name(&ensemble.point, alone)
-    }
-
-    /// Adds an ensemble to a chart: a line through all means, and markers at some of them.
-    pub fn add_curve(
-        &self,
-        chart: &mut Chart,
-        ensemble: &EnsembleCurves,
-        means: &[Mean],
-        some: &[Mean],
-    ) {
-        let line = series(means, self.styles.joins(&ensemble.point));
-        chart.series.push(line.without_bars());
-        chart.series.push(self.points(ensemble, some));
     }
 
     /// Returns the number of surfaces of each parameter point with measured contacts.
@@ -146,12 +121,6 @@ impl<'a> FigureData<'a> {
             *count = ensemble.surfaces.max(*count);
         }
         counts.into_values().collect()
-    }
-
-    /// Returns the unit of length that the measured contacts share.
-    pub fn unit_of_length(&self) -> LengthUnit {
-        let points = self.measured.iter().map(|one| &one.point);
-        LengthUnit::common(points.map(|point| self.units.at(point)))
     }
 
     /// Returns a sentence with the mesh error of the counted areas, estimated from the perimeter
@@ -192,11 +161,6 @@ impl<'a> FigureData<'a> {
             heaviest = light.iter().fold(heaviest, |most, mean| most.max(mean.load));
         }
         Ok(if heaviest > 0.0 { heaviest } else { LIGHT })
-    }
-
-    /// Returns the text of [`LIGHT`] in the unit of the loads of the study.
-    pub fn light(&self) -> String {
-        self.loads.text_of_reduced(LIGHT)
     }
 
     /// Returns the lines of a manifest that define a stage: its header and `lines`. If the study
@@ -287,34 +251,6 @@ pub fn series(means: &[Mean], style: Style) -> Series {
 pub fn interval(lower: &Float64Array, upper: &Float64Array, row: usize) -> Option<[f64; 2]> {
     let is_known = lower.is_valid(row) && upper.is_valid(row);
     is_known.then(|| [lower.value(row), upper.value(row)])
-}
-
-/// Returns a text column, if the table has it.
-pub fn texts_if_any<'a>(
-    table: &'a Table,
-    name: &str,
-) -> Result<Option<&'a StringArray>, TableError> {
-    table.has(name).then(|| table.texts(name)).transpose()
-}
-
-/// Selects means whose loads are at least `step` apart, for the markers on a line.
-pub fn spaced(step: f64, means: &[Mean]) -> Vec<Mean> {
-    apart(means, |last| last + step)
-}
-
-/// Selects means whose loads differ at least by `factor`, for a logarithmic axis.
-pub fn spaced_by(factor: f64, means: &[Mean]) -> Vec<Mean> {
-    apart(means, |last| last * factor)
-}
-
-fn apart(means: &[Mean], next: impl Fn(f64) -> f64) -> Vec<Mean> {
-    let mut apart: Vec<Mean> = Vec::new();
-    for mean in means {
-        if apart.last().is_none_or(|last| mean.load >= next(last.load)) {
-            apart.push(*mean);
-        }
-    }
-    apart
 }
 
 /// Returns the means up to a load.

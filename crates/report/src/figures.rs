@@ -6,20 +6,18 @@
 
 mod adhesion;
 mod adhesion_maps;
-mod area;
+mod asperities;
 mod automatic;
+mod collapse;
 mod contact_maps;
-mod corrections;
+mod curves;
 mod declared;
 mod distributions;
-mod flow;
-mod full_contact;
 mod heights;
 mod limits;
-mod pressure;
+mod mesh;
+mod shipped;
 mod spectra;
-mod summits;
-mod theories;
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -33,56 +31,53 @@ use crate::figure_data::FigureData;
 use crate::figures::contact_maps::LoadSlider;
 use crate::finished::FinishedStages;
 use crate::samples::{FILE_IS_GONE, MeasuredMaps};
+use asperity_pipeline::manifest::figure::WrittenFigure;
 use asperity_pipeline::study::Study;
 use asperity_pipeline::study::figures::FigureSpec;
 
-/// All figures that every study can have, in the order of the page.
-pub const ALL: [&Definition; 28] = [
+/// Figures that code draws, which every study can have.
+const CODED: [&Definition; 15] = [
     &heights::MAPS,
     &heights::HEIGHTS,
     &spectra::SPECTRUM,
     &spectra::SLOPE_BY_SCALE,
-    &area::AREA_LIGHT,
-    &area::SLOPE,
-    &full_contact::ALL_LOADS,
     &contact_maps::CONTACT_MAPS,
-    &full_contact::APPROACH,
-    &pressure::AGAINST_PRESSURE,
-    &pressure::GAP,
-    &corrections::RELATIVE_ERROR,
-    &corrections::CORRECTED,
-    &corrections::COLLAPSE,
-    &pressure::GROWTH,
-    &summits::NAYAK,
-    &summits::DENSITY,
-    &limits::MESH,
+    &collapse::COLLAPSE,
+    &mesh::MESH,
     &distributions::CONTACT_PRESSURES,
     &distributions::GAPS,
     &distributions::CLUSTERS,
-    &flow::SEALING,
-    &flow::FLOW,
     &adhesion::LOOP,
     &adhesion::AREAS,
     &adhesion_maps::MAPS,
-    &area::ASPERITIES,
+    &asperities::ASPERITIES,
     &limits::LIMITS,
 ];
+
+pub use shipped::names;
 
 /// A figure that a page may have.
 pub enum Planned<'a> {
     Declared(&'a FigureSpec),
     Automatic(Box<FigureSpec>),
-    Paper(&'static Definition),
+    Coded(&'static Definition),
+    Shipped(&'static WrittenFigure),
 }
 
 impl Planned<'_> {
     /// Lists the figures of a study in the order of the page: those that it declares, automatic
-    /// ones, and all others.
+    /// ones, and all others. A declared figure takes the place of another one with its name.
     pub fn all<'a>(study: &'a Study, finished: &FinishedStages) -> Vec<Planned<'a>> {
         let declared = study.figures.iter().map(Planned::Declared);
         let automatic = automatic::figures(study, finished).into_iter();
         let automatic = automatic.map(|figure| Planned::Automatic(Box::new(figure)));
-        let paper = ALL.into_iter().map(Planned::Paper);
+        // Some file systems do not distinguish case.
+        let is_declared =
+            |name: &&str| study.figures.iter().any(|figure| figure.name.to_lowercase() == **name);
+        let paper = shipped::names().filter(|name| !is_declared(name)).filter_map(|name| {
+            let coded = CODED.into_iter().find(|figure| figure.name == name);
+            coded.map(Planned::Coded).or_else(|| shipped::find(name).map(Planned::Shipped))
+        });
         declared.chain(automatic).chain(paper).collect()
     }
 
@@ -90,7 +85,8 @@ impl Planned<'_> {
         match self {
             Planned::Declared(figure) => &figure.name,
             Planned::Automatic(figure) => &figure.name,
-            Planned::Paper(definition) => definition.name,
+            Planned::Coded(definition) => definition.name,
+            Planned::Shipped(figure) => &figure.name.value,
         }
     }
 
@@ -98,7 +94,8 @@ impl Planned<'_> {
         match self {
             Planned::Declared(figure) => declared::title(figure),
             Planned::Automatic(figure) => declared::title(figure),
-            Planned::Paper(definition) => definition.title.to_owned(),
+            Planned::Coded(definition) => definition.title.to_owned(),
+            Planned::Shipped(figure) => shipped::title(figure),
         }
     }
 
@@ -106,7 +103,7 @@ impl Planned<'_> {
         match self {
             Planned::Declared(_) => Group::Declared,
             Planned::Automatic(_) => Group::Automatic,
-            Planned::Paper(_) => Group::Paper,
+            Planned::Coded(_) | Planned::Shipped(_) => Group::Paper,
         }
     }
 
@@ -118,7 +115,8 @@ impl Planned<'_> {
                 Drawn::Missing { .. } => Drawn::NotAsked,
                 drawn => drawn,
             }),
-            Planned::Paper(definition) => (definition.draw)(data),
+            Planned::Coded(definition) => (definition.draw)(data),
+            Planned::Shipped(figure) => shipped::draw(data, figure),
         }
     }
 }
@@ -209,9 +207,9 @@ pub enum Group {
     Declared,
     /// The figure shows results of a stage against a swept parameter.
     Automatic,
-    /// The figure is one of [`ALL`].
+    /// The figure is one of those of every study.
     Paper,
-    /// The figure is one of [`ALL`] and has maps only.
+    /// The figure is one of those of every study and has maps only.
     Maps,
 }
 
@@ -287,19 +285,20 @@ pub fn sample(surfaces: &[usize]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_pipeline::study::claims::shipped;
-    use asperity_pipeline::study::figures::REPORT_FIGURES;
+    use asperity_pipeline::study::claims;
 
     #[test]
-    fn no_declared_figure_can_have_the_name_of_another() {
-        assert_eq!(ALL.map(|definition| definition.name), REPORT_FIGURES);
+    fn every_figure_is_drawn_by_code_or_declared() {
+        for name in shipped::names() {
+            let is_coded = CODED.iter().any(|figure| figure.name == name);
+            assert_ne!(is_coded, shipped::find(name).is_some(), "{name}");
+        }
     }
 
     #[test]
     fn claims_name_figures_that_are_drawn() {
-        for figure in shipped().into_iter().filter_map(|claim| claim.figure) {
-            let mut drawn = ALL.iter();
-            assert!(drawn.any(|definition| definition.name == figure), "{figure}");
+        for figure in claims::shipped().into_iter().filter_map(|claim| claim.figure) {
+            assert!(shipped::names().any(|name| name == figure), "{figure}");
         }
     }
 }

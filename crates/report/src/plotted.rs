@@ -10,15 +10,20 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
 use arrow::array::Array;
-use arrow::datatypes::DataType;
+use arrow::datatypes::{DataType, Schema};
 use arrow::util::display::array_value_to_string;
 
-use asperity_pipeline::study::figures::{BarSource, ErrorBars, FigureSpec, Quantity, has_surfaces};
-use asperity_stages::columns::{CONTENT, CORRECTION, HURST, K_LOWER, K_ROLLOFF, K_UPPER, STOP};
+use asperity_manifest::expression::Expression;
+use asperity_pipeline::study::figures::{
+    BarSource, ErrorBars, FigureSpec, PanelSpec, Quantity, Value as Selected, has_surfaces,
+};
+use asperity_stages::columns::{
+    CONTENT, CORRECTION, HURST, K_LOWER, K_ROLLOFF, K_UPPER, LOAD, STOP, SURFACE,
+};
 use asperity_stages::ensemble::{self, grouped};
 use asperity_stages::solve::is_unconverged;
 use asperity_statistics::intervals::two_sided_quantile;
-use asperity_tables::column::{Role, Value};
+use asperity_tables::column::{Column, ColumnKind, Role, Value, optional_reals};
 use asperity_tables::table::{Table, TableError};
 
 use crate::ensembles;
@@ -58,28 +63,43 @@ pub struct Point {
 }
 
 impl Points {
-    /// Collects the points of a quantity of a figure from the table of its stage.
+    /// Collects the points of a quantity of a panel from the table of its stage.
     pub fn from_table(
         table: &Table,
         figure: &FigureSpec,
+        panel: &PanelSpec,
         quantity: &Quantity,
     ) -> Result<Points, TableError> {
         let of_surfaces = has_surfaces(table);
         let table =
             if of_surfaces { ensemble::without_repeated_rows(table)? } else { table.clone() };
-        let selected: Vec<usize> =
-            (0..table.rows()).filter(|&row| is_selected(&table, row, figure)).collect();
-        let table = table.pick(&selected);
-        let keys = Keys::new(&table, figure);
-        let numbers = Numbers::new(&table, figure, quantity)?;
-        let mut points = Vec::new();
-        let groups = if of_surfaces {
+        let is_shown = |&row: &usize| {
+            [&figure.selection, &panel.selection]
+                .iter()
+                .all(|selection| is_selected(&table, row, selection))
+        };
+        let selected: Vec<usize> = (0..table.rows()).filter(is_shown).collect();
+        let mut table = with_values(&table.pick(&selected), &panel.x)?;
+        if !of_surfaces {
+            table = with_values(&table, &quantity.column)?;
+        }
+        let keys = Keys::new(&table, figure, &panel.x);
+        let curves = if of_surfaces {
             complete(&table, &keys)
         } else {
-            (0..table.rows()).map(|row| vec![row]).collect()
+            vec![(0..table.rows()).map(|row| vec![row]).collect()]
         };
-        for rows in groups {
-            points.extend(numbers.point(&rows).map(|point| (point, rows[0])));
+        let expression = quantity.expression.as_ref().filter(|_| of_surfaces);
+        let mut points = Vec::new();
+        if let Some(expression) = expression {
+            for curve in curves {
+                points.extend(points_of_expression(&table, panel, (quantity, expression), curve)?);
+            }
+        } else {
+            let numbers = Numbers::new(&table, panel, quantity)?;
+            for rows in curves.into_iter().flatten() {
+                points.extend(numbers.point(&rows).map(|point| (point, rows[0])));
+            }
         }
         let split = keys.split(&table, points.iter().map(|(_, row)| *row).collect());
         let mut others = split;
@@ -114,8 +134,102 @@ fn value(column: &dyn Array, row: usize) -> Option<Value> {
     })
 }
 
-fn is_selected(table: &Table, row: usize, figure: &FigureSpec) -> bool {
-    figure.selection.iter().all(|(name, wanted)| {
+/// Adds the values of an expression to a table that has no column of its name. They are a parameter
+/// if they follow from parameters.
+fn with_values(table: &Table, name: &str) -> Result<Table, TableError> {
+    let Some(expression) = Expression::parse(name).ok().filter(|_| !table.has(name)) else {
+        return Ok(table.clone());
+    };
+    let parameters = table.in_role(Role::Parameter);
+    let is_parameter = expression.columns().iter().all(|name| parameters.has(name));
+    let role = if is_parameter { Role::Parameter } else { Role::Result };
+    let mut columns = BTreeMap::new();
+    for column in expression.columns() {
+        columns.insert(column, reals(table, column)?);
+    }
+    let value = |row: usize| {
+        let value = expression.value(&|column: &str| columns[column][row].unwrap_or(f64::NAN));
+        value.is_finite().then_some(value)
+    };
+    let values = optional_reals((0..table.rows()).map(value));
+    let column = Column::result("value", ColumnKind::Real, "1", "value of an expression");
+    let field = column.with_role(role).field().with_name(name);
+    Ok(table.beside(&Table::from_arrays(table.rows(), Schema::new(vec![field]), vec![values])))
+}
+
+/// Returns the points of an expression in means over surfaces along one curve, each with its first
+/// row. The error is computed by the delete-one jackknife, because an expression of means is no
+/// mean.
+fn points_of_expression(
+    table: &Table,
+    panel: &PanelSpec,
+    (quantity, expression): (&Quantity, &Expression),
+    mut curve: Vec<Vec<usize>>,
+) -> Result<Vec<(Point, usize)>, TableError> {
+    let loads = if table.has(LOAD.name) { reals(table, LOAD.name)? } else { Vec::new() };
+    let load = |rows: &[usize]| {
+        let known: Vec<f64> = rows.iter().filter_map(|&row| *loads.get(row)?).collect();
+        if known.is_empty() { f64::NAN } else { mean(&known) }
+    };
+    curve.sort_by(|one, other| load(one).total_cmp(&load(other)));
+    let names = table.texts(SURFACE.name)?;
+    curve.iter_mut().for_each(|rows| rows.sort_by_key(|&row| names.value(row)));
+    let ordinates: Vec<f64> = curve.iter().map(|rows| load(rows)).collect();
+    let mut columns = BTreeMap::new();
+    for column in expression.columns() {
+        columns.insert(column, reals(table, column)?);
+    }
+    // Values from the means over all surfaces, or all but one.
+    let values = |without: Option<usize>| {
+        let means = |column: &str| -> Vec<f64> {
+            let of_point = |rows: &Vec<usize>| {
+                let kept = rows.iter().enumerate().filter(|(index, _)| Some(*index) != without);
+                let values = kept.map(|(_, &row)| columns[column][row].unwrap_or(f64::NAN));
+                mean(&values.collect::<Vec<_>>())
+            };
+            curve.iter().map(of_point).collect()
+        };
+        expression.values(&means, &ordinates)
+    };
+    let all = values(None);
+    let surfaces = curve.first().map_or(0, Vec::len);
+    let left_out: Vec<Vec<f64>> = if surfaces > 1 {
+        (0..surfaces).map(|one| values(Some(one))).collect()
+    } else {
+        Vec::new()
+    };
+    let x = reals(table, &panel.x)?;
+    let kind = match quantity.bars {
+        BarSource::Surfaces(kind) => kind,
+        _ => ErrorBars::None,
+    };
+    let points = curve.iter().enumerate().filter_map(|(at, rows)| {
+        let xs: Option<Vec<f64>> = rows.iter().map(|&row| x[row]).collect();
+        let y = all[at];
+        // The deviation of the n leave-one-out values, times n − 1, is that of single values.
+        let without: Vec<f64> = left_out.iter().map(|values| values[at]).collect();
+        let scatter =
+            ensembles::deviation(&without).map(|scatter| (surfaces as f64 - 1.0) * scatter);
+        let half = scatter.and_then(|scatter| half_bar(scatter, surfaces, kind));
+        let bar = half.filter(|half| half.is_finite()).map(|half| [y - half, y + half]);
+        let point = Point {
+            x: mean(&xs?),
+            y,
+            bar,
+            surfaces: Some(surfaces),
+            facet: None,
+            colour: None,
+            others: Vec::new(),
+            row: rows[0],
+        };
+        y.is_finite().then_some((point, rows[0]))
+    });
+    Ok(points.collect())
+}
+
+/// Returns whether a row has the selected values.
+pub fn is_selected(table: &Table, row: usize, selection: &BTreeMap<String, Vec<Selected>>) -> bool {
+    selection.iter().all(|(name, wanted)| {
         let column = table.batch().column_by_name(name);
         let found = column.and_then(|column| value(column.as_ref(), row));
         found.is_some_and(|found| wanted.iter().any(|wanted| wanted.is_same(&found)))
@@ -142,7 +256,7 @@ struct Keys {
 }
 
 impl Keys {
-    fn new(table: &Table, figure: &FigureSpec) -> Keys {
+    fn new(table: &Table, figure: &FigureSpec, x: &str) -> Keys {
         let is_key = |role: Role| matches!(role, Role::Parameter | Role::Load);
         let coordinates = table.keep(|_, role| role.is_some_and(is_key));
         let mut columns: Vec<String> = coordinates.names().into_iter().map(str::to_owned).collect();
@@ -154,14 +268,14 @@ impl Keys {
             fixed.iter().filter(|name| !columns.contains(name)).cloned().collect();
         columns.extend(further);
         // Without any coordinates, as in results of queries, x alone distinguishes points.
-        let has_x = columns.contains(&figure.x) || coordinates.names().is_empty();
+        let has_x = columns.iter().any(|name| name == x) || coordinates.names().is_empty();
         let loads = table.in_role(Role::Load);
         let path = (!has_x).then(|| {
             let free = columns.iter().filter(|name| !fixed.contains(name));
             let varying = free.filter(|name| distinct(table, name) > 1);
             varying.min_by_key(|name| Reverse(loads.has(name))).cloned()
         });
-        fixed.extend(has_x.then(|| figure.x.clone()));
+        fixed.extend(has_x.then(|| x.to_owned()));
         let path = path.flatten();
         fixed.extend(path.clone());
         Keys { columns, fixed, has_x, path }
@@ -201,10 +315,10 @@ pub fn distinct(table: &Table, name: &str) -> usize {
     if table.rows() == 0 { 0 } else { grouped(&table.only(&[name])).len() }
 }
 
-/// Returns the rows of each point: rows that agree in every coordinate. Points at loads at which a
-/// surface of the parameter point has no row are left out, because the mean over the other surfaces
-/// belongs to another ensemble.
-fn complete(table: &Table, keys: &Keys) -> Vec<Vec<usize>> {
+/// Returns the rows of each point of each curve: rows that agree in every coordinate. Points at
+/// loads at which a surface of the parameter point has no row are left out, because the mean over
+/// the other surfaces belongs to another ensemble.
+fn complete(table: &Table, keys: &Keys) -> Vec<Vec<Vec<usize>>> {
     let names: Vec<&str> = keys.columns.iter().map(String::as_str).collect();
     let loads = table.in_role(Role::Load);
     let parameters: Vec<&str> = names.iter().copied().filter(|name| !loads.has(name)).collect();
@@ -218,8 +332,14 @@ fn complete(table: &Table, keys: &Keys) -> Vec<Vec<usize>> {
         let most = fullest.entry(curve_of_row[rows[0]]).or_insert(0);
         *most = (*most).max(rows.len());
     }
-    let is_complete = |rows: &Vec<usize>| rows.len() == fullest[&curve_of_row[rows[0]]];
-    groups.into_iter().filter(is_complete).collect()
+    let mut curves: BTreeMap<usize, Vec<Vec<usize>>> = BTreeMap::new();
+    for rows in groups {
+        let curve = curve_of_row[rows[0]];
+        if rows.len() == fullest[&curve] {
+            curves.entry(curve).or_default().push(rows);
+        }
+    }
+    curves.into_values().collect()
 }
 
 /// Numbers of the columns that a figure draws.
@@ -242,7 +362,7 @@ enum Bars<'a> {
 impl<'a> Numbers<'a> {
     fn new(
         table: &Table,
-        figure: &FigureSpec,
+        panel: &PanelSpec,
         quantity: &'a Quantity,
     ) -> Result<Numbers<'a>, TableError> {
         let of = |name: &str| reals(table, name);
@@ -256,7 +376,7 @@ impl<'a> Numbers<'a> {
         };
         let has_counts = !has_surfaces(table) && table.has("surfaces");
         Ok(Numbers {
-            x: of(&figure.x)?,
+            x: of(&panel.x)?,
             y: of(&quantity.column)?,
             bars,
             surfaces: has_counts.then(|| of("surfaces")).transpose()?,
@@ -274,7 +394,9 @@ impl<'a> Numbers<'a> {
         let units: BTreeSet<i64> = known().map(|&row| self.units[row]).collect();
         let (bar, surfaces) = match &self.bars {
             Bars::Source(BarSource::Surfaces(kind)) => {
-                (half_bar(&values, *kind).map(|half| [y - half, y + half]), Some(units.len()))
+                let half = ensembles::deviation(&values)
+                    .and_then(|deviation| half_bar(deviation, values.len(), *kind));
+                (half.map(|half| [y - half, y + half]), Some(units.len()))
             }
             Bars::Source(_) => (None, None),
             Bars::Ends([lower, upper]) => {
@@ -301,12 +423,12 @@ impl<'a> Numbers<'a> {
     }
 }
 
-/// Returns half the length of the error bar of a mean over surfaces; `None` for a single surface.
-fn half_bar(values: &[f64], kind: ErrorBars) -> Option<f64> {
-    let deviation = ensembles::deviation(values)?;
-    let error = deviation / (values.len() as f64).sqrt();
+/// Returns half the length of the error bar of a mean over surfaces, from the standard deviation of
+/// their values.
+fn half_bar(deviation: f64, count: usize, kind: ErrorBars) -> Option<f64> {
+    let error = deviation / (count as f64).sqrt();
     match kind {
-        ErrorBars::Ci95 => Some(student(values.len()) * error),
+        ErrorBars::Ci95 => Some(student(count) * error),
         ErrorBars::Sem => Some(error),
         ErrorBars::Sd => Some(deviation),
         ErrorBars::None => None,
@@ -326,7 +448,7 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 /// Returns a column of numbers, with `None` for missing values.
-fn reals(table: &Table, name: &str) -> Result<Vec<Option<f64>>, TableError> {
+pub fn reals(table: &Table, name: &str) -> Result<Vec<Option<f64>>, TableError> {
     match table.integers(name) {
         Ok(integers) => Ok(integers.iter().map(|value| value.map(|value| value as f64)).collect()),
         Err(_) => Ok(table.reals(name)?.iter().collect()),
@@ -336,9 +458,8 @@ fn reals(table: &Table, name: &str) -> Result<Vec<Option<f64>>, TableError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_pipeline::study::figures::Value as Selected;
-    use asperity_stages::columns::{AREA_FRACTION, LOAD, REALIZATION, SURFACE};
-    use asperity_tables::column::{Column, ColumnKind, integers, reals, texts};
+    use asperity_stages::columns::{AREA_FRACTION, REALIZATION};
+    use asperity_tables::column::{integers, reals, texts};
 
     const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");
 
@@ -373,12 +494,11 @@ mod tests {
         let mut figure = FigureSpec {
             name: "figure".to_owned(),
             from: "area".to_owned(),
-            x: x.to_owned(),
-            y: vec![quantity.clone()],
             ..FigureSpec::default()
         };
         change(&mut figure);
-        Points::from_table(table, &figure, &quantity).unwrap()
+        let panel = PanelSpec { x: x.to_owned(), ..PanelSpec::default() };
+        Points::from_table(table, &figure, &panel, &quantity).unwrap()
     }
 
     #[test]
@@ -437,5 +557,43 @@ mod tests {
         assert_eq!(points.colour.as_deref(), Some("hurst"));
         assert_eq!(points.points.len(), 4);
         assert!(points.is_curve && (points.points[0].x - 1.95).abs() < 1e-15);
+    }
+
+    /// Returns the points of an expression, with standard errors.
+    fn of_expression(table: &Table, y: &str) -> Points {
+        let expression = Expression::parse(y).unwrap();
+        let quantity = Quantity::of_expression(table, expression, Some(ErrorBars::Sem));
+        let panel = PanelSpec { x: "load".to_owned(), ..PanelSpec::default() };
+        Points::from_table(table, &FigureSpec::default(), &panel, &quantity).unwrap()
+    }
+
+    #[test]
+    fn an_expression_is_that_of_the_means_with_the_error_of_a_jackknife() {
+        let points = of_expression(&table(), "load / area_fraction").points;
+        // The areas of the two surfaces are 0.1 and 0.12.
+        assert!((points[0].y - 0.1 / 0.11).abs() < 1e-15);
+        // For two surfaces, half the bar is half the distance of the values of single surfaces.
+        let [low, high] = points[0].bar.unwrap();
+        assert!((high - low - (0.1 / 0.1 - 0.1 / 0.12)).abs() < 1e-14);
+    }
+
+    #[test]
+    fn slopes_scatter_as_those_of_single_surfaces_do() {
+        let rows = |row: usize| (0.1 * (1 + row / 2) as f64, row % 2);
+        let table = Table::new(
+            6,
+            vec![
+                (SURFACE, texts((0..6).map(|row| format!("{}", row % 2)))),
+                (LOAD, reals((0..6).map(|row| rows(row).0))),
+                (REALIZATION, integers((0..6).map(|row| rows(row).1 as i64))),
+                (AREA_FRACTION, reals((0..6).map(|row| 2.0 * rows(row).0 + rows(row).1 as f64))),
+            ],
+        );
+        let slopes = of_expression(&table, "slope(area_fraction)").points;
+        assert_eq!(slopes.len(), 3);
+        for slope in slopes {
+            let [low, high] = slope.bar.unwrap();
+            assert!((slope.y - 2.0).abs() < 1e-13 && high - low < 1e-13, "both rise by 2");
+        }
     }
 }

@@ -211,13 +211,6 @@ impl Styles {
         Style::line(self.colour(point), Dash::Solid, 1.0)
     }
 
-    /// Returns the style of a line for a point, with a dash pattern instead of its marker.
-    pub fn line(&self, point: &Point) -> Style {
-        const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
-        let dash = DASHES[self.marker_index(point) % DASHES.len()];
-        Style::line(self.colour(point), dash, 1.5)
-    }
-
     fn marker_index(&self, point: &Point) -> usize {
         self.own_index(point)
             .map_or_else(|| self.index(self.marker, point), |own| own / SERIES_COLOURS)
@@ -348,15 +341,14 @@ mod tests {
         });
         let points = points.concat();
         let styles = Styles::new(&points, &Files::new());
-        let looks: Vec<[Style; 2]> =
-            points.iter().map(|point| [styles.markers(point), styles.line(point)]).collect();
+        let looks: Vec<Style> = points.iter().map(|point| styles.markers(point)).collect();
         for (index, look) in looks.iter().enumerate() {
-            assert!(looks[..index].iter().all(|other| other[0] != look[0] && other[1] != look[1]));
+            assert!(!looks[..index].contains(look));
         }
         // A surface has fewer coordinates than its contacts.
         let mut surface = points[5].clone();
         surface.remove("nodes");
-        assert_eq!(styles.markers(&surface), looks[5][0]);
+        assert_eq!(styles.markers(&surface), looks[5]);
     }
 
     #[test]

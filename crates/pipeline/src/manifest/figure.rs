@@ -22,15 +22,24 @@ pub struct FigureTable {
     /// Name of the stage whose table is drawn.
     #[schemars(transform = required)]
     pub from: Key<String>,
-    /// Column on the horizontal axis, such as `"hurst"` or `"load"`.
-    #[schemars(transform = required)]
+    /// Column on the horizontal axis, such as `"hurst"` or `"load"`, or an expression in columns,
+    /// such as `"k_upper / k_lower"`.
     pub x: Key<String>,
     /// Column on the vertical axis, or a list of columns; columns of different quantities are drawn
     /// in panels side by side. If the table has a row for each surface, points are means over the
     /// surfaces. For the table of an `aggregate` stage, `"area_fraction"` stands for
-    /// `"area_fraction_mean"` with its interval.
-    #[schemars(length(min = 1), transform = required, transform = list)]
+    /// `"area_fraction_mean"` with its interval. An expression, such as `"area_fraction / load"` or
+    /// `"slope(area_fraction)"`, is evaluated with the means over the surfaces; its bars are
+    /// computed by the delete-one jackknife.
+    #[schemars(length(min = 1), transform = list)]
     pub y: Key<Vec<Spanned<String>>>,
+    /// Panels with keys of their own: `[{ y = "area_fraction" }, { y = "mean_gap", scale = "log-x"
+    /// }]`. A key that a panel does not have is that of the figure; selections and curves are added
+    /// to those of the figure.
+    #[schemars(length(min = 1))]
+    pub panels: Key<Vec<Spanned<PanelTable>>>,
+    /// Labels of the axes, by columns or expressions: `{ "area_fraction / load" = "secant" }`.
+    pub labels: Key<BTreeMap<String, Spanned<String>>>,
     /// Parameter, or the load, that the colours distinguish. `color` is the same key. By default it
     /// is the first parameter, or the load, that differs between points with the same x.
     pub colour: Key<String>,
@@ -47,9 +56,13 @@ pub struct FigureTable {
     #[schemars(length(min = 1), transform = list)]
     pub theories: Key<Vec<Spanned<Model>>>,
     /// Selection of the rows by columns: `{ load = 0.05, hurst = [0.3, 0.8] }` draws the rows with
-    /// this load and with one of these Hurst exponents. By default all rows are drawn.
+    /// this load and with one of these Hurst exponents, and `{ load = { from = 0.01, to = 0.06 } }`
+    /// the rows with a load in this range. By default all rows are drawn.
     #[serde(rename = "where")]
     pub selection: Key<BTreeMap<String, Spanned<Selected>>>,
+    /// Curves beside the data: `[{ area = "erf(sqrt(2) * load)", label = "Persson" }]`.
+    #[schemars(length(min = 1))]
+    pub curves: Key<Vec<Spanned<CurveTable>>>,
     /// Title of the figure, on the page and in the files. By default the page has a title with the
     /// quantities, and the files have none.
     pub title: Key<String>,
@@ -74,6 +87,64 @@ pub struct FigureTable {
 }
 
 table!(FigureTable);
+
+/// A panel of a figure.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct PanelTable {
+    /// Column or expression on the horizontal axis.
+    pub x: Key<String>,
+    /// Column or expression on the vertical axis, or a list of them.
+    pub y: Key<Words>,
+    /// Scales of the axes.
+    pub scale: Key<Scales>,
+    /// Selection of the rows by columns, in addition to that of the figure.
+    #[serde(rename = "where")]
+    pub selection: Key<BTreeMap<String, Spanned<Selected>>>,
+    /// Curves of this panel.
+    pub curves: Key<Vec<Spanned<CurveTable>>>,
+}
+
+/// A curve beside the data of a figure. It is given by one of `value`, `area` and `theory`.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct CurveTable {
+    /// Expression for the quantity on the vertical axis, in the column of the horizontal axis and
+    /// in parameters: `"0.4 * load^0.9"`. If it has a parameter, each series has its own curve.
+    pub value: Key<String>,
+    /// Expression for the area fraction, in `load` and in parameters. In a panel of an expression,
+    /// such as `"area_fraction / load"`, the curve is that expression of this area.
+    pub area: Key<String>,
+    /// Theory of the area fraction, for surfaces with the parameter `nayak`.
+    pub theory: Key<Model>,
+    /// Nayak's parameter α of the surfaces of `theory`. By default it is that of each series.
+    #[schemars(range(min = 1.5))]
+    pub nayak: Key<f64>,
+    /// Name in the legend. By default it is that of the theory, or the curve has no entry.
+    pub label: Key<String>,
+    /// Stage whose table has a row for each curve, such as a `fit`; its columns are the parameters
+    /// of the expression. By default the parameters are those of the table of the figure.
+    pub from: Key<String>,
+    /// Selection of the rows of `from`.
+    #[serde(rename = "where")]
+    pub selection: Key<BTreeMap<String, Spanned<Selected>>>,
+    /// Expressions for the ends of the curve along x, in columns of `from`. The curve does not
+    /// extend beyond the data.
+    #[schemars(length(min = 2, max = 2))]
+    pub range: Key<Vec<Spanned<String>>>,
+}
+
+/// One text or several.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum Words {
+    /// A text.
+    One(String),
+    /// Several texts.
+    Many(#[schemars(length(min = 1))] Vec<String>),
+}
+
+deserialize_either!(Words { word => One, list => Many });
 
 /// Quantity that the error bars show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -114,9 +185,45 @@ pub enum Selected {
     Word(String),
     /// Several values, of which a row has one.
     List(#[schemars(length(min = 1))] Vec<SelectedValue>),
+    /// A range of numbers with its ends.
+    Range(RangeTable),
 }
 
-deserialize_either!(Selected { number => Number, word => Word, list => List });
+deserialize_either!(Selected { number => Number, word => Word, list => List, table => Range });
+
+/// Ends of a range of the numbers of a column. By default an end is infinite.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct RangeTable {
+    /// Smallest number.
+    pub from: Key<f64>,
+    /// Largest number.
+    pub to: Key<f64>,
+}
+
+/// Range of the numbers of a column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SelectedRange {
+    pub from: f64,
+    pub to: f64,
+}
+
+impl From<&RangeTable> for SelectedRange {
+    fn from(table: &RangeTable) -> SelectedRange {
+        SelectedRange {
+            from: table.from.value().unwrap_or(f64::NEG_INFINITY),
+            to: table.to.value().unwrap_or(f64::INFINITY),
+        }
+    }
+}
+
+impl SelectedRange {
+    /// Returns whether a number is in the range, whose ends may deviate by rounding.
+    fn holds(&self, number: f64) -> bool {
+        let is_end = |end| decimal::is_same(number, end);
+        (self.from..=self.to).contains(&number) || is_end(self.from) || is_end(self.to)
+    }
+}
 
 /// One value of a column.
 #[derive(Debug, Clone, PartialEq, JsonSchema)]
@@ -124,6 +231,8 @@ deserialize_either!(Selected { number => Number, word => Word, list => List });
 pub enum SelectedValue {
     Number(f64),
     Word(String),
+    #[schemars(skip)]
+    Range(SelectedRange),
 }
 
 deserialize_either!(SelectedValue { number => Number, word => Word });
@@ -135,6 +244,8 @@ impl SelectedValue {
             (SelectedValue::Number(number), Value::Real(cell)) => decimal::is_same(*number, *cell),
             (SelectedValue::Number(number), Value::Integer(cell)) => *number == *cell as f64,
             (SelectedValue::Word(word), Value::Text(cell)) => word == cell,
+            (SelectedValue::Range(range), Value::Real(cell)) => range.holds(*cell),
+            (SelectedValue::Range(range), Value::Integer(cell)) => range.holds(*cell as f64),
             _ => false,
         }
     }
@@ -145,6 +256,7 @@ impl fmt::Display for SelectedValue {
         match self {
             SelectedValue::Number(number) => write!(formatter, "{number}"),
             SelectedValue::Word(word) => write!(formatter, "{word:?}"),
+            SelectedValue::Range(range) => write!(formatter, "{} to {}", range.from, range.to),
         }
     }
 }
@@ -156,6 +268,7 @@ impl Selected {
             Selected::Number(number) => vec![SelectedValue::Number(*number)],
             Selected::Word(word) => vec![SelectedValue::Word(word.clone())],
             Selected::List(values) => values.clone(),
+            Selected::Range(range) => vec![SelectedValue::Range(range.into())],
         }
     }
 }

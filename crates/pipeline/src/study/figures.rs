@@ -10,46 +10,17 @@ use std::collections::BTreeMap;
 
 use arrow::datatypes::DataType;
 
+use asperity_manifest::expression::Expression;
 use asperity_stages::aggregate::Model;
-use asperity_stages::columns::SURFACE;
+use asperity_stages::columns::{
+    AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, LOAD, SURFACE,
+};
 use asperity_tables::table::Table;
 
 pub use crate::manifest::figure::{ErrorBars, Scales, SelectedValue as Value};
-pub use check::{EmptySelection, FigureContext, check};
+pub use crate::manifest::read_figures_of as read;
+pub use check::{EmptySelection, FigureContext, check, on_table};
 pub use known_values::known_values;
-
-/// Names of the figures that the report draws for every study with their data. No declared figure
-/// can have one of these names.
-pub const REPORT_FIGURES: [&str; 28] = [
-    "surfaces",
-    "heights",
-    "spectrum",
-    "slope-at-scale",
-    "area-light",
-    "slope",
-    "area-full",
-    "contact-maps",
-    "near-full-contact",
-    "pressure",
-    "gap",
-    "relative-error",
-    "area-corrected",
-    "collapse",
-    "pressure-growth",
-    "nayak",
-    "summit-density",
-    "mesh-convergence",
-    "contact-pressures",
-    "gap-distribution",
-    "clusters",
-    "sealing",
-    "flow",
-    "adhesion-path",
-    "adhesion-areas",
-    "adhesion-maps",
-    "asperities",
-    "limits",
-];
 
 /// A figure of the table of a stage.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -58,13 +29,9 @@ pub struct FigureSpec {
     pub name: String,
     /// Name of the stage whose table is drawn.
     pub from: String,
-    /// Column on the horizontal axis.
-    pub x: String,
-    pub y: Vec<Quantity>,
+    pub panels: Vec<PanelSpec>,
     pub colour: Option<String>,
     pub facet: Option<String>,
-    pub scales: Scales,
-    pub theories: Vec<Model>,
     /// Columns that select rows, each with the values of which a row has one.
     pub selection: BTreeMap<String, Vec<Value>>,
     pub title: Option<String>,
@@ -73,6 +40,45 @@ pub struct FigureSpec {
     /// Names of entries of the legend, by values of parameters, columns in `y`, theories, or
     /// [`THIS_STUDY`].
     pub legend: BTreeMap<String, String>,
+    /// Labels of axes by columns, or expressions in canonical notation.
+    pub labels: BTreeMap<String, String>,
+}
+
+/// The axes of a figure, or of some of its panels. Quantities with different labels are drawn in
+/// panels of their own.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PanelSpec {
+    /// Column, or expression in columns, on the horizontal axis.
+    pub x: String,
+    pub y: Vec<Quantity>,
+    pub scales: Scales,
+    /// Columns that select rows, in addition to those of the figure.
+    pub selection: BTreeMap<String, Vec<Value>>,
+    pub curves: Vec<Curve>,
+}
+
+/// A curve beside the data, or one for each series.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    pub law: Law,
+    /// Name in the legend, if it is not that of the theory.
+    pub label: Option<String>,
+    /// Stage whose table has a row for each curve.
+    pub from: Option<String>,
+    /// Columns that select the rows of `from`.
+    pub selection: BTreeMap<String, Vec<Value>>,
+    /// Ends of the curve along x.
+    pub range: Option<[Expression; 2]>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Law {
+    /// Quantity on the vertical axis, in x and parameters.
+    Value(Expression),
+    /// Area fraction, in the load and parameters.
+    Area(Expression),
+    /// Area fraction of a theory, with a given Nayak's parameter or that of each series.
+    Theory { model: Model, nayak: Option<f64> },
 }
 
 /// Size of the files of a figure. A size that is not given follows from the number of panels.
@@ -86,14 +92,18 @@ pub struct FigureSize {
     pub font: Option<f64>,
 }
 
+/// Columns of area fractions, which theories predict.
+pub const AREAS: [&str; 3] = [AREA_FRACTION.name, AREA_CORRECTED.name, ASPERITY_AREA_FRACTION.name];
+
 /// Legend entry of the data beside theories.
 pub const THIS_STUDY: &str = "this study";
 
 /// Quantity on the vertical axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
-    /// Column of the values, or of their means.
+    /// Column of the values, or of their means, or the canonical notation of the expression.
     pub column: String,
+    pub expression: Option<Expression>,
     pub bars: BarSource,
 }
 
@@ -168,7 +178,36 @@ impl Quantity {
         } else {
             bars_of_columns(table, &column, error).map_err(NoQuantity::NoBars)?
         };
-        Ok(Quantity { column, bars })
+        Ok(Quantity { column, expression: None, bars })
+    }
+
+    /// Creates the quantity of an expression. It has error bars if the rows of the table are
+    /// surfaces.
+    pub fn of_expression(
+        table: &Table,
+        expression: Expression,
+        error: Option<ErrorBars>,
+    ) -> Quantity {
+        let bars = error.unwrap_or(ErrorBars::Ci95);
+        let has_bars = has_surfaces(table) && bars != ErrorBars::None;
+        Quantity {
+            column: expression.to_string(),
+            expression: Some(expression),
+            bars: if has_bars { BarSource::Surfaces(bars) } else { BarSource::None },
+        }
+    }
+
+    /// Returns whether the quantity is an area fraction, or follows from one and the load.
+    pub fn is_of_areas(&self) -> bool {
+        let is_area = |name: &str| AREAS.contains(&name);
+        match &self.expression {
+            None => is_area(self.base()),
+            Some(expression) => {
+                let columns = expression.columns();
+                columns.iter().any(|name| is_area(name))
+                    && columns.iter().all(|name| is_area(name) || *name == LOAD.name)
+            }
+        }
     }
 
     /// Returns the name of the quantity without the statistic `mean`.

@@ -102,11 +102,6 @@ impl Chart {
         Chart { title: String::new(), x, y, series: Vec::new(), notes: Vec::new() }
     }
 
-    /// Returns true if a series has at least two points.
-    pub fn has_curves(&self) -> bool {
-        self.series.iter().any(|series| series.points.len() > 1)
-    }
-
     /// Returns true if the data have at least two distinct values of x. The data are the series
     /// with markers or, without any, all series but guides or, without these, all series.
     pub fn shows_a_course(&self) -> bool {

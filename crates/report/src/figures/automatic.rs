@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use arrow::array::Array;
 
-use asperity_pipeline::study::figures::{FigureSpec, Quantity, Scales, is_number};
+use asperity_pipeline::study::figures::{FigureSpec, PanelSpec, Quantity, Scales, is_number};
 use asperity_pipeline::study::{Stage, Study};
 use asperity_stages::Kind;
 use asperity_stages::columns::{
@@ -92,10 +92,8 @@ fn figure(stage: &FinishedStage, derived: &BTreeSet<String>) -> Option<FigureSpe
     Some(FigureSpec {
         name: name.clone(),
         from: name.clone(),
-        x,
-        y: quantities,
+        panels: vec![PanelSpec { x, y: quantities, scales, ..PanelSpec::default() }],
         colour,
-        scales,
         ..FigureSpec::default()
     })
 }

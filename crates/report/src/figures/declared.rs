@@ -7,22 +7,28 @@ mod series_key;
 use std::collections::BTreeSet;
 
 use asperity_manifest::diagnostics::listed;
-use asperity_pipeline::study::figures::{FigureSize, FigureSpec, Quantity, Scales};
+use asperity_pipeline::study::figures::{
+    FigureSize, FigureSpec, PanelSpec, Quantity, Scales, Value as Selected,
+};
+use asperity_stages::columns::{K_LOWER, K_ROLLOFF, K_UPPER};
 use asperity_tables::column::Value;
+use asperity_tables::table::Table;
 
 use crate::ReportError;
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::map_panel::WORDS;
-use crate::charts::style::Style;
+use crate::charts::style::{Colour, Dash, Style};
 use crate::charts::{ColourScale, Figure, in_rows};
+use crate::ensembles;
 use crate::figure_data::FigureData;
 use crate::figures::Drawn;
+use crate::figures::curves::{Curves, DataSeries};
 use crate::figures::declared::series_key::{SeriesKey, number};
-use crate::figures::theories::Theories;
 use crate::finished::FinishedStage;
 use crate::plotted::{Point, Points};
-use crate::symbols::{self, AREA_LABEL, Labels};
+use crate::styles::Styles;
+use crate::symbols::{self, AxisUnit, Labels};
 
 /// Largest number of values of a parameter that the legend lists; a colour scale shows more.
 const MOST_ENTRIES: usize = 12;
@@ -41,13 +47,26 @@ pub fn draw(data: &FigureData, figure: &FigureSpec) -> Result<Drawn, ReportError
     let Some(stage) = stage.filter(|stage| stage.table.rows() > 0) else {
         return Ok(lacking(format!("rows of the stage `{}`; run the study", figure.from)));
     };
+    draw_from(data, figure, stage, None)
+}
+
+/// Draws a figure from the table of a stage. With `styles`, parameter points look as in the other
+/// figures of the page.
+pub fn draw_from(
+    data: &FigureData,
+    figure: &FigureSpec,
+    stage: &FinishedStage,
+    styles: Option<&Styles>,
+) -> Result<Drawn, ReportError> {
     let mut drawings = Vec::new();
-    for quantity in &figure.y {
-        let points = Points::from_table(&stage.table, figure, quantity)?;
-        drawings.push((quantity, points));
+    for panel in &figure.panels {
+        for quantity in &panel.y {
+            let points = Points::from_table(&stage.table, figure, panel, quantity)?;
+            drawings.push(Drawing { panel, quantity, points });
+        }
     }
     let labels = Labels::new(&data.units, &stage.table, &stage.units)?;
-    Plot { data, figure, stage, labels, drawings }.draw()
+    Plot { data, figure, stage, labels, drawings, styles }.draw()
 }
 
 /// Returns the title of a figure: that of the manifest, or the quantities.
@@ -56,8 +75,8 @@ pub fn title(figure: &FigureSpec) -> String {
         return title.clone();
     }
     let mut names: Vec<String> = Vec::new();
-    for quantity in &figure.y {
-        let name = symbols::name(quantity.base());
+    for quantity in figure.panels.iter().flat_map(|panel| &panel.y) {
+        let name = label(figure, quantity.base());
         if !names.contains(&name) {
             names.push(name);
         }
@@ -67,7 +86,8 @@ pub fn title(figure: &FigureSpec) -> String {
         [one, other] => format!("{one} and {other}"),
         _ => format!("results of `{}`", figure.from),
     };
-    let text = format!("{quantities} against {}", symbols::name(&figure.x));
+    let x = figure.panels.first().map_or("", |panel| panel.x.as_str());
+    let text = format!("{quantities} against {}", label(figure, x));
     // Symbols such as β stay as they are.
     match text.chars().next() {
         Some(first) if first.is_ascii() => {
@@ -75,6 +95,18 @@ pub fn title(figure: &FigureSpec) -> String {
         }
         _ => text,
     }
+}
+
+/// Returns the label of the axis of a column or an expression.
+fn label(figure: &FigureSpec, column: &str) -> String {
+    figure.labels.get(column).cloned().unwrap_or_else(|| symbols::name(column))
+}
+
+/// Returns the parameter point of a row, without the parameter of which each value has a panel.
+pub fn point(table: &Table, row: usize, figure: &FigureSpec) -> ensembles::Point {
+    let mut point = ensembles::point(table, row);
+    figure.facet.iter().for_each(|facet| drop(point.remove(facet)));
+    point
 }
 
 fn lacking(needs: String) -> Drawn {
@@ -102,22 +134,45 @@ struct Plot<'a> {
     figure: &'a FigureSpec,
     stage: &'a FinishedStage,
     labels: Labels,
-    drawings: Vec<(&'a Quantity, Points)>,
+    drawings: Vec<Drawing<'a>>,
+    /// Looks of parameter points, or `None` for those of the values in the legend.
+    styles: Option<&'a Styles>,
+}
+
+/// A quantity with its points.
+struct Drawing<'a> {
+    panel: &'a PanelSpec,
+    quantity: &'a Quantity,
+    points: Points,
+}
+
+/// A series of a panel.
+struct Group<'a> {
+    style: Style,
+    label: Option<String>,
+    points: Vec<&'a Point>,
 }
 
 /// Properties that distinguish series besides the colour: values of further columns, and the column
 /// of the quantity if its panel has several.
 type Further = (Vec<(String, Option<Value>)>, Option<String>);
 
-/// Panel: the value of the facet, and the label of the vertical axis.
-type PanelOf = (Option<Value>, String);
+/// Panel of a chart: the value of the facet, the axes, and the label of the vertical axis.
+struct PanelOf<'a> {
+    facet: Option<Value>,
+    spec: &'a PanelSpec,
+    label: String,
+}
 
 impl Plot<'_> {
     fn draw(&self) -> Result<Drawn, ReportError> {
         if self.points().next().is_none() {
             return Ok(lacking(self.no_rows()));
         }
-        let hidden = self.points().filter(|point| !self.can_show(point)).count();
+        let is_hidden = |one: &Drawing, point: &Point| !can_show(one.panel, point);
+        let hidden_of =
+            |one: &Drawing| one.points.points.iter().filter(|point| is_hidden(one, point)).count();
+        let hidden = self.drawings.iter().map(hidden_of).sum();
         if hidden == self.points().count() {
             let needs =
                 "values above zero, because its axis is logarithmic; set `scale = \"linear\"`";
@@ -125,7 +180,8 @@ impl Plot<'_> {
         }
         let key = self.key();
         let panels = self.panels();
-        if key.colours.len() * key.further.len() > MOST_SERIES || panels.len() > MOST_PANELS {
+        let has_many = self.styles.is_none() && key.colours.len() * key.further.len() > MOST_SERIES;
+        if has_many || panels.len() > MOST_PANELS {
             return Ok(lacking(self.too_many()));
         }
         let mut charts = Vec::new();
@@ -133,46 +189,45 @@ impl Plot<'_> {
             charts.push(self.chart(panel, &key)?);
         }
         // The axes of a declared figure hold its theories, even if they are far from the data.
-        if charts.len() > 1 || !self.figure.theories.is_empty() {
-            share_axes(&mut charts);
+        if self.styles.is_some() {
+            share_axes(&mut charts, false);
+        } else if charts.len() > 1 || self.has_curves() {
+            share_axes(&mut charts, true);
         }
-        self.add_entries(&mut charts, &key);
+        if self.styles.is_none() {
+            self.add_entries(&mut charts, &key);
+        }
         let mut figure = if charts.len() == 1 {
             Figure::from_charts(vec![charts], [600.0, 410.0])
         } else {
             // The quantities of a facet are in one row, if the texts stay large enough.
-            let quantities = panels.iter().filter(|(facet, _)| *facet == panels[0].0).count();
-            let (columns, size) =
-                if quantities == 3 { (3, [340.0, 290.0]) } else { (2, [430.0, 320.0]) };
+            let quantities = panels.iter().filter(|panel| panel.facet == panels[0].facet).count();
+            let (columns, size) = if quantities == 3 && self.styles.is_none() {
+                (3, [340.0, 290.0])
+            } else {
+                (2, [430.0, 320.0])
+            };
             Figure::from_charts(in_rows(columns, charts), size)
         };
-        figure.colours = self.colour_scale(&key);
-        figure.title = self.figure.title.clone().unwrap_or_default();
+        if self.styles.is_none() {
+            figure.colours = self.colour_scale(&key);
+        }
+        figure.title =
+            self.figure.title.clone().filter(|_| self.styles.is_none()).unwrap_or_default();
         if let Err(least) = fit(&mut figure, &self.figure.size) {
             let needs = format!("a `height` of at least {least} mm for its title, axes and legend");
             return Ok(lacking(needs));
         }
-        Ok(Drawn::figure(figure, self.caption(hidden)))
+        Ok(Drawn::figure(figure, self.caption(hidden)?))
     }
 
     fn points(&self) -> impl Iterator<Item = &Point> {
-        self.drawings.iter().flat_map(|(_, points)| &points.points)
+        self.drawings.iter().flat_map(|one| &one.points.points)
     }
 
-    fn spacings(&self) -> [Spacing; 2] {
-        use Spacing::{Linear, Logarithmic};
-        match self.figure.scales {
-            Scales::Linear => [Linear, Linear],
-            Scales::LogX => [Logarithmic, Linear],
-            Scales::LogY => [Linear, Logarithmic],
-            Scales::Log => [Logarithmic, Logarithmic],
-        }
-    }
-
-    /// Returns whether both axes can show a point.
-    fn can_show(&self, point: &Point) -> bool {
-        let [x, y] = self.spacings().map(|spacing| Axis { spacing, ..Axis::linear("") });
-        x.can_show(point.x) && y.can_show(point.y)
+    /// Returns whether the figure has curves.
+    fn has_curves(&self) -> bool {
+        self.figure.panels.iter().any(|panel| !panel.curves.is_empty())
     }
 
     fn no_rows(&self) -> String {
@@ -188,7 +243,7 @@ impl Plot<'_> {
     }
 
     fn too_many(&self) -> String {
-        let (_, points) = &self.drawings[0];
+        let points = &self.drawings[0].points;
         let columns = points.colour.iter().chain(&self.figure.facet).chain(&points.others);
         let columns = columns.map(String::as_str);
         format!(
@@ -199,19 +254,23 @@ impl Plot<'_> {
     }
 
     /// Returns the panels, by facets and then by vertical axes.
-    fn panels(&self) -> Vec<PanelOf> {
+    fn panels(&self) -> Vec<PanelOf<'_>> {
         let facets: BTreeSet<&Option<Value>> = self.points().map(|point| &point.facet).collect();
-        let mut labels: Vec<String> = Vec::new();
-        for (quantity, _) in &self.drawings {
-            let label = symbols::name(quantity.base());
-            if !labels.contains(&label) {
-                labels.push(label);
+        let mut panels: Vec<PanelOf> = Vec::new();
+        for facet in facets {
+            for one in &self.drawings {
+                let label = label(self.figure, one.quantity.base());
+                let is_same = |panel: &PanelOf| {
+                    panel.facet == *facet
+                        && std::ptr::eq(panel.spec, one.panel)
+                        && panel.label == label
+                };
+                if !panels.iter().any(is_same) {
+                    panels.push(PanelOf { facet: facet.clone(), spec: one.panel, label });
+                }
             }
         }
-        let panels = facets
-            .into_iter()
-            .flat_map(|facet| labels.iter().map(move |label| (facet.clone(), label.clone())));
-        panels.collect()
+        panels
     }
 
     /// Returns what distinguishes the series of the figure.
@@ -219,9 +278,9 @@ impl Plot<'_> {
         let colours = self.points().map(|point| point.colour.clone());
         let colours: Vec<Option<Value>> = colours.collect::<BTreeSet<_>>().into_iter().collect();
         let mut further: Vec<Further> = Vec::new();
-        for (quantity, points) in &self.drawings {
+        for one in &self.drawings {
             let mut own: Vec<Further> =
-                points.points.iter().map(|point| self.further(quantity, points, point)).collect();
+                one.points.points.iter().map(|point| self.further(one, point)).collect();
             own.sort();
             own.dedup();
             further
@@ -232,69 +291,179 @@ impl Plot<'_> {
         SeriesKey { numbers: numbers.filter(|all| all.len() > 1), colours, further }
     }
 
-    fn further(&self, quantity: &Quantity, points: &Points, point: &Point) -> Further {
-        let label = symbols::name(quantity.base());
-        let mut others = self.drawings.iter();
-        let is_shared =
-            others.any(|(other, _)| *other != quantity && symbols::name(other.base()) == label);
-        let values = points.others.iter().cloned().zip(point.others.iter().cloned());
-        (values.collect(), is_shared.then(|| quantity.base().to_owned()))
+    fn further(&self, one: &Drawing, point: &Point) -> Further {
+        let own = label(self.figure, one.quantity.base());
+        let is_beside = |other: &&Drawing| std::ptr::eq(other.panel, one.panel);
+        let mut others = self.drawings.iter().filter(is_beside);
+        let is_shared = others.any(|other| {
+            other.quantity != one.quantity && label(self.figure, other.quantity.base()) == own
+        });
+        let values = one.points.others.iter().cloned().zip(point.others.iter().cloned());
+        (values.collect(), is_shared.then(|| one.quantity.base().to_owned()))
     }
 
-    fn chart(&self, (facet, label): &PanelOf, key: &SeriesKey) -> Result<Chart, ReportError> {
-        let shown = || self.drawings.iter().filter(|(one, _)| symbols::name(one.base()) == *label);
-        let all = || shown().flat_map(|(_, points)| &points.points);
-        let column = shown().next().map_or("", |(quantity, _)| quantity.column.as_str());
-        let x_unit = self.labels.unit(&self.figure.x, self.points().map(|point| point.x));
+    fn chart(&self, panel: &PanelOf, key: &SeriesKey) -> Result<Chart, ReportError> {
+        let is_shown = |one: &&Drawing| {
+            std::ptr::eq(one.panel, panel.spec)
+                && label(self.figure, one.quantity.base()) == panel.label
+        };
+        let shown = || self.drawings.iter().filter(is_shown);
+        let all = || shown().flat_map(|one| &one.points.points);
+        let column = shown().next().map_or("", |one| one.quantity.column.as_str());
+        let x = &panel.spec.x;
+        let x_unit = self.labels.unit(x, all().map(|point| point.x));
         let y_unit = self.labels.unit(column, all().map(|point| point.y));
-        let [x_spacing, y_spacing] = self.spacings();
-        let x_label = x_unit.label(&symbols::name(&self.figure.x));
+        let [x_spacing, y_spacing] = spacings(panel.spec);
         let mut chart = Chart::new(
-            Axis { spacing: x_spacing, ..Axis::linear(x_label) },
-            Axis { spacing: y_spacing, ..Axis::linear(y_unit.label(label)) },
+            Axis { spacing: x_spacing, ..Axis::linear(x_unit.label(&label(self.figure, x))) },
+            Axis { spacing: y_spacing, ..Axis::linear(y_unit.label(&panel.label)) },
         );
-        if let (Some(name), Some(_)) = (&self.figure.facet, facet) {
-            chart = chart.titled(self.told(name, facet.as_ref()));
+        if let (Some(name), Some(_)) = (&self.figure.facet, &panel.facet) {
+            chart = chart.titled(self.told(name, panel.facet.as_ref()));
         }
-        let name = |model| self.name_of_theory(model);
-        let theories = Theories::new(&self.figure.theories, &self.figure.x, &name);
-        let mut curves = Vec::new();
-        for (quantity, points) in shown() {
-            for (colour, look) in key.colours.iter().enumerate() {
-                for (index, further) in key.further.iter().enumerate() {
-                    let is_own = |point: &&Point| {
-                        point.facet == *facet
-                            && point.colour == *look
-                            && self.further(quantity, points, point) == *further
-                    };
-                    let mut own: Vec<&Point> = points.points.iter().filter(is_own).collect();
-                    own.retain(|point| self.can_show(point));
-                    own.sort_by(|one, other| one.x.total_cmp(&other.x));
-                    if own.is_empty() {
-                        continue;
-                    }
-                    let place = |point: &&Point| DataPoint {
-                        x: x_unit.factor * point.x,
-                        y: y_unit.factor * point.y,
-                        bar: point.bar.map(|bar| bar.map(|end| y_unit.factor * end)),
-                    };
-                    let style = key.style(colour, index);
-                    let placed = own.iter().map(place).collect();
-                    chart.series.extend(drawn(placed, style, points.is_curve));
-                    if label == AREA_LABEL {
-                        let own = own.iter().map(|point| (point.x, point.row));
-                        curves.push((own.collect(), points, style.colour));
-                    }
+        let mut series = Vec::new();
+        for (index, one) in shown().enumerate() {
+            for mut group in self.groups(one, panel, key) {
+                group.points.retain(|point| can_show(panel.spec, point));
+                group.points.sort_by(|one, other| one.x.total_cmp(&other.x));
+                let placed = self.placed(&group.points, [&x_unit, &y_unit], y_spacing);
+                // Fitted curves, or another quantity, take the place of lines through the points.
+                let is_line = self.styles.is_some() && index > 0;
+                let has_lines = panel.spec.curves.iter().any(|curve| curve.from.is_some())
+                    || (self.styles.is_some() && shown().count() > 1);
+                let is_curve = is_line || (one.points.is_curve && !has_lines);
+                let mut added = drawn(placed, group.style, is_curve, x_spacing);
+                added.retain(|one| !is_line || one.style.marker.is_none());
+                if let Some(last) = added.last_mut() {
+                    last.label = group.label.filter(|_| !is_line);
+                }
+                chart.series.extend(added);
+                if index == 0 || one.quantity.is_of_areas() {
+                    let points = group.points.iter().map(|point| (point.x, point.row)).collect();
+                    let colour = group.style.colour;
+                    series.push(DataSeries {
+                        points,
+                        data: &one.points,
+                        quantity: one.quantity,
+                        colour,
+                    });
                 }
             }
         }
-        chart.series.extend(theories.curves(&curves, x_unit.factor, x_spacing)?);
+        for one in shown().skip(1).filter(|_| self.styles.is_some()) {
+            let entry = Series::new([], Style::line(Colour::Text, Dash::Solid, 1.0));
+            let named = self.figure.legend.get(one.quantity.base());
+            chart.series.extend(named.map(|name| entry.named(name.clone())));
+        }
+        if let (Some(from), Spacing::Linear) = (self.start(panel.spec), x_spacing) {
+            let xs = series.iter().flat_map(|one| one.points.iter().map(|point| point.0));
+            let [_, to] = chart.x.ends(xs.map(|x| x_unit.factor * x));
+            chart.x = chart.x.within(x_unit.factor * from, to);
+        }
+        let curves = Curves {
+            panel: panel.spec,
+            spacing: x_spacing,
+            factors: [x_unit.factor, y_unit.factor],
+            tables: &|from| self.tables(from),
+            colour: &|table, row| self.colour_of(table, row, &series),
+            name: &|model| self.name_of_theory(model),
+        };
+        chart.series.extend(curves.beside(&series)?);
         Ok(chart)
+    }
+
+    /// Converts points to the units of the axes.
+    fn placed(
+        &self,
+        points: &[&Point],
+        [x, y]: [&AxisUnit; 2],
+        spacing: Spacing,
+    ) -> Vec<DataPoint> {
+        let is_clipped = self.styles.is_some() && spacing == Spacing::Logarithmic;
+        let place = |point: &&Point| {
+            // Bars that reach zero have no end on a logarithmic axis.
+            let lowest = if is_clipped { point.y / 10.0 } else { f64::NEG_INFINITY };
+            let bar = point.bar.map(|[low, high]| [low.max(lowest), high]);
+            DataPoint {
+                x: x.factor * point.x,
+                y: y.factor * point.y,
+                bar: bar.map(|bar| bar.map(|end| y.factor * end)),
+            }
+        };
+        points.iter().map(place).collect()
+    }
+
+    /// Returns the number at which the horizontal axis starts, if a range of x is selected.
+    fn start(&self, panel: &PanelSpec) -> Option<f64> {
+        let selected =
+            panel.selection.get(&panel.x).or_else(|| self.figure.selection.get(&panel.x));
+        match selected?.as_slice() {
+            [Selected::Range(range)] => Some(range.from).filter(|from| from.is_finite()),
+            _ => None,
+        }
+    }
+
+    /// Returns the series of a quantity in a panel.
+    fn groups<'p>(&self, one: &'p Drawing, panel: &PanelOf, key: &SeriesKey) -> Vec<Group<'p>> {
+        let mut groups: Vec<Group> = Vec::new();
+        let points = || one.points.points.iter().filter(|point| point.facet == panel.facet);
+        if let Some(styles) = self.styles {
+            for point in points() {
+                let own = self::point(&one.points.table, point.row, self.figure);
+                let alone =
+                    if point.surfaces == Some(1) { "the surface" } else { "mean of the surfaces" };
+                let style = styles.markers(&own).joined();
+                let label = Some(styles.name(&own, alone));
+                let is_same = |group: &&mut Group| group.style == style && group.label == label;
+                match groups.iter_mut().find(is_same) {
+                    Some(group) => group.points.push(point),
+                    None => groups.push(Group { style, label, points: vec![point] }),
+                }
+            }
+            return groups;
+        }
+        for (colour, look) in key.colours.iter().enumerate() {
+            for (index, further) in key.further.iter().enumerate() {
+                let is_own =
+                    |point: &&Point| point.colour == *look && self.further(one, point) == *further;
+                let points = points().filter(is_own).collect();
+                groups.push(Group { style: key.style(colour, index), label: None, points });
+            }
+        }
+        groups.retain(|group| !group.points.is_empty());
+        groups
+    }
+
+    /// Returns the tables of a stage or, for figures of the program, of a kind of stage.
+    fn tables(&self, from: &str) -> Vec<&Table> {
+        let is_meant = |stage: &&FinishedStage| match self.styles {
+            Some(_) => stage.kind.name() == from,
+            None => stage.name == from,
+        };
+        self.data.finished.stages.iter().filter(is_meant).map(|stage| &stage.table).collect()
+    }
+
+    /// Returns the colour of the curve of a row of another stage: that of its parameter point, or
+    /// of the series with the same value.
+    fn colour_of(&self, table: &Table, row: usize, series: &[DataSeries]) -> Colour {
+        if let Some(styles) = self.styles {
+            return styles.colour(&ensembles::point(table, row));
+        }
+        let cell = |name: &str, table: &Table, row| {
+            Value::from_array(table.batch().column_by_name(name)?.as_ref(), row)
+        };
+        let is_same = |one: &&DataSeries| {
+            let Some(name) = one.data.colour.as_deref() else { return true };
+            let first = one.points.first();
+            let own = first.and_then(|&(_, row)| cell(name, &one.data.table, row));
+            own.is_some() && own == cell(name, table, row)
+        };
+        series.iter().find(is_same).map_or(Colour::Muted, |one| one.colour)
     }
 
     fn colour_scale(&self, key: &SeriesKey) -> Option<ColourScale> {
         let numbers = key.numbers.as_ref().filter(|numbers| numbers.len() > MOST_ENTRIES)?;
-        let name = self.drawings[0].1.colour.as_deref()?;
+        let name = self.drawings[0].points.colour.as_deref()?;
         let unit = self.labels.unit(name, numbers.iter().copied());
         let [lowest, highest] = [numbers.first()?, numbers.last()?]
             .map(|number| crate::units::digits(unit.factor * number, 4));
@@ -302,37 +471,81 @@ impl Plot<'_> {
     }
 }
 
-/// Returns the series of points, with a line through all of them if they are a curve, and markers
-/// at no more than [`MOST_MARKERS`] of them.
-fn drawn(points: Vec<DataPoint>, style: Style, is_curve: bool) -> Vec<Series> {
-    let step = points.len().div_ceil(MOST_MARKERS).max(1);
-    let marked = points.iter().copied().step_by(step).collect();
+/// Returns the spacings of the axes of a panel. Cutoffs are spaced by octaves.
+fn spacings(panel: &PanelSpec) -> [Spacing; 2] {
+    use Spacing::{Linear, Logarithmic, Octaves};
+    let is_cutoff = [K_LOWER, K_ROLLOFF, K_UPPER].iter().any(|cutoff| cutoff.name == panel.x);
+    let along_x = if is_cutoff { Octaves } else { Logarithmic };
+    match panel.scales {
+        Scales::Linear => [Linear, Linear],
+        Scales::LogX => [along_x, Linear],
+        Scales::LogY => [Linear, Logarithmic],
+        Scales::Log => [along_x, Logarithmic],
+    }
+}
+
+/// Returns whether both axes of a panel can show a point.
+fn can_show(panel: &PanelSpec, point: &Point) -> bool {
+    let [x, y] = spacings(panel).map(|spacing| Axis { spacing, ..Axis::linear("") });
+    x.can_show(point.x) && y.can_show(point.y)
+}
+
+/// Returns the series of points: separate markers or, for a curve, a line through all points and
+/// markers at some of them, evenly spaced along the axis.
+fn drawn(points: Vec<DataPoint>, style: Style, is_curve: bool, spacing: Spacing) -> Vec<Series> {
+    let line =
+        Series { points: points.clone(), style: Style { marker: None, ..style }, label: None };
+    let line = (is_curve && points.len() > 1).then(|| line.without_bars());
+    let marked = if is_curve { spaced(points, spacing) } else { points };
     let markers = Series { points: marked, style: Style { line: None, ..style }, label: None };
-    let line = Series { points, style: Style { marker: None, ..style }, label: None };
-    let line = (is_curve && line.points.len() > 1).then(|| line.without_bars());
     line.into_iter().chain([markers]).collect()
 }
 
-/// Gives the panels of a figure the same horizontal axis, and those of one quantity the same
-/// vertical axis.
-fn share_axes(charts: &mut [Chart]) {
-    let ends = |charts: &[Chart], of: &dyn Fn(&Chart) -> Vec<f64>, axis: &Axis| {
-        axis.ends(charts.iter().flat_map(of))
+/// Selects about [`MOST_MARKERS`] points along the axis, or all if there are few.
+fn spaced(points: Vec<DataPoint>, spacing: Spacing) -> Vec<DataPoint> {
+    let along = |point: &DataPoint| match spacing {
+        Spacing::Linear => point.x,
+        Spacing::Logarithmic | Spacing::Octaves => point.x.ln(),
     };
-    let xs = |chart: &Chart| {
-        chart.series.iter().flat_map(|one| one.points.iter().map(|p| p.x)).collect()
-    };
-    let ys = |chart: &Chart| {
-        let points = chart.series.iter().flat_map(|one| &one.points);
-        points.flat_map(|p| p.bar.unwrap_or([p.y; 2]).into_iter().chain([p.y])).collect()
-    };
-    let x = ends(charts, &xs, &charts[0].x);
+    if points.len() <= MOST_MARKERS {
+        return points;
+    }
+    let step = (along(&points[points.len() - 1]) - along(&points[0])) / MOST_MARKERS as f64;
+    let mut next = f64::NEG_INFINITY;
+    let mut kept = points;
+    kept.retain(|point| {
+        let is_kept = along(point) >= next;
+        if is_kept {
+            next = along(point) + step;
+        }
+        is_kept
+    });
+    kept
+}
+
+/// Gives the panels of a figure the same axis where they show the same quantity. Without
+/// `with_curves`, a common axis holds only the data, and that of a single panel stays as it is.
+fn share_axes(charts: &mut [Chart], with_curves: bool) {
+    type Of = fn(&Chart) -> &Axis;
+    let xs = |point: &DataPoint| vec![point.x];
+    let ys =
+        |point: &DataPoint| point.bar.map_or(vec![point.y], |[low, high]| vec![low, point.y, high]);
     let all = charts.to_vec();
+    let shared = |axis: &Axis, of: Of, values: &dyn Fn(&DataPoint) -> Vec<f64>| -> Axis {
+        let is_alike =
+            |chart: &&Chart| of(chart).label == axis.label && of(chart).spacing == axis.spacing;
+        let alike = || all.iter().filter(is_alike);
+        if axis.range.is_some() || (alike().count() < 2 && !with_curves) {
+            return axis.clone();
+        }
+        let series = alike().flat_map(|chart| &chart.series);
+        let shown = series.filter(|series| with_curves || !series.is_guide());
+        let points: Vec<f64> = shown.flat_map(|one| &one.points).flat_map(values).collect();
+        let [from, to] = axis.ends(points.into_iter());
+        axis.clone().within(from, to)
+    };
     for chart in charts {
-        let alike: Vec<Chart> =
-            all.iter().filter(|one| one.y.label == chart.y.label).cloned().collect();
-        let y = ends(&alike, &ys, &chart.y);
-        chart.x = chart.x.clone().within(x[0], x[1]);
-        chart.y = chart.y.clone().within(y[0], y[1]);
+        chart.x = shared(&chart.x, |chart| &chart.x, &xs);
+        chart.y = shared(&chart.y, |chart| &chart.y, &ys);
     }
 }

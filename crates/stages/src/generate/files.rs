@@ -55,8 +55,8 @@ pub struct FileTable {
     #[schemars(transform = swept, transform = required)]
     pub path: Key<String>,
     /// Name, or number starting at 1, of the map to read from a file with several maps. By default
-    /// the heights are chosen by the names and units of the maps; `asperity surface FILE` prints the
-    /// choice.
+    /// the heights are chosen by the names and units of the maps; `asperity surface FILE` prints
+    /// the choice.
     #[schemars(transform = swept)]
     pub channel: Key<ChannelChoice>,
     /// Number in the file that marks points without a height, such as `-9999`, before any

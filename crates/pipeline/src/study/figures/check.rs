@@ -2,23 +2,22 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{ErrorBars, FigureSize, FigureSpec, MEAN, NoQuantity, Quantity, REPORT_FIGURES};
-use super::{THIS_STUDY, Value, is_number};
-use crate::manifest::figure::{FigureTable, SelectedValue, WrittenFigure};
+use super::{AREAS, Curve, ErrorBars, FigureSize, FigureSpec, Law, MEAN, NoQuantity, PanelSpec};
+use super::{Quantity, THIS_STUDY, Value, has_surfaces, is_number};
+use crate::manifest::figure::{
+    CurveTable, FigureTable, PanelTable, Selected, SelectedValue, Words, WrittenFigure,
+};
 use crate::study::graph::check_name;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
-use asperity_manifest::keys::Spanned;
+use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::{Key, Spanned};
+use asperity_stages::Kind;
 use asperity_stages::aggregate::{Model, SPECTRUM_COLUMNS};
-use asperity_stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, LOAD, needed_key,
-};
+use asperity_stages::columns::{LOAD, needed_key};
 use asperity_tables::column::{Role, Value as Known};
 use asperity_tables::table::Table;
-
-/// Columns of area fractions, which theories predict.
-const AREAS: [&str; 3] = [AREA_FRACTION.name, AREA_CORRECTED.name, ASPERITY_AREA_FRACTION.name];
 
 /// Returns the columns whose values distinguish the points of a figure: parameters and loads or, in
 /// the result of a query, all columns.
@@ -73,12 +72,6 @@ where
             let problem = Problem::new(message, span.clone(), "the same name in another case");
             problems.push(problem.and(before.clone(), "first name"));
         }
-        if REPORT_FIGURES.contains(&value.to_lowercase().as_str()) {
-            let message = format!("the report has a figure `{value}` of its own");
-            let problem = Problem::new(message, span.clone(), "choose another name");
-            problems
-                .push(problem.help(format!("its figures are {}", listed(REPORT_FIGURES, "and"))));
-        }
         let spec = keys.points.first().and_then(|point| {
             let mut checks = Checks::new(keys, point, problems);
             check_figure(value, &point.table, context, &mut checks, empty)
@@ -89,6 +82,7 @@ where
     complete.then_some(specs)
 }
 
+/// Checks a figure, and returns it if it has no problems.
 fn check_figure<'t, T, V>(
     name: &str,
     keys: &FigureTable,
@@ -102,9 +96,13 @@ where
 {
     let stages = context.stages;
     let from = checks.required("from", &keys.from);
-    let x = checks.required("x", &keys.x);
-    let y = checks.required("y", &keys.y);
-    let (from, x, y) = (from?, x?, y?);
+    let has_panels = keys.panels.written().is_some() || checks.is_reported("panels");
+    if !has_panels {
+        let (x, y) = (checks.required("x", &keys.x), checks.required("y", &keys.y));
+        x?;
+        y?;
+    }
+    let from = from?;
     if !stages.contains(&from.value.as_str()) {
         let known = || stages.iter().copied();
         let message = format!("there is no stage {:?}", from.value);
@@ -119,18 +117,15 @@ where
         tables.any(|table| table.has(column))
     };
     let mut columns = Columns { stage: &from.value, table, is_known: &is_known, checks };
-    let x_column = columns.number(x);
-    let error = keys.error.value();
-    let quantities = columns.quantities(y, error, keys.error.written().map(|error| &error.span));
+    let panels = columns.panels(keys, stages);
     let colour = keys.colour.written().map(|written| columns.coordinate("colour", written));
     let facet = keys.facet.written().map(|written| columns.coordinate("facet", written));
-    let selection = columns.selection(keys);
-    let theories = columns.theories(keys, quantities.as_deref());
-    let legend = columns.legend(keys, quantities.as_deref(), values);
+    let selection = columns.selection(&keys.selection);
+    let legend = columns.legend(keys, panels.as_deref(), values);
+    let labels = columns.labels(keys, panels.as_deref());
     if selection.is_some() {
         empty.extend(empty_selections(name, &from.value, keys, values));
     }
-    let scales = checks.value("scale", &keys.scale);
     let size = FigureSize {
         width: checks.optional_number("width", &keys.width)?,
         height: checks.optional_number("height", &keys.height)?,
@@ -139,18 +134,31 @@ where
     Some(FigureSpec {
         name: name.to_owned(),
         from: from.value.clone(),
-        x: x_column?,
-        y: quantities?,
+        panels: panels?,
         colour: colour.map_or(Some(None), |colour| colour.map(Some))?,
         facet: facet.map_or(Some(None), |facet| facet.map(Some))?,
-        scales: scales?,
-        theories: theories?,
         selection: selection?,
         title: checks.optional("title", &keys.title)?.map(|title| title.value.clone()),
         caption: checks.optional("caption", &keys.caption)?.map(|text| text.value.clone()),
         size,
         legend: legend?,
+        labels: labels?,
     })
+}
+
+/// Returns a figure of the program for the table of a stage of this kind, or `None` if the stage is
+/// of another kind than `from` or the table lacks a column.
+pub fn on_table(figure: &WrittenFigure, kind: &str, table: &Table) -> Option<FigureSpec> {
+    let kinds = Kind::ALL.map(Kind::name);
+    let context = FigureContext {
+        stages: &kinds,
+        table: |name: &str| (name == kind).then_some(table),
+        values: |_: &str, _: &str| None,
+    };
+    let mut problems = Problems::default();
+    let point = figure.keys.points.first()?;
+    let mut checks = Checks::new(&figure.keys, point, &mut problems);
+    check_figure(&figure.name.value, &point.table, &context, &mut checks, &mut Vec::new())
 }
 
 /// Checks of the columns that a figure names.
@@ -163,6 +171,186 @@ struct Columns<'a, 'c> {
 }
 
 impl<'a> Columns<'a, '_> {
+    /// Returns the panels of a figure: those of its key `panels` or, without it, one with the keys
+    /// of the figure.
+    fn panels(&mut self, keys: &FigureTable, stages: &[&str]) -> Option<Vec<PanelSpec>> {
+        if self.checks.is_reported("panels") {
+            return None;
+        }
+        let alone = PanelTable::default();
+        let written: Vec<&PanelTable> = match keys.panels.written() {
+            Some(panels) => panels.value.iter().map(|panel| &panel.value).collect(),
+            None => vec![&alone],
+        };
+        // All panels are checked, even if one has a problem.
+        let checked: Vec<Option<PanelSpec>> =
+            written.into_iter().map(|panel| self.panel(keys, panel, stages)).collect();
+        let mut panels: Vec<PanelSpec> = checked.into_iter().collect::<Option<_>>()?;
+        let theories = self.theories(keys, &panels)?;
+        for panel in panels.iter_mut().filter(|panel| panel.y.iter().any(Quantity::is_of_areas)) {
+            let theory = |&model: &Model| Law::Theory { model, nayak: None };
+            let laws = theories.iter().map(theory);
+            let curves = laws.map(|law| Curve {
+                law,
+                label: None,
+                from: None,
+                selection: BTreeMap::new(),
+                range: None,
+            });
+            panel.curves.splice(0..0, curves);
+        }
+        Some(panels)
+    }
+
+    fn panel(
+        &mut self,
+        keys: &FigureTable,
+        panel: &PanelTable,
+        stages: &[&str],
+    ) -> Option<PanelSpec> {
+        let x = match panel.x.written() {
+            Some(x) => Some(x),
+            None => self.checks.required("x", &keys.x),
+        };
+        let own: Option<Vec<Spanned<String>>> = panel.y.written().map(|y| {
+            let words = match &y.value {
+                Words::One(word) => vec![word.clone()],
+                Words::Many(words) => words.clone(),
+            };
+            words.into_iter().map(|value| Spanned { value, span: y.span.clone() }).collect()
+        });
+        let y = match &own {
+            Some(own) => Some(own),
+            None => self.checks.required("y", &keys.y).map(|y| &y.value),
+        };
+        let (x, y) = (x?, y?);
+        let x_column = self.abscissa(x);
+        let error = keys.error.written();
+        let quantities = self.quantities(y, keys.error.value(), error.map(|error| &error.span));
+        let scales = match panel.scale.value() {
+            Some(scales) => Some(scales),
+            None => self.checks.value("scale", &keys.scale),
+        };
+        let selection = self.selection(&panel.selection);
+        let x = x_column?;
+        let quantities = quantities?;
+        let written = [&keys.curves, &panel.curves].map(Key::written).into_iter().flatten();
+        let mut curves = Some(Vec::new());
+        for Spanned { value: curve, span } in written.flat_map(|curves| &curves.value) {
+            let is_of_areas = quantities.iter().any(Quantity::is_of_areas);
+            let curve = self.curve(curve, span, &x, stages);
+            let is_drawn = |curve: &Curve| is_of_areas || matches!(curve.law, Law::Value(_));
+            match (curve, &mut curves) {
+                (Some(curve), Some(curves)) => curves.extend(Some(curve).filter(is_drawn)),
+                (Some(_), None) => {}
+                (None, _) => curves = None,
+            }
+        }
+        Some(PanelSpec {
+            x,
+            y: quantities,
+            scales: scales?,
+            selection: selection?,
+            curves: curves?,
+        })
+    }
+
+    fn curve(&mut self, keys: &CurveTable, span: &Span, x: &str, stages: &[&str]) -> Option<Curve> {
+        let laws = [keys.value.0.is_some(), keys.area.0.is_some(), keys.theory.0.is_some()];
+        if laws.iter().filter(|is_given| **is_given).count() != 1 {
+            let message = "a curve is given by one of `value`, `area` and `theory`".to_owned();
+            return self.checks.reject(Problem::new(message, span.clone(), "none or several here"));
+        }
+        if let Some(from) = keys.from.written().filter(|from| !stages.contains(&&*from.value)) {
+            let message = format!("there is no stage {:?}", from.value);
+            let problem = unknown(message, from, stages.iter().copied(), "unknown stage");
+            return self.checks.reject(problem);
+        }
+        let own = keys.from.written().is_none();
+        let free = if keys.area.0.is_some() { LOAD.name } else { x };
+        let mut expression = |written: &Spanned<String>| -> Option<Expression> {
+            let expression = self.parsed(written)?;
+            if expression.has_slope() {
+                let message = "a curve cannot contain `slope`".to_owned();
+                let label = "give the law, of which the panel can draw the slope";
+                return self.checks.reject(Problem::new(message, written.span.clone(), label));
+            }
+            let parameters = expression.columns().into_iter().filter(|name| own && *name != free);
+            let names: Vec<String> = parameters.map(str::to_owned).collect();
+            self.are_numbers(&names, written)?;
+            Some(expression)
+        };
+        let law = match (keys.value.written(), keys.area.written(), keys.theory.value()) {
+            (Some(value), ..) => Law::Value(expression(value)?),
+            (_, Some(area), _) => Law::Area(expression(area)?),
+            (.., Some(model)) => Law::Theory { model, nayak: keys.nayak.value() },
+            _ => return None,
+        };
+        let range = match keys.range.written().map(|range| range.value.as_slice()) {
+            Some([from, to]) => Some([expression(from)?, expression(to)?]),
+            _ => None,
+        };
+        let label = keys.label.written().map(|label| label.value.clone());
+        let from = keys.from.written().map(|from| from.value.clone());
+        // The columns of another table may be unknown before it is computed.
+        let selected = keys.selection.written().into_iter().flat_map(|written| &written.value);
+        let selection = selected.map(|(name, values)| (name.clone(), values.value.values()));
+        Some(Curve { law, label, from, selection: selection.collect(), range })
+    }
+
+    fn parsed(&mut self, written: &Spanned<String>) -> Option<Expression> {
+        Expression::parse(&written.value)
+            .map_err(|error| {
+                let span = error.span_in(&written.value, &written.span);
+                let message = format!("{:?} is not an expression", written.value);
+                self.checks.problems.push(Problem::new(message, span, error.reason));
+            })
+            .ok()
+    }
+
+    /// Returns the expression in columns of numbers that a text is, and `Some(None)` if the text
+    /// is a name.
+    fn expression(&mut self, written: &Spanned<String>) -> Option<Option<Expression>> {
+        let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
+        if self.table.has(&written.value) || written.value.chars().all(is_part) {
+            return Some(None);
+        }
+        let expression = self.parsed(written)?;
+        let names: Vec<String> = expression.columns().into_iter().map(str::to_owned).collect();
+        self.are_numbers(&names, written)?;
+        let has_loads = has_surfaces(self.table) && self.table.has(LOAD.name);
+        if expression.has_slope() && !has_loads {
+            let message =
+                format!("`slope` needs surfaces under loads, which `{}` lacks", self.stage);
+            let label = "the derivative with respect to the load";
+            return self.checks.reject(Problem::new(message, written.span.clone(), label));
+        }
+        Some(Some(expression))
+    }
+
+    /// Reports the first of these names that is no column of numbers.
+    fn are_numbers(&mut self, names: &[String], written: &Spanned<String>) -> Option<()> {
+        for value in names {
+            let at = written.value.find(value.as_str()).unwrap_or(0);
+            let start = (written.span.start + 1 + at).min(written.span.end);
+            let span = start..(start + value.len()).min(written.span.end);
+            self.number(&Spanned { value: value.clone(), span })?;
+        }
+        Some(())
+    }
+
+    fn abscissa(&mut self, written: &Spanned<String>) -> Option<String> {
+        match self.expression(written)? {
+            None => self.number(written),
+            Some(expression) if expression.has_slope() => {
+                let message = "`x` cannot contain `slope`".to_owned();
+                let label = "the derivative with respect to the load";
+                self.checks.reject(Problem::new(message, written.span.clone(), label))
+            }
+            Some(expression) => Some(expression.to_string()),
+        }
+    }
+
     fn number(&mut self, written: &Spanned<String>) -> Option<String> {
         let name = &written.value;
         if !self.table.has(name) {
@@ -203,15 +391,25 @@ impl<'a> Columns<'a, '_> {
 
     fn quantities(
         &mut self,
-        written: &Spanned<Vec<Spanned<String>>>,
+        written: &[Spanned<String>],
         error: Option<ErrorBars>,
         error_span: Option<&Span>,
     ) -> Option<Vec<Quantity>> {
         let mut quantities: Vec<Quantity> = Vec::new();
         let mut clear = Some(());
-        for name in &written.value {
+        for name in written {
             let span = name.span.clone();
-            match Quantity::find(self.table, &name.value, error) {
+            let found = match self.expression(name) {
+                Some(None) => Quantity::find(self.table, &name.value, error),
+                Some(Some(expression)) => {
+                    Ok(Quantity::of_expression(self.table, expression, error))
+                }
+                None => {
+                    clear = None;
+                    continue;
+                }
+            };
+            match found {
                 Ok(quantity) if quantities.contains(&quantity) => {
                     let message = format!("`y` names {:?} twice", name.value);
                     clear = self.checks.reject(Problem::new(message, span, "here again"));
@@ -263,13 +461,20 @@ impl<'a> Columns<'a, '_> {
         self.checks.reject(problem.help(format!("it can be {}", listed(known, "or"))))
     }
 
-    fn selection(&mut self, keys: &FigureTable) -> Option<BTreeMap<String, Vec<Value>>> {
+    fn selection(
+        &mut self,
+        written: &Key<BTreeMap<String, Spanned<Selected>>>,
+    ) -> Option<BTreeMap<String, Vec<Value>>> {
         let mut selection = BTreeMap::new();
         let mut clear = Some(());
-        let written = keys.selection.written();
+        let written = written.written();
         for (name, selected) in written.iter().flat_map(|selection| &selection.value) {
             let column = Spanned { value: name.clone(), span: selected.span.clone() };
-            if self.coordinate("where", &column).is_none() {
+            let known = match selected.value {
+                Selected::Range(_) => self.number(&column),
+                _ => self.coordinate("where", &column),
+            };
+            if known.is_none() {
                 clear = None;
                 continue;
             }
@@ -296,12 +501,13 @@ impl<'a> Columns<'a, '_> {
     fn legend(
         &mut self,
         keys: &FigureTable,
-        quantities: Option<&[Quantity]>,
+        panels: Option<&[PanelSpec]>,
         values: impl Fn(&str) -> Option<BTreeSet<Known>>,
     ) -> Option<BTreeMap<String, String>> {
         let Some(written) = keys.legend.written() else { return Some(BTreeMap::new()) };
         let mut entries: BTreeSet<String> = [THIS_STUDY.to_owned()].into();
-        entries.extend(quantities?.iter().map(|quantity| quantity.base().to_owned()));
+        let quantities = panels?.iter().flat_map(|panel| &panel.y);
+        entries.extend(quantities.map(|quantity| quantity.base().to_owned()));
         let theories = keys.theories.written().into_iter().flat_map(|theories| &theories.value);
         entries.extend(theories.map(|theory| theory.value.word().to_owned()));
         // Whether all coordinates with words, and all with numbers, are known.
@@ -335,13 +541,36 @@ impl<'a> Columns<'a, '_> {
         clear.map(|()| names.collect())
     }
 
-    /// Returns the theories. Each predicts the area fraction under a load, and asperity models need
-    /// the moments of the spectrum.
-    fn theories(
+    /// Returns the labels of axes. Refuses a label of an axis that the figure does not have.
+    fn labels(
         &mut self,
         keys: &FigureTable,
-        quantities: Option<&[Quantity]>,
-    ) -> Option<Vec<Model>> {
+        panels: Option<&[PanelSpec]>,
+    ) -> Option<BTreeMap<String, String>> {
+        let Some(written) = keys.labels.written() else { return Some(BTreeMap::new()) };
+        let axes = |panel: &PanelSpec| -> Vec<String> {
+            let along_y = panel.y.iter().map(|one| one.base().to_owned());
+            along_y.chain([panel.x.clone()]).collect()
+        };
+        let axes: BTreeSet<String> = panels?.iter().flat_map(axes).collect();
+        let mut labels = Some(BTreeMap::new());
+        for (name, label) in &written.value {
+            let canonical = Expression::parse(name).map_or(name.clone(), |one| one.to_string());
+            if !axes.contains(&canonical) {
+                let message = format!("no axis of the figure shows {name:?}");
+                let known = listed(axes.iter().map(String::as_str), "and");
+                let problem = Problem::new(message, label.span.clone(), "label of no axis");
+                labels = self.checks.reject(problem.help(format!("the axes show {known}")));
+            } else if let Some(labels) = &mut labels {
+                labels.insert(canonical, label.value.clone());
+            }
+        }
+        labels
+    }
+
+    /// Returns the theories. Each predicts the area fraction under a load, and asperity models need
+    /// the moments of the spectrum.
+    fn theories(&mut self, keys: &FigureTable, panels: &[PanelSpec]) -> Option<Vec<Model>> {
         let mut models = Vec::new();
         let mut clear = Some(());
         let written = keys.theories.written();
@@ -353,8 +582,7 @@ impl<'a> Columns<'a, '_> {
             if models.contains(model) {
                 report("`theories` has the same theory twice".to_owned(), "here again");
             }
-            let is_area = |quantity: &Quantity| AREAS.contains(&quantity.base());
-            if quantities.is_some_and(|quantities| !quantities.iter().any(is_area)) {
+            if !panels.iter().any(|panel| panel.y.iter().any(Quantity::is_of_areas)) {
                 let message = format!("theories predict {}", listed(AREAS, "or"));
                 report(message, "none of these columns is in `y`");
             }
@@ -385,7 +613,9 @@ fn empty_selections(
     for (column, selected) in written.iter().flat_map(|selection| &selection.value) {
         let Some(known) = values(column) else { continue };
         for value in selected.value.values() {
-            if known.iter().any(|known| value.is_same(known)) {
+            if matches!(value, SelectedValue::Range(_))
+                || known.iter().any(|known| value.is_same(known))
+            {
                 continue;
             }
             let words: Vec<String> = known.iter().map(Known::to_string).collect();

@@ -6,14 +6,17 @@ use asperity_pipeline::study::figures::{
     BarSource, EndsMeaning, ErrorBars, Quantity, Value as Selected,
 };
 use asperity_stages::Kind;
-use asperity_stages::columns::{LOAD, PRESSURE};
+use asperity_stages::columns::{AREA_FRACTION, LOAD, PRESSURE};
 use asperity_tables::column::Value;
 
 use super::Plot;
+use crate::ReportError;
 use crate::plotted::distinct;
+use crate::symbols::symbol;
+use crate::units::digits;
 
 impl Plot<'_> {
-    pub(super) fn caption(&self, hidden: usize) -> String {
+    pub(super) fn caption(&self, hidden: usize) -> Result<String, ReportError> {
         let mut sentences: Vec<String> = self.figure.caption.iter().cloned().collect();
         let counts = self.points().filter_map(|point| point.surfaces);
         let counts: BTreeSet<usize> = counts.collect();
@@ -34,35 +37,50 @@ impl Plot<'_> {
             _ => None,
         });
         let has_bars = self.points().any(|point| point.bar.is_some());
-        sentences.extend(bars_of(self.drawings[0].0).filter(|_| has_bars));
-        sentences.extend(self.conditions());
+        sentences.extend(bars_of(self.drawings[0].quantity).filter(|_| has_bars));
+        sentences.extend(self.conditions().filter(|_| self.styles.is_none()));
         if hidden > 0 {
             sentences.push(format!(
                 "{hidden} points at or below zero are missing, because the axis is logarithmic."
             ));
         }
-        let unconverged = self.drawings[0].1.unconverged;
+        let unconverged = self.drawings[0].points.unconverged;
         if unconverged > 0 {
             sentences.push(format!("{unconverged} rows are loads that did not converge."));
         }
+        let quantities = self.drawings.iter().map(|one| one.quantity);
+        let is_counted = quantities.clone().any(|one| one.column.contains(AREA_FRACTION.name));
+        if self.styles.is_some() && is_counted {
+            let error = self.data.share_of_mesh()?;
+            sentences.extend(Some(error).filter(|error| !error.is_empty()));
+        }
         let text = sentences.join(" ");
-        if self.figure.theories.is_empty() { text } else { text + &self.data.caveat }
+        let has_theories = self.has_curves() && quantities.clone().any(Quantity::is_of_areas);
+        Ok(if has_theories { text + &self.data.caveat } else { text })
     }
 
     /// Returns a sentence with the selected values, and with the load if there is only one.
     fn conditions(&self) -> Option<String> {
         let selection = self.figure.selection.iter().map(|(name, values)| {
+            let told = |value: Value| self.labels.told(name, Some(&value), &self.data.files);
             let values = values.iter().map(|value| match value {
-                Selected::Number(number) => Value::Real(*number),
-                Selected::Word(word) => Value::Text(word.clone()),
+                Selected::Number(number) => told(Value::Real(*number)),
+                Selected::Word(word) => told(Value::Text(word.clone())),
+                Selected::Range(range) => {
+                    let given = [("from", range.from), ("to", range.to)]
+                        .into_iter()
+                        .filter(|(_, end)| end.is_finite())
+                        .map(|(word, end)| format!("{word} {}", digits(end, 6)));
+                    format!("{} {}", symbol(name), given.collect::<Vec<_>>().join(" "))
+                }
             });
-            let told = values.map(|value| self.labels.told(name, Some(&value), &self.data.files));
-            told.collect::<Vec<_>>().join(" or ")
+            values.collect::<Vec<_>>().join(" or ")
         });
         let mut parts: Vec<String> = selection.collect();
-        let table = &self.drawings[0].1.table;
+        let table = &self.drawings[0].points.table;
         for name in [LOAD.name, PRESSURE.name] {
-            let is_told = self.figure.selection.contains_key(name) || self.figure.x == name;
+            let is_told =
+                self.figure.selection.contains_key(name) || self.drawings[0].panel.x == name;
             if table.has(name) && !is_told && distinct(table, name) == 1 {
                 let column = table.batch().column_by_name(name)?;
                 let value = Value::from_array(column.as_ref(), 0);

@@ -9,7 +9,7 @@ use super::Plot;
 use super::series_key::{SeriesKey, number};
 use crate::charts::chart::{Chart, Series};
 use crate::charts::style::{Colour, Dash, Style};
-use crate::figures::theories;
+use crate::figures::curves;
 
 impl Plot<'_> {
     /// Returns the text of a value in the legend and in titles of panels: its name in the manifest,
@@ -41,12 +41,12 @@ impl Plot<'_> {
 
     /// Returns the name of a theory in the legend.
     pub(super) fn name_of_theory(&self, model: Model) -> String {
-        self.named(model.word(), theories::name(model))
+        self.named(model.word(), curves::name(model))
     }
 
     /// Adds the entries of the legend to the first chart, as series without points.
     pub(super) fn add_entries(&self, charts: &mut [Chart], key: &SeriesKey) {
-        let (_, points) = &self.drawings[0];
+        let points = &self.drawings[0].points;
         let colour_name = points.colour.as_deref().unwrap_or_default();
         let told_colour = |index: usize| {
             let value = key.colours[index].as_ref();
@@ -79,7 +79,7 @@ impl Plot<'_> {
                     entries.push((key.style(colour, index), label.join(" · ")));
                 }
             }
-        } else if colours * further == 1 && !self.figure.theories.is_empty() {
+        } else if colours * further == 1 && self.has_curves() {
             entries.push((key.style(0, 0), self.named(THIS_STUDY, THIS_STUDY)));
         }
         let Some(chart) = charts.first_mut() else { return };

@@ -1,5 +1,4 @@
-//! The paper's estimate of the error of the mesh, and corrected areas (figs. 12 and 13). Also the
-//! collapse of corrected areas on the bandwidth or, if Hurst exponents or plateaus differ, on
+//! Collapse of corrected areas on the bandwidth or, if Hurst exponents or plateaus differ, on
 //! Nayak's parameter. The paper does not show this collapse (compare section 5.2.2).
 
 use std::collections::BTreeSet;
@@ -10,128 +9,12 @@ use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::style::{Colour, Dash, Style};
 use crate::charts::{Figure, in_pairs};
 use crate::ensembles::{EnsembleCurves, Mean, Point};
-use crate::figure_data::{COUNTED_AREA, FigureData, LIGHT, spaced, spaced_by, up_to};
-use crate::figures::area::{AREA, SECANT, asymptote, persson_curve};
+use crate::figure_data::{COUNTED_AREA, FigureData};
 use crate::figures::{Definition, Drawn, sample};
-use crate::loads::LOAD_LABEL;
-use crate::symbols::AREA_LABEL;
 use asperity_contact::topography::spectrum;
-use asperity_stages::columns::{
-    ALTERATIONS, AREA_CORRECTED, ERROR_RELATIVE, HURST, K_LOWER, K_ROLLOFF, K_UPPER,
-};
+use asperity_stages::columns::{ALTERATIONS, AREA_CORRECTED, HURST, K_LOWER, K_ROLLOFF, K_UPPER};
 use asperity_stages::correct::{AS_COUNTED, OF_2015, OF_2017};
 use asperity_statistics::line;
-
-pub const RELATIVE_ERROR: Definition = Definition {
-    name: "relative-error",
-    title: "Relative error of the counted area, as the paper estimates it",
-    draw: draw_errors,
-};
-
-pub const CORRECTED: Definition =
-    Definition { name: "area-corrected", title: "Corrected contact area", draw: draw_corrected };
-
-fn draw_errors(data: &FigureData) -> Result<Drawn, ReportError> {
-    let mut chart =
-        Chart::new(Axis::linear(AREA_LABEL), Axis::linear("relative error (π/8) S_d Δx/A"));
-    let mut by_load = Chart::new(
-        Axis::logarithmic(LOAD_LABEL),
-        Axis::logarithmic("relative error (π/8) S_d Δx/A"),
-    );
-    let mut surfaces = Vec::new();
-    let mut largest = 0.0_f64;
-    for ensemble in data.under(OF_2015) {
-        let areas = ensemble.mean(COUNTED_AREA)?;
-        largest = areas.iter().fold(largest, |most, area| most.max(area.mean));
-    }
-    for ensemble in data.under(OF_2015) {
-        let errors = ensemble.mean(ERROR_RELATIVE.name)?;
-        let areas = ensemble.mean(COUNTED_AREA)?;
-        let against_area: Vec<Mean> = errors
-            .iter()
-            .zip(&areas)
-            .map(|(error, area)| Mean { load: area.mean, ..*error })
-            .collect();
-        data.add_curve(&mut chart, ensemble, &against_area, &spaced(largest / 40.0, &against_area));
-        data.add_curve(&mut by_load, ensemble, &errors, &spaced_by(1.4, &errors));
-        surfaces.push(ensemble.surfaces);
-    }
-    if surfaces.is_empty() {
-        let needs = format!("areas with the correction \"{OF_2015}\"");
-        return Ok(Drawn::missing(needs, data.lines_of_corrections()));
-    }
-    let caption = format!(
-        "Half the distance between the bounds of the true area, relative to the counted area: \
-         (π/8) S_d Δx/A against the counted area fraction (left) and against load (right). S_d is \
-         the Manhattan perimeter, Δx the mesh step. Means over {}; bars are {}.",
-        sample(&surfaces),
-        data.bars,
-    );
-    Ok(Drawn::figure(Figure::side_by_side(chart, by_load), caption))
-}
-
-fn draw_corrected(data: &FigureData) -> Result<Drawn, ReportError> {
-    let corrections = data.corrections();
-    if corrections.is_empty() {
-        let lines = data.lines_of_corrections();
-        return Ok(Drawn::missing("areas with a correction other than \"none\"", lines));
-    }
-    let rows =
-        corrections.iter().take(2).filter_map(|correction| charts(data, correction).transpose());
-    let rows = rows.collect::<Result<Vec<_>, ReportError>>()?;
-    if rows.is_empty() {
-        let lines = data.lines_of_loads("{ to = 0.06, steps = 50 }");
-        let needs = format!("corrected areas at two or more loads up to {}", data.light());
-        return Ok(Drawn::missing(needs, lines));
-    }
-    let surfaces: Vec<usize> = data.under(corrections[0]).map(|one| one.surfaces).collect();
-    let names = corrections.iter().take(2).map(|name| match *name {
-        OF_2017 => "of 2017".to_owned(),
-        OF_2015 => "by π/8".to_owned(),
-        other => format!("\"{other}\""),
-    });
-    let caption = format!(
-        "Corrected contact area (points at some of the loads, bars are {}) and counted area (lines \
-         of the same colour) on the left, and the secants of both on the right, from {}; \
-         correction {}.{}",
-        data.bars,
-        sample(&surfaces),
-        names.collect::<Vec<_>>().join(" and "),
-        data.caveat,
-    );
-    Ok(Drawn::figure(Figure::from_charts(rows, [430.0, 320.0]), caption))
-}
-
-/// Returns charts of area and secant at light loads for one correction, or `None` without curves.
-fn charts(data: &FigureData, correction: &str) -> Result<Option<Vec<Chart>>, ReportError> {
-    let heaviest = data.heaviest_light_load()?;
-    let axis = Axis::linear(LOAD_LABEL).within(0.0, 1.05 * heaviest);
-    let title = format!("correction {correction}");
-    let mut area = Chart::new(axis.clone(), Axis::linear(AREA_LABEL)).titled(title.clone());
-    let mut secant = Chart::new(axis, Axis::linear("secant A/(A₀ y)")).titled(title);
-    for ensemble in data.under(correction) {
-        let corrected = up_to(LIGHT, ensemble.mean(AREA_CORRECTED.name)?);
-        let counted = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
-        let corrected = spaced(heaviest / 20.0, &corrected);
-        data.add_curve(&mut area, ensemble, &counted, &corrected);
-        data.add_curve(&mut secant, ensemble, &secants(&counted), &secants(&corrected));
-    }
-    if !area.has_curves() {
-        return Ok(None);
-    }
-    let range = [heaviest * 1e-3, heaviest];
-    let counted = Style::line(Colour::Text, Dash::Solid, 1.0);
-    area.series.push(Series::new([], counted).named("lines: counted on the mesh"));
-    for (chart, quantity) in [(&mut area, AREA), (&mut secant, SECANT)] {
-        chart.series.push(persson_curve(quantity, range));
-        chart.series.push(asymptote(quantity, range));
-    }
-    Ok(Some(vec![area, secant]))
-}
-
-fn secants(means: &[Mean]) -> Vec<Mean> {
-    means.iter().map(Mean::secant).collect()
-}
 
 pub const COLLAPSE: Definition = Definition {
     name: "collapse",
