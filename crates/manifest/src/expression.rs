@@ -137,12 +137,26 @@ impl Expression {
     /// # Errors
     /// If the text is not an expression, or is longer than [`MAX_LENGTH`].
     pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
+        Expression::read(text, true)
+    }
+
+    /// Parses the text of an expression in which `pi` is a name like all others.
+    ///
+    /// Keys of stages have such expressions, because `"pi/8"` is the name of a correction.
+    ///
+    /// # Errors
+    /// See [`Expression::parse`].
+    pub fn parse_without_pi(text: &str) -> Result<Expression, ExpressionError> {
+        Expression::read(text, false)
+    }
+
+    fn read(text: &str, has_pi: bool) -> Result<Expression, ExpressionError> {
         if text.len() > MAX_LENGTH {
             let reason =
                 format!("the expression is {} bytes long; the maximum is {MAX_LENGTH}", text.len());
             return Err(error(reason, 0..text.len()));
         }
-        let mut parser = Parser { text, position: 0 };
+        let mut parser = Parser { text, has_pi, position: 0 };
         let read = parser.sum()?;
         match parser.peek() {
             None => Ok(read),
@@ -294,6 +308,8 @@ fn error(reason: String, at: Range<usize>) -> ExpressionError {
 /// A recursive-descent parser of expressions.
 struct Parser<'a> {
     text: &'a str,
+    /// Whether `pi` is a number.
+    has_pi: bool,
     position: usize,
 }
 
@@ -406,7 +422,7 @@ impl Parser<'_> {
         self.position = at.end;
         if self.take(&[('(', ())]).is_none() {
             return Ok(match name {
-                "pi" => Expression::Number(std::f64::consts::PI),
+                "pi" if self.has_pi => Expression::Number(std::f64::consts::PI),
                 _ => Expression::Column(name.to_owned()),
             });
         }

@@ -73,7 +73,7 @@ impl<'a> Expressions<'a> {
         if !takes_number || is_own || has_unit(text) {
             return None;
         }
-        let parsed = Expression::parse(text);
+        let parsed = Expression::parse_without_pi(text);
         let is_plausible = match &parsed {
             Ok(expression) => expression.columns().into_iter().all(|name| self.knows(name)),
             Err(_) => false,

@@ -54,7 +54,7 @@ pub fn syntax_problem(
                 Dimension::Work | Dimension::Conductivity | Dimension::Resistivity => String::new(),
             }
         ),
-        None => "an expression has numbers, names of keys and parameters, `pi`, `+ - * / ^`, \
+        None => "an expression has numbers, names of keys and parameters, `+ - * / ^`, \
                  parentheses, and functions such as `ln(…)` and `sqrt(…)`"
             .to_owned(),
     })

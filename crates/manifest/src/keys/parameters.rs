@@ -201,14 +201,15 @@ impl<'i> Parameter<'i> {
 /// Returns the names in an expression; none if the value is a number or a quantity with a unit.
 fn references(value: &TomlSpanned<DeValue>) -> BTreeSet<String> {
     let text = value.get_ref().as_str().filter(|text| !has_unit(text));
-    let expression = text.and_then(|text| Expression::parse(text).ok());
+    let expression = text.and_then(|text| Expression::parse_without_pi(text).ok());
     let names = expression.iter().flat_map(Expression::columns);
     names.map(str::to_owned).collect()
 }
 
 fn is_valid_name(name: &TomlSpanned<DeString>, problems: &mut Problems) -> bool {
     let text = name.get_ref().as_ref();
-    let is_expression = Expression::parse(text) == Ok(Expression::Column(text.to_owned()));
+    let is_expression =
+        Expression::parse_without_pi(text) == Ok(Expression::Column(text.to_owned()));
     let label = if Function::ALL.iter().any(|function| function.word() == text) {
         "this is the name of a function"
     } else if is_expression {
@@ -226,7 +227,7 @@ fn is_valid_value(name: &str, value: &TomlSpanned<DeValue>, problems: &mut Probl
     let problem = match value.get_ref() {
         DeValue::Integer(_) | DeValue::Float(_) => return true,
         DeValue::String(text) if has_unit(text) => return true,
-        DeValue::String(text) => match Expression::parse(text) {
+        DeValue::String(text) => match Expression::parse_without_pi(text) {
             Ok(expression) if !expression.has_slope() => return true,
             read => syntax_problem(&path, value, read.err().as_ref()),
         },

@@ -212,7 +212,8 @@ impl<'a> Point<'a> {
                     return Err(Failure::Reason(reason));
                 }
                 DeValue::String(text) => {
-                    let expression = Expression::parse(text).map_err(|_| Failure::Reported)?;
+                    let expression =
+                        Expression::parse_without_pi(text).map_err(|_| Failure::Reported)?;
                     let names = expression.columns().into_iter();
                     let unknown = names.filter(|name| !known.contains_key(*name));
                     let unknown: Vec<String> = unknown.map(str::to_owned).collect();
