@@ -207,9 +207,9 @@ fn loads_beyond_light_ones_are_on_a_figure_and_pressures_where_there_is_a_modulu
         assert!(drawn.iter().any(|one| one == title), "{title} in {said}");
     }
     // E* = 50 GPa/(1 − 0.3²); lengths and pressures have suitable SI prefixes.
-    assert!(page.contains("E* = 54.945 GPa"), "{page}");
+    assert!(page.contains("E* = 54.9451 GPa"), "{page}");
     let pressure = figure(&bench, "pressure");
-    assert!(pressure.contains(">mean gap, in nm<"), "{pressure}");
+    assert!(pressure.contains(">mean gap ū, in nm<"), "{pressure}");
     assert!(pressure.contains(">mean pressure p₀, in GPa<"));
 
     let bench = Bench::new();
@@ -371,7 +371,7 @@ fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is()
     let folder = bench.data().join("results/small");
     for (name, from, to) in [
         ("report.html", "all 16 loads converged", "all 17 loads converged"),
-        ("figures/slope.svg", "load", "lead"),
+        ("figures/area-light.svg", "load", "lead"),
     ] {
         let path = folder.join(name);
         let written = fs::read_to_string(&path).unwrap();
@@ -386,7 +386,7 @@ fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is()
         fs::write(&path, written).unwrap();
     }
     // A report that ends while it writes figures leaves a note beside them.
-    fs::write(folder.join("figures/slope.svg"), "another figure").unwrap();
+    fs::write(folder.join("figures/area-light.svg"), "another figure").unwrap();
     fs::write(folder.join(".report-unfinished"), "").unwrap();
     let said = text(&verify().stdout);
     assert!(said.contains("`asperity report` was interrupted"), "{said}");

@@ -209,7 +209,7 @@ fn all_output_has_the_units_that_the_manifest_names() {
     let drawn = |name: &str| fs::read_to_string(figures.join(name)).unwrap();
     let pressure = drawn("pressure.svg");
     assert!(
-        pressure.contains(">mean pressure p₀, in MPa<") && pressure.contains(">mean gap, in µm<")
+        pressure.contains(">mean pressure p₀, in MPa<") && pressure.contains(">mean gap ū, in µm<")
     );
     for file in fs::read_dir(&figures).unwrap() {
         let name = file.unwrap().file_name().into_string().unwrap();

@@ -91,15 +91,14 @@ pub fn draw(data: &FigureData, figure: &WrittenFigure) -> Result<Drawn, ReportEr
         Panel::Chart(chart) => chart.shows_a_course(),
         Panel::Map(_) => true,
     };
-    match (drawn, needed) {
-        (Drawn::Figure { figure, caption, sliders }, _)
-            if figure.rows.iter().flatten().any(shows_a_course) =>
-        {
-            Ok(Drawn::Figure { figure, caption, sliders })
-        }
-        (_, Some(needed)) => Ok(needed.missing(data)),
-        (_, None) => Ok(Drawn::NotAsked),
-    }
+    let is_shown = match &drawn {
+        Drawn::Figure { figure, .. } => figure.rows.iter().flatten().any(shows_a_course),
+        _ => false,
+    };
+    Ok(match needed {
+        Some(needed) if !is_shown => needed.missing(data),
+        _ => drawn,
+    })
 }
 
 /// Returns the styles of fits, whose rows differ in parameters that surfaces do not have.

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use arrow::array::Array;
+
 use asperity_pipeline::study::figures::{
     BarSource, EndsMeaning, ErrorBars, Quantity, Value as Selected,
 };
 use asperity_stages::Kind;
-use asperity_stages::columns::{AREA_FRACTION, LOAD, PRESSURE};
+use asperity_stages::columns::{AREA_FRACTION, EFFECTIVE_MODULUS, LOAD, PRESSURE};
 use asperity_tables::column::Value;
 
 use super::Plot;
@@ -38,6 +40,7 @@ impl Plot<'_> {
         });
         let has_bars = self.points().any(|point| point.bar.is_some());
         sentences.extend(bars_of(self.drawings[0].quantity).filter(|_| has_bars));
+        sentences.extend(self.moduli());
         sentences.extend(self.conditions().filter(|_| self.styles.is_none()));
         if hidden > 0 {
             sentences.push(format!(
@@ -57,6 +60,18 @@ impl Plot<'_> {
         let text = sentences.join(" ");
         let has_theories = self.has_curves() && quantities.clone().any(Quantity::is_of_areas);
         Ok(if has_theories { text + &self.data.caveat } else { text })
+    }
+
+    /// Returns a sentence with E*, by which readers convert pressures to loads, if pressures are the
+    /// horizontal axis.
+    fn moduli(&self) -> Option<String> {
+        let shown = self.drawings.iter().find(|one| one.panel.x == PRESSURE.name)?;
+        let column = shown.points.table.batch().column_by_name(EFFECTIVE_MODULUS.name)?.clone();
+        let values = (0..column.len()).filter_map(|row| Value::from_array(column.as_ref(), row));
+        let told: BTreeSet<String> = values
+            .map(|value| self.labels.told(EFFECTIVE_MODULUS.name, Some(&value), &self.data.files))
+            .collect();
+        Some(format!("{}.", told.into_iter().collect::<Vec<_>>().join(", ")))
     }
 
     /// Returns a sentence with the selected values, and with the load if there is only one.
