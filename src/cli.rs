@@ -95,7 +95,7 @@ enum Command {
     Share(report::ShareArguments),
     /// Draw a map of one task: heights, contact, pressures, gaps or displacements.
     View(pictures::ViewArguments),
-    /// Export the maps of one task to ParaView (VTK) or NumPy.
+    /// Export the maps of one task to ParaView (VTK), NumPy or Gwyddion.
     Export(pictures::ExportArguments),
     /// Describe the channels of a topography file and draw one of them.
     Surface(pictures::SurfaceArguments),

@@ -62,8 +62,8 @@ impl Plot<'_> {
         Ok(if has_theories { text + &self.data.caveat } else { text })
     }
 
-    /// Returns a sentence with E*, by which readers convert pressures to loads, if pressures are the
-    /// horizontal axis.
+    /// Returns a sentence with E*, by which readers convert pressures to loads, if pressures are on
+    /// the horizontal axis.
     fn moduli(&self) -> Option<String> {
         let shown = self.drawings.iter().find(|one| one.panel.x == PRESSURE.name)?;
         let column = shown.points.table.batch().column_by_name(EFFECTIVE_MODULUS.name)?.clone();
