@@ -239,7 +239,9 @@ def check_hover(driver):
     tip = lambda: driver.find_element(By.CSS_SELECTOR, ".tip")
     charts = driver.find_elements(By.CSS_SELECTOR, "figure .chart")
     for chart in charts:
-        driver.execute_script("arguments[0].scrollIntoView({ block: 'center' })", chart)
+        # The box of the chart itself reaches as far as curves continue beyond its axes.
+        data = chart.find_element(By.CSS_SELECTOR, "[data-points] *")
+        driver.execute_script("arguments[0].scrollIntoView({ block: 'center' })", data)
         svg = chart.find_element(By.XPATH, "./ancestor::*[name()='svg']")
         group = chart.find_element(By.CSS_SELECTOR, "[data-points]")
         x, y = group.get_attribute("data-points").split(" ")[0].split(",")[:2]
