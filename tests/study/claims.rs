@@ -142,6 +142,8 @@ expected = "> 1 nm"
     .replace("window = [0, 0.1]\n", "");
     let found = claim(&bench, &manifest, "gap-stays-open");
     assert_eq!(found["verdict"], "holds", "{found}");
+    assert_eq!(found["quantity"], "this in µm");
+    assert_eq!(found["expected"], "above 0.001");
     assert_eq!(values(&found).len(), 2);
 }
 

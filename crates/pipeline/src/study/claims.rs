@@ -28,7 +28,7 @@ pub struct ClaimSpec {
     /// Text of the claim, quoted if it is the words of a paper.
     pub text: String,
     pub source: String,
-    /// The quantity in words.
+    /// The quantity in words, with its unit if that is known.
     pub quantity: String,
     /// Condition that all quantities must meet.
     pub expected: Expectation,

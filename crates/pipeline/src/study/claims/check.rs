@@ -421,25 +421,29 @@ impl<'t> Checker<'_, '_, 't> {
         let words = |key: &Key<String>| key.written().map(|text| text.value.clone());
         let origin = keys.origin.value().unwrap_or(Origin::Study);
         let anything = Expectation::within(f64::NEG_INFINITY, f64::INFINITY);
-        let (test, expected) = match origin {
-            Origin::Misprint => (None, anything),
+        let (test, unit, expected) = match origin {
+            Origin::Misprint => (None, None, anything),
             _ => {
                 let test = self.test(keys)?;
                 let unit = self.unit_of(&test);
                 let expected = self.checks.required("expected", &keys.expected)?;
-                (Some(test), self.range(expected, unit)?)
+                (Some(test), unit, self.range(expected, unit)?)
             }
         };
         let expressions = test.iter().flat_map(|test| &test.quantities);
         let expressions: Vec<String> =
             expressions.map(|(_, expression)| expression.to_string()).collect();
+        let quantity = words(&keys.description).unwrap_or_else(|| expressions.join("; "));
         Some(ClaimSpec {
             name: name.value.clone(),
             file: self.context.file.map(str::to_owned),
             origin,
             text,
             source: words(&keys.source).unwrap_or_default(),
-            quantity: words(&keys.description).unwrap_or_else(|| expressions.join("; ")),
+            quantity: match unit {
+                Some(unit) => format!("{quantity} in {}", unit.symbol),
+                None => quantity,
+            },
             expected,
             reason: words(&keys.reason).unwrap_or_default(),
             figure: words(&keys.figure),
