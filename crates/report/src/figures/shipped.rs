@@ -21,7 +21,7 @@ use crate::figures::{Drawn, declared};
 use crate::finished::FinishedStage;
 use crate::styles::Styles;
 
-const TEXT: &str = include_str!("../../../../manifests/figures/yastrebov-2015.toml");
+const TEXT: &str = include_str!("../../figures/yastrebov-2015.toml");
 
 /// The figures of the file.
 static FIGURES: LazyLock<Vec<WrittenFigure>> = LazyLock::new(|| read(TEXT));
