@@ -74,7 +74,7 @@ enum Command {
     ///
     /// The last job of `submit` runs this command.
     Finish(cluster::FinishArguments),
-    /// Test the statements of Yastrebov, Anciaux & Molinari (2015) against the results of a study.
+    /// Test claims, of the 2015 paper or of the study itself, with the results of a study.
     Claims(claims::ClaimsArguments),
     /// Estimate the cost and the gain of extending a fit of limits.
     ///

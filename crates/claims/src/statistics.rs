@@ -316,19 +316,25 @@ mod tests {
         assert_eq!(first_beyond(&points, 0.3), 0.1);
     }
 
-    #[test]
-    fn the_areas_of_a_curve_end_where_all_surfaces_are_in_full_contact() {
-        let loads = vec![0.5, 1.0, 1.5, 2.0];
-        let group = Group {
+    /// Returns a group with the values of its surfaces at each load.
+    fn group(loads: Vec<f64>, values: Vec<Vec<f64>>) -> Group {
+        Group {
             point: ParameterPoint::default(),
             name: String::new(),
-            values: vec![vec![0.6, 0.7], vec![0.9, 1.0], vec![1.0, 1.0], vec![1.0, 1.0]],
+            values,
             given: loads.clone(),
             loads,
             systematic: 0.0,
             has_scatter: true,
             estimate: None,
-        };
+        }
+    }
+
+    #[test]
+    fn the_areas_of_a_curve_end_where_all_surfaces_are_in_full_contact() {
+        let loads = vec![0.5, 1.0, 1.5, 2.0];
+        let values = vec![vec![0.6, 0.7], vec![0.9, 1.0], vec![1.0, 1.0], vec![1.0, 1.0]];
+        let group = group(loads, values);
         let curve = Curve { group: &group, other: None, indices: Vec::new(), area: 0.0 };
         let curves = curve.curves(&Weights::ALL).unwrap();
         assert_eq!((curves.surfaces(), curves.loads().len()), (2, 2));
@@ -339,16 +345,8 @@ mod tests {
         for loads in
             [vec![0.009, 0.01, 0.011, 0.045, 0.05, 0.055], vec![0.003, 0.01, 0.02, 0.05, 0.4]]
         {
-            let group = Group {
-                point: ParameterPoint::default(),
-                name: String::new(),
-                values: loads.iter().map(|load: &f64| vec![-0.4 * load.ln()]).collect(),
-                given: loads.clone(),
-                loads,
-                systematic: 0.0,
-                has_scatter: true,
-                estimate: None,
-            };
+            let values = loads.iter().map(|load: &f64| vec![-0.4 * load.ln()]).collect();
+            let group = group(loads, values);
             let curve = Curve { group: &group, other: None, indices: Vec::new(), area: 0.0 };
             let found = curve.value(Statistic::StiffnessExponent, &Weights::ALL).unwrap();
             assert!((found - 1.0).abs() < 1e-12, "{found}");
