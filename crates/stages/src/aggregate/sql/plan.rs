@@ -228,7 +228,7 @@ impl<'a> Planner<'a> {
         node: &mut T,
         tables: &mut Vec<(String, Planned)>,
     ) -> Result<()> {
-        each_expression(node, |expression| self.without_subquery(expression, tables))
+        each_expression(node, &mut |expression| self.without_subquery(expression, tables))
     }
 
     /// Replaces a subquery by its value, or in `in (…)` by a table.
@@ -325,12 +325,13 @@ impl Ends {
 }
 
 /// Calls `replace` for each expression of a node, the outer ones first.
-fn each_expression<T: VisitMut>(
-    node: &mut T,
-    replace: impl FnMut(&mut Expr) -> Result<()>,
+fn each_expression(
+    node: &mut impl VisitMut,
+    replace: &mut dyn FnMut(&mut Expr) -> Result<()>,
 ) -> Result<()> {
-    struct OuterFirst<F>(F);
-    impl<F: FnMut(&mut Expr) -> Result<()>> VisitorMut for OuterFirst<F> {
+    // One type of visitor: for each, the compiler writes half a megabyte that walks all of SQL.
+    struct OuterFirst<'a>(&'a mut dyn FnMut(&mut Expr) -> Result<()>);
+    impl VisitorMut for OuterFirst<'_> {
         type Break = QueryError;
 
         fn pre_visit_expr(&mut self, expression: &mut Expr) -> ControlFlow<QueryError> {

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use sqlparser::ast::{Expr, Function, Ident, Visit, visit_expressions};
+use sqlparser::ast::{Expr, Function, Ident, Visit, Visitor};
 
 use crate::aggregate::sql::statement::AGGREGATES;
 
@@ -50,14 +50,13 @@ pub(super) struct Calls {
 
 impl Calls {
     pub(super) fn add(&mut self, node: &impl Visit) {
-        let _ = visit_expressions(node, |expression| {
+        visit_each(node, &mut |expression| {
             if let Expr::Function(function) = expression {
                 self.has_window |= function.over.is_some();
                 if is_aggregate(function) && self.aggregate.is_none() {
                     self.aggregate = Some(function.to_string());
                 }
             }
-            ControlFlow::<()>::Continue(())
         });
     }
 
@@ -70,6 +69,21 @@ impl Calls {
     pub(super) fn is_empty(&self) -> bool {
         self.aggregate.is_none() && !self.has_window
     }
+}
+
+/// Calls `look` for each expression of a node.
+pub(super) fn visit_each(node: &impl Visit, look: &mut dyn FnMut(&Expr)) {
+    // One type of visitor, as in `each_expression`.
+    struct Each<'a>(&'a mut dyn FnMut(&Expr));
+    impl Visitor for Each<'_> {
+        type Break = ();
+
+        fn pre_visit_expr(&mut self, expression: &Expr) -> ControlFlow<()> {
+            (self.0)(expression);
+            ControlFlow::Continue(())
+        }
+    }
+    let _ = node.visit(&mut Each(look));
 }
 
 /// Returns whether a function aggregates rows. With `over` it computes one value per row.

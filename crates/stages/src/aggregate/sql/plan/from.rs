@@ -1,13 +1,13 @@
 //! Tables and joins of a `select`.
 
 use std::collections::BTreeSet;
-use std::ops::ControlFlow;
 
 use sqlparser::ast::{
     BinaryOperator, ExcludeSelectItem, Expr, Ident, JoinConstraint, JoinOperator, ObjectName,
-    Select, SelectItem, TableAlias, TableFactor, TableWithJoins, visit_expressions,
+    Select, SelectItem, TableAlias, TableFactor, TableWithJoins,
 };
 
+use super::expressions::visit_each;
 use super::{Planned, Planner, Result, refused};
 use crate::error::QueryError;
 
@@ -237,13 +237,12 @@ fn is_equality(condition: &Expr) -> bool {
 /// name.
 pub(super) fn qualifiers(expression: &Expr) -> BTreeSet<String> {
     let mut tables = BTreeSet::new();
-    let _ = visit_expressions(expression, |part| {
+    visit_each(expression, &mut |part| {
         match part {
             Expr::Identifier(name) => tables.insert(name.value.clone()),
             Expr::CompoundIdentifier(parts) => tables.insert(parts[0].value.clone()),
             _ => false,
         };
-        ControlFlow::<()>::Continue(())
     });
     tables
 }

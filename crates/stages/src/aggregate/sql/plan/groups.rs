@@ -23,7 +23,7 @@ pub(super) struct Groups {
 
 impl Groups {
     pub(super) fn lower(&mut self, expression: &mut Expr) -> Result<()> {
-        each_expression(expression, |part| self.replace(part))
+        each_expression(expression, &mut |part| self.replace(part))
     }
 
     fn replace(&mut self, expression: &mut Expr) -> Result<()> {

@@ -51,7 +51,7 @@ impl<'a> Windows<'a> {
         }
         expressions.extend(items.iter_mut().map(|(value, _)| value));
         for expression in expressions {
-            each_expression(expression, |part| self.replace(part))?;
+            each_expression(expression, &mut |part| self.replace(part))?;
         }
         // A table without columns has no rows.
         if self.inputs.names.is_empty() {
@@ -265,5 +265,5 @@ pub(super) fn resolve_windows(select: &mut Select, ends: &mut Ends) -> Result<()
         Ok(())
     };
     each_expression(select, &mut resolve)?;
-    each_expression(&mut ends.order_by, resolve)
+    each_expression(&mut ends.order_by, &mut resolve)
 }
