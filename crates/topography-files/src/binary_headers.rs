@@ -16,8 +16,7 @@ use super::{Format, FormatError, at_least_one};
 ///
 /// The blocks 0x0B and 0x7D contain maps, and another block gives their sides in metres. Lines run
 /// along x; the first line has the largest y. The number 1 marks missing points.
-pub const FRT: Format =
-    Format { name: "frt", title: "FRT MicroProf", version: 2, has_signature: true, read: read_frt };
+pub const FRT: Format = Format::new("frt", "FRT MicroProf", 2, read_frt);
 
 // Numbers of the blocks. The grid block has the numbers of nodes and of bits per height. The scale
 // block has the metres per unit of the stored heights.
@@ -121,13 +120,7 @@ fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
 /// Here S is the scale factor of the interferometer, W the wavelength, O the obliquity factor and R
 /// the number of phase steps per wavelength. Lines run along x; the first line has y = 0. Phases of
 /// at least 2147483640 mark missing points.
-pub const METROPRO: Format = Format {
-    name: "metropro",
-    title: "Zygo MetroPro",
-    version: 1,
-    has_signature: true,
-    read: read_metropro,
-};
+pub const METROPRO: Format = Format::new("metropro", "Zygo MetroPro", 1, read_metropro);
 
 fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let header = match bytes.get(..4) {
@@ -176,8 +169,7 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// `Wavelength` / `Mult` in nanometres. Lines run along y; the first number of a line has the
 /// largest y. Floats of at least 1e10, and two-byte integers of at least 32766, mark missing
 /// points.
-pub const OPD: Format =
-    Format { name: "opd", title: "Wyko", version: 2, has_signature: true, read: read_opd };
+pub const OPD: Format = Format::new("opd", "Wyko", 2, read_opd);
 
 /// Length of an entry of the directory, in bytes.
 const OPD_ENTRY: usize = 24;
@@ -291,8 +283,7 @@ fn opd_raster(bytes: &[u8]) -> Result<Raster<'_>, FormatError> {
 /// Lengths are in micrometres; the sides are nodes × pixel size. Lines run along x; the first line
 /// has y = 0. The number 1000001 marks missing points. The format has no signature: a file is
 /// recognized by a date as text, a known type of measurement, and layers that fit into the file.
-pub const PLU: Format =
-    Format { name: "plu", title: "Sensofar", version: 1, has_signature: false, read: read_plu };
+pub const PLU: Format = Format::new("plu", "Sensofar", 1, read_plu).without_signature();
 
 // Offsets in bytes of the calibration, the type of measurement, the number of layers, and the
 // layers.
@@ -362,8 +353,7 @@ fn plu_layer<'a>(
 ///
 /// Not known: what an inversion means. Four programs treat it in three ways, and no public file
 /// uses it. As in Gwyddion, it negates the heights here, and 2 and 3 mirror the map, too.
-pub const SUR: Format =
-    Format { name: "sur", title: "Digital Surf", version: 2, has_signature: true, read: read_sur };
+pub const SUR: Format = Format::new("sur", "Digital Surf", 2, read_sur);
 
 /// Type of a profile, or of a map that Gwyddion wrote.
 const SUR_PROFILE: u16 = 1;

@@ -15,13 +15,7 @@ use super::{Format, FormatError};
 /// centre of a cell, `cellsize`, or `dx` and `dy` of GDAL, and `NODATA_value`, which marks missing
 /// points and is −9999 if it is not given. The sides are numbers of cells × size of a cell, without
 /// a unit. The first line of heights is the northernmost, with the largest y.
-pub const ESRI: Format = Format {
-    name: "esri-asc",
-    title: "ESRI ASCII grid",
-    version: 1,
-    has_signature: true,
-    read: read_esri,
-};
+pub const ESRI: Format = Format::new("esri-asc", "ESRI ASCII grid", 1, read_esri);
 
 const ESRI_NAMES: [&str; 10] = [
     "ncols",
@@ -109,13 +103,7 @@ fn esri_number(word: &str) -> Option<f64> {
 /// sides are nodes × step, without a unit. Lines run along x; the first line has the smallest y.
 /// Numbers from 1.70141e38 on mark missing points; Surfer 7 names its own marker. GDAL 3.10 writes
 /// files of all three kinds.
-pub const SURFER: Format = Format {
-    name: "surfer",
-    title: "Surfer grid",
-    version: 1,
-    has_signature: true,
-    read: read_surfer,
-};
+pub const SURFER: Format = Format::new("surfer", "Surfer grid", 1, read_surfer);
 
 /// Number that marks missing points, in single precision.
 const SURFER_MISSING: Missing = Missing::From(1.7014e38);

@@ -11,8 +11,7 @@ use super::raster::Raster;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format =
-    Format { name: "gxyzf", title: "Gwyddion XYZ field", version: 2, has_signature: true, read };
+pub const FORMAT: Format = Format::new("gxyzf", "Gwyddion XYZ field", 2, read);
 
 const SIGNATURE: &[u8] = b"Gwyddion XYZ Field 1.0\n";
 

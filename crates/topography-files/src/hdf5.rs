@@ -44,8 +44,7 @@ use super::netcdf::complete_heights;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format =
-    Format { name: "hdf5", title: "HDF5", version: 4, has_signature: true, read };
+pub const FORMAT: Format = Format::new("hdf5", "HDF5", 4, read);
 
 /// Maximum number of groups that are searched for datasets.
 const MAX_GROUPS: usize = 10_000;

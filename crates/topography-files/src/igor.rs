@@ -11,8 +11,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format =
-    Format { name: "ibw", title: "Igor binary wave", version: 2, has_signature: true, read };
+pub const FORMAT: Format = Format::new("ibw", "Igor binary wave", 2, read);
 
 /// Length of the file header, in bytes.
 const FILE: usize = 64;

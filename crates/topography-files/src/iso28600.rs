@@ -16,13 +16,7 @@ use super::raster::{Raster, checked_nodes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format {
-    name: "iso28600",
-    title: "SPM data transfer format, ISO 28600",
-    version: 1,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format = Format::new("iso28600", "SPM data transfer format, ISO 28600", 1, read);
 
 const SIGNATURE: &[u8] = b"ISO/TC 201 SPM data transfer format";
 

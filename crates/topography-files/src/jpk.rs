@@ -14,8 +14,7 @@ use super::tiff::{Directory, directories, first_directory};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format =
-    Format { name: "jpk", title: "JPK image", version: 2, has_signature: true, read };
+pub const FORMAT: Format = Format::new("jpk", "JPK image", 2, read);
 
 // Tags of the first image.
 const VERSION: u16 = 0x8000;

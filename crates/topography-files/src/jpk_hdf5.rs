@@ -18,8 +18,7 @@ use super::raster::checked_nodes;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format =
-    Format { name: "h5-jpk", title: "JPK HDF5 images", version: 2, has_signature: true, read };
+pub const FORMAT: Format = Format::new("h5-jpk", "JPK HDF5 images", 2, read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;

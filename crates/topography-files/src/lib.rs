@@ -400,6 +400,21 @@ pub struct DefaultChannel {
 }
 
 impl Format {
+    /// Creates a format whose first bytes identify it.
+    const fn new(
+        name: &'static str,
+        title: &'static str,
+        version: u32,
+        read: for<'a> fn(&'a [u8]) -> Result<Vec<Channel<'a>>, FormatError>,
+    ) -> Format {
+        Format { name, title, version, has_signature: true, read }
+    }
+
+    /// Declares that other files may start with the same bytes.
+    const fn without_signature(self) -> Format {
+        Format { has_signature: false, ..self }
+    }
+
     /// Returns the short name of the format, in most cases the usual file extension.
     pub fn name(&self) -> &'static str {
         self.name

@@ -25,13 +25,8 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format {
-    name: "nanoscope",
-    title: "Nanoscope of Digital Instruments, Veeco and Bruker",
-    version: 2,
-    has_signature: true,
-    read,
-};
+pub const FORMAT: Format =
+    Format::new("nanoscope", "Nanoscope of Digital Instruments, Veeco and Bruker", 2, read);
 
 /// First version of Nanoscope whose numbers may have four bytes although the header says two.
 const FOUR_BYTES: i64 = 0x0920_0000;

@@ -15,8 +15,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError};
 
-pub const FORMAT: Format =
-    Format { name: "nid", title: "Nanosurf NID", version: 2, has_signature: true, read };
+pub const FORMAT: Format = Format::new("nid", "Nanosurf NID", 2, read);
 
 const SIGNATURE: &[u8] = b"[DataSet]";
 /// Marker of the end of the header, at the start of a line.

@@ -13,8 +13,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format =
-    Format { name: "npy", title: "NumPy array", version: 1, has_signature: true, read };
+pub const FORMAT: Format = Format::new("npy", "NumPy array", 1, read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (nodes, heights) = match npy_array(bytes) {

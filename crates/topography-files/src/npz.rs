@@ -13,8 +13,7 @@ use super::raster::Raster;
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format =
-    Format { name: "npz", title: "archive of NumPy arrays", version: 2, has_signature: true, read };
+pub const FORMAT: Format = Format::new("npz", "archive of NumPy arrays", 2, read);
 
 /// Names of arrays of heights, the most likely first.
 const HEIGHTS: [&str; 6] = ["height", "heights", "z", "topography", "surface", "h"];

@@ -15,8 +15,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format =
-    Format { name: "nrrd", title: "nearly raw raster data", version: 1, has_signature: true, read };
+pub const FORMAT: Format = Format::new("nrrd", "nearly raw raster data", 1, read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if !bytes.starts_with(b"NRRD000") {

@@ -35,8 +35,7 @@ use super::channel::Channel;
 use super::input::{decode_text, lines};
 use super::{Format, FormatError};
 
-pub const FORMAT: Format =
-    Format { name: "text", title: "text", version: 3, has_signature: false, read };
+pub const FORMAT: Format = Format::new("text", "text", 3, read).without_signature();
 
 /// First lines of texts that are no maps, or their starts, with the names of the formats.
 const OTHERS: [(&str, &str); 8] = [

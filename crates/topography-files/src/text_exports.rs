@@ -21,13 +21,7 @@ type Lines<'a> = std::iter::Enumerate<std::str::Lines<'a>>;
 ///
 /// SurfaceTopography takes a line of the file as a line along x, so that its maps have x and y
 /// exchanged.
-pub const WYKO: Format = Format {
-    name: "wyko-asc",
-    title: "Wyko ASCII",
-    version: 1,
-    has_signature: true,
-    read: read_wyko,
-};
+pub const WYKO: Format = Format::new("wyko-asc", "Wyko ASCII", 1, read_wyko);
 
 /// Type of an entry that is a map.
 const WYKO_MAP: &str = "3";
@@ -92,13 +86,7 @@ fn wyko_number(word: &str) -> Option<f64> {
 /// height in micrometres follow; `No Data` marks missing points. In an ASCII file, intensities and
 /// then phases follow, converted to heights as in the binary format of MetroPro. Its lines run
 /// along x; the first pixel has y = 0.
-pub const ZYGO: Format = Format {
-    name: "zygo-asc",
-    title: "Zygo ASCII or XYZ",
-    version: 1,
-    has_signature: true,
-    read: read_zygo,
-};
+pub const ZYGO: Format = Format::new("zygo-asc", "Zygo ASCII or XYZ", 1, read_zygo);
 
 fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let is_zygo = |start: &str| {
@@ -193,13 +181,7 @@ fn zygo_points<'a>(
 /// The header gives the nodes, the pixel size and the unit of the heights, in English or German.
 /// The sides are nodes × pixel size. Lines run along x; the first line has y = 0. Empty cells are
 /// missing points.
-pub const KEYENCE: Format = Format {
-    name: "keyence-csv",
-    title: "Keyence CSV",
-    version: 1,
-    has_signature: true,
-    read: read_keyence,
-};
+pub const KEYENCE: Format = Format::new("keyence-csv", "Keyence CSV", 1, read_keyence);
 
 // Names of the entries in English and German.
 const KEYENCE_STEP: [&str; 2] = ["XY Calibration", "XY-Justierung"];

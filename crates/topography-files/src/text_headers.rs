@@ -13,13 +13,7 @@ use super::{Format, FormatError, at_least_one};
 /// A header line has a name of 20 bytes, a value of 30 bytes and a line end. Lengths are in metres;
 /// the sides are nodes × pixel size. Lines of numbers run along x and are padded to a multiple of 8
 /// bytes; the first line has y = 0. `InvalidPixelValue` marks missing points.
-pub const AL3D: Format = Format {
-    name: "al3d",
-    title: "Alicona Imaging",
-    version: 1,
-    has_signature: true,
-    read: read_al3d,
-};
+pub const AL3D: Format = Format::new("al3d", "Alicona Imaging", 1, read_al3d);
 
 fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let magic = b"AliconaImaging\0\r\n";
@@ -70,8 +64,7 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 ///
 /// Two things are not known. A public BCRF file of MountainsMap fits sides of n and of n − 1 steps;
 /// n are taken. Programs may add `zmin` to the integers of BCR-STM; it is not added here.
-pub const BCR: Format =
-    Format { name: "bcrf", title: "BCR-STM", version: 2, has_signature: true, read: read_bcr };
+pub const BCR: Format = Format::new("bcrf", "BCR-STM", 2, read_bcr);
 
 /// Default length of the header, in characters.
 const BCR_LETTERS: usize = 2048;
@@ -168,13 +161,7 @@ impl Encoding {
 ///
 /// The header may give the sides of the map; otherwise they are unknown. Lines run along x; the
 /// first line has y = 0. NaN marks missing points.
-pub const GSF: Format = Format {
-    name: "gsf",
-    title: "Gwyddion simple field",
-    version: 1,
-    has_signature: true,
-    read: read_gsf,
-};
+pub const GSF: Format = Format::new("gsf", "Gwyddion simple field", 1, read_gsf);
 
 fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let magic = b"Gwyddion Simple Field 1.0\n";
@@ -205,13 +192,7 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// Names fill 14 columns of the header, which gives the sides of the map in metres. Lines run along
 /// x; the first line has the largest y. A height is number / 2^15 × `bufferRange` for
 /// integers of 16 bits, and number / 2^31 × `bufferRange` for integers of 32 bits.
-pub const MI: Format = Format {
-    name: "mi",
-    title: "Molecular Imaging",
-    version: 2,
-    has_signature: true,
-    read: read_mi,
-};
+pub const MI: Format = Format::new("mi", "Molecular Imaging", 2, read_mi);
 
 /// Number of columns that a name fills.
 const MI_NAME: usize = 14;

@@ -23,8 +23,7 @@ use super::tiff::{Directory, directories};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format =
-    Format { name: "tiff", title: "TIFF", version: 3, has_signature: true, read };
+pub const FORMAT: Format = Format::new("tiff", "TIFF", 3, read);
 
 // Entries of directories.
 const SUBFILE: u16 = 254;

@@ -14,8 +14,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError};
 
-pub const FORMAT: Format =
-    Format { name: "wsxm", title: "WSxM image", version: 2, has_signature: true, read };
+pub const FORMAT: Format = Format::new("wsxm", "WSxM image", 2, read);
 
 const END: &[u8] = b"[Header end]";
 
