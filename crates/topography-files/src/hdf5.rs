@@ -39,12 +39,13 @@ use hdf5_reader::{Dataset, Datatype};
 use self::container::Members;
 pub use self::container::{Container, Lines, attribute, number, text};
 use super::channel::{Channel, Sides};
-use super::labelled::{Array, Attributes, Axis};
+use super::direction::Direction;
+use super::labelled::{Array, Attributes, Axis, Coordinates};
 use super::netcdf::complete_heights;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("hdf5", "HDF5", 4, read);
+pub const FORMAT: Format = Format::new("hdf5", "HDF5", 5, read);
 
 /// Maximum number of groups that are searched for datasets.
 const MAX_GROUPS: usize = 10_000;
@@ -194,12 +195,23 @@ impl Groups<'_> {
         folders
     }
 
-    /// Reads the maps of a group.
+    /// Reads the maps of a group. The signal of NeXus data comes first.
     fn channels(&mut self, folder: &Folder) -> Vec<Channel<'static>> {
         let mut channels = Vec::new();
-        for dataset in &folder.datasets {
+        let is_signal = |dataset: &&Dataset| {
+            folder.is_nexus()
+                && matches!(folder.attributes.text("signal"), Ok(Some(name)) if name == dataset.name())
+        };
+        let (signal, others): (Vec<_>, Vec<_>) = folder.datasets.iter().partition(is_signal);
+        let coordinates = folder.coordinates();
+        for dataset in signal.into_iter().chain(others) {
+            let is_coordinate =
+                || coordinates.is_some_and(|of| of.iter().any(|one| one.name() == dataset.name()));
             // The same dataset may have several names.
-            if Array::is_map_of(dataset.shape()) && self.read.insert(dataset.address()) {
+            if Array::is_map_of(dataset.shape())
+                && !is_coordinate()
+                && self.read.insert(dataset.address())
+            {
                 match self.channels_of(folder, dataset) {
                     Ok(maps) => channels.extend(maps),
                     Err(error) => self.unreadable.push(error),
@@ -251,10 +263,9 @@ impl Groups<'_> {
         attributes: Attributes,
     ) -> Result<Array<'static>, FormatError> {
         let (element, order, bytes) = self.container.bytes(dataset)?;
-        let whole = |&length: &u64| usize::try_from(length).unwrap_or(usize::MAX);
         let mut array = Array {
             name: format!("{}{}", folder.path, dataset.name()),
-            shape: dataset.shape().iter().map(whole).collect(),
+            shape: lengths(dataset),
             axes: vec![Axis::default(); dataset.ndim()],
             attributes,
             element,
@@ -277,9 +288,32 @@ impl Groups<'_> {
             if let Some(name) = folder.attributes.text("name")? {
                 name.clone_into(&mut array.name);
             }
+        } else if let Some(axes) = self.coordinates(folder, dataset)? {
+            array.axes = axes;
         }
         self.tamaas(&mut array);
         Ok(array)
+    }
+
+    /// Returns the axes of a dataset with coordinates x and y beside it.
+    fn coordinates(
+        &self,
+        folder: &Folder,
+        dataset: &Dataset,
+    ) -> Result<Option<Vec<Axis>>, FormatError> {
+        let (Some(of), &[first, second]) = (folder.coordinates(), dataset.shape()) else {
+            return Ok(None);
+        };
+        let read = of.map(|one| {
+            Ok(Coordinates {
+                name: one.name().to_owned(),
+                shape: lengths(one),
+                numbers: self.container.numbers(one)?,
+                attributes: self.container.attributes(one)?,
+            })
+        });
+        let [x, y] = read;
+        Coordinates::axes([first, second].map(|length| length as usize), &x?, &y?)
     }
 
     /// Returns the axes of a dataset with dimension scales or with names of its dimensions.
@@ -344,7 +378,8 @@ impl Groups<'_> {
         let axes = names.iter().zip(&array.shape).map(|(name, &length)| {
             match folder.datasets.iter().find(|dataset| dataset.name() == *name) {
                 Some(scale) => self.axis(scale, length as u64),
-                None => Ok(Axis::named(*name)),
+                // NeXus names an axis without coordinates by a dot.
+                None => Ok(Axis::named(name.trim_matches('.'))),
             }
         });
         axes.collect::<Result<_, _>>().map(Some)
@@ -352,10 +387,16 @@ impl Groups<'_> {
 
     /// Sets the axes of a signal of HyperSpy, and the unit of its quantity, such as `Height (µm)`.
     fn hyperspy(&self, folder: &Folder, array: &mut Array<'_>) -> Result<(), FormatError> {
-        let axes = folder.axes.iter().map(|axis| {
+        let axes = folder.axes.iter().enumerate().map(|(index, axis)| {
             let unit = axis.unit()?.filter(|unit| *unit != Unit::parse("<undefined>"));
-            let name = axis.text("name")?.unwrap_or_default().to_owned();
-            Ok(Axis { name, step: axis.number("scale"), unit, ..Axis::default() })
+            let name = axis.text("name")?.unwrap_or_default();
+            let file = self.container.file();
+            let listed = match file.dataset(&format!("{}axis-{index}/axis", folder.path)) {
+                Ok(dataset) => self.container.numbers(&dataset)?,
+                Err(_) => vec![],
+            };
+            let read = Axis::new(name, &listed, axis)?;
+            Ok(Axis { step: axis.number("scale").or(read.step), unit, ..read })
         });
         array.axes = axes.collect::<Result<_, FormatError>>()?;
         array.last_is_x = true;
@@ -385,7 +426,33 @@ impl Groups<'_> {
     }
 }
 
+/// Returns the lengths of the dimensions of a dataset.
+fn lengths(dataset: &Dataset) -> Vec<usize> {
+    let whole = |&length: &u64| usize::try_from(length).unwrap_or(usize::MAX);
+    dataset.shape().iter().map(whole).collect()
+}
+
 impl Folder {
+    /// Returns the datasets with the coordinates x and y of the points of a map, if there is one of
+    /// each: a list, or an array of the shape of the map.
+    fn coordinates(&self) -> Option<[&Dataset; 2]> {
+        let find = |wanted| {
+            let is_it = |dataset: &&Dataset| {
+                let is_number = matches!(
+                    dataset.dtype(),
+                    Datatype::FixedPoint { .. } | Datatype::FloatingPoint { .. }
+                );
+                let long = dataset.shape().iter().filter(|&&length| length > 1).count();
+                is_number
+                    && (1..=2).contains(&long)
+                    && Direction::of_name(dataset.name()) == Some(wanted)
+            };
+            let mut found = self.datasets.iter().filter(is_it);
+            found.next().filter(|_| found.next().is_none())
+        };
+        Some([find(Direction::X)?, find(Direction::Y)?])
+    }
+
     fn is_nexus(&self) -> bool {
         matches!(self.attributes.text("NX_class"), Ok(Some("NXdata")))
     }

@@ -1,11 +1,14 @@
 //! Arrays with named axes and attributes, as netCDF, HDF5, NeXus and HyperSpy files hold them, and
 //! the conventions that turn them into maps.
 //!
-//! - **Axes.** An axis called x, lon(gitude), easting, width or column(s) is x; y, lat(itude),
-//!   northing, height, row(s) or line(s) is y. If the names do not tell, the container says whether
-//!   the last axis is x (images) or y (NumPy arrays `[x, y]`, as SurfaceTopography, Tamaas and h5py
-//!   scripts store them). Axes of length one are dropped (frames of Tamaas 2.9.0 and
+//! - **Axes.** The attributes `axis` and `standard_name` of coordinates (CF conventions 1.11), the
+//!   name of the axis (module [`direction`](super::direction)) and `long_name` tell x and y; width
+//!   and column(s) are x, height, row(s) and line(s) are y. If nothing tells, the container says
+//!   whether the last axis is x (images) or y (NumPy arrays `[x, y]`, as SurfaceTopography, Tamaas
+//!   and h5py scripts store them). Axes of length one are dropped (frames of Tamaas 2.9.0 and
 //!   ContactMechanics 1.8.3); a longer third axis counts channels.
+//! - **Coordinates beside a map.** Arrays x and y of h5py scripts, `numpy.savez` and `save -v7.3` of
+//!   MATLAB are its axes if they have its numbers of lines, or its shape as of `meshgrid`.
 //! - **Sides.** A side is the attribute `length` of the axis (SurfaceTopography 1.27.1), or nodes ×
 //!   step of its coordinates (netCDF4 1.7.5, xarray 2026.9, GMT 6, GDAL 3.10), whether the
 //!   coordinates are those of nodes or of pixel centres. Descending coordinates turn the map.
@@ -13,12 +16,14 @@
 //!   `missing_value`, the default fill of netCDF, and numbers outside of `valid_range`, `valid_min`
 //!   and `valid_max` are missing points, compared before scaling (netCDF User's Guide,
 //!   conventions of 2006).
-//! - **Units.** The attribute `units` or `unit`. A unit that cannot be read is an error.
+//! - **Units.** The attribute `units` or `unit`, also in capitals (`UNIT` in files of Delmic's
+//!   Odemis, 2025). A unit that cannot be read is an error.
 
 use std::borrow::Cow;
 
 use super::FormatError;
 use super::channel::{Channel, Sides, Size};
+use super::direction::Direction;
 use super::input::{factor, finite};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
@@ -78,9 +83,13 @@ impl Attributes {
 
     /// Returns the unit, or `None` if the attributes name no unit.
     pub fn unit(&self) -> Result<Option<Unit>, FormatError> {
-        let text = match self.text("units")? {
-            Some(text) => Some(text),
-            None => self.text("unit")?,
+        let named = |wanted: &str| {
+            let mut names = self.0.iter().map(|(name, _)| name.as_str());
+            names.find(|name| name.eq_ignore_ascii_case(wanted))
+        };
+        let text = match named("units").or_else(|| named("unit")) {
+            Some(name) => self.text(name)?,
+            None => None,
         };
         // The unit of numbers without a unit is `1` by the convention of UDUNITS.
         Ok(text.filter(|text| !matches!(text.trim(), "" | "1")).map(Unit::parse))
@@ -97,6 +106,8 @@ pub struct Axis {
     pub unit: Option<Unit>,
     /// Reason why the nodes are not evenly spaced.
     pub uneven: Option<String>,
+    /// Direction that attributes tell.
+    pub direction: Option<Direction>,
 }
 
 impl Axis {
@@ -112,6 +123,9 @@ impl Axis {
     ) -> Result<Axis, FormatError> {
         let mut axis = Axis { unit: attributes.unit()?, ..Axis::named(name) };
         axis.side = attributes.number("length");
+        let told = |name| attributes.text(name).map(|text| text.and_then(Direction::of_name));
+        axis.direction = told("axis")?.or(told("standard_name")?);
+        axis.direction = axis.direction().or(told("long_name")?);
         if let [first, .., last] = *coordinates
             && axis.side.is_none()
         {
@@ -140,19 +154,56 @@ impl Axis {
         self.side.or_else(|| Some(self.step?.abs() * nodes as f64))
     }
 
-    fn is(&self, words: &[&str]) -> bool {
-        let name = self.name.trim().to_lowercase();
-        // Names such as `x`, `x_um` and `x (nm)`.
-        let start = name.split(|letter: char| !letter.is_alphabetic()).next().unwrap_or_default();
-        words.contains(&start)
+    fn direction(&self) -> Option<Direction> {
+        let of_image = || match self.name.trim().to_lowercase().as_str() {
+            "width" | "column" | "columns" => Some(Direction::X),
+            "height" | "row" | "rows" | "line" | "lines" => Some(Direction::Y),
+            _ => None,
+        };
+        self.direction.or_else(|| Direction::of_name(&self.name)).or_else(of_image)
+    }
+}
+
+/// Coordinates of the points of a map, which a file has beside it.
+pub struct Coordinates {
+    pub name: String,
+    pub shape: Vec<usize>,
+    pub numbers: Vec<f64>,
+    pub attributes: Attributes,
+}
+
+impl Coordinates {
+    /// Returns the axes of a map with two dimensions whose points have the coordinates x and y, or
+    /// `None` if their numbers do not fit. Of a square map with a list for each axis, the first
+    /// axis is x.
+    pub fn axes(
+        shape: [usize; 2],
+        x: &Coordinates,
+        y: &Coordinates,
+    ) -> Result<Option<Vec<Axis>>, FormatError> {
+        let axes = |first: &Coordinates, second: &Coordinates| {
+            let (first, second) = (first.along(shape, 0)?, second.along(shape, 1)?);
+            Some([first, second].into_iter().collect::<Result<Vec<Axis>, FormatError>>())
+        };
+        axes(x, y).or_else(|| axes(y, x)).transpose()
     }
 
-    fn is_x(&self) -> bool {
-        self.is(&["x", "lon", "longitude", "easting", "width", "column", "columns"])
-    }
-
-    fn is_y(&self) -> bool {
-        self.is(&["y", "lat", "latitude", "northing", "height", "row", "rows", "line", "lines"])
+    /// Returns the axis if the numbers are those along a dimension of a map.
+    fn along(&self, shape: [usize; 2], dimension: usize) -> Option<Result<Axis, FormatError>> {
+        let long: Vec<usize> = self.shape.iter().copied().filter(|&length| length > 1).collect();
+        let numbers = if long == [shape[dimension]] {
+            self.numbers.clone()
+        } else if long == shape {
+            let stride = if dimension == 0 { shape[1] } else { 1 };
+            let line = (0..shape[dimension]).map(|index| self.numbers[index * stride]).collect();
+            let index = |at: usize| if dimension == 0 { at / shape[1] } else { at % shape[1] };
+            let mut all = self.numbers.iter().enumerate();
+            Some(line)
+                .filter(|line: &Vec<f64>| all.all(|(at, number)| line[index(at)] == *number))?
+        } else {
+            return None;
+        };
+        Some(Axis::new(&self.name, &numbers, &self.attributes))
     }
 }
 
@@ -203,6 +254,7 @@ impl<'a> Array<'a> {
             None => vec![None; frames.len()],
         };
         let (size, size_note) = self.size(x, y)?;
+        let plane_note = self.plane_note(x, y);
         let unit = self.attributes.unit()?.or(self.unit.clone()).unwrap_or(Unit::None);
         let count = frames.len();
         let stack =
@@ -219,7 +271,7 @@ impl<'a> Array<'a> {
                 _ => format!("{}, {} {}", self.name, stack.unwrap_or("frame"), index + 1),
             };
             let channel = Channel::new(name, unit.clone(), size.clone(), raster);
-            Ok(size_note.iter().fold(channel, |channel, note| channel.noted(note)))
+            Ok(size_note.iter().chain(&plane_note).fold(channel, Channel::noted))
         });
         channels.collect()
     }
@@ -230,14 +282,21 @@ impl<'a> Array<'a> {
         let &[.., before, last] = long.as_slice() else {
             return Err(FormatError::unsupported(format!("`{}` is not a map", self.name)));
         };
-        let find =
-            |is: fn(&Axis) -> bool| long.iter().rev().copied().find(|&at| is(&self.axes[at]));
+        let find = |wanted: Direction| {
+            let mut axes = long.iter().rev().copied().chain(0..self.shape.len());
+            axes.find(|&at| self.axes[at].direction() == Some(wanted))
+        };
         let other = |taken: usize| if last == taken { before } else { last };
-        match (find(Axis::is_x), find(Axis::is_y)) {
-            (Some(x), Some(y)) => Ok((x, y)),
-            (Some(x), None) => Ok((x, other(x))),
-            (None, Some(y)) => Ok((other(y), y)),
-            (None, None) if long.len() > 2 && self.shape[last] <= MAX_COMPONENTS => {
+        let told = match (find(Direction::X), find(Direction::Y)) {
+            (Some(x), Some(y)) => Some((x, y)),
+            (Some(x), None) => Some((x, other(x))),
+            (None, Some(y)) => Some((other(y), y)),
+            (None, None) => None,
+        };
+        // A scan along a line has an axis of length one; its maps are those of a detector.
+        match told.filter(|&(x, y)| self.shape[x] > 1 && self.shape[y] > 1) {
+            Some(plane) => Ok(plane),
+            None if long.len() > 2 && self.shape[last] <= MAX_COMPONENTS => {
                 let shape: Vec<String> = self.shape.iter().map(usize::to_string).collect();
                 Err(FormatError::unsupported(format!(
                     "`{}` has {} dimensions ({}), and its axes have no names that tell x and y; \
@@ -247,9 +306,19 @@ impl<'a> Array<'a> {
                     shape.join(" × ")
                 )))
             }
-            (None, None) if self.last_is_x => Ok((last, before)),
-            (None, None) => Ok((before, last)),
+            None if self.last_is_x => Ok((last, before)),
+            None => Ok((before, last)),
         }
+    }
+
+    /// Returns a note if the names of the axes x and y tell nothing.
+    fn plane_note(&self, x: usize, y: usize) -> Option<String> {
+        let [x, y] = [x, y].map(|axis| &self.axes[axis]);
+        let is_guess = [x, y].iter().all(|axis| axis.direction().is_none() && axis.name != "");
+        is_guess.then(|| {
+            let [x, y] = [&x.name, &y.name];
+            format!("axis `{x}` is taken for x and `{y}` for y; their names do not tell")
+        })
     }
 
     /// Returns the maps of a stack, or the only map, in the plane of the dimensions x and y.

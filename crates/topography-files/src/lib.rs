@@ -28,6 +28,7 @@
 //! | `text` | text files with a matrix, or with triplets of x, y and height |
 //! | `hdf5` | maps in HDF5 files; `datx`, `jpk_hdf5`, `netcdf4` and `nhf` are built on it |
 //! | `labelled` | arrays with named axes, of netCDF and HDF5 files |
+//! | `direction` | names of axes and of coordinates |
 //! | `tiff` | images of TIFF files; `jpk`, `lext`, `park` and `tiff_maps` are built on it |
 //! | `more_optical` | `nms`, `plux` and `tmd` |
 //! | `archive` | zip archives; `keyence`, `nmm`, `npz` and `x3p` are built on it |
@@ -61,6 +62,7 @@ mod binary_headers;
 mod channel;
 mod container;
 mod datx;
+mod direction;
 mod grid;
 mod grids;
 mod gwy;

@@ -20,7 +20,7 @@ use super::raster::{ByteOrder, Element, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("netcdf", "netCDF", 3, read);
+pub const FORMAT: Format = Format::new("netcdf", "netCDF", 4, read);
 
 /// Number that netCDF stores where no number of a type was written. Bytes have none: every byte may
 /// be a number.

@@ -239,16 +239,18 @@ impl<'a> Raster<'a> {
         Raster { per_metre, ..self }
     }
 
-    /// Reverses the direction of y. Unless it was reversed before, the first stored number then has
-    /// the largest y.
+    /// Reverses the direction of y, also of the mask. Unless it was reversed before, the first
+    /// stored number then has the largest y.
     pub fn upside_down(self) -> Raster<'a> {
-        Raster { upside_down: !self.upside_down, ..self }
+        let mask = self.mask.map(|mask| Box::new(mask.upside_down()));
+        Raster { upside_down: !self.upside_down, mask, ..self }
     }
 
-    /// Reverses the direction of x. Unless it was reversed before, the first stored number then has
-    /// the largest x.
+    /// Reverses the direction of x, also of the mask. Unless it was reversed before, the first
+    /// stored number then has the largest x.
     pub fn mirrored(self) -> Raster<'a> {
-        Raster { mirrored: !self.mirrored, ..self }
+        let mask = self.mask.map(|mask| Box::new(mask.mirrored()));
+        Raster { mirrored: !self.mirrored, mask, ..self }
     }
 
     /// Sets the marker of missing points. It is compared with the stored numbers before scaling.
