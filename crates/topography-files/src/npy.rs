@@ -106,12 +106,16 @@ pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
     }
 }
 
-/// Decodes the numbers of an array of any shape, in the order of the file. Returns `None` if the
-/// elements are no numbers, or if the file is damaged.
-pub(crate) fn npy_numbers(bytes: &[u8]) -> Option<Vec<f64>> {
+/// Decodes the shape and the numbers of an array of any shape. Returns `None` if the elements are no
+/// numbers, if they are in Fortran order, or if the file is damaged.
+pub(crate) fn npy_numbers(bytes: &[u8]) -> Option<(Vec<usize>, Vec<f64>)> {
     let (header, data) = split(bytes).ok()?;
     let (element, order) = element(header).ok()?;
-    data.len().is_multiple_of(element.size()).then(|| element.numbers(order, data))
+    let shape: Vec<usize> = shape(header).ok()?.into_iter().map(|one| one as usize).collect();
+    let needed = shape.iter().try_fold(element.size(), |size, one| size.checked_mul(*one));
+    let is_plain =
+        needed == Some(data.len()) && (shape.len() < 2 || !fortran_order(header).ok()?);
+    is_plain.then(|| (shape, element.numbers(order, data)))
 }
 
 /// Returns the type of the elements and their byte order.

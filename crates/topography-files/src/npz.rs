@@ -3,17 +3,23 @@
 //! Each two-dimensional array is a channel with x along the first axis. Arrays whose names say that
 //! they are heights come first. An array `side` with the sides along x and y, or with the side of a
 //! square, and a text `unit` with their unit and that of the heights, as in exports of asperity,
-//! give the size.
+//! give the size. Without `side`, the coordinates `x` and `y` (lists, or arrays as `meshgrid` of
+//! NumPy 2.4 makes them) give the sides and the order of the axes.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use super::archive::{self, Archive};
-use super::channel::{Channel, Sides};
-use super::input::{decoded_limit, finite};
+use super::channel::Channel;
+use super::direction::Direction;
+use super::input::{decode_text, decoded_limit, finite};
+use super::labelled::{Array, Attributes, Axis, Coordinates};
 use super::npy::{npy_array, npy_numbers};
-use super::raster::Raster;
+use super::raster::{ByteOrder, Element};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("npz", "archive of NumPy arrays", 2, read);
+pub const FORMAT: Format = Format::new("npz", "archive of NumPy arrays", 3, read);
 
 /// Names of arrays of heights, the most likely first.
 const HEIGHTS: [&str; 6] = ["height", "heights", "z", "topography", "surface", "h"];
@@ -30,21 +36,42 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = text(&mut archive, "unit.npy");
     let unit = text.as_deref().map_or(Unit::None, Unit::parse);
     let sides = sides(&mut archive)?;
-    let size = match sides {
-        Some(sides) => Sides::new(sides, &unit)?,
-        None => Sides::UNKNOWN,
-    };
+    let mut arrays = BTreeMap::new();
+    for path in &names {
+        let name = path.strip_suffix(".npy").unwrap_or(path);
+        arrays.insert(name, archive.file(path, decoded_limit(bytes.len()))?);
+    }
+    let coordinates = if sides.is_none() { coordinates(&arrays) } else { None };
     let mut channels = Vec::new();
     let mut unused = Vec::new();
     for path in &names {
         let name = path.strip_suffix(".npy").unwrap_or(path);
-        match npy_array(&archive.file(path, decoded_limit(bytes.len()))?) {
+        let is_coordinate =
+            || coordinates.iter().flatten().any(|coordinate| coordinate.name == name);
+        match npy_array(&arrays[name]) {
+            _ if is_coordinate() => {}
             Ok((nodes, numbers)) if nodes.iter().all(|count| *count > 1) => {
                 let rank = HEIGHTS.iter().position(|known| name.eq_ignore_ascii_case(known));
-                let unit = rank.map_or(Unit::None, |_| unit.clone());
-                let raster = Raster::from_columns(nodes, numbers);
+                let axes = match (&coordinates, sides) {
+                    (Some([x, y]), _) => Coordinates::axes(nodes, x, y)?,
+                    (None, Some(sides)) => Some(axes_of_sides(sides, &unit)),
+                    (None, None) => None,
+                };
+                let array = Array {
+                    name: name.to_owned(),
+                    shape: nodes.to_vec(),
+                    axes: axes.unwrap_or_else(|| vec![Axis::default(); 2]),
+                    attributes: Attributes::default(),
+                    element: Element::F64,
+                    order: ByteOrder::Little,
+                    bytes: Cow::Owned(numbers.iter().flat_map(|one| one.to_le_bytes()).collect()),
+                    unit: rank.map(|_| unit.clone()),
+                    unwritten: None,
+                    last_is_x: false,
+                    mask: None,
+                };
                 let rank = rank.unwrap_or(HEIGHTS.len());
-                channels.push((rank, Channel::new(name, unit, size.clone(), raster)));
+                channels.extend(array.channels()?.into_iter().map(|channel| (rank, channel)));
             }
             _ if name == "side" && sides.is_some() || name == "unit" && text.is_some() => {}
             _ => unused.push(format!("`{name}`")),
@@ -63,6 +90,25 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     Ok(channels)
 }
 
+/// Returns the coordinates x and y, if there is one array of each.
+fn coordinates(arrays: &BTreeMap<&str, Vec<u8>>) -> Option<[Coordinates; 2]> {
+    let find = |direction| {
+        let mut names = arrays.keys().filter(|name| Direction::of_name(name) == Some(direction));
+        let name = names.next().filter(|_| names.next().is_none())?;
+        let (shape, numbers) = npy_numbers(&arrays[name])?;
+        let name = (*name).to_owned();
+        Some(Coordinates { name, shape, numbers, attributes: Attributes::default() })
+    };
+    Some([find(Direction::X)?, find(Direction::Y)?])
+}
+
+/// Returns axes x and y with the given sides.
+fn axes_of_sides(sides: [f64; 2], unit: &Unit) -> Vec<Axis> {
+    let unit = Some(unit.clone()).filter(|unit| *unit != Unit::None);
+    let axis = |name, side| Axis { side: Some(side), unit: unit.clone(), ..Axis::named(name) };
+    vec![axis("x", sides[0]), axis("y", sides[1])]
+}
+
 /// Returns true if an archive has only NumPy arrays.
 pub fn is_npz(names: &[String]) -> bool {
     !names.is_empty() && names.iter().all(|name| name.ends_with(".npy"))
@@ -71,7 +117,7 @@ pub fn is_npz(names: &[String]) -> bool {
 /// Returns the sides along x and y: an array of two numbers, or of one for a square.
 fn sides(archive: &mut Archive<'_>) -> Result<Option<[f64; 2]>, FormatError> {
     let numbers = archive.file("side.npy", 4096).ok().and_then(|bytes| npy_numbers(&bytes));
-    let sides = match numbers.as_deref() {
+    let sides = match numbers.as_ref().map(|(_, numbers)| numbers.as_slice()) {
         Some(&[x, y]) => [x, y],
         Some(&[side]) => [side, side],
         _ => return Ok(None),
@@ -79,10 +125,15 @@ fn sides(archive: &mut Archive<'_>) -> Result<Option<[f64; 2]>, FormatError> {
     Ok(Some([finite("side", sides[0])?, finite("side", sides[1])?]))
 }
 
-/// Returns the text of an array of one text, whose letters have four bytes.
+/// Returns the text of an array of one text, whose letters have four bytes, or one if the text is
+/// one of bytes.
 fn text(archive: &mut Archive<'_>, name: &str) -> Option<String> {
     let bytes = archive.file(name, 4096).ok()?;
     let header = String::from_utf8_lossy(&bytes[..bytes.len().min(128)]);
+    if let Some((_, count)) = header.split_once("'|S") {
+        let count: usize = count.split_once('\'')?.0.parse().ok()?;
+        return Some(decode_text(&bytes[bytes.len().checked_sub(count)?..]));
+    }
     let (_, count) = header.split_once("<U")?;
     let count: usize = count.split_once('\'')?.0.parse().ok()?;
     let letters = bytes.len().checked_sub(count.checked_mul(4)?)?;
