@@ -3,15 +3,48 @@
 use std::borrow::Cow;
 
 /// Words that mark missing points, in lower case.
-const MISSING: [&str; 19] = [
-    "nan", "na", "n/a", "#n/a", "none", "null", "nodata", "no_data", "void", "bad", "inf",
-    "infinite", "infinity", "missing", "masked", "---", "--", "-", "?",
+const MISSING: [&str; 34] = [
+    "nan",
+    "na",
+    "n/a",
+    "n.a.",
+    "<na>",
+    "none",
+    "null",
+    "nil",
+    "nodata",
+    "no_data",
+    "void",
+    "bad",
+    "invalid",
+    "undef",
+    "undefined",
+    "inf",
+    "infinite",
+    "infinity",
+    "missing",
+    "masked",
+    "---",
+    "--",
+    "-",
+    "?",
+    "#n/a",
+    "#n/v",
+    "#nv",
+    "#num!",
+    "#value!",
+    "#div/0!",
+    "#ref!",
+    "#name?",
+    "#null!",
+    "#zahl!",
 ];
 
 /// Returns true if a word marks a missing point.
 ///
 /// - `nan`, `NaN(ind)`, `-nan(ind)`: C libraries; `1.#QNAN`, `1.#IND`, `1.#INF`: Microsoft.
-/// - `NA`, `N/A`, `#N/A`, `NULL`: R, pandas and spreadsheets; `--`: masked arrays of NumPy.
+/// - `NA`, `N/A`, `<NA>`, `NULL`: R, pandas and databases; `--`: masked arrays of NumPy.
+/// - `#N/A`, `#NUM!`, `#DIV/0!` and, in German, `#NV` and `#ZAHL!`: spreadsheets.
 /// - `BAD`, `void`, `NoData`, `---`, `***`: profilometers and geographic programs. `***` is also
 ///   what Fortran writes for a number that is too long.
 pub fn is_missing(word: &str) -> bool {
@@ -71,6 +104,9 @@ mod tests {
             "---",
             "***",
             "BAD",
+            "<NA>",
+            "#NV",
+            "#DIV/0!",
         ] {
             assert!(is_missing(word) && parse(word).is_none(), "{word}");
         }

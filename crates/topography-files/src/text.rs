@@ -16,7 +16,7 @@
 //! - Three columns are points unless the header gives sides or numbers of nodes. More columns are
 //!   points if the first two lie on a full grid, line by line.
 //! - Labels of lines and columns are no heights (module `labels`): the index and the columns of
-//!   `to_csv` of pandas, or axes. Evenly spaced axes give the sides.
+//!   `to_csv` of pandas 3.0 and `write.table` of R 4.2, or axes. Evenly spaced axes give the sides.
 //! - An empty line separates maps, as in the concatenated exports of Gwyddion 2.62, unless it
 //!   follows each line. Empty lines between points separate the lines of a scan, as in gnuplot.
 
@@ -35,7 +35,7 @@ use super::channel::Channel;
 use super::input::{decode_text, lines};
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("text", "text", 3, read).without_signature();
+pub const FORMAT: Format = Format::new("text", "text", 4, read).without_signature();
 
 /// First lines of texts that are no maps, or their starts, with the names of the formats.
 const OTHERS: [(&str, &str); 8] = [
@@ -140,6 +140,10 @@ fn blocks(text: &str, notation: Notation) -> Result<Vec<Block>, (usize, FormatEr
                 // The header of the next map.
                 blocks.push(std::mem::take(&mut block));
                 block.add_header(line);
+            }
+            Line::Words(Some(row)) if block.lines > 0 && row.has_comment(block.columns) => {
+                let row = row.without_comment(block.columns);
+                block.push(row).map_err(wrong)?;
             }
             Line::Words(row) if block.lines == 0 => {
                 block.add_header(line);

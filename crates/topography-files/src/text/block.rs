@@ -19,7 +19,7 @@ pub struct Block {
     /// Lines of the header, the last of which may be titles.
     header_lines: Vec<String>,
     separator: Option<char>,
-    columns: usize,
+    pub columns: usize,
     pub lines: usize,
     numbers: Vec<f64>,
     /// Number of empty cells in each column.
@@ -58,6 +58,11 @@ impl Block {
     ///
     /// Comments and lines with a unit of length, such as `10 x 10 µm`, are part of the header.
     pub fn take_above(&mut self, mut above: Row, next: &Row) -> Result<(), String> {
+        let columns = next.numbers.len();
+        if above.has_comment(columns) {
+            self.header_lines.pop();
+            return self.push(above.without_comment(columns));
+        }
         let is_header = || {
             let of_header = |word: &Word| {
                 word.text.starts_with(['#', '%']) || Unit::parse(&word.text).per_metre().is_some()
@@ -172,7 +177,9 @@ impl Block {
     }
 
     fn points_or_matrices<'a>(self) -> Result<Vec<Channel<'a>>, FormatError> {
-        if self.header.is_of_matrix() {
+        // A header may state the sides of points, too.
+        let are_points = || self.columns == 3 && is_scan(&self.numbers, self.columns, 0);
+        if self.header.is_of_matrix() && !are_points() {
             return self.matrices(false);
         }
         if self.columns < 3 {
@@ -269,7 +276,7 @@ impl Block {
                     title.check_unit()?;
                 }
             }
-            let [x, y, z] = columns.map(|index| titles[index].unit.as_deref());
+            let [x, y, z] = columns.map(|index| titles[index].unit_or_degrees());
             description.set_units(x, y, z)?;
         }
         let [x, y] = grid.sides;

@@ -8,7 +8,13 @@ const CHANNEL: &[&str] =
     &["channel", "kanál", "kanal", "canal", "canale", "チャネル", "채널", "канал"];
 const WIDTH: &[&str] = &[
     "width",
-    "x-length",
+    "x length",
+    "x size",
+    "x range",
+    "size x",
+    "scan size x",
+    "scan width",
+    "xreal",
     "šířka",
     "breite",
     "anchura",
@@ -21,7 +27,13 @@ const WIDTH: &[&str] = &[
 ];
 const HEIGHT: &[&str] = &[
     "height",
-    "y-length",
+    "y length",
+    "y size",
+    "y range",
+    "size y",
+    "scan size y",
+    "scan height",
+    "yreal",
     "výška",
     "höhe",
     "altura",
@@ -33,7 +45,10 @@ const HEIGHT: &[&str] = &[
 ];
 const VALUE_UNIT: &[&str] = &[
     "value units",
-    "z-unit",
+    "z unit",
+    "z units",
+    "height unit",
+    "height units",
     "unit data",
     "jednotky hodnot",
     "einheiten",
@@ -43,13 +58,26 @@ const VALUE_UNIT: &[&str] = &[
     "값 단위",
     "unidades de valor",
     "единицы измерения",
+    "unit",
+    "units",
 ];
-const UNIT_X: &[&str] = &["x-unit", "unit x", "lateral units"];
-const UNIT_Y: &[&str] = &["y-unit", "unit y", "lateral units"];
-const NODES_X: &[&str] = &["x-pixels", "w", "nx"];
-const NODES_Y: &[&str] = &["y-pixels", "h", "ny"];
-const STEP_X: &[&str] = &["pixel size", "scale x"];
-const STEP_Y: &[&str] = &["scale y", "pixel size", "scale x"];
+const UNIT_X: &[&str] =
+    &["x unit", "unit x", "xy unit", "xy units", "lateral unit", "lateral units", "unit", "units"];
+const UNIT_Y: &[&str] =
+    &["y unit", "unit y", "xy unit", "xy units", "lateral unit", "lateral units", "unit", "units"];
+const NODES_X: &[&str] = &["x pixels", "w", "nx"];
+const NODES_Y: &[&str] = &["y pixels", "h", "ny"];
+const STEP_X: &[&str] = &["pixel size", "scale x", "dx", "x step", "pixel size x"];
+const STEP_Y: &[&str] =
+    &["scale y", "dy", "y step", "pixel size y", "pixel size", "scale x", "dx", "x step"];
+/// Names of pairs, such as `Scan size: 10 µm x 5 µm`, with the names of the two parts.
+const PAIRS: [(&str, [&str; 2]); 5] = [
+    ("scan size", ["width", "height"]),
+    ("image size", ["width", "height"]),
+    ("size", ["width", "height"]),
+    ("pixel size", ["dx", "dy"]),
+    ("step", ["dx", "dy"]),
+];
 /// Name of the factor that converts numbers to nanometres in files of SPIP.
 const NANOMETRES: &[&str] = &["bit2nm"];
 /// Name of the factor that converts numbers to heights; a unit stands between the two parts.
@@ -80,7 +108,7 @@ impl Header {
     /// the units of column titles such as `X [µm]  Y [µm]  Z [nm]`.
     pub fn add(&mut self, line: &str) {
         if let [Some(x), Some(y), Some(z)] = ['x', 'y', 'z'].map(|axis| unit_of_title(line, axis)) {
-            let names = ["x-unit", "y-unit", "z-unit"].map(str::to_owned);
+            let names = ["x unit", "y unit", "z unit"].map(str::to_owned);
             self.entries.extend(names.into_iter().zip([x, y, z]));
             return;
         }
@@ -89,14 +117,34 @@ impl Header {
         if words().count() > 1 && words().all(|word| word.contains('=')) {
             words().for_each(|word| self.add_entry(word));
         } else {
-            self.add_entry(line);
+            // `width = 3 µm; height = 2 µm`
+            let is_list =
+                |between: &char| line.split(*between).all(|part| part.contains(['=', ':']));
+            match [';', ','].iter().find(|between| line.contains(**between) && is_list(between)) {
+                Some(between) => line.split(*between).for_each(|part| self.add_entry(part)),
+                None => self.add_entry(line),
+            }
         }
     }
 
     fn add_entry(&mut self, text: &str) {
-        if let Some((name, value)) = text.split_once([':', '=', '：']) {
-            let name = name.trim().to_lowercase();
-            self.entries.push((name, value.trim().to_owned()));
+        let Some((name, value)) = text.split_once([':', '=', '：']) else { return };
+        let (name, value) = (name.trim().to_lowercase(), value.trim());
+        if name.starts_with(FACTOR[0]) {
+            self.entries.push((name, value.to_owned()));
+            return;
+        }
+        let name = name.replace(['_', '-'], " ");
+        // `Width (µm): 3`
+        let bracket = name.trim_end_matches([')', ']']).rsplit_once(['(', '[']);
+        match bracket.filter(|(_, unit)| Unit::parse(unit).per_metre().is_some()) {
+            Some((name, unit)) => {
+                self.entries.push((name.trim().to_owned(), format!("{value} {unit}")));
+            }
+            None => match pair(&name, value) {
+                Some(pair) => self.entries.extend(pair),
+                None => self.entries.push((name, value.to_owned())),
+            },
         }
     }
 
@@ -257,6 +305,20 @@ fn unit_of_title(line: &str, axis: char) -> Option<String> {
         let (unit, _) = unit.split_once([']', ')'])?;
         (!is_in_word).then(|| unit.trim().to_owned())
     })
+}
+
+/// Splits an entry such as `scan size: 10 µm x 5 µm` or `scan size: 10 x 5 µm` into those of x and
+/// y. Pairs without a unit of length are numbers of nodes.
+fn pair(name: &str, value: &str) -> Option<[(String, String); 2]> {
+    let (_, names) = PAIRS.iter().find(|(known, _)| *known == name)?;
+    let (x, y) = [" x ", "×", " by ", "*"].iter().find_map(|between| value.split_once(between))?;
+    let (_, unit) = quantity(name, y.trim()).ok()?;
+    let unit = unit.filter(|unit| Unit::parse(unit).per_metre().is_some())?;
+    let x = match quantity(name, x.trim()).ok()? {
+        (_, Some(_)) => x.trim().to_owned(),
+        (_, None) => format!("{} {unit}", x.trim()),
+    };
+    Some([(names[0].to_owned(), x), (names[1].to_owned(), y.trim().to_owned())])
 }
 
 /// Parses a number with an optional unit, as in `10 µm`. `name` names the entry in errors.

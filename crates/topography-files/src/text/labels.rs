@@ -57,7 +57,10 @@ impl Labels {
         let axes = || Labels { line: spacing(row(0, 1)), column: spacing(&column(0, 1)) };
         match evidence {
             Evidence::Header => Labels::NONE,
-            Evidence::Index => Labels { line: None, column: counted(&column(0, 0)) },
+            Evidence::Index => {
+                let spacing = spacing(&column(0, 0)).unwrap_or(Spacing::Counted);
+                Labels { line: None, column: Some(spacing) }
+            }
             Evidence::Corner => Some(axes()).filter(Labels::are_both).unwrap_or(Labels::NONE),
             Evidence::Spaces | Evidence::Cells => {
                 // Heights are hardly ever spaced evenly, and never along both edges alone.
@@ -74,7 +77,11 @@ impl Labels {
                     let least = if is_counted { MIN_COUNTED } else { MIN_STEPS };
                     from_zero && is_uneven && columns >= least
                 });
-                Labels { line, column: None }
+                // The index of `to_csv` without its columns.
+                let is_index = line.is_none() && from_zero && lines >= MIN_COUNTED && columns > 2;
+                let is_beside = || spacing(&column(1, 0)).is_some();
+                let column = counted(&column(0, 0)).filter(|_| is_index && !is_beside());
+                Labels { line, column }
             }
         }
     }
@@ -200,6 +207,11 @@ mod tests {
         let of_column = Labels { line: None, column: COUNTED };
         assert_eq!(Labels::find(&numbers, 2, Evidence::Index), of_column);
         assert_eq!(Labels::find(&numbers, 2, Evidence::Cells), Labels::NONE);
+        let index = [0.0, 5.0, 2.0, 1.0, 3.0, 1.0, 2.0, 8.0, 4.0, 3.0, 1.0, 7.0];
+        assert_eq!(Labels::find(&index, 3, Evidence::Cells), of_column);
+        assert_eq!(Labels::find(&index, 3, Evidence::Spaces), Labels::NONE);
+        let plane = [0.0, 1.0, 2.0, 1.0, 2.0, 3.0, 2.0, 3.0, 4.0, 3.0, 4.0, 5.0];
+        assert_eq!(Labels::find(&plane, 3, Evidence::Cells), Labels::NONE);
     }
 
     #[test]

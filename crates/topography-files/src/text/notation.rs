@@ -58,6 +58,21 @@ impl Word {
 }
 
 impl Row {
+    /// Returns true if a comment follows `columns` numbers.
+    pub fn has_comment(&self, columns: usize) -> bool {
+        self.words.first().is_some_and(|word| {
+            let starts = ["#", "%", "//"].iter().any(|mark| word.text.starts_with(mark));
+            word.index == columns && self.separator.is_none() && starts
+        })
+    }
+
+    /// Removes the comment after `columns` numbers.
+    pub fn without_comment(mut self, columns: usize) -> Row {
+        self.numbers.truncate(columns);
+        self.words.clear();
+        self
+    }
+
     pub fn ends_empty(&self) -> bool {
         self.empty.last().is_some_and(|last| last + 1 == self.numbers.len())
     }
@@ -113,7 +128,12 @@ impl Notation {
 
     fn separator(self, line: &str) -> Option<char> {
         let is_between_tabs = || {
-            let has_no_space = |cell: &str| !cell.trim().contains(char::is_whitespace);
+            let is_number = |word: &str| number::parse(word).is_some();
+            // The corner of a table may be a text such as `y / x (µm)`.
+            let has_no_space = |cell: &str| {
+                let cell = cell.trim();
+                !cell.contains(char::is_whitespace) || !cell.split_whitespace().any(is_number)
+            };
             line.contains('\t') && line.split('\t').all(has_no_space)
         };
         match self {
@@ -147,9 +167,17 @@ impl Notation {
 
 /// Removes the separators between groups of three digits. Returns `None` if the groups before the
 /// decimal sign have other lengths.
+///
+/// Spaces of fixed width and apostrophes, as in France and Switzerland, separate groups, too.
 fn ungrouped(word: &str, between: char) -> Option<String> {
+    let between_too = ['\u{a0}', '\u{202f}', '\'', '’'];
+    let is_other = word.contains(between_too);
+    if is_other && word.contains(between) {
+        return None;
+    }
+    let word = word.replace(between_too, between.encode_utf8(&mut [0; 4]));
     let decimal = if between == ',' { '.' } else { ',' };
-    let (whole, fraction) = word.find(decimal).map_or((word, ""), |end| word.split_at(end));
+    let (whole, fraction) = word.split_at(word.find(decimal).unwrap_or(word.len()));
     let mut groups = whole.trim_start_matches(['+', '-']).split(between);
     let first = groups.next().unwrap_or_default();
     let others: Vec<&str> = groups.collect();
@@ -183,6 +211,10 @@ mod tests {
 
     #[test]
     fn commas_are_decimal_or_between_numbers_or_between_thousands() {
+        let grouped = "1\u{a0}423,6;711,8";
+        assert_eq!(numbers(Notation::GroupedByCommas, grouped), None);
+        reads(Notation::GroupedByPoints, grouped, &[1423.6, 711.8]);
+        reads(Notation::GroupedByCommas, "1'423.6;711.8", &[1423.6, 711.8]);
         assert_eq!(numbers(Notation::Points, "1,5 2,5"), None);
         reads(Notation::DecimalCommas, "1,5 2,5", &[1.5, 2.5]);
         reads(Notation::DecimalCommas, "1,5; 2", &[1.5, 2.0]);

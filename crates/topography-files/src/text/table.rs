@@ -1,6 +1,7 @@
 //! Titles of the columns of a text, and the part that each column has.
 
 use crate::FormatError;
+use crate::direction::Direction;
 use crate::number;
 use crate::unit::{Unit, is_of_other_quantity};
 
@@ -33,12 +34,12 @@ impl Title {
     pub fn parse(text: &str) -> Title {
         let text = text.trim().trim_matches('"').trim_start_matches(['#', '%']).trim();
         let new = |name: &str, unit: &str| Title {
-            name: name.trim_end_matches([' ', '_', ':']).trim().to_owned(),
+            name: name.trim_end_matches([' ', '_', ':', '.', '-']).trim().to_owned(),
             unit: Some(unit.trim().to_owned()).filter(|unit| !unit.is_empty()),
         };
-        let bracket = ['[', '(', '{'].into_iter().filter_map(|open| text.find(open)).min();
+        let bracket = ['[', '(', '{', '<'].into_iter().filter_map(|open| text.find(open)).min();
         if let Some(open) = bracket
-            && text.ends_with([']', ')', '}'])
+            && text.ends_with([']', ')', '}', '>'])
         {
             return new(&text[..open], &text[open + 1..text.len() - 1]);
         }
@@ -47,8 +48,10 @@ impl Title {
                 return new(name, unit);
             }
         }
-        for between in ['/', '_', ' '] {
-            if let Some((name, unit)) = text.rsplit_once(between)
+        // R writes `x..um.` for `x (um)`.
+        let plain = text.trim_end_matches('.');
+        for between in ['/', '_', ' ', ':', '.'] {
+            if let Some((name, unit)) = plain.rsplit_once(between)
                 && Unit::parse(unit).per_metre().is_some()
             {
                 return new(name, unit);
@@ -68,25 +71,27 @@ impl Title {
         }
     }
 
+    /// Returns the unit, or degrees for longitude and latitude without one.
+    pub fn unit_or_degrees(&self) -> Option<&str> {
+        let degrees = Direction::is_of_globe(&self.name).then_some("degrees");
+        self.unit.as_deref().or(degrees)
+    }
+
     /// Returns the part of a column, as its name says.
     pub fn role(&self) -> Role {
         let name = self.name.to_lowercase();
         let words = || name.split(|letter: char| !letter.is_alphanumeric());
         let has = |known: &[&str]| words().any(|word| known.contains(&word));
-        let is_axis = |axis: char| {
-            let rest = name.strip_prefix(axis).map(|rest| rest.trim_start_matches(['-', '_', ' ']));
-            let ends = ["", "axis", "pos", "position", "coord", "coordinate", "coordinates"];
-            rest.is_some_and(|rest| ends.contains(&rest)) || has(&[axis.to_string().as_str()])
-        };
         match () {
             () if name.is_empty() || has(&["index", "idx", "no", "nr", "id"]) => Role::Index,
             () if has(&["valid", "isvalid"]) => Role::Valid,
-            () if is_axis('x') => Role::X,
-            () if is_axis('y') => Role::Y,
-            () if is_axis('z') || has(&["height", "heights", "topography", "elevation"]) => {
-                Role::Height
-            }
-            () => Role::Other,
+            () => match Direction::of_name(&name) {
+                Some(Direction::X) => Role::X,
+                Some(Direction::Y) => Role::Y,
+                Some(Direction::Z) => Role::Height,
+                None if has(&["height", "heights", "topography", "elevation"]) => Role::Height,
+                None => Role::Other,
+            },
         }
     }
 }
@@ -94,7 +99,8 @@ impl Title {
 /// Returns the titles of `columns` columns that are separated by `separator`, like the numbers.
 ///
 /// Words that are separated in another way are titles only if they name x and y, or units: a
-/// comment may have any number of words. Returns `None` if the line has no titles.
+/// comment may have any number of words. `write.table` of R has no title above the names of the
+/// lines, but quotes around all others. Returns `None` if the line has no titles.
 pub fn titles(line: &str, separator: Option<char>, columns: usize) -> Option<Vec<Title>> {
     let text = line.trim_start().trim_start_matches(['#', '%']);
     let parsed = |cells: Vec<&str>| -> Option<Vec<Title>> {
@@ -111,6 +117,11 @@ pub fn titles(line: &str, separator: Option<char>, columns: usize) -> Option<Vec
     };
     if let Some(titles) = separator.and_then(between) {
         return Some(titles);
+    }
+    let cells = separator.map_or_else(|| text.split_whitespace().collect(), |one| split(text, one));
+    let is_quoted = |cell: &&str| cell.len() > 1 && cell.starts_with('"') && cell.ends_with('"');
+    if cells.len() + 1 == columns && cells.iter().all(is_quoted) {
+        return Some([""].into_iter().chain(cells).map(Title::parse).collect());
     }
     let is_certain = |titles: &Vec<Title>| {
         let has = |role| titles.iter().any(|title| title.role() == role);
@@ -134,7 +145,7 @@ fn merged(text: &str) -> Vec<String> {
     let mut cells: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         let continues = |cell: &String| {
-            word.starts_with(['[', '(', '{', '/'])
+            word.starts_with(['[', '(', '{', '<', '/'])
                 || word == "in"
                 || cell.ends_with(" in")
                 || cell.ends_with(['/', ','])

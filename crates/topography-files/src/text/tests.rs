@@ -51,7 +51,7 @@ fn pixels_give_the_size() {
 
 #[test]
 fn a_header_that_contradicts_the_matrix_is_refused() {
-    refused("h=3 w=4\n1 2 3 4\n5 6 7 8\n", "`y-pixels` is 3; expected 2, the number in the matrix");
+    refused("h=3 w=4\n1 2 3 4\n5 6 7 8\n", "`y pixels` is 3; expected 2, the number in the matrix");
     refused("1 2 3 4\n5 6 7\n", "line 2: it has 3 numbers, but the lines above have 4");
     let unknown = "is neither a number nor a known word for a missing point";
     refused("1 2 3 4\n5 6 x 8\n", &format!("line 2: `x` at column 5 {unknown}"));
