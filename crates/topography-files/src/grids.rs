@@ -9,46 +9,57 @@ use super::text::decoded;
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-/// ESRI ASCII grid (`.asc`), as written by ArcGIS, GDAL 3.10 (AAIGrid) and many others.
+/// ESRI ASCII grid (`.asc`), as written by ArcGIS, GDAL 3.10 (AAIGrid) and many others, and the
+/// ASCII grid of GRASS 8 (`r.out.ascii`).
 ///
 /// Lines `name value` precede the heights: `ncols`, `nrows`, the position of a corner or of the
 /// centre of a cell, `cellsize`, or `dx` and `dy` of GDAL, and `NODATA_value`, which marks missing
 /// points and is −9999 if it is not given. The sides are numbers of cells × size of a cell, without
-/// a unit. The first line of heights is the northernmost, with the largest y.
-pub const ESRI: Format = Format::new("esri-asc", "ESRI ASCII grid", 1, read_esri);
+/// a unit. GRASS writes `cols`, `rows`, the four edges of the grid and `null` in their place. The
+/// first line of heights is the northernmost, with the largest y.
+pub const ESRI: Format = Format::new("esri-asc", "ESRI ASCII grid", 2, read_esri);
 
-const ESRI_NAMES: [&str; 10] = [
-    "ncols",
-    "nrows",
-    "xllcorner",
-    "yllcorner",
-    "xllcenter",
-    "yllcenter",
-    "cellsize",
-    "dx",
-    "dy",
-    "nodata_value",
+/// Names of entries, each followed by its other spellings.
+const ESRI_NAMES: [&[&str]; 13] = [
+    &["ncols", "cols"],
+    &["nrows", "rows"],
+    &["xllcorner", "xllcenter", "xllcentre"],
+    &["yllcorner", "yllcenter", "yllcentre"],
+    &["cellsize"],
+    &["dx", "xdim", "xcellsize"],
+    &["dy", "ydim", "ycellsize"],
+    &["nodata_value", "nodata", "null"],
+    &["north"],
+    &["south"],
+    &["east"],
+    &["west"],
+    &["type"],
 ];
 /// Number that marks missing points if the file does not name one.
 const ESRI_MISSING: f64 = -9999.0;
 
 fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    let start = bytes.trim_ascii_start().first_chunk::<5>().map(|start| start.to_ascii_lowercase());
-    if !matches!(start.as_deref(), Some(b"ncols" | b"nrows")) {
+    let start = bytes.trim_ascii_start().first_chunk::<6>().map(|start| start.to_ascii_lowercase());
+    let starts = [&b"ncols"[..], b"nrows", b"north:"];
+    if !start.is_some_and(|start| starts.iter().any(|known| start.starts_with(known))) {
         return Err(FormatError::Signature);
     }
     let text = decoded(bytes)?;
     let mut entries: [Option<f64>; ESRI_NAMES.len()] = [None; _];
     let mut heights = Vec::new();
     for (index, line) in lines(&text).enumerate() {
-        let mut words = line.split_whitespace();
+        let mut words = line.split_whitespace().filter(|word| *word != "=");
         let first = words.clone().next().unwrap_or_default().to_ascii_lowercase();
-        let named = ESRI_NAMES.iter().position(|name| heights.is_empty() && *name == first);
-        if let Some(entry) = named {
+        let first = first.trim_end_matches([':', '=']);
+        let is_named = |names: &&[&str]| heights.is_empty() && names.contains(&first);
+        if let Some(entry) = ESRI_NAMES.iter().position(|names| is_named(&names)) {
             let text = words.nth(1).unwrap_or_default();
             let number = esri_number(text);
-            let wrong = || FormatError::value(ESRI_NAMES[entry], text, "a number");
-            entries[entry] = Some(number.ok_or_else(wrong)?);
+            // The type of the numbers is a word.
+            if first != "type" {
+                let wrong = || FormatError::value(ESRI_NAMES[entry][0], text, "a number");
+                entries[entry] = Some(number.ok_or_else(wrong)?);
+            }
             continue;
         }
         for word in words {
@@ -60,7 +71,7 @@ fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         }
     }
     let entry = |name: &str| {
-        let index = ESRI_NAMES.iter().position(|known| *known == name);
+        let index = ESRI_NAMES.iter().position(|known| known[0] == name);
         index.and_then(|index| entries[index])
     };
     let needed = |name: &str| entry(name).ok_or_else(|| FormatError::missing(name));
@@ -69,17 +80,20 @@ fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let allowed = format!("{} × {}", nodes[0], nodes[1]);
         return Err(FormatError::value("number of heights", heights.len(), &allowed));
     }
-    let steps = match entry("cellsize") {
-        Some(step) => [step, step],
-        None => [needed("dx")?, needed("dy")?],
+    let sides = match (entry("cellsize"), entry("east")) {
+        (Some(step), _) => nodes.map(|count| count as f64 * step),
+        (None, Some(east)) => [east - needed("west")?, needed("north")? - needed("south")?],
+        (None, None) => {
+            let steps = [needed("dx")?, needed("dy")?];
+            [0, 1].map(|axis| nodes[axis] as f64 * steps[axis])
+        }
     };
-    let size = Sides::new([0, 1].map(|axis| nodes[axis] as f64 * steps[axis]), &Unit::None)?;
+    let size = Sides::new(sides, &Unit::None)?;
     let missing = entry("nodata_value");
     let marker = missing.unwrap_or(ESRI_MISSING);
     let by_default = heights.iter().filter(|height| missing.is_none() && **height == marker);
     let by_default = by_default.count();
-    let raster = Raster::from_rows(nodes, heights).upside_down();
-    let raster = raster.missing(Missing::Around(marker));
+    let raster = Raster::from_rows(nodes, heights).upside_down().missing(Missing::Around(marker));
     let channel = Channel::new("heights", Unit::None, size, raster);
     Ok(vec![if by_default > 0 {
         channel.noted(format!(
@@ -207,6 +221,16 @@ mod tests {
         let map = read(text.as_bytes()).unwrap().channels()[0].map();
         assert_eq!((map.get(0, 0), map.get(1, 0)), (None, Some(5.5)));
         assert_eq!(map.size(), Size::Unitless([6.0, 6.0]));
+    }
+
+    #[test]
+    fn a_grid_of_grass_has_edges() {
+        let text =
+            "north: 10\nsouth: 4\neast: 9\nwest: 0\nrows: 2\ncols: 3\nnull: *\n1 2 3\n4 5 *\n";
+        let file = read(text.as_bytes()).unwrap();
+        let map = file.channels()[0].map();
+        assert_eq!((map.get(0, 1), map.get(0, 0), map.get(2, 0)), (Some(1.0), Some(4.0), None));
+        assert_eq!(map.size(), Size::Unitless([9.0, 6.0]));
     }
 
     #[test]
