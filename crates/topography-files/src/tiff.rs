@@ -22,7 +22,7 @@ use ruzstd::decoding::StreamingDecoder;
 use self::compression::{lzw, pack_bits};
 use super::FormatError;
 use super::input::{decode_text, inflate};
-use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
+use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 
 // Tags of the TIFF specification.
 const WIDTH: u16 = 256;
@@ -195,7 +195,7 @@ impl<'a> Directory<'a> {
         }
         let nodes = self.nodes()?;
         let element = self.element()?;
-        Raster::rows(nodes, element, self.layout.order, self.pixels(nodes, element)?)
+        Raster::rows(nodes, element, self.layout.order, self.pixels(nodes, Some(element))?)
     }
 
     /// Returns the directory to which a tag points, such as the directory of the Exif entries.
@@ -205,27 +205,18 @@ impl<'a> Directory<'a> {
         Ok(directory.transpose()?.map(|(directory, _)| directory))
     }
 
-    /// Decodes a mask with one bit per pixel in strips, or an image with more bits.
+    /// Decodes a mask with one bit per pixel, or an image with more bits.
     pub fn bitmap(&self) -> Result<Raster<'a>, FormatError> {
         if self.whole(BITS).unwrap_or(1) != 1 {
             return self.image();
         }
         let nodes = self.nodes()?;
-        let [width, length] = nodes;
-        let rows = self.whole(ROWS_PER_STRIP).unwrap_or(i64::MAX).clamp(1, length as i64) as usize;
-        let strips = Blocks { size: [width, rows], offsets: STRIP_OFFSETS, bytes: STRIP_BYTES };
-        let line = width.div_ceil(8);
-        let mut pixels = Vec::new();
-        let stored = self.stored_blocks(&strips, length.div_ceil(rows))?;
-        for (index, stored) in stored.into_iter().enumerate() {
-            let lines = (length - index * rows).min(rows);
-            let decoded = self.decode(stored, lines * line)?;
-            for bits in decoded.chunks_exact(line).take(lines) {
-                // The first pixel is the most significant bit.
-                pixels.extend((0..width).map(|x| bits[x / 8] >> (7 - x % 8) & 1));
-            }
-        }
-        Raster::rows(nodes, Element::U8, self.layout.order, pixels)
+        let lines = self.pixels(nodes, None)?;
+        let lines = lines.chunks_exact(nodes[0].div_ceil(8)).take(nodes[1]);
+        // The first pixel is the most significant bit.
+        let pixel = |bits: &[u8], x: usize| bits[x / 8] >> (7 - x % 8) & 1;
+        let pixels = lines.flat_map(|bits| (0..nodes[0]).map(move |x| pixel(bits, x)));
+        Raster::rows(nodes, Element::U8, self.layout.order, pixels.collect::<Vec<u8>>())
     }
 
     fn required(&self, tag: u16) -> Result<i64, FormatError> {
@@ -255,9 +246,15 @@ impl<'a> Directory<'a> {
         }
     }
 
-    /// Returns the pixels of the image line by line.
-    fn pixels(&self, nodes: [usize; 2], element: Element) -> Result<Cow<'a, [u8]>, FormatError> {
+    /// Returns the pixels of the image line by line; they are single bits without an `element`.
+    fn pixels(
+        &self,
+        nodes: [usize; 2],
+        element: Option<Element>,
+    ) -> Result<Cow<'a, [u8]>, FormatError> {
         let [width, length] = nodes;
+        let bits = element.map_or(1, |element| 8 * element.size());
+        let bytes = |pixels: usize| (pixels * bits).div_ceil(8);
         let blocks = if self.entries.contains_key(&TILE_OFFSETS) {
             let size = [self.required(TILE_WIDTH)?, self.required(TILE_LENGTH)?];
             Blocks { size: checked_nodes(size)?, offsets: TILE_OFFSETS, bytes: TILE_BYTES }
@@ -267,6 +264,10 @@ impl<'a> Directory<'a> {
             Blocks { size, offsets: STRIP_OFFSETS, bytes: STRIP_BYTES }
         };
         let [across, down] = [width.div_ceil(blocks.size[0]), length.div_ceil(blocks.size[1])];
+        if across > 1 && blocks.size[0] * bits % 8 != 0 {
+            let allowed = "a multiple of 16";
+            return Err(FormatError::value("width of the TIFF tiles", blocks.size[0], allowed));
+        }
         let stored = self.stored_blocks(&blocks, across * down)?;
         if let [only] = stored[..]
             && self.whole(COMPRESSION).unwrap_or(1) == 1
@@ -275,24 +276,26 @@ impl<'a> Directory<'a> {
         {
             return Ok(Cow::Borrowed(only));
         }
-        let needed = map_bytes(nodes, element);
+        let line = bytes(width);
+        let needed = line * length;
         if needed > self.file.len().saturating_mul(self.max_expansion()) {
-            let (element, found) = (element.size(), self.file.len());
+            let (element, found) = (bytes(1), self.file.len());
             return Err(FormatError::Heights { nodes, element, needed: needed as u128, found });
         }
-        let line = width * element.size();
         let mut pixels = vec![0; needed];
         for (block, stored) in stored.into_iter().enumerate() {
             let (column, row) = (block % across, block / across);
             let [x, y] = [column * blocks.size[0], row * blocks.size[1]];
             // The last strip has fewer lines; tiles are always whole.
             let lines = (length - y).min(blocks.size[1]);
-            let block_line = blocks.size[0] * element.size();
-            let decoded = self.decode(stored, lines * block_line)?;
-            let decoded = self.undo_prediction(decoded, block_line, element)?;
-            let copied = (width - x).min(blocks.size[0]) * element.size();
+            let block_line = bytes(blocks.size[0]);
+            let mut decoded = self.decode(stored, lines * block_line)?;
+            if let Some(element) = element {
+                decoded = self.undo_prediction(decoded, block_line, element)?;
+            }
+            let copied = bytes((width - x).min(blocks.size[0]));
             for (index, from) in decoded.chunks_exact(block_line).take(lines).enumerate() {
-                let start = (y + index) * line + x * element.size();
+                let start = (y + index) * line + bytes(x);
                 pixels[start..start + copied].copy_from_slice(&from[..copied]);
             }
         }

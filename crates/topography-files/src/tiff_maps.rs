@@ -5,9 +5,11 @@
 //!   west to east, the first line is the northernmost, so that it has the largest y. In its place,
 //!   the matrix 34264 may have steps of either sign; a grid that it turns is refused. The keys 1024
 //!   and 3076 say whether the steps are degrees or lengths. The text of entry 42113 is the number
-//!   of missing points, and the metadata of GDAL in 42112 scale and offset.
+//!   of missing points, the metadata of GDAL in 42112 scale, offset and unit. Without that unit,
+//!   the key 4099 or the vertical system of the key 4096 says the unit of the heights. A mask in
+//!   the file (GDAL 3.10 with `GDAL_TIFF_INTERNAL_MASK`) has the bit 0 at missing points.
 //! - **OME-TIFF** (schema 2016-06): `PhysicalSizeX` and `PhysicalSizeY` of the description, in
-//!   micrometres unless their units differ.
+//!   micrometres unless their units differ, and the names of its channels.
 //! - **ImageJ** 1.5: the description starts with `ImageJ=`; the resolution is in pixels per `unit`,
 //!   and a linear calibration `c0` + `c1` × number gives values in `vunit`.
 //!
@@ -23,7 +25,7 @@ use super::tiff::{Directory, directories};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("tiff", "TIFF", 3, read);
+pub const FORMAT: Format = Format::new("tiff", "TIFF", 4, read);
 
 // Entries of directories.
 const SUBFILE: u16 = 254;
@@ -40,14 +42,33 @@ const GDAL_NODATA: u16 = 42113;
 const MODEL_TYPE: i64 = 1024;
 const GEOGRAPHIC: i64 = 2;
 const LINEAR_UNITS: i64 = 3076;
+const VERTICAL_SYSTEM: i64 = 4096;
+const VERTICAL_UNITS: i64 = 4099;
 /// Units of length with their metres, by their number in the registry of EPSG.
 const LINEAR: [(i64, f64); 6] =
     [(1025, 1e-3), (1033, 1e-2), (9001, 1.0), (9002, 0.3048), (9003, 1200.0 / 3937.0), (9036, 1e3)];
+/// Returns the unit of a vertical system; both are numbers in the registry of EPSG (version 11).
+fn unit_of_vertical_system(system: i64) -> Option<i64> {
+    match system {
+        // Sea level, the geoids of 1996 and 2008, Europe.
+        5714 | 5773 | 3855 | 5621 | 5730 | 9389 => Some(9001),
+        // Australia, France, Germany, Great Britain, the Netherlands and Switzerland.
+        5711 | 5720 | 5783 | 7837 | 5701 | 5709 | 5728 => Some(9001),
+        // North America in metres, in feet of the US survey and in feet.
+        5703 => Some(9001),
+        5702 | 6360 => Some(9003),
+        8228 => Some(9002),
+        _ => None,
+    }
+}
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let images = directories(bytes)?;
     let is_full = |image: &&Directory<'_>| image.whole(SUBFILE).unwrap_or(0) & 5 == 0;
     let full: Vec<&Directory<'_>> = images.iter().filter(is_full).collect();
+    let is_mask = |image: &&Directory<'_>| image.whole(SUBFILE).unwrap_or(0) & 5 == 4;
+    let masks: Vec<&Directory<'_>> = images.iter().filter(is_mask).collect();
+    let names = ome_names(&images[0], full.len());
     // Images that share their pixels would need memory without limit.
     let pixels: usize = full.iter().map(|image| image.nodes().map_or(0, |[x, y]| x * y)).sum();
     if pixels > bytes.len().saturating_mul(1 << 12) {
@@ -63,8 +84,17 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         ));
     }
     let channels = maps.into_iter().map(|(index, image)| {
-        let name = if count == 1 { "heights".to_owned() } else { format!("page {}", index + 1) };
-        let channel = channel(image, &images[0], name, count)?;
+        let name = match (count, names.get(index)) {
+            (_, Some(name)) => name.clone(),
+            (1, None) => "heights".to_owned(),
+            (_, None) => format!("page {}", index + 1),
+        };
+        let mut raster = image.image()?;
+        let of_image = masks.iter().find(|mask| mask.nodes().ok() == Some(raster.nodes()));
+        if let Some(mask) = of_image {
+            raster = raster.masked(mask.bitmap()?.scaled(-1.0, 1.0));
+        }
+        let channel = channel(image, raster, &images[0], name, count)?;
         Ok(match pictures.len() {
             0 => channel,
             count => channel.noted(format!("{count} of the pages are pictures and are not used")),
@@ -80,11 +110,11 @@ fn is_map(image: &Directory<'_>) -> bool {
 
 fn channel<'a>(
     image: &Directory<'a>,
+    raster: Raster<'a>,
     first: &Directory<'a>,
     name: String,
     pages: usize,
 ) -> Result<Channel<'a>, FormatError> {
-    let raster = image.image()?;
     let description = first.text(DESCRIPTION).unwrap_or_default();
     let of_gdal = [PIXEL_SCALE, TRANSFORMATION, GDAL_NODATA];
     if of_gdal.iter().any(|tag| image.entry(*tag).is_some()) {
@@ -125,12 +155,6 @@ fn elevation<'a>(
     let is_north_first = steps.is_none_or(|[_, y]| y < 0.0);
     let raster = if is_north_first { raster.upside_down() } else { raster };
     let raster = if steps.is_some_and(|[x, _]| x < 0.0) { raster.mirrored() } else { raster };
-    let unit = item("unittype").map_or(Unit::None, |text| Unit::parse(&text));
-    let nodes = raster.nodes();
-    let Some(steps) = steps else {
-        return Ok(Channel::new(name, unit, Size::Unknown, raster));
-    };
-    let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis].abs());
     let keys: Vec<i64> =
         image.entry(GEO_KEYS).and_then(|entry| entry.wholes()).into_iter().flatten().collect();
     // Each key has its number, the entry of its value (0: the key itself), a count and the value.
@@ -138,15 +162,27 @@ fn elevation<'a>(
         let mut keys = keys.as_chunks::<4>().0.iter().skip(1);
         keys.find(|[number, ..]| *number == wanted).map(|[.., value]| *value)
     };
+    let metres = |unit: i64| LINEAR.iter().find(|(known, _)| *known == unit).map(|(_, one)| *one);
+    let of_system = || key(VERTICAL_SYSTEM).and_then(unit_of_vertical_system);
+    let vertical = key(VERTICAL_UNITS).or_else(of_system);
+    let unit = match (item("unittype"), vertical.and_then(metres)) {
+        (Some(text), _) => Unit::parse(&text),
+        (None, Some(metres)) => Unit::Length(1.0 / metres),
+        (None, None) => Unit::None,
+    };
+    let nodes = raster.nodes();
+    let Some(steps) = steps else {
+        return Ok(Channel::new(name, unit, Size::Unknown, raster));
+    };
+    let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis].abs());
     if key(MODEL_TYPE) == Some(GEOGRAPHIC) {
         let channel = Channel::new(name, unit, Size::Unknown, raster);
         let note = "the steps are degrees of longitude and latitude, not lengths; project the map";
         return Ok(channel.noted(note));
     }
     let linear = key(LINEAR_UNITS);
-    let metres = linear.and_then(|unit| LINEAR.iter().find(|(known, _)| *known == unit));
-    let size = match (metres, linear) {
-        (Some((_, metres)), _) => Size::metres(sides.map(|side| side * metres))?.into(),
+    let size = match (linear.and_then(metres), linear) {
+        (Some(metres), _) => Size::metres(sides.map(|side| side * metres))?.into(),
         (None, Some(code)) => Sides::new(sides, &Unit::Other(format!("unit {code} of EPSG")))?,
         (None, None) => Sides::new(sides, &Unit::None)?,
     };
@@ -211,6 +247,37 @@ fn imagej<'a>(
         _ => (raster, Unit::None),
     };
     Ok(Channel::new(name, heights, size, raster))
+}
+
+/// Returns the names of the channels of an OME-TIFF, one for each page, or no names.
+fn ome_names(first: &Directory<'_>, pages: usize) -> Vec<String> {
+    let description = first.text(DESCRIPTION).unwrap_or_default();
+    let options =
+        if description.contains("<OME") { Document::parse(&description).ok() } else { None };
+    let Some(document) = options else { return vec![] };
+    let mut elements = document.descendants();
+    let Some(pixels) = elements.find(|element| element.tag_name().name() == "Pixels") else {
+        return vec![];
+    };
+    let channels = pixels.children().filter(|child| child.tag_name().name() == "Channel");
+    let names: Vec<&str> = channels.filter_map(|channel| channel.attribute("Name")).collect();
+    let length = |axis: char| -> usize {
+        let text = pixels.attribute(format!("Size{axis}").as_str());
+        text.and_then(|text| text.parse().ok()).unwrap_or(1)
+    };
+    let order = pixels.attribute("DimensionOrder").unwrap_or("XYCZT");
+    // Pages between neighbouring channels.
+    let between: usize =
+        order.chars().skip(2).take_while(|axis| *axis != 'C').map(length).product();
+    if names.len() != length('C') || names.iter().any(|name| name.is_empty()) || between == 0 {
+        return vec![];
+    }
+    let is_one_each = pages == names.len();
+    let name = |page: usize| match names[page / between % names.len()] {
+        name if is_one_each => name.to_owned(),
+        name => format!("{name}, page {}", page + 1),
+    };
+    (0..pages).map(name).collect()
 }
 
 /// Returns the size that the description of an OME-TIFF states.
