@@ -1,10 +1,11 @@
 //! NRRD files (nearly raw raster data, `.nrrd`), with a text header, an empty line, and numbers.
 //!
 //! The first axis is x; lines run along x, and the first has y = 0. A third axis is a list of
-//! channels. The sides are `spacings` × points, or the range of `axis mins` and `axis maxs`, to
-//! which a step is added if `centerings` says that points are nodes. `units` has the units of the
-//! axes and, in files of Gwyddion 2.62, `sampleunits` that of the heights. NaN marks missing
-//! points. Numbers may be raw, text or compressed by gzip; files with separate data are refused.
+//! channels; axes of length one are dropped. The sides are `spacings` × points, the lengths of
+//! `space directions` × points (pynrrd 1.0, ITK), or the range of `axis mins` and `axis maxs`, to
+//! which a step is added if `centerings` says that points are nodes. `units` and `space units` have
+//! the units of the axes and, in files of Gwyddion 2.62, `sampleunits` that of the heights. NaN
+//! marks missing points. Numbers may be raw, text or compressed by gzip; files with separate data are refused.
 
 use flate2::read::GzDecoder;
 
@@ -15,7 +16,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("nrrd", "nearly raw raster data", 1, read);
+pub const FORMAT: Format = Format::new("nrrd", "nearly raw raster data", 2, read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if !bytes.starts_with(b"NRRD000") {
@@ -28,7 +29,11 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         }
     }
     let sizes: Vec<i64> = list(&header, "sizes")?;
-    let (nodes, count) = match sizes[..] {
+    let long: Vec<usize> = (0..sizes.len()).filter(|&axis| sizes[axis] != 1).collect();
+    // Axes of x and y; those of length one are left out unless too few are left.
+    let axes = if long.len() < 2 { (0..sizes.len()).collect() } else { long };
+    let kept: Vec<i64> = axes.iter().map(|&axis| sizes[axis]).collect();
+    let (nodes, count) = match kept[..] {
         [x, y] => (checked_nodes([x, y])?, 1),
         [x, y, count] if (1..=1024).contains(&count) => (checked_nodes([x, y])?, count as usize),
         _ => {
@@ -41,7 +46,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Some("big") => ByteOrder::Big,
         _ => ByteOrder::Little,
     };
-    let size = size(&header, nodes)?;
+    let size = size(&header, nodes, [axes[0], axes[1]])?;
     let one = map_bytes(nodes, element);
     let encoding = header.text("encoding")?;
     let name = header.get("content").filter(|name| !name.is_empty()).unwrap_or("heights");
@@ -114,9 +119,11 @@ fn element(name: &str) -> Result<Element, FormatError> {
         "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Element::U16,
         "int" | "signed int" | "int32" | "int32_t" => Element::I32,
         "uint" | "unsigned int" | "uint32" | "uint32_t" => Element::U32,
+        "longlong" | "long long" | "signed long long" | "int64" | "int64_t" => Element::I64,
+        "ulonglong" | "unsigned long long" | "uint64" | "uint64_t" => Element::U64,
         "float" => Element::F32,
         "double" => Element::F64,
-        _ => return Err(FormatError::value("type", name, "integers of 8 to 32 bits, or floats")),
+        _ => return Err(FormatError::value("type", name, "integers of 8 to 64 bits, or floats")),
     })
 }
 
@@ -131,17 +138,18 @@ fn numbers(data: &[u8]) -> Result<Vec<f64>, FormatError> {
     words.filter(|word| !word.is_empty()).map(number).collect()
 }
 
-/// Returns the size of the map.
-fn size(header: &Entries, nodes: [usize; 2]) -> Result<Sides, FormatError> {
+/// Returns the size of a map along the given two of the axes.
+fn size(header: &Entries, nodes: [usize; 2], of: [usize; 2]) -> Result<Sides, FormatError> {
     let axes = |name: &str| {
-        header.get(name).map(|_| list::<f64>(header, name)).transpose().map(|list| {
-            list.filter(|list| list.len() >= 2 && list[..2].iter().all(|one| one.is_finite()))
-        })
+        let list = header.get(name).map(|_| list::<f64>(header, name)).transpose()?;
+        let pair = list.and_then(|list| Some([*list.get(of[0])?, *list.get(of[1])?]));
+        Ok(pair.filter(|pair| pair.iter().all(|one| one.is_finite())))
     };
     let is_node = header.get("centerings").or(header.get("centers"));
     let is_node = is_node.is_some_and(|text| text.starts_with("node"));
     let range = axes("axismins")?.zip(axes("axismaxs")?);
-    let sides = match (axes("spacings")?, range) {
+    let steps = axes("spacings")?.or(directions(header, of)?);
+    let sides = match (steps, range) {
         (Some(steps), _) => [0, 1].map(|axis| steps[axis] * nodes[axis] as f64),
         (None, Some((from, to))) => [0, 1].map(|axis| {
             let range = to[axis] - from[axis];
@@ -150,11 +158,28 @@ fn size(header: &Entries, nodes: [usize; 2]) -> Result<Sides, FormatError> {
         }),
         (None, None) => return Ok(Sides::UNKNOWN),
     };
-    let units: Vec<&str> =
-        header.get("units").unwrap_or_default().split('"').skip(1).step_by(2).collect();
-    let [x, y] = [0, 1].map(|axis| units.get(axis).copied().unwrap_or_default());
+    let units = header.get("units").or(header.get("spaceunits")).unwrap_or_default();
+    let units: Vec<&str> = units.split('"').skip(1).step_by(2).collect();
+    let [x, y] = of.map(|axis| units.get(axis).copied().unwrap_or_default());
     let y_ratio = ratio(y, x).ok_or_else(|| {
         FormatError::value("unit of y", y, &format!("a unit like that of x, `{x}`"))
     })?;
     Sides::new([sides[0], sides[1] * y_ratio], &Unit::parse(x))
+}
+
+/// Returns the lengths of the vectors from one point to the next along two of the axes.
+fn directions(header: &Entries, of: [usize; 2]) -> Result<Option<[f64; 2]>, FormatError> {
+    let Some(text) = header.get("spacedirections") else { return Ok(None) };
+    let wrong = || FormatError::value("space directions", text, "vectors, such as (1,0) (0,1)");
+    // An axis of channels has the word `none`.
+    let vectors = text.replace(", ", ",");
+    let vectors: Vec<&str> = vectors.split_whitespace().collect();
+    let length = |axis: usize| -> Option<f64> {
+        let vector = vectors.get(axis)?.strip_prefix('(')?.strip_suffix(')')?;
+        let parts = vector.split(',').map(|part| part.parse::<f64>().ok());
+        let squares: Option<f64> = parts.map(|part| part.map(|part| part * part)).sum();
+        squares.map(f64::sqrt)
+    };
+    let [x, y] = of.map(|axis| length(axis).ok_or_else(wrong));
+    Ok(Some([x?, y?]))
 }
