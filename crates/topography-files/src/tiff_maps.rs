@@ -267,9 +267,10 @@ fn ome_names(first: &Directory<'_>, pages: usize) -> Vec<String> {
     };
     let order = pixels.attribute("DimensionOrder").unwrap_or("XYCZT");
     // Pages between neighbouring channels.
-    let between: usize =
-        order.chars().skip(2).take_while(|axis| *axis != 'C').map(length).product();
-    if names.len() != length('C') || names.iter().any(|name| name.is_empty()) || between == 0 {
+    let faster = order.chars().skip(2).take_while(|axis| *axis != 'C');
+    let between = faster.map(length).fold(1, usize::saturating_mul);
+    let is_named = !names.is_empty() && !names.iter().any(|name| name.is_empty());
+    if !is_named || names.len() != length('C') || between == 0 {
         return vec![];
     }
     let is_one_each = pages == names.len();
