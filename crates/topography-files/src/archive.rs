@@ -6,7 +6,7 @@ use std::io::Cursor;
 use zip::ZipArchive;
 
 use super::FormatError;
-use super::input::inflate;
+use super::input::{after, inflate};
 
 /// First bytes of an archive that has at least one file.
 pub const SIGNATURE: &[u8] = b"PK\x03\x04";
@@ -17,6 +17,12 @@ pub struct Archive<'a> {
 }
 
 impl<'a> Archive<'a> {
+    /// Opens an archive for a format that packs its files into one.
+    pub fn of_format(bytes: &'a [u8]) -> Result<Archive<'a>, FormatError> {
+        after(bytes, SIGNATURE)?;
+        Archive::new(bytes).map_err(|_| FormatError::Signature)
+    }
+
     /// Reads the directory of an archive. Other data may precede the archive.
     pub fn new(bytes: &'a [u8]) -> Result<Archive<'a>, FormatError> {
         let zip = ZipArchive::new(Cursor::new(bytes));

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use flate2::read::ZlibDecoder;
 
 use super::channel::{Channel, Sides, Size};
-use super::input::{Cursor, factor, finite, inflate};
+use super::input::{Cursor, after, factor, finite, inflate};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
@@ -31,9 +31,7 @@ const FRT_MAPS: u16 = 0x7d;
 const FRT_HEIGHTS: u32 = 0x0004 | 0x0080 | 0x0800 | 0x1000;
 
 fn read_frt(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(b"FRTM_GLIDERV") {
-        return Err(FormatError::Signature);
-    }
+    after(bytes, b"FRTM_GLIDERV")?;
     let blocks = frt_blocks(bytes)?;
     let block = |wanted: u16, name: &str| {
         let block = blocks.iter().find(|(number, _)| *number == wanted);

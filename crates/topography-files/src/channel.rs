@@ -2,7 +2,7 @@
 
 use super::FormatError;
 use super::raster::{Raster, is_marker};
-use super::unit::Unit;
+use super::unit::{Unit, ratio};
 
 /// Words of the names of channels that are heights.
 const HEIGHTS: [&str; 13] = [
@@ -211,6 +211,22 @@ impl Sides {
                 Ok(Sides { size: Size::Unknown, unknown_unit: Some(unit.clone()) })
             }
         }
+    }
+}
+
+impl Sides {
+    /// Creates a size from numbers of nodes and their distances in the given unit.
+    pub fn of_steps(nodes: [usize; 2], steps: [f64; 2], unit: &Unit) -> Result<Sides, FormatError> {
+        Sides::new([0, 1].map(|axis| nodes[axis] as f64 * steps[axis]), unit)
+    }
+
+    /// Creates a size from sides whose units may differ.
+    pub fn in_units([x, y]: [f64; 2], [unit_x, unit_y]: [&str; 2]) -> Result<Sides, FormatError> {
+        let y_ratio = ratio(unit_y, unit_x).ok_or_else(|| {
+            let allowed = format!("a unit like that of x, `{unit_x}`");
+            FormatError::value("unit of y", unit_y, &allowed)
+        })?;
+        Sides::new([x, y * y_ratio], &Unit::parse(unit_x))
     }
 }
 

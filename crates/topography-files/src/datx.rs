@@ -12,7 +12,7 @@
 use hdf5_reader::{Attribute, Dataset, Datatype};
 
 use super::channel::{Channel, Size};
-use super::hdf5::{Container, Lines, attribute, number, text};
+use super::hdf5::{Container, attribute, number, text};
 use super::input::factor;
 use super::raster::Missing;
 use super::unit::Unit;
@@ -41,7 +41,7 @@ fn surfaces(container: &Container) -> Option<Vec<Dataset>> {
 
 fn channel(container: &Container, dataset: &Dataset) -> Result<Channel<'static>, FormatError> {
     let attributes = dataset.attributes();
-    let raster = container.raster(dataset, Lines::AlongX)?;
+    let raster = container.raster(dataset)?;
     let raster = match number(&attributes, "No Data") {
         Some(marker) => raster.missing(Missing::Around(marker)),
         None => raster,

@@ -76,10 +76,6 @@ fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     };
     let needed = |name: &str| entry(name).ok_or_else(|| FormatError::missing(name));
     let nodes = checked_nodes([needed("ncols")? as i64, needed("nrows")? as i64])?;
-    if heights.len() != nodes[0] * nodes[1] {
-        let allowed = format!("{} × {}", nodes[0], nodes[1]);
-        return Err(FormatError::value("number of heights", heights.len(), &allowed));
-    }
     let sides = match (entry("cellsize"), entry("east")) {
         (Some(step), _) => nodes.map(|count| count as f64 * step),
         (None, Some(east)) => [east - needed("west")?, needed("north")? - needed("south")?],
@@ -93,7 +89,8 @@ fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let marker = missing.unwrap_or(ESRI_MISSING);
     let by_default = heights.iter().filter(|height| missing.is_none() && **height == marker);
     let by_default = by_default.count();
-    let raster = Raster::from_rows(nodes, heights).upside_down().missing(Missing::Around(marker));
+    let raster = Raster::from_words(nodes, heights)?;
+    let raster = raster.upside_down().missing(Missing::Around(marker));
     let channel = Channel::new("heights", Unit::None, size, raster);
     Ok(vec![if by_default > 0 {
         channel.noted(format!(
@@ -188,8 +185,7 @@ fn surfer_7(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
                 header.skip(24)?;
                 let marker = header.double()?;
                 let raster = Raster::rows(nodes, Element::F64, ByteOrder::Little, section)?;
-                let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
-                let size = Sides::new(sides, &Unit::None)?;
+                let size = Sides::of_steps(nodes, steps, &Unit::None)?;
                 let raster = raster.missing(Missing::Around(marker));
                 return Ok(Channel::new("heights", Unit::None, size, raster));
             }

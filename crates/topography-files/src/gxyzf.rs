@@ -6,7 +6,7 @@
 
 use super::channel::{Channel, Sides};
 use super::grid::Grid;
-use super::input::{Entries, decode_text};
+use super::input::Entries;
 use super::raster::Raster;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -16,19 +16,12 @@ pub const FORMAT: Format = Format::new("gxyzf", "Gwyddion XYZ field", 2, read);
 const SIGNATURE: &[u8] = b"Gwyddion XYZ Field 1.0\n";
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(SIGNATURE) {
-        return Err(FormatError::Signature);
-    }
-    let end = bytes.iter().position(|&byte| byte == 0);
-    let end = end.ok_or_else(|| FormatError::missing("zeros after the header"))?;
-    let entries = Entries::from_lines(decode_text(&bytes[SIGNATURE.len()..end]).lines(), '=');
+    let (entries, stored) = Entries::of_gwyddion(bytes, SIGNATURE, 8)?;
     let count = entries.whole("NChannels")?;
     let count = usize::try_from(count).ok().filter(|count| (1..=1024).contains(count));
     let count = count.ok_or_else(|| {
         FormatError::value("NChannels", entries.get("NChannels").unwrap_or_default(), "1 to 1024")
     })?;
-    // The padding has one to eight zeros.
-    let stored = bytes.get((end + 1).next_multiple_of(8)..).unwrap_or_default();
     let point = 8 * (count + 2);
     if let Some(points) = entries.get("NPoints") {
         let found = stored.len() / point;

@@ -37,7 +37,7 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Dataset, Datatype};
 
 use self::container::Members;
-pub use self::container::{Container, Lines, attribute, number, text};
+pub use self::container::{Container, attribute, number, text};
 use super::channel::{Channel, Sides};
 use super::direction::Direction;
 use super::labelled::{Array, Attributes, Axis, Coordinates};
@@ -112,7 +112,7 @@ fn topostats(
     let images = datasets.iter().filter(is_map);
     let images = images.filter(|dataset| dataset.name().starts_with("image"));
     let channels = images.map(|dataset| {
-        let raster = container.raster(dataset, Lines::AlongX)?;
+        let raster = container.raster(dataset)?;
         let nanometres = Unit::parse("nm");
         let size = Sides::new(raster.nodes().map(|nodes| nodes as f64 * step), &nanometres)?;
         let channel = Channel::new(dataset.name(), nanometres, size, raster);

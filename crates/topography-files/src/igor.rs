@@ -160,8 +160,7 @@ impl Wave {
     fn channels<'a>(&self, bytes: &'a [u8]) -> Result<Vec<Channel<'a>>, FormatError> {
         let nodes = self.nodes;
         let mut cursor = Cursor::at(bytes, FILE + WAVE);
-        let sides = [0, 1].map(|axis| nodes[axis] as f64 * self.steps[axis].abs());
-        let size = Sides::new(sides, &Unit::parse(&self.lateral))?;
+        let size = Sides::of_steps(nodes, self.steps.map(f64::abs), &Unit::parse(&self.lateral))?;
         let channels = (0..self.channels).map(|index| {
             let stored = cursor.take(map_bytes(nodes, self.element))?;
             let raster = Raster::rows(nodes, self.element, self.order, stored)?;

@@ -99,6 +99,22 @@ impl<'a> Cursor<'a> {
 }
 
 impl Entries {
+    /// Reads lines `name = value` after the signature of a Gwyddion field, up to the zeros that fill
+    /// the header to a multiple of `multiple` bytes. Returns also the bytes after them.
+    pub fn of_gwyddion<'a>(
+        bytes: &'a [u8],
+        signature: &[u8],
+        multiple: usize,
+    ) -> Result<(Entries, &'a [u8]), FormatError> {
+        let header = after(bytes, signature)?;
+        let missing = || FormatError::missing("zeros after the header");
+        let length = header.iter().position(|&byte| byte == 0).ok_or_else(missing)?;
+        let entries = Entries::from_lines(decode_text(&header[..length]).lines(), '=');
+        // At least one zero ends the header.
+        let end = (signature.len() + length + 1).next_multiple_of(multiple);
+        Ok((entries, bytes.get(end..).unwrap_or_default()))
+    }
+
     /// Parses lines of a name and a value, separated by `between`. Ignores other lines.
     pub fn from_lines<'a>(lines: impl IntoIterator<Item = &'a str>, between: char) -> Entries {
         let mut entries = Entries::default();
@@ -143,6 +159,17 @@ impl Entries {
     pub fn optional_number(&self, name: &str) -> Result<Option<f64>, FormatError> {
         self.get(name).map(|_| self.number(name)).transpose()
     }
+}
+
+/// Returns the bytes after the signature of a format, or an error if the file has another one.
+pub fn after<'a>(bytes: &'a [u8], signature: &[u8]) -> Result<&'a [u8], FormatError> {
+    bytes.strip_prefix(signature).ok_or(FormatError::Signature)
+}
+
+/// Returns the position of `wanted` in the bytes, or an error that it is missing.
+pub fn find(bytes: &[u8], wanted: &[u8]) -> Result<usize, FormatError> {
+    let position = bytes.windows(wanted.len()).position(|window| window == wanted);
+    position.ok_or_else(|| FormatError::missing(latin1(wanted).trim_start()))
 }
 
 /// Splits a text into lines, which end in LF, CR LF or CR.

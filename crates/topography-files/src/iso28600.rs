@@ -10,10 +10,10 @@
 
 use super::channel::{Channel, Sides};
 use super::grid::Grid;
-use super::input::{decode_text, lines};
+use super::input::{after, decode_text, lines};
 use super::number;
 use super::raster::{Raster, checked_nodes};
-use super::unit::{Unit, ratio};
+use super::unit::Unit;
 use super::{Format, FormatError};
 
 pub const FORMAT: Format = Format::new("iso28600", "SPM data transfer format, ISO 28600", 1, read);
@@ -21,9 +21,7 @@ pub const FORMAT: Format = Format::new("iso28600", "SPM data transfer format, IS
 const SIGNATURE: &[u8] = b"ISO/TC 201 SPM data transfer format";
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(SIGNATURE) {
-        return Err(FormatError::Signature);
-    }
+    after(bytes, SIGNATURE)?;
     let text = decode_text(bytes);
     let lines: Vec<&str> = lines(&text).map(str::trim).collect();
     let line = |number: usize| lines.get(number - 1).copied().unwrap_or_default();
@@ -51,27 +49,19 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let columns = channels.len() + if is_regular { 0 } else { 2 };
     let numbers = numbers(&lines[end + 1..], columns, end + 2)?;
     let [unit_x, unit_y] = [26, 27].map(line);
-    let y_ratio = ratio(unit_y, unit_x).ok_or_else(|| {
-        FormatError::value("unit of y", unit_y, &format!("a unit like that of x, `{unit_x}`"))
-    })?;
     let channels = channels.into_iter().enumerate().map(|(index, (name, unit))| {
         let column = |index: usize| numbers.iter().skip(index).step_by(columns).copied();
         let (raster, sides) = if is_regular {
             let nodes = checked_nodes([real(24)? as i64, real(25)? as i64])?;
             let heights: Vec<f64> = column(index).collect();
-            if heights.len() != nodes[0] * nodes[1] {
-                let allowed = format!("{} × {}", nodes[0], nodes[1]);
-                return Err(FormatError::value("number of points", heights.len(), &allowed));
-            }
-            (Raster::from_rows(nodes, heights), [real(28)?, real(29)?])
+            (Raster::from_words(nodes, heights)?, [real(28)?, real(29)?])
         } else {
             let points = column(0).zip(column(1)).zip(column(index + 2));
             let triplets: Vec<f64> = points.flat_map(|((x, y), z)| [x, y, z]).collect();
             let grid = Grid::from_triplets(&triplets)?;
             (Raster::from_columns(grid.nodes, grid.heights), grid.sides)
         };
-        let lateral = Unit::parse(unit_x);
-        let size = Sides::new([sides[0], sides[1] * y_ratio], &lateral)?;
+        let size = Sides::in_units(sides, [unit_x, unit_y])?;
         // `n` and `d` are numbers without a unit.
         let unit = if matches!(unit, "n" | "d") { Unit::None } else { Unit::parse(unit) };
         let name = if name.is_empty() { "heights" } else { name };
@@ -90,13 +80,11 @@ fn numbers(lines: &[&str], columns: usize, first: usize) -> Result<Vec<f64>, For
         }
         let before = numbers.len();
         for word in line.split([' ', '\t', ',']).filter(|word| !word.is_empty()) {
-            let number = number::parse(word)
-                .or_else(|| number::is_missing(word).then_some(f64::NAN))
-                .ok_or_else(|| FormatError::Line {
-                    line: first + index,
-                    problem: format!("`{word}` is not a number"),
-                })?;
-            numbers.push(number);
+            let number = number::parse_or_missing(word);
+            numbers.push(number.ok_or_else(|| FormatError::Line {
+                line: first + index,
+                problem: format!("`{word}` is not a number"),
+            })?);
         }
         let found = numbers.len() - before;
         if found != columns && found > 0 {

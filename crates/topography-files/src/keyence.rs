@@ -65,12 +65,9 @@ fn channels<'a, 'b>(
         }
         let mut cursor = Cursor::at(file, start);
         let nodes = checked_nodes([cursor.u32()?.into(), cursor.u32()?.into()])?;
-        let element = match cursor.u32()? {
-            8 => Element::U8,
-            16 => Element::U16,
-            32 => Element::U32,
-            bits => return Err(FormatError::value("bits per height", bits, "8, 16 or 32")),
-        };
+        let bits = cursor.u32()?;
+        let element = Element::integer(bits.into(), false)
+            .ok_or_else(|| FormatError::value("bits per height", bits, "8, 16, 32 or 64"))?;
         let compression = cursor.u32()?;
         if compression != 0 {
             let allowed = "0, no compression";
@@ -81,7 +78,7 @@ fn channels<'a, 'b>(
         let stored = pixels(cursor.take(map_bytes(nodes, element))?);
         let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
         let raster = raster.scaled(factor("picometres per digit", digit)?, 0.0);
-        let size = Sides::new([nodes[0] as f64 * x, nodes[1] as f64 * y], &picometre)?;
+        let size = Sides::of_steps(nodes, [x, y], &picometre)?;
         channels.push(Ok(Channel::new(name, picometre.clone(), size, raster)));
     }
     at_least_one(channels, "image of heights")

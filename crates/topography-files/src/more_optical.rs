@@ -3,9 +3,9 @@
 
 use roxmltree::{Document, Node};
 
-use super::archive::{self, Archive};
+use super::archive::Archive;
 use super::channel::{Channel, Sides};
-use super::input::{Cursor, decode_text, finite};
+use super::input::{Cursor, after, decode_text, finite};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -51,8 +51,7 @@ fn read_nms(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let raster = Raster::rows(nodes, Element::U16, ByteOrder::Little, data)?;
     let scale = (highest - lowest) / 65534.0;
     let raster = raster.missing(Missing::Value(65535.0)).scaled(scale, lowest);
-    let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
-    let size = Sides::new(sides, &Unit::parse("nm"))?;
+    let size = Sides::of_steps(nodes, steps, &Unit::parse("nm"))?;
     Ok(vec![Channel::new("heights", Unit::parse("µm"), size, raster)])
 }
 
@@ -71,9 +70,7 @@ const TMD_COMMENT: usize = 32;
 const TMD_HEADER: usize = 24;
 
 fn read_tmd(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(TMD_SIGNATURE) {
-        return Err(FormatError::Signature);
-    }
+    after(bytes, TMD_SIGNATURE)?;
     let comment = bytes.get(TMD_COMMENT..).unwrap_or_default();
     let end = comment.iter().position(|&byte| byte == 0);
     let end = end.ok_or_else(|| FormatError::missing("end of the comment"))? + 1;
@@ -114,10 +111,7 @@ const PLUX_MAX_INDEX: usize = 1 << 24;
 const PLUX_MAX_LAYERS: usize = 64;
 
 fn read_plux(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(archive::SIGNATURE) {
-        return Err(FormatError::Signature);
-    }
-    let mut archive = Archive::new(bytes).map_err(|_| FormatError::Signature)?;
+    let mut archive = Archive::of_format(bytes)?;
     let index = archive.file("index.xml", PLUX_MAX_INDEX).map_err(|_| FormatError::Signature)?;
     let index = decode_text(&index);
     let document = Document::parse(index.trim_start_matches('\u{feff}'));
@@ -136,7 +130,7 @@ fn read_plux(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let nodes = checked_nodes(nodes)?;
     let steps = [finite("FOV_X", number("FOV_X")?)?, finite("FOV_Y", number("FOV_Y")?)?];
     let micrometre = Unit::parse("µm");
-    let size = Sides::new([0, 1].map(|axis| nodes[axis] as f64 * steps[axis]), &micrometre)?;
+    let size = Sides::of_steps(nodes, steps, &micrometre)?;
     let layers = (0..PLUX_MAX_LAYERS).map_while(|layer| child(root, &format!("LAYER_{layer}")));
     let files = layers.filter_map(|layer| child(layer, "FILENAME_Z")?.text());
     let channels = files.enumerate().map(|(layer, file)| {

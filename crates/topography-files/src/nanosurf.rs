@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 
 use super::channel::{Channel, Sides};
-use super::input::{Cursor, Entries, decode_text, factor, finite};
+use super::input::{Cursor, Entries, after, decode_text, factor, find, finite};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError};
@@ -24,11 +24,8 @@ const DATA: &[u8] = b"\n#!";
 const MAX_LISTED: i64 = 1000;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(SIGNATURE) {
-        return Err(FormatError::Signature);
-    }
-    let end = bytes.windows(DATA.len()).position(|window| window == DATA);
-    let end = end.ok_or_else(|| FormatError::missing("#! after the header"))?;
+    after(bytes, SIGNATURE)?;
+    let end = find(bytes, DATA)?;
     let sections = sections(&decode_text(&bytes[..end]));
     let list = &sections["DataSet"];
     let mut data = Cursor::at(bytes, end + DATA.len());
@@ -80,15 +77,8 @@ fn channel<'a>(
     }
     let bits = section.whole("SaveBits")?;
     let is_signed = section.get("SaveSign") != Some("Unsigned");
-    let element = match (bits, is_signed) {
-        (8, true) => Element::I8,
-        (8, false) => Element::U8,
-        (16, true) => Element::I16,
-        (16, false) => Element::U16,
-        (32, true) => Element::I32,
-        (32, false) => Element::U32,
-        _ => return Err(FormatError::value("SaveBits", bits, "8, 16 or 32")),
-    };
+    let element = Element::integer(bits, is_signed)
+        .ok_or_else(|| FormatError::value("SaveBits", bits, "8, 16, 32 or 64"))?;
     let order = match section.get("SaveOrder") {
         None | Some("Intel") => ByteOrder::Little,
         Some(_) => ByteOrder::Big,

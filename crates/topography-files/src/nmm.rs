@@ -6,7 +6,7 @@
 //! metres. The sides are nodes × distance. Lines run along x; the first line has y = 0. The format
 //! has no marker of missing points.
 
-use super::archive::{self, Archive};
+use super::archive::Archive;
 use super::channel::{Channel, Sides};
 use super::input::{Entries, decode_text};
 use super::raster::{Raster, checked_nodes};
@@ -22,10 +22,7 @@ const HEIGHTS: &str = "-Lz+Az";
 const MAX_FILE: usize = 1 << 28;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(archive::SIGNATURE) {
-        return Err(FormatError::Signature);
-    }
-    let mut archive = Archive::new(bytes).map_err(|_| FormatError::Signature)?;
+    let mut archive = Archive::of_format(bytes)?;
     let is_hidden =
         |path: &str| path.rsplit('/').next().is_some_and(|name| name.starts_with(['.', '_']));
     // The descriptions of lines have longer names than the description of the scan.
@@ -63,7 +60,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             }
         }
         let nodes = checked_nodes([points as i64, lines])?;
-        let size = Sides::new([nodes[0] as f64 * dx, nodes[1] as f64 * dy], &Unit::parse(&unit_x))?;
+        let size = Sides::of_steps(nodes, [dx, dy], &Unit::parse(&unit_x))?;
         let raster = Raster::from_rows(nodes, heights);
         Ok(Channel::new(format!("Scan {scan}"), Unit::Length(1.0), size, raster))
     });

@@ -126,21 +126,14 @@ fn element(header: &str) -> Result<(Element, ByteOrder), NpyError> {
         [b'<' | b'|', kind @ ..] => (ByteOrder::Little, kind),
         _ => return Err(NpyError::Type { found }),
     };
-    let element = match kind {
-        b"i1" => Element::I8,
-        b"u1" => Element::U8,
-        b"i2" => Element::I16,
-        b"u2" => Element::U16,
-        b"i4" => Element::I32,
-        b"u4" => Element::U32,
-        b"i8" => Element::I64,
-        b"u8" => Element::U64,
-        b"f2" => Element::F16,
-        b"f4" => Element::F32,
-        b"f8" => Element::F64,
-        _ => return Err(NpyError::Type { found }),
+    let element = match *kind {
+        [kind @ (b'i' | b'u'), bytes @ b'1'..=b'8'] => {
+            Element::integer(i64::from(bytes - b'0') * 8, kind == b'i')
+        }
+        [b'f', bytes @ b'2'..=b'8'] => Element::float(i64::from(bytes - b'0') * 8),
+        _ => None,
     };
-    Ok((element, order))
+    Ok((element.ok_or(NpyError::Type { found })?, order))
 }
 
 /// Returns the notation of the type, such as `<f8`.

@@ -9,7 +9,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use super::archive::{self, Archive};
+use super::archive::Archive;
 use super::channel::Channel;
 use super::direction::Direction;
 use super::input::{decode_text, decoded_limit, finite};
@@ -25,10 +25,7 @@ pub const FORMAT: Format = Format::new("npz", "archive of NumPy arrays", 3, read
 const HEIGHTS: [&str; 6] = ["height", "heights", "z", "topography", "surface", "h"];
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(archive::SIGNATURE) {
-        return Err(FormatError::Signature);
-    }
-    let mut archive = Archive::new(bytes).map_err(|_| FormatError::Signature)?;
+    let mut archive = Archive::of_format(bytes)?;
     let names: Vec<String> = archive.names().map(String::from).collect();
     if !is_npz(&names) {
         return Err(FormatError::Signature);

@@ -10,18 +10,16 @@
 use flate2::read::GzDecoder;
 
 use super::channel::{Channel, Sides};
-use super::input::{Entries, decode_text, inflate};
+use super::input::{Entries, after, decode_text, inflate};
 use super::number;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
-use super::unit::{Unit, ratio};
+use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format = Format::new("nrrd", "nearly raw raster data", 2, read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(b"NRRD000") {
-        return Err(FormatError::Signature);
-    }
+    after(bytes, b"NRRD000")?;
     let (header, data) = header(bytes)?;
     for name in ["datafile", "lineskip", "byteskip"] {
         if let Some(value) = header.get(name).filter(|value| *value != "0") {
@@ -63,14 +61,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let channels = (0..count).map(|index| {
         let raster = if is_text {
             let points = nodes[0] * nodes[1];
-            let part = numbers.get(index * points..(index + 1) * points);
-            let part = part.ok_or(FormatError::Heights {
-                nodes,
-                element: 1,
-                needed: ((index + 1) * points) as u128,
-                found: numbers.len(),
-            })?;
-            Raster::from_rows(nodes, part.to_vec())
+            let part = numbers.iter().copied().skip(index * points).take(points);
+            Raster::from_words(nodes, part.collect())?
         } else if let Some(inflated) = &inflated {
             let part = inflated[index * one..(index + 1) * one].to_vec();
             Raster::rows(nodes, element, order, part)?
@@ -131,9 +123,7 @@ fn numbers(data: &[u8]) -> Result<Vec<f64>, FormatError> {
     let text = decode_text(data);
     let words = text.split(|letter: char| letter.is_whitespace() || letter == ',');
     let number = |word: &str| {
-        number::parse(word)
-            .or_else(|| number::is_missing(word).then_some(f64::NAN))
-            .ok_or_else(|| FormatError::value("height", word, "a number"))
+        number::parse_or_missing(word).ok_or_else(|| FormatError::value("height", word, "a number"))
     };
     words.filter(|word| !word.is_empty()).map(number).collect()
 }
@@ -161,10 +151,7 @@ fn size(header: &Entries, nodes: [usize; 2], of: [usize; 2]) -> Result<Sides, Fo
     let units = header.get("units").or(header.get("spaceunits")).unwrap_or_default();
     let units: Vec<&str> = units.split('"').skip(1).step_by(2).collect();
     let [x, y] = of.map(|axis| units.get(axis).copied().unwrap_or_default());
-    let y_ratio = ratio(y, x).ok_or_else(|| {
-        FormatError::value("unit of y", y, &format!("a unit like that of x, `{x}`"))
-    })?;
-    Sides::new([sides[0], sides[1] * y_ratio], &Unit::parse(x))
+    Sides::in_units(sides, [x, y])
 }
 
 /// Returns the lengths of the vectors from one point to the next along two of the axes.

@@ -58,6 +58,11 @@ pub fn is_missing(word: &str) -> bool {
         || unsigned.starts_with("1.#")
 }
 
+/// Parses a number, or a word for a missing point as NaN.
+pub fn parse_or_missing(word: &str) -> Option<f64> {
+    parse(word).or_else(|| is_missing(word).then_some(f64::NAN))
+}
+
 /// Parses a number with a decimal point, whose exponent may be written with `D`, as in Fortran.
 ///
 /// The minus sign of Unicode, which typesetting programs write, is a sign, too. Returns `None` for

@@ -77,6 +77,28 @@ enum Samples<'a> {
 }
 
 impl Element {
+    /// Returns the type of integers of 8, 16, 32 or 64 bits.
+    pub fn integer(bits: i64, is_signed: bool) -> Option<Element> {
+        let signed = match bits {
+            8 => Element::I8,
+            16 => Element::I16,
+            32 => Element::I32,
+            64 => Element::I64,
+            _ => return None,
+        };
+        Some(if is_signed { signed } else { signed.unsigned() })
+    }
+
+    /// Returns the type of floats of 16, 32 or 64 bits.
+    pub fn float(bits: i64) -> Option<Element> {
+        match bits {
+            16 => Some(Element::F16),
+            32 => Some(Element::F32),
+            64 => Some(Element::F64),
+            _ => None,
+        }
+    }
+
     /// Returns the size of one number in bytes.
     pub fn size(self) -> usize {
         match self {
@@ -201,6 +223,18 @@ impl<'a> Raster<'a> {
     pub fn from_rows(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
         assert_eq!(numbers.len(), nodes[0] * nodes[1], "a number for each node");
         Raster::new(nodes, Samples::Numbers(numbers), true)
+    }
+
+    /// Creates a raster of numbers of a text, in lines along x.
+    ///
+    /// # Errors
+    /// Returns an error if there is not one number for each node.
+    pub fn from_words(nodes: [usize; 2], numbers: Vec<f64>) -> Result<Raster<'a>, FormatError> {
+        if numbers.len() != nodes[0] * nodes[1] {
+            let allowed = format!("{} × {}", nodes[0], nodes[1]);
+            return Err(FormatError::value("number of heights", numbers.len(), &allowed));
+        }
+        Ok(Raster::from_rows(nodes, numbers))
     }
 
     /// Creates a raster of decoded numbers whose lines run along y.

@@ -20,7 +20,7 @@
 //! ISO has no unsigned integers. In a file of ISO that has them, their highest number marks missing
 //! points, as in BCR, where they come from.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{Cursor, Entries, factor, latin1, lines};
 use super::number;
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
@@ -114,21 +114,13 @@ fn text(edition: Edition, bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
         compression,
         code("datatype", &TYPE_NAMES)?,
     )?;
-    let nodes = header.nodes;
-    let count = nodes[0] * nodes[1];
     let words = matrix.split_ascii_whitespace();
     let height = |word: &str| {
-        number::parse(word)
-            .or_else(|| number::is_missing(word).then_some(f64::NAN))
+        number::parse_or_missing(word)
             .ok_or_else(|| FormatError::value("height", word, "a number or BAD"))
     };
     let heights: Vec<f64> = words.map(height).collect::<Result<_, _>>()?;
-    if heights.len() != count {
-        let allowed = format!("{} × {} = {count}", nodes[0], nodes[1]);
-        let found = heights.len();
-        return Err(FormatError::value("number of heights", found, &allowed));
-    }
-    header.channel(Raster::from_rows(nodes, heights))
+    header.channel(Raster::from_words(header.nodes, heights)?)
 }
 
 /// Names of the types in text files of BCR, with their codes.
@@ -217,7 +209,7 @@ impl Header {
 
     fn channel<'a>(&self, raster: Raster<'a>) -> Result<Channel<'a>, FormatError> {
         let [x, y, z] = self.scales;
-        let size = Size::metres([self.nodes[0] as f64 * x, self.nodes[1] as f64 * y])?;
+        let size = Sides::of_steps(self.nodes, [x, y], &Unit::Length(1.0))?;
         let scale = factor("Zscale", z)?;
         let raster = raster.missing(self.edition.missing(self.element)).scaled(scale, 0.0);
         if !self.edition.is_bcr() {

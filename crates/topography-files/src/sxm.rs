@@ -10,7 +10,7 @@
 //! The layout is that of the readers nanonispy 1.1.0, spym 0.9.2 and Gwyddion 2.62 (`nanonis.c`).
 
 use super::channel::{Channel, Size};
-use super::input::{Cursor, latin1};
+use super::input::{Cursor, after, find, latin1};
 use super::jpk::directed;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
@@ -24,11 +24,9 @@ const END: &[u8] = b":SCANIT_END:";
 const START: &[u8] = b"\x1a\x04";
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(SIGNATURE) {
-        return Err(FormatError::Signature);
-    }
-    let end = find(bytes, END).ok_or_else(|| FormatError::missing(":SCANIT_END:"))?;
-    let start = find(&bytes[end..], START).ok_or_else(|| FormatError::missing("1A 04"))?;
+    after(bytes, SIGNATURE)?;
+    let end = find(bytes, END)?;
+    let start = find(&bytes[end..], START)?;
     let header = Header::new(&latin1(&bytes[..end]));
     let nodes = header.pair("SCAN_PIXELS")?.map(|count| count as i64);
     let nodes = checked_nodes(nodes)?;
@@ -59,10 +57,6 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         }
     }
     at_least_one(channels, "DATA_INFO")
-}
-
-fn find(bytes: &[u8], wanted: &[u8]) -> Option<usize> {
-    bytes.windows(wanted.len()).position(|window| window == wanted)
 }
 
 /// Entries of the header with the lines of their values.

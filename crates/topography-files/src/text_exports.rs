@@ -132,12 +132,8 @@ fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             phase.map_err(|_| FormatError::value("phase", word, "an integer"))
         });
         let phases: Vec<f64> = phases.collect::<Result<_, _>>()?;
-        if phases.len() != nodes[0] * nodes[1] {
-            let allowed = format!("{} × {}", nodes[0], nodes[1]);
-            return Err(FormatError::value("number of phases", phases.len(), &allowed));
-        }
         let scale = factor("scale of the phases", scale)?;
-        let raster = Raster::from_rows(nodes, phases);
+        let raster = Raster::from_words(nodes, phases)?;
         (raster.missing(Missing::From(2147483640.0)).scaled(scale, 0.0), "m")
     };
     Ok(vec![Channel::new("heights", Unit::parse(unit), size, raster)])
@@ -337,7 +333,7 @@ mod tests {
         refused(&xyz, "9 6 No", "10 6 No", &format!("`point` is 10 6 No Data; {allowed}"));
         let count = "`number of points` is 5; expected 6, one for each of 3 × 2 pixels";
         refused(&xyz, "9 6 No Data\n", "", count);
-        let count = "`number of phases` is 5; expected 3 × 2";
+        let count = "`number of heights` is 5; expected 3 × 2";
         refused(&zygo_ascii(), " 2147483640", "", count);
     }
 

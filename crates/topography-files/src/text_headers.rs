@@ -3,9 +3,9 @@
 //! sides.
 
 use super::channel::{Channel, Sides, Size};
-use super::input::{Cursor, Entries, decode_text, factor, latin1};
+use super::input::{Cursor, Entries, after, decode_text, factor, latin1};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
-use super::unit::{Unit, ratio};
+use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 /// AL3D format of Alicona, with header lines of 52 bytes and `f32` numbers at `DepthImageOffset`.
@@ -17,9 +17,7 @@ pub const AL3D: Format = Format::new("al3d", "Alicona Imaging", 1, read_al3d);
 
 fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let magic = b"AliconaImaging\0\r\n";
-    if !bytes.starts_with(magic) {
-        return Err(FormatError::Signature);
-    }
+    after(bytes, magic)?;
     let mut cursor = Cursor::at(bytes, magic.len());
     let mut entries = Entries::default();
     let mut line = |entries: &mut Entries| -> Result<(), FormatError> {
@@ -47,10 +45,8 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Some(marker) => Missing::Around(marker),
         None => Missing::None,
     };
-    let size = Size::metres([
-        nodes[0] as f64 * entries.number("PixelSizeXMeter")?,
-        nodes[1] as f64 * entries.number("PixelSizeYMeter")?,
-    ])?;
+    let steps = [entries.number("PixelSizeXMeter")?, entries.number("PixelSizeYMeter")?];
+    let size = Sides::of_steps(nodes, steps, &Unit::Length(1.0))?;
     let raster = raster.missing(missing);
     Ok(vec![Channel::new("heights", Unit::parse("m"), size, raster)])
 }
@@ -119,10 +115,8 @@ fn bcr_channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, Fo
         }
     };
     let unit = |name| header.get(name).unwrap_or("nm");
-    let y = ratio(unit("yunit"), unit("xunit"))
-        .ok_or_else(|| FormatError::value("yunit", unit("yunit"), "a unit of length"))?;
-    let sides = [header.number("xlength")?, header.number("ylength")? * y];
-    let size = Sides::new(sides, &Unit::parse(unit("xunit")))?;
+    let sides = [header.number("xlength")?, header.number("ylength")?];
+    let size = Sides::in_units(sides, ["xunit", "yunit"].map(unit))?;
     let raster = Raster::rows(nodes, element, order, stored)?;
     let raster = raster.missing(missing).scaled(scale, 0.0);
     Ok(Channel::new("heights", Unit::parse(unit("zunit")), size, raster))
@@ -164,17 +158,8 @@ impl Encoding {
 pub const GSF: Format = Format::new("gsf", "Gwyddion simple field", 1, read_gsf);
 
 fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    let magic = b"Gwyddion Simple Field 1.0\n";
-    if !bytes.starts_with(magic) {
-        return Err(FormatError::Signature);
-    }
-    let end = bytes.iter().position(|&byte| byte == 0);
-    let end = end.ok_or_else(|| FormatError::missing("zeros after the header"))?;
-    let entries = Entries::from_lines(decode_text(&bytes[magic.len()..end]).lines(), '=');
+    let (entries, stored) = Entries::of_gwyddion(bytes, b"Gwyddion Simple Field 1.0\n", 4)?;
     let nodes = checked_nodes([entries.whole("XRes")?, entries.whole("YRes")?])?;
-    // The padding has one to four zeros.
-    let mut cursor = Cursor::at(bytes, (end + 1).next_multiple_of(4));
-    let stored = cursor.take(nodes[0] * nodes[1] * 4)?;
     let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
     let unit = |name| Unit::parse(entries.get(name).unwrap_or_default());
     let sides = [entries.optional_number("XReal")?, entries.optional_number("YReal")?];
@@ -198,9 +183,7 @@ pub const MI: Format = Format::new("mi", "Molecular Imaging", 2, read_mi);
 const MI_NAME: usize = 14;
 
 fn read_mi(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    if !bytes.starts_with(b"fileType      ") {
-        return Err(FormatError::Signature);
-    }
+    after(bytes, b"fileType      ")?;
     let (header, buffers, data) = mi_header(bytes)?;
     let kind = header.text("fileType")?;
     if kind != "Image" {

@@ -226,24 +226,17 @@ impl<'a> Directory<'a> {
     fn element(&self) -> Result<Element, FormatError> {
         let bits = self.whole(BITS).unwrap_or(1);
         // Unsigned integers are the default of the specification.
-        match (self.whole(SAMPLE_FORMAT).unwrap_or(1), bits) {
-            (1, 8) => Ok(Element::U8),
-            (1, 16) => Ok(Element::U16),
-            (1, 32) => Ok(Element::U32),
-            (1, 64) => Ok(Element::U64),
-            (2, 8) => Ok(Element::I8),
-            (2, 16) => Ok(Element::I16),
-            (2, 32) => Ok(Element::I32),
-            (2, 64) => Ok(Element::I64),
-            (3, 16) => Ok(Element::F16),
-            (3, 32) => Ok(Element::F32),
-            (3, 64) => Ok(Element::F64),
-            (format, bits) => {
-                let found = format!("format {format} of {bits} bits");
-                let allowed = "integers of 8 to 64 bits, or floats of 16 to 64 bits";
-                Err(FormatError::value("TIFF sample", found, allowed))
-            }
-        }
+        let format = self.whole(SAMPLE_FORMAT).unwrap_or(1);
+        let element = match format {
+            1 | 2 => Element::integer(bits, format == 2),
+            3 => Element::float(bits),
+            _ => None,
+        };
+        element.ok_or_else(|| {
+            let found = format!("format {format} of {bits} bits");
+            let allowed = "integers of 8 to 64 bits, or floats of 16 to 64 bits";
+            FormatError::value("TIFF sample", found, allowed)
+        })
     }
 
     /// Returns the pixels of the image line by line; they are single bits without an `element`.

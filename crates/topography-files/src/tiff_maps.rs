@@ -22,7 +22,7 @@ use roxmltree::Document;
 use super::channel::{Channel, Sides, Size};
 use super::raster::{Missing, Raster};
 use super::tiff::{Directory, directories};
-use super::unit::{Unit, ratio};
+use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 pub const FORMAT: Format = Format::new("tiff", "TIFF", 4, read);
@@ -298,14 +298,7 @@ fn ome_size(description: &str, nodes: [usize; 2]) -> Result<Sides, FormatError> 
     let (Some(x), Some(y)) = (side('X', nodes[0]), side('Y', nodes[1])) else {
         return Ok(Sides::UNKNOWN);
     };
-    let y_ratio = ratio(unit_y, unit_x).ok_or_else(|| {
-        FormatError::value(
-            "PhysicalSizeYUnit",
-            unit_y,
-            &format!("a unit like that of x, `{unit_x}`"),
-        )
-    })?;
-    Sides::new([x, y * y_ratio], &Unit::parse(unit_x))
+    Sides::in_units([x, y], [unit_x, unit_y])
 }
 
 #[cfg(test)]

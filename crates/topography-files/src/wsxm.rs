@@ -8,10 +8,10 @@
 //! x and the largest y. The format has no marker of missing points.
 
 use super::channel::{Channel, Sides};
-use super::input::{Entries, factor, latin1};
+use super::input::{Entries, factor, find, latin1};
 use super::number;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
-use super::unit::{Unit, ratio};
+use super::unit::Unit;
 use super::{Format, FormatError};
 
 pub const FORMAT: Format = Format::new("wsxm", "WSxM image", 2, read);
@@ -28,9 +28,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         return Err(FormatError::Signature);
     }
     // The numbers start after the line that ends the header.
-    let missing = || FormatError::missing("[Header end]");
-    let end = bytes.windows(END.len()).position(|window| window == END).ok_or_else(missing)?;
-    let line_end = bytes[end..].iter().position(|&byte| byte == b'\n').ok_or_else(missing)?;
+    let end = find(bytes, END)?;
+    let line_end = find(&bytes[end..], b"\n")?;
     let entries = entries(&latin1(&bytes[..end]));
     let nodes = checked_nodes([
         entries.whole("General Info/Number of columns")?,
@@ -64,11 +63,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         None => (x, unit_x.clone()),
         Some(_) => quantity(&entries, "Control/Y Amplitude")?,
     };
-    let y = y * ratio(&unit_y, &unit_x).ok_or_else(|| {
-        let allowed = format!("a unit like that of x, `{unit_x}`");
-        FormatError::value("unit of the Y Amplitude", &unit_y, &allowed)
-    })?;
-    let size = Sides::new([x, y], &Unit::parse(&unit_x))?;
+    let size = Sides::in_units([x, y], [&unit_x, &unit_y])?;
     let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
     let raster = raster.upside_down().mirrored().scaled(factor("Z Amplitude", scale)?, 0.0);
     let name = entries.get("General Info/Acquisition channel").unwrap_or("heights");

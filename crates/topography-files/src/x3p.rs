@@ -13,7 +13,7 @@ use encoding_rs::{Encoding, UTF_8};
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::archive::{self, Archive};
-use super::channel::{Channel, Size};
+use super::channel::{Channel, Sides};
 use super::input::{decode_text, factor, finite, latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
@@ -154,8 +154,7 @@ impl Description {
             }
         };
         let raster = raster.scaled(self.scale, self.offset);
-        let sides = [0, 1].map(|axis| nodes[axis] as f64 * self.steps[axis]);
-        let size = Size::metres(sides)?;
+        let size = Sides::of_steps(nodes, self.steps, &Unit::Length(1.0))?;
         Ok(Channel::new("heights", Unit::Length(1.0), size, raster))
     }
 }

@@ -24,13 +24,6 @@ pub struct Container {
     budget: Cell<usize>,
 }
 
-/// Direction of the stored lines of a map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Lines {
-    /// The second index of the dataset is x.
-    AlongX,
-}
-
 /// Members of a group.
 pub struct Members {
     pub groups: Vec<Group>,
@@ -107,7 +100,7 @@ impl Container {
     }
 
     /// Reads a two-dimensional dataset whose second index is x.
-    pub fn raster(&self, dataset: &Dataset, _lines: Lines) -> Result<Raster<'static>, FormatError> {
+    pub fn raster(&self, dataset: &Dataset) -> Result<Raster<'static>, FormatError> {
         let shape = dataset.shape().iter().map(|&count| i64::try_from(count).unwrap_or(i64::MAX));
         let shape: Vec<i64> = shape.collect();
         let &[first, second] = shape.as_slice() else {

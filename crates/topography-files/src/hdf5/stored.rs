@@ -45,11 +45,9 @@ impl Stored {
         let [start, count] = [cursor.u16().ok()?, cursor.u16().ok()?].map(u32::from);
         let order = if flags & 1 == 0 { ByteOrder::Little } else { ByteOrder::Big };
         let is_signed = flags & 8 != 0;
+        let whole = 8 * size;
         let element = match (class & 15, size) {
-            (0, 1) => Element::I8,
-            (0, 2) => Element::I16,
-            (0, 4) => Element::I32,
-            (0, 8) => Element::I64,
+            (0, 1..=8) => Element::integer(whole.into(), is_signed)?,
             (1, 2 | 4 | 8) => {
                 let layout = (cursor.array::<4>().ok()?, cursor.u32().ok()?, second);
                 let float = match layout {
@@ -64,8 +62,6 @@ impl Stored {
             }
             _ => return None,
         };
-        let element = if is_signed { element } else { element.unsigned() };
-        let whole = 8 * size;
         if count == 0 || start.checked_add(count)? > whole {
             return None;
         }
