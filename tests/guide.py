@@ -168,13 +168,17 @@ def formats_page():
         "kind of file, what asperity does, and the evidence. Tests read the files that are named, which are in\n"
         "`data/topography/field`.\n"
     )
-    rows = tomllib.loads((ROOT / "crates/topography-files/tests/disagreements.toml").read_text(encoding="utf-8"))["row"]
+    tables = tomllib.loads((ROOT / "crates/topography-files/tests/disagreements.toml").read_text(encoding="utf-8"))
+    rows = tables["row"]
     for name in sorted({row["format"] for row in rows}):
         text += f"\n## {name}\n\n| kind of file | elsewhere | asperity | evidence |\n|---|---|---|---|\n"
         for row in rows:
             if row["format"] == name:
                 files = "".join(f"; `{file}`" for file in row.get("files", []))
                 text += f"| {row['kind']} | {row['others']} | {row['asperity']} | {row['evidence']}{files} |\n"
+    text += "\n## What is not read\n\n| kind of file | why | what to do |\n|---|---|---|\n"
+    for row in tables["unread"]:
+        text += f"| {row['kind']} | {row['reason']} | {row['advice']} |\n"
     return text
 
 
