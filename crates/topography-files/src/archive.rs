@@ -25,8 +25,8 @@ impl<'a> Archive<'a> {
 
     /// Reads the directory of an archive. Other data may precede the archive.
     pub fn new(bytes: &'a [u8]) -> Result<Archive<'a>, FormatError> {
-        let zip = ZipArchive::new(Cursor::new(bytes));
-        let zip = zip.map_err(|error| FormatError::damaged("the zip archive", error))?;
+        let opened = ZipArchive::new(Cursor::new(bytes));
+        let zip = opened.map_err(|error| FormatError::damaged("the zip archive", error))?;
         Ok(Archive { zip })
     }
 

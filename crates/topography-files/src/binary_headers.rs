@@ -154,8 +154,7 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Size::metres(nodes.map(|count| count as f64 * step))?
     };
     let stored = Cursor::at(bytes, header + intensities).rest();
-    let raster = Raster::rows(nodes, Element::I32, ByteOrder::Big, stored)?;
-    let raster = raster
+    let raster = Raster::rows(nodes, Element::I32, ByteOrder::Big, stored)?
         .missing(Missing::From(2147483640.0))
         .scaled(sign * interferometer * obliquity * wavelength / steps, 0.0);
     Ok(vec![Channel::new("heights", Unit::parse("m"), size, raster)])
@@ -327,8 +326,8 @@ fn plu_layer<'a>(
     let nodes = checked_nodes([x, y])?;
     let stored = cursor.take(map_bytes(nodes, Element::F32))?;
     cursor.skip(8 + 3 * images * nodes[0] * nodes[1])?;
-    let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
-    let raster = raster.missing(Missing::Value(1000001.0));
+    let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?
+        .missing(Missing::Value(1000001.0));
     let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
     let size = Sides::new(sides, &Unit::parse("µm"))?;
     let name = format!("layer{number}");
@@ -446,7 +445,7 @@ impl SurHeader {
             raster
         };
         // As in Gwyddion, an inversion negates the heights and may mirror the map along one axis.
-        let raster = match self.inversion {
+        let unscaled = match self.inversion {
             2 => raster.mirrored(),
             3 => raster.upside_down(),
             _ => raster,
@@ -460,7 +459,7 @@ impl SurHeader {
         })?;
         let sides = [nodes[0] as f64 * self.spacing[0], nodes[1] as f64 * self.spacing[1] * y];
         let size = Sides::new(sides, &Unit::parse(unit_x))?;
-        let raster = raster.scaled(sign * scale, sign * self.offset);
+        let raster = unscaled.scaled(sign * scale, sign * self.offset);
         Ok(Channel::new("heights", Unit::parse(unit_z), size, raster))
     }
 }

@@ -77,8 +77,8 @@ fn step(
 ) -> Result<Option<f64>, FormatError> {
     let name = format!("{axis} Converter");
     let Some(converter) = attribute(attributes, &name) else { return Ok(None) };
-    let unit = member(dataset, converter, "BaseUnit", 1);
-    let unit = unit.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
+    let base = member(dataset, converter, "BaseUnit", 1);
+    let unit = base.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
     if unit != "Pixels" {
         return Err(FormatError::value(&format!("unit of {name}"), unit, "Pixels"));
     }

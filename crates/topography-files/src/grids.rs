@@ -87,10 +87,9 @@ fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let size = Sides::new(sides, &Unit::None)?;
     let missing = entry("nodata_value");
     let marker = missing.unwrap_or(ESRI_MISSING);
-    let by_default = heights.iter().filter(|height| missing.is_none() && **height == marker);
-    let by_default = by_default.count();
-    let raster = Raster::from_words(nodes, heights)?;
-    let raster = raster.upside_down().missing(Missing::Around(marker));
+    let by_default =
+        heights.iter().filter(|height| missing.is_none() && **height == marker).count();
+    let raster = Raster::from_words(nodes, heights)?.upside_down().missing(Missing::Around(marker));
     let channel = Channel::new("heights", Unit::None, size, raster);
     Ok(vec![if by_default > 0 {
         channel.noted(format!(
@@ -184,9 +183,9 @@ fn surfer_7(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
                 let steps = [header.double()?, header.double()?];
                 header.skip(24)?;
                 let marker = header.double()?;
-                let raster = Raster::rows(nodes, Element::F64, ByteOrder::Little, section)?;
+                let unscaled = Raster::rows(nodes, Element::F64, ByteOrder::Little, section)?;
                 let size = Sides::of_steps(nodes, steps, &Unit::None)?;
-                let raster = raster.missing(Missing::Around(marker));
+                let raster = unscaled.missing(Missing::Around(marker));
                 return Ok(Channel::new("heights", Unit::None, size, raster));
             }
             // `DSRB` with the version, and fault lines.

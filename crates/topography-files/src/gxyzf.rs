@@ -18,8 +18,8 @@ const SIGNATURE: &[u8] = b"Gwyddion XYZ Field 1.0\n";
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (entries, stored) = Entries::of_gwyddion(bytes, SIGNATURE, 8)?;
     let count = entries.whole("NChannels")?;
-    let count = usize::try_from(count).ok().filter(|count| (1..=1024).contains(count));
-    let count = count.ok_or_else(|| {
+    let stated = usize::try_from(count).ok().filter(|count| (1..=1024).contains(count));
+    let count = stated.ok_or_else(|| {
         FormatError::value("NChannels", entries.get("NChannels").unwrap_or_default(), "1 to 1024")
     })?;
     let point = 8 * (count + 2);

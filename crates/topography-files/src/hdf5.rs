@@ -109,8 +109,8 @@ fn topostats(
         return Err(FormatError::value("pixel_to_nm_scaling", step.len(), allowed));
     };
     let is_map = |dataset: &&Dataset| dataset.ndim() == 2 && Array::is_map_of(dataset.shape());
-    let images = datasets.iter().filter(is_map);
-    let images = images.filter(|dataset| dataset.name().starts_with("image"));
+    let images =
+        datasets.iter().filter(is_map).filter(|dataset| dataset.name().starts_with("image"));
     let channels = images.map(|dataset| {
         let raster = container.raster(dataset)?;
         let nanometres = Unit::parse("nm");
@@ -162,9 +162,8 @@ impl Groups<'_> {
             self.known.insert(dataset.address(), dataset.clone());
         }
         let axis = |index| groups.iter().find(|group| group.name() == format!("axis-{index}"));
-        let axes = (0..MAX_AXES).map_while(axis);
-        let axes = axes.map(|axis| self.container.group_attributes(axis));
-        let axes = axes.collect::<Result<_, _>>()?;
+        let found = (0..MAX_AXES).map_while(axis).map(|axis| self.container.group_attributes(axis));
+        let axes = found.collect::<Result<_, _>>()?;
         let attributes = self.container.group_attributes(group)?;
         Ok((groups, Folder { path, attributes, datasets, axes }))
     }
@@ -328,9 +327,8 @@ impl Groups<'_> {
         let file = self.container.file();
         let size = usize::from(file.superblock().offset_size);
         let references = list.raw_data.chunks_exact(8 + size);
-        let axes = references.zip(dataset.shape()).map(|(reference, &length)| {
-            let address = stored::heap_bytes(file, reference, size);
-            let address = address.and_then(|bytes| {
+        let found = references.zip(dataset.shape()).map(|(reference, &length)| {
+            let address = stored::heap_bytes(file, reference, size).and_then(|bytes| {
                 let mut wide = [0; 8];
                 wide[..size].copy_from_slice(bytes.get(..size)?);
                 Some(u64::from_le_bytes(wide))
@@ -340,7 +338,7 @@ impl Groups<'_> {
                 None => Ok(Axis::default()),
             }
         });
-        let mut axes = axes.collect::<Result<Vec<Axis>, FormatError>>()?;
+        let mut axes = found.collect::<Result<Vec<Axis>, FormatError>>()?;
         let attributes = self.container.attributes(dataset)?;
         // Labels name the dimensions; scales are coordinates along them and may have other names.
         for (axis, label) in axes.iter_mut().zip(attributes.texts("DIMENSION_LABELS")?) {

@@ -56,8 +56,8 @@ fn has_valid_checksum(bytes: &[u8], header: usize, number: fn([u8; 2]) -> i16) -
     let Some(header) = bytes.get(..header) else {
         return false;
     };
-    let (numbers, _) = header.as_chunks::<2>();
-    let numbers = numbers.iter().map(|bytes| number(*bytes));
+    let (pairs, _) = header.as_chunks::<2>();
+    let numbers = pairs.iter().map(|bytes| number(*bytes));
     numbers.fold(0, i16::wrapping_add) == 0
 }
 
@@ -210,8 +210,7 @@ fn asylum_unit<'a>(label: &str, note: &'a Entries) -> &'a str {
         return unit;
     }
     let passes = ["DAC", "Nap"];
-    let quantity = passes.iter().find_map(|pass| base.strip_prefix(pass));
-    let quantity = quantity.unwrap_or(&base);
+    let quantity = passes.iter().find_map(|pass| base.strip_prefix(pass)).unwrap_or(&base);
     let known = UNITS.iter().find(|(start, _)| quantity.starts_with(start));
     known.map_or("V", |(_, unit)| unit)
 }

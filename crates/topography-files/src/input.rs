@@ -6,7 +6,7 @@ use std::io::Read;
 
 use encoding_rs::{GBK, SHIFT_JIS, WINDOWS_1252};
 
-use super::FormatError;
+use super::{FormatError, number};
 
 /// Reader of the bytes of a file from a current position. Reading beyond the end is an error.
 #[derive(Debug, Clone)]
@@ -47,8 +47,8 @@ impl<'a> Cursor<'a> {
     /// Returns the next `count` bytes.
     pub fn take(&mut self, count: usize) -> Result<&'a [u8], FormatError> {
         let end = self.position.saturating_add(count);
-        let taken = self.bytes.get(self.position..end);
-        let taken = taken.ok_or(FormatError::CutOff { needed: end, found: self.bytes.len() })?;
+        let stored = self.bytes.get(self.position..end);
+        let taken = stored.ok_or(FormatError::CutOff { needed: end, found: self.bytes.len() })?;
         self.position = end;
         Ok(taken)
     }
@@ -156,6 +156,11 @@ impl Entries {
         number.map_err(|_| FormatError::value(name, text, "a number"))
     }
 
+    /// Returns the value of a name as a number and its unit.
+    pub fn quantity(&self, name: &str) -> Result<(f64, String), FormatError> {
+        quantity(name, self.text(name)?)
+    }
+
     pub fn optional_number(&self, name: &str) -> Result<Option<f64>, FormatError> {
         self.get(name).map(|_| self.number(name)).transpose()
     }
@@ -170,6 +175,14 @@ pub fn after<'a>(bytes: &'a [u8], signature: &[u8]) -> Result<&'a [u8], FormatEr
 pub fn find(bytes: &[u8], wanted: &[u8]) -> Result<usize, FormatError> {
     let position = bytes.windows(wanted.len()).position(|window| window == wanted);
     position.ok_or_else(|| FormatError::missing(latin1(wanted).trim_start()))
+}
+
+/// Parses a number with a decimal point or comma and its unit after a space, such as `600 nm`.
+pub fn quantity(name: &str, text: &str) -> Result<(f64, String), FormatError> {
+    let (digits, unit) = text.trim().split_once(' ').unwrap_or((text.trim(), ""));
+    let parsed = number::parse(&digits.replacen(',', ".", 1));
+    let number = parsed.ok_or_else(|| FormatError::value(name, text, "a number and its unit"))?;
+    Ok((number, unit.trim().to_owned()))
 }
 
 /// Splits a text into lines, which end in LF, CR LF or CR.

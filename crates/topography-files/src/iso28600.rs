@@ -43,8 +43,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             return Err(FormatError::value("mode of the experiment", other, "MAP_SC or MAP_MC"));
         }
     };
-    let end = lines.iter().position(|line| *line == "end of header");
-    let end = end.ok_or_else(|| FormatError::missing("end of header"))?;
+    let found = lines.iter().position(|line| *line == "end of header");
+    let end = found.ok_or_else(|| FormatError::missing("end of header"))?;
     let is_regular = line(17) != "IRREGULAR MAPPING";
     let columns = channels.len() + if is_regular { 0 } else { 2 };
     let numbers = numbers(&lines[end + 1..], columns, end + 2)?;

@@ -51,11 +51,11 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     });
     let [x, y] = sides;
     let size = Size::metres([x?, y?])?;
-    let images = directories(bytes)?;
+    let all = directories(bytes)?;
     let is_channel = |image: &&Directory<'_>| {
         image.text(CHANNEL).is_some_and(|name| !name.is_empty() && name != "thumbnail")
     };
-    let images: Vec<&Directory<'_>> = images.iter().filter(is_channel).collect();
+    let images: Vec<&Directory<'_>> = all.iter().filter(is_channel).collect();
     let pixels = images.iter().map(|image| image.nodes().map_or(0, |[x, y]| x * y));
     // Images that share their pixels would need memory without limit.
     if pixels.sum::<usize>() > bytes.len().saturating_mul(MAX_PIXELS_PER_BYTE) {
@@ -90,12 +90,12 @@ pub fn directed(name: String, is_retrace: bool) -> String {
 
 /// Decodes an image by the calibration of its default slot.
 fn calibrated<'a>(image: &Directory<'a>) -> Result<(Unit, Raster<'a>), FormatError> {
-    let default = image.text(DEFAULT_SLOT);
-    let default = default.ok_or_else(|| FormatError::missing("name of the default slot"))?;
+    let slot = image.text(DEFAULT_SLOT);
+    let default = slot.ok_or_else(|| FormatError::missing("name of the default slot"))?;
     let slots = image.whole(SLOTS).unwrap_or(0).clamp(0, MAX_SLOTS) as u16;
     let mut shifts = (0..slots).map(|slot| slot * SLOT_TAGS);
-    let shift = shifts.find(|shift| image.text(SLOT_NAME + shift).as_ref() == Some(&default));
-    let shift = shift.ok_or_else(|| FormatError::missing(format!("slot {default}")))?;
+    let found = shifts.find(|shift| image.text(SLOT_NAME + shift).as_ref() == Some(&default));
+    let shift = found.ok_or_else(|| FormatError::missing(format!("slot {default}")))?;
     let unit = Unit::parse(&image.text(SLOT_UNIT + shift).unwrap_or_default());
     let required = |tag: u16| {
         let entry = format!("calibration of slot {default}, tag {:#x}", tag + shift);

@@ -72,8 +72,8 @@ impl Measurement {
         let size = Size::metres(pair(["ulength", "vlength"])?)?;
         let mut channels = Vec::new();
         for group in container.members(&self.group, self.group.name())?.groups {
-            let attributes = group.attributes();
-            let attributes = attributes.map_err(|e| FormatError::damaged(group.name(), e))?;
+            let attributes =
+                group.attributes().map_err(|e| FormatError::damaged(group.name(), e))?;
             let Some(name) = name(&attributes) else { continue };
             let datasets = container.members(&group, group.name())?.datasets;
             let mut datasets = datasets.iter().filter(|dataset| has_frames(dataset, nodes));

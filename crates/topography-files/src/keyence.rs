@@ -76,8 +76,8 @@ fn channels<'a, 'b>(
         // The length of the pixels, and the range of the palette.
         cursor.skip(3 * 4 + PALETTE)?;
         let stored = pixels(cursor.take(map_bytes(nodes, element))?);
-        let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
-        let raster = raster.scaled(factor("picometres per digit", digit)?, 0.0);
+        let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?
+            .scaled(factor("picometres per digit", digit)?, 0.0);
         let size = Sides::of_steps(nodes, [x, y], &picometre)?;
         channels.push(Ok(Channel::new(name, picometre.clone(), size, raster)));
     }

@@ -257,9 +257,10 @@ impl<'a> Array<'a> {
         let plane_note = self.plane_note(x, y);
         let unit = self.attributes.unit()?.or(self.unit.clone()).unwrap_or(Unit::None);
         let count = frames.len();
-        let stack =
+        let further =
             (0..self.shape.len()).find(|axis| *axis != x && *axis != y && self.shape[*axis] > 1);
-        let stack = stack.map(|axis| self.axes[axis].name.as_str()).filter(|name| !name.is_empty());
+        let stack =
+            further.map(|axis| self.axes[axis].name.as_str()).filter(|name| !name.is_empty());
         let channels = frames.into_iter().zip(masks).enumerate().map(|(index, (frame, mask))| {
             let raster = self.unpacked(frame)?;
             let raster = match mask {
@@ -438,8 +439,8 @@ impl<'a> Array<'a> {
                         || lowest.is_some_and(|lowest| number < self.element.rounded(lowest))
                         || highest.is_some_and(|highest| number > self.element.rounded(highest))
                 };
-                let numbers = raster.decode().into_iter();
-                let numbers = numbers.map(|h| if is_missing(h) { f64::NAN } else { h });
+                let numbers =
+                    raster.decode().into_iter().map(|h| if is_missing(h) { f64::NAN } else { h });
                 Raster::from_columns(nodes, numbers.collect())
             }
         };

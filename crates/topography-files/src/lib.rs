@@ -327,8 +327,8 @@ impl<'a> TopographyFile<'a> {
     /// Returns an error if no channel matches, or if several channels have this name.
     pub fn find(&self, wanted: &str) -> Result<usize, ChannelError> {
         let numbered = self.channels.iter().enumerate();
-        let named = numbered.filter(|(_, channel)| channel.name() == wanted);
-        let named: Vec<usize> = named.map(|(index, _)| index).collect();
+        let matching = numbered.filter(|(_, channel)| channel.name() == wanted);
+        let named: Vec<usize> = matching.map(|(index, _)| index).collect();
         let number = wanted.parse::<usize>().ok();
         let by_number = number.filter(|number| (1..=self.channels.len()).contains(number));
         match (named.as_slice(), by_number) {
@@ -358,8 +358,8 @@ impl<'a> TopographyFile<'a> {
         let mut ranked: Vec<_> = heights.map(|(index, one)| (one.rank(), index)).collect();
         ranked.sort_unstable();
         let &(rank, index) = ranked.first()?;
-        let equals = ranked[1..].iter().filter(|(other, _)| *other == rank);
-        let equals: Vec<usize> = equals.map(|(_, index)| *index).collect();
+        let others = ranked[1..].iter().filter(|(other, _)| *other == rank);
+        let equals: Vec<usize> = others.map(|(_, index)| *index).collect();
         let reason = match ranked.get(1).map(|(other, _)| other) {
             None => "the only one that may be heights".to_owned(),
             Some(other) if *other == rank => self.equals_in_words(&equals),
@@ -375,16 +375,16 @@ impl<'a> TopographyFile<'a> {
     /// Lists the channels that may be the heights as well as the first one.
     fn equals_in_words(&self, equals: &[usize]) -> String {
         const NAMED: usize = 4;
-        let named = equals.iter().take(NAMED);
-        let named =
-            named.map(|&index| format!("{} (`{}`)", index + 1, self.channels[index].name()));
-        let named: Vec<String> = named.collect();
+        let matching = equals.iter().take(NAMED);
+        let texts: Vec<String> = matching
+            .map(|&index| format!("{} (`{}`)", index + 1, self.channels[index].name()))
+            .collect();
         let channels = if equals.len() == 1 { "channel" } else { "channels" };
         let more = match equals.len().saturating_sub(NAMED) {
             0 => String::new(),
             count => format!(" and {count} more"),
         };
-        let named = named.join(", ");
+        let named = texts.join(", ");
         format!("the first of the file; {channels} {named}{more} may be the heights as well")
     }
 }
@@ -446,8 +446,8 @@ impl FormatError {
 
     fn value(entry: &str, value: impl ToString, allowed: &str) -> FormatError {
         // The value is cut off, because it may have any length in a damaged file.
-        let value: String = value.to_string().chars().take(60).collect();
-        FormatError::Value { entry: entry.to_owned(), value, allowed: allowed.to_owned() }
+        let start = value.to_string().chars().take(60).collect();
+        FormatError::Value { entry: entry.to_owned(), value: start, allowed: allowed.to_owned() }
     }
 
     fn damaged(part: &str, reason: impl ToString) -> FormatError {

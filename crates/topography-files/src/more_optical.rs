@@ -5,7 +5,7 @@ use roxmltree::{Document, Node};
 
 use super::archive::Archive;
 use super::channel::{Channel, Sides};
-use super::input::{Cursor, after, decode_text, finite};
+use super::input::{Cursor, after, decode_text, find, finite};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -48,9 +48,9 @@ fn read_nms(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if !(fits && is_range && steps.iter().all(is_step)) {
         return Err(FormatError::Signature);
     }
-    let raster = Raster::rows(nodes, Element::U16, ByteOrder::Little, data)?;
+    let stored = Raster::rows(nodes, Element::U16, ByteOrder::Little, data)?;
     let scale = (highest - lowest) / 65534.0;
-    let raster = raster.missing(Missing::Value(65535.0)).scaled(scale, lowest);
+    let raster = stored.missing(Missing::Value(65535.0)).scaled(scale, lowest);
     let size = Sides::of_steps(nodes, steps, &Unit::parse("nm"))?;
     Ok(vec![Channel::new("heights", Unit::parse("µm"), size, raster)])
 }
@@ -72,8 +72,7 @@ const TMD_HEADER: usize = 24;
 fn read_tmd(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     after(bytes, TMD_SIGNATURE)?;
     let comment = bytes.get(TMD_COMMENT..).unwrap_or_default();
-    let end = comment.iter().position(|&byte| byte == 0);
-    let end = end.ok_or_else(|| FormatError::missing("end of the comment"))? + 1;
+    let end = find(comment, b"\0")? + 1;
     // The comment may be padded to 24 bytes.
     let channels = [end, 24].map(|length| tmd_map(bytes, TMD_COMMENT + length));
     let [at_end, padded] = channels;
@@ -114,8 +113,8 @@ fn read_plux(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let mut archive = Archive::of_format(bytes)?;
     let index = archive.file("index.xml", PLUX_MAX_INDEX).map_err(|_| FormatError::Signature)?;
     let index = decode_text(&index);
-    let document = Document::parse(index.trim_start_matches('\u{feff}'));
-    let document = document.map_err(|_| FormatError::Signature)?;
+    let document = Document::parse(index.trim_start_matches('\u{feff}'))
+        .map_err(|_| FormatError::Signature)?;
     let root = document.root_element();
     let general = child(root, "GENERAL").ok_or(FormatError::Signature)?;
     let text = |name: &str| child(general, name).and_then(|node| node.text()).map(str::trim);
@@ -134,10 +133,10 @@ fn read_plux(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let layers = (0..PLUX_MAX_LAYERS).map_while(|layer| child(root, &format!("LAYER_{layer}")));
     let files = layers.filter_map(|layer| child(layer, "FILENAME_Z")?.text());
     let channels = files.enumerate().map(|(layer, file)| {
-        let file = file.trim().trim_start_matches("./");
-        let stored = archive.exactly(file, map_bytes(nodes, Element::F32))?;
-        let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
-        let raster = raster.missing(Missing::Value(1000001.0));
+        let path = file.trim().trim_start_matches("./");
+        let stored = archive.exactly(path, map_bytes(nodes, Element::F32))?;
+        let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?
+            .missing(Missing::Value(1000001.0));
         Ok(Channel::new(format!("layer{layer}"), micrometre.clone(), size.clone(), raster))
     });
     at_least_one(channels, "LAYER_0")

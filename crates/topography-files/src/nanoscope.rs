@@ -20,7 +20,7 @@
 //! Nanoscope 9.7) has a part. Pixels of a complete 1:1 scan need not be square.
 
 use super::channel::{Channel, Sides};
-use super::input::{Cursor, Entries, factor, latin1};
+use super::input::{Cursor, Entries, factor, latin1, quantity};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
@@ -125,7 +125,7 @@ impl<'a> File<'a> {
             .map_err(|_| FormatError::value("Data offset", offset, "a positive number"))?;
         let start = offset.saturating_add(map_bytes([nodes[0], 1], element) * skipped);
         let stored = Cursor::at(bytes, start).take(map_bytes(nodes, element))?;
-        let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?.upside_down();
+        let unscaled = Raster::rows(nodes, element, ByteOrder::Little, stored)?.upside_down();
         let (scale, unit) = self.scale(image, bytes_per_pixel)?;
         let unit = match Unit::parse(&unit) {
             // Heights always have a unit in this format.
@@ -133,7 +133,7 @@ impl<'a> File<'a> {
             unit => unit,
         };
         let size = self.size(image, own, nodes)?;
-        let raster = raster.scaled(scale, 0.0);
+        let raster = unscaled.scaled(scale, 0.0);
         let channel = Channel::new(image.image_name(), unit, size, raster);
         let unused = (length as u64).saturating_sub(map_bytes(nodes, element) as u64);
         Ok(if unused == 0 {
@@ -165,8 +165,8 @@ impl<'a> File<'a> {
             return Ok((valid, skipped));
         }
         let line = map_bytes([own[0], 1], element);
-        let scan = self.scan.and_then(|scan| checked_nodes(scan).ok());
-        let scan = scan.filter(|scan| map_bytes(*scan, element) == length);
+        let checked = self.scan.and_then(|scan| checked_nodes(scan).ok());
+        let scan = checked.filter(|scan| map_bytes(*scan, element) == length);
         let nodes = match scan {
             _ if map_bytes(own, element) == length => own,
             Some(scan) => scan,
@@ -313,8 +313,8 @@ impl Section {
     /// Returns the name of the measured quantity, for instance `Height`.
     fn image_name(&self) -> String {
         let keys = ["@2:image data", "@3:image data", "@4:image data"];
-        let scale = keys.iter().find_map(|key| self.entries.get(key));
-        let scale = scale.and_then(|text| Scale::parse("image data", text).ok());
+        let entry = keys.iter().find_map(|key| self.entries.get(key));
+        let scale = entry.and_then(|text| Scale::parse("image data", text).ok());
         let name = match scale {
             Some(scale) => scale.soft.unwrap_or(scale.value),
             None => self.entries.get("image data").unwrap_or("heights").to_owned(),
@@ -347,9 +347,8 @@ impl Section {
             Some((unit, steps)) => (unit.trim(), steps.trim_end_matches(')').trim()),
             None => (rest.as_str(), "65536"),
         };
-        let number = steps.split_whitespace().next().and_then(|first| first.parse::<f64>().ok());
-        let number =
-            number.ok_or_else(|| FormatError::value("Z scale", text, "3000 nm (65536)"))?;
+        let word = steps.split_whitespace().next().and_then(|first| first.parse::<f64>().ok());
+        let number = word.ok_or_else(|| FormatError::value("Z scale", text, "3000 nm (65536)"))?;
         Ok((factor("Z scale", range)? / factor("Z scale", number)?, unit.to_owned()))
     }
 }
@@ -390,15 +389,6 @@ impl Scale {
         let value = rest.trim().to_owned();
         Ok(Scale { soft, value })
     }
-}
-
-/// Parses a number and its unit, such as `2.910461 V`.
-fn quantity(name: &str, text: &str) -> Result<(f64, String), FormatError> {
-    let text = text.trim();
-    let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
-    let number = number.parse();
-    let number = number.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
-    Ok((number, unit.trim().to_owned()))
 }
 
 #[cfg(test)]

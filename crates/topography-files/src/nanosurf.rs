@@ -94,12 +94,12 @@ fn channel<'a>(
     let lowest = section.optional_number("Dim2Min")?.unwrap_or(0.0);
     let middle = if is_signed { range / 2.0 } else { 0.0 };
     let offset = finite("Dim2Min", lowest + middle)?;
-    let raster = Raster::rows(nodes, element, order, stored)?;
-    let raster = raster.upside_down().scaled(range / 2_f64.powi(bits as i32), offset);
+    let unscaled = Raster::rows(nodes, element, order, stored)?;
+    let raster = unscaled.upside_down().scaled(range / 2_f64.powi(bits as i32), offset);
     let sides = [section.number("Dim0Range")?, section.number("Dim1Range")? * y];
     let size = Sides::new(sides, &Unit::parse(unit("Dim0Unit")))?;
-    let name = [section.get("Frame"), section.get("Dim2Name")];
-    let name: Vec<&str> = name.into_iter().flatten().collect();
+    let name: Vec<&str> =
+        [section.get("Frame"), section.get("Dim2Name")].into_iter().flatten().collect();
     Ok(Some(Channel::new(name.join(", "), Unit::parse(unit("Dim2Unit")), size, raster)))
 }
 

@@ -127,8 +127,8 @@ impl<'a> Dataset<'a> {
         let mut dataset = Dataset { bytes, dimensions, records, variables };
         // All bits are set while a program still writes the file.
         if records == u64::from(u32::MAX) || records == u64::MAX {
-            let first = dataset.variables.iter().filter(|v| dataset.is_record(v));
-            let first = first.map(|variable| variable.begin).min().unwrap_or(bytes.len());
+            let of_records = dataset.variables.iter().filter(|v| dataset.is_record(v));
+            let first = of_records.map(|variable| variable.begin).min().unwrap_or(bytes.len());
             let left = bytes.len().saturating_sub(first) as u64;
             dataset.records = left.checked_div(dataset.record_bytes()).unwrap_or(0);
         }
@@ -342,8 +342,8 @@ impl<'a> Header<'a> {
 
     fn variable(&mut self) -> Result<Variable<'a>, FormatError> {
         let name = self.name()?;
-        let dimensions = (0..self.count()?).map(|_| self.size());
-        let dimensions = dimensions.collect::<Result<_, FormatError>>()?;
+        let dimensions =
+            (0..self.count()?).map(|_| self.size()).collect::<Result<_, FormatError>>()?;
         let attributes = Attributes(self.list(Header::attribute)?);
         let kind = self.whole()?;
         // The length in bytes is ignored: it follows from the dimensions.

@@ -65,8 +65,7 @@ impl Scan {
     fn new(group: &Group, version: f64) -> Result<Option<Scan>, FormatError> {
         let attributes = attributes_of(group)?;
         let pair = |name: &str| {
-            let numbers = attribute(&attributes, name)?.read_1d::<f64>().ok();
-            let numbers = numbers.or_else(|| {
+            let numbers = attribute(&attributes, name)?.read_1d::<f64>().ok().or_else(|| {
                 let wholes = attribute(&attributes, name)?.read_1d::<u32>().ok()?;
                 Some(wholes.into_iter().map(f64::from).collect())
             })?;
@@ -103,8 +102,8 @@ impl Scan {
         dataset: &Dataset,
     ) -> Result<Channel<'static>, FormatError> {
         let attributes = dataset.attributes();
-        let name = text(&attributes, "signal_name").or_else(|| text(&attributes, "name"));
-        let name = name.unwrap_or_else(|| dataset.name().to_owned());
+        let given = text(&attributes, "signal_name").or_else(|| text(&attributes, "name"));
+        let name = given.unwrap_or_else(|| dataset.name().to_owned());
         let is_back = direction.eq_ignore_ascii_case("backward");
         let (element, order, bytes) = container.bytes(dataset)?;
         let (raster, unit) = self.calibrated(&attributes, element, order, bytes)?;

@@ -35,8 +35,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         return Err(FormatError::Signature);
     }
     let entries = Entries::from_lines(text.lines(), ':');
-    let (dx, unit_x) = quantity(&entries, "Distance beetween points")?;
-    let (dy, unit_y) = quantity(&entries, "Distance beetween lines")?;
+    let (dx, unit_x) = entries.quantity("Distance beetween points")?;
+    let (dy, unit_y) = entries.quantity("Distance beetween lines")?;
     let dy = dy
         * ratio(&unit_y, &unit_x).ok_or_else(|| {
             let allowed = format!("a unit like that of the points, `{unit_x}`");
@@ -76,8 +76,8 @@ fn add_line(
     let description = text(archive, &format!("{name}.dsc"))?;
     // Lines such as `11 : 03-Dec-2024 08:11:24 : -Lz+Az : 1501 : Surface height (-LZ+AZ)`.
     let columns = description.lines().filter_map(|line| line.split(" : ").nth(2));
-    let column = columns.map(str::trim).position(|column| column == HEIGHTS);
-    let column = column.ok_or_else(|| FormatError::missing(format!("{HEIGHTS} in {name}.dsc")))?;
+    let found = columns.map(str::trim).position(|column| column == HEIGHTS);
+    let column = found.ok_or_else(|| FormatError::missing(format!("{HEIGHTS} in {name}.dsc")))?;
     let data = text(archive, &format!("{name}.dat"))?;
     let rows = data.lines().enumerate().filter(|(_, row)| !row.trim().is_empty());
     for (index, row) in rows {
@@ -93,15 +93,6 @@ fn add_line(
 
 fn text(archive: &mut Archive<'_>, name: &str) -> Result<String, FormatError> {
     Ok(decode_text(&archive.file(name, MAX_FILE)?))
-}
-
-/// Parses a number and its unit in brackets, such as `0.1 [um]`.
-fn quantity(entries: &Entries, name: &str) -> Result<(f64, String), FormatError> {
-    let text = entries.text(name)?;
-    let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
-    let number = number.parse();
-    let number = number.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
-    Ok((number, unit.to_owned()))
 }
 
 #[cfg(test)]

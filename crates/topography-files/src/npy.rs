@@ -162,8 +162,8 @@ fn split(bytes: &[u8]) -> Result<(&str, &[u8]), NpyError> {
 fn value<'a>(header: &'a str, name: &'static str) -> Result<&'a str, NpyError> {
     let missing = || unreadable(header, name);
     let (_, rest) = header.split_once(name).ok_or_else(missing)?;
-    let rest = rest.strip_prefix(['\'', '"']).ok_or_else(missing)?;
-    let rest = rest.trim_start().strip_prefix(':').ok_or_else(missing)?;
+    let quoted = rest.strip_prefix(['\'', '"']).ok_or_else(missing)?;
+    let rest = quoted.trim_start().strip_prefix(':').ok_or_else(missing)?;
     Ok(rest.trim_start())
 }
 
@@ -194,8 +194,7 @@ fn shape(header: &str) -> Result<Vec<u64>, NpyError> {
 }
 
 fn unreadable(header: &str, entry: &'static str) -> NpyError {
-    let header = header.chars().take(200).collect();
-    NpyError::Entry { entry, header }
+    NpyError::Entry { entry, header: header.chars().take(200).collect() }
 }
 
 /// Converts an array from column-major to row-major order.

@@ -39,7 +39,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         arrays.insert(name, archive.file(path, decoded_limit(bytes.len()))?);
     }
     let coordinates = if sides.is_none() { coordinates(&arrays) } else { None };
-    let mut channels = Vec::new();
+    let mut ranked = Vec::new();
     let mut unused = Vec::new();
     for path in &names {
         let name = path.strip_suffix(".npy").unwrap_or(path);
@@ -48,7 +48,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         match npy_array(&arrays[name]) {
             _ if is_coordinate() => {}
             Ok((nodes, numbers)) if nodes.iter().all(|count| *count > 1) => {
-                let rank = HEIGHTS.iter().position(|known| name.eq_ignore_ascii_case(known));
+                let known_rank = HEIGHTS.iter().position(|known| name.eq_ignore_ascii_case(known));
                 let axes = match (&coordinates, sides) {
                     (Some([x, y]), _) => Coordinates::axes(nodes, x, y)?,
                     (None, Some(sides)) => Some(axes_of_sides(sides, &unit)),
@@ -62,24 +62,24 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
                     element: Element::F64,
                     order: ByteOrder::Little,
                     bytes: Cow::Owned(numbers.iter().flat_map(|one| one.to_le_bytes()).collect()),
-                    unit: rank.map(|_| unit.clone()),
+                    unit: known_rank.map(|_| unit.clone()),
                     unwritten: None,
                     last_is_x: false,
                     mask: None,
                 };
-                let rank = rank.unwrap_or(HEIGHTS.len());
-                channels.extend(array.channels()?.into_iter().map(|channel| (rank, channel)));
+                let rank = known_rank.unwrap_or(HEIGHTS.len());
+                ranked.extend(array.channels()?.into_iter().map(|channel| (rank, channel)));
             }
             _ if name == "side" && sides.is_some() || name == "unit" && text.is_some() => {}
             _ => unused.push(format!("`{name}`")),
         }
     }
-    channels.sort_by_key(|(rank, _)| *rank);
+    ranked.sort_by_key(|(rank, _)| *rank);
     let note = format!("the arrays {} are not used", unused.join(", "));
     let noted =
         |channel: Channel<'static>| if unused.is_empty() { channel } else { channel.noted(&note) };
     let channels: Vec<Channel<'static>> =
-        channels.into_iter().map(|(_, channel)| noted(channel)).collect();
+        ranked.into_iter().map(|(_, channel)| noted(channel)).collect();
     if channels.is_empty() {
         let what = format!("none of the arrays {} has two dimensions", unused.join(", "));
         return Err(FormatError::unsupported(what));
@@ -133,9 +133,9 @@ fn text(archive: &mut Archive<'_>, name: &str) -> Option<String> {
     }
     let (_, count) = header.split_once("<U")?;
     let count: usize = count.split_once('\'')?.0.parse().ok()?;
-    let letters = bytes.len().checked_sub(count.checked_mul(4)?)?;
-    let (letters, _) = bytes[letters..].as_chunks::<4>();
+    let wide = bytes.len().checked_sub(count.checked_mul(4)?)?;
+    let (wide, _) = bytes[wide..].as_chunks::<4>();
     // Zeros follow the text.
-    let letters = letters.iter().filter_map(|letter| char::from_u32(u32::from_le_bytes(*letter)));
+    let letters = wide.iter().filter_map(|letter| char::from_u32(u32::from_le_bytes(*letter)));
     Some(letters.take_while(|letter| *letter != '\0').collect())
 }

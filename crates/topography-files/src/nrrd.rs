@@ -135,8 +135,8 @@ fn size(header: &Entries, nodes: [usize; 2], of: [usize; 2]) -> Result<Sides, Fo
         let pair = list.and_then(|list| Some([*list.get(of[0])?, *list.get(of[1])?]));
         Ok(pair.filter(|pair| pair.iter().all(|one| one.is_finite())))
     };
-    let is_node = header.get("centerings").or(header.get("centers"));
-    let is_node = is_node.is_some_and(|text| text.starts_with("node"));
+    let centering = header.get("centerings").or(header.get("centers"));
+    let is_node = centering.is_some_and(|text| text.starts_with("node"));
     let range = axes("axismins")?.zip(axes("axismaxs")?);
     let steps = axes("spacings")?.or(directions(header, of)?);
     let sides = match (steps, range) {
@@ -148,8 +148,8 @@ fn size(header: &Entries, nodes: [usize; 2], of: [usize; 2]) -> Result<Sides, Fo
         }),
         (None, None) => return Ok(Sides::UNKNOWN),
     };
-    let units = header.get("units").or(header.get("spaceunits")).unwrap_or_default();
-    let units: Vec<&str> = units.split('"').skip(1).step_by(2).collect();
+    let listed = header.get("units").or(header.get("spaceunits")).unwrap_or_default();
+    let units: Vec<&str> = listed.split('"').skip(1).step_by(2).collect();
     let [x, y] = of.map(|axis| units.get(axis).copied().unwrap_or_default());
     Sides::in_units(sides, [x, y])
 }

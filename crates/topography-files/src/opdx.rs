@@ -68,7 +68,7 @@ fn channel<'a>(items: &Items<'a>, name: &str) -> Result<Channel<'a>, FormatError
         _ => Err(FormatError::missing(path(entry))),
     };
     let nodes = checked_nodes(*nodes)?;
-    let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, *stored)?;
+    let unscaled = Raster::rows(nodes, Element::F32, ByteOrder::Little, *stored)?;
     let (x, unit_x) = quantity("Dimension2Extent")?;
     let (y, unit_y) = quantity("Dimension1Extent")?;
     let (scale, unit) = quantity("DataScale")?;
@@ -86,7 +86,7 @@ fn channel<'a>(items: &Items<'a>, name: &str) -> Result<Channel<'a>, FormatError
         Unit::None => Unit::Other("1".to_owned()),
         unit => unit,
     };
-    let raster = raster.scaled(factor("DataScale", scale)?, 0.0);
+    let raster = unscaled.scaled(factor("DataScale", scale)?, 0.0);
     Ok(Channel::new(name, unit, size, raster))
 }
 

@@ -68,8 +68,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     } else {
         Element::I16
     };
-    let raster = Raster::rows(nodes, element, ByteOrder::Little, entry(DATA)?)?;
-    let raster = raster.upside_down().scaled(gain * scale, gain * offset);
+    let stored = Raster::rows(nodes, element, ByteOrder::Little, entry(DATA)?)?;
+    let raster = stored.upside_down().scaled(gain * scale, gain * offset);
     let size = Sides::new(sides, &Unit::parse("µm"))?;
     let name = if name.is_empty() { "heights".to_owned() } else { name };
     Ok(vec![Channel::new(name, Unit::parse(&unit), size, raster)])
@@ -78,7 +78,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// Reads text of `letters` letters of two bytes up to the first zero.
 fn wide_text(cursor: &mut Cursor<'_>, letters: usize) -> Result<String, FormatError> {
     let bytes = cursor.take(2 * letters)?;
-    let units = bytes.as_chunks::<2>().0.iter().map(|unit| u16::from_le_bytes(*unit));
-    let units: Vec<u16> = units.take_while(|&unit| unit != 0).collect();
+    let wide = bytes.as_chunks::<2>().0.iter().map(|unit| u16::from_le_bytes(*unit));
+    let units: Vec<u16> = wide.take_while(|&unit| unit != 0).collect();
     Ok(String::from_utf16_lossy(&units).trim().to_owned())
 }

@@ -126,12 +126,12 @@ fn grids() -> Vec<Sample> {
     // The first line of the text has the largest y, so that the last point is in it.
     let surfer = "DSAA\n3 2\n0 2\n0 1\n1 5\n1 2 3\n4 5 1.70141e+038\n";
     let six = Fields::default().text("DSBB", 4).u16(3).u16(2);
-    let six = [0.0, 2.0, 0.0, 1.0, 1.0, 5.0].into_iter().fold(six, Fields::f64);
-    let six = six.rows(ROWS, single).0;
+    let six =
+        [0.0, 2.0, 0.0, 1.0, 1.0, 5.0].into_iter().fold(six, Fields::f64).rows(ROWS, single).0;
     let seven =
         Fields::default().text("DSRB", 4).i32(4).i32(2).text("GRID", 4).i32(72).i32(2).i32(3);
-    let seven = [0.0, 0.0, 1.0, 1.0, 1.0, 5.0, 0.0, 9e9].into_iter().fold(seven, Fields::f64);
-    let seven = seven.text("DATA", 4).i32(48).rows(ROWS, |h| f64::from(h).to_le_bytes()).0;
+    let header = [0.0, 0.0, 1.0, 1.0, 1.0, 5.0, 0.0, 9e9].into_iter().fold(seven, Fields::f64);
+    let seven = header.text("DATA", 4).i32(48).rows(ROWS, |h| f64::from(h).to_le_bytes()).0;
     let nrrd = "NRRD0004\n# A comment\ntype: short\ndimension: 2\nsizes: 3 2\nspacings: 1 2\n\
                 units: \"µm\" \"µm\"\nsampleunits: nm\nencoding: raw\nendian: big\n\n";
     let nrrd = Fields::default().bytes(nrrd.as_bytes()).rows(ROWS, i16::to_be_bytes).0;
@@ -361,8 +361,8 @@ fn gwy() -> Vec<u8> {
 }
 
 fn sdf() -> Vec<u8> {
-    let header = Fields::default().text("bISO-1.0", 42).u16(3).u16(2);
-    let header = header.f64(1e-6).f64(2e-6).f64(1e-9).f64(0.0);
+    let header =
+        Fields::default().text("bISO-1.0", 42).u16(3).u16(2).f64(1e-6).f64(2e-6).f64(1e-9).f64(0.0);
     // No compression, integers of two bytes.
     let bytes = header.bytes(&[0, 5, 0]).rows(ROWS, i16::to_le_bytes).0;
     with_last(bytes, &i16::MIN.to_le_bytes())
@@ -422,9 +422,9 @@ fn al3d() -> Vec<u8> {
 
 fn metropro() -> Vec<u8> {
     let big = |fields: Fields, number: f32| fields.bytes(&number.to_be_bytes());
-    let fields = Fields::default().bytes(b"\x88\x1b\x03\x6f").to(60);
+    let start = Fields::default().bytes(b"\x88\x1b\x03\x6f").to(60);
     // Four bytes of intensities, 3 × 2 nodes.
-    let fields = fields.bytes(&[0, 0, 0, 4]).to(68).bytes(&[0, 3, 0, 2]).to(164);
+    let fields = start.bytes(&[0, 0, 0, 4]).to(68).bytes(&[0, 3, 0, 2]).to(164);
     // Steps of a nanometre.
     let fields = big(big(fields, 1.0), 4096e-9).to(176);
     let fields = big(big(fields, 1.0).to(184), 1e-6).to(838);
@@ -490,11 +490,10 @@ fn frt() -> Vec<u8> {
 }
 
 fn plu() -> Vec<u8> {
-    let fields = Fields::default().text("Fri Mar 10 16:35:59 2023", 128).to(388);
-    let fields = fields.i32(2).i32(3).zeros(8).f32(1.0).f32(2.0);
+    let start = Fields::default().text("Fri Mar 10 16:35:59 2023", 128).to(388);
+    let begin = start.i32(2).i32(3).zeros(8).f32(1.0).f32(2.0);
     // A topography of one layer without images.
-    let fields = fields.to(428).i32(3).to(488).bytes(&[0, 1]).to(500);
-    let fields = fields.i32(2).i32(3);
+    let fields = begin.to(428).i32(3).to(488).bytes(&[0, 1]).to(500).i32(2).i32(3);
     [1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 1000001.0].into_iter().fold(fields, Fields::f32).zeros(8).0
 }
 
@@ -532,13 +531,13 @@ pub fn igor() -> Vec<u8> {
         .i32(note.len() as i32)
         .to(36 + 2 * 4)
         .i32(32 * labels.len() as i32);
-    let wave = header.to(64 + 12).i32(12).u16(2).to(64 + 68).i32(3).i32(2).i32(2).i32(0);
-    let wave = wave.f64(1e-6).f64(2e-6).to(64 + 148).text("m", 4).text("m", 4);
-    let mut fields = wave.to(384);
+    let start = header.to(64 + 12).i32(12).u16(2).to(64 + 68).i32(3).i32(2).i32(2).i32(0);
+    let wave = start.f64(1e-6).f64(2e-6).to(64 + 148).text("m", 4).text("m", 4);
+    let mut begin = wave.to(384);
     for height in upside_down().as_flattened() {
-        fields = fields.f32(f32::from(*height) * 1e-9);
+        begin = begin.f32(f32::from(*height) * 1e-9);
     }
-    let fields = fields.rows(ROWS, single).bytes(note.as_bytes());
+    let fields = begin.rows(ROWS, single).bytes(note.as_bytes());
     let fields = labels.into_iter().fold(fields, |fields, label| fields.text(label, 32));
     with_checksum(fields.0)
 }
@@ -614,12 +613,12 @@ fn npy() -> Vec<u8> {
 }
 
 fn wsxm() -> Vec<u8> {
-    let header = "WSxM file copyright UAM\r\nSxM Image file\r\nImage header size: 260\r\n\
+    let text = "WSxM file copyright UAM\r\nSxM Image file\r\nImage header size: 260\r\n\
                   [Control]\r\n X Amplitude: 3 µm\r\n Y Amplitude: 4000 nm\r\n\
                   [General Info]\r\n Image Data Type: short\r\n Number of columns: 3\r\n \
                   Number of rows: 2\r\n Z Amplitude: 5 nm\r\n\
                   [Miscellaneous]\r\n Maximum: 60\r\n Minimum: 10\r\n[Header end]\r\n";
-    let header: Vec<u8> = header.chars().map(|c| c as u8).collect();
+    let header: Vec<u8> = text.chars().map(|c| c as u8).collect();
     let rows = upside_down().map(|row| [row[2], row[1], row[0]]);
     Fields::default().bytes(&header).rows(rows, |height| (10 * height).to_le_bytes()).0
 }

@@ -87,11 +87,11 @@ fn text(edition: Edition, bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     // BCR has comments, which may contain the separator.
     let comment = if edition.is_bcr() { ';' } else { '\0' };
     let mut lines = lines(&text).map(|line| line.split(comment).next().unwrap_or_default());
-    let header: Vec<&str> = lines.by_ref().take_while(|line| line.trim() != "*").collect();
+    let named: Vec<&str> = lines.by_ref().take_while(|line| line.trim() != "*").collect();
     let matrix = lines.collect::<Vec<_>>().join("\n");
     let matrix = matrix.split('*').next().unwrap_or_default();
     // Names are not case-sensitive.
-    let header = header.into_iter().map(|line| match line.split_once('=') {
+    let header = named.into_iter().map(|line| match line.split_once('=') {
         Some((name, value)) => format!("{}={value}", name.to_ascii_lowercase()),
         None => line.to_owned(),
     });
@@ -207,11 +207,11 @@ impl Header {
         Ok(Header { edition, nodes: checked_nodes(nodes)?, scales, element })
     }
 
-    fn channel<'a>(&self, raster: Raster<'a>) -> Result<Channel<'a>, FormatError> {
+    fn channel<'a>(&self, stored: Raster<'a>) -> Result<Channel<'a>, FormatError> {
         let [x, y, z] = self.scales;
         let size = Sides::of_steps(self.nodes, [x, y], &Unit::Length(1.0))?;
         let scale = factor("Zscale", z)?;
-        let raster = raster.missing(self.edition.missing(self.element)).scaled(scale, 0.0);
+        let raster = stored.missing(self.edition.missing(self.element)).scaled(scale, 0.0);
         if !self.edition.is_bcr() {
             return Ok(Channel::new("heights", Unit::Length(1.0), size, raster));
         }

@@ -85,8 +85,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// Decodes text in UTF-16 with a byte order mark, in UTF-8 or in an encoding of instruments.
 pub fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
     let wide = |order: fn([u8; 2]) -> u16| {
-        let (letters, _) = bytes[2..].as_chunks::<2>();
-        let letters: Vec<u16> = letters.iter().map(|bytes| order(*bytes)).collect();
+        let (pairs, _) = bytes[2..].as_chunks::<2>();
+        let letters: Vec<u16> = pairs.iter().map(|bytes| order(*bytes)).collect();
         String::from_utf16(&letters)
             .map_err(|_| FormatError::damaged("the UTF-16 text", "it has an unpaired surrogate"))
     };

@@ -112,8 +112,8 @@ fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     // Lines with `#` separate the header, the intensities of an ASCII file, and the map.
     let mut parts = lines.split(|line| *line == "#").skip(1);
     let is_xyz = text.starts_with("Zygo XYZ");
-    let map = if is_xyz { parts.next() } else { parts.nth(1) };
-    let map = map.ok_or_else(|| FormatError::missing("# before the map"))?;
+    let part = if is_xyz { parts.next() } else { parts.nth(1) };
+    let map = part.ok_or_else(|| FormatError::missing("# before the map"))?;
     let (raster, unit) = if is_xyz {
         (zygo_points(map, [x, y], nodes)?, "µm")
     } else {
@@ -127,11 +127,11 @@ fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let [interferometer, wavelength] = [number(7, 1)?, number(7, 2)?];
         let scale = sign * interferometer * wavelength * number(7, 4)? / steps;
         let words = map.iter().flat_map(|line| line.split_whitespace());
-        let phases = words.map(|word| {
+        let numbers = words.map(|word| {
             let phase = word.parse();
             phase.map_err(|_| FormatError::value("phase", word, "an integer"))
         });
-        let phases: Vec<f64> = phases.collect::<Result<_, _>>()?;
+        let phases: Vec<f64> = numbers.collect::<Result<_, _>>()?;
         let scale = factor("scale of the phases", scale)?;
         let raster = Raster::from_words(nodes, phases)?;
         (raster.missing(Missing::From(2147483640.0)).scaled(scale, 0.0), "m")

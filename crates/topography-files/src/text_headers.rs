@@ -40,14 +40,14 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     };
     let stored = Cursor::at(bytes, offset).rest();
     let stride = (4 * nodes[0]).next_multiple_of(8);
-    let raster = Raster::padded_rows(nodes, Element::F32, ByteOrder::Little, stride, stored)?;
+    let unscaled = Raster::padded_rows(nodes, Element::F32, ByteOrder::Little, stride, stored)?;
     let missing = match entries.optional_number("InvalidPixelValue")? {
         Some(marker) => Missing::Around(marker),
         None => Missing::None,
     };
     let steps = [entries.number("PixelSizeXMeter")?, entries.number("PixelSizeYMeter")?];
     let size = Sides::of_steps(nodes, steps, &Unit::Length(1.0))?;
-    let raster = raster.missing(missing);
+    let raster = unscaled.missing(missing);
     Ok(vec![Channel::new("heights", Unit::parse("m"), size, raster)])
 }
 
@@ -80,8 +80,7 @@ fn read_bcr(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let start = encoding.letters(bytes, BCR_MAGIC.len() + 1);
         start.trim_start_matches('\u{feff}').starts_with(BCR_MAGIC)
     };
-    let encoding = encodings.into_iter().find(starts);
-    let encoding = encoding.ok_or(FormatError::Signature)?;
+    let encoding = encodings.into_iter().find(starts).ok_or(FormatError::Signature)?;
     let first = bcr_entries(&encoding.letters(bytes, BCR_LETTERS));
     let letters = match first.get("headersize") {
         None => BCR_LETTERS,
@@ -117,8 +116,7 @@ fn bcr_channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, Fo
     let unit = |name| header.get(name).unwrap_or("nm");
     let sides = [header.number("xlength")?, header.number("ylength")?];
     let size = Sides::in_units(sides, ["xunit", "yunit"].map(unit))?;
-    let raster = Raster::rows(nodes, element, order, stored)?;
-    let raster = raster.missing(missing).scaled(scale, 0.0);
+    let raster = Raster::rows(nodes, element, order, stored)?.missing(missing).scaled(scale, 0.0);
     Ok(Channel::new("heights", Unit::parse(unit("zunit")), size, raster))
 }
 
@@ -143,8 +141,8 @@ impl Encoding {
         match self {
             Encoding::Narrow => latin1(bytes),
             Encoding::Wide(number) => {
-                let (letters, _) = bytes.as_chunks::<2>();
-                let letters: Vec<u16> = letters.iter().map(|bytes| number(*bytes)).collect();
+                let (pairs, _) = bytes.as_chunks::<2>();
+                let letters: Vec<u16> = pairs.iter().map(|bytes| number(*bytes)).collect();
                 String::from_utf16_lossy(&letters)
             }
         }
@@ -202,8 +200,8 @@ fn read_mi(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let mut cursor = Cursor::at(bytes, data);
     let channels = buffers.iter().map(|buffer| {
         let stored = cursor.take(map_bytes(nodes, element))?;
-        let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
-        let raster = raster.upside_down().scaled(buffer.number("bufferRange")? / range, 0.0);
+        let unscaled = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
+        let raster = unscaled.upside_down().scaled(buffer.number("bufferRange")? / range, 0.0);
         let name = buffer.text("bufferLabel")?;
         let unit = Unit::parse(buffer.get("bufferUnit").unwrap_or_default());
         Ok(Channel::new(name, unit, size, raster))

@@ -308,8 +308,8 @@ impl<'a> Directory<'a> {
             let values = self.entry(tag).and_then(Entry::wholes).ok_or_else(missing)?;
             Ok(values.map(|value| usize::try_from(value).unwrap_or(usize::MAX)))
         };
-        let stored = wholes(blocks.offsets)?.zip(wholes(blocks.bytes)?).take(count);
-        let stored: Vec<&[u8]> = stored
+        let places = wholes(blocks.offsets)?.zip(wholes(blocks.bytes)?).take(count);
+        let stored: Vec<&[u8]> = places
             .map(|(offset, length)| slice(self.file, offset, length))
             .collect::<Result<_, _>>()?;
         if stored.len() < count {
@@ -334,8 +334,8 @@ impl<'a> Directory<'a> {
             }
             32773 => Cow::Owned(pack_bits(stored, expected)),
             ZSTANDARD => {
-                let reader = StreamingDecoder::new(stored);
-                let reader = reader.map_err(|error| FormatError::damaged(part, error))?;
+                let reader = StreamingDecoder::new(stored)
+                    .map_err(|error| FormatError::damaged(part, error))?;
                 Cow::Owned(inflate(part, reader, stored.len(), expected)?)
             }
             other => {

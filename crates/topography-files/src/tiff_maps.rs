@@ -146,11 +146,11 @@ fn elevation<'a>(
     let number =
         |role: &str, default: f64| item(role).and_then(|text| text.parse().ok()).unwrap_or(default);
     let marker = image.text(GDAL_NODATA).and_then(|text| text.parse::<f64>().ok());
-    let raster = match marker {
+    let plain = match marker {
         Some(marker) => raster.missing(Missing::Around(marker)),
         None => raster,
     };
-    let raster = raster.scaled(number("scale", 1.0), number("offset", 0.0));
+    let raster = plain.scaled(number("scale", 1.0), number("offset", 0.0));
     let steps = steps(image)?;
     let is_north_first = steps.is_none_or(|[_, y]| y < 0.0);
     let raster = if is_north_first { raster.upside_down() } else { raster };
@@ -283,8 +283,8 @@ fn ome_names(first: &Directory<'_>, pages: usize) -> Vec<String> {
 
 /// Returns the size that the description of an OME-TIFF states.
 fn ome_size(description: &str, nodes: [usize; 2]) -> Result<Sides, FormatError> {
-    let document = Document::parse(description);
-    let document = document.map_err(|error| FormatError::damaged("the OME description", error))?;
+    let document = Document::parse(description)
+        .map_err(|error| FormatError::damaged("the OME description", error))?;
     let mut elements = document.descendants();
     let Some(pixels) = elements.find(|element| element.tag_name().name() == "Pixels") else {
         return Ok(Sides::UNKNOWN);

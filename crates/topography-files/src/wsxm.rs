@@ -36,7 +36,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         entries.whole("General Info/Number of rows")?,
     ])?;
     let stored = &bytes[end + line_end + 1..];
-    let (amplitude, unit) = quantity(&entries, "General Info/Z Amplitude")?;
+    let (amplitude, unit) = entries.quantity("General Info/Z Amplitude")?;
     let (element, scale) = match entries.get("General Info/Image Data Type") {
         None | Some("short" | "integer") => {
             let limit = |name: &str| entries.get(&format!("Miscellaneous/{name}")).map(number);
@@ -57,15 +57,15 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             return Err(FormatError::value("Image Data Type", other, allowed));
         }
     };
-    let (x, unit_x) = quantity(&entries, "Control/X Amplitude")?;
+    let (x, unit_x) = entries.quantity("Control/X Amplitude")?;
     let (y, unit_y) = match entries.get("Control/Y Amplitude") {
         // The scan is a square.
         None => (x, unit_x.clone()),
-        Some(_) => quantity(&entries, "Control/Y Amplitude")?,
+        Some(_) => entries.quantity("Control/Y Amplitude")?,
     };
     let size = Sides::in_units([x, y], [&unit_x, &unit_y])?;
-    let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
-    let raster = raster.upside_down().mirrored().scaled(factor("Z Amplitude", scale)?, 0.0);
+    let unscaled = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
+    let raster = unscaled.upside_down().mirrored().scaled(factor("Z Amplitude", scale)?, 0.0);
     let name = entries.get("General Info/Acquisition channel").unwrap_or("heights");
     let channel = Channel::new(name, Unit::parse(&unit), size, raster);
     Ok(vec![channel])
@@ -83,15 +83,6 @@ fn entries(header: &str) -> Entries {
         }
     }
     entries
-}
-
-/// Parses a number and its unit, such as `600 nm`.
-fn quantity(entries: &Entries, name: &str) -> Result<(f64, String), FormatError> {
-    let text = entries.text(name)?;
-    let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
-    let number = self::number(number);
-    let number = number.ok_or_else(|| FormatError::value(name, text, "a number and its unit"))?;
-    Ok((number, unit.trim().to_owned()))
 }
 
 /// Parses a number with a decimal point or comma.

@@ -39,8 +39,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = xml_text(&text);
     let nodes_limit = u32::try_from(text.len() / NODE_BYTES).unwrap_or(u32::MAX).max(1 << 16);
     let options = ParsingOptions { nodes_limit, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options);
-    let document = document.map_err(|error| FormatError::damaged("main.xml", error))?;
+    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options)
+        .map_err(|error| FormatError::damaged("main.xml", error))?;
     let description = Description::from_xml(document.root_element())?;
     Ok(vec![description.channel(&mut archive, folder)?])
 }
@@ -64,8 +64,8 @@ fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
     let found = names().filter(|name| *name == "main.xml" || name.ends_with("/main.xml"));
     let highest = found.min_by_key(|name| (name.matches('/').count(), name.to_string()));
     highest.map(String::from).ok_or_else(|| {
-        let names: Vec<_> = names().take(4).collect();
-        let names = names.join(", ");
+        let listed: Vec<_> = names().take(4).collect();
+        let names = listed.join(", ");
         FormatError::unsupported(format!("the zip archive has no `main.xml`; it has {names}"))
     })
 }
@@ -135,7 +135,7 @@ impl Description {
             let link = link.replace('\\', "/");
             format!("{folder}{}", link.trim_start_matches("./"))
         };
-        let raster = match self.points {
+        let unscaled = match self.points {
             Points::List(numbers) if numbers.len() == nodes[0] * nodes[1] => {
                 Raster::from_rows(nodes, numbers)
             }
@@ -153,7 +153,7 @@ impl Description {
                 }
             }
         };
-        let raster = raster.scaled(self.scale, self.offset);
+        let raster = unscaled.scaled(self.scale, self.offset);
         let size = Sides::of_steps(nodes, self.steps, &Unit::Length(1.0))?;
         Ok(Channel::new("heights", Unit::Length(1.0), size, raster))
     }

@@ -35,8 +35,8 @@ pub struct Members {
 impl Container {
     pub fn open(bytes: &[u8]) -> Result<Container, FormatError> {
         // A block of the user may precede the signature; its length is a power of two.
-        let starts = std::iter::once(0).chain((9..u32::BITS - 1).map(|power| 1_usize << power));
-        let mut starts = starts.take_while(|start| *start < bytes.len());
+        let all = std::iter::once(0).chain((9..u32::BITS - 1).map(|power| 1_usize << power));
+        let mut starts = all.take_while(|start| *start < bytes.len());
         if !starts.any(|start| bytes[start..].starts_with(SIGNATURE)) {
             return Err(FormatError::Signature);
         }
@@ -45,8 +45,8 @@ impl Container {
             .with_filter_registry(filters(budget))
             .with_max_chunk_bytes(budget)
             .with_max_read_bytes(budget);
-        let file = Hdf5File::from_vec_with_options(bytes.to_vec(), options);
-        let file = file.map_err(|error| FormatError::damaged("the HDF5 file", error))?;
+        let opened = Hdf5File::from_vec_with_options(bytes.to_vec(), options);
+        let file = opened.map_err(|error| FormatError::damaged("the HDF5 file", error))?;
         let needed = usize::try_from(file.superblock().eof_address).unwrap_or(usize::MAX);
         if needed > bytes.len() {
             return Err(FormatError::CutOff { needed, found: bytes.len() });
@@ -74,8 +74,8 @@ impl Container {
         if let Ok((groups, datasets)) = group.members() {
             return Ok(Members { groups, datasets, unreadable: vec![] });
         }
-        let names = links::names(&self.file, group);
-        let names = names.map_err(|error| FormatError::damaged(name, error))?;
+        let names =
+            links::names(&self.file, group).map_err(|error| FormatError::damaged(name, error))?;
         let mut members = Members { groups: vec![], datasets: vec![], unreadable: vec![] };
         for name in names {
             match (group.dataset(&name), group.group(&name)) {
@@ -88,21 +88,21 @@ impl Container {
     }
 
     pub fn attributes(&self, dataset: &Dataset) -> Result<Attributes, FormatError> {
-        let raw = dataset.raw_attributes();
-        let raw = raw.map_err(|error| FormatError::damaged(&part(dataset), error))?;
+        let encoded = dataset.raw_attributes();
+        let raw = encoded.map_err(|error| FormatError::damaged(&part(dataset), error))?;
         Ok(stored::attributes(&self.file, raw))
     }
 
     pub fn group_attributes(&self, group: &Group) -> Result<Attributes, FormatError> {
-        let raw = group.raw_attributes();
-        let raw = raw.map_err(|error| FormatError::damaged(group.name(), error))?;
+        let raw =
+            group.raw_attributes().map_err(|error| FormatError::damaged(group.name(), error))?;
         Ok(stored::attributes(&self.file, raw))
     }
 
     /// Reads a two-dimensional dataset whose second index is x.
     pub fn raster(&self, dataset: &Dataset) -> Result<Raster<'static>, FormatError> {
-        let shape = dataset.shape().iter().map(|&count| i64::try_from(count).unwrap_or(i64::MAX));
-        let shape: Vec<i64> = shape.collect();
+        let shape: Vec<i64> =
+            dataset.shape().iter().map(|&count| i64::try_from(count).unwrap_or(i64::MAX)).collect();
         let &[first, second] = shape.as_slice() else {
             let dimensions = format!("dimensions of {}", dataset.name());
             return Err(FormatError::value(&dimensions, shape.len(), "2"));
@@ -223,8 +223,7 @@ impl Misplaced {
         });
         counts.next();
         let is_wrong = counts.any(|(current, most)| current != most);
-        let most = most.to_vec();
-        is_wrong.then_some(Misplaced { address: *address, chunk, most, is_implicit })
+        is_wrong.then(|| Misplaced { address: *address, chunk, most: most.to_vec(), is_implicit })
     }
 
     /// Reads all chunks.
@@ -259,8 +258,8 @@ impl Misplaced {
         }?;
         let shape: Vec<usize> = dataset.shape().iter().map(|&length| length as usize).collect();
         let chunk: Vec<usize> = self.chunk.iter().map(|&length| length as usize).collect();
-        let fill = dataset.fill_value().and_then(|fill| fill.value.clone());
-        let fill = fill.filter(|fill| fill.len() == size).unwrap_or_else(|| vec![0; size]);
+        let stated = dataset.fill_value().and_then(|fill| fill.value.clone());
+        let fill = stated.filter(|fill| fill.len() == size).unwrap_or_else(|| vec![0; size]);
         let mut bytes = fill.repeat(shape.iter().product());
         let length = chunk.iter().product::<usize>() * size;
         if length == 0 || chunk.len() != shape.len() || self.most.len() != shape.len() {

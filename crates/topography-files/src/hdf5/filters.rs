@@ -62,8 +62,8 @@ pub fn unknown(number: u16, stored: Option<&str>) -> Option<String> {
         return None;
     }
     let known = NAMES.iter().find(|(known, _)| *known == number).map(|(_, name)| *name);
-    let stored = stored.map(|name| name.trim_end_matches('\0')).filter(|name| !name.is_empty());
-    Some(match known.or(stored) {
+    let given = stored.map(|name| name.trim_end_matches('\0')).filter(|name| !name.is_empty());
+    Some(match known.or(given) {
         Some(name) => format!("{number} ({name})"),
         None => number.to_string(),
     })

@@ -27,9 +27,9 @@ pub struct Stored {
 
 impl Stored {
     pub fn of_dataset(dataset: &Dataset) -> Result<Stored, FormatError> {
-        let description = dataset.raw_datatype();
+        let raw = dataset.raw_datatype();
         let part = format!("type of dataset `{}`", dataset.name());
-        let description = description.map_err(|error| FormatError::damaged(&part, error))?;
+        let description = raw.map_err(|error| FormatError::damaged(&part, error))?;
         Stored::parse(&description).ok_or_else(|| {
             let found = format!("{:?}", dataset.dtype());
             FormatError::value(&part, found, "integers, or floats of 16, 32 or 64 bits")
@@ -120,8 +120,9 @@ fn value(file: &Hdf5File, raw: &RawAttribute) -> Value {
         Datatype::String { size: StringSize::Variable, .. }
         | Datatype::VarLen { kind: VarLenKind::String, .. } => {
             let size = 8 + usize::from(file.superblock().offset_size);
-            let texts = message.raw_data.chunks_exact(size).take(MAX_TEXTS);
-            let texts: Option<Vec<String>> = texts.map(|bytes| heap_text(file, bytes)).collect();
+            let references = message.raw_data.chunks_exact(size).take(MAX_TEXTS);
+            let texts: Option<Vec<String>> =
+                references.map(|bytes| heap_text(file, bytes)).collect();
             let unreadable = || Value::Unreadable("its text cannot be found".to_owned());
             texts.map_or_else(unreadable, Value::Texts)
         }

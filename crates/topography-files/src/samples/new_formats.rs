@@ -70,10 +70,10 @@ fn park() -> Vec<u8> {
         let zeros = 2 * letters - units.len();
         fields.bytes(&units).zeros(zeros)
     };
-    let header = wide(Fields::default().i32(0), "Height", 32).zeros(16 + 16);
-    let header = header.i32(3).i32(2).zeros(8 + 4 + 8 + 12).f64(3.0).f64(4.0);
+    let start = wide(Fields::default().i32(0), "Height", 32).zeros(16 + 16);
+    let begin = start.i32(3).i32(2).zeros(8 + 4 + 8 + 12).f64(3.0).f64(4.0);
     // A gain of 1e-3, a scale of 2 and an offset of -2 steps.
-    let header = header.zeros(4 * 8 + 16 + 16).f64(1e-3).f64(2.0).f64(-2.0);
+    let header = begin.zeros(4 * 8 + 16 + 16).f64(1e-3).f64(2.0).f64(-2.0);
     let header = wide(header, "um", 8).zeros(6 * 4).0;
     let number = |height| (f32::from(height) / 2.0 + 1.0).to_le_bytes();
     let data = Fields::default().rows(upside_down(), number);
@@ -112,14 +112,14 @@ pub fn elevation(more: &[(u16, u16, Vec<u8>)]) -> Vec<u8> {
 
 fn nms() -> Vec<u8> {
     // The numbers 0 to 65534 have steps of a nanometre.
-    let header = Fields::default().to(16).f64(-31.767).f64(33.767).to(1368);
-    let header = header.i32(3).i32(2).f64(1000.0).f64(2000.0).to(3468);
+    let begin = Fields::default().to(16).f64(-31.767).f64(33.767).to(1368);
+    let header = begin.i32(3).i32(2).f64(1000.0).f64(2000.0).to(3468);
     header.rows(ROWS, |height| (31767 + height.cast_unsigned()).to_le_bytes()).0
 }
 
 fn tmd() -> Vec<u8> {
-    let fields = Fields::default().text("Binary TrueMap Data File v2.0\r\n", 32);
-    let fields = fields.text("a comment\r\n", 24).i32(3).i32(2).f32(3e-3).f32(4e-3).zeros(8);
+    let start = Fields::default().text("Binary TrueMap Data File v2.0\r\n", 32);
+    let fields = start.text("a comment\r\n", 24).i32(3).i32(2).f32(3e-3).f32(4e-3).zeros(8);
     let bytes = fields.rows(ROWS, |height| (f32::from(height) * 1e-6).to_le_bytes()).0;
     with_last(bytes, &f32::NAN.to_le_bytes())
 }

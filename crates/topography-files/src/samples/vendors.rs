@@ -37,11 +37,11 @@ pub fn vk(signature: &[u8; 4]) -> Vec<u8> {
     let positions = if signature == b"VK4_" { 18 } else { 17 };
     let conditions = 12 + 4 * positions;
     let heights = conditions + 304;
-    let fields = Fields::default().bytes(signature).to(12).i32(conditions as i32);
-    let fields = fields.to(12 + 4 * 6).i32(heights as i32);
+    let start = Fields::default().bytes(signature).to(12).i32(conditions as i32);
+    let begin = start.to(12 + 4 * 6).i32(heights as i32);
     // Texts after the heights, which are empty.
     let texts = heights + 7 * 4 + 768 + 12;
-    let fields = fields.to(12 + 4 * 16).i32(texts as i32);
+    let fields = begin.to(12 + 4 * 16).i32(texts as i32);
     // Length of the conditions, and a date.
     let fields = [304, 2024, 12, 3].into_iter().fold(fields.to(conditions), Fields::i32);
     // Picometres per pixel along x and y, and per digit.

@@ -329,8 +329,8 @@ impl Block {
         let [skip_x, skip_y] = [labels.column.is_some(), labels.line.is_some()].map(usize::from);
         let nodes = [columns - skip_x, lines.len() - skip_y];
         let nodes = checked_nodes(nodes.map(|nodes| nodes as i64))?;
-        let heights = numbers.chunks_exact(columns).skip(skip_y);
-        let heights: Vec<f64> = heights.flat_map(|line| &line[skip_x..]).copied().collect();
+        let rows = numbers.chunks_exact(columns).skip(skip_y);
+        let heights: Vec<f64> = rows.flat_map(|line| &line[skip_x..]).copied().collect();
         let mut raster = Raster::from_rows(nodes, heights);
         let mut description = self.header.describe(nodes)?;
         let mut sides = description.sides;
@@ -366,9 +366,9 @@ fn channel<'a>(
         Some(sides) => Sides::new(sides, &description.lateral)?,
         None => Sides::UNKNOWN,
     };
-    let name = name.or(description.name).unwrap_or_else(|| "heights".to_owned());
+    let named = name.or(description.name).unwrap_or_else(|| "heights".to_owned());
     let raster = raster.scaled(description.factor, 0.0);
-    Ok(Channel::new(name, description.height, size, raster))
+    Ok(Channel::new(named, description.height, size, raster))
 }
 
 /// Returns the unit of axes that the cell between them names, such as `µm` or `y / x (µm)`.
@@ -382,8 +382,8 @@ fn axis_unit(corner: &str) -> Result<Option<String>, FormatError> {
 /// Lists the names of columns for a message, at most the first `MAX_NAMES`.
 fn named(titles: &[Title]) -> String {
     const MAX_NAMES: usize = 6;
-    let names = titles.iter().take(MAX_NAMES).map(|title| format!("`{}`", title.name));
-    let names = names.collect::<Vec<_>>().join(", ");
+    let shown = titles.iter().take(MAX_NAMES).map(|title| format!("`{}`", title.name));
+    let names = shown.collect::<Vec<_>>().join(", ");
     if titles.len() > MAX_NAMES { format!("{names}, …") } else { names }
 }
 

@@ -180,10 +180,10 @@ impl Header {
         let [unit_x, unit_y] = given;
         let of_format = || self.get(&["file format"]).map(|_| "nm".to_owned());
         let unit = |unit: Option<String>| unit.or_else(of_format);
-        let unit_x = unit(unit_x.or_else(|| self.get(UNIT_X).map(str::to_owned)));
-        let unit_x = unit_x.or(height.clone());
-        let unit_y = unit(unit_y.or_else(|| self.get(UNIT_Y).map(str::to_owned)));
-        let unit_y = unit_y.or(unit_x.clone());
+        let unit_x =
+            unit(unit_x.or_else(|| self.get(UNIT_X).map(str::to_owned))).or(height.clone());
+        let unit_y =
+            unit(unit_y.or_else(|| self.get(UNIT_Y).map(str::to_owned))).or(unit_x.clone());
         let text = |unit: &Option<String>| unit.clone().unwrap_or_default();
         let y_ratio = ratio(&text(&unit_y), &text(&unit_x)).ok_or_else(|| {
             let allowed = format!("a unit like that of x, `{}`", text(&unit_x));
@@ -325,8 +325,7 @@ fn pair(name: &str, value: &str) -> Option<[(String, String); 2]> {
 fn quantity(name: &str, text: &str) -> Result<(f64, Option<String>), FormatError> {
     let end = text.find(|letter: char| !letter.is_ascii_digit() && !"+-.,eE".contains(letter));
     let (number, unit) = text.split_at(end.unwrap_or(text.len()));
-    let number = number.replacen(',', ".", 1).parse::<f64>();
-    let number = number.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
-    let unit = unit.trim();
-    Ok((number, (!unit.is_empty()).then(|| unit.to_owned())))
+    let parsed = number.replacen(',', ".", 1).parse::<f64>();
+    let number = parsed.map_err(|_| FormatError::value(name, text, "a number and its unit"))?;
+    Ok((number, Some(unit.trim().to_owned()).filter(|unit| !unit.is_empty())))
 }
