@@ -3,6 +3,8 @@
 //!
 //! The file gives the sides of the map. Lines run along x; the first line, at the top of the image,
 //! has y = 0. Masked points are missing.
+//!
+//! Gwyddion 2.62 and gwyfile 0.3.0 write such files; `sample_0.gwy` of AFMReader 0.0.7 is one.
 
 use std::borrow::Cow;
 

@@ -6,6 +6,8 @@
 //! with a calibration from the stored integers to a unit. The default slot is read, as in
 //! SurfaceTopography. The images of a force map (`jpk-qi-image`) have the same layout. Files with
 //! force curves (`jpk-force`, `jpk-qi-data`) are not read.
+//!
+//! Six public files of 2017 and 2025, in the tests of AFMReader 0.0.7, show the layout.
 
 use super::channel::{Channel, Size};
 use super::input::finite;

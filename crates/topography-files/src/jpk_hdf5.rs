@@ -6,6 +6,8 @@
 //! along x; the first line has the largest y unless the grid is reflected. The attributes
 //! `net-encoder` convert the stored integers to the unit of the default calibration. Each frame is
 //! a channel here.
+//!
+//! `sample_0.h5-jpk` in the tests of AFMReader 0.0.7 shows the layout.
 
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset};

@@ -5,6 +5,8 @@
 //! lists the columns, and the data `NAME_i_j.dat`, a text. The column `-Lz+Az` has the heights in
 //! metres. The sides are nodes × distance. Lines run along x; the first line has y = 0. The format
 //! has no marker of missing points.
+//!
+//! The layout is that of SurfaceTopography 1.27.1, whose example is a scan of December 2024.
 
 use super::archive::Archive;
 use super::channel::{Channel, Sides};

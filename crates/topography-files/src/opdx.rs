@@ -5,6 +5,9 @@
 //! the last point, so that the side is extent × N / (N − 1). SurfaceTopography found this by the
 //! pixel size in the files; Gwyddion takes the extent as the side. Lines run along x (dimension
 //! 2); the first line has y = 0. NaN marks missing points.
+//!
+//! The layout is that of SurfaceTopography 1.27.1 and Gwyddion 2.62; no file of Vision64 could
+//! be compared.
 
 use std::collections::BTreeMap;
 

@@ -21,6 +21,8 @@ type Lines<'a> = std::iter::Enumerate<std::str::Lines<'a>>;
 ///
 /// SurfaceTopography takes a line of the file as a line along x, so that its maps have x and y
 /// exchanged.
+///
+/// The layout is that of these two readers: SurfaceTopography 1.27.1 and Gwyddion 2.62.
 pub const WYKO: Format = Format::new("wyko-asc", "Wyko ASCII", 1, read_wyko);
 
 /// Type of an entry that is a map.
@@ -86,6 +88,9 @@ fn wyko_number(word: &str) -> Option<f64> {
 /// height in micrometres follow; `No Data` marks missing points. In an ASCII file, intensities and
 /// then phases follow, converted to heights as in the binary format of MetroPro. Its lines run
 /// along x; the first pixel has y = 0.
+///
+/// The rule of the phases is that of the MetroPro Reference Guide; prysm 0.21.1 writes such files, with
+/// heights divided by the square of the wavelength in micrometres.
 pub const ZYGO: Format = Format::new("zygo-asc", "Zygo ASCII or XYZ", 1, read_zygo);
 
 fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -177,6 +182,9 @@ fn zygo_points<'a>(
 /// The header gives the nodes, the pixel size and the unit of the heights, in English or German.
 /// The sides are nodes × pixel size. Lines run along x; the first line has y = 0. Empty cells are
 /// missing points.
+///
+/// SurfaceTopography 1.27.1, surfalize 0.19.2 and Gwyddion 2.62 do not read such files, so that no other
+/// reader confirms the layout.
 pub const KEYENCE: Format = Format::new("keyence-csv", "Keyence CSV", 1, read_keyence);
 
 // Names of the entries in English and German.

@@ -13,6 +13,8 @@ use super::{Format, FormatError, at_least_one};
 /// A header line has a name of 20 bytes, a value of 30 bytes and a line end. Lengths are in metres;
 /// the sides are nodes × pixel size. Lines of numbers run along x and are padded to a multiple of 8
 /// bytes; the first line has y = 0. `InvalidPixelValue` marks missing points.
+///
+/// `al3d-1.al3d` in the tests of SurfaceTopography 1.27.1 shows this, and files of surfalize 0.19.2.
 pub const AL3D: Format = Format::new("al3d", "Alicona Imaging", 1, read_al3d);
 
 fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -153,6 +155,8 @@ impl Encoding {
 ///
 /// The header may give the sides of the map; otherwise they are unknown. Lines run along x; the
 /// first line has y = 0. NaN marks missing points.
+///
+/// The user guide of Gwyddion 2.62, which reads and writes such files, defines the format.
 pub const GSF: Format = Format::new("gsf", "Gwyddion simple field", 1, read_gsf);
 
 fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -175,6 +179,8 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// Names fill 14 columns of the header, which gives the sides of the map in metres. Lines run along
 /// x; the first line has the largest y. A height is number / 2^15 × `bufferRange` for
 /// integers of 16 bits, and number / 2^31 × `bufferRange` for integers of 32 bits.
+///
+/// A file of PicoView (version 0x10c04) in the tests of SurfaceTopography 1.27.1 shows this.
 pub const MI: Format = Format::new("mi", "Molecular Imaging", 2, read_mi);
 
 /// Number of columns that a name fills.
