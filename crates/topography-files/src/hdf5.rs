@@ -197,10 +197,9 @@ impl Groups<'_> {
     /// Reads the maps of a group. The signal of NeXus data comes first.
     fn channels(&mut self, folder: &Folder) -> Vec<Channel<'static>> {
         let mut channels = Vec::new();
-        let is_signal = |dataset: &&Dataset| {
-            folder.is_nexus()
-                && matches!(folder.attributes.text("signal"), Ok(Some(name)) if name == dataset.name())
-        };
+        let named = folder.attributes.text("signal").ok().flatten();
+        let name = named.filter(|_| folder.is_nexus()).unwrap_or_default();
+        let is_signal = |dataset: &&Dataset| dataset.name() == name;
         let (signal, others): (Vec<_>, Vec<_>) = folder.datasets.iter().partition(is_signal);
         let coordinates = folder.coordinates();
         for dataset in signal.into_iter().chain(others) {

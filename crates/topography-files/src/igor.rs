@@ -5,8 +5,8 @@
 //! unit for all channels, which Asylum Research sets to metres even for phases. If the wave has a
 //! note, the name of a channel therefore decides its unit.
 //!
-//! Files of Asylum Research in the tests of SurfaceTopography 1.27.1 and AFMReader 0.0.7 show this; the
-//! layout is that of Technical Note 003 of WaveMetrics (Igor Pro 6).
+//! Files of Asylum Research in the tests of SurfaceTopography 1.27.1 and AFMReader 0.0.7 show this;
+//! the layout is that of Technical Note 003 of WaveMetrics (Igor Pro 6).
 
 use super::channel::{Channel, Sides};
 use super::input::{Cursor, Entries, latin1};

@@ -99,8 +99,8 @@ impl<'a> Cursor<'a> {
 }
 
 impl Entries {
-    /// Reads lines `name = value` after the signature of a Gwyddion field, up to the zeros that fill
-    /// the header to a multiple of `multiple` bytes. Returns also the bytes after them.
+    /// Reads lines `name = value` after the signature of a Gwyddion field, up to the zeros that
+    /// fill the header to a multiple of `multiple` bytes. Returns also the bytes after them.
     pub fn of_gwyddion<'a>(
         bytes: &'a [u8],
         signature: &[u8],

@@ -7,8 +7,8 @@
 //!   whether the last axis is x (images) or y (NumPy arrays `[x, y]`, as SurfaceTopography, Tamaas
 //!   and h5py scripts store them). Axes of length one are dropped (frames of Tamaas 2.9.0 and
 //!   ContactMechanics 1.8.3); a longer third axis counts channels.
-//! - **Coordinates beside a map.** Arrays x and y of h5py scripts, `numpy.savez` and `save -v7.3` of
-//!   MATLAB are its axes if they have its numbers of lines, or its shape as of `meshgrid`.
+//! - **Coordinates beside a map.** Arrays x and y of h5py scripts, `numpy.savez` and `save -v7.3`
+//!   of MATLAB are its axes if they have its numbers of lines, or its shape as of `meshgrid`.
 //! - **Sides.** A side is the attribute `length` of the axis (SurfaceTopography 1.27.1), or nodes ×
 //!   step of its coordinates (netCDF4 1.7.5, xarray 2026.9, GMT 6, GDAL 3.10), whether the
 //!   coordinates are those of nodes or of pixel centres. Descending coordinates turn the map.

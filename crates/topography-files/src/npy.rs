@@ -106,8 +106,8 @@ pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
     }
 }
 
-/// Decodes the shape and the numbers of an array of any shape. Returns `None` if the elements are no
-/// numbers, if they are in Fortran order, or if the file is damaged.
+/// Decodes the shape and the numbers of an array of any shape. Returns `None` if the elements are
+/// no numbers, if they are in Fortran order, or if the file is damaged.
 pub(crate) fn npy_numbers(bytes: &[u8]) -> Option<(Vec<usize>, Vec<f64>)> {
     let (header, data) = split(bytes).ok()?;
     let (element, order) = element(header).ok()?;

@@ -5,7 +5,8 @@
 //! `space directions` × points (pynrrd 1.0, ITK), or the range of `axis mins` and `axis maxs`, to
 //! which a step is added if `centerings` says that points are nodes. `units` and `space units` have
 //! the units of the axes and, in files of Gwyddion 2.62, `sampleunits` that of the heights. NaN
-//! marks missing points. Numbers may be raw, text or compressed by gzip; files with separate data are refused.
+//! marks missing points. Numbers may be raw, text or compressed by gzip; files with separate data
+//! are refused.
 
 use flate2::read::GzDecoder;
 

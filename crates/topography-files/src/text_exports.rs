@@ -89,8 +89,8 @@ fn wyko_number(word: &str) -> Option<f64> {
 /// then phases follow, converted to heights as in the binary format of MetroPro. Its lines run
 /// along x; the first pixel has y = 0.
 ///
-/// The rule of the phases is that of the MetroPro Reference Guide; prysm 0.21.1 writes such files, with
-/// heights divided by the square of the wavelength in micrometres.
+/// The rule of the phases is that of the MetroPro Reference Guide; prysm 0.21.1 writes such files,
+/// with heights divided by the square of the wavelength in micrometres.
 pub const ZYGO: Format = Format::new("zygo-asc", "Zygo ASCII or XYZ", 1, read_zygo);
 
 fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -183,8 +183,8 @@ fn zygo_points<'a>(
 /// The sides are nodes × pixel size. Lines run along x; the first line has y = 0. Empty cells are
 /// missing points.
 ///
-/// SurfaceTopography 1.27.1, surfalize 0.19.2 and Gwyddion 2.62 do not read such files, so that no other
-/// reader confirms the layout.
+/// SurfaceTopography 1.27.1, surfalize 0.19.2 and Gwyddion 2.62 do not read such files, so that no
+/// other reader confirms the layout.
 pub const KEYENCE: Format = Format::new("keyence-csv", "Keyence CSV", 1, read_keyence);
 
 // Names of the entries in English and German.

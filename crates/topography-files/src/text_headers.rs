@@ -14,7 +14,8 @@ use super::{Format, FormatError, at_least_one};
 /// the sides are nodes × pixel size. Lines of numbers run along x and are padded to a multiple of 8
 /// bytes; the first line has y = 0. `InvalidPixelValue` marks missing points.
 ///
-/// `al3d-1.al3d` in the tests of SurfaceTopography 1.27.1 shows this, and files of surfalize 0.19.2.
+/// `al3d-1.al3d` in the tests of SurfaceTopography 1.27.1 shows this, and files of surfalize
+/// 0.19.2.
 pub const AL3D: Format = Format::new("al3d", "Alicona Imaging", 1, read_al3d);
 
 fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
