@@ -23,6 +23,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
+use crate::parallel;
 use crate::key::TaskKey;
 use crate::parquet::{self, Columns, Metadata, ParquetError};
 use crate::store::files::{Existing, Unflushed, make_folder, read_whole, write_file};
@@ -225,20 +226,29 @@ impl Store {
         for (index, table) in tables.iter().enumerate() {
             folders.entry(table.key.first_byte()).or_default().push(index);
         }
-        let mut have = vec![false; tables.len()];
-        for wanted in folders.into_values() {
+        let look_up = |wanted: &Vec<usize>| -> Vec<bool> {
             let first = tables[wanted[0]].key;
             let listed = if wanted.len() >= MANY { self.finished_beside(first).ok() } else { None };
-            for index in wanted {
-                let table = tables[index];
-                have[index] = match &listed {
-                    Some(finished) => {
-                        let names = finished.get(&table.key).map_or(&[][..], Vec::as_slice);
-                        self.is_complete(table, names)
-                    }
-                    None => self.has(table),
-                };
-            }
+            let has = |&index: &usize| match &listed {
+                Some(finished) => {
+                    let table = tables[index];
+                    let names = finished.get(&table.key).map_or(&[][..], Vec::as_slice);
+                    self.is_complete(table, names)
+                }
+                None => self.has(tables[index]),
+            };
+            wanted.iter().map(has).collect()
+        };
+        let folders: Vec<Vec<usize>> = folders.into_values().collect();
+        let is_much = folders.iter().any(|wanted| wanted.len() >= MANY);
+        let found: Vec<Vec<bool>> = if is_much {
+            parallel::map(&folders, look_up)
+        } else {
+            folders.iter().map(look_up).collect()
+        };
+        let mut have = vec![false; tables.len()];
+        for (index, is_there) in folders.iter().flatten().zip(found.into_iter().flatten()) {
+            have[*index] = is_there;
         }
         have
     }

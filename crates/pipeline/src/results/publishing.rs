@@ -122,10 +122,15 @@ impl Publisher<'_> {
         let digest_of = |tasks: &[usize]| digest(plan, tasks, &study.sources, description);
         let there = written_for(&path);
         let is_there = |digest: &String| there.as_ref() == Some(digest);
-        for tasks in [&stage.tasks, &stored] {
-            if !tasks.is_empty() && is_there(&digest_of(tasks)) {
-                return Ok(table(tasks.len()));
-            }
+        let has_rows_of = |tasks: &[usize]| !tasks.is_empty() && is_there(&digest_of(tasks));
+        // The store is not listed if nothing has changed.
+        if has_rows_of(&stage.tasks) {
+            return Ok(table(stage.tasks.len()));
+        }
+        let have = self.reader.store().have(&plan.tables_of(stage));
+        let stored = stage.tasks_where(&have);
+        if has_rows_of(&stored) {
+            return Ok(table(stored.len()));
         }
         let (mut parts, kept) = self.parts(stage, &have)?;
         if stored.is_empty() {

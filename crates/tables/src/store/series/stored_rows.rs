@@ -11,7 +11,7 @@ use super::{
     FileName, MissingRows, Part, PartRows, RowsName, SeriesRows, TableRef, ascending, contains,
     index_of,
 };
-use crate::key::TaskKey;
+use crate::key::{KeyMap, TaskKey};
 use crate::parallel::locked;
 use crate::parquet::{Columns, ParquetError};
 use crate::store::files::Existing;
@@ -249,7 +249,7 @@ impl Store {
     pub(in crate::store) fn finished_beside(
         &self,
         key: TaskKey,
-    ) -> Result<HashMap<TaskKey, Vec<FileName>>, StoreError> {
+    ) -> Result<KeyMap<Vec<FileName>>, StoreError> {
         let finished_in = |root: &Path| {
             let path = path(root, key);
             let folder = path.parent().unwrap_or(root);
@@ -310,7 +310,7 @@ impl Store {
 /// Listing of a store for many questions about its rows. Each folder is listed once.
 pub struct Listing<'a> {
     store: &'a Store,
-    folders: RefCell<HashMap<u8, HashMap<TaskKey, Vec<FileName>>>>,
+    folders: RefCell<HashMap<u8, KeyMap<Vec<FileName>>>>,
 }
 
 impl<'a> Listing<'a> {
