@@ -209,7 +209,7 @@ impl<'a> Run<'a> {
             .unwrap_or_else(|payload| Err(TaskError::Panic(words_of_panic(payload.as_ref()))));
         match result {
             Ok(()) => {
-                self.outcome_mut(|outcome| outcome.computed.push(task));
+                self.outcome_mut(|outcome| outcome.computed.push(self.plan.tasks[task].key));
                 for &next in self.dependents[task].iter().rev() {
                     if self.is_to_run(next)
                         && self.waits_for[next].fetch_sub(1, Ordering::AcqRel) == 1
@@ -384,7 +384,7 @@ impl<'a> Run<'a> {
         self.set_aside(task, Some(cause))?;
         match self.compute(task, threads) {
             Ok(()) => {
-                self.outcome_mut(|outcome| outcome.computed.push(task));
+                self.outcome_mut(|outcome| outcome.computed.push(self.plan.tasks[task].key));
                 Ok(())
             }
             Err(TaskError::Stage(StageError::Interrupted)) => Err(StageError::Interrupted.into()),
@@ -399,7 +399,7 @@ impl<'a> Run<'a> {
     /// read.
     fn set_aside(&self, task: usize, cause: Option<StoreError>) -> Result<(), StoreError> {
         let key = self.plan.tasks[task].table.key;
-        let damaged = Damage::set_aside(task, key, self.reader.store(), cause)?;
+        let damaged = Damage::set_aside(key, self.reader.store(), cause)?;
         self.outcome_mut(|outcome| outcome.damaged.extend(damaged));
         Ok(())
     }
@@ -425,7 +425,7 @@ impl<'a> Run<'a> {
             let mut failures = vec![(task, error)];
             while let Some((task, error)) = failures.pop() {
                 if !self.has_failed[task].swap(true, Ordering::Relaxed) {
-                    outcome.failed.push((task, error));
+                    outcome.failed.push((self.plan.tasks[task].key, error));
                     let waiting = self.dependents[task].iter().copied();
                     let dropped = waiting.filter(|&next| self.is_to_run(next));
                     failures.extend(dropped.map(|next| (next, TaskError::Upstream(root))));
@@ -440,10 +440,11 @@ impl<'a> Run<'a> {
 
     fn outcome(self) -> RunOutcome {
         let mut outcome = self.done.into_inner().expect("no code panics while it holds the lock");
-        outcome.computed.sort_unstable();
+        // The order of the plan does not depend on the order in which tasks have run.
+        outcome.computed.sort_by_key(|task| self.plan.index_of(*task));
         outcome.computed.dedup();
-        outcome.failed.sort_by_key(|(task, _)| *task);
-        outcome.damaged.sort_by_key(|damage| damage.task);
+        outcome.failed.sort_by_key(|(task, _)| self.plan.index_of(*task));
+        outcome.damaged.sort_by_cached_key(|damage| self.plan.task_of(damage.table));
         outcome.interrupted = self.interrupted.load(Ordering::Relaxed);
         outcome.halted = self.halted.load(Ordering::Relaxed);
         outcome
@@ -504,7 +505,7 @@ loads = [0.1]
         let reader = ResultReader::new(store, &folder.path().join("results"));
         let outcome = run(&plan, &missing, &reader, sources, means, &Silence, &stopped);
         let (first, error) = &outcome.failed[0];
-        assert_eq!(*first, 0);
+        assert_eq!(*first, plan.tasks[0].key);
         assert!(matches!(error, TaskError::Memory { .. }), "{error}");
         assert!(error.to_string().contains("the system does not provide"));
         let others = &outcome.failed[1..];

@@ -76,12 +76,12 @@ impl Failures<'_> {
     /// Returns an error if two parameters of the same name differ in type. This would be a bug of a
     /// stage.
     pub fn of_run(&self, outcome: &RunOutcome) -> Result<Table, TableError> {
-        let rows = outcome.failed.iter().map(|(task, error)| {
+        let rows = outcome.failed.iter().filter_map(|(task, error)| {
             let kind = match error {
                 TaskError::Upstream(_) => NOT_STARTED,
                 _ => FAILED,
             };
-            self.row(*task, kind, chain(error))
+            Some(self.row(self.plan.index_of(*task)?, kind, chain(error)))
         });
         stacked(&rows.collect::<Result<Vec<_>, _>>()?)
     }
