@@ -14,7 +14,7 @@ use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names::FAILURES;
 use asperity_pipeline::forecast::memory::MemoryLimit;
 use asperity_pipeline::plan::PlannedStage;
-use asperity_pipeline::results::{self, StudyResults, exceeded_hardness, failures, owner};
+use asperity_pipeline::results::{self, StudyResults, failures, owner, warnings};
 use asperity_pipeline::study::Study;
 use asperity_report::{Subject, check_folder};
 use asperity_stages::aggregate::sql;
@@ -240,7 +240,7 @@ pub(super) fn write_report(
         });
     }
     let mut warnings = reading.study.warnings();
-    warnings.extend(exceeded_hardness::warnings(&reading.study, &reading.plan, |stage| {
+    warnings.extend(warnings::warnings(&reading.study, &reading.plan, |stage| {
         Ok::<_, SessionError>(rows[stage].table.clone())
     })?);
     let subject = Subject {

@@ -28,7 +28,7 @@ use asperity_pipeline::plan::Plan;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::plan::sources::{Sources, TasksFromStore};
 use asperity_pipeline::results::reader::ResultReader;
-use asperity_pipeline::results::{self, ResultsError, exceeded_hardness, owner};
+use asperity_pipeline::results::{self, ResultsError, owner, warnings};
 use asperity_pipeline::runner::{self, Resources};
 use asperity_pipeline::study::Warning;
 use asperity_tables::key::TaskKey;
@@ -438,7 +438,7 @@ impl<'a> PreparedRun<'a> {
     /// Returns the warnings about the results, and sends them to the observer.
     fn warnings(&self, tables: &[PublishedTable]) -> Result<Vec<Warning>, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled;
-        let warnings = exceeded_hardness::warnings(study, plan, |stage| {
+        let warnings = warnings::warnings(study, plan, |stage| {
             let there = tables.get(stage).filter(|table| table.finished > 0);
             Ok::<_, SessionError>(there.map(PublishedTable::read).transpose()?)
         })?;
