@@ -23,7 +23,7 @@ use asperity_stages::units::TableUnits;
 use asperity_stages::{Kind, StageError, columns_of};
 use asperity_tables::parquet::{Columns, Metadata};
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, read_whole};
+use asperity_tables::store::files::read_whole;
 use asperity_tables::store::series::FileName;
 
 pub use asperity_pipeline::results::PublishedTable;
@@ -228,9 +228,8 @@ pub(super) fn write_report(
             session.notify(Event::Notice(Notice::OtherManifest { other: &other, folder }));
         }
     }
-    let existing = if options.replace { Existing::Replace } else { Existing::Keep };
     if let Some(folder) = &options.output {
-        check_folder(folder, &reading.study, existing)?;
+        check_folder(folder, &reading.study, options.replace)?;
     }
     let rows = reading.all()?;
     if rows.iter().all(|stage| stage.tasks.is_empty()) {
@@ -254,7 +253,7 @@ pub(super) fn write_report(
     };
     let default = || session.data().results_of(&reading.plan.study);
     let folder = options.output.clone().unwrap_or_else(default);
-    Ok(asperity_report::write(&subject, options.bars, &folder, existing)?)
+    Ok(asperity_report::write(&subject, options.bars, &folder, options.replace)?)
 }
 
 /// Parquet file of asperity, with its table and provenance.

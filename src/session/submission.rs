@@ -20,7 +20,7 @@ use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::owner;
 use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::{cluster, runner};
-use asperity_tables::store::files::{Existing, make_folder, write_whole};
+use asperity_tables::store::files::{make_folder, write_whole};
 
 pub use asperity_pipeline::cluster::settings::Settings;
 pub use asperity_pipeline::cluster::sizing::{Sizing, ranges};
@@ -134,7 +134,7 @@ impl Session<'_> {
             (Submission::element_script(folder), &scripts.element),
             (Submission::finish_script(folder), &scripts.finish),
         ] {
-            write_whole(&path, text.as_bytes(), Existing::Replace, folder)?;
+            write_whole(&path, text.as_bytes(), folder)?;
         }
         let elements = sizing.hours.keys().copied().collect();
         submission.submitted.push(submit_round(folder, elements, 0)?);

@@ -22,7 +22,7 @@ use asperity_tables::parquet;
 use asperity_tables::parquet::{GROUP, Metadata};
 use asperity_tables::source::TableSource;
 use asperity_tables::store::files::{
-    Existing, flush_folder, lock_to_write, make_folder, quarantine, write_with,
+    flush_folder, lock_to_write, make_folder, quarantine, write_with,
 };
 use asperity_tables::store::{Store, StoreError, TaskTables};
 use asperity_tables::table::{Stacking, Table, TableError};
@@ -117,8 +117,6 @@ impl Publisher<'_> {
             finished,
             quarantined: None,
         };
-        let have = self.reader.store().have(&plan.tables_of(stage));
-        let stored = stage.tasks_where(&have);
         let digest_of = |tasks: &[usize]| digest(plan, tasks, &study.sources, description);
         let there = written_for(&path);
         let is_there = |digest: &String| there.as_ref() == Some(digest);
@@ -179,7 +177,7 @@ impl Publisher<'_> {
         let quarantined =
             if written_for(path).is_none() && path.is_file() { quarantine(path)? } else { None };
         let mut unread = None;
-        let written = write_with(path, Existing::Replace, &self.folder, |file| {
+        let written = write_with(path, &self.folder, |file| {
             let rest = groups.map_while(|group| group.map_err(|error| unread = Some(error)).ok());
             let parts = std::iter::once(first).chain(rest);
             parquet::write_parts(file, rows, &metadata, parts)?;

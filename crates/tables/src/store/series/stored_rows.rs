@@ -14,7 +14,6 @@ use super::{
 use crate::key::{KeyMap, TaskKey};
 use crate::parallel::locked;
 use crate::parquet::{Columns, ParquetError};
-use crate::store::files::Existing;
 use crate::store::provenance::Provenance;
 use crate::store::{Store, StoreError, file_path, files, path};
 use crate::table::Table;
@@ -295,8 +294,7 @@ impl Store {
         let name = FileName { key: provenance.key(), rows: Some(RowsName::new(part, values)) };
         let mut metadata = provenance.metadata();
         metadata.entries.extend(entries(column, values, part));
-        // A file of this name that cannot be read counts as missing, so it is replaced.
-        self.write(&self.path_of(&name), table, &metadata, Existing::Replace)?;
+        self.write(&self.path_of(&name), table, &metadata)?;
         Ok(name)
     }
 
