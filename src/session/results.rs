@@ -221,11 +221,10 @@ pub(super) fn write_report(
 ) -> Result<Report, SessionError> {
     let reading = session.reading()?;
     if !options.replace && options.output.is_none() {
-        let (study, plan) = (&reading.study, &reading.plan);
-        // The page and the figures of the other manifest are replaced, so the user must know of it.
-        if let Some(other) = owner::check(session.manifest(), study, plan, &reading.reader)? {
-            let folder = reading.reader.folder();
-            session.notify(Event::Notice(Notice::OtherManifest { other: &other, folder }));
+        let folder = &session.data().results_of(&reading.study.name);
+        let former = owner::check(session.manifest(), &reading.study, &reading.plan, folder)?;
+        if let Some(manifest) = &former {
+            session.notify(Event::Notice(Notice::FormerOwner { manifest, folder }));
         }
     }
     if let Some(folder) = &options.output {

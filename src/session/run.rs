@@ -226,10 +226,10 @@ impl<'a> PreparedRun<'a> {
         let sampled = SampledStudy::from_tables(study, &store, &DeclaredClaims)?;
         if !options.replace {
             let folder = session.data().results_of(&sampled.plan.study);
-            let reader = ResultReader::new(store.clone(), &folder);
-            let other = owner::check(session.manifest(), &sampled.study, &sampled.plan, &reader)?;
-            if let Some(other) = &other {
-                session.notify(Event::Notice(Notice::OtherManifest { other, folder: &folder }));
+            let SampledStudy { study, plan, .. } = &sampled;
+            let former = owner::check(session.manifest(), study, plan, &folder)?;
+            if let Some(manifest) = &former {
+                session.notify(Event::Notice(Notice::FormerOwner { manifest, folder: &folder }));
             }
         }
         let missing = runner::missing(&sampled.plan, &store);

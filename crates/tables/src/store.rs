@@ -22,8 +22,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::parallel;
 use crate::key::TaskKey;
+use crate::parallel;
 use crate::parquet::{self, Columns, Metadata, ParquetError};
 use crate::store::files::{Unflushed, make_folder, read_whole, write_file};
 use crate::store::layers::{Layers, ListedStore};

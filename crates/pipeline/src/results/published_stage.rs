@@ -136,10 +136,6 @@ impl PublishedStage {
         self.source.table()
     }
 
-    pub fn tasks(&self) -> impl Iterator<Item = TaskKey> {
-        self.rows.keys().copied()
-    }
-
     /// Returns whether the published table has all rows of a table.
     pub fn has(&self, table: &TableRef) -> bool {
         match table.series {
@@ -297,11 +293,11 @@ fn rows(source: &TableSource, column: usize) -> Result<Option<TaskRows>, StoreEr
 }
 
 #[cfg(test)]
-    use asperity_tables::key::TaskKey;
 mod tests {
     use asperity_tables::column::{Column, ColumnKind, optional_reals, reals, texts};
 
     use super::*;
+    use asperity_tables::key::TaskKey;
 
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
     const GAP: Column = Column::result("gap", ColumnKind::Real, "1", "gap");
