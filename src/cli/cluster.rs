@@ -205,9 +205,9 @@ pub struct StatusArguments {
     /// Print the result as JSON.
     ///
     /// Form: `{"study", "stages": [{"name", "kind", "done", "running", "waiting", "failed"}, …],
-    /// "core_hours_spent", "core_hours_left", "hours_left", "cores", "queue", "failures",
-    /// "lock_files"}`; with `--watch`, one line per update. If tables are read from stores that
-    /// `asperity.toml` lists, stages also have `"stores": [{"store", "tasks"}, …]`.
+    /// "core_hours_spent", "core_hours_left", "hours_left", "cores", "queue", "failures"}`; with
+    /// `--watch`, one line per update. If tables are read from stores that `asperity.toml` lists,
+    /// stages also have `"stores": [{"store", "tasks"}, …]`.
     #[arg(long)]
     json: bool,
 }
@@ -267,10 +267,6 @@ fn progress_text(progress: &Progress) -> String {
     let more = progress.failures.len().saturating_sub(MAX_FAILURES);
     if more > 0 {
         text += &format!("and {}\n", counted(more, "more failed task"));
-    }
-    if progress.lock_files {
-        text += "tables are published under lock files, because the file system of the data folder \
-                 cannot rename a file only to a free name\n";
     }
     text
 }

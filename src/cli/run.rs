@@ -18,6 +18,7 @@ use crate::session::words::counted;
 use crate::session::{
     DataFolder, PlannedStage, RunOptions, RunReport, SampledStudy, Selection, Session, Shard,
 };
+use crate::tables::key::TaskKey;
 
 #[derive(clap::Args)]
 pub struct RunArguments {
@@ -147,7 +148,7 @@ fn closing(missing: &[usize], outcome: &RunOutcome, nothing_to_do: &str) -> Stri
     let computed = outcome.computed.len();
     if outcome.interrupted || outcome.halted {
         let all = counted(missing.len(), "task");
-        let is_denied = |(_, error): &(usize, TaskError)| match error {
+        let is_denied = |(_, error): &(TaskKey, TaskError)| match error {
             TaskError::Store(error) => error.is_denied(),
             _ => false,
         };
@@ -226,15 +227,17 @@ mod tests {
     use std::io;
 
     use super::*;
+    use crate::tables::key::Digest;
     use crate::tables::store::StoreError;
 
     #[test]
     fn what_to_do_depends_on_why_nothing_can_be_stored() {
         let advice = |kind: io::ErrorKind| {
+            let key = TaskKey::new("solve", 1, Digest::from_params(&()), &[]);
             let error =
                 StoreError::Write { path: PathBuf::from("data/store"), source: kind.into() };
             let outcome = RunOutcome {
-                failed: vec![(0, error.into())],
+                failed: vec![(key, error.into())],
                 halted: true,
                 ..RunOutcome::default()
             };

@@ -11,7 +11,6 @@ use super::words::{chain, counted, duration, shell_word};
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::plan::Plan;
-use asperity_pipeline::results::owner::OtherManifest;
 use asperity_pipeline::study::Warning;
 use asperity_stages::Kind;
 use asperity_tables::store::{Store, StoreError};
@@ -112,9 +111,10 @@ pub enum Notice<'a> {
     },
     /// A table in the results folder that belongs to no stage of the study.
     Orphan(&'a Path),
-    /// The results folder has results of another manifest with the same study name.
-    OtherManifest {
-        other: &'a OtherManifest,
+    /// The results folder belonged to another manifest with the same study name, which no longer
+    /// exists.
+    FormerOwner {
+        manifest: &'a Path,
         /// Results folder of the study.
         folder: &'a Path,
     },
@@ -157,7 +157,7 @@ impl Notice<'_> {
             | Notice::RecordNotSaved(_) => Severity::Warning,
             Notice::ScarceMemory { .. }
             | Notice::Waiting(_)
-            | Notice::OtherManifest { .. }
+            | Notice::FormerOwner { .. }
             | Notice::Orphan(_)
             | Notice::Recalled(_)
             | Notice::Incomplete { .. } => Severity::Note,
@@ -210,19 +210,12 @@ impl fmt::Display for Notice<'_> {
                 "`{}` belongs to a stage that the study no longer has; you can delete it",
                 path.display()
             ),
-            Notice::OtherManifest { other: OtherManifest::Gone(other), folder } => write!(
+            Notice::FormerOwner { manifest, folder } => write!(
                 formatter,
                 "the results in `{}` belonged to `{}`, which no longer exists; they now belong to this \
                  manifest",
                 folder.display(),
-                other.display()
-            ),
-            Notice::OtherManifest { other: OtherManifest::Shares(other), folder } => write!(
-                formatter,
-                "`{}` also holds results of `{}`, whose study has the same name; each manifest can only \
-                 add to the results of the other; rename one of the studies to separate them",
-                folder.display(),
-                other.display()
+                manifest.display()
             ),
             Notice::RecordNotSaved(error) => {
                 write!(

@@ -15,7 +15,6 @@ use asperity_pipeline::plan::Kind;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::owner;
 use asperity_report::index::{self, StageEntry, StudyEntry, StudyState, write_index};
-use asperity_tables::store::files::Existing;
 use asperity_tables::store::listing;
 
 /// Path of the page of all studies of a data folder, and the studies.
@@ -37,8 +36,7 @@ impl StudyIndex {
             return Err(SessionError::NoStudies { data: data.path().to_owned() });
         }
         let studies: Vec<StudyEntry> = names.iter().map(|name| entry(data, name)).collect();
-        let existing = if replace { Existing::Replace } else { Existing::Keep };
-        let page = write_index(&data.results(), &studies, existing)?;
+        let page = write_index(&data.results(), &studies, replace)?;
         Ok(StudyIndex { page, studies })
     }
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::SessionError;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, write_file, write_with};
+use asperity_tables::store::files::{write_file, write_with};
 
 /// Number of first bytes by which two files are of the same kind.
 const SIGNATURE: usize = 4;
@@ -44,7 +44,7 @@ pub fn write_output(
             return Err(exists(path));
         }
     }
-    Ok(write_file(path, bytes, Existing::Replace, folder_of(path))?)
+    Ok(write_file(path, bytes, folder_of(path))?)
 }
 
 /// Writes a file of the kind `kind` in parts, as [`write_output`] writes one whose bytes are in
@@ -68,7 +68,7 @@ pub fn write_output_with(
     }
     if there.is_none_or(|_| replace) && !is_stream(path) {
         let mut error = None;
-        let written = write_with(path, Existing::Replace, folder, |file| {
+        let written = write_with(path, folder, |file| {
             write(file).map_err(|source| {
                 error = Some(source);
                 io::Error::other("the content cannot be computed")

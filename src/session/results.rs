@@ -14,7 +14,7 @@ use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names::FAILURES;
 use asperity_pipeline::forecast::memory::MemoryLimit;
 use asperity_pipeline::plan::PlannedStage;
-use asperity_pipeline::results::{self, StudyResults, exceeded_hardness, failures, owner};
+use asperity_pipeline::results::{self, StudyResults, failures, owner, warnings};
 use asperity_pipeline::study::Study;
 use asperity_report::{Subject, check_folder};
 use asperity_stages::aggregate::sql;
@@ -23,7 +23,7 @@ use asperity_stages::units::TableUnits;
 use asperity_stages::{Kind, StageError, columns_of};
 use asperity_tables::parquet::{Columns, Metadata};
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, read_whole};
+use asperity_tables::store::files::read_whole;
 use asperity_tables::store::series::FileName;
 
 pub use asperity_pipeline::results::PublishedTable;
@@ -221,16 +221,14 @@ pub(super) fn write_report(
 ) -> Result<Report, SessionError> {
     let reading = session.reading()?;
     if !options.replace && options.output.is_none() {
-        let (study, plan) = (&reading.study, &reading.plan);
-        // The page and the figures of the other manifest are replaced, so the user must know of it.
-        if let Some(other) = owner::check(session.manifest(), study, plan, &reading.reader)? {
-            let folder = reading.reader.folder();
-            session.notify(Event::Notice(Notice::OtherManifest { other: &other, folder }));
+        let folder = &session.data().results_of(&reading.study.name);
+        let former = owner::check(session.manifest(), &reading.study, &reading.plan, folder)?;
+        if let Some(manifest) = &former {
+            session.notify(Event::Notice(Notice::FormerOwner { manifest, folder }));
         }
     }
-    let existing = if options.replace { Existing::Replace } else { Existing::Keep };
     if let Some(folder) = &options.output {
-        check_folder(folder, &reading.study, existing)?;
+        check_folder(folder, &reading.study, options.replace)?;
     }
     let rows = reading.all()?;
     if rows.iter().all(|stage| stage.tasks.is_empty()) {
@@ -240,7 +238,7 @@ pub(super) fn write_report(
         });
     }
     let mut warnings = reading.study.warnings();
-    warnings.extend(exceeded_hardness::warnings(&reading.study, &reading.plan, |stage| {
+    warnings.extend(warnings::warnings(&reading.study, &reading.plan, |stage| {
         Ok::<_, SessionError>(rows[stage].table.clone())
     })?);
     let subject = Subject {
@@ -254,7 +252,7 @@ pub(super) fn write_report(
     };
     let default = || session.data().results_of(&reading.plan.study);
     let folder = options.output.clone().unwrap_or_else(default);
-    Ok(asperity_report::write(&subject, options.bars, &folder, existing)?)
+    Ok(asperity_report::write(&subject, options.bars, &folder, options.replace)?)
 }
 
 /// Parquet file of asperity, with its table and provenance.

@@ -28,7 +28,7 @@ use asperity_pipeline::plan::Plan;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::plan::sources::{Sources, TasksFromStore};
 use asperity_pipeline::results::reader::ResultReader;
-use asperity_pipeline::results::{self, ResultsError, exceeded_hardness, owner};
+use asperity_pipeline::results::{self, ResultsError, owner, warnings};
 use asperity_pipeline::runner::{self, Resources};
 use asperity_pipeline::study::Warning;
 use asperity_tables::key::TaskKey;
@@ -182,10 +182,12 @@ pub struct DamagedTask<'a> {
 impl RunReport {
     /// Counts the tasks of each stage.
     pub fn stages(&self) -> Vec<StageRun<'_>> {
-        let failed: Vec<usize> = self.outcome.failed.iter().map(|(task, _)| *task).collect();
-        let counts = StageCount::all(&self.sampled.plan, &self.missing).into_iter();
+        let plan = &self.sampled.plan;
+        let computed = indices(plan, self.outcome.computed.iter());
+        let failed = indices(plan, self.outcome.failed.iter().map(|(task, _)| task));
+        let counts = StageCount::all(plan, &self.missing).into_iter();
         let stages = counts.map(|before| StageRun {
-            computed: before.among(&self.outcome.computed),
+            computed: before.among(&computed),
             failed: before.among(&failed),
             before,
         });
@@ -195,7 +197,7 @@ impl RunReport {
     /// Summarizes the run for JSON output.
     pub fn summary(&self) -> RunSummary<'_> {
         let damaged = self.outcome.damaged.iter().map(|damage| DamagedTask {
-            task: self.sampled.plan.tasks[damage.task].table.key,
+            task: damage.table,
             cause: &damage.cause,
             quarantined: damage.quarantined.as_deref(),
         });
@@ -224,10 +226,10 @@ impl<'a> PreparedRun<'a> {
         let sampled = SampledStudy::from_tables(study, &store, &DeclaredClaims)?;
         if !options.replace {
             let folder = session.data().results_of(&sampled.plan.study);
-            let reader = ResultReader::new(store.clone(), &folder);
-            let other = owner::check(session.manifest(), &sampled.study, &sampled.plan, &reader)?;
-            if let Some(other) = &other {
-                session.notify(Event::Notice(Notice::OtherManifest { other, folder: &folder }));
+            let SampledStudy { study, plan, .. } = &sampled;
+            let former = owner::check(session.manifest(), study, plan, &folder)?;
+            if let Some(manifest) = &former {
+                session.notify(Event::Notice(Notice::FormerOwner { manifest, folder: &folder }));
             }
         }
         let missing = runner::missing(&sampled.plan, &store);
@@ -273,7 +275,8 @@ impl<'a> PreparedRun<'a> {
         let wanted = self.selection.tasks(self.plan(), &missing, &self.store)?;
         let mut outcome = self.compute(&wanted, stop)?;
         // Tasks computed during adaptive sampling were missing and wanted, too.
-        let [missing, wanted] = [missing, wanted].map(|tasks| joined(tasks, &settled.computed));
+        let computed = indices(self.plan(), settled.computed.iter());
+        let [missing, wanted] = [missing, wanted].map(|tasks| joined(tasks, &computed));
         outcome.append(settled);
         // If tables of tasks cannot be stored, tables of stages cannot be stored either.
         let published =
@@ -336,18 +339,15 @@ impl<'a> PreparedRun<'a> {
             missing.retain(|&task| !self.store.has(&self.plan().tasks[task].table));
             let round = self.compute(&missing, stop)?;
             if round.computed.is_empty() {
+                // Tasks that pooled fewer surfaces are not in the final plan.
+                outcome.computed.retain(|task| self.plan().index_of(*task).is_some());
                 return Ok(outcome);
             }
             outcome.append(round);
             // The main computation repeats failed tasks and reports them.
             outcome.failed.clear();
-            let sampled = SampledStudy::from_tables(
-                self.sampled.study.clone(),
-                &self.store,
-                &DeclaredClaims,
-            )?;
-            outcome = outcome.renumbered(self.plan(), &sampled.plan);
-            self.sampled = sampled;
+            let study = self.sampled.study.clone();
+            self.sampled = SampledStudy::from_tables(study, &self.store, &DeclaredClaims)?;
             self.find_missing();
         }
     }
@@ -432,13 +432,13 @@ impl<'a> PreparedRun<'a> {
     }
 
     fn set_aside(&self, task: usize, cause: StoreError) -> Result<Vec<Damage>, StoreError> {
-        Damage::set_aside(task, self.plan().tasks[task].table.key, &self.store, Some(cause))
+        Damage::set_aside(self.plan().tasks[task].table.key, &self.store, Some(cause))
     }
 
     /// Returns the warnings about the results, and sends them to the observer.
     fn warnings(&self, tables: &[PublishedTable]) -> Result<Vec<Warning>, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled;
-        let warnings = exceeded_hardness::warnings(study, plan, |stage| {
+        let warnings = warnings::warnings(study, plan, |stage| {
             let there = tables.get(stage).filter(|table| table.finished > 0);
             Ok::<_, SessionError>(there.map(PublishedTable::read).transpose()?)
         })?;
@@ -498,6 +498,13 @@ impl runner::TaskObserver for Relay<'_> {
     fn finished(&self, task: usize, _: Duration) {
         self.0.on_event(Event::Finished(task));
     }
+}
+
+/// Returns the sorted indices of those tasks that the plan has.
+fn indices<'k>(plan: &Plan, tasks: impl Iterator<Item = &'k TaskKey>) -> Vec<usize> {
+    let mut indices: Vec<usize> = tasks.filter_map(|&task| plan.index_of(task)).collect();
+    indices.sort_unstable();
+    indices
 }
 
 /// Returns the sorted union of two lists of tasks.

@@ -282,9 +282,6 @@ pub struct Progress {
     pub queue: Option<Queue>,
     /// Failed tasks of array elements, newest first.
     pub failures: Vec<FailedTask>,
-    /// True if tables are published under lock files, because the file system of the store cannot
-    /// rename a file only to a free name.
-    pub lock_files: bool,
 }
 
 /// Jobs of a study in the queue.
@@ -381,7 +378,6 @@ impl Session<'_> {
             cores,
             queue: queue.map(|queue| Queue::from_jobs(&queue)),
             failures: failures.filter(|failed| index(&failed.task).is_some()).collect(),
-            lock_files: store.uses_lock_files(),
         })
     }
 

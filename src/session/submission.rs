@@ -18,9 +18,8 @@ use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::forecast::memory::MemoryLimit;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::owner;
-use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::{cluster, runner};
-use asperity_tables::store::files::{Existing, make_folder, write_whole};
+use asperity_tables::store::files::{make_folder, write_whole};
 
 pub use asperity_pipeline::cluster::settings::Settings;
 pub use asperity_pipeline::cluster::sizing::{Sizing, ranges};
@@ -72,8 +71,7 @@ impl Session<'_> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
         let store = self.open_read_only()?;
         if !options.replace {
-            let reader = ResultReader::new(store.clone(), &self.data.results_of(&study.name));
-            owner::check(&self.manifest, study, plan, &reader)?;
+            owner::check(&self.manifest, study, plan, &self.data.results_of(&study.name))?;
         }
         let missing = runner::missing(plan, &store);
         let receipts = self.all_receipts()?;
@@ -134,7 +132,7 @@ impl Session<'_> {
             (Submission::element_script(folder), &scripts.element),
             (Submission::finish_script(folder), &scripts.finish),
         ] {
-            write_whole(&path, text.as_bytes(), Existing::Replace, folder)?;
+            write_whole(&path, text.as_bytes(), folder)?;
         }
         let elements = sizing.hours.keys().copied().collect();
         submission.submitted.push(submit_round(folder, elements, 0)?);

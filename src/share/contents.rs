@@ -18,7 +18,7 @@ use asperity_pipeline::results::owner::{self, Owner};
 use asperity_pipeline::results::{self, StudyResults};
 use asperity_pipeline::study::claims::own_files;
 use asperity_stages::Kind;
-use asperity_tables::store::files::{Existing, verify_whole, write_with};
+use asperity_tables::store::files::{verify_whole, write_with};
 use asperity_tables::store::{self, StoreError};
 
 const README: &str = "README.txt";
@@ -114,7 +114,7 @@ impl Contents {
     pub fn write(self, path: &Path, options: &ShareOptions) -> Result<(), StoreError> {
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
         let staging = folder.unwrap_or(Path::new("."));
-        write_with(path, Existing::Replace, staging, |file| {
+        write_with(path, staging, |file| {
             let mut archive = Archive::new(file);
             for (path, file) in &self.files {
                 archive.add(path, &file.source)?;

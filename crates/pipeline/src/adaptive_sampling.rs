@@ -258,22 +258,18 @@ fn evaluate_stages(
 }
 
 /// Plans a study with the maximum number of surfaces that its manifest allows.
-pub fn maximum_plan(study: Study) -> Plan {
-    Plan::new(&with_maximum_surfaces(study))
-}
-
-/// Returns a study with the maximum number of surfaces that its manifest allows.
-pub fn with_maximum_surfaces(mut study: Study) -> Study {
-    for stage in &mut study.stages {
-        if let Work::Generate(ensembles) = &mut stage.work {
-            for ensemble in ensembles {
-                let growth = ensemble.growth.as_ref();
-                ensemble.realizations =
-                    growth.map_or(ensemble.realizations, |growth| growth.at_most);
-            }
+pub fn maximum_plan(mut study: Study) -> Plan {
+    let works = study.stages.iter_mut().map(|stage| &mut stage.work);
+    let ensembles = works.filter_map(|work| match work {
+        Work::Generate(ensembles) => Some(ensembles),
+        Work::Evaluate(_) => None,
+    });
+    for ensemble in ensembles.flatten() {
+        if let Some(growth) = &ensemble.growth {
+            ensemble.realizations = growth.at_most;
         }
     }
-    study
+    Plan::new(&study)
 }
 
 fn set_realizations(study: &mut Study, stage: usize, surfaces: u32) {

@@ -3,7 +3,6 @@
 //! Unneeded files are tables of tasks that no named study has, damaged files in quarantine, and
 //! unfinished files of killed processes.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -13,7 +12,7 @@ use crate::plan::reasons::record::Record;
 use crate::settings_file::{FILE, SettingsFile};
 use crate::{cluster, results};
 use asperity_manifest::diagnostics::ManifestErrors;
-use asperity_tables::key::TaskKey;
+use asperity_tables::key::KeyMap;
 use asperity_tables::store::layers::ListedStore;
 use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::series::{self, TableRef};
@@ -184,7 +183,7 @@ pub fn unneeded(
     moment: &HostState,
 ) -> Result<Vec<StoredFile>, StoreError> {
     let tasks = plans.iter().flat_map(|plan| &plan.tasks);
-    let mut tables: HashMap<TaskKey, Vec<&TableRef>> = HashMap::new();
+    let mut tables: KeyMap<Vec<&TableRef>> = KeyMap::default();
     tasks.for_each(|task| tables.entry(task.table.key).or_default().push(&task.table));
     let mut found = listing::store_files(&data.store())?;
     found.extend(results::files(&data.results())?);

@@ -1,20 +1,19 @@
 //! Outcome of a run: computed, damaged and failed tasks.
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 
-use crate::plan::Plan;
 use asperity_stages::StageError;
 use asperity_tables::key::TaskKey;
 use asperity_tables::store::{DamagedFile, Store, StoreError};
 use asperity_tables::table::TableError;
 
-/// Outcome of running a plan.
+/// Outcome of running a plan. Tasks are given by their keys, which stay the same when the study
+/// grows.
 #[derive(Debug, Default)]
 pub struct RunOutcome {
-    pub computed: Vec<usize>,
+    pub computed: Vec<TaskKey>,
     /// Tasks that could not be computed, and the reasons.
-    pub failed: Vec<(usize, TaskError)>,
+    pub failed: Vec<(TaskKey, TaskError)>,
     pub damaged: Vec<Damage>,
     pub interrupted: bool,
     /// True if the run stopped because tables could not be stored.
@@ -22,57 +21,40 @@ pub struct RunOutcome {
 }
 
 impl RunOutcome {
-    /// Adds the outcome of a later run with the same plan.
+    /// Adds the outcome of a later run.
     pub fn append(&mut self, later: RunOutcome) {
         self.computed.extend(later.computed);
-        self.computed.sort_unstable();
         self.failed.extend(later.failed);
         self.damaged.extend(later.damaged);
         self.interrupted |= later.interrupted;
         self.halted |= later.halted;
-    }
-
-    /// Converts task indices of the plan `from` to those of the larger plan `to`.
-    pub fn renumbered(mut self, from: &Plan, to: &Plan) -> RunOutcome {
-        let index_of: HashMap<TaskKey, usize> =
-            to.tasks.iter().enumerate().map(|(index, task)| (task.key, index)).collect();
-        let index = |task: usize| index_of.get(&from.tasks[task].key).copied();
-        self.computed = self.computed.into_iter().filter_map(index).collect();
-        self.computed.sort_unstable();
-        let failed = self.failed.into_iter();
-        self.failed = failed.filter_map(|(task, error)| Some((index(task)?, error))).collect();
-        for damage in &mut self.damaged {
-            damage.task = index(damage.task).unwrap_or(damage.task);
-        }
-        self
     }
 }
 
 /// A damaged table that is recomputed.
 #[derive(Debug)]
 pub struct Damage {
-    /// Task whose table was damaged.
-    pub task: usize,
+    /// Key of the table.
+    pub table: TaskKey,
     pub cause: StoreError,
     /// New path of the damaged file, or `None` if the file is in a read-only store.
     pub quarantined: Option<PathBuf>,
 }
 
 impl Damage {
-    /// Sets all damaged files of a task aside: quarantines them, or ignores them if they are in a
-    /// read-only store. `cause` is the error of reading its table, if it was read.
+    /// Sets all damaged files of a table aside: quarantines them, or ignores them if they are in a
+    /// read-only store. `cause` is the error of reading the table, if it was read.
     pub fn set_aside(
-        task: usize,
-        key: TaskKey,
+        table: TaskKey,
         store: &Store,
         cause: Option<StoreError>,
     ) -> Result<Vec<Damage>, StoreError> {
         // The file of such an error is ignored already.
         let in_layer = cause.filter(|cause| matches!(cause, StoreError::InLayer(_)));
         let ignored = in_layer.map(|cause| DamagedFile { cause, quarantined: None });
-        let found = ignored.into_iter().chain(store.set_damaged_aside(key)?);
+        let found = ignored.into_iter().chain(store.set_damaged_aside(table)?);
         let damage =
-            found.map(|DamagedFile { cause, quarantined }| Damage { task, cause, quarantined });
+            found.map(|DamagedFile { cause, quarantined }| Damage { table, cause, quarantined });
         Ok(damage.collect())
     }
 }

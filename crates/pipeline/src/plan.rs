@@ -14,13 +14,14 @@ pub mod reasons;
 pub mod sources;
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 
 use crate::study::{Stage, Study};
 use asperity_manifest::names;
 use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::{InputScope, Recipe, Series, Work, surface};
-use asperity_tables::key::{Digest, TaskKey};
+use asperity_tables::key::{Digest, KeyMap, TaskKey};
+use asperity_tables::parallel;
 use asperity_tables::store::Store;
 use asperity_tables::store::provenance::Provenance;
 use asperity_tables::store::series::TableRef;
@@ -63,6 +64,8 @@ pub struct Plan {
     pub tasks: Vec<Task>,
     /// Stages, each after the stages that it reads.
     pub stages: Vec<PlannedStage>,
+    /// Index of each task, by key.
+    indices: KeyMap<usize>,
 }
 
 #[derive(Debug)]
@@ -152,7 +155,13 @@ impl Plan {
                 tasks,
             });
         }
-        Plan { study: study.name.clone(), tasks: builder.tasks, stages: builder.stages }
+        let Builder { tasks, stages, known: indices, .. } = builder;
+        Plan { study: study.name.clone(), tasks, stages, indices }
+    }
+
+    /// Returns the index of the task with this key, or `None` if the plan has no such task.
+    pub fn index_of(&self, task: TaskKey) -> Option<usize> {
+        self.indices.get(&task).copied()
     }
 
     /// Returns the provenance of a task's table: stage, version, parameters and inputs. The
@@ -278,11 +287,14 @@ impl Plan {
     }
 }
 
+/// Number of surfaces of a stage above which their recipes are hashed on several threads.
+const MANY: usize = 1000;
+
 #[derive(Default)]
 struct Builder {
     tasks: Vec<Task>,
     stages: Vec<PlannedStage>,
-    known: HashMap<TaskKey, usize>,
+    known: KeyMap<usize>,
     /// Hash of the last recipe with a series, and hash of the recipe that its rows share, because
     /// consecutive tasks often have the same recipe.
     shared: Option<(Digest, Digest)>,
@@ -307,7 +319,16 @@ impl Builder {
                             .map(move |number| (surfaces.params.realization(number), read.clone()))
                     })
                 });
-                drawn.map(|(params, read)| self.add(Recipe::Generate(params), read)).collect()
+                let drawn = drawn.map(|(params, read)| (Recipe::Generate(params), read));
+                let recipes: Vec<(Recipe, Vec<usize>)> = drawn.collect();
+                let hashes = |(recipe, _): &(Recipe, Vec<usize>)| Digests::new(recipe);
+                let digests = if recipes.len() > MANY {
+                    parallel::map(&recipes, hashes)
+                } else {
+                    recipes.iter().map(hashes).collect()
+                };
+                let known = recipes.into_iter().zip(digests);
+                known.map(|((recipe, read), digests)| self.add(recipe, digests, read)).collect()
             }
             Work::Evaluate(recipes) => {
                 let table = |&input: &usize| {
@@ -336,15 +357,10 @@ impl Builder {
         };
         let digests = Digests::new(recipe);
         let tasks = groups.into_iter();
-        tasks.map(|group| self.add_known(recipe.clone(), digests, group)).collect()
+        tasks.map(|group| self.add(recipe.clone(), digests, group)).collect()
     }
 
-    fn add(&mut self, recipe: Recipe, inputs: Vec<usize>) -> usize {
-        let digests = Digests::new(&recipe);
-        self.add_known(recipe, digests, inputs)
-    }
-
-    fn add_known(&mut self, recipe: Recipe, digests: Digests, inputs: Vec<usize>) -> usize {
+    fn add(&mut self, recipe: Recipe, digests: Digests, inputs: Vec<usize>) -> usize {
         let read: Vec<TaskKey> =
             inputs.iter().map(|&input| self.tasks[input].identity_for(&recipe)).collect();
         let (stage, version) = (recipe.kind().name(), recipe.kind().version());

@@ -4,12 +4,12 @@
 //! store; the column `task` has the key under which the store has them. A run rewrites a table only
 //! if its tasks have changed. [`StudyResults`] reads the results of a study and writes nothing.
 
-pub mod exceeded_hardness;
 pub mod failures;
 pub mod owner;
 mod published_stage;
 mod publishing;
 pub mod reader;
+pub mod warnings;
 
 use std::path::{Path, PathBuf};
 

@@ -209,7 +209,7 @@ impl<'a> Run<'a> {
             .unwrap_or_else(|payload| Err(TaskError::Panic(words_of_panic(payload.as_ref()))));
         match result {
             Ok(()) => {
-                self.outcome_mut(|outcome| outcome.computed.push(task));
+                self.outcome_mut(|outcome| outcome.computed.push(self.plan.tasks[task].key));
                 for &next in self.dependents[task].iter().rev() {
                     if self.is_to_run(next)
                         && self.waits_for[next].fetch_sub(1, Ordering::AcqRel) == 1
@@ -288,28 +288,34 @@ impl<'a> Run<'a> {
         let Task { recipe, inputs, .. } = &self.plan.tasks[task];
         let columns = recipe.columns_read();
         let many = inputs.len() >= MANY_INPUTS && columns == Columns::Light;
-        let mut held = 0.0;
-        let read = inputs.iter().enumerate().map(|(index, &input)| {
+        let table = |&input: &usize| {
             let table = self.plan.tasks[input].table.with_parts(|part| recipe.reads_part(part));
-            let table = rows.map_or(table.clone(), |rows| table.restricted(rows));
-            let mut read = match many.then(|| self.published(input, &table)).flatten() {
-                Some(table) => table,
-                None => self.read(input, &table, columns, threads)?,
+            rows.map_or(table.clone(), |rows| table.restricted(rows))
+        };
+        let tables: Vec<TableRef> = inputs.iter().map(table).collect();
+        let (mut read, mut first, mut held) = (Vec::new(), 0, 0.0);
+        while first < inputs.len() {
+            let left = (&inputs[first..], &tables[first..]);
+            let found = many.then(|| self.published(left, recipe.stacks_inputs())).flatten();
+            let (mut input, count) = match found {
+                Some(found) => found,
+                None => (self.read(inputs[first], &tables[first], columns, threads)?, 1),
             };
+            first += count;
             if columns == Columns::Light {
-                read.table = recipe.needed(read.table);
-                held += memory::COPIES_OF_INPUTS * read.table.bytes_held() as f64;
+                input.table = recipe.needed(input.table);
+                held += memory::COPIES_OF_INPUTS * input.table.bytes_held() as f64;
             }
             if held > self.memory.0 as f64 {
-                let all = held / (index + 1) as f64 * inputs.len() as f64;
+                let all = held / first as f64 * inputs.len() as f64;
                 return Err(TaskError::Inputs {
                     takes: ByteSize(all as u64).display().si().to_string(),
                     room: self.memory.display().si().to_string(),
                 });
             }
-            Ok(read)
-        });
-        read.collect()
+            read.push(input);
+        }
+        Ok(read)
     }
 
     /// Runs a recipe and checks its table.
@@ -339,11 +345,25 @@ impl<'a> Run<'a> {
         Ok(table)
     }
 
-    /// Returns the table of a task from the published table of its stage, or `None` if the
-    /// published table lacks rows of it.
-    fn published(&self, task: usize, table: &TableRef) -> Option<Input<'_>> {
-        let table = self.reader.published_table(self.stages[task], table)?;
-        Some(self.input(task, table))
+    /// Returns the table of the first of some tasks from the published table of its stage or, if
+    /// `stacks` is true, those of the first tasks as one table. Also returns their number. Returns
+    /// `None` if the published table lacks rows of the first task.
+    fn published(
+        &self,
+        (tasks, tables): (&[usize], &[TableRef]),
+        stacks: bool,
+    ) -> Option<(Input<'_>, usize)> {
+        let stage = self.stages[tasks[0]];
+        let (table, count) = if stacks {
+            let left = tasks.iter().zip(tables);
+            let of_stage = left.take_while(|(task, _)| self.stages[**task] == stage);
+            let tables = of_stage.map(|(_, table)| table);
+            let (rows, table) = self.reader.published_consecutive(stage, tables)?;
+            (table, rows.len())
+        } else {
+            (self.reader.published_table(stage, &tables[0])?, 1)
+        };
+        Some((self.input(tasks[0], table), count))
     }
 
     fn read(
@@ -384,7 +404,7 @@ impl<'a> Run<'a> {
         self.set_aside(task, Some(cause))?;
         match self.compute(task, threads) {
             Ok(()) => {
-                self.outcome_mut(|outcome| outcome.computed.push(task));
+                self.outcome_mut(|outcome| outcome.computed.push(self.plan.tasks[task].key));
                 Ok(())
             }
             Err(TaskError::Stage(StageError::Interrupted)) => Err(StageError::Interrupted.into()),
@@ -399,7 +419,7 @@ impl<'a> Run<'a> {
     /// read.
     fn set_aside(&self, task: usize, cause: Option<StoreError>) -> Result<(), StoreError> {
         let key = self.plan.tasks[task].table.key;
-        let damaged = Damage::set_aside(task, key, self.reader.store(), cause)?;
+        let damaged = Damage::set_aside(key, self.reader.store(), cause)?;
         self.outcome_mut(|outcome| outcome.damaged.extend(damaged));
         Ok(())
     }
@@ -425,7 +445,7 @@ impl<'a> Run<'a> {
             let mut failures = vec![(task, error)];
             while let Some((task, error)) = failures.pop() {
                 if !self.has_failed[task].swap(true, Ordering::Relaxed) {
-                    outcome.failed.push((task, error));
+                    outcome.failed.push((self.plan.tasks[task].key, error));
                     let waiting = self.dependents[task].iter().copied();
                     let dropped = waiting.filter(|&next| self.is_to_run(next));
                     failures.extend(dropped.map(|next| (next, TaskError::Upstream(root))));
@@ -440,10 +460,11 @@ impl<'a> Run<'a> {
 
     fn outcome(self) -> RunOutcome {
         let mut outcome = self.done.into_inner().expect("no code panics while it holds the lock");
-        outcome.computed.sort_unstable();
+        // The order of the plan does not depend on the order in which tasks have run.
+        outcome.computed.sort_by_key(|task| self.plan.index_of(*task));
         outcome.computed.dedup();
-        outcome.failed.sort_by_key(|(task, _)| *task);
-        outcome.damaged.sort_by_key(|damage| damage.task);
+        outcome.failed.sort_by_key(|(task, _)| self.plan.index_of(*task));
+        outcome.damaged.sort_by_cached_key(|damage| self.plan.task_of(damage.table));
         outcome.interrupted = self.interrupted.load(Ordering::Relaxed);
         outcome.halted = self.halted.load(Ordering::Relaxed);
         outcome
@@ -504,7 +525,7 @@ loads = [0.1]
         let reader = ResultReader::new(store, &folder.path().join("results"));
         let outcome = run(&plan, &missing, &reader, sources, means, &Silence, &stopped);
         let (first, error) = &outcome.failed[0];
-        assert_eq!(*first, 0);
+        assert_eq!(*first, plan.tasks[0].key);
         assert!(matches!(error, TaskError::Memory { .. }), "{error}");
         assert!(error.to_string().contains("the system does not provide"));
         let others = &outcome.failed[1..];

@@ -16,7 +16,7 @@ use crate::finished::FinishedStage;
 use crate::{FIGURES, PAGE, ReportError};
 use asperity_pipeline::study::Study;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, lock_to_read};
+use asperity_tables::store::files::lock_to_read;
 use asperity_tables::store::regular::read_below;
 
 /// Text before and after the basis on a page.
@@ -190,8 +190,8 @@ pub fn figure_files(page: &Path) -> BTreeSet<String> {
 ///
 /// # Errors
 /// If the folder contains another page or figure. A page that is not a report is never replaced.
-/// Other files are replaced with [`Existing::Replace`].
-pub fn check_folder(folder: &Path, study: &Study, existing: Existing) -> Result<(), ReportError> {
+/// Other files are replaced if `replaces` is true.
+pub fn check_folder(folder: &Path, study: &Study, replaces: bool) -> Result<(), ReportError> {
     let page = folder.join(PAGE);
     let basis = match read_page(&page) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => None,
@@ -201,7 +201,7 @@ pub fn check_folder(folder: &Path, study: &Study, existing: Existing) -> Result<
             basis => basis,
         },
     };
-    if existing == Existing::Replace {
+    if replaces {
         return Ok(());
     }
     let changed = changed_files(folder);

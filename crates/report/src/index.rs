@@ -9,7 +9,7 @@ use crate::charts::style;
 use crate::earlier::{self, Basis};
 use crate::{FIGURES, PAGE, ReportError, page};
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, write_whole};
+use asperity_tables::store::files::write_whole;
 
 /// Name of the page in the folder of results.
 const INDEX: &str = "index.html";
@@ -102,19 +102,19 @@ pub fn problems_of_report(results: &Path, study: &str) -> Vec<String> {
 pub fn write_index(
     results: &Path,
     studies: &[StudyEntry],
-    existing: Existing,
+    replaces: bool,
 ) -> Result<PathBuf, ReportError> {
     let path = results.join(INDEX);
     match earlier::read_page(&path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
         Err(source) => return Err(StoreError::reading(path, source).into()),
-        Ok(text) if existing == Existing::Keep && !text.contains(MARK) => {
+        Ok(text) if !replaces && !text.contains(MARK) => {
             return Err(ReportError::NoIndex { page: path });
         }
         Ok(_) => {}
     }
     let text = html(results, studies);
-    write_whole(&path, text.as_bytes(), Existing::Replace, results)?;
+    write_whole(&path, text.as_bytes(), results)?;
     Ok(path)
 }
 
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn a_study_is_listed_with_its_state_and_its_problems() {
         let folder = tempfile::tempdir().unwrap();
-        let path = write_index(folder.path(), &[study("small")], Existing::Keep).unwrap();
+        let path = write_index(folder.path(), &[study("small")], false).unwrap();
         let page = fs::read_to_string(&path).unwrap();
         for part in [
             "href=\"small&#x2f;report.html\"",
@@ -166,10 +166,10 @@ mod tests {
         }
         assert!(!page.contains('`') && !page.contains("http"));
         // It replaces its own page, but no other file.
-        write_index(folder.path(), &[], Existing::Keep).unwrap();
+        write_index(folder.path(), &[], false).unwrap();
         fs::write(&path, "<html>").unwrap();
-        let refused = write_index(folder.path(), &[], Existing::Keep);
+        let refused = write_index(folder.path(), &[], false);
         assert!(matches!(refused, Err(ReportError::NoIndex { .. })));
-        write_index(folder.path(), &[], Existing::Replace).unwrap();
+        write_index(folder.path(), &[], true).unwrap();
     }
 }

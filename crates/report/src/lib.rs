@@ -78,7 +78,7 @@ use asperity_stages::columns::K_LOWER;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::parallel;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, lock_to_write, make_folder, write_whole};
+use asperity_tables::store::files::{lock_to_write, make_folder, write_whole};
 use asperity_tables::table::TableError;
 
 const PAGE: &str = "report.html";
@@ -223,7 +223,7 @@ pub fn write(
     subject: &Subject,
     bars: Bars,
     folder: &Path,
-    existing: Existing,
+    replaces: bool,
 ) -> Result<Report, ReportError> {
     let finished = FinishedStages::new(subject);
     let derived = subject.study.derived_keys();
@@ -244,7 +244,7 @@ pub fn write(
     let basis = Basis::new(&subject.plan.study, &there, &finished.stages);
     let page = folder.join(PAGE);
     let is_complete = subject.is_complete() && !missing.iter().any(MissingFigure::is_lost);
-    if existing == Existing::Keep && !is_complete {
+    if !replaces && !is_complete {
         let lacks = basis.lacks_of(&page);
         if !lacks.is_empty() {
             return Err(ReportError::ShowsLess { page, lacks });
@@ -258,7 +258,7 @@ pub fn write(
     write_figures(&there, earlier::figure_files(&page), &pictures)?;
     let text = page::html(subject, &data, &there, &missing, &basis, folder);
     let text = earlier::sealed(text);
-    write_whole(&page, text.as_bytes(), Existing::Replace, folder)?;
+    write_whole(&page, text.as_bytes(), folder)?;
     earlier::end(folder);
     Ok(Report {
         page,
@@ -328,7 +328,7 @@ fn write_figures(
 ) -> Result<(), ReportError> {
     let mut gone = earlier;
     for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
-        write_whole(&folder.join(&name), bytes, Existing::Replace, folder)?;
+        write_whole(&folder.join(&name), bytes, folder)?;
         gone.remove(&name);
     }
     gone.iter().try_for_each(|name| remove(&folder.join(name)))

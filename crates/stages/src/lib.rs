@@ -263,6 +263,16 @@ impl Recipe {
         }
     }
 
+    /// Returns whether only the concatenation of the inputs matters, so that consecutive tables can
+    /// be given as one.
+    pub fn stacks_inputs(&self) -> bool {
+        match self.kind() {
+            Kind::Fit => true,
+            Kind::Aggregate => self.query().is_none(),
+            Kind::Generate | Kind::Solve | Kind::Measure | Kind::Correct => false,
+        }
+    }
+
     /// Returns whether one task draws all surfaces of a parameter point.
     pub fn pools_surfaces(&self) -> bool {
         self.input_scope() == InputScope::ParameterPoint && self.footprint() != Footprint::NONE

@@ -7,6 +7,7 @@
 pub mod adhesion;
 mod asperities;
 mod contact;
+pub mod exceeded_hardness;
 mod fields;
 pub mod keys;
 pub mod layer;

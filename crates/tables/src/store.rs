@@ -1,8 +1,8 @@
 //! Store of finished tables on disk. Each table is written once, under its key.
 //!
 //! Writing is atomic: a table is written to a staging folder, flushed, and renamed to its final
-//! path unless that exists. Equal keys mean equal tables, so several processes can share a store.
-//! If two of them compute the same table, it does not matter whose file is kept. A file contains a
+//! path. Equal keys mean equal tables, so several processes can share a store. If two of them
+//! compute the same table, it does not matter whose file is kept. A file contains a
 //! digest of its bytes and the recipe from which its key was computed. Reading verifies both.
 //!
 //! Read-only stores can lie below a store, see [`Store::above`]. Reading searches the own folder
@@ -13,7 +13,6 @@ pub mod layers;
 pub mod listing;
 mod permissions;
 pub mod provenance;
-mod publishing;
 pub mod regular;
 pub mod series;
 pub mod users;
@@ -21,13 +20,14 @@ pub mod users;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use crate::key::TaskKey;
+use crate::parallel;
 use crate::parquet::{self, Columns, Metadata, ParquetError};
-use crate::store::files::{Existing, Unflushed, make_folder, read_whole, write_file};
+use crate::store::files::{Unflushed, make_folder, read_whole, write_file};
 use crate::store::layers::{Layers, ListedStore};
-use crate::store::permissions::{Access, explained};
+use crate::store::permissions::explained;
 use crate::store::provenance::Provenance;
 use crate::store::series::{FileName, KnownRows, TableRef};
 use crate::store::users::Lock;
@@ -44,8 +44,6 @@ pub struct Store {
     unflushed: Arc<Unflushed>,
     known_rows: Arc<KnownRows>,
     layers: Arc<Layers>,
-    /// How a new table keeps an existing one of the same name, once it has been tried.
-    keep: Arc<OnceLock<Existing>>,
     _lock: Arc<Lock>,
 }
 
@@ -103,17 +101,18 @@ pub enum StoreError {
 
 impl StoreError {
     /// Creates the error of writing, renaming or deleting a file. If permissions are missing, the
-    /// error says who owns the file or its folder.
+    /// error says who owns its folder.
     pub fn writing(path: impl Into<PathBuf>, source: io::Error) -> StoreError {
         let path = path.into();
-        StoreError::Write { source: explained(source, Access::Write, &[path.as_path()]), path }
+        let folder = if path.is_dir() { &path } else { path.parent().unwrap_or(&path) };
+        StoreError::Write { source: explained(source, folder), path }
     }
 
     /// Creates the error of reading a file or listing a folder. If permissions are missing, the
     /// error says who owns it.
     pub fn reading(path: impl Into<PathBuf>, source: io::Error) -> StoreError {
         let path = path.into();
-        StoreError::Read { source: explained(source, Access::Read, &[path.as_path()]), path }
+        StoreError::Read { source: explained(source, &path), path }
     }
 
     /// Adds the path of the file to an error. A failed read becomes [`StoreError::Read`]. All other
@@ -181,7 +180,6 @@ impl Store {
             unflushed: Arc::default(),
             known_rows: Arc::default(),
             layers: Arc::default(),
-            keep: Arc::default(),
             _lock: Arc::new(Lock::share(root)?),
         })
     }
@@ -225,20 +223,29 @@ impl Store {
         for (index, table) in tables.iter().enumerate() {
             folders.entry(table.key.first_byte()).or_default().push(index);
         }
-        let mut have = vec![false; tables.len()];
-        for wanted in folders.into_values() {
+        let look_up = |wanted: &Vec<usize>| -> Vec<bool> {
             let first = tables[wanted[0]].key;
             let listed = if wanted.len() >= MANY { self.finished_beside(first).ok() } else { None };
-            for index in wanted {
-                let table = tables[index];
-                have[index] = match &listed {
-                    Some(finished) => {
-                        let names = finished.get(&table.key).map_or(&[][..], Vec::as_slice);
-                        self.is_complete(table, names)
-                    }
-                    None => self.has(table),
-                };
-            }
+            let has = |&index: &usize| match &listed {
+                Some(finished) => {
+                    let table = tables[index];
+                    let names = finished.get(&table.key).map_or(&[][..], Vec::as_slice);
+                    self.is_complete(table, names)
+                }
+                None => self.has(tables[index]),
+            };
+            wanted.iter().map(has).collect()
+        };
+        let folders: Vec<Vec<usize>> = folders.into_values().collect();
+        let is_much = folders.iter().any(|wanted| wanted.len() >= MANY);
+        let found: Vec<Vec<bool>> = if is_much {
+            parallel::map(&folders, look_up)
+        } else {
+            folders.iter().map(look_up).collect()
+        };
+        let mut have = vec![false; tables.len()];
+        for (index, is_there) in folders.iter().flatten().zip(found.into_iter().flatten()) {
+            have[*index] = is_there;
         }
         have
     }
@@ -369,29 +376,11 @@ impl Store {
     /// # Errors
     /// Returns an error if the disk is full or the folder is not writable.
     pub fn publish(&self, provenance: &Provenance, table: &Table) -> Result<(), StoreError> {
-        let path = self.path(provenance.key());
-        let (folder, staging) = (path.parent().unwrap_or(&self.root), self.staging());
-        make_folder(folder)?;
-        make_folder(&staging)?;
-        let keep = *self.keep.get_or_init(|| publishing::trial(&self.root, &staging, folder));
-        self.write(&path, table, &provenance.metadata(), keep)
+        self.write(&self.path(provenance.key()), table, &provenance.metadata())
     }
 
-    /// Returns whether tables are published under lock files, because the file system cannot rename
-    /// a file only to a free name.
-    pub fn uses_lock_files(&self) -> bool {
-        publishing::uses_lock_files(&self.root)
-    }
-
-    fn write(
-        &self,
-        path: &Path,
-        table: &Table,
-        metadata: &Metadata,
-        existing: Existing,
-    ) -> Result<(), StoreError> {
-        let bytes = parquet::encode(table, metadata);
-        write_file(path, &bytes, existing, &self.staging())?;
+    fn write(&self, path: &Path, table: &Table, metadata: &Metadata) -> Result<(), StoreError> {
+        write_file(path, &parquet::encode(table, metadata), &self.staging())?;
         self.unflushed.add(path)
     }
 
@@ -579,14 +568,6 @@ mod tests {
         assert_eq!(have(&keys), one_by_one);
         assert_eq!(have(&absent), vec![false; absent.len()]);
         assert!(have(&keys)[9]);
-    }
-
-    #[test]
-    fn a_published_table_is_never_rewritten() {
-        let (_folder, store, key, table) = fixture();
-        let other = Table::new(1, vec![(AREA, reals([9.0]))]);
-        store.publish(&provenance("{}"), &other).unwrap();
-        assert_eq!(store.read(&key.into(), Columns::All).unwrap(), table);
     }
 
     #[test]

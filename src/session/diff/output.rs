@@ -14,7 +14,7 @@ use asperity_tables::column::{
 };
 use asperity_tables::parquet::{self, Metadata};
 use asperity_tables::source::TableSource;
-use asperity_tables::store::files::{Existing, write_file};
+use asperity_tables::store::files::write_file;
 use asperity_tables::table::Table;
 
 /// Name and value of the metadata entry by which a file is known to be a comparison.
@@ -47,7 +47,7 @@ pub fn write(comparison: &Comparison, path: &Path) -> Result<(), SessionError> {
     let metadata = Metadata { key: None, entries: vec![entry(MADE_BY), version] };
     let bytes = parquet::encode(&table(comparison), &metadata);
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    write_file(path, &bytes, Existing::Replace, folder.unwrap_or(Path::new(".")))?;
+    write_file(path, &bytes, folder.unwrap_or(Path::new(".")))?;
     Ok(())
 }
 

@@ -17,6 +17,7 @@ use asperity_pipeline::cluster::shard::Shard;
 use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::runner::TaskObserver;
+use asperity_tables::key::TaskKey;
 use asperity_tables::parallel::locked;
 
 impl PreparedRun<'_> {
@@ -125,8 +126,12 @@ impl Ledger<'_> {
         Ok(outcome)
     }
 
-    fn enter(&self, receipt: &mut Receipt, failed: &[(usize, TaskError)]) {
+    fn enter(&self, receipt: &mut Receipt, failed: &[(TaskKey, TaskError)]) {
         let work = locked(&self.work);
+        let mut tried: Vec<(usize, &TaskError)> = Vec::new();
+        for (task, error) in failed {
+            tried.extend(self.plan.index_of(*task).map(|index| (index, error)));
+        }
         let key = |task: usize| self.plan.tasks[task].table.key.to_string();
         let begun = work.under_way.values();
         let lasting = begun.map(|begun| begun.elapsed().as_secs_f64());
@@ -136,7 +141,7 @@ impl Ledger<'_> {
         receipt.under_way = work.under_way.keys().map(|&task| key(task)).collect();
         let mut paces = Paces::default();
         for &(task, seconds) in &work.finished {
-            if !failed.iter().any(|(failed, _)| *failed == task) {
+            if !tried.iter().any(|(failed, _)| *failed == task) {
                 paces.add(Pace {
                     nodes: self.plan.tasks[task].nodes,
                     pairs: self.remaining.effort(self.plan, task).pairs,
@@ -146,11 +151,11 @@ impl Ledger<'_> {
         }
         receipt.pace = paces.all();
         let stages = self.plan.stage_names();
-        let own = failed.iter().filter(|(_, error)| !matches!(error, TaskError::Upstream(_)));
+        let own = tried.iter().filter(|(_, error)| !matches!(error, TaskError::Upstream(_)));
         let failed = own.map(|(task, error)| FailedTask {
             task: key(*task),
             stage: stages[*task].to_owned(),
-            reason: chain(error),
+            reason: chain(*error),
         });
         receipt.failed = failed.collect();
     }

@@ -192,8 +192,7 @@ fn largest_error(tables: &[Table], mean: &KnownMean) -> Result<f64, StageError> 
         models: vec![],
     };
     let reduced = grouped(&Table::stack(tables)?, &groups)?;
-    let column =
-        |statistic: Statistic| reduced.reals(&format!("{}_{}", mean.column, statistic.suffix()));
+    let column = |statistic: Statistic| reduced.reals(&statistic.column_of(&mean.column));
     let errors = column(Statistic::Sem)?.iter().zip(column(Statistic::Mean)?);
     let over_limit = errors.filter_map(|(error, value)| {
         let (error, value) = (error.unwrap_or(f64::INFINITY), value?);

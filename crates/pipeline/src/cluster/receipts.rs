@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cluster::shard::Shard;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, names, write_whole};
+use asperity_tables::store::files::{names, write_whole};
 use asperity_tables::store::users::Writer;
 
 /// Time between the start of a process and the first update of its receipt, and between later
@@ -101,7 +101,7 @@ impl Receipt {
     pub fn write(&mut self, folder: &Path) -> Result<(), StoreError> {
         self.touched = now();
         let bytes = serde_json::to_vec_pretty(self).expect("a receipt is plain data");
-        write_whole(&self.path(folder), &bytes, Existing::Replace, folder)
+        write_whole(&self.path(folder), &bytes, folder)
     }
 
     /// Sets the time of the end to the present time.

@@ -1,6 +1,6 @@
 //! Number of elements of a job array for a study, with their expected time and memory.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
 use bytesize::ByteSize;
 
@@ -8,7 +8,7 @@ use super::settings::Settings;
 use super::shard::Shard;
 use crate::forecast::{CostModel, memory};
 use crate::plan::Plan;
-use asperity_tables::key::TaskKey;
+use asperity_tables::key::KeyMap;
 
 /// Default target duration of an array element, in hours.
 pub const DEFAULT_HOURS: f64 = 1.0;
@@ -124,13 +124,9 @@ pub fn ranges(numbers: impl IntoIterator<Item = u32>) -> String {
 
 /// Estimates the core-seconds of the missing tasks. Returns them per surface, and in total for the
 /// tasks that read several surfaces.
-fn seconds_by_surface(
-    plan: &Plan,
-    missing: &[usize],
-    cost: &CostModel,
-) -> (HashMap<TaskKey, f64>, f64) {
+fn seconds_by_surface(plan: &Plan, missing: &[usize], cost: &CostModel) -> (KeyMap<f64>, f64) {
     let (surfaces, mut after) = (plan.surfaces(), 0.0);
-    let mut by_surface: HashMap<TaskKey, f64> = HashMap::new();
+    let mut by_surface: KeyMap<f64> = KeyMap::default();
     for &task in missing {
         let seconds = cost.seconds(plan, task);
         match surfaces[task] {
@@ -141,11 +137,7 @@ fn seconds_by_surface(
     (by_surface, after)
 }
 
-fn hours_of_shards(
-    by_surface: &HashMap<TaskKey, f64>,
-    elements: u32,
-    cores: u32,
-) -> BTreeMap<u32, f64> {
+fn hours_of_shards(by_surface: &KeyMap<f64>, elements: u32, cores: u32) -> BTreeMap<u32, f64> {
     #[derive(Default)]
     struct Load {
         seconds: f64,

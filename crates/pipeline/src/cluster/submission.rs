@@ -15,7 +15,7 @@ use crate::cluster::slurm::Job;
 use crate::manifest::setting::Setting;
 use asperity_manifest::diagnostics::shell_word;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, write_whole};
+use asperity_tables::store::files::write_whole;
 
 /// Paths that are written into the batch scripts.
 #[derive(Debug, Clone)]
@@ -231,7 +231,7 @@ impl Submission {
     /// Writes the record into the cluster folder of a study.
     pub fn write(&self, folder: &Path) -> Result<(), StoreError> {
         let bytes = serde_json::to_vec_pretty(self).expect("it is plain data");
-        write_whole(&Submission::path(folder), &bytes, Existing::Replace, folder)
+        write_whole(&Submission::path(folder), &bytes, folder)
     }
 
     pub fn jobs(&self) -> Vec<Job> {

@@ -7,8 +7,6 @@
 //! Each text is parsed behind as many spaces as all texts before it are long. The position of a
 //! value in the padded text thus also tells the text that contains the value.
 
-mod plain_loads;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -16,7 +14,6 @@ use std::path::{Component, Path, PathBuf};
 use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeString, DeTable, DeValue, Error};
 
-pub use self::plain_loads::PlainLoads;
 use super::setting::Setting;
 use super::syntax::report_syntax;
 use asperity_manifest::diagnostics::{
@@ -43,8 +40,6 @@ pub struct EffectiveManifest {
     pub description: Option<String>,
     /// Settings of the command line, in TOML.
     pub settings: Vec<String>,
-    /// Loads without a unit that override pressures, for a warning.
-    pub plain_loads: Vec<PlainLoads>,
 }
 
 impl EffectiveManifest {
@@ -238,10 +233,9 @@ impl Composition {
             [only] => only.text().to_owned(),
             _ => self.merged_text(&document, &settings),
         };
-        let plain_loads = self.plain_loads(&document);
         let own = self.sources.iter().rfind(|source| !source.is_setting);
         let description = own.and_then(|source| description(source.text()));
-        EffectiveManifest { text, bases: self.bases.clone(), description, settings, plain_loads }
+        EffectiveManifest { text, bases: self.bases.clone(), description, settings }
     }
 
     /// Writes the merged tables as TOML, with every value as it is written in its source.

@@ -22,7 +22,7 @@ use asperity_tables::column::{Code, Column, texts};
 use asperity_tables::key::TaskKey;
 use asperity_tables::parquet;
 use asperity_tables::parquet::{Columns, Metadata};
-use asperity_tables::store::files::{Existing, read_whole, write_whole};
+use asperity_tables::store::files::{read_whole, write_whole};
 use asperity_tables::store::{Store, StoreError};
 use asperity_tables::table::{Table, TableError};
 
@@ -76,12 +76,12 @@ impl Failures<'_> {
     /// Returns an error if two parameters of the same name differ in type. This would be a bug of a
     /// stage.
     pub fn of_run(&self, outcome: &RunOutcome) -> Result<Table, TableError> {
-        let rows = outcome.failed.iter().map(|(task, error)| {
+        let rows = outcome.failed.iter().filter_map(|(task, error)| {
             let kind = match error {
                 TaskError::Upstream(_) => NOT_STARTED,
                 _ => FAILED,
             };
-            self.row(*task, kind, chain(error))
+            Some(self.row(self.plan.index_of(*task)?, kind, chain(error)))
         });
         stacked(&rows.collect::<Result<Vec<_>, _>>()?)
     }
@@ -247,7 +247,7 @@ pub fn write(table: &Table, folder: &Path, study: &str) -> Result<Option<PathBuf
     };
     let bytes = parquet::encode(table, &metadata);
     let beside = path.parent().unwrap_or(folder);
-    write_whole(&path, &bytes, Existing::Replace, beside)?;
+    write_whole(&path, &bytes, beside)?;
     Ok(Some(path))
 }
 

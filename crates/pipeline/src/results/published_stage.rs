@@ -1,6 +1,5 @@
 //! Published table of a stage, from which the rows of single tasks are read.
 
-use std::collections::HashMap;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Mutex;
@@ -8,7 +7,7 @@ use std::sync::Mutex;
 use serde::{Deserialize, Serialize};
 
 use crate::results::{PATH, TASK};
-use asperity_tables::key::TaskKey;
+use asperity_tables::key::KeyMap;
 use asperity_tables::parallel::locked;
 use asperity_tables::parquet::Metadata;
 use asperity_tables::source::TableSource;
@@ -36,7 +35,7 @@ pub fn light_parts(table: &TableRef) -> String {
 const READ_AT_ONCE: usize = 1 << 18;
 
 /// Ranges of rows in a published table, by the key of their task.
-type TaskRows = HashMap<TaskKey, Vec<Range<usize>>>;
+type TaskRows = KeyMap<Vec<Range<usize>>>;
 
 /// Published table of a stage. The rows of each task are consecutive. If a stage reads several
 /// stages with rows of the same series, the rows of the series are in several ranges.
@@ -135,10 +134,6 @@ impl PublishedStage {
 
     pub fn table(&self) -> Result<Table, StoreError> {
         self.source.table()
-    }
-
-    pub fn tasks(&self) -> impl Iterator<Item = TaskKey> {
-        self.rows.keys().copied()
     }
 
     /// Returns whether the published table has all rows of a table.
@@ -270,7 +265,7 @@ fn lacks(ranges: &[Range<usize>], row: usize) -> bool {
 /// Finds the rows of each task in the column of keys. Returns `None` if the column holds anything
 /// but keys, because the table was then written by another program.
 fn rows(source: &TableSource, column: usize) -> Result<Option<TaskRows>, StoreError> {
-    let mut rows = TaskRows::new();
+    let mut rows = TaskRows::default();
     let mut last = String::new();
     let (mut start, mut end) = (0, 0);
     let add = |rows: &mut TaskRows, task: &str, range: Range<usize>| {
@@ -302,6 +297,7 @@ mod tests {
     use asperity_tables::column::{Column, ColumnKind, optional_reals, reals, texts};
 
     use super::*;
+    use asperity_tables::key::TaskKey;
 
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
     const GAP: Column = Column::result("gap", ColumnKind::Real, "1", "gap");

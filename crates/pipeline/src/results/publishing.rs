@@ -22,7 +22,7 @@ use asperity_tables::parquet;
 use asperity_tables::parquet::{GROUP, Metadata};
 use asperity_tables::source::TableSource;
 use asperity_tables::store::files::{
-    Existing, flush_folder, lock_to_write, make_folder, quarantine, write_with,
+    flush_folder, lock_to_write, make_folder, quarantine, write_with,
 };
 use asperity_tables::store::{Store, StoreError, TaskTables};
 use asperity_tables::table::{Stacking, Table, TableError};
@@ -117,15 +117,18 @@ impl Publisher<'_> {
             finished,
             quarantined: None,
         };
-        let have = self.reader.store().have(&plan.tables_of(stage));
-        let stored = stage.tasks_where(&have);
         let digest_of = |tasks: &[usize]| digest(plan, tasks, &study.sources, description);
         let there = written_for(&path);
         let is_there = |digest: &String| there.as_ref() == Some(digest);
-        for tasks in [&stage.tasks, &stored] {
-            if !tasks.is_empty() && is_there(&digest_of(tasks)) {
-                return Ok(table(tasks.len()));
-            }
+        let has_rows_of = |tasks: &[usize]| !tasks.is_empty() && is_there(&digest_of(tasks));
+        // The store is not listed if nothing has changed.
+        if has_rows_of(&stage.tasks) {
+            return Ok(table(stage.tasks.len()));
+        }
+        let have = self.reader.store().have(&plan.tables_of(stage));
+        let stored = stage.tasks_where(&have);
+        if has_rows_of(&stored) {
+            return Ok(table(stored.len()));
         }
         let (mut parts, kept) = self.parts(stage, &have)?;
         if stored.is_empty() {
@@ -174,7 +177,7 @@ impl Publisher<'_> {
         let quarantined =
             if written_for(path).is_none() && path.is_file() { quarantine(path)? } else { None };
         let mut unread = None;
-        let written = write_with(path, Existing::Replace, &self.folder, |file| {
+        let written = write_with(path, &self.folder, |file| {
             let rest = groups.map_while(|group| group.map_err(|error| unread = Some(error)).ok());
             let parts = std::iter::once(first).chain(rest);
             parquet::write_parts(file, rows, &metadata, parts)?;

@@ -18,7 +18,6 @@ use asperity_stages::fit::status;
 use asperity_stages::grids::Grids;
 use asperity_stages::surface_files::{ContentHash, RecordedFile, RecordedFiles};
 use asperity_stages::{Kind, StageError};
-use asperity_tables::key::TaskKey;
 use asperity_tables::store::listing::FileKind;
 use asperity_tables::store::series::TableRef;
 use asperity_tables::store::{Store, StoreError, TaskTables};
@@ -66,11 +65,6 @@ impl ResultReader {
         self.store.light(table).map(status::with_codes)
     }
 
-    /// Returns the results folder of the study.
-    pub fn folder(&self) -> &Path {
-        &self.folder
-    }
-
     /// Returns the published rows of a task, without the columns that publishing adds. Returns
     /// `None` if no published table has the task.
     pub fn rows_of(&self, table: &TableRef) -> Option<Table> {
@@ -98,11 +92,6 @@ impl ResultReader {
         let file = stages.find(|file| file.stage == stage)?;
         let (rows, table) = file.published()?.leading_tables(tables)?;
         Some((rows, status::with_codes(table)))
-    }
-
-    /// Returns the names of the stages with a published table, and the tasks of each.
-    pub fn published_tasks(&self) -> Vec<(&str, Vec<TaskKey>)> {
-        self.published().map(|(stage, published)| (stage, published.tasks().collect())).collect()
     }
 
     /// Returns the properties that the files of measured surfaces had when the tables were

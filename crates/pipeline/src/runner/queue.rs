@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::sync::{Condvar, Mutex};
 
-use asperity_tables::key::TaskKey;
+use asperity_tables::key::{KeyMap, TaskKey};
 use asperity_tables::parallel::locked;
 
 /// A task whose inputs exist.
@@ -149,7 +149,7 @@ impl Memory {
 /// Two tasks that add rows to the same series run one after the other, because both may lack the
 /// same rows.
 #[derive(Default)]
-pub struct BusySeries(Mutex<HashMap<TaskKey, Vec<usize>>>);
+pub struct BusySeries(Mutex<KeyMap<Vec<usize>>>);
 
 impl BusySeries {
     /// Marks the series of a task as busy. Returns false if it is busy already; the task is then

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use arrow::datatypes::DataType;
 
 use asperity_manifest::expression::Expression;
-use asperity_stages::aggregate::Model;
+use asperity_stages::aggregate::{Model, Statistic};
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, LOAD, SURFACE,
 };
@@ -137,8 +137,6 @@ pub enum EndsMeaning {
     OfFit,
 }
 
-/// Statistic that is the value of a quantity of an `aggregate` stage.
-const MEAN: &str = "_mean";
 /// Column with the number of surfaces of a group.
 const SURFACES: &str = "surfaces";
 
@@ -164,7 +162,7 @@ impl Quantity {
         name: &str,
         error: Option<ErrorBars>,
     ) -> Result<Quantity, NoQuantity> {
-        let mean = format!("{name}{MEAN}");
+        let mean = Statistic::Mean.column_of(name);
         let column = if !table.has(name) && table.has(&mean) { mean } else { name.to_owned() };
         if !table.has(&column) {
             return Err(NoQuantity::Unknown);
@@ -212,7 +210,7 @@ impl Quantity {
 
     /// Returns the name of the quantity without the statistic `mean`.
     pub fn base(&self) -> &str {
-        self.column.strip_suffix(MEAN).unwrap_or(&self.column)
+        Statistic::Mean.base_of(&self.column).unwrap_or(&self.column)
     }
 }
 
@@ -223,37 +221,35 @@ fn bars_of_columns(
     column: &str,
     error: Option<ErrorBars>,
 ) -> Result<BarSource, ErrorBars> {
-    let base = column.strip_suffix(MEAN);
-    let of_mean = |suffix: &str| {
-        let name = format!("{}_{suffix}", base?);
-        table.has(&name).then_some(name)
+    let base = Statistic::Mean.base_of(column);
+    let known = |names: Vec<String>| names.iter().all(|name| table.has(name)).then_some(names);
+    let of_mean = |statistic: Statistic| known(statistic.columns_of(base?));
+    let of_fit = |suffixes: &[&str]| {
+        known(suffixes.iter().map(|suffix| format!("{column}_{suffix}")).collect())
     };
-    let of_fit = |suffix: &str| {
-        let name = format!("{column}_{suffix}");
-        table.has(&name).then_some(name)
+    let ends = |names: Option<Vec<String>>, meaning| {
+        Some(BarSource::Ends { ends: names?.try_into().ok()?, meaning })
     };
-    let both = |lower: Option<String>, upper: Option<String>| Some([lower?, upper?]);
-    let ends_95 = || {
-        let ends = both(of_mean("ci95_lower"), of_mean("ci95_upper"))?;
-        Some(BarSource::Ends { ends, meaning: EndsMeaning::Ci95 })
-    };
+    let ends_95 = || ends(of_mean(Statistic::Confidence(0.95)), EndsMeaning::Ci95);
+    let sem = || of_mean(Statistic::Sem)?.pop();
     let student = || {
         let surfaces = table.has(SURFACES).then(|| SURFACES.to_owned())?;
-        Some(BarSource::Student { error: of_mean("sem")?, surfaces })
+        Some(BarSource::Student { error: sem()?, surfaces })
     };
-    let fitted = || {
-        let ends = both(of_fit("lower"), of_fit("upper"))?;
-        Some(BarSource::Ends { ends, meaning: EndsMeaning::OfFit })
-    };
+    let fitted = || ends(of_fit(&["lower", "upper"]), EndsMeaning::OfFit);
     let half = |column: Option<String>, meaning| Some(BarSource::Half { column: column?, meaning });
     match error {
         None => Ok(ends_95().or_else(student).or_else(fitted).unwrap_or(BarSource::None)),
         Some(ErrorBars::None) => Ok(BarSource::None),
         Some(wanted @ ErrorBars::Ci95) => ends_95().or_else(student).ok_or(wanted),
         Some(wanted @ ErrorBars::Sem) => {
-            half(of_mean("sem").or_else(|| of_fit("standard_error")), wanted).ok_or(wanted)
+            let error = sem().or_else(|| of_fit(&["standard_error"])?.pop());
+            half(error, wanted).ok_or(wanted)
         }
-        Some(wanted @ ErrorBars::Sd) => half(of_mean("sd"), wanted).ok_or(wanted),
+        Some(wanted @ ErrorBars::Sd) => {
+            let deviation = of_mean(Statistic::Sd).and_then(|mut names| names.pop());
+            half(deviation, wanted).ok_or(wanted)
+        }
     }
 }
 

@@ -38,7 +38,7 @@ impl Study {
     ///
     /// - A mesh overestimates the contact area.
     /// - Lists of `nodes` and `side` are ambiguous.
-    /// - Loads have no unit, although other pressures have one or the loads override pressures.
+    /// - Loads have no unit, although other pressures have one.
     /// - Loads were probably meant in another unit, or all of them close the gap.
     /// - Loads are out of order or repeated.
     /// - E* exceeds that of all materials.

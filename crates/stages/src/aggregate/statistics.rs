@@ -118,6 +118,16 @@ impl Statistic {
         format!("{name}_{}", self.suffix())
     }
 
+    /// Returns the names of all columns with the statistic of a column.
+    pub fn columns_of(self, name: &str) -> Vec<String> {
+        self.suffixes().into_iter().map(|suffix| format!("{name}_{suffix}")).collect()
+    }
+
+    /// Returns the column of which `column` is this statistic, according to its name.
+    pub fn base_of(self, column: &str) -> Option<&str> {
+        column.strip_suffix(&self.suffix())?.strip_suffix('_')
+    }
+
     /// Returns the suffixes of all columns of the statistic.
     pub fn suffixes(self) -> Vec<String> {
         match self {

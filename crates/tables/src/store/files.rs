@@ -3,15 +3,17 @@
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use tempfile::NamedTempFile;
+
 use super::StoreError;
-use super::permissions::{Access, explained};
-pub use super::publishing::Existing;
-use super::publishing::{publish, unfinished_file};
+use super::permissions::explained;
 use super::regular::open_regular;
+use super::users::Writer;
 use crate::parallel::locked;
 use crate::parquet::{self, Columns, Metadata, ParquetError, TableFile};
 use crate::table::Table;
@@ -24,20 +26,15 @@ const MAX_WAIT: Duration = Duration::from_secs(1);
 
 /// Writes a file atomically, even in case of a power cut.
 ///
-/// The file is first written to the folder `staging` and flushed, and then renamed to `path`. Both
-/// must be on the same disk. If the process is killed, it leaves the file in `staging`, with a name
+/// The file is first written to the folder `staging` and flushed, and then renamed to `path`, where
+/// it replaces an existing file. Both must be on the same disk. If the process is killed, it leaves the file in `staging`, with a name
 /// that identifies the process.
 ///
 /// # Errors
 /// Returns an error if a folder cannot be created, or if the file cannot be written, flushed or
 /// renamed.
-pub fn write_whole(
-    path: &Path,
-    bytes: &[u8],
-    existing: Existing,
-    staging: &Path,
-) -> Result<(), StoreError> {
-    write_file(path, bytes, existing, staging)?;
+pub fn write_whole(path: &Path, bytes: &[u8], staging: &Path) -> Result<(), StoreError> {
+    write_file(path, bytes, staging)?;
     flush_folder(path.parent().unwrap_or(Path::new(".")))
 }
 
@@ -46,13 +43,8 @@ pub fn write_whole(
 ///
 /// # Errors
 /// Returns the same errors as [`write_whole`].
-pub fn write_file(
-    path: &Path,
-    bytes: &[u8],
-    existing: Existing,
-    staging: &Path,
-) -> Result<(), StoreError> {
-    write_with(path, existing, staging, |file| file.write_all(bytes))
+pub fn write_file(path: &Path, bytes: &[u8], staging: &Path) -> Result<(), StoreError> {
+    write_with(path, staging, |file| file.write_all(bytes))
 }
 
 /// Writes a file as [`write_file`] does; the function `write` writes the content.
@@ -61,22 +53,31 @@ pub fn write_file(
 /// Returns the same errors as [`write_file`], and the errors of `write`.
 pub fn write_with(
     path: &Path,
-    existing: Existing,
     staging: &Path,
     write: impl FnOnce(&mut File) -> io::Result<()>,
 ) -> Result<(), StoreError> {
-    make_folder(path.parent().unwrap_or(Path::new(".")))?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    make_folder(folder)?;
     make_folder(staging)?;
     let result = (|| {
-        let mut file = unfinished_file(staging)?;
+        let mut file = unfinished_file(staging).map_err(|error| explained(error, staging))?;
         write(file.as_file_mut())?;
         file.as_file().sync_all().or_else(unless_unsupported)?;
-        publish(file, path, existing)
+        file.persist(path).map_err(|refused| explained(refused.error, folder))?;
+        Ok(())
     })();
-    result.map_err(|source| StoreError::Write {
-        path: path.to_owned(),
-        source: explained(source, Access::Write, &[staging, path]),
-    })
+    result.map_err(|source| StoreError::Write { path: path.to_owned(), source })
+}
+
+/// Creates an empty file in the folder `staging`, with a name that identifies this process.
+fn unfinished_file(staging: &Path) -> io::Result<NamedTempFile> {
+    // The permissions of other programs for new files, of which the system removes those in the
+    // umask. Temporary files would otherwise be private.
+    let permissions = fs::Permissions::from_mode(0o666);
+    tempfile::Builder::new()
+        .prefix(&Writer::own().prefix())
+        .permissions(permissions)
+        .tempfile_in(staging)
 }
 
 /// Flushes a folder, so that the names of its files are on the disk.
@@ -268,11 +269,10 @@ mod tests {
 
     #[test]
     fn files_follow_the_umask() {
-        use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let [other, own] = ["other", "own"].map(|name| folder.path().join(name));
         File::create(&other).unwrap();
-        write_whole(&own, b"a table", Existing::Replace, folder.path()).unwrap();
+        write_whole(&own, b"a table", folder.path()).unwrap();
         let mode = |path: &Path| path.metadata().unwrap().permissions().mode();
         assert_eq!(mode(&own), mode(&other));
     }

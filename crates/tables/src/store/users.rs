@@ -18,7 +18,7 @@ use std::time::{Duration, SystemTime};
 use sysinfo::{Pid, ProcessesToUpdate, System};
 
 use super::StoreError;
-use super::permissions::{Access, explained};
+use super::permissions::explained;
 
 /// Name of the lock file in the store. The file is empty and is never removed.
 pub(super) const LOCK: &str = "lock";
@@ -100,7 +100,7 @@ fn open(folder: &Path) -> Result<Option<File>, StoreError> {
 }
 
 fn failed(path: &Path, source: io::Error) -> StoreError {
-    StoreError::Lock { path: path.to_owned(), source: explained(source, Access::Open, &[path]) }
+    StoreError::Lock { path: path.to_owned(), source: explained(source, path) }
 }
 
 fn writable(path: &Path) -> io::Result<File> {

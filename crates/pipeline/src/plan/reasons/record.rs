@@ -17,7 +17,7 @@ use crate::study::Study;
 use asperity_stages::surface::{Origin, Params};
 use asperity_stages::{Kind, Recipe, Work};
 use asperity_tables::key::Digest;
-use asperity_tables::store::files::{Existing, write_whole};
+use asperity_tables::store::files::write_whole;
 use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::regular::read_regular;
 use asperity_tables::store::series::Part;
@@ -130,7 +130,7 @@ impl Record {
         let bytes = self.bytes();
         match fs::read(&path) {
             Ok(written) if written == bytes => Ok(()),
-            _ => write_whole(&path, &bytes, Existing::Replace, folder),
+            _ => write_whole(&path, &bytes, folder),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{AREAS, Curve, ErrorBars, FigureSize, FigureSpec, Law, MEAN, NoQuantity, PanelSpec};
+use super::{AREAS, Curve, ErrorBars, FigureSize, FigureSpec, Law, NoQuantity, PanelSpec};
 use super::{Quantity, THIS_STUDY, Value, has_surfaces, is_number};
 use crate::manifest::figure::{
     CurveTable, FigureTable, PanelTable, Selected, SelectedValue, Words, WrittenFigure,
@@ -14,7 +14,7 @@ use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Key, Spanned};
 use asperity_stages::Kind;
-use asperity_stages::aggregate::{Model, SPECTRUM_COLUMNS};
+use asperity_stages::aggregate::{Model, SPECTRUM_COLUMNS, Statistic};
 use asperity_stages::columns::{LOAD, needed_key};
 use asperity_tables::column::{Role, Value as Known};
 use asperity_tables::table::Table;
@@ -371,13 +371,13 @@ impl<'a> Columns<'a, '_> {
     fn numbers(&self) -> Vec<&'a str> {
         let table = self.table;
         let names = table.names().into_iter().filter(|name| is_number(table, name));
-        names.flat_map(|name| [Some(name), name.strip_suffix(MEAN)]).flatten().collect()
+        names.flat_map(|name| [Some(name), Statistic::Mean.base_of(name)]).flatten().collect()
     }
 
     fn unknown_column<T>(&mut self, written: &Spanned<String>, known: &[&str]) -> Option<T> {
         let message = format!("`{}` has no column {:?}", self.stage, written.value);
         let known = || known.iter().copied();
-        let base = written.value.strip_suffix(MEAN).unwrap_or(&written.value);
+        let base = Statistic::Mean.base_of(&written.value).unwrap_or(&written.value);
         if let Some(label) = needed_key(base, self.is_known) {
             return self.checks.reject(Problem::new(message, written.span.clone(), label));
         }

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::manifest::composition::PlainLoads;
 use crate::study::summary::rms_slope;
 use crate::study::{Stage, Study, Work};
 use asperity_contact::grid::Boundary;
@@ -25,22 +24,8 @@ const SLOPES: [f64; 2] = [1e-4, 10.0];
 const STIFFEST: f64 = 2e12;
 
 impl Study {
-    /// Warns of loads without a unit in a stage whose other pressures have one, or in a variant of
-    /// a study whose loads are pressures.
+    /// Warns of loads without a unit in a stage whose other pressures have one.
     pub(super) fn plain_loads(&self, stage: &Stage) -> Option<String> {
-        let overriding = self.manifest.plain_loads.iter().find(|plain| plain.stage == stage.name);
-        let Some(plain) = overriding else {
-            return self.loads_without_unit(stage);
-        };
-        let PlainLoads { key, place, number, pressure, unit, overridden, .. } = plain;
-        Some(format!(
-            "`{key}` ({place}) has no unit and overrides pressures, such as {pressure:?} in \
-             `{overridden}`; {number} is read as {number} × E* × rms slope, not as {number} {unit}; \
-             write \"{number} {unit}\" if it is a pressure, or `load_unit = \"relative\"` if not"
-        ))
-    }
-
-    fn loads_without_unit(&self, stage: &Stage) -> Option<String> {
         let mut lacking = stage.work.recipes().iter().filter_map(|recipe| match recipe {
             Recipe::Solve(params) if params.listed.lack_unit => {
                 Some((&params.loads, params.effective_modulus, params.pressure_unit?))

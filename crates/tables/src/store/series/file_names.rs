@@ -1,12 +1,11 @@
 //! Names of the files of a store, and what files with rows state about themselves.
 
-use std::collections::HashMap;
 use std::path::Path;
 use std::str::FromStr;
 use std::{fmt, fs, io};
 
 use super::{TableRef, contains};
-use crate::key::TaskKey;
+use crate::key::{KeyMap, TaskKey};
 use crate::parquet::{Metadata, ParquetError};
 use crate::store::provenance::Provenance;
 use crate::store::{StoreError, files};
@@ -58,22 +57,21 @@ impl FromStr for FileName {
 
     fn from_str(name: &str) -> Result<FileName, ()> {
         let mut words = name.strip_suffix(".parquet").ok_or(())?.split('-');
-        let key = words.next().and_then(|word| word.parse().ok()).ok_or(())?;
-        let mut rest: Vec<&str> = words.collect();
-        let rows = match rest.pop() {
-            None => None,
-            Some(digest) => {
-                let digest = u64::from_str_radix(digest, 16).map_err(drop)?;
-                let part = match rest[..] {
-                    [] => None,
-                    [part] => Some(part.to_owned()),
-                    _ => return Err(()),
-                };
-                Some(RowsName { part, digest })
-            }
+        let is_hexadecimal =
+            |word: &&str| word.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));
+        let key = words.next().filter(is_hexadecimal).ok_or(())?.parse().map_err(drop)?;
+        let rows = match (words.next(), words.next(), words.next()) {
+            (None, ..) => None,
+            (Some(digest), None, _) => Some((None, digest)),
+            (Some(part), Some(digest), None) => Some((Some(part.to_owned()), digest)),
+            (Some(_), Some(_), Some(_)) => return Err(()),
         };
-        let parsed = FileName { key, rows };
-        if parsed.to_string() == name { Ok(parsed) } else { Err(()) }
+        let rows = rows.map(|(part, digest)| {
+            let is_digest = digest.len() == 16 && is_hexadecimal(&digest);
+            let digest = u64::from_str_radix(digest, 16).ok().filter(|_| is_digest)?;
+            Some(RowsName { part, digest })
+        });
+        Ok(FileName { key, rows: rows.map(|rows| rows.ok_or(())).transpose()? })
     }
 }
 
@@ -81,8 +79,8 @@ impl FromStr for FileName {
 ///
 /// # Errors
 /// Returns an error if the folder cannot be listed.
-pub(super) fn finished_in(folder: &Path) -> io::Result<HashMap<TaskKey, Vec<FileName>>> {
-    let mut finished: HashMap<TaskKey, Vec<FileName>> = HashMap::new();
+pub(super) fn finished_in(folder: &Path) -> io::Result<KeyMap<Vec<FileName>>> {
+    let mut finished: KeyMap<Vec<FileName>> = KeyMap::default();
     let entries = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(finished),
         entries => entries?,

@@ -11,10 +11,9 @@ use super::{
     FileName, MissingRows, Part, PartRows, RowsName, SeriesRows, TableRef, ascending, contains,
     index_of,
 };
-use crate::key::TaskKey;
+use crate::key::{KeyMap, TaskKey};
 use crate::parallel::locked;
 use crate::parquet::{Columns, ParquetError};
-use crate::store::files::Existing;
 use crate::store::provenance::Provenance;
 use crate::store::{Store, StoreError, file_path, files, path};
 use crate::table::Table;
@@ -249,7 +248,7 @@ impl Store {
     pub(in crate::store) fn finished_beside(
         &self,
         key: TaskKey,
-    ) -> Result<HashMap<TaskKey, Vec<FileName>>, StoreError> {
+    ) -> Result<KeyMap<Vec<FileName>>, StoreError> {
         let finished_in = |root: &Path| {
             let path = path(root, key);
             let folder = path.parent().unwrap_or(root);
@@ -295,8 +294,7 @@ impl Store {
         let name = FileName { key: provenance.key(), rows: Some(RowsName::new(part, values)) };
         let mut metadata = provenance.metadata();
         metadata.entries.extend(entries(column, values, part));
-        // A file of this name that cannot be read counts as missing, so it is replaced.
-        self.write(&self.path_of(&name), table, &metadata, Existing::Replace)?;
+        self.write(&self.path_of(&name), table, &metadata)?;
         Ok(name)
     }
 
@@ -310,7 +308,7 @@ impl Store {
 /// Listing of a store for many questions about its rows. Each folder is listed once.
 pub struct Listing<'a> {
     store: &'a Store,
-    folders: RefCell<HashMap<u8, HashMap<TaskKey, Vec<FileName>>>>,
+    folders: RefCell<HashMap<u8, KeyMap<Vec<FileName>>>>,
 }
 
 impl<'a> Listing<'a> {

@@ -4,67 +4,26 @@
 //! hardness then has no effect on the results, but the warning lists the loads under which the
 //! material would yield.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
-use crate::plan::{Plan, PlannedStage};
-use crate::results::TASK;
-use crate::study::{Stage, Study, Warning};
+use crate::Recipe;
+use crate::columns::{LOAD, PEAK_PRESSURE, PRESSURE, PRESSURE_UNIT};
+use crate::ensemble::load_column;
+use crate::units::pressure_unit;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
-use asperity_stages::Recipe;
-use asperity_stages::columns::{LOAD, PEAK_PRESSURE, PRESSURE, PRESSURE_UNIT};
-use asperity_stages::ensemble::load_column;
-use asperity_stages::units::pressure_unit;
 use asperity_tables::table::{Table, TableError};
 
 /// Relative rounding error that is tolerated when a peak pressure is compared with a hardness.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the warnings for a study. `read` returns the table of the stage with the given index, or
-/// `None` if there is none.
-///
-/// # Errors
-/// Returns an error if a table cannot be read or is not a table of solved loads.
-pub fn warnings<E: From<TableError>>(
-    study: &Study,
-    plan: &Plan,
-    read: impl Fn(usize) -> Result<Option<Table>, E>,
-) -> Result<Vec<Warning>, E> {
-    let mut warnings = Vec::new();
-    for (index, (stage, planned)) in study.stages.iter().zip(&plan.stages).enumerate() {
-        let hardnesses = of_tasks(stage, planned, plan);
-        if hardnesses.is_empty() {
-            continue;
-        }
-        let Some(table) = read(index)? else { continue };
-        let messages = messages(&table, &hardnesses)?;
-        warnings.extend(
-            messages.into_iter().map(|message| Warning { stage: stage.name.clone(), message }),
-        );
-    }
-    Ok(warnings)
-}
-
-/// Returns, by task key, the smallest hardness among the bodies of each task. Tasks without a
-/// hardness are omitted.
-///
-/// The hardness comes from the study and not from the plan, because stages with different bodies
-/// may share a task.
-fn of_tasks(stage: &Stage, planned: &PlannedStage, plan: &Plan) -> HashMap<String, f64> {
-    let recipes = stage.work.recipes();
-    let tasks_of_each = planned.tasks.len() / recipes.len().max(1);
-    let tasks = planned.tasks.chunks(tasks_of_each.max(1));
-    let softest = recipes.iter().map(|recipe| match recipe {
+/// Returns the smallest hardness among the bodies of a recipe that does not limit the pressure.
+pub fn unused_hardness(recipe: &Recipe) -> Option<f64> {
+    match recipe {
         Recipe::Solve(params) => params.bodies.softest,
         _ => None,
-    });
-    let known = tasks.zip(softest).filter_map(|(tasks, softest)| {
-        let key = |task: &usize| plan.tasks[*task].table.key.to_string();
-        let hardness = softest?;
-        Some(tasks.iter().map(move |task| (key(task), hardness)))
-    });
-    known.flatten().collect()
+    }
 }
 
 /// Loads whose peak pressure exceeds a hardness.
@@ -75,21 +34,26 @@ struct Passed {
     peak: f64,
 }
 
-fn messages(table: &Table, hardnesses: &HashMap<String, f64>) -> Result<Vec<String>, TableError> {
+/// Returns the warnings about a table of solved loads, one for each hardness that pressures exceed.
+/// `hardness_of` returns the hardness of the bodies of a row, if it is known.
+///
+/// # Errors
+/// Returns an error if the table is not one of solved loads.
+pub fn warnings(
+    table: &Table,
+    hardness_of: impl Fn(usize) -> Option<f64>,
+) -> Result<Vec<String>, TableError> {
     let symbol = pressure_unit(table);
     let unit = symbol.as_deref();
     // A manifest without units takes plain numbers, also if they are assumed to be pascals.
     let takes_unit = table.has(PRESSURE_UNIT.name);
-    let tasks = table.texts(TASK.name)?;
     let [loads, means, peaks] = [LOAD, PRESSURE, PEAK_PRESSURE].map(|column| column.name);
     let (loads, means, peaks) = (table.reals(loads)?, table.reals(means)?, table.reals(peaks)?);
     let are_pressures = load_column(table) == PRESSURE.name;
     let given = if are_pressures { means } else { loads };
     let (mut rows, mut passed) = (0, BTreeMap::<u64, Passed>::new());
     for row in 0..table.rows() {
-        let Some(&hardness) = hardnesses.get(tasks.value(row)) else {
-            continue;
-        };
+        let Some(hardness) = hardness_of(row) else { continue };
         rows += 1;
         let peak = peaks.value(row);
         if peak <= hardness * (1.0 + ROUNDING) {
@@ -139,8 +103,8 @@ fn rounded(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_stages::columns::EFFECTIVE_MODULUS;
-    use asperity_stages::reduced_units::PressureUnit;
+    use crate::columns::EFFECTIVE_MODULUS;
+    use crate::reduced_units::PressureUnit;
     use asperity_tables::column::{reals, texts};
 
     #[test]
@@ -150,26 +114,24 @@ mod tests {
             Table::new(
                 4,
                 vec![
-                    (TASK, texts(["a", "a", "b", "c"])),
                     (load, reals([0.2, 0.1, 0.3, 0.4])),
                     (pressure, reals([2.0, 1.0, 3.0, 4.0])),
                     (PEAK_PRESSURE, reals([7.0, 6.0, 5.0 + 1e-12, 9.0])),
                 ],
             )
         };
-        let hardnesses = [("a", 5.0), ("b", 5.0)].map(|(task, value)| (task.to_owned(), value));
-        let hardnesses = hardnesses.into_iter().collect();
+        let hardness = |row: usize| (row < 3).then_some(5.0);
         let absolute = table(PressureUnit::Absolute);
         let named = absolute.with(vec![(PRESSURE_UNIT, texts(["MPa"; 4]))]);
-        let in_unit = messages(&named, &hardnesses).unwrap();
+        let in_unit = warnings(&named, hardness).unwrap();
         assert!(in_unit[0].contains("the lightest of these loads is 1 MPa;"), "{in_unit:?}");
         assert!(in_unit[0].contains("`hardness = \"5 MPa\"`"), "{in_unit:?}");
         let assumed = absolute.with(vec![(EFFECTIVE_MODULUS, reals([2e11; 4]))]);
-        let in_pascals = messages(&assumed, &hardnesses).unwrap();
+        let in_pascals = warnings(&assumed, hardness).unwrap();
         assert!(in_pascals[0].contains("the lightest of these loads is 1 Pa;"), "{in_pascals:?}");
         assert!(in_pascals[0].contains("`hardness = 5`"), "{in_pascals:?}");
         let reduced = table(PressureUnit::Relative);
-        let lines = messages(&reduced, &hardnesses).unwrap();
+        let lines = warnings(&reduced, hardness).unwrap();
         let [message] = lines.as_slice() else { panic!("{lines:?}") };
         for part in [
             "under 2 of 3 loads",
