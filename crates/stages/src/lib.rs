@@ -18,7 +18,8 @@
 //! | [`check_context`], [`lengths`] | what checks of keys know about the study; units of lengths |
 //! | [`surface`] | recipe of a surface, from which any stage draws it again |
 //! | [`reduced_units`], [`unloading`], [`bodies`] | units of the solver; yielding; the two bodies |
-//! | [`columns`], [`grids`], [`per_axis`] | all columns; grids of surfaces; values along x and y |
+//! | [`columns`], `table_columns` | all columns; the columns of a table with their values |
+//! | [`grids`], [`per_axis`] | grids of surfaces; values along x and y |
 //! | [`ensemble`] | grouping of rows by parameter point, surface and load |
 //! | [`units`] | names of the units of length and pressure of a table |
 //! | [`map_file`], [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
@@ -54,6 +55,7 @@ pub mod spectrum_files;
 mod stage;
 pub mod surface;
 pub mod surface_files;
+mod table_columns;
 pub mod units;
 pub mod unloading;
 
@@ -72,7 +74,7 @@ pub use error::StageError;
 pub use registry::Work;
 pub use stage::{
     ContactLoads, Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope,
-    Reads, Series, Stage, beside_coordinates, stacked,
+    Reads, Series, Stage, beside_coordinates, stacked, table_beside_coordinates,
 };
 
 /// Kind of a stage, as given by `kind =` in a manifest.

@@ -22,7 +22,8 @@ use super::columns::*;
 use super::stage::{largest, range};
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe,
-    RowKind, Series, Stage, StageError, beside_coordinates, grids, stacked, surface,
+    RowKind, Series, Stage, StageError, beside_coordinates, stacked, surface,
+    table_beside_coordinates,
 };
 use crate::bodies::Conduction;
 use asperity_contact::threads::Threads;
@@ -35,7 +36,6 @@ use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::Table;
 
 pub use contacts::NodeSet;
-use contacts::OptionalColumns;
 pub use distributions::Distribution;
 use statistics::Statistic;
 
@@ -62,22 +62,13 @@ pub const STAGE: Definition = Definition {
         _ => Some(RowKind::Contacts),
     },
     columns: || {
-        let contacts = contacts::columns(OptionalColumns {
-            rectangles: true,
-            yields: true,
-            flows: true,
-            conductance: conduction::all_columns(),
-            adhesion: true,
-            stiffness: true,
-            rigid_base: true,
-            filled: true,
-        });
+        let contacts = contacts::all_columns();
         let of_surfaces = statistics::all_columns();
         let distributions = distributions::all_columns();
         let lists: [&[Column]; 7] = [
             &contacts,
             &distributions,
-            &PARTIAL_SLIP,
+            &friction::columns().all(),
             &HEIGHT_MEASURES,
             &POOLED_HEIGHTS[1..],
             &of_surfaces,
@@ -202,19 +193,14 @@ impl Stage for Params {
         Ok(match self {
             Params::Contacts { stiffness, conduction, filled, .. } => {
                 let solved = stacked(inputs)?;
-                let optional = OptionalColumns {
-                    rectangles: grids::has_rectangles(&solved),
-                    yields: solved.has(SATURATED_NODES.name),
-                    rigid_base: solved.has(APPROACH.name),
-                    flows: solved.has(FLOW_STOP.name),
-                    conductance: conduction::columns(&solved, *conduction),
-                    adhesion: solved.has(WORK_OF_ADHESION.name),
-                    stiffness: *stiffness,
-                    filled: *filled,
-                };
-                beside_coordinates(&contacts::columns(optional), inputs)?
+                let set = NodeSet::Contact;
+                let measured = contacts::measure(&solved, *stiffness, set, *conduction)?;
+                let share = filled.then_some(FILLED_AREA_SHARE);
+                table_beside_coordinates(&measured.beside(&Table::empty(share.as_slice())), inputs)?
             }
-            Params::Friction(friction) => beside_coordinates(&friction.columns(), inputs)?,
+            Params::Friction(friction) => {
+                table_beside_coordinates(&friction.measure(&stacked(inputs)?)?, inputs)?
+            }
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
             Params::Surface(statistic) => beside_coordinates(&statistic.columns(), inputs)?,
             Params::Distribution(distribution) => {

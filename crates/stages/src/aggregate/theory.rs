@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::group_columns::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of};
 use super::{Groups, Statistic};
 use crate::StageError;
-use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, real};
+use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, columns, real};
 use crate::surface::coordinates::is_altered;
 use asperity_contact::grid::Cell;
 use asperity_contact::theory::law::KAPPA_BGT;
@@ -312,61 +312,67 @@ pub fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
     Ok((0..table.rows()).map(&mut of_row).collect())
 }
 
-const APPROACH: Column =
-    real("approach", "1", "F = −ln[(1 − a) y √(2π)] of the mean area a under the load y");
+columns! {
+    /// F = −ln[(1 − a) y √(2π)] of the mean area a under the load y
+    const APPROACH: Column = real("approach", "1");
+}
 
 /// Declares the columns of a theory: area, slope, secant and approach to full contact.
-macro_rules! columns {
+macro_rules! theory {
     ($area:literal, $theory:literal, $details:literal) => {
         [
-            real($area, "1", concat!("area fraction predicted by ", $theory, ", ", $details)),
-            real(
-                concat!($area, "_slope"),
-                "1 per load",
-                concat!("slope of the area predicted by ", $theory, ", at `load_midpoint`"),
-            ),
-            real(
-                concat!($area, "_secant"),
-                "1 per load",
-                concat!("area predicted by ", $theory, ", divided by the load"),
-            ),
-            real(
-                concat!($area, "_approach"),
-                "1",
-                concat!("F = −ln[(1 − a) y √(2π)] of the area a predicted by ", $theory),
-            ),
+            real($area, "1").with_meaning(concat!(
+                "area fraction predicted by ",
+                $theory,
+                ", ",
+                $details
+            )),
+            real(concat!($area, "_slope"), "1 per load").with_meaning(concat!(
+                "slope of the area predicted by ",
+                $theory,
+                ", at `load_midpoint`"
+            )),
+            real(concat!($area, "_secant"), "1 per load").with_meaning(concat!(
+                "area predicted by ",
+                $theory,
+                ", divided by the load"
+            )),
+            real(concat!($area, "_approach"), "1").with_meaning(concat!(
+                "F = −ln[(1 − a) y √(2π)] of the area a predicted by ",
+                $theory
+            )),
         ]
     };
 }
 
 const PERSSON: [Column; 4] =
-    columns!("area_persson", "Persson 2001", "for isotropic Gaussian roughness");
-const BUSH_GIBSON_THOMAS: [Column; 4] = columns!(
+    theory!("area_persson", "Persson 2001", "for isotropic Gaussian roughness");
+const BUSH_GIBSON_THOMAS: [Column; 4] = theory!(
     "area_bush_gibson_thomas",
     "Bush, Gibson & Thomas 1975",
     "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
 );
-const GREENWOOD_2006: [Column; 4] = columns!(
+const GREENWOOD_2006: [Column; 4] = theory!(
     "area_greenwood_2006",
     "Greenwood 2006",
     "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
 );
-const MEAN_CURVATURE: [Column; 4] = columns!(
+const MEAN_CURVATURE: [Column; 4] = theory!(
     "area_mean_curvature",
     "the model of spheres with the mean curvature of each summit",
     "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
 );
-const GREENWOOD_MCCOOL: [Column; 4] = columns!(
+const GREENWOOD_MCCOOL: [Column; 4] = theory!(
     "area_greenwood_mccool",
     "Greenwood & Williamson 1966 with the parameters of McCool 1986",
     "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
 );
-const BGT_ASYMPTOTE: [Column; 4] = columns!(
+const BGT_ASYMPTOTE: [Column; 4] = theory!(
     "area_bgt_asymptote",
     "the asymptote of asperity models at light load",
     "√(2π) times the load, for isotropic Gaussian roughness"
 );
-const PENNY_CRACK: [Column; 4] = columns!(
+const PENNY_CRACK: [Column; 4] = theory!(
     "area_penny_crack",
     "the model of isolated cracks near full contact",
     "1 − (3/4) erfc(√2 y), for isotropic Gaussian roughness"

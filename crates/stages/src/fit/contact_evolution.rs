@@ -9,6 +9,7 @@ use super::parameter::{Parameter, names};
 use super::row::Row;
 use super::{CurvesOfPoint, Params};
 use crate::InputScope;
+use crate::columns::columns;
 use crate::ensemble::Member;
 use asperity_statistics::bootstrap::{Interval, Intervals};
 use asperity_statistics::convexity::CommonKappa;
@@ -25,18 +26,14 @@ pub const WINDOW: [f64; 2] = [0.0, 0.06];
 /// Parameters of the law, in the order of their values.
 pub const PARAMETERS: [Parameter; 3] = [KAPPA, BETA, MU];
 
-const KAPPA: Parameter = Parameter::number(
-    names!("kappa"),
-    "κ of the contact evolution law: slope of the area fraction against the load at first contact",
-)
-.with_label("κ");
-const BETA: Parameter =
-    Parameter::number(names!("beta"), "β of the contact evolution law").with_label("β");
-const MU: Parameter = Parameter::number(
-    names!("mu"),
-    "μ of the contact evolution law; the slope of the area against the load is convex for μ ≤ 1",
-)
-.with_label("μ");
+columns! {
+    /// κ of the contact evolution law: slope of the area fraction against the load at first contact
+    const KAPPA: Parameter = Parameter::number(names!("kappa")).with_label("κ");
+    /// β of the contact evolution law
+    const BETA: Parameter = Parameter::number(names!("beta")).with_label("β");
+    /// μ of the contact evolution law; the slope of the area against the load is convex for μ ≤ 1
+    const MU: Parameter = Parameter::number(names!("mu")).with_label("μ");
+}
 
 /// Choices for a fit of the contact evolution law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -72,10 +69,37 @@ pub enum Kappa {
 }
 
 impl Datum {
+    /// Returns the word in manifests and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Datum::Slope => "slope",
+            Datum::Area => "area",
+        }
+    }
+
     fn quantity(self) -> Quantity {
         match self {
             Datum::Slope => Quantity::Slope,
             Datum::Area => Quantity::Area,
+        }
+    }
+}
+
+impl Kappa {
+    /// Returns the value of κ, if the manifest gives one.
+    pub fn given(self) -> Option<f64> {
+        match self {
+            Kappa::Given(kappa) => Some(kappa),
+            Kappa::Free | Kappa::MinimalConvex => None,
+        }
+    }
+
+    /// Returns the word of the method in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kappa::Given(_) => "given",
+            Kappa::Free => "free",
+            Kappa::MinimalConvex => "minimal-convex",
         }
     }
 }

@@ -12,6 +12,7 @@ use super::contact_evolution::{self, EvolutionChoices};
 use super::limits::{self, LimitChoices};
 use super::parameter::{Parameter, names};
 use super::row::Row;
+use crate::columns::columns;
 use asperity_statistics::FitError;
 use asperity_statistics::curves::Curves;
 use asperity_statistics::load_separation::LoadSeparationProblem;
@@ -184,111 +185,71 @@ pub fn parameters() -> impl Iterator<Item = Parameter> {
     plain.chain(limits::columns::parameters())
 }
 
-const EXPONENT: Parameter = Parameter::number(
-    names!("exponent"),
-    "exponent μ − 1 of dp̄/dp₀ = β a^(μ − 1), with the mean contact pressure p̄ and the area fraction a",
-)
-.with_label("exponent");
-const PREFACTOR: Parameter =
-    Parameter::number(names!("prefactor"), "prefactor β of dp̄/dp₀ = β a^(μ − 1)");
-const ERF_SCALE: Parameter = Parameter::number(
-    names!("erf_scale"),
-    "scale β of the area fraction a = erf(β √2 y); it is 1 in Persson's theory",
-)
-.with_label("scale");
-const DECAY_LENGTH: Parameter = Parameter::of_unit(
-    "length",
-    names!("decay_length"),
-    "u₀ of p₀ = p_c exp(−ū/u₀): decrease of the mean gap ū when the load grows by the factor e",
-)
-.with_label("u₀");
-const CLOSING_LOAD: Parameter = Parameter::of_unit(
-    "E* × rms slope",
-    names!("closing_load"),
-    "p_c of p₀ = p_c exp(−ū/u₀): load at which the law gives a mean gap of zero",
-)
-.with_label("p_c");
-const MESH_COEFFICIENT: Parameter = Parameter::number(
-    names!("mesh_coefficient"),
-    "coefficient c of the mesh error in A_N = A* + c S_d Δx, with the counted area A_N, the Manhattan \
-     perimeter S_d and the mesh step Δx",
-)
-.with_label("c");
-const PERCOLATION_AREA: Parameter = Parameter::number(
-    names!("percolation_area"),
-    "fraction of the nodes in contact at which the gap stops percolating, averaged over the surfaces \
-     and over both directions; null where the surfaces are not drawn from an isotropic spectrum",
-);
-const PERCOLATION_AREA_CORRECTED: Parameter = Parameter::number(
-    names!("percolation_area_corrected"),
-    "contact area fraction, corrected for the mesh with the correction `2017`, at which the gap stops \
-     percolating; averaged and null like `percolation_area`, and null with adhesion, for which the \
-     coefficient is not measured",
-)
-.with_label("sealed from a corrected area of");
-const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
-    "E* × rms slope",
-    names!("percolation_load"),
-    "load at which the gap stops percolating, averaged over the surfaces and over both directions; \
-     null where the surfaces are not drawn from an isotropic spectrum",
-)
-.with_label("sealed from a load of");
-
-/// Defines the three thresholds of the percolation of the gap along one axis: area, corrected area
-/// and load.
-macro_rules! percolation_along {
-    ($axis:literal: $area:ident, $area_corrected:ident, $load:ident) => {
-        const $area: Parameter = Parameter::number(
-            names!("percolation_area_", $axis),
-            concat!(
-                "fraction of the nodes in contact at which the gap stops percolating along ",
-                $axis,
-                ", averaged over the surfaces",
-            ),
-        );
-        const $area_corrected: Parameter = Parameter::number(
-            names!("percolation_area_corrected_", $axis),
-            concat!(
-                "contact area fraction, corrected for the mesh with the correction `2017`, at which \
-                 the gap stops percolating along ",
-                $axis,
-                ", averaged over the surfaces; null with adhesion",
-            ),
-        )
-        .with_label(concat!("sealed along ", $axis, " from a corrected area of"));
-        const $load: Parameter = Parameter::of_unit(
-            "E* × rms slope",
-            names!("percolation_load_", $axis),
-            concat!(
-                "load at which the gap stops percolating along ",
-                $axis,
-                ", averaged over the surfaces",
-            ),
-        );
-    };
+columns! {
+    /// exponent μ − 1 of dp̄/dp₀ = β a^(μ − 1), with the mean contact pressure p̄ and the area
+    /// fraction a
+    const EXPONENT: Parameter = Parameter::number(names!("exponent")).with_label("exponent");
+    /// prefactor β of dp̄/dp₀ = β a^(μ − 1)
+    const PREFACTOR: Parameter = Parameter::number(names!("prefactor"));
+    /// scale β of the area fraction a = erf(β √2 y); it is 1 in Persson's theory
+    const ERF_SCALE: Parameter = Parameter::number(names!("erf_scale")).with_label("scale");
+    /// u₀ of p₀ = p_c exp(−ū/u₀): decrease of the mean gap ū when the load grows by the factor e
+    const DECAY_LENGTH: Parameter =
+        Parameter::of_unit("length", names!("decay_length")).with_label("u₀");
+    /// p_c of p₀ = p_c exp(−ū/u₀): load at which the law gives a mean gap of zero
+    const CLOSING_LOAD: Parameter =
+        Parameter::of_unit("E* × rms slope", names!("closing_load")).with_label("p_c");
+    /// coefficient c of the mesh error in A_N = A* + c S_d Δx, with the counted area A_N, the
+    /// Manhattan perimeter S_d and the mesh step Δx
+    const MESH_COEFFICIENT: Parameter =
+        Parameter::number(names!("mesh_coefficient")).with_label("c");
+    /// fraction of the nodes in contact at which the gap stops percolating, averaged over the
+    /// surfaces and over both directions; null where the surfaces are not drawn from an isotropic
+    /// spectrum
+    const PERCOLATION_AREA: Parameter = Parameter::number(names!("percolation_area"));
+    /// contact area fraction, corrected for the mesh with the correction `2017`, at which the gap
+    /// stops percolating; averaged and null like `percolation_area`, and null with adhesion, for
+    /// which the coefficient is not measured
+    const PERCOLATION_AREA_CORRECTED: Parameter =
+        Parameter::number(names!("percolation_area_corrected"))
+            .with_label("sealed from a corrected area of");
+    /// load at which the gap stops percolating, averaged over the surfaces and over both
+    /// directions; null where the surfaces are not drawn from an isotropic spectrum
+    const PERCOLATION_LOAD: Parameter =
+        Parameter::of_unit("E* × rms slope", names!("percolation_load"))
+            .with_label("sealed from a load of");
+    /// fraction of the nodes in contact at which the gap stops percolating along x, averaged over
+    /// the surfaces
+    const PERCOLATION_AREA_X: Parameter = Parameter::number(names!("percolation_area_x"));
+    /// contact area fraction, corrected for the mesh with the correction `2017`, at which the gap
+    /// stops percolating along x, averaged over the surfaces; null with adhesion
+    const PERCOLATION_AREA_CORRECTED_X: Parameter =
+        Parameter::number(names!("percolation_area_corrected_x"))
+            .with_label("sealed along x from a corrected area of");
+    /// load at which the gap stops percolating along x, averaged over the surfaces
+    const PERCOLATION_LOAD_X: Parameter =
+        Parameter::of_unit("E* × rms slope", names!("percolation_load_x"));
+    /// fraction of the nodes in contact at which the gap stops percolating along y, averaged over
+    /// the surfaces
+    const PERCOLATION_AREA_Y: Parameter = Parameter::number(names!("percolation_area_y"));
+    /// contact area fraction, corrected for the mesh with the correction `2017`, at which the gap
+    /// stops percolating along y, averaged over the surfaces; null with adhesion
+    const PERCOLATION_AREA_CORRECTED_Y: Parameter =
+        Parameter::number(names!("percolation_area_corrected_y"))
+            .with_label("sealed along y from a corrected area of");
+    /// load at which the gap stops percolating along y, averaged over the surfaces
+    const PERCOLATION_LOAD_Y: Parameter =
+        Parameter::of_unit("E* × rms slope", names!("percolation_load_y"));
+    /// Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; for a
+    /// single surface, its confidence interval assumes independent modes
+    const HURST_EXPONENT: Parameter = Parameter::number(names!("hurst_exponent")).with_label("H");
+    /// roll-off q_r: angular wavenumber up to which the measured spectrum is constant; null where
+    /// the spectrum already decreases from its first ring of wavenumbers
+    const ROLLOFF: Parameter =
+        Parameter::of_unit("1/length", names!("rolloff_wavenumber")).with_label("q_r");
+    /// spectral density C₀ up to the roll-off; null without a roll-off
+    const PLATEAU_DENSITY: Parameter = Parameter::of_unit("length⁴", names!("plateau_density"));
 }
-
-percolation_along!("x": PERCOLATION_AREA_X, PERCOLATION_AREA_CORRECTED_X, PERCOLATION_LOAD_X);
-percolation_along!("y": PERCOLATION_AREA_Y, PERCOLATION_AREA_CORRECTED_Y, PERCOLATION_LOAD_Y);
-
-const HURST_EXPONENT: Parameter = Parameter::number(
-    names!("hurst_exponent"),
-    "Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; for a single \
-     surface, its confidence interval assumes independent modes",
-)
-.with_label("H");
-const ROLLOFF: Parameter = Parameter::of_unit(
-    "1/length",
-    names!("rolloff_wavenumber"),
-    "roll-off q_r: angular wavenumber up to which the measured spectrum is constant; null where the \
-     spectrum already decreases from its first ring of wavenumbers",
-)
-.with_label("q_r");
-const PLATEAU_DENSITY: Parameter = Parameter::of_unit(
-    "length⁴",
-    names!("plateau_density"),
-    "spectral density C₀ up to the roll-off; null without a roll-off",
-);
 
 fn mean_pressure(curves: &Curves, params: &Params) -> Result<Row, FitError> {
     let problem = PressureGrowthProblem::new(curves, params.window());

@@ -2,7 +2,7 @@
 
 use arrow::array::ArrayRef;
 
-use crate::columns::real;
+use crate::columns::{columns, real};
 use asperity_statistics::bootstrap::Interval;
 use asperity_tables::column::{Column, optional_reals};
 
@@ -18,6 +18,15 @@ macro_rules! names {
     };
 }
 pub(super) use names;
+
+columns! {
+    /// lower end of the bootstrap interval at the confidence level of the stage
+    const LOWER: Column = real("lower", "1");
+    /// upper end of the bootstrap interval at the confidence level of the stage
+    const UPPER: Column = real("upper", "1");
+    /// standard error by bootstrap
+    const STANDARD_ERROR: Column = real("standard_error", "1");
+}
 
 /// Estimate of a parameter, with its interval if there is one.
 #[derive(Clone, Copy)]
@@ -40,32 +49,25 @@ pub struct Parameter {
 impl Parameter {
     /// Declares a parameter that is a pure number. `names` are the names of its columns, in the
     /// order of [`Parameter::columns`].
-    pub const fn number(names: [&'static str; 4], meaning: &'static str) -> Parameter {
-        Parameter::of_unit("1", names, meaning)
+    pub const fn number(names: [&'static str; 4]) -> Parameter {
+        Parameter::of_unit("1", names)
     }
 
     /// Declares a parameter with a unit.
-    pub const fn of_unit(
-        unit: &'static str,
-        names: [&'static str; 4],
-        meaning: &'static str,
-    ) -> Parameter {
+    pub const fn of_unit(unit: &'static str, names: [&'static str; 4]) -> Parameter {
         let [value, lower, upper, error] = names;
         Parameter {
             label: None,
-            value: real(value, unit, meaning),
-            lower: real(
-                lower,
-                unit,
-                "lower end of the bootstrap interval at the confidence level of the stage",
-            ),
-            upper: real(
-                upper,
-                unit,
-                "upper end of the bootstrap interval at the confidence level of the stage",
-            ),
-            error: real(error, unit, "standard error by bootstrap"),
+            value: real(value, unit),
+            lower: Column { name: lower, unit, ..LOWER },
+            upper: Column { name: upper, unit, ..UPPER },
+            error: Column { name: error, unit, ..STANDARD_ERROR },
         }
+    }
+
+    /// Sets the meaning of the estimate.
+    pub const fn with_meaning(self, meaning: &'static str) -> Parameter {
+        Parameter { value: self.value.with_meaning(meaning), ..self }
     }
 
     /// Sets the label in the summary of a stage.

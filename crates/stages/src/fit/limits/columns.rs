@@ -3,7 +3,7 @@
 use arrow::array::ArrayRef;
 
 use super::{FormChoice, LimitChoices, Line, MAX_TERMS, Outcome, WORD};
-use crate::columns::{K_ROLLOFF, LOAD, parameter, parameter_text, real};
+use crate::columns::{K_ROLLOFF, LOAD, columns, parameter, parameter_text, real};
 use crate::fit::Params;
 use crate::fit::columns::{
     BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED,
@@ -13,39 +13,26 @@ use crate::fit::status::{self, FITTED, STATUS};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
 use asperity_tables::table::Table;
 
-const QUANTITY: Column = parameter_text("quantity", "observable Q whose limit is fitted");
-const ROLLOFF_RATIO: Column =
-    parameter("rolloff_ratio", "1", "k_rolloff/k_lower, the same at all points of the fit");
-const AKAIKE: Column = real(
-    "akaike",
-    "1",
-    "Akaike's criterion χ² + 2 × number of free parameters; among forms for the same points, the \
-     smallest value is best",
-);
-const AKAIKE_WEIGHT: Column = real(
-    "akaike_weight",
-    "1",
-    "Akaike weight: exp(−Δ/2) divided by its sum over all forms for the same points, where Δ is \
-     the difference of `akaike` from its smallest value",
-);
-const BEST_SHARE: Column = real(
-    "best_share",
-    "1",
-    "fraction of the resamplings in which these forms have the smallest `akaike`",
-);
-const LEAVE_ONE_OUT: Column = real(
-    "leave_one_out_error",
-    "as `quantity`",
-    "root mean square error with which the other points predict each point, with the weights of \
-     the fit",
-);
-const LIMIT: Parameter = Parameter::of_unit(
-    "as `quantity`",
-    names!("limit"),
-    "limit Q₀ of the observable where all small parameters vanish. With a logarithmic term there \
-     is no limit, and Q₀ is the value where the small parameter of this term is 1",
-)
-.with_label("Q₀");
+columns! {
+    /// observable Q whose limit is fitted
+    const QUANTITY: Column = parameter_text("quantity");
+    /// k_rolloff/k_lower, the same at all points of the fit
+    const ROLLOFF_RATIO: Column = parameter("rolloff_ratio", "1");
+    /// Akaike's criterion χ² + 2 × number of free parameters; among forms for the same points, the
+    /// smallest value is best
+    const AKAIKE: Column = real("akaike", "1");
+    /// Akaike weight: exp(−Δ/2) divided by its sum over all forms for the same points, where Δ is
+    /// the difference of `akaike` from its smallest value
+    const AKAIKE_WEIGHT: Column = real("akaike_weight", "1");
+    /// fraction of the resamplings in which these forms have the smallest `akaike`
+    const BEST_SHARE: Column = real("best_share", "1");
+    /// root mean square error with which the other points predict each point, with the weights of
+    /// the fit
+    const LEAVE_ONE_OUT: Column = real("leave_one_out_error", "as `quantity`");
+    /// limit Q₀ of the observable where all small parameters vanish. With a logarithmic term there
+    /// is no limit, and Q₀ is the value where the small parameter of this term is 1
+    const LIMIT: Parameter = Parameter::of_unit("as `quantity`", names!("limit")).with_label("Q₀");
+}
 
 /// Columns of one term of the law.
 struct TermColumns {
@@ -58,27 +45,20 @@ struct TermColumns {
 macro_rules! term_columns {
     ($number:literal) => {
         TermColumns {
-            small: parameter_text(
-                concat!("term_", $number),
-                concat!("small parameter x of term ", $number),
-            ),
-            form: parameter_text(
-                concat!("form_", $number),
-                concat!(
-                    "form of term ",
-                    $number,
-                    ": `power E` with the given exponent E, `power, free` or `logarithm`"
-                ),
-            ),
-            coefficient: Parameter::of_unit(
-                "as `quantity`",
-                names!("coefficient_", $number),
-                concat!("coefficient c of term ", $number, ", c xᵉ or c ln x"),
-            ),
-            exponent: Parameter::number(
-                names!("exponent_", $number),
-                concat!("exponent e of term ", $number, ", c xᵉ; a given exponent has no interval"),
-            ),
+            small: parameter_text(concat!("term_", $number))
+                .with_meaning(concat!("small parameter x of term ", $number)),
+            form: parameter_text(concat!("form_", $number)).with_meaning(concat!(
+                "form of term ",
+                $number,
+                ": `power E` with the given exponent E, `power, free` or `logarithm`"
+            )),
+            coefficient: Parameter::of_unit("as `quantity`", names!("coefficient_", $number))
+                .with_meaning(concat!("coefficient c of term ", $number, ", c xᵉ or c ln x")),
+            exponent: Parameter::number(names!("exponent_", $number)).with_meaning(concat!(
+                "exponent e of term ",
+                $number,
+                ", c xᵉ; a given exponent has no interval"
+            )),
         }
     };
 }
