@@ -16,6 +16,7 @@
 //! | [`departures`] | finds surfaces that are not isotropic Gaussian roughness |
 //! | `stage`, [`error`] | interface of all stages: [`Definition`], [`Stage`], [`StageError`] |
 //! | [`check_context`], [`lengths`] | what checks of keys know about the study; units of lengths |
+//! | `exclusions` | keys that other keys of a table exclude |
 //! | [`surface`] | recipe of a surface, from which any stage draws it again |
 //! | [`reduced_units`], [`unloading`], [`bodies`] | units of the solver; yielding; the two bodies |
 //! | [`columns`], `table_columns` | all columns; the columns of a table with their values |
@@ -41,6 +42,7 @@ pub mod correct;
 pub mod departures;
 pub mod ensemble;
 pub mod error;
+mod exclusions;
 pub mod fit;
 pub mod generate;
 pub mod grids;
