@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn every_choice_for_a_surface_has_a_code() {
-        assert_eq!(words(METHOD), Method::ALL.map(Method::word));
+        assert_eq!(words(METHOD), Method::all().map(Method::word).collect::<Vec<_>>());
         let edges =
             [Edges::Periodic, Edges::Open, Edges::Mirror, Edges::Taper { taper_fraction: 0.1 }];
         assert_eq!(words(EDGES), edges.map(Edges::name));

@@ -249,7 +249,7 @@ fn summary(source: &TableSource, loads: &ContactLoads) -> Result<Vec<String>, St
     let table = source.table().map_err(StageError::Store)?;
     let methods = distinct(source, METHOD.name)?;
     let shapes: Vec<&str> =
-        Method::ALL.into_iter().filter(|method| method.is_shape()).map(Method::word).collect();
+        Method::all().filter(|method| method.is_shape()).map(Method::word).collect();
     let is_rough = !methods.iter().all(|method| shapes.contains(&method.as_str()));
     let parts = [
         Some(counted(table.rows(), "surface")),
