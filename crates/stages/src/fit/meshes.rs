@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use arrow::array::{ArrayRef, Int64Array};
 
-use super::row::Row;
+use super::fitted_point::FittedPoint;
 use super::{Params, rows};
 use crate::columns::{
     AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, NODES_X, NODES_Y, REALIZATION, SEED,
@@ -83,7 +83,7 @@ pub struct RefinementsOfPoint {
 }
 
 /// Row of the table of fits.
-struct Line {
+struct MeshRow {
     point: usize,
     member: Option<Member>,
     load: Option<f64>,
@@ -91,7 +91,7 @@ struct Line {
     limit: Option<f64>,
     errors: [Option<f64>; 4],
     surfaces: usize,
-    fit: Row,
+    fit: FittedPoint,
 }
 
 /// Fits the mesh error at every parameter point: for each surface and load, for all surfaces at
@@ -105,13 +105,13 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
         let keys = || point.refinements.keys();
         for &(member, load) in keys() {
             let line = point.line(|state| state == (member, load), ALONE, params);
-            lines.push(Line { member: Some(member), load: Some(point.reduced[&load]), ..line });
+            lines.push(MeshRow { member: Some(member), load: Some(point.reduced[&load]), ..line });
         }
         let mut loads: Vec<u64> = keys().map(|&(_, load)| load).collect();
         loads.sort_unstable();
         loads.dedup();
         for load in loads {
-            lines.push(Line {
+            lines.push(MeshRow {
                 load: Some(point.reduced[&load]),
                 ..point.line(|state| state.1 == load, OVER_SURFACES, params)
             });
@@ -186,7 +186,12 @@ impl RefinementsOfPoint {
 
     /// Fits one coefficient to all refinements for which `belongs` is true. Invalid refinements are
     /// left out.
-    fn line(&self, belongs: impl Fn(State) -> bool, pooled: &'static str, params: &Params) -> Line {
+    fn line(
+        &self,
+        belongs: impl Fn(State) -> bool,
+        pooled: &'static str,
+        params: &Params,
+    ) -> MeshRow {
         let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
         let mut failure = None;
         let own = self.refinements.iter().filter(|&(&state, _)| belongs(state));
@@ -196,7 +201,7 @@ impl RefinementsOfPoint {
                 Err(error) => failure = Some(error),
             }
         }
-        let empty = Line {
+        let empty = MeshRow {
             point: self.row,
             member: None,
             load: None,
@@ -204,32 +209,32 @@ impl RefinementsOfPoint {
             limit: None,
             errors: [None; 4],
             surfaces: surfaces.len(),
-            fit: Row::default(),
+            fit: FittedPoint::default(),
         };
         if surfaces.is_empty() {
             let window = params.window();
             let nothing = FitError::TooFew { window, found: 0, needed: 2 };
-            return Line { fit: Row::failed(failure.unwrap_or(&nothing)), ..empty };
+            return MeshRow { fit: FittedPoint::failed(failure.unwrap_or(&nothing)), ..empty };
         }
         let problem = MeshProblem::new(surfaces.into_values().collect());
         let coefficient = problem.coefficient();
         let corrections = [0.0, PI_OVER_EIGHT, YASTREBOV_2017, coefficient];
-        Line {
+        MeshRow {
             limit: Some(problem.mean_limit(coefficient)),
             errors: corrections.map(|correction| Some(problem.rms_error(correction))),
-            fit: Row {
+            fit: FittedPoint {
                 values: vec![coefficient],
                 data: problem.data(),
-                ..Row::from_intervals(problem.bootstrap(&params.bootstrap()))
+                ..FittedPoint::from_intervals(problem.bootstrap(&params.bootstrap()))
             },
             ..empty
         }
     }
 }
 
-fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
+fn as_table(input: &Table, params: &Params, lines: &[MeshRow]) -> Table {
     let of_points: Vec<usize> = lines.iter().map(|line| line.point).collect();
-    let real = |column: Column, value: &dyn Fn(&Line) -> Option<f64>| {
+    let real = |column: Column, value: &dyn Fn(&MeshRow) -> Option<f64>| {
         (column, optional_reals(lines.iter().map(value)))
     };
     let whole = |value: fn(Member) -> Option<i64>| -> ArrayRef {
@@ -237,7 +242,7 @@ fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
         Arc::new(values.collect::<Int64Array>())
     };
     let pooled = texts(lines.iter().map(|line| line.pooled));
-    let fits: Vec<&Row> = lines.iter().map(|line| &line.fit).collect();
+    let fits: Vec<&FittedPoint> = lines.iter().map(|line| &line.fit).collect();
     let surfaces: Vec<usize> = lines.iter().map(|line| line.surfaces).collect();
     let [law, estimates, quality] = rows::columns_of_fits(params, &surfaces, &fits);
     let mut columns = law;

@@ -7,9 +7,9 @@ use super::columns::{
     BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED,
 };
 use super::contact_evolution::{EvolutionChoices, Kappa};
+use super::fitted_point::FittedPoint;
 use super::laws::{Law, PlainLaw};
-use super::parameter::{Estimate, Parameter};
-use super::row::Row;
+use super::parameter::{Estimate, FittedParameter};
 use super::status::STATUS;
 use crate::columns::{codes, columns, flag, integer, parameter, parameter_text, real};
 use crate::table_columns::Values::{Count, OptionalFlag, OptionalReal, Real, Text};
@@ -57,7 +57,7 @@ columns! {
 /// A fit with the parameters of its stage and its number of surfaces.
 pub struct FitRow<'a> {
     params: &'a Params,
-    fit: &'a Row,
+    fit: &'a FittedPoint,
     surfaces: usize,
 }
 
@@ -137,8 +137,8 @@ fn quality_columns<'a>() -> TableColumns<Params, FitRow<'a>> {
 }
 
 /// Returns the columns that laws with these parameters may add.
-pub fn columns(parameters: impl IntoIterator<Item = Parameter>) -> Vec<Column> {
-    let estimates = parameters.into_iter().flat_map(Parameter::columns);
+pub fn columns(parameters: impl IntoIterator<Item = FittedParameter>) -> Vec<Column> {
+    let estimates = parameters.into_iter().flat_map(FittedParameter::columns);
     let law = law_columns().all().into_iter();
     law.chain(estimates).chain(quality_columns().all()).collect()
 }
@@ -149,10 +149,10 @@ pub fn table(
     coordinates: &Table,
     fitted: &[(usize, usize)],
     params: &Params,
-    rows: &[Row],
+    rows: &[FittedPoint],
 ) -> Table {
     let (of_rows, surfaces): (Vec<usize>, Vec<usize>) = fitted.iter().copied().unzip();
-    let all: Vec<&Row> = rows.iter().collect();
+    let all: Vec<&FittedPoint> = rows.iter().collect();
     coordinates.pick(&of_rows).with(columns_of_fits(params, &surfaces, &all).concat())
 }
 
@@ -161,7 +161,7 @@ pub fn table(
 pub fn columns_of_fits(
     params: &Params,
     surfaces: &[usize],
-    fits: &[&Row],
+    fits: &[&FittedPoint],
 ) -> [Vec<(Column, ArrayRef)>; 3] {
     let both = fits.iter().zip(surfaces);
     let rows: Vec<FitRow> =
@@ -173,7 +173,7 @@ pub fn columns_of_fits(
     ]
 }
 
-fn estimates(params: &Params, rows: &[&Row]) -> Vec<(Column, ArrayRef)> {
+fn estimates(params: &Params, rows: &[&FittedPoint]) -> Vec<(Column, ArrayRef)> {
     let parameters = params.law.parameters().iter().enumerate();
     let columns = parameters.flat_map(|(index, parameter)| {
         parameter.filled(rows.iter().map(|row| {

@@ -86,7 +86,7 @@ pub struct FileTable {
     /// Rectangle of the map to keep, `{ from = [x, y], size = [a, b] }` in the unit of `side`,
     /// rounded to nodes. It needs `periodic = false`. The default is the whole map.
     #[schemars(transform = swept)]
-    pub crop: Key<Part>,
+    pub crop: Key<CropRectangle>,
     /// Threshold above which a point is a spike and becomes a missing point: its distance from the
     /// median of its neighbours, in standard deviations of such distances over the map. Values from
     /// 6 to 10 remove only clear spikes. By default no spikes are removed.
@@ -183,7 +183,7 @@ table!(FileTable);
 /// The rectangle that `crop` keeps of a map.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Part {
+pub struct CropRectangle {
     /// Corner of the rectangle with the smallest x and y, as `[x, y]`.
     #[schemars(transform = length)]
     pub from: [f64; 2],

@@ -2,13 +2,13 @@
 
 use arrow::array::ArrayRef;
 
-use super::{FormChoice, LimitChoices, Line, MAX_TERMS, Outcome, WORD};
+use super::{FormChoice, LimitChoices, LimitRow, MAX_TERMS, Outcome, WORD};
 use crate::columns::{K_ROLLOFF, LOAD, columns, parameter, parameter_text, real};
 use crate::fit::Params;
 use crate::fit::columns::{
     BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED,
 };
-use crate::fit::parameter::{Estimate, Parameter, names};
+use crate::fit::parameter::{Estimate, FittedParameter, names};
 use crate::fit::status::{self, FITTED, STATUS};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
 use asperity_tables::table::Table;
@@ -31,15 +31,15 @@ columns! {
     const LEAVE_ONE_OUT: Column = real("leave_one_out_error", "as `quantity`");
     /// limit Q₀ of the observable where all small parameters vanish. With a logarithmic term there
     /// is no limit, and Q₀ is the value where the small parameter of this term is 1
-    const LIMIT: Parameter = Parameter::of_unit("as `quantity`", names!("limit")).with_label("Q₀");
+    const LIMIT: FittedParameter = FittedParameter::of_unit("as `quantity`", names!("limit")).with_label("Q₀");
 }
 
 /// Columns of one term of the law.
 struct TermColumns {
     small: Column,
     form: Column,
-    coefficient: Parameter,
-    exponent: Parameter,
+    coefficient: FittedParameter,
+    exponent: FittedParameter,
 }
 
 macro_rules! term_columns {
@@ -52,9 +52,9 @@ macro_rules! term_columns {
                 $number,
                 ": `power E` with the given exponent E, `power, free` or `logarithm`"
             )),
-            coefficient: Parameter::of_unit("as `quantity`", names!("coefficient_", $number))
+            coefficient: FittedParameter::of_unit("as `quantity`", names!("coefficient_", $number))
                 .with_meaning(concat!("coefficient c of term ", $number, ", c xᵉ or c ln x")),
-            exponent: Parameter::number(names!("exponent_", $number)).with_meaning(concat!(
+            exponent: FittedParameter::number(names!("exponent_", $number)).with_meaning(concat!(
                 "exponent e of term ",
                 $number,
                 ", c xᵉ; a given exponent has no interval"
@@ -67,7 +67,7 @@ const TERMS: [TermColumns; MAX_TERMS] =
     [term_columns!("1"), term_columns!("2"), term_columns!("3"), term_columns!("4")];
 
 /// Returns the parameters of laws with the maximum number of terms.
-pub fn parameters() -> impl Iterator<Item = Parameter> {
+pub fn parameters() -> impl Iterator<Item = FittedParameter> {
     let of_terms = TERMS.iter().flat_map(|term| [term.coefficient, term.exponent]);
     [LIMIT].into_iter().chain(of_terms)
 }
@@ -81,7 +81,7 @@ pub fn columns() -> Vec<Column> {
 }
 
 /// Creates the table of fits.
-pub fn table(input: &Table, choices: &LimitChoices, params: &Params, lines: &[Line]) -> Table {
+pub fn table(input: &Table, choices: &LimitChoices, params: &Params, lines: &[LimitRow]) -> Table {
     let mut columns = law_columns(input, choices, lines);
     columns.extend(estimates(choices, lines));
     columns.extend(quality(params, lines));
@@ -96,7 +96,11 @@ pub fn table(input: &Table, choices: &LimitChoices, params: &Params, lines: &[Li
     coordinates.pick(&of_groups).with(columns)
 }
 
-fn law_columns(input: &Table, choices: &LimitChoices, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
+fn law_columns(
+    input: &Table,
+    choices: &LimitChoices,
+    lines: &[LimitRow],
+) -> Vec<(Column, ArrayRef)> {
     let count = lines.len();
     let text = |text: String| texts(vec![text; count]);
     let mut columns = vec![(LAW, text(WORD.to_owned())), (QUANTITY, text(choices.of.to_string()))];
@@ -115,8 +119,9 @@ fn law_columns(input: &Table, choices: &LimitChoices, lines: &[Line]) -> Vec<(Co
     columns
 }
 
-fn estimates(choices: &LimitChoices, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
-    let filled = |parameter: Parameter, of: &dyn Fn(&Line, &Outcome) -> Option<Estimate>| {
+fn estimates(choices: &LimitChoices, lines: &[LimitRow]) -> Vec<(Column, ArrayRef)> {
+    let filled = |parameter: FittedParameter,
+                  of: &dyn Fn(&LimitRow, &Outcome) -> Option<Estimate>| {
         parameter.filled(lines.iter().map(|line| of(line, line.outcome.as_ref().ok()?)))
     };
     let mut columns =
@@ -146,15 +151,15 @@ impl Outcome {
 }
 
 /// Returns the columns about the data, the quality, the comparison and the status of fits.
-fn quality(params: &Params, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
+fn quality(params: &Params, lines: &[LimitRow]) -> Vec<(Column, ArrayRef)> {
     let real = |value: &dyn Fn(&Outcome) -> Option<f64>| {
-        let of = |line: &Line| value(line.outcome.as_ref().ok()?);
+        let of = |line: &LimitRow| value(line.outcome.as_ref().ok()?);
         optional_reals(lines.iter().map(of).collect::<Vec<_>>())
     };
-    let whole = |value: &dyn Fn(&Line) -> usize| {
+    let whole = |value: &dyn Fn(&LimitRow) -> usize| {
         integers(lines.iter().map(|line| value(line) as i64).collect::<Vec<_>>())
     };
-    let failed = |line: &Line| {
+    let failed = |line: &LimitRow| {
         let outcome = line.outcome.as_ref();
         outcome.map_or(0, |outcome| outcome.intervals.failed)
     };
