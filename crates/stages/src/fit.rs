@@ -23,7 +23,7 @@ use serde::Serialize;
 use contact_evolution::{EvolutionChoices, Kappa};
 use fitted_point::FittedPoint;
 use laws::{FitOfCurves, Fits, Law};
-use parameter::FittedParameter;
+use parameter::FitParameter;
 use status::STATUS;
 
 use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, MEAN_GAP, STOP};
@@ -167,7 +167,7 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
 
 /// Returns the interval of a parameter as ` [0.078, 0.770]`, or an empty text if the table has
 /// several fits or no interval.
-fn interval_of_only_fit(table: &Table, parameter: FittedParameter) -> String {
+fn interval_of_only_fit(table: &Table, parameter: FitParameter) -> String {
     let [_, lower, upper, _] = parameter.columns();
     let end = |column: Column| table.reals(column.name).ok()?.iter().next()?;
     match (end(lower), end(upper)) {

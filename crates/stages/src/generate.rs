@@ -132,10 +132,7 @@ impl Stage for Params {
                 let surface = yielded.draw(context.sources, context.threads, &is_interrupted)?;
                 (self.clone(), surface, vec![])
             }
-            Origin::Random { .. }
-            | Origin::Spectrum { .. }
-            | Origin::Shape { .. }
-            | Origin::Pair(_) => {
+            _ => {
                 let (params, surface) =
                     self.draw_with_inputs(inputs, context.sources, context.threads)?;
                 (params, surface, vec![])

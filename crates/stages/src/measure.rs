@@ -161,14 +161,12 @@ impl Stage for Params {
     }
 
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
-        if let Params::Pool { bins, range } = *self {
-            return pool(inputs, bins as usize, range, context);
-        }
-        if let Params::Stitched { bins, trusted_fraction } = *self {
-            return stitched::measure(inputs, bins, trusted_fraction, context);
-        }
-        let [input] = inputs else { unreachable!("the plan measures one table at a time") };
+        let input = inputs.first().expect("the plan gives a task its inputs");
         match *self {
+            Params::Pool { bins, range } => pool(inputs, bins as usize, range, context),
+            Params::Stitched { bins, trusted_fraction } => {
+                stitched::measure(inputs, bins, trusted_fraction, context)
+            }
             Params::Friction(ref friction) => friction.measure(&input.table),
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
@@ -182,9 +180,6 @@ impl Stage for Params {
                 let nodes = surface.filled_nodes(context.sources)?;
                 let share = contacts::filled_area_share(&input.table, set, nodes.as_ref())?;
                 Ok(measured.with(vec![share]))
-            }
-            Params::Pool { .. } | Params::Stitched { .. } => {
-                unreachable!("several inputs are handled above")
             }
         }
     }
@@ -218,13 +213,9 @@ impl Stage for Params {
 
     fn input_scope(&self) -> InputScope {
         match self {
-            Params::Contacts { .. }
-            | Params::Distribution(_)
-            | Params::Friction(_)
-            | Params::Heights { .. }
-            | Params::Surface(_) => InputScope::Single,
             Params::Pool { .. } => InputScope::ParameterPoint,
             Params::Stitched { .. } => InputScope::All,
+            _ => InputScope::Single,
         }
     }
 
@@ -236,13 +227,8 @@ impl Stage for Params {
     /// again.
     fn columns_read(&self) -> Columns {
         match self {
-            Params::Contacts { .. }
-            | Params::Distribution(_)
-            | Params::Friction(_)
-            | Params::Heights { .. }
-            | Params::Stitched { .. }
-            | Params::Surface(_) => Columns::All,
             Params::Pool { .. } => Columns::Light,
+            _ => Columns::All,
         }
     }
 
@@ -285,11 +271,7 @@ impl Stage for Params {
             Params::Contacts { filled: true, .. } => FILLED_BYTES_PER_NODE,
             Params::Surface(statistic) => statistic.bytes_per_node(),
             Params::Stitched { .. } => Statistic::Spectrum.bytes_per_node(),
-            Params::Contacts { .. }
-            | Params::Distribution(_)
-            | Params::Friction(_)
-            | Params::Heights { .. }
-            | Params::Pool { .. } => 0.0,
+            _ => 0.0,
         };
         Footprint { work: 36.0 + additional, table: 0.0 }
     }

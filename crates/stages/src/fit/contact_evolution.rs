@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::fitted_point::FittedPoint;
-use super::parameter::{FittedParameter, names};
+use super::parameter::{FitParameter, names};
 use super::{CurvesOfPoint, Params};
 use crate::InputScope;
 use crate::columns::columns;
@@ -24,15 +24,15 @@ pub const WORD: &str = "contact-evolution";
 pub const WINDOW: [f64; 2] = [0.0, 0.06];
 
 /// Parameters of the law, in the order of their values.
-pub const PARAMETERS: [FittedParameter; 3] = [KAPPA, BETA, MU];
+pub const PARAMETERS: [FitParameter; 3] = [KAPPA, BETA, MU];
 
 columns! {
     /// κ of the contact evolution law: slope of the area fraction against the load at first contact
-    const KAPPA: FittedParameter = FittedParameter::number(names!("kappa")).with_label("κ");
+    const KAPPA: FitParameter = FitParameter::number(names!("kappa")).with_label("κ");
     /// β of the contact evolution law
-    const BETA: FittedParameter = FittedParameter::number(names!("beta")).with_label("β");
+    const BETA: FitParameter = FitParameter::number(names!("beta")).with_label("β");
     /// μ of the contact evolution law; the slope of the area against the load is convex for μ ≤ 1
-    const MU: FittedParameter = FittedParameter::number(names!("mu")).with_label("μ");
+    const MU: FitParameter = FitParameter::number(names!("mu")).with_label("μ");
 }
 
 /// Choices for a fit of the contact evolution law.

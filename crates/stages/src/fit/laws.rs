@@ -11,7 +11,7 @@ use super::Params;
 use super::contact_evolution::{self, EvolutionChoices};
 use super::fitted_point::FittedPoint;
 use super::limits::{self, LimitChoices};
-use super::parameter::{FittedParameter, names};
+use super::parameter::{FitParameter, names};
 use crate::columns::columns;
 use asperity_statistics::FitError;
 use asperity_statistics::curves::Curves;
@@ -59,7 +59,7 @@ pub struct LawDefinition {
     /// or, for spectra, smallest and largest wavenumber.
     pub window: [f64; 2],
     /// Fitted parameters, in the order of their values.
-    pub parameters: &'static [FittedParameter],
+    pub parameters: &'static [FitParameter],
     /// Data to which the law is fitted.
     pub fits: Fits,
 }
@@ -168,7 +168,7 @@ impl Law {
 
     /// Returns the fitted parameters, in the order of their values. Returns an empty list for
     /// [`Law::Limits`], because the parameters of a limit depend on its terms.
-    pub fn parameters(&self) -> &'static [FittedParameter] {
+    pub fn parameters(&self) -> &'static [FitParameter] {
         match self {
             Law::ContactEvolution(_) => &contact_evolution::PARAMETERS,
             Law::Limits(_) => &[],
@@ -178,7 +178,7 @@ impl Law {
 }
 
 /// Returns the parameters of all laws.
-pub fn parameters() -> impl Iterator<Item = FittedParameter> {
+pub fn parameters() -> impl Iterator<Item = FitParameter> {
     let plain =
         PlainLaw::ALL.into_iter().flat_map(|law| law.definition().parameters.iter().copied());
     let plain = contact_evolution::PARAMETERS.into_iter().chain(plain);
@@ -188,67 +188,69 @@ pub fn parameters() -> impl Iterator<Item = FittedParameter> {
 columns! {
     /// exponent μ − 1 of dp̄/dp₀ = β a^(μ − 1), with the mean contact pressure p̄ and the area
     /// fraction a
-    const EXPONENT: FittedParameter = FittedParameter::number(names!("exponent")).with_label("exponent");
+    const EXPONENT: FitParameter = FitParameter::number(names!("exponent")).with_label("exponent");
     /// prefactor β of dp̄/dp₀ = β a^(μ − 1)
-    const PREFACTOR: FittedParameter = FittedParameter::number(names!("prefactor"));
+    const PREFACTOR: FitParameter = FitParameter::number(names!("prefactor"));
     /// scale β of the area fraction a = erf(β √2 y); it is 1 in Persson's theory
-    const ERF_SCALE: FittedParameter = FittedParameter::number(names!("erf_scale")).with_label("scale");
+    const ERF_SCALE: FitParameter = FitParameter::number(names!("erf_scale")).with_label("scale");
     /// u₀ of p₀ = p_c exp(−ū/u₀): decrease of the mean gap ū when the load grows by the factor e
-    const DECAY_LENGTH: FittedParameter =
-        FittedParameter::of_unit("length", names!("decay_length")).with_label("u₀");
+    const DECAY_LENGTH: FitParameter =
+        FitParameter::of_unit("length", names!("decay_length")).with_label("u₀");
     /// p_c of p₀ = p_c exp(−ū/u₀): load at which the law gives a mean gap of zero
-    const CLOSING_LOAD: FittedParameter =
-        FittedParameter::of_unit("E* × rms slope", names!("closing_load")).with_label("p_c");
+    const CLOSING_LOAD: FitParameter =
+        FitParameter::of_unit("E* × rms slope", names!("closing_load")).with_label("p_c");
     /// coefficient c of the mesh error in A_N = A* + c S_d Δx, with the counted area A_N, the
     /// Manhattan perimeter S_d and the mesh step Δx
-    const MESH_COEFFICIENT: FittedParameter =
-        FittedParameter::number(names!("mesh_coefficient")).with_label("c");
+    const MESH_COEFFICIENT: FitParameter =
+        FitParameter::number(names!("mesh_coefficient")).with_label("c");
     /// fraction of the nodes in contact at which the gap stops percolating, averaged over the
     /// surfaces and over both directions; null where the surfaces are not drawn from an isotropic
     /// spectrum
-    const PERCOLATION_AREA: FittedParameter = FittedParameter::number(names!("percolation_area"));
+    const PERCOLATION_AREA: FitParameter = FitParameter::number(names!("percolation_area"));
     /// contact area fraction, corrected for the mesh with the correction `2017`, at which the gap
     /// stops percolating; averaged and null like `percolation_area`, and null with adhesion, for
     /// which the coefficient is not measured
-    const PERCOLATION_AREA_CORRECTED: FittedParameter =
-        FittedParameter::number(names!("percolation_area_corrected"))
+    const PERCOLATION_AREA_CORRECTED: FitParameter =
+        FitParameter::number(names!("percolation_area_corrected"))
             .with_label("sealed from a corrected area of");
     /// load at which the gap stops percolating, averaged over the surfaces and over both
     /// directions; null where the surfaces are not drawn from an isotropic spectrum
-    const PERCOLATION_LOAD: FittedParameter =
-        FittedParameter::of_unit("E* × rms slope", names!("percolation_load"))
+    const PERCOLATION_LOAD: FitParameter =
+        FitParameter::of_unit("E* × rms slope", names!("percolation_load"))
             .with_label("sealed from a load of");
     /// fraction of the nodes in contact at which the gap stops percolating along x, averaged over
     /// the surfaces
-    const PERCOLATION_AREA_X: FittedParameter = FittedParameter::number(names!("percolation_area_x"));
+    const PERCOLATION_AREA_X: FitParameter = FitParameter::number(names!("percolation_area_x"));
     /// contact area fraction, corrected for the mesh with the correction `2017`, at which the gap
     /// stops percolating along x, averaged over the surfaces; null with adhesion
-    const PERCOLATION_AREA_CORRECTED_X: FittedParameter =
-        FittedParameter::number(names!("percolation_area_corrected_x"))
+    const PERCOLATION_AREA_CORRECTED_X: FitParameter =
+        FitParameter::number(names!("percolation_area_corrected_x"))
             .with_label("sealed along x from a corrected area of");
     /// load at which the gap stops percolating along x, averaged over the surfaces
-    const PERCOLATION_LOAD_X: FittedParameter =
-        FittedParameter::of_unit("E* × rms slope", names!("percolation_load_x"));
+    const PERCOLATION_LOAD_X: FitParameter =
+        FitParameter::of_unit("E* × rms slope", names!("percolation_load_x"));
     /// fraction of the nodes in contact at which the gap stops percolating along y, averaged over
     /// the surfaces
-    const PERCOLATION_AREA_Y: FittedParameter = FittedParameter::number(names!("percolation_area_y"));
+    const PERCOLATION_AREA_Y: FitParameter = FitParameter::number(names!("percolation_area_y"));
     /// contact area fraction, corrected for the mesh with the correction `2017`, at which the gap
     /// stops percolating along y, averaged over the surfaces; null with adhesion
-    const PERCOLATION_AREA_CORRECTED_Y: FittedParameter =
-        FittedParameter::number(names!("percolation_area_corrected_y"))
+    const PERCOLATION_AREA_CORRECTED_Y: FitParameter =
+        FitParameter::number(names!("percolation_area_corrected_y"))
             .with_label("sealed along y from a corrected area of");
     /// load at which the gap stops percolating along y, averaged over the surfaces
-    const PERCOLATION_LOAD_Y: FittedParameter =
-        FittedParameter::of_unit("E* × rms slope", names!("percolation_load_y"));
+    const PERCOLATION_LOAD_Y: FitParameter =
+        FitParameter::of_unit("E* × rms slope", names!("percolation_load_y"));
     /// Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; for a
     /// single surface, its confidence interval assumes independent modes
-    const HURST_EXPONENT: FittedParameter = FittedParameter::number(names!("hurst_exponent")).with_label("H");
+    const HURST_EXPONENT: FitParameter =
+        FitParameter::number(names!("hurst_exponent")).with_label("H");
     /// roll-off q_r: angular wavenumber up to which the measured spectrum is constant; null where
     /// the spectrum already decreases from its first ring of wavenumbers
-    const ROLLOFF: FittedParameter =
-        FittedParameter::of_unit("1/length", names!("rolloff_wavenumber")).with_label("q_r");
+    const ROLLOFF: FitParameter =
+        FitParameter::of_unit("1/length", names!("rolloff_wavenumber")).with_label("q_r");
     /// spectral density C₀ up to the roll-off; null without a roll-off
-    const PLATEAU_DENSITY: FittedParameter = FittedParameter::of_unit("length⁴", names!("plateau_density"));
+    const PLATEAU_DENSITY: FitParameter =
+        FitParameter::of_unit("length⁴", names!("plateau_density"));
 }
 
 fn mean_pressure(curves: &Curves, params: &Params) -> Result<FittedPoint, FitError> {

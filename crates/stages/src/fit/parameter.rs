@@ -37,7 +37,7 @@ pub struct Estimate {
 
 /// Columns of a fitted parameter: estimate, ends of the interval, standard error.
 #[derive(Debug, Clone, Copy)]
-pub struct FittedParameter {
+pub struct FitParameter {
     /// Label in the summary of a stage; `None` if the summary omits the parameter.
     pub label: Option<&'static str>,
     pub value: Column,
@@ -46,17 +46,17 @@ pub struct FittedParameter {
     error: Column,
 }
 
-impl FittedParameter {
+impl FitParameter {
     /// Declares a parameter that is a pure number. `names` are the names of its columns, in the
-    /// order of [`FittedParameter::columns`].
-    pub const fn number(names: [&'static str; 4]) -> FittedParameter {
-        FittedParameter::of_unit("1", names)
+    /// order of [`FitParameter::columns`].
+    pub const fn number(names: [&'static str; 4]) -> FitParameter {
+        FitParameter::of_unit("1", names)
     }
 
     /// Declares a parameter with a unit.
-    pub const fn of_unit(unit: &'static str, names: [&'static str; 4]) -> FittedParameter {
+    pub const fn of_unit(unit: &'static str, names: [&'static str; 4]) -> FitParameter {
         let [value, lower, upper, error] = names;
-        FittedParameter {
+        FitParameter {
             label: None,
             value: real(value, unit),
             lower: Column { name: lower, unit, ..LOWER },
@@ -66,13 +66,13 @@ impl FittedParameter {
     }
 
     /// Sets the meaning of the estimate.
-    pub const fn with_meaning(self, meaning: &'static str) -> FittedParameter {
-        FittedParameter { value: self.value.with_meaning(meaning), ..self }
+    pub const fn with_meaning(self, meaning: &'static str) -> FitParameter {
+        FitParameter { value: self.value.with_meaning(meaning), ..self }
     }
 
     /// Sets the label in the summary of a stage.
-    pub const fn with_label(self, label: &'static str) -> FittedParameter {
-        FittedParameter { label: Some(label), ..self }
+    pub const fn with_label(self, label: &'static str) -> FitParameter {
+        FitParameter { label: Some(label), ..self }
     }
 
     /// Returns the columns of the estimate, of the ends of the interval and of the standard error.

@@ -9,7 +9,7 @@ use super::columns::{
 use super::contact_evolution::{EvolutionChoices, Kappa};
 use super::fitted_point::FittedPoint;
 use super::laws::{Law, PlainLaw};
-use super::parameter::{Estimate, FittedParameter};
+use super::parameter::{Estimate, FitParameter};
 use super::status::STATUS;
 use crate::columns::{codes, columns, flag, integer, parameter, parameter_text, real};
 use crate::table_columns::Values::{Count, OptionalFlag, OptionalReal, Real, Text};
@@ -137,8 +137,8 @@ fn quality_columns<'a>() -> TableColumns<Params, FitRow<'a>> {
 }
 
 /// Returns the columns that laws with these parameters may add.
-pub fn columns(parameters: impl IntoIterator<Item = FittedParameter>) -> Vec<Column> {
-    let estimates = parameters.into_iter().flat_map(FittedParameter::columns);
+pub fn columns(parameters: impl IntoIterator<Item = FitParameter>) -> Vec<Column> {
+    let estimates = parameters.into_iter().flat_map(FitParameter::columns);
     let law = law_columns().all().into_iter();
     law.chain(estimates).chain(quality_columns().all()).collect()
 }

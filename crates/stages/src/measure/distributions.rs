@@ -17,7 +17,6 @@ use crate::{Input, Recipe, RowKind, StageError, solve};
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::clusters::Cluster;
-use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::theory::persson;
 use asperity_tables::column::{Column, integers, optional_reals, reals};
 use asperity_tables::table::Table;
@@ -176,14 +175,13 @@ struct InBin {
 
 fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageError> {
     let grids = Grids::new(solved)?;
-    let maps = solved.bytes(CONTACT.name)?;
+    let maps = grids.maps(solved, CONTACT)?;
     let boundary = solve::boundary_of(solved);
     let (mut loads, mut centers, mut found) = (Vec::new(), Vec::new(), Vec::new());
     let mut nodes = Vec::new();
-    for load in 0..solved.rows() {
+    for (load, map) in maps.into_iter().enumerate() {
         let grid = grids.grid(load)?;
-        let read = ContactMap::from_bytes(grid.nodes(), maps.value(load));
-        let map = read.map_err(StageError::Map)?.with_boundary(boundary);
+        let map = map.with_boundary(boundary);
         let edges = area_edges(grid, bins_a_decade);
         let bins = in_bins(&Cluster::all(&map), grid, &edges);
         for (bin, sums) in bins.into_iter().enumerate() {
@@ -248,6 +246,7 @@ fn in_bins(clusters: &[Cluster], grid: Grid, edges: &[f64]) -> Vec<InBin> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use asperity_contact::morphology::map::ContactMap;
 
     /// Returns the map of a square in which node (i, j) is in contact if `contact(i, j)`.
     fn map(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {

@@ -235,8 +235,8 @@ fn check_quantity(table: &MeasureTable, reads_loads: bool, checks: &mut Checks) 
 fn exclude_of_loads(table: &MeasureTable, what: What, checks: &mut Checks) -> Option<()> {
     let of_contacts = what == What::Contacts;
     exclude! { table, checks,
-        true => range, pool, trusted_fraction, parameters, smr_height, smc_ratio, peak_ratio, dale_ratio, correlation_threshold,
-            pruning:
+        true => range, pool, trusted_fraction, parameters, smr_height, smc_ratio, peak_ratio,
+            dale_ratio, correlation_threshold, pruning:
             "for surfaces; this stage reads loads";
         table.friction.written().is_some() => what: "is not measured together with `friction`";
         what != What::Clusters => bins: "applies only to surfaces and to `what = \"clusters\"`";
@@ -258,8 +258,8 @@ fn exclude_of_surfaces(table: &MeasureTable, what: What, checks: &mut Checks) ->
         table.set.value() == Some(NodeSet::Repulsive) => set:
             "for loads; this stage reads surfaces";
         true => friction: "for loads; this stage reads surfaces";
-        what != What::Roughness => parameters, smr_height, smc_ratio, peak_ratio, dale_ratio, correlation_threshold,
-            pruning:
+        what != What::Roughness => parameters, smr_height, smc_ratio, peak_ratio, dale_ratio,
+            correlation_threshold, pruning:
             "for roughness parameters, `what = \"roughness\"`";
         stitched => pool, range: "for the distribution of heights";
         !stitched && is_other_fraction => trusted_fraction:

@@ -82,11 +82,7 @@ impl Description {
                 let drawn = origin.random_surface(cell).expect("the origin is random");
                 Description::from_modes(&drawn, cell)
             }
-            Origin::Spectrum { .. }
-            | Origin::File(_)
-            | Origin::Shape { .. }
-            | Origin::Pair(_)
-            | Origin::Yielded(_) => Description {
+            _ => Description {
                 moments: seen.moments,
                 // The slope of a scaled surface differs from the given one only by rounding.
                 rms_slope: origin.given_rms_slope().unwrap_or(seen.rms_slope),

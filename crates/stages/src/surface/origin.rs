@@ -247,10 +247,7 @@ impl Origin {
         match self {
             Origin::Pair(pair) => vec![&pair.body.origin, &pair.against.origin],
             Origin::Yielded(yielded) => vec![&yielded.body.origin],
-            Origin::Random { .. }
-            | Origin::Spectrum { .. }
-            | Origin::File(_)
-            | Origin::Shape { .. } => Vec::new(),
+            _ => Vec::new(),
         }
     }
 

@@ -8,7 +8,7 @@ use crate::fit::Params;
 use crate::fit::columns::{
     BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED,
 };
-use crate::fit::parameter::{Estimate, FittedParameter, names};
+use crate::fit::parameter::{Estimate, FitParameter, names};
 use crate::fit::status::{self, FITTED, STATUS};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
 use asperity_tables::table::Table;
@@ -31,15 +31,16 @@ columns! {
     const LEAVE_ONE_OUT: Column = real("leave_one_out_error", "as `quantity`");
     /// limit Q₀ of the observable where all small parameters vanish. With a logarithmic term there
     /// is no limit, and Q₀ is the value where the small parameter of this term is 1
-    const LIMIT: FittedParameter = FittedParameter::of_unit("as `quantity`", names!("limit")).with_label("Q₀");
+    const LIMIT: FitParameter =
+        FitParameter::of_unit("as `quantity`", names!("limit")).with_label("Q₀");
 }
 
 /// Columns of one term of the law.
 struct TermColumns {
     small: Column,
     form: Column,
-    coefficient: FittedParameter,
-    exponent: FittedParameter,
+    coefficient: FitParameter,
+    exponent: FitParameter,
 }
 
 macro_rules! term_columns {
@@ -52,9 +53,9 @@ macro_rules! term_columns {
                 $number,
                 ": `power E` with the given exponent E, `power, free` or `logarithm`"
             )),
-            coefficient: FittedParameter::of_unit("as `quantity`", names!("coefficient_", $number))
+            coefficient: FitParameter::of_unit("as `quantity`", names!("coefficient_", $number))
                 .with_meaning(concat!("coefficient c of term ", $number, ", c xᵉ or c ln x")),
-            exponent: FittedParameter::number(names!("exponent_", $number)).with_meaning(concat!(
+            exponent: FitParameter::number(names!("exponent_", $number)).with_meaning(concat!(
                 "exponent e of term ",
                 $number,
                 ", c xᵉ; a given exponent has no interval"
@@ -67,7 +68,7 @@ const TERMS: [TermColumns; MAX_TERMS] =
     [term_columns!("1"), term_columns!("2"), term_columns!("3"), term_columns!("4")];
 
 /// Returns the parameters of laws with the maximum number of terms.
-pub fn parameters() -> impl Iterator<Item = FittedParameter> {
+pub fn parameters() -> impl Iterator<Item = FitParameter> {
     let of_terms = TERMS.iter().flat_map(|term| [term.coefficient, term.exponent]);
     [LIMIT].into_iter().chain(of_terms)
 }
@@ -120,8 +121,7 @@ fn law_columns(
 }
 
 fn estimates(choices: &LimitChoices, lines: &[LimitRow]) -> Vec<(Column, ArrayRef)> {
-    let filled = |parameter: FittedParameter,
-                  of: &dyn Fn(&LimitRow, &Outcome) -> Option<Estimate>| {
+    let filled = |parameter: FitParameter, of: &dyn Fn(&LimitRow, &Outcome) -> Option<Estimate>| {
         parameter.filled(lines.iter().map(|line| of(line, line.outcome.as_ref().ok()?)))
     };
     let mut columns =
