@@ -38,7 +38,7 @@ pub const STAGE: Definition = Definition {
     name: "aggregate",
     version: VERSION,
     reads: Reads {
-        rows: &RowKind::ALL,
+        rows: RowKind::ALL,
         from: Cow::Borrowed("stages of any one kind, or with `sql` any stages"),
     },
     row_kind: |_| Some(RowKind::Statistics),

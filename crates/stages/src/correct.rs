@@ -13,9 +13,11 @@ use crate::check_context::{Property, Surfaces};
 use crate::columns::*;
 use crate::grids::Meshes;
 use crate::stage::distinct;
+use crate::table_columns::Values::{OptionalReal, Real, Text};
+use crate::table_columns::{TableColumns, column};
 use crate::{
     CheckContext, Context, Definition, Effort, Extent, Input, Kind, Reads, Recipe, RowKind, Stage,
-    StageError, beside_coordinates,
+    StageError, stacked, table_beside_coordinates,
 };
 use asperity_contact::morphology::area::{CountedArea, PI_OVER_EIGHT, YASTREBOV_2017};
 use asperity_manifest::decimal;
@@ -23,7 +25,7 @@ use asperity_manifest::diagnostics::{Problem, counted};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::list;
 use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
-use asperity_tables::column::{Role, optional_reals, reals, texts};
+use asperity_tables::column::Column;
 use asperity_tables::table::Table;
 
 /// Version of the results, which is part of every key. It is raised whenever numbers change.
@@ -38,7 +40,7 @@ pub const STAGE: Definition = Definition {
         from: Cow::Borrowed("`measure` stages that read `solve` stages"),
     },
     row_kind: |_| Some(RowKind::Corrections),
-    columns: || CORRECTED.to_vec(),
+    columns: || [&columns().all()[..], &COPIED[..4]].concat(),
     summary: |table, _| {
         let corrections = distinct(table, CORRECTION.name)?;
         Ok(vec![counted(table.rows(), "row"), corrections.join(", ")])
@@ -129,6 +131,15 @@ impl Correction {
     }
 }
 
+impl Params {
+    fn corrected(&self, measured: &Table) -> Result<Table, StageError> {
+        let areas = counted_areas(measured)?;
+        let corrections = self.corrections.iter();
+        let tables = corrections.map(|correction| corrected(measured, &areas, correction));
+        Ok(Table::stack(&tables.collect::<Vec<_>>())?)
+    }
+}
+
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Correct
@@ -139,16 +150,12 @@ impl Stage for Params {
         let [Input { table: measured, .. }] = inputs else {
             unreachable!("the plan corrects one table at a time")
         };
-        let areas = counted_areas(measured)?;
-        let corrections = self.corrections.iter();
-        let tables = corrections.map(|correction| corrected(measured, &areas, correction));
-        Ok(Table::stack(&tables.collect::<Vec<_>>())?)
+        self.corrected(measured)
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        // Results of paths that prescribe mean gaps; coordinates of all others.
-        let loads = [LOAD, PRESSURE].map(|column| column.with_role(Role::Result));
-        Ok(beside_coordinates(&[&CORRECTED[..], &loads].concat(), inputs)?)
+        let table = self.corrected(&stacked(inputs)?)?;
+        Ok(table_beside_coordinates(&table, inputs)?)
     }
 
     fn rows(&self, read: usize) -> usize {
@@ -172,28 +179,51 @@ fn counted_areas(measured: &Table) -> Result<Vec<CountedArea>, StageError> {
     Ok((0..measured.rows()).map(counted).collect())
 }
 
+/// Counted area of one contact with an estimator of its true area.
+struct Corrected<'a> {
+    area: CountedArea,
+    correction: &'a Correction,
+}
+
+impl Corrected<'_> {
+    fn bounds(&self) -> Option<[f64; 2]> {
+        self.correction.has_bounds().then(|| self.area.bounds())
+    }
+
+    fn absolute_error(&self) -> Option<f64> {
+        let coefficient = self.correction.coefficient;
+        self.correction.has_bounds().then(|| self.area.absolute_error(coefficient))
+    }
+
+    fn relative_error(&self) -> Option<f64> {
+        self.bounds().and_then(|_| self.area.relative_error(self.correction.coefficient))
+    }
+}
+
+/// Returns the columns of corrected areas.
+fn columns<'a>() -> TableColumns<(), Corrected<'a>> {
+    TableColumns::<(), Corrected>::new().and([
+        column(CORRECTION, Text(|row| &row.correction.name)),
+        column(COEFFICIENT, Real(|row| row.correction.coefficient)),
+        column(AREA_CORRECTED, Real(|row| row.area.corrected(row.correction.coefficient))),
+        column(AREA_LOWER, OptionalReal(|row| Some(row.bounds()?[0]))),
+        column(AREA_UPPER, OptionalReal(|row| Some(row.bounds()?[1]))),
+        column(ERROR_ABSOLUTE, OptionalReal(Corrected::absolute_error)),
+        column(ERROR_RELATIVE, OptionalReal(Corrected::relative_error)),
+    ])
+}
+
+/// Columns of measured contacts that are copied. The loads are results of paths that prescribe mean
+/// gaps, and coordinates of all others.
+const COPIED: [Column; 6] = [AREA_FRACTION, SWITCHES, CONTACT_NODES, STOP, LOAD, PRESSURE];
+
 fn corrected(measured: &Table, areas: &[CountedArea], correction: &Correction) -> Table {
-    let coefficient = correction.coefficient;
-    let bounded = |value: &dyn Fn(&CountedArea) -> Option<f64>| {
-        let known = |area: &CountedArea| value(area).filter(|_| correction.has_bounds());
-        optional_reals(areas.iter().map(known))
-    };
-    let own = vec![
-        (CORRECTION, texts(vec![&correction.name; areas.len()])),
-        (COEFFICIENT, reals(vec![coefficient; areas.len()])),
-    ];
-    let estimates = vec![
-        (AREA_CORRECTED, reals(areas.iter().map(|area| area.corrected(coefficient)))),
-        (AREA_LOWER, bounded(&|area| Some(area.bounds()[0]))),
-        (AREA_UPPER, bounded(&|area| Some(area.bounds()[1]))),
-        (ERROR_ABSOLUTE, bounded(&|area| Some(area.absolute_error(coefficient)))),
-        (ERROR_RELATIVE, bounded(&|area| area.relative_error(coefficient))),
-    ];
+    let rows: Vec<Corrected> =
+        areas.iter().map(|area| Corrected { area: *area, correction }).collect();
     let coordinates = measured.coordinates();
-    let copied = [AREA_FRACTION, SWITCHES, CONTACT_NODES, STOP, LOAD, PRESSURE];
-    let names = copied.iter().map(|column| column.name);
+    let names = COPIED.iter().map(|column| column.name);
     let missing: Vec<&str> = names.filter(|name| !coordinates.has(name)).collect();
-    coordinates.with(own).with(estimates).beside(&measured.only(&missing))
+    coordinates.with(columns().filled(&(), &rows)).beside(&measured.only(&missing))
 }
 
 /// Returns the task of a `correct` stage, or `None` after reporting problems.

@@ -2,13 +2,13 @@
 
 pub mod columns;
 pub mod contact_evolution;
+pub mod fitted_point;
 pub mod keys;
 pub mod laws;
 pub mod limits;
 pub mod meshes;
 pub mod parameter;
 pub mod percolation;
-pub mod row;
 pub mod rows;
 mod spectra;
 pub mod status;
@@ -21,9 +21,9 @@ use arrow::array::Float64Array;
 use serde::Serialize;
 
 use contact_evolution::{EvolutionChoices, Kappa};
+use fitted_point::FittedPoint;
 use laws::{FitOfCurves, Fits, Law};
-use parameter::Parameter;
-use row::Row;
+use parameter::FitParameter;
 use status::STATUS;
 
 use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, MEAN_GAP, STOP};
@@ -167,7 +167,7 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
 
 /// Returns the interval of a parameter as ` [0.078, 0.770]`, or an empty text if the table has
 /// several fits or no interval.
-fn interval_of_only_fit(table: &Table, parameter: Parameter) -> String {
+fn interval_of_only_fit(table: &Table, parameter: FitParameter) -> String {
     let [_, lower, upper, _] = parameter.columns();
     let end = |column: Column| table.reals(column.name).ok()?.iter().next()?;
     match (end(lower), end(upper)) {
@@ -183,7 +183,7 @@ fn interval_of_only_fit(table: &Table, parameter: Parameter) -> String {
 /// # Errors
 /// Returns an error if the table lacks the columns that the law reads.
 pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
-    let each = |points: &[CurvesOfPoint], fit: FitOfCurves| -> Vec<Row> {
+    let each = |points: &[CurvesOfPoint], fit: FitOfCurves| -> Vec<FittedPoint> {
         points.iter().map(|point| point.fit(|curves| fit(curves, params))).collect()
     };
     let (points, rows) = match &params.law {
@@ -209,11 +209,11 @@ pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
             Fits::Spectra => return spectra::run(table, params),
         },
     };
-    let completed = rows
-        .into_iter()
-        .zip(&points)
-        .map(|(row, point)| Row { unconverged: point.unconverged, ..row.unless_unbounded() });
-    let rows: Vec<Row> = completed.collect();
+    let completed = rows.into_iter().zip(&points).map(|(row, point)| FittedPoint {
+        unconverged: point.unconverged,
+        ..row.unless_unbounded()
+    });
+    let rows: Vec<FittedPoint> = completed.collect();
     let fitted: Vec<(usize, usize)> =
         points.iter().map(|point| (point.row, point.members.len())).collect();
     Ok(rows::table(&table.in_role(Role::Parameter), &fitted, params, &rows))
@@ -267,12 +267,12 @@ impl CurvesOfPoint {
         Ok(points.collect())
     }
 
-    /// Fits a law to the curves. If there are no curves or the fit fails, [`Row::failure`] gives
+    /// Fits a law to the curves. If there are no curves or the fit fails, the `failure` gives
     /// the reason.
-    pub fn fit(&self, law: impl FnOnce(&Curves) -> Result<Row, FitError>) -> Row {
+    pub fn fit(&self, law: impl FnOnce(&Curves) -> Result<FittedPoint, FitError>) -> FittedPoint {
         let curves = self.curves.as_ref().map_err(Clone::clone);
         let fitted = curves.and_then(law);
-        fitted.unwrap_or_else(|error| Row::failed(&error))
+        fitted.unwrap_or_else(|error| FittedPoint::failed(&error))
     }
 }
 

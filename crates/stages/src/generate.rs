@@ -53,10 +53,10 @@ pub const STAGE: Definition = Definition {
             &[ANISOTROPY_RATIO, ANISOTROPY_ANGLE, SPECTRUM_OF],
             &MEASURED_SURFACE_COORDINATES,
             &SHAPE_COORDINATES,
-            &DESCRIPTORS,
+            &description::descriptors().all(),
             &FILE_COLUMNS,
             &RELIABILITY,
-            &SPECTRUM_DESCRIPTORS,
+            &description::spectrum_descriptors().all(),
             &PAIR_COORDINATES,
             &YIELDED_COORDINATES,
             &[HEIGHTS],
@@ -124,7 +124,7 @@ impl Stage for Params {
         let (params, surface, found) = match &self.origin {
             Origin::File(file) => {
                 let read = file.read(self.sides(), context.sources)?;
-                let found = description::found_in_file(file, &read);
+                let found = description::file_columns().filled(file, &[(file, &read)]);
                 (self.clone(), read.prepared.surface, found)
             }
             Origin::Yielded(yielded) => {
@@ -132,10 +132,7 @@ impl Stage for Params {
                 let surface = yielded.draw(context.sources, context.threads, &is_interrupted)?;
                 (self.clone(), surface, vec![])
             }
-            Origin::Random { .. }
-            | Origin::Spectrum { .. }
-            | Origin::Shape { .. }
-            | Origin::Pair(_) => {
+            _ => {
                 let (params, surface) =
                     self.draw_with_inputs(inputs, context.sources, context.threads)?;
                 (params, surface, vec![])
@@ -223,17 +220,20 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     for surface in &surfaces {
         add(own_columns(&surface.origin));
     }
-    let gives_height = surfaces.iter().any(|surface| surface.origin.given_rms_height().is_some());
-    let descriptors =
-        DESCRIPTORS.into_iter().filter(|column| *column != RMS_HEIGHT || !gives_height);
-    let origin = surfaces.first().map(|surface| &surface.origin);
-    add(descriptors.map(|column| coordinates::descriptor(origin, column)).collect());
+    let scaled = surfaces.iter().find(|surface| surface.origin.given_rms_height().is_some());
+    if let Some(surface) = scaled.or(surfaces.first()) {
+        let origin = &surface.origin;
+        let descriptors = description::descriptors().of(origin).into_iter();
+        add(descriptors.map(|column| coordinates::descriptor(origin, column)).collect());
+    }
     for surface in &surfaces {
-        add(description::columns_of_file(&surface.origin));
+        if let Origin::File(file) = &surface.origin {
+            add(description::file_columns().of(file));
+        }
     }
     let mut origins = surfaces.iter().map(|surface| &surface.origin);
     if origins.any(|origin| matches!(origin, Origin::Random { .. })) {
-        columns.extend(SPECTRUM_DESCRIPTORS);
+        columns.extend(description::spectrum_descriptors().all());
     }
     Table::empty(&columns)
 }
@@ -246,7 +246,7 @@ fn summary(source: &TableSource, loads: &ContactLoads) -> Result<Vec<String>, St
     let table = source.table().map_err(StageError::Store)?;
     let methods = distinct(source, METHOD.name)?;
     let shapes: Vec<&str> =
-        Method::ALL.into_iter().filter(|method| method.is_shape()).map(Method::word).collect();
+        Method::all().filter(|method| method.is_shape()).map(Method::word).collect();
     let is_rough = !methods.iter().all(|method| shapes.contains(&method.as_str()));
     let parts = [
         Some(counted(table.rows(), "surface")),

@@ -10,6 +10,7 @@ use arrow::array::{Array, Float64Array, Int64Array};
 use super::StageError;
 use super::columns::{NODES, NODES_X, NODES_Y, SIDE, SIDE_X, SIDE_Y};
 use asperity_contact::grid::{Cell, Grid};
+use asperity_contact::morphology::map::ContactMap;
 use asperity_tables::column::{Column, Value};
 use asperity_tables::table::{Table, TableError};
 
@@ -110,6 +111,22 @@ impl<'a> Grids<'a> {
             (None, None) => [0.0; 2],
         };
         grid(self.meshes.nodes(row), size)
+    }
+
+    /// Returns the contact maps in a column of a table. A table without rows may lack the column.
+    ///
+    /// # Errors
+    /// Returns an error if the column is missing or a map does not fit its mesh.
+    pub fn maps(&self, table: &Table, column: Column) -> Result<Vec<ContactMap>, StageError> {
+        if table.rows() == 0 {
+            return Ok(Vec::new());
+        }
+        let maps = table.bytes(column.name)?;
+        let map = |row: usize| {
+            let nodes = self.grid(row)?.nodes();
+            ContactMap::from_bytes(nodes, maps.value(row)).map_err(StageError::Map)
+        };
+        (0..table.rows()).map(map).collect()
     }
 }
 

@@ -16,9 +16,11 @@
 //! | [`departures`] | finds surfaces that are not isotropic Gaussian roughness |
 //! | `stage`, [`error`] | interface of all stages: [`Definition`], [`Stage`], [`StageError`] |
 //! | [`check_context`], [`lengths`] | what checks of keys know about the study; units of lengths |
+//! | `exclusions` | keys that other keys of a table exclude |
 //! | [`surface`] | recipe of a surface, from which any stage draws it again |
 //! | [`reduced_units`], [`unloading`], [`bodies`] | units of the solver; yielding; the two bodies |
-//! | [`columns`], [`grids`], [`per_axis`] | all columns; grids of surfaces; values along x and y |
+//! | [`columns`], `table_columns` | all columns; the columns of a table with their values |
+//! | [`grids`], [`per_axis`] | grids of surfaces; values along x and y |
 //! | [`ensemble`] | grouping of rows by parameter point, surface and load |
 //! | [`units`] | names of the units of length and pressure of a table |
 //! | [`map_file`], [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
@@ -40,6 +42,7 @@ pub mod correct;
 pub mod departures;
 pub mod ensemble;
 pub mod error;
+mod exclusions;
 pub mod fit;
 pub mod generate;
 pub mod grids;
@@ -54,6 +57,7 @@ pub mod spectrum_files;
 mod stage;
 pub mod surface;
 pub mod surface_files;
+mod table_columns;
 pub mod units;
 pub mod unloading;
 
@@ -72,7 +76,7 @@ pub use error::StageError;
 pub use registry::Work;
 pub use stage::{
     ContactLoads, Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope,
-    Reads, Series, Stage, beside_coordinates, stacked,
+    Reads, Series, Stage, beside_coordinates, stacked, table_beside_coordinates,
 };
 
 /// Kind of a stage, as given by `kind =` in a manifest.
@@ -126,74 +130,48 @@ pub fn columns_of(kind: Kind) -> Vec<Column> {
     (kind.definition().columns)()
 }
 
-/// Kind of rows in the table of a stage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RowKind {
-    Surfaces,
-    Spectra,
-    Loads,
-    Contacts,
-    PressureDistributions,
-    GapDistributions,
-    ClusterDistributions,
-    PartialSlip,
-    Heights,
-    PowerSpectra,
-    ProfileSpectra,
-    Autocorrelations,
-    Scales,
-    BearingCurves,
-    Roughness,
-    Corrections,
-    Fits,
-    Statistics,
+/// Declares the kinds of rows with their names.
+macro_rules! row_kinds {
+    ($($kind:ident = $name:literal,)+) => {
+        /// Kind of rows in the table of a stage.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum RowKind {
+            $($kind),+
+        }
+
+        impl RowKind {
+            /// All kinds of rows.
+            pub const ALL: &[RowKind] = &[$(RowKind::$kind),+];
+
+            /// Returns the name of the rows in messages.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(RowKind::$kind => $name),+
+                }
+            }
+        }
+    };
 }
 
-impl RowKind {
-    pub const ALL: [RowKind; 18] = [
-        RowKind::Surfaces,
-        RowKind::Spectra,
-        RowKind::Loads,
-        RowKind::Contacts,
-        RowKind::PressureDistributions,
-        RowKind::GapDistributions,
-        RowKind::ClusterDistributions,
-        RowKind::PartialSlip,
-        RowKind::Heights,
-        RowKind::PowerSpectra,
-        RowKind::ProfileSpectra,
-        RowKind::Autocorrelations,
-        RowKind::Scales,
-        RowKind::BearingCurves,
-        RowKind::Roughness,
-        RowKind::Corrections,
-        RowKind::Fits,
-        RowKind::Statistics,
-    ];
-
-    /// Returns the name of the rows in messages.
-    pub fn name(self) -> &'static str {
-        match self {
-            RowKind::Surfaces => "surfaces",
-            RowKind::Spectra => "surfaces without heights",
-            RowKind::Loads => "solved loads",
-            RowKind::Contacts => "measured contacts",
-            RowKind::PressureDistributions => "distributions of pressures",
-            RowKind::GapDistributions => "distributions of gaps",
-            RowKind::ClusterDistributions => "distributions of clusters",
-            RowKind::PartialSlip => "partial slip",
-            RowKind::Heights => "measured heights",
-            RowKind::PowerSpectra => "power spectra",
-            RowKind::ProfileSpectra => "power spectra of profiles",
-            RowKind::Autocorrelations => "autocorrelations",
-            RowKind::Scales => "slopes and curvatures by scale",
-            RowKind::BearingCurves => "bearing curves",
-            RowKind::Roughness => "roughness parameters",
-            RowKind::Corrections => "corrected areas",
-            RowKind::Fits => "fits",
-            RowKind::Statistics => "statistics",
-        }
-    }
+row_kinds! {
+    Surfaces = "surfaces",
+    Spectra = "surfaces without heights",
+    Loads = "solved loads",
+    Contacts = "measured contacts",
+    PressureDistributions = "distributions of pressures",
+    GapDistributions = "distributions of gaps",
+    ClusterDistributions = "distributions of clusters",
+    PartialSlip = "partial slip",
+    Heights = "measured heights",
+    PowerSpectra = "power spectra",
+    ProfileSpectra = "power spectra of profiles",
+    Autocorrelations = "autocorrelations",
+    Scales = "slopes and curvatures by scale",
+    BearingCurves = "bearing curves",
+    Roughness = "roughness parameters",
+    Corrections = "corrected areas",
+    Fits = "fits",
+    Statistics = "statistics",
 }
 
 /// Parameters of one task. Together with the input tables they determine the table of the task.
@@ -245,21 +223,12 @@ impl Recipe {
         }
     }
 
-    /// Returns the bins in which a contact counts its pressures, if it counts them.
-    pub fn pressure_bins(&self) -> Option<EqualBins> {
+    /// Returns the bins in which a contact counts its pressures and its gaps, if it counts them.
+    pub fn bins(&self) -> [Option<EqualBins>; 2] {
         match self {
-            Recipe::Solve(params) => params.pressure_bins,
-            Recipe::Adhesion(params) => params.pressure_bins,
-            _ => None,
-        }
-    }
-
-    /// Returns the bins in which a contact counts its gaps, if it counts them.
-    pub fn gap_bins(&self) -> Option<EqualBins> {
-        match self {
-            Recipe::Solve(params) => params.gap_bins,
-            Recipe::Adhesion(params) => params.gap_bins,
-            _ => None,
+            Recipe::Solve(params) => [params.pressure_bins, params.gap_bins],
+            Recipe::Adhesion(params) => [params.pressure_bins, params.gap_bins],
+            _ => [None; 2],
         }
     }
 

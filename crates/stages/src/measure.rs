@@ -22,7 +22,8 @@ use super::columns::*;
 use super::stage::{largest, range};
 use super::{
     Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe,
-    RowKind, Series, Stage, StageError, beside_coordinates, grids, stacked, surface,
+    RowKind, Series, Stage, StageError, beside_coordinates, stacked, surface,
+    table_beside_coordinates,
 };
 use crate::bodies::Conduction;
 use asperity_contact::threads::Threads;
@@ -35,7 +36,6 @@ use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::Table;
 
 pub use contacts::NodeSet;
-use contacts::OptionalColumns;
 pub use distributions::Distribution;
 use statistics::Statistic;
 
@@ -62,22 +62,13 @@ pub const STAGE: Definition = Definition {
         _ => Some(RowKind::Contacts),
     },
     columns: || {
-        let contacts = contacts::columns(OptionalColumns {
-            rectangles: true,
-            yields: true,
-            flows: true,
-            conductance: conduction::all_columns(),
-            adhesion: true,
-            stiffness: true,
-            rigid_base: true,
-            filled: true,
-        });
+        let contacts = contacts::all_columns();
         let of_surfaces = statistics::all_columns();
         let distributions = distributions::all_columns();
         let lists: [&[Column]; 7] = [
             &contacts,
             &distributions,
-            &PARTIAL_SLIP,
+            &friction::columns().all(),
             &HEIGHT_MEASURES,
             &POOLED_HEIGHTS[1..],
             &of_surfaces,
@@ -170,14 +161,12 @@ impl Stage for Params {
     }
 
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
-        if let Params::Pool { bins, range } = *self {
-            return pool(inputs, bins as usize, range, context);
-        }
-        if let Params::Stitched { bins, trusted_fraction } = *self {
-            return stitched::measure(inputs, bins, trusted_fraction, context);
-        }
-        let [input] = inputs else { unreachable!("the plan measures one table at a time") };
+        let input = inputs.first().expect("the plan gives a task its inputs");
         match *self {
+            Params::Pool { bins, range } => pool(inputs, bins as usize, range, context),
+            Params::Stitched { bins, trusted_fraction } => {
+                stitched::measure(inputs, bins, trusted_fraction, context)
+            }
             Params::Friction(ref friction) => friction.measure(&input.table),
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
@@ -192,9 +181,6 @@ impl Stage for Params {
                 let share = contacts::filled_area_share(&input.table, set, nodes.as_ref())?;
                 Ok(measured.with(vec![share]))
             }
-            Params::Pool { .. } | Params::Stitched { .. } => {
-                unreachable!("several inputs are handled above")
-            }
         }
     }
 
@@ -202,19 +188,14 @@ impl Stage for Params {
         Ok(match self {
             Params::Contacts { stiffness, conduction, filled, .. } => {
                 let solved = stacked(inputs)?;
-                let optional = OptionalColumns {
-                    rectangles: grids::has_rectangles(&solved),
-                    yields: solved.has(SATURATED_NODES.name),
-                    rigid_base: solved.has(APPROACH.name),
-                    flows: solved.has(FLOW_STOP.name),
-                    conductance: conduction::columns(&solved, *conduction),
-                    adhesion: solved.has(WORK_OF_ADHESION.name),
-                    stiffness: *stiffness,
-                    filled: *filled,
-                };
-                beside_coordinates(&contacts::columns(optional), inputs)?
+                let set = NodeSet::Contact;
+                let measured = contacts::measure(&solved, *stiffness, set, *conduction)?;
+                let share = filled.then_some(FILLED_AREA_SHARE);
+                table_beside_coordinates(&measured.beside(&Table::empty(share.as_slice())), inputs)?
             }
-            Params::Friction(friction) => beside_coordinates(&friction.columns(), inputs)?,
+            Params::Friction(friction) => {
+                table_beside_coordinates(&friction.measure(&stacked(inputs)?)?, inputs)?
+            }
             Params::Heights { .. } => beside_coordinates(&HEIGHT_MEASURES, inputs)?,
             Params::Surface(statistic) => beside_coordinates(&statistic.columns(), inputs)?,
             Params::Distribution(distribution) => {
@@ -232,13 +213,9 @@ impl Stage for Params {
 
     fn input_scope(&self) -> InputScope {
         match self {
-            Params::Contacts { .. }
-            | Params::Distribution(_)
-            | Params::Friction(_)
-            | Params::Heights { .. }
-            | Params::Surface(_) => InputScope::Single,
             Params::Pool { .. } => InputScope::ParameterPoint,
             Params::Stitched { .. } => InputScope::All,
+            _ => InputScope::Single,
         }
     }
 
@@ -250,13 +227,8 @@ impl Stage for Params {
     /// again.
     fn columns_read(&self) -> Columns {
         match self {
-            Params::Contacts { .. }
-            | Params::Distribution(_)
-            | Params::Friction(_)
-            | Params::Heights { .. }
-            | Params::Stitched { .. }
-            | Params::Surface(_) => Columns::All,
             Params::Pool { .. } => Columns::Light,
+            _ => Columns::All,
         }
     }
 
@@ -299,11 +271,7 @@ impl Stage for Params {
             Params::Contacts { filled: true, .. } => FILLED_BYTES_PER_NODE,
             Params::Surface(statistic) => statistic.bytes_per_node(),
             Params::Stitched { .. } => Statistic::Spectrum.bytes_per_node(),
-            Params::Contacts { .. }
-            | Params::Distribution(_)
-            | Params::Friction(_)
-            | Params::Heights { .. }
-            | Params::Pool { .. } => 0.0,
+            _ => 0.0,
         };
         Footprint { work: 36.0 + additional, table: 0.0 }
     }

@@ -40,7 +40,7 @@ impl PressureUnit {
 
     /// Returns the roles of two columns with the same pressure: in units of E* × rms slope, and in
     /// the unit of the moduli. The column with the unit of the manifest has the role `given`.
-    fn roles(self, given: Role) -> [Role; 2] {
+    pub fn roles(self, given: Role) -> [Role; 2] {
         match self {
             PressureUnit::Relative => [given, Role::Derived],
             PressureUnit::Absolute => [Role::Derived, given],

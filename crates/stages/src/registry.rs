@@ -21,7 +21,6 @@ use crate::{
     InputScope, Kind, Reads, Recipe, RowKind, StageError, aggregate, correct, generate, measure,
     solve,
 };
-use asperity_contact::distribution::EqualBins;
 use asperity_manifest::diagnostics::{Problems, Span, listed};
 use asperity_manifest::keys::derived::{KnownNumber, Scope};
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
@@ -67,7 +66,7 @@ impl StageVariant {
     /// Returns the variants of a kind; the first one is the default.
     pub fn of_kind(kind: Kind) -> Vec<StageVariant> {
         match kind {
-            Kind::Generate => Method::ALL.map(StageVariant::Generate).into(),
+            Kind::Generate => Method::all().map(StageVariant::Generate).collect(),
             Kind::Solve => vec![StageVariant::Solve],
             Kind::Measure => vec![StageVariant::Measure],
             Kind::Correct => vec![StageVariant::Correct],
@@ -426,23 +425,24 @@ impl Surfaces {
     /// Returns the properties of the contacts of a `solve` stage. Pressures or gaps are uncounted
     /// if one of its blocks does not count them.
     fn pressed_by(stage: &str, recipes: &[Recipe]) -> Surfaces {
-        let any = |is_meant: fn(&Recipe) -> bool| recipes.iter().any(is_meant);
-        let lacks = |bins: fn(&Recipe) -> Option<EqualBins>| {
-            recipes.iter().any(|recipe| recipe.kind() == Kind::Solve && bins(recipe).is_none())
+        let any = |is_meant: &dyn Fn(&Recipe) -> bool| recipes.iter().any(is_meant);
+        let without_adhesion = recipes.iter().filter_map(|recipe| match recipe {
+            Recipe::Solve(params) => Some(params.as_ref()),
+            _ => None,
+        });
+        let blocks: Vec<&solve::Params> = without_adhesion.collect();
+        let lacks = |index: usize| {
+            any(&|recipe| recipe.kind() == Kind::Solve && recipe.bins()[index].is_none())
         };
-        let has_images = |recipe: &Recipe| {
-            matches!(recipe, Recipe::Solve(block)
-                if !block.stiffness.is_none() && block.boundary.is_periodic())
-        };
-        let has_layer =
-            |recipe: &Recipe| matches!(recipe, Recipe::Solve(block) if block.layer.is_some());
+        let has_images =
+            |block: &&solve::Params| !block.stiffness.is_none() && block.boundary.is_periodic();
         let properties = [
-            (Property::WithoutAdhesion, any(|recipe| matches!(recipe, Recipe::Solve(_)))),
-            (Property::WithAdhesion, any(|recipe| matches!(recipe, Recipe::Adhesion(_)))),
-            (Property::WithImages, any(has_images)),
-            (Property::WithLayer, any(has_layer)),
-            (Property::PressuresUncounted, lacks(Recipe::pressure_bins)),
-            (Property::GapsUncounted, lacks(Recipe::gap_bins)),
+            (Property::WithoutAdhesion, !blocks.is_empty()),
+            (Property::WithAdhesion, any(&|recipe| matches!(recipe, Recipe::Adhesion(_)))),
+            (Property::WithImages, blocks.iter().any(has_images)),
+            (Property::WithLayer, blocks.iter().any(|block| block.layer.is_some())),
+            (Property::PressuresUncounted, lacks(0)),
+            (Property::GapsUncounted, lacks(1)),
         ];
         let physics = recipes.iter().find_map(|recipe| match recipe {
             Recipe::Adhesion(_) => Some("`adhesion`"),
@@ -453,18 +453,12 @@ impl Surfaces {
             }
             _ => None,
         });
-        let listed = recipes.iter().filter_map(|recipe| match recipe {
-            Recipe::Solve(params) => {
-                Some((stage.to_owned(), params.loads.clone(), params.unit_of_loads()))
-            }
-            _ => None,
-        });
+        let listed = blocks
+            .iter()
+            .map(|block| (stage.to_owned(), block.loads.clone(), block.unit_of_loads()));
         let mut loads: Vec<_> = listed.collect();
         loads.dedup();
-        let conduction = recipes.iter().filter_map(|recipe| match recipe {
-            Recipe::Solve(params) => Some((stage.to_owned(), params.bodies.conduction)),
-            _ => None,
-        });
+        let conduction = blocks.iter().map(|block| (stage.to_owned(), block.bodies.conduction));
         Surfaces {
             properties: properties_of(stage, properties),
             conduction: conduction.take(1).collect(),

@@ -27,7 +27,6 @@ use serde::{Deserialize, Serialize, Serializer};
 pub use self::contact::Contact;
 pub use self::fields::ContactFields;
 pub use self::layer::GivenLayer;
-use self::rows::OptionalColumns;
 pub use self::rows::SolvedLoad;
 use crate::bodies::Bodies;
 use crate::columns::*;
@@ -73,20 +72,20 @@ pub const STAGE: Definition = Definition {
     reads: Reads { rows: &[RowKind::Surfaces], from: Cow::Borrowed("`generate` stages") },
     row_kind: |_| Some(RowKind::Loads),
     columns: || {
+        let settings = [EFFECTIVE_MODULUS, TOLERANCE, MAX_PAIRS, PRESSURE_UNIT, BOUNDARY];
+        let hardness = PressureUnit::Absolute.hardness_columns();
+        let further = [INTERACTION, LOADING_BRANCH, MAXIMUM_LOAD];
+        let elastic = rows::columns().all();
+        let stiffness = [FROZEN_STIFFNESS, UNLOADING_STIFFNESS];
         let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS, REPULSIVE, GAPS];
-        let all = OptionalColumns {
-            boundary: Boundary::Free,
-            asperities: true,
-            flow: true,
-            stiffness: true,
-            layer: true,
-            rigid_base: true,
-            load_unit: PressureUnit::Relative,
-            pressure_unit: true,
-            hardness: Some(PressureUnit::Absolute),
-            branch: Some(Branch::Unloading(1.0)),
-        };
-        [&rows::columns(all)[..], &adhesion::ADDED_COLUMNS, &heavy].concat()
+        let settings = [&settings[..], &LAYER_PARAMETERS, &further, &hardness].concat();
+        let mut columns = [&settings[..], &elastic, &FLOW, &stiffness].concat();
+        for adhesive in adhesion::all_columns() {
+            if !columns.contains(&adhesive) {
+                columns.push(adhesive);
+            }
+        }
+        [columns, heavy.to_vec()].concat()
     },
     summary: |source, _| Ok(summary(source)?.into_iter().flatten().collect()),
 };
@@ -293,18 +292,20 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        let columns = rows::columns(OptionalColumns {
-            boundary: self.boundary,
-            asperities: self.asperities.is_some(),
-            flow: self.flow,
-            stiffness: !self.stiffness.is_none(),
-            layer: self.layer.is_some(),
-            rigid_base: self.layer.is_some_and(|layer| layer.is_on_rigid_base()),
-            load_unit: self.load_unit,
-            pressure_unit: self.pressure_unit.is_some(),
-            hardness: self.hardness.map(|given| given.unit),
-            branch: self.branch,
-        });
+        let hardness = self.hardness.map(|given| given.unit.hardness_columns());
+        let mut columns: Vec<Column> =
+            self.setting().into_iter().map(|(column, _)| column).collect();
+        columns.extend(hardness.into_iter().flatten());
+        columns.extend(rows::columns().of(self));
+        if self.flow {
+            columns.extend(FLOW);
+        }
+        if !self.stiffness.is_none() {
+            columns.push(FROZEN_STIFFNESS);
+        }
+        if self.stiffness == Stiffness::LoadingAndUnloading {
+            columns.push(UNLOADING_STIFFNESS);
+        }
         Ok(beside_coordinates(&columns, inputs)?)
     }
 

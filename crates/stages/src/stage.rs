@@ -212,6 +212,18 @@ pub trait FinishedRows: Sync {
 /// # Errors
 /// Returns an error if the inputs have columns of the same name with different types.
 pub fn beside_coordinates(own: &[Column], inputs: &[(String, Table)]) -> Result<Table, TableError> {
+    table_beside_coordinates(&Table::empty(own), inputs)
+}
+
+/// Returns an empty table with the parameter columns of the inputs and the columns of the table
+/// `own`, which has no rows.
+///
+/// # Errors
+/// As [`beside_coordinates`].
+pub fn table_beside_coordinates(
+    own: &Table,
+    inputs: &[(String, Table)],
+) -> Result<Table, TableError> {
     let mut coordinates = stacked(inputs)?.coordinates();
     // Descriptors of surfaces are coordinates of pairs and of surfaces that have yielded only.
     for (_, table) in inputs {
@@ -219,7 +231,7 @@ pub fn beside_coordinates(own: &[Column], inputs: &[(String, Table)]) -> Result<
         coordinates = coordinates.beside(&more);
     }
     let names = coordinates.names();
-    Ok(coordinates.beside(&Table::empty(own).without(&names)))
+    Ok(coordinates.beside(&own.without(&names)))
 }
 
 /// Stacks the input tables, as all stages except queries read them.

@@ -56,9 +56,6 @@ fn maximum_load(unit: PressureUnit) -> Column {
     }
 }
 
-/// Returns the columns of a path, without those of its parameters.
-pub const RESULTS: [Column; 2] = [RESIDUAL_DEPTH, PLASTIC_WORK];
-
 /// Divides a path of loads into its branches, each with its loads in ascending order.
 pub fn branches(path: &[f64]) -> Vec<(Branch, Vec<f64>)> {
     let mut blocks = vec![(Branch::Loading, Vec::new())];

@@ -83,6 +83,10 @@ impl Column {
         Column { codes, ..self }
     }
 
+    pub const fn with_meaning(self, meaning: &'static str) -> Column {
+        Column { meaning, ..self }
+    }
+
     pub const fn with_role(self, role: Role) -> Column {
         Column { role, ..self }
     }

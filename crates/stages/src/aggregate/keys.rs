@@ -12,6 +12,7 @@ use super::{Groups, Meaning, Model, Params, SPECTRUM_COLUMNS, SQL_VERSION, Sql, 
 use crate::check_context::{Property, unknown_column};
 use crate::columns::ALTERATIONS;
 use crate::error::QueryError;
+use crate::exclusions::exclude;
 use crate::{CheckContext, Recipe, StageError};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
@@ -118,7 +119,7 @@ fn params(
     if let Some(sql) = table.sql.written() {
         return query(table, sql, checks);
     }
-    checks.forbidden("columns", &table.columns, "needs the key `sql`")?;
+    exclude! { table, checks, true => columns: "needs the key `sql`"; }?;
     let group_by = match checks.optional("group_by", &table.group_by)? {
         None => Some(None),
         Some(written) => named_columns("group_by", written, input, earlier, checks).map(Some),
@@ -138,16 +139,13 @@ fn params(
 
 /// Returns the query of a stage with `sql`, and refuses keys that `sql` replaces.
 fn query(table: &AggregateTable, sql: &Spanned<String>, checks: &mut Checks) -> Option<Params> {
-    let why = "cannot be combined with `sql`";
-    let group_by = checks.forbidden("group_by", &table.group_by, why);
-    let over = checks.forbidden("over", &table.over, why);
-    let statistics = checks.forbidden("statistics", &table.statistics, why);
-    let models = checks.forbidden("models", &table.models, why);
+    let clear = exclude! { table, checks,
+        true => group_by, over, statistics, models: "cannot be combined with `sql`";
+    };
     let columns = meanings(table, checks);
     if sql.value.trim().is_empty() {
         return checks.refuse("sql", "`sql` is empty", &sql.span, "must be a query");
     }
-    let clear = group_by.and(over).and(statistics).and(models);
     let columns = columns?;
     let (query, tables, version) = (sql.value.clone(), Vec::new(), SQL_VERSION);
     clear.map(|()| Params::Sql(Sql { query, tables, columns, version }))

@@ -282,7 +282,7 @@ fn surfaces_of(name: &str) -> String {
 
 /// Returns the slope of the least-squares line, `REGR_SLOPE` of standard SQL.
 pub fn slope(values: &Expr) -> Expr {
-    let Line { loads, values } = Line::new(values);
+    let LoadCurve { loads, values } = LoadCurve::new(values);
     let from_mean = loads.clone() - loads.clone().mean();
     let joint = (from_mean.clone() * (values.clone() - values.mean())).sum();
     // If all loads are equal, rounding of their mean would leave some scatter.
@@ -293,21 +293,21 @@ pub fn slope(values: &Expr) -> Expr {
 
 /// Returns the value of the least-squares line at zero load, `REGR_INTERCEPT` of standard SQL.
 pub fn intercept(values: &Expr) -> Expr {
-    let Line { loads, values: known } = Line::new(values);
+    let LoadCurve { loads, values: known } = LoadCurve::new(values);
     known.mean() - slope(values) * loads.mean()
 }
 
 /// Data of the least-squares line of a group: values against their loads. Rows without a value are
 /// left out, and rows under a single load have no line.
-struct Line {
+struct LoadCurve {
     loads: Expr,
     values: Expr,
 }
 
-impl Line {
-    fn new(values: &Expr) -> Line {
+impl LoadCurve {
+    fn new(values: &Expr) -> LoadCurve {
         let is_known = values.clone().is_not_null();
-        Line {
+        LoadCurve {
             loads: col(LOAD.name).filter(is_known),
             values: values.clone().drop_nulls().cast(DataType::Float64),
         }

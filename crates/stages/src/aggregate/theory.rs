@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::group_columns::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of};
 use super::{Groups, Statistic};
 use crate::StageError;
-use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, real};
+use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, columns, real};
 use crate::surface::coordinates::is_altered;
 use asperity_contact::grid::Cell;
 use asperity_contact::theory::law::KAPPA_BGT;
@@ -21,30 +21,87 @@ use asperity_contact::topography::spectrum::Spectrum;
 use asperity_tables::column::{Column, optional_reals};
 use asperity_tables::table::{Table, TableError};
 
-/// Theory of the contact area.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Model {
+/// Declares the theories: word in manifests, asperity model, beginning of the names of the columns,
+/// name of the theory, and details for the meaning of the area.
+macro_rules! theories {
+    ($($(#[$doc:meta])+ $model:ident = $word:literal, $asperities:expr, $area:literal,
+        $theory:literal, $details:literal;)+) => {
+        /// Theory of the contact area.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+        pub enum Model {
+            $($(#[$doc])+ #[serde(rename = $word)] $model),+
+        }
+
+        impl Model {
+            /// All theories.
+            pub const ALL: [Model; [$($word),+].len()] = [$(Model::$model),+];
+
+            /// Returns the word that names the theory in manifests.
+            pub fn word(self) -> &'static str {
+                match self {
+                    $(Model::$model => $word),+
+                }
+            }
+
+            /// Returns the asperity model, if the theory is one. Asperity models need Nayak's
+            /// parameter.
+            pub fn asperities(self) -> Option<AsperityModel> {
+                match self {
+                    $(Model::$model => $asperities),+
+                }
+            }
+
+            /// Returns the columns for area, slope, secant and approach to full contact.
+            pub fn columns(self) -> [Column; 4] {
+                match self {
+                    $(Model::$model => [
+                        real($area, "1").with_meaning(concat!(
+                            "area fraction predicted by ", $theory, ", ", $details
+                        )),
+                        real(concat!($area, "_slope"), "1 per load").with_meaning(concat!(
+                            "slope of the area predicted by ", $theory, ", at `load_midpoint`"
+                        )),
+                        real(concat!($area, "_secant"), "1 per load").with_meaning(concat!(
+                            "area predicted by ", $theory, ", divided by the load"
+                        )),
+                        real(concat!($area, "_approach"), "1").with_meaning(concat!(
+                            "F = −ln[(1 − a) y √(2π)] of the area a predicted by ", $theory
+                        )),
+                    ]),+
+                }
+            }
+        }
+    };
+}
+
+theories! {
     /// Theory of Persson (2001), a diffusion equation in the magnification.
-    #[serde(rename = "persson")]
-    Persson,
+    Persson = "persson", None, "area_persson",
+        "Persson 2001", "for isotropic Gaussian roughness";
     /// Theory of Bush, Gibson & Thomas (1975).
-    #[serde(rename = "bush-gibson-thomas")]
-    BushGibsonThomas,
+    BushGibsonThomas = "bush-gibson-thomas", Some(AsperityModel::BushGibsonThomas),
+        "area_bush_gibson_thomas", "Bush, Gibson & Thomas 1975",
+        "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell";
     /// The simplified elliptic model of Greenwood 2006.
-    #[serde(rename = "greenwood-2006")]
-    Greenwood2006,
+    Greenwood2006 = "greenwood-2006", Some(AsperityModel::SimplifiedElliptic),
+        "area_greenwood_2006", "Greenwood 2006",
+        "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell";
     /// Spheres of the mean curvature of each summit, after Nayak and Thomas.
-    #[serde(rename = "mean-curvature")]
-    MeanCurvature,
+    MeanCurvature = "mean-curvature", Some(AsperityModel::MeanCurvature), "area_mean_curvature",
+        "the model of spheres with the mean curvature of each summit",
+        "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell";
     /// Theory of Greenwood & Williamson (1966) with the parameters of McCool (1986).
-    #[serde(rename = "greenwood-mccool")]
-    GreenwoodMccool,
+    GreenwoodMccool = "greenwood-mccool", Some(AsperityModel::GreenwoodWilliamson),
+        "area_greenwood_mccool", "Greenwood & Williamson 1966 with the parameters of McCool 1986",
+        "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell";
     /// Limit of asperity models at light load, √(2π) times the load.
-    #[serde(rename = "bgt-asymptote")]
-    BgtAsymptote,
+    BgtAsymptote = "bgt-asymptote", None, "area_bgt_asymptote",
+        "the asymptote of asperity models at light load",
+        "√(2π) times the load, for isotropic Gaussian roughness";
     /// Isolated cracks near full contact: 1 − (3/4) erfc(√2 y).
-    #[serde(rename = "penny-crack")]
-    PennyCrack,
+    PennyCrack = "penny-crack", None, "area_penny_crack",
+        "the model of isolated cracks near full contact",
+        "1 − (3/4) erfc(√2 y), for isotropic Gaussian roughness";
 }
 
 /// Predicted area fraction and its derivative with respect to the load.
@@ -55,57 +112,10 @@ struct Prediction {
 }
 
 impl Model {
-    pub const ALL: [Model; 7] = [
-        Model::Persson,
-        Model::BushGibsonThomas,
-        Model::Greenwood2006,
-        Model::MeanCurvature,
-        Model::GreenwoodMccool,
-        Model::BgtAsymptote,
-        Model::PennyCrack,
-    ];
-
-    /// Returns the word that names the theory in manifests.
-    pub fn word(self) -> &'static str {
-        match self {
-            Model::Persson => "persson",
-            Model::BushGibsonThomas => "bush-gibson-thomas",
-            Model::Greenwood2006 => "greenwood-2006",
-            Model::MeanCurvature => "mean-curvature",
-            Model::GreenwoodMccool => "greenwood-mccool",
-            Model::BgtAsymptote => "bgt-asymptote",
-            Model::PennyCrack => "penny-crack",
-        }
-    }
-
     /// Returns whether the theory integrates over heights and curvatures of summits for each load,
     /// which takes seconds per table.
     pub fn integrates_over_summits(self) -> bool {
         matches!(self, Model::BushGibsonThomas | Model::Greenwood2006 | Model::MeanCurvature)
-    }
-
-    /// Returns the columns for area, slope, secant and approach to full contact.
-    pub fn columns(self) -> [Column; 4] {
-        match self {
-            Model::Persson => PERSSON,
-            Model::BushGibsonThomas => BUSH_GIBSON_THOMAS,
-            Model::Greenwood2006 => GREENWOOD_2006,
-            Model::MeanCurvature => MEAN_CURVATURE,
-            Model::GreenwoodMccool => GREENWOOD_MCCOOL,
-            Model::BgtAsymptote => BGT_ASYMPTOTE,
-            Model::PennyCrack => PENNY_CRACK,
-        }
-    }
-
-    /// Returns the asperity model, if the theory is one. Asperity models need Nayak's parameter.
-    pub fn asperities(self) -> Option<AsperityModel> {
-        match self {
-            Model::BushGibsonThomas => Some(AsperityModel::BushGibsonThomas),
-            Model::Greenwood2006 => Some(AsperityModel::SimplifiedElliptic),
-            Model::MeanCurvature => Some(AsperityModel::MeanCurvature),
-            Model::GreenwoodMccool => Some(AsperityModel::GreenwoodWilliamson),
-            Model::Persson | Model::BgtAsymptote | Model::PennyCrack => None,
-        }
     }
 
     /// Returns the predicted area fraction under a load; see [`nayak_parameters`] for `nayak`.
@@ -312,65 +322,10 @@ pub fn nayak_parameters(table: &Table) -> Result<Vec<Option<f64>>, TableError> {
     Ok((0..table.rows()).map(&mut of_row).collect())
 }
 
-const APPROACH: Column =
-    real("approach", "1", "F = −ln[(1 − a) y √(2π)] of the mean area a under the load y");
-
-/// Declares the columns of a theory: area, slope, secant and approach to full contact.
-macro_rules! columns {
-    ($area:literal, $theory:literal, $details:literal) => {
-        [
-            real($area, "1", concat!("area fraction predicted by ", $theory, ", ", $details)),
-            real(
-                concat!($area, "_slope"),
-                "1 per load",
-                concat!("slope of the area predicted by ", $theory, ", at `load_midpoint`"),
-            ),
-            real(
-                concat!($area, "_secant"),
-                "1 per load",
-                concat!("area predicted by ", $theory, ", divided by the load"),
-            ),
-            real(
-                concat!($area, "_approach"),
-                "1",
-                concat!("F = −ln[(1 − a) y √(2π)] of the area a predicted by ", $theory),
-            ),
-        ]
-    };
+columns! {
+    /// F = −ln[(1 − a) y √(2π)] of the mean area a under the load y
+    const APPROACH: Column = real("approach", "1");
 }
-
-const PERSSON: [Column; 4] =
-    columns!("area_persson", "Persson 2001", "for isotropic Gaussian roughness");
-const BUSH_GIBSON_THOMAS: [Column; 4] = columns!(
-    "area_bush_gibson_thomas",
-    "Bush, Gibson & Thomas 1975",
-    "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
-);
-const GREENWOOD_2006: [Column; 4] = columns!(
-    "area_greenwood_2006",
-    "Greenwood 2006",
-    "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
-);
-const MEAN_CURVATURE: [Column; 4] = columns!(
-    "area_mean_curvature",
-    "the model of spheres with the mean curvature of each summit",
-    "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
-);
-const GREENWOOD_MCCOOL: [Column; 4] = columns!(
-    "area_greenwood_mccool",
-    "Greenwood & Williamson 1966 with the parameters of McCool 1986",
-    "for isotropic Gaussian roughness with Nayak's parameter α of the modes of the cell"
-);
-const BGT_ASYMPTOTE: [Column; 4] = columns!(
-    "area_bgt_asymptote",
-    "the asymptote of asperity models at light load",
-    "√(2π) times the load, for isotropic Gaussian roughness"
-);
-const PENNY_CRACK: [Column; 4] = columns!(
-    "area_penny_crack",
-    "the model of isolated cracks near full contact",
-    "1 − (3/4) erfc(√2 y), for isotropic Gaussian roughness"
-);
 
 #[cfg(test)]
 mod tests;

@@ -1,108 +1,77 @@
 //! Columns of the stiffness and of the conductance of contacts.
 
-use super::{integer, parameter, real};
+use super::{columns, integer, parameter, real};
 use asperity_tables::column::{Column, Role};
 
-pub const FROZEN_STIFFNESS: Column = real(
-    "stiffness",
-    "E*/side",
-    "incremental stiffness of the interface, (side/E*) dp₀/dδ, exact on the mesh: nodes in contact \
-     stay in contact, and saturated nodes keep their pressure. The approach δ is mean_displacement + \
-     mean_yielded_depth − mean_gap and excludes the uniform compression of a layer; the side of a \
-     rectangle is its longer side. Null in full contact with a periodic body, which is \
-     rigid, and if `max_pairs` pairs of transforms were not enough",
-);
-pub const UNLOADING_STIFFNESS: Column = real(
-    "unloading_stiffness",
-    "E*/side",
-    "incremental stiffness (side/E*) dp₀/dδ at the beginning of an unloading from this load, as \
-     `stiffness` but with all nodes in contact, because saturated nodes unload elastically. It equals \
-     `stiffness` where nothing yields. Null for elastic material",
-);
-pub const CONTACT_CONDUCTANCE: Column = real(
-    "contact_conductance",
-    "k_s/side",
-    "conductance of the contact per nominal area, h_c side/k_s, with the conductivity 2/k_s = 1/k₁ + \
-     1/k₂ of the bodies. It equals the stiffness of all nodes in contact (Barber 2003): `stiffness`, \
-     or `unloading_stiffness` with a hardness. Films and the gas in the gap are excluded. Null in \
-     full contact with a periodic body, and with a layer",
-);
-pub const SPOTS: Column =
-    integer("spots", "1", "number of contact spots: 4-connected clusters of contact nodes");
-pub const MEAN_SPOT_RADIUS: Column = real(
-    "mean_spot_radius",
-    "length",
-    "mean radius √(A/π) of circles with the areas A of the contact spots",
-);
-pub const GREENWOOD_CONDUCTANCE: Column = real(
-    "greenwood_conductance",
-    "k_s/side",
-    "conductance per nominal area by the formula of Greenwood (1966) for separate circular spots, \
-     with the periodic images of the spots. Null with a layer, if the spots are so close that the \
-     formula gives no positive number, and for more than 20,000 spots of an isolated map",
-);
+columns! {
+    /// incremental stiffness (side/E*) dp₀/dδ at the beginning of an unloading from this load, as
+    /// `stiffness` but with all nodes in contact, because saturated nodes unload elastically. It
+    /// equals `stiffness` where nothing yields. Null for elastic material
+    pub const UNLOADING_STIFFNESS: Column = real("unloading_stiffness", "E*/side");
+}
 
-/// Columns that measured contacts have if their stiffness is computed, besides the stiffness of
-/// unloading.
-pub const CONDUCTANCE: [Column; 5] =
-    [FROZEN_STIFFNESS, CONTACT_CONDUCTANCE, SPOTS, MEAN_SPOT_RADIUS, GREENWOOD_CONDUCTANCE];
+columns! {
+    /// Columns that measured contacts have if their stiffness is computed, besides the stiffness of
+    /// unloading.
+    pub const CONDUCTANCE = [
+        /// incremental stiffness of the interface, (side/E*) dp₀/dδ, exact on the mesh: nodes in
+        /// contact stay in contact, and saturated nodes keep their pressure. The approach δ is
+        /// mean_displacement + mean_yielded_depth − mean_gap and excludes the uniform compression
+        /// of a layer; the side of a rectangle is its longer side. Null in full contact with a
+        /// periodic body, which is rigid, and if `max_pairs` pairs of transforms were not enough
+        pub const FROZEN_STIFFNESS: Column = real("stiffness", "E*/side");
+        /// conductance of the contact per nominal area, h_c side/k_s, with the conductivity 2/k_s =
+        /// 1/k₁ + 1/k₂ of the bodies. It equals the stiffness of all nodes in contact (Barber
+        /// 2003): `stiffness`, or `unloading_stiffness` with a hardness. Films and the gas in the
+        /// gap are excluded. Null in full contact with a periodic body, and with a layer
+        pub const CONTACT_CONDUCTANCE: Column = real("contact_conductance", "k_s/side");
+        /// number of contact spots: 4-connected clusters of contact nodes
+        pub const SPOTS: Column = integer("spots", "1");
+        /// mean radius √(A/π) of circles with the areas A of the contact spots
+        pub const MEAN_SPOT_RADIUS: Column = real("mean_spot_radius", "length");
+        /// conductance per nominal area by the formula of Greenwood (1966) for separate circular
+        /// spots, with the periodic images of the spots. Null with a layer, if the spots are so
+        /// close that the formula gives no positive number, and for more than 20,000 spots of an
+        /// isolated map
+        pub const GREENWOOD_CONDUCTANCE: Column = real("greenwood_conductance", "k_s/side");
+    ];
+}
 
-pub const FORCE: Column = parameter(
-    "force",
-    "N",
-    "normal force on the cell: mean pressure × nominal area. The column exists if the bodies have \
-     conductivities and the pressures a unit",
-)
-.with_role(Role::Derived);
-pub const PAIR_CONDUCTIVITY: Column = parameter(
-    "pair_conductivity",
-    "W/(m K)",
-    "thermal conductivity k_s of the pair of bodies, 2/k_s = 1/k₁ + 1/k₂; 2k₁ if the other body is \
-     rigid, which then conducts perfectly",
-);
-pub const THERMAL_CONDUCTANCE: Column = real(
-    "thermal_conductance",
-    "W/(m² K)",
-    "thermal conductance h_c of the contact per nominal area, contact_conductance × k_s/side: heat \
-     flux per difference of temperature. Null where `contact_conductance` is",
-);
-pub const THERMAL_RESISTANCE: Column = real(
-    "thermal_resistance",
-    "K/W",
-    "thermal constriction resistance of the whole cell, 1/(h_c × nominal area)",
-);
-pub const PAIR_RESISTIVITY: Column = parameter(
-    "pair_resistivity",
-    "Ω m",
-    "mean electrical resistivity ρ_s = (ρ₁ + ρ₂)/2 of the bodies; ρ₁/2 if the other body is rigid, \
-     which then conducts perfectly",
-);
-pub const SPECIFIC_RESISTANCE: Column = real(
-    "specific_resistance",
-    "Ω m²",
-    "specific electrical resistance of the contact, ρ_s × side/contact_conductance: voltage per \
-     current density. Null where `contact_conductance` is",
-);
-pub const ELECTRICAL_RESISTANCE: Column = real(
-    "electrical_resistance",
-    "Ω",
-    "electrical constriction resistance of the whole cell: specific resistance/nominal area",
-);
-pub const GREENWOOD_RESISTANCE: Column = real(
-    "greenwood_resistance",
-    "Ω",
-    "electrical resistance of the whole cell by Greenwood's formula for separate circular spots, \
-     from `greenwood_conductance`",
-);
-pub const HOLM_RESISTANCE: Column = real(
-    "holm_resistance",
-    "Ω",
-    "electrical resistance of one circular spot that bears the force F under the hardness H (Holm): \
-     ρ_s/2 √(π H/F)",
-);
+columns! {
+    /// normal force on the cell: mean pressure × nominal area. The column exists if the bodies have
+    /// conductivities and the pressures a unit
+    pub const FORCE: Column = parameter("force", "N").with_role(Role::Derived);
+    /// electrical resistance of one circular spot that bears the force F under the hardness H
+    /// (Holm): ρ_s/2 √(π H/F)
+    pub const HOLM_RESISTANCE: Column = real("holm_resistance", "Ω");
+}
 
-/// Columns of measured contacts of bodies with a thermal conductivity.
-pub const THERMAL: [Column; 3] = [PAIR_CONDUCTIVITY, THERMAL_CONDUCTANCE, THERMAL_RESISTANCE];
-/// Columns of measured contacts of bodies with an electrical resistivity.
-pub const ELECTRICAL: [Column; 4] =
-    [PAIR_RESISTIVITY, SPECIFIC_RESISTANCE, ELECTRICAL_RESISTANCE, GREENWOOD_RESISTANCE];
+columns! {
+    /// Columns of measured contacts of bodies with a thermal conductivity.
+    pub const THERMAL = [
+        /// thermal conductivity k_s of the pair of bodies, 2/k_s = 1/k₁ + 1/k₂; 2k₁ if the other
+        /// body is rigid, which then conducts perfectly
+        pub const PAIR_CONDUCTIVITY: Column = parameter("pair_conductivity", "W/(m K)");
+        /// thermal conductance h_c of the contact per nominal area, contact_conductance × k_s/side:
+        /// heat flux per difference of temperature. Null where `contact_conductance` is
+        pub const THERMAL_CONDUCTANCE: Column = real("thermal_conductance", "W/(m² K)");
+        /// thermal constriction resistance of the whole cell, 1/(h_c × nominal area)
+        pub const THERMAL_RESISTANCE: Column = real("thermal_resistance", "K/W");
+    ];
+}
+columns! {
+    /// Columns of measured contacts of bodies with an electrical resistivity.
+    pub const ELECTRICAL = [
+        /// mean electrical resistivity ρ_s = (ρ₁ + ρ₂)/2 of the bodies; ρ₁/2 if the other body is
+        /// rigid, which then conducts perfectly
+        pub const PAIR_RESISTIVITY: Column = parameter("pair_resistivity", "Ω m");
+        /// specific electrical resistance of the contact, ρ_s × side/contact_conductance: voltage
+        /// per current density. Null where `contact_conductance` is
+        pub const SPECIFIC_RESISTANCE: Column = real("specific_resistance", "Ω m²");
+        /// electrical constriction resistance of the whole cell: specific resistance/nominal area
+        pub const ELECTRICAL_RESISTANCE: Column = real("electrical_resistance", "Ω");
+        /// electrical resistance of the whole cell by Greenwood's formula for separate circular
+        /// spots, from `greenwood_conductance`
+        pub const GREENWOOD_RESISTANCE: Column = real("greenwood_resistance", "Ω");
+    ];
+}

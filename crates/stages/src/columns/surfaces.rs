@@ -1,561 +1,401 @@
 //! Columns of measured surfaces, and of the moments, descriptors and statistics of all surfaces.
 
-use super::{integer, parameter, parameter_integer, parameter_text, real, text};
+use super::{
+    codes, columns, heavy, integer, parameter, parameter_integer, parameter_text, real, text,
+};
 use asperity_tables::column::ColumnKind::Reals;
-use asperity_tables::column::{Code, Column, Role};
+use asperity_tables::column::{Column, Role};
 
-pub const CONTENT: Column = parameter_text("content", "hash of the file of the measured surface");
-pub const UNIT: Column = parameter_text("unit", "unit of length of the surface");
-pub const EDGES: Column = parameter_text("edges", "treatment of the edges of the measured map")
-    .with_codes(&[
-        Code { word: "periodic", meaning: "the map is periodic and stays unchanged" },
-        Code { word: "open", meaning: "the map is not periodic and stays unchanged" },
-        Code {
-            word: "mirror",
-            meaning: "continued by mirror images after the mean plane was subtracted",
-        },
-        Code {
-            word: "taper",
-            meaning: "tapered to zero at the edges after the mean plane was subtracted",
-        },
-    ]);
-pub const HEIGHT_SCALE: Column =
-    parameter("height_scale", "1", "factor that converts the heights in the file to lengths");
-pub const TAPER_FRACTION: Column = parameter(
-    "taper_fraction",
-    "1",
-    "fraction of the side over which heights are tapered to zero at each edge",
-);
-pub const CHANNEL: Column =
-    parameter_text("channel", "requested map of the file: its name, or its number counted from 1");
-pub const MISSING: Column =
-    parameter("missing", "1", "number in the file that marks points without a height");
-pub const MASK: Column = parameter_text("mask", "use of the mask in the file")
-    .with_codes(&[Code { word: "ignored", meaning: "points under the mask keep their heights" }]);
-pub const CROP_FROM_X: Column = parameter(
-    "crop_from_x",
-    "length",
-    "position along x at which the cropped part of the map begins; `side` is the side of this part",
-);
-pub const CROP_FROM_Y: Column = parameter(
-    "crop_from_y",
-    "length",
-    "position along y at which the cropped part of the map begins",
-);
-pub const CROP_SIZE_X: Column = parameter(
-    "crop_size_x",
-    "length",
-    "requested side of the cropped part along x, before it was rounded to nodes",
-);
-pub const CROP_SIZE_Y: Column = parameter(
-    "crop_size_y",
-    "length",
-    "requested side of the cropped part along y, before it was rounded to nodes",
-);
-pub const SPIKES: Column = parameter(
-    "spikes",
-    "1",
-    "threshold above which points were removed as spikes, in standard deviations of the distance \
-     of a point from the median of its neighbours",
-);
-pub const SPIKE_WINDOW: Column = parameter_integer(
-    "spike_window",
-    "1",
-    "number of points along each side of the window of neighbours for `spikes`",
-);
-pub const ISLANDS: Column = parameter_integer(
-    "islands",
-    "1",
-    "maximum number of points of the groups, surrounded by missing points, that were removed",
-);
-pub const ALIGN: Column =
-    parameter_text("align", "function that was subtracted from each scan line").with_codes(&[
-        Code { word: "median", meaning: "median of the line" },
-        Code {
-            word: "differences",
-            meaning: "sum of the medians of the differences of neighbouring lines",
-        },
-        Code { word: "polynomial", meaning: "least-squares polynomial of the line" },
-    ]);
-pub const ALIGN_ALONG: Column =
-    parameter_text("align_along", "direction of the aligned scan lines").with_codes(&[
-        Code { word: "x", meaning: "along x" },
-        Code { word: "y", meaning: "along y" },
-    ]);
-pub const ALIGN_DEGREE: Column = parameter_integer(
-    "align_degree",
-    "1",
-    "degree of the polynomial that was subtracted from each scan line",
-);
-pub const LEVEL: Column = parameter_text("level", "form that was subtracted from the heights")
-    .with_codes(&[
-        Code { word: "none", meaning: "no form" },
-        Code { word: "mean", meaning: "mean height of the measured points" },
-        Code { word: "plane", meaning: "least-squares plane of the measured points" },
-        Code { word: "quadric", meaning: "least-squares quadric of the measured points" },
-    ]);
 /// Columns of the coordinates x, y of the three positions of `level_through`.
-pub const LEVEL_THROUGH: [Column; 6] = [
-    parameter(
-        "level_a_x",
-        "length",
-        "position along x of the first of three points through which a plane was subtracted, in \
-         the map before `crop`",
-    ),
-    parameter("level_a_y", "length", "position of the first point along y, see `level_a_x`"),
-    parameter("level_b_x", "length", "position of the second point along x, see `level_a_x`"),
-    parameter("level_b_y", "length", "position of the second point along y, see `level_a_x`"),
-    parameter("level_c_x", "length", "position of the third point along x, see `level_a_x`"),
-    parameter("level_c_y", "length", "position of the third point along y, see `level_a_x`"),
-];
-pub const FILL: Column = parameter_text("fill", "method by which missing points received heights")
-    .with_codes(&[
-        Code { word: "error", meaning: "none: maps with missing points are refused" },
-        Code { word: "harmonic", meaning: "solution of Laplace's equation in each hole" },
-        Code { word: "nearest", meaning: "height of the nearest measured point" },
-        Code { word: "lowest", meaning: "lowest height of the map" },
-    ]);
-pub const HIGH_PASS: Column = parameter(
-    "high_pass",
-    "length",
-    "cutoff wavelength above which waves were removed by the areal Gaussian filter of ISO 16610-61",
-);
-pub const LOW_PASS: Column = parameter(
-    "low_pass",
-    "length",
-    "cutoff wavelength below which waves were removed by the areal Gaussian filter of ISO 16610-61",
-);
-pub const LOW_PASS_AT: Column = parameter_text(
-    "low_pass_at",
-    "rule that determined the cutoff wavelength of the low-pass filter; null if `low_pass` gives \
-     the cutoff",
-)
-.with_codes(&[Code {
-    word: "reliable",
-    meaning: "`reliable_wavelength`, by the areal Gaussian filter of ISO 16610-61",
-}]);
-pub const TIP_RADIUS: Column =
-    parameter("tip_radius", "length", "radius of the tip of the scanning probe");
-pub const RESAMPLED_X: Column = parameter_integer(
-    "resampled_x",
-    "1",
-    "number of nodes along x to which the map was interpolated by its Fourier modes",
-);
-pub const RESAMPLED_Y: Column = parameter_integer(
-    "resampled_y",
-    "1",
-    "number of nodes along y to which the map was interpolated by its Fourier modes",
-);
-pub const FORMAT: Column = text("format", "format of the file of the measured surface");
-pub const CHANNEL_READ: Column =
-    text("channel_read", "name of the map that was read from the file");
-pub const CHANNELS: Column = integer("channels", "1", "number of maps in the file");
-pub const REMOVED_SPIKES: Column =
-    integer("removed_spikes", "1", "number of measured points that `spikes` removed");
-pub const REMOVED_ISLANDS: Column =
-    integer("removed_islands", "1", "number of measured points that `islands` removed");
-pub const FILLED_NODES: Column =
-    integer("filled_nodes", "1", "number of missing points that received heights by `fill`");
+pub const LEVEL_THROUGH: [Column; 6] =
+    [LEVEL_A_X, LEVEL_A_Y, LEVEL_B_X, LEVEL_B_Y, LEVEL_C_X, LEVEL_C_Y];
 
-/// Parameter columns that only measured surfaces have. A table contains those that the manifest
-/// uses.
-pub const MEASURED_SURFACE_COORDINATES: [Column; 32] = [
-    CONTENT,
-    UNIT,
-    HEIGHT_SCALE,
-    EDGES,
-    TAPER_FRACTION,
-    CHANNEL,
-    MISSING,
-    MASK,
-    CROP_FROM_X,
-    CROP_FROM_Y,
-    CROP_SIZE_X,
-    CROP_SIZE_Y,
-    SPIKES,
-    SPIKE_WINDOW,
-    ISLANDS,
-    ALIGN,
-    ALIGN_ALONG,
-    ALIGN_DEGREE,
-    LEVEL,
-    LEVEL_THROUGH[0],
-    LEVEL_THROUGH[1],
-    LEVEL_THROUGH[2],
-    LEVEL_THROUGH[3],
-    LEVEL_THROUGH[4],
-    LEVEL_THROUGH[5],
-    FILL,
-    HIGH_PASS,
-    LOW_PASS,
-    LOW_PASS_AT,
-    RESAMPLED_X,
-    RESAMPLED_Y,
-    TIP_RADIUS,
-];
+columns! {
+    /// Parameter columns that only measured surfaces have. A table contains those that the manifest
+    /// uses.
+    pub const MEASURED_SURFACE_COORDINATES = [
+        /// hash of the file of the measured surface
+        pub const CONTENT: Column = parameter_text("content");
+        /// unit of length of the surface
+        pub const UNIT: Column = parameter_text("unit");
+        /// factor that converts the heights in the file to lengths
+        pub const HEIGHT_SCALE: Column = parameter("height_scale", "1");
+        /// treatment of the edges of the measured map
+        pub const EDGES: Column = parameter_text("edges").with_codes(codes![
+            /// the map is periodic and stays unchanged
+            "periodic",
+            /// the map is not periodic and stays unchanged
+            "open",
+            /// continued by mirror images after the mean plane was subtracted
+            "mirror",
+            /// tapered to zero at the edges after the mean plane was subtracted
+            "taper",
+        ]);
+        /// fraction of the side over which heights are tapered to zero at each edge
+        pub const TAPER_FRACTION: Column = parameter("taper_fraction", "1");
+        /// requested map of the file: its name, or its number counted from 1
+        pub const CHANNEL: Column = parameter_text("channel");
+        /// number in the file that marks points without a height
+        pub const MISSING: Column = parameter("missing", "1");
+        /// use of the mask in the file
+        pub const MASK: Column = parameter_text("mask").with_codes(codes![
+            /// points under the mask keep their heights
+            "ignored",
+        ]);
+        /// position along x at which the cropped part of the map begins; `side` is the side of this
+        /// part
+        pub const CROP_FROM_X: Column = parameter("crop_from_x", "length");
+        /// position along y at which the cropped part of the map begins
+        pub const CROP_FROM_Y: Column = parameter("crop_from_y", "length");
+        /// requested side of the cropped part along x, before it was rounded to nodes
+        pub const CROP_SIZE_X: Column = parameter("crop_size_x", "length");
+        /// requested side of the cropped part along y, before it was rounded to nodes
+        pub const CROP_SIZE_Y: Column = parameter("crop_size_y", "length");
+        /// threshold above which points were removed as spikes, in standard deviations of the
+        /// distance of a point from the median of its neighbours
+        pub const SPIKES: Column = parameter("spikes", "1");
+        /// number of points along each side of the window of neighbours for `spikes`
+        pub const SPIKE_WINDOW: Column = parameter_integer("spike_window", "1");
+        /// maximum number of points of the groups, surrounded by missing points, that were removed
+        pub const ISLANDS: Column = parameter_integer("islands", "1");
+        /// function that was subtracted from each scan line
+        pub const ALIGN: Column = parameter_text("align").with_codes(codes![
+            /// median of the line
+            "median",
+            /// sum of the medians of the differences of neighbouring lines
+            "differences",
+            /// least-squares polynomial of the line
+            "polynomial",
+        ]);
+        /// direction of the aligned scan lines
+        pub const ALIGN_ALONG: Column = parameter_text("align_along").with_codes(codes![
+            /// along x
+            "x",
+            /// along y
+            "y",
+        ]);
+        /// degree of the polynomial that was subtracted from each scan line
+        pub const ALIGN_DEGREE: Column = parameter_integer("align_degree", "1");
+        /// form that was subtracted from the heights
+        pub const LEVEL: Column = parameter_text("level").with_codes(codes![
+            /// no form
+            "none",
+            /// mean height of the measured points
+            "mean",
+            /// least-squares plane of the measured points
+            "plane",
+            /// least-squares quadric of the measured points
+            "quadric",
+        ]);
+        /// position along x of the first of three points through which a plane was subtracted, in
+        /// the map before `crop`
+        pub const LEVEL_A_X: Column = parameter("level_a_x", "length");
+        /// position of the first point along y, see `level_a_x`
+        pub const LEVEL_A_Y: Column = parameter("level_a_y", "length");
+        /// position of the second point along x, see `level_a_x`
+        pub const LEVEL_B_X: Column = parameter("level_b_x", "length");
+        /// position of the second point along y, see `level_a_x`
+        pub const LEVEL_B_Y: Column = parameter("level_b_y", "length");
+        /// position of the third point along x, see `level_a_x`
+        pub const LEVEL_C_X: Column = parameter("level_c_x", "length");
+        /// position of the third point along y, see `level_a_x`
+        pub const LEVEL_C_Y: Column = parameter("level_c_y", "length");
+        /// method by which missing points received heights
+        pub const FILL: Column = parameter_text("fill").with_codes(codes![
+            /// none: maps with missing points are refused
+            "error",
+            /// solution of Laplace's equation in each hole
+            "harmonic",
+            /// height of the nearest measured point
+            "nearest",
+            /// lowest height of the map
+            "lowest",
+        ]);
+        /// cutoff wavelength above which waves were removed by the areal Gaussian filter of ISO
+        /// 16610-61
+        pub const HIGH_PASS: Column = parameter("high_pass", "length");
+        /// cutoff wavelength below which waves were removed by the areal Gaussian filter of ISO
+        /// 16610-61
+        pub const LOW_PASS: Column = parameter("low_pass", "length");
+        /// rule that determined the cutoff wavelength of the low-pass filter; null if `low_pass`
+        /// gives the cutoff
+        pub const LOW_PASS_AT: Column = parameter_text("low_pass_at").with_codes(codes![
+            /// `reliable_wavelength`, by the areal Gaussian filter of ISO 16610-61
+            "reliable",
+        ]);
+        /// number of nodes along x to which the map was interpolated by its Fourier modes
+        pub const RESAMPLED_X: Column = parameter_integer("resampled_x", "1");
+        /// number of nodes along y to which the map was interpolated by its Fourier modes
+        pub const RESAMPLED_Y: Column = parameter_integer("resampled_y", "1");
+        /// radius of the tip of the scanning probe
+        pub const TIP_RADIUS: Column = parameter("tip_radius", "length");
+    ];
+}
 
-/// Columns that describe the file of a measured surface.
-pub const FILE_COLUMNS: [Column; 6] =
-    [FORMAT, CHANNEL_READ, CHANNELS, REMOVED_SPIKES, REMOVED_ISLANDS, FILLED_NODES];
+columns! {
+    /// Columns that describe the file of a measured surface.
+    pub const FILE_COLUMNS = [
+        /// format of the file of the measured surface
+        pub const FORMAT: Column = text("format");
+        /// name of the map that was read from the file
+        pub const CHANNEL_READ: Column = text("channel_read");
+        /// number of maps in the file
+        pub const CHANNELS: Column = integer("channels", "1");
+        /// number of measured points that `spikes` removed
+        pub const REMOVED_SPIKES: Column = integer("removed_spikes", "1");
+        /// number of measured points that `islands` removed
+        pub const REMOVED_ISLANDS: Column = integer("removed_islands", "1");
+        /// number of missing points that received heights by `fill`
+        pub const FILLED_NODES: Column = integer("filled_nodes", "1");
+    ];
+}
 
-pub const TIP_WAVELENGTH: Column = real(
-    "tip_wavelength",
-    "length",
-    "wavelength below which the sharpest peak of the map has more than half the curvature of the \
-     tip; null if no peak is that sharp",
-);
-pub const NOISE_WAVELENGTH: Column = real(
-    "noise_wavelength",
-    "length",
-    "wavelength below which noise has more power than the surface; null if the spectrum has no \
-     plateau",
-);
-pub const NOISE_RMS_HEIGHT: Column = real(
-    "noise_rms_height",
-    "length",
-    "root mean square height of the noise; null if the spectrum has no plateau",
-);
-pub const RELIABLE_WAVELENGTH: Column = real(
-    "reliable_wavelength",
-    "length",
-    "shortest wavelength that the instrument resolved: the largest of `tip_wavelength`, \
-     `noise_wavelength` and two mesh steps of the map",
-);
-pub const RMS_SLOPE_RELIABLE: Column = real(
-    "rms_slope_reliable",
-    "1",
-    "root mean square slope of the waves that are not shorter than `reliable_wavelength`, before \
-     the filters",
-);
-pub const UNRELIABLE_SHARE: Column = real(
-    "unreliable_share",
-    "1",
-    "share of the mean square slope that comes from waves shorter than `reliable_wavelength`, \
-     before filters",
-);
-
-/// Columns of the wavelengths that the instrument of a measured surface resolved.
-pub const RELIABILITY: [Column; 6] = [
-    TIP_WAVELENGTH,
-    NOISE_WAVELENGTH,
-    NOISE_RMS_HEIGHT,
-    RELIABLE_WAVELENGTH,
-    RMS_SLOPE_RELIABLE,
-    UNRELIABLE_SHARE,
-];
+columns! {
+    /// Columns of the wavelengths that the instrument of a measured surface resolved.
+    pub const RELIABILITY = [
+        /// wavelength below which the sharpest peak of the map has more than half the curvature of
+        /// the tip; null if no peak is that sharp
+        pub const TIP_WAVELENGTH: Column = real("tip_wavelength", "length");
+        /// wavelength below which noise has more power than the surface; null if the spectrum has
+        /// no plateau
+        pub const NOISE_WAVELENGTH: Column = real("noise_wavelength", "length");
+        /// root mean square height of the noise; null if the spectrum has no plateau
+        pub const NOISE_RMS_HEIGHT: Column = real("noise_rms_height", "length");
+        /// shortest wavelength that the instrument resolved: the largest of `tip_wavelength`,
+        /// `noise_wavelength` and two mesh steps of the map
+        pub const RELIABLE_WAVELENGTH: Column = real("reliable_wavelength", "length");
+        /// root mean square slope of the waves that are not shorter than `reliable_wavelength`,
+        /// before the filters
+        pub const RMS_SLOPE_RELIABLE: Column = real("rms_slope_reliable", "1");
+        /// share of the mean square slope that comes from waves shorter than `reliable_wavelength`,
+        /// before filters
+        pub const UNRELIABLE_SHARE: Column = real("unreliable_share", "1");
+    ];
+}
 
 // Moments and descriptors of surfaces.
 
-pub const RMS_HEIGHT: Column = real(
-    "rms_height",
-    "length",
-    "root mean square height; this and all spectral moments of a random self-affine surface are \
-     those of its waves, also between the nodes",
-);
 pub const RMS_HEIGHT_GIVEN: Column = RMS_HEIGHT.with_role(Role::Parameter);
 
-/// Columns of the moments and descriptors of a surface.
-pub const DESCRIPTORS: [Column; 14] = [
-    real("m00", "length²", "spectral moment m₀₀: mean square height"),
-    real("m20", "1", "spectral moment m₂₀: mean square slope along x"),
-    real("m02", "1", "spectral moment m₀₂: mean square slope along y"),
-    real("m22", "1/length²", "spectral moment m₂₂"),
-    real("m40", "1/length²", "spectral moment m₄₀: mean square curvature along x"),
-    real("m04", "1/length²", "spectral moment m₀₄: mean square curvature along y"),
-    real("nayak", "1", "Nayak's parameter α = m₀ m₄/m₂²"),
-    real("summit_density", "1/length²", "Nayak's density of summits D = (√3/18π) m₄/m₂"),
-    real(
-        "summit_density_integer",
-        "(side/2π)⁻²",
-        "Nayak's density of summits in integer wavenumbers, as the 2015 paper tabulates it",
-    ),
-    RMS_HEIGHT,
-    real("skewness", "1", "third standardised moment of the heights"),
-    real("excess_kurtosis", "1", "fourth standardised moment of the heights minus 3"),
-    real(
-        "effective_modes",
-        "1",
-        "effective number of modes, 1/Σ P², where P is the fraction of the mean square height in a \
-         pair of modes ±k",
-    ),
-    real(
-        "full_contact_load",
-        "E* × rms slope",
-        "smallest mean pressure at which every node of a periodic half-space without adhesion is in \
-         contact",
-    ),
-];
+columns! {
+    /// spectral moment m₀₀: mean square height
+    pub const M00: Column = real("m00", "length²");
+    /// spectral moment m₂₀: mean square slope along x
+    pub const M20: Column = real("m20", "1");
+    /// spectral moment m₀₂: mean square slope along y
+    pub const M02: Column = real("m02", "1");
+    /// spectral moment m₂₂
+    pub const M22: Column = real("m22", "1/length²");
+    /// spectral moment m₄₀: mean square curvature along x
+    pub const M40: Column = real("m40", "1/length²");
+    /// spectral moment m₀₄: mean square curvature along y
+    pub const M04: Column = real("m04", "1/length²");
+    /// Nayak's parameter α = m₀ m₄/m₂²
+    pub const NAYAK: Column = real("nayak", "1");
+    /// Nayak's density of summits D = (√3/18π) m₄/m₂
+    pub const SUMMIT_DENSITY: Column = real("summit_density", "1/length²");
+    /// Nayak's density of summits in integer wavenumbers, as the 2015 paper tabulates it
+    pub const SUMMIT_DENSITY_INTEGER: Column = real("summit_density_integer", "(side/2π)⁻²");
+    /// root mean square height; this and all spectral moments of a random self-affine surface
+    /// are those of its waves, also between the nodes
+    pub const RMS_HEIGHT: Column = real("rms_height", "length");
+    /// third standardised moment of the heights
+    pub const SKEWNESS: Column = real("skewness", "1");
+    /// fourth standardised moment of the heights minus 3
+    pub const EXCESS_KURTOSIS: Column = real("excess_kurtosis", "1");
+    /// effective number of modes, 1/Σ P², where P is the fraction of the mean square height in
+    /// a pair of modes ±k
+    pub const EFFECTIVE_MODES: Column = real("effective_modes", "1");
+    /// smallest mean pressure at which every node of a periodic half-space without adhesion is
+    /// in contact
+    pub const FULL_CONTACT_LOAD: Column = real("full_contact_load", "E* × rms slope");
+}
 
-/// Columns of descriptors that follow from the prescribed spectrum of a random surface, without the
-/// heights.
-pub const SPECTRUM_DESCRIPTORS: [Column; 5] = [
-    real(
-        "nayak_continuum",
-        "1",
-        "Nayak's parameter α of the spectrum, by integrals over continuous wavenumbers",
-    ),
-    real(
-        "summit_density_continuum",
-        "(side/2π)⁻²",
-        "Nayak's density of summits of the spectrum, by integrals over continuous wavenumbers",
-    ),
-    real(
-        "nayak_lattice",
-        "1",
-        "Nayak's parameter α of the spectrum, by sums over the modes of the cell",
-    ),
-    real(
-        "summit_density_lattice",
-        "(side/2π)⁻²",
-        "Nayak's density of summits of the spectrum, by sums over the modes of the cell",
-    ),
-    real(
-        "effective_modes_lattice",
-        "1",
-        "effective number of modes of the spectrum, by sums over the modes of the cell",
-    ),
-];
+columns! {
+    /// Nayak's parameter α of the spectrum, by integrals over continuous wavenumbers
+    pub const NAYAK_CONTINUUM: Column = real("nayak_continuum", "1");
+    /// Nayak's density of summits of the spectrum, by integrals over continuous wavenumbers
+    pub const SUMMIT_DENSITY_CONTINUUM: Column =
+        real("summit_density_continuum", "(side/2π)⁻²");
+    /// Nayak's parameter α of the spectrum, by sums over the modes of the cell
+    pub const NAYAK_LATTICE: Column = real("nayak_lattice", "1");
+    /// Nayak's density of summits of the spectrum, by sums over the modes of the cell
+    pub const SUMMIT_DENSITY_LATTICE: Column = real("summit_density_lattice", "(side/2π)⁻²");
+    /// effective number of modes of the spectrum, by sums over the modes of the cell
+    pub const EFFECTIVE_MODES_LATTICE: Column = real("effective_modes_lattice", "1");
+}
 
-pub const HEIGHTS: Column = Column::heavy(
-    "heights",
-    Reals,
-    "length",
-    "heights of the nodes, row-major, positive towards the elastic body",
-);
+columns! {
+    /// heights of the nodes, row-major, positive towards the elastic body
+    pub const HEIGHTS: Column = heavy("heights", Reals, "length");
 
-// Statistics of surfaces.
+    // Statistics of surfaces.
+    /// number of surfaces of the parameter point
+    pub const SURFACES: Column = integer("surfaces", "1");
+    /// mean over the surfaces of the probability density of the height in the bin
+    pub const DENSITY_MEAN: Column = real("density_mean", "1/rms height");
+    /// standard deviation of the density between surfaces
+    pub const DENSITY_SD: Column = real("density_sd", "1/rms height");
+    /// normal probability density of the height, averaged over the bin
+    pub const DENSITY_NORMAL: Column = real("density_normal", "1/rms height");
+}
 
-pub const BIN: Column = parameter("bin", "rms height", "centre of the bin of heights");
-pub const COUNT: Column =
-    integer("nodes_in_bin", "1", "number of nodes whose height lies in the bin");
-pub const DENSITY: Column =
-    real("density", "1/rms height", "probability density of the height in the bin");
-pub const SURFACES: Column = integer("surfaces", "1", "number of surfaces of the parameter point");
-pub const DENSITY_MEAN: Column = real(
-    "density_mean",
-    "1/rms height",
-    "mean over the surfaces of the probability density of the height in the bin",
-);
-pub const DENSITY_SD: Column =
-    real("density_sd", "1/rms height", "standard deviation of the density between surfaces");
-pub const DENSITY_NORMAL: Column = real(
-    "density_normal",
-    "1/rms height",
-    "normal probability density of the height, averaged over the bin",
-);
-
-/// Columns of the height distribution of one surface.
-pub const HEIGHT_MEASURES: [Column; 3] = [BIN, COUNT, DENSITY];
+columns! {
+    /// Columns of the height distribution of one surface.
+    pub const HEIGHT_MEASURES = [
+        /// centre of the bin of heights
+        pub const BIN: Column = parameter("bin", "rms height");
+        /// number of nodes whose height lies in the bin
+        pub const COUNT: Column = integer("nodes_in_bin", "1");
+        /// probability density of the height in the bin
+        pub const DENSITY: Column = real("density", "1/rms height");
+    ];
+}
 
 /// Columns of the height distribution of all surfaces of a parameter point.
 pub const POOLED_HEIGHTS: [Column; 5] = [BIN, SURFACES, DENSITY_MEAN, DENSITY_SD, DENSITY_NORMAL];
 
-pub const ALONG: Column = parameter_text("along", "direction of the statistic").with_codes(&[
-    Code { word: "x", meaning: "along x" },
-    Code { word: "y", meaning: "along y" },
-    Code { word: "radial", meaning: "mean over all directions" },
-]);
-pub const WAVENUMBER: Column = parameter(
-    "wavenumber",
-    "1/length",
-    "angular wavenumber q = 2π/λ; for a ring of wavevectors, which has the width 2π/(longer side), \
-     the wavenumber at its centre",
-);
-pub const MODES: Column = integer(
-    "modes",
-    "1",
-    "number of lattice modes in the ring, q and −q both counted; beyond the Nyquist wavenumber, \
-     rings have no modes along the axes",
-);
-pub const DEGREES_OF_FREEDOM: Column = real(
-    "degrees_of_freedom",
-    "1",
-    "number of independent real amplitudes in the ring: one per mode, 4/9 per mode under a Hann \
-     window, 1/4 per mode for mirrored maps. On a Gaussian surface, the density has the relative \
-     scatter √(2/degrees_of_freedom)",
-);
-pub const SPECTRAL_DENSITY: Column = real(
-    "spectral_density",
-    "length⁴",
-    "power spectral density C(q), mean over the ring, with ∫ C d²q/(2π)² = h_rms²; the sum of \
-     spectral_density × modes, divided by the area of the cell, is h_rms², too. A map that is not \
-     periodic is multiplied by a Hann window, and C divided by the mean square of the window",
-);
-pub const SCANS: Column =
-    integer("scans", "1", "number of scans that contribute to the spectrum at this wavenumber");
-pub const OVERLAP_RATIO: Column = real(
-    "overlap_ratio",
-    "1",
-    "spectral density of the smallest scan divided by that of the largest one at this wavenumber; \
-     null where only one scan is trusted",
-);
-pub const OVERLAP_SCATTER: Column = real(
-    "overlap_scatter",
-    "1",
-    "relative standard deviation of `overlap_ratio` for Gaussian surfaces",
-);
-pub const PROFILE_DENSITY: Column = real(
-    "profile_density",
-    "length³",
-    "one-dimensional power spectral density C₁(q) of profiles about their means, mean over all \
-     profiles, with ∫ C₁ dq/π over q > 0 equal to h_rms² of the profiles. Profiles that are not \
-     periodic are multiplied by a Hann window, and C₁ divided by the mean square of the window",
-);
-pub const LAG: Column = parameter(
-    "lag",
-    "length",
-    "distance of the two points; for radial statistics rounded to the larger mesh step. Distances \
-     below half of this step round to none",
-);
-pub const AUTOCORRELATION: Column = real(
-    "autocorrelation",
-    "length²",
-    "mean product of the heights, measured from their mean, of two points at the distance `lag`; \
-     h_rms² at lag 0. For a map that is not periodic, the mean over the pairs inside it",
-);
-pub const DISTANCE: Column =
-    parameter("distance", "length", "scale ℓ: distance of the points whose heights are compared");
-pub const SLOPE_AT_SCALE: Column =
-    real("slope_at_scale", "1", "scale-dependent slope √⟨((h(x + ℓ) − h(x))/ℓ)²⟩");
-pub const CURVATURE_AT_SCALE: Column = real(
-    "curvature_at_scale",
-    "1/length",
-    "scale-dependent curvature √⟨((h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ²)²⟩",
-);
-pub const BEARING_LEVEL: Column = parameter(
-    "bearing_level",
-    "rms height",
-    "height of a horizontal plane above the mean of the surface",
-);
-pub const HEIGHT: Column =
-    real("height", "length", "height of the plane above the mean of the surface");
-pub const BEARING_SHARE: Column = real(
-    "bearing_share",
-    "1",
-    "fraction of the nodes at or above the plane: areal material ratio Smr, ISO 25178-2",
-);
-const SQ: Column =
-    real("Sq", "length", "root mean square height of the nodes about their mean, ISO 25178-2");
-const SA: Column = real("Sa", "length", "mean absolute height about the mean, ISO 25178-2");
-const SZ: Column =
-    real("Sz", "length", "height difference of the highest and the lowest node, ISO 25178-2");
-const SSK: Column = real("Ssk", "1", "skewness of the heights, ISO 25178-2");
-const SKU: Column =
-    real("Sku", "1", "kurtosis of the heights, 3 for a Gaussian surface, ISO 25178-2");
-const SDQ: Column = real(
-    "Sdq",
-    "1",
-    "root mean square gradient, ISO 25178-2: from the Fourier modes of a periodic map, or from \
-     differences between neighbouring nodes of any other map. It equals `rms_slope`, except for a \
-     random surface whose shortest waves have two nodes",
-);
+columns! {
+    /// direction of the statistic
+    pub const ALONG: Column = parameter_text("along").with_codes(codes![
+        /// along x
+        "x",
+        /// along y
+        "y",
+        /// mean over all directions
+        "radial",
+    ]);
+    /// angular wavenumber q = 2π/λ; for a ring of wavevectors, which has the width 2π/(longer
+    /// side), the wavenumber at its centre
+    pub const WAVENUMBER: Column = parameter("wavenumber", "1/length");
+    /// number of lattice modes in the ring, q and −q both counted; beyond the Nyquist wavenumber,
+    /// rings have no modes along the axes
+    pub const MODES: Column = integer("modes", "1");
+    /// number of independent real amplitudes in the ring: one per mode, 4/9 per mode under a Hann
+    /// window, 1/4 per mode for mirrored maps. On a Gaussian surface, the density has the relative
+    /// scatter √(2/degrees_of_freedom)
+    pub const DEGREES_OF_FREEDOM: Column = real("degrees_of_freedom", "1");
+    /// power spectral density C(q), mean over the ring, with ∫ C d²q/(2π)² = h_rms²; the sum of
+    /// spectral_density × modes, divided by the area of the cell, is h_rms², too. A map that is not
+    /// periodic is multiplied by a Hann window, and C divided by the mean square of the window
+    pub const SPECTRAL_DENSITY: Column = real("spectral_density", "length⁴");
+    /// number of scans that contribute to the spectrum at this wavenumber
+    pub const SCANS: Column = integer("scans", "1");
+    /// spectral density of the smallest scan divided by that of the largest one at this wavenumber;
+    /// null where only one scan is trusted
+    pub const OVERLAP_RATIO: Column = real("overlap_ratio", "1");
+    /// relative standard deviation of `overlap_ratio` for Gaussian surfaces
+    pub const OVERLAP_SCATTER: Column = real("overlap_scatter", "1");
+    /// one-dimensional power spectral density C₁(q) of profiles about their means, mean over all
+    /// profiles, with ∫ C₁ dq/π over q > 0 equal to h_rms² of the profiles. Profiles that are not
+    /// periodic are multiplied by a Hann window, and C₁ divided by the mean square of the window
+    pub const PROFILE_DENSITY: Column = real("profile_density", "length³");
+    /// distance of the two points; for radial statistics rounded to the larger mesh step. Distances
+    /// below half of this step round to none
+    pub const LAG: Column = parameter("lag", "length");
+    /// mean product of the heights, measured from their mean, of two points at the distance `lag`;
+    /// h_rms² at lag 0. For a map that is not periodic, the mean over the pairs inside it
+    pub const AUTOCORRELATION: Column = real("autocorrelation", "length²");
+    /// scale ℓ: distance of the points whose heights are compared
+    pub const DISTANCE: Column = parameter("distance", "length");
+    /// scale-dependent slope √⟨((h(x + ℓ) − h(x))/ℓ)²⟩
+    pub const SLOPE_AT_SCALE: Column = real("slope_at_scale", "1");
+    /// scale-dependent curvature √⟨((h(x + ℓ) − 2 h(x) + h(x − ℓ))/ℓ²)²⟩
+    pub const CURVATURE_AT_SCALE: Column = real("curvature_at_scale", "1/length");
+    /// height of a horizontal plane above the mean of the surface
+    pub const BEARING_LEVEL: Column = parameter("bearing_level", "rms height");
+    /// height of the plane above the mean of the surface
+    pub const HEIGHT: Column = real("height", "length");
+    /// fraction of the nodes at or above the plane: areal material ratio Smr, ISO 25178-2
+    pub const BEARING_SHARE: Column = real("bearing_share", "1");
+}
 
 /// Columns of `what = "roughness"` without the key `parameters`.
 pub const ROUGHNESS: [Column; 6] = [SQ, SA, SZ, SSK, SKU, SDQ];
 
-/// Columns of all parameters of ISO 25178-2 that the key `parameters` selects, in its order.
-pub const AREAL: [Column; 23] = [
-    SQ,
-    SSK,
-    SKU,
-    real("Sp", "length", "height of the highest node above the mean, ISO 25178-2"),
-    real("Sv", "length", "depth of the lowest node below the mean, ISO 25178-2"),
-    SZ,
-    SA,
-    SDQ,
-    real(
-        "Sdr",
-        "1",
-        "developed interfacial area ratio, ISO 25178-2: area of the surface over that of its \
-         projection, minus 1. For a periodic map from the gradients of its Fourier modes, for any \
-         other map from triangles between nodes",
-    ),
-    real(
-        "Sal",
-        "length",
-        "autocorrelation length, ISO 25178-2: shortest distance over which the autocorrelation \
-         function falls to `correlation_threshold` (0.2 without that column); null if it falls \
-         in no direction within half of the map",
-    ),
-    real(
-        "Str",
-        "1",
-        "texture aspect ratio, ISO 25178-2: shortest over longest distance over which the \
-         autocorrelation function falls to the threshold; null if it does not fall in some \
-         direction within half of the map",
-    ),
-    real(
-        "Std",
-        "°",
-        "texture direction, ISO 25178-2: angle from the y axis to the lay, equally from the x axis \
-         to the wavevector with the largest angular amplitude density; meaningless if Str is near 1",
-    ),
-    real("Sk", "length", "core height, ISO 25178-2"),
-    real("Spk", "length", "reduced height of the peaks above the core, ISO 25178-2"),
-    real("Svk", "length", "reduced depth of the dales below the core, ISO 25178-2"),
-    real("Smr1", "1", "fraction of the nodes above the core, ISO 25178-2 (2021: Smrk1)"),
-    real("Smr2", "1", "fraction of the nodes in or above the core, ISO 25178-2 (2021: Smrk2)"),
-    real(
-        "Vmp",
-        "length",
-        "peak material volume per area, ISO 25178-2: above the height that the fraction p of the \
-         surface reaches, with p from `peak_ratio` (0.1 without that column)",
-    ),
-    real(
-        "Vmc",
-        "length",
-        "core material volume per area, ISO 25178-2: between the material ratios p and q, with q from \
-         `dale_ratio` (0.8 without that column)",
-    ),
-    real(
-        "Vvc",
-        "length",
-        "core void volume per area, ISO 25178-2: between the material ratios p and q",
-    ),
-    real(
-        "Vvv",
-        "length",
-        "dale void volume per area, ISO 25178-2: below the height that the fraction q of the \
-         surface reaches",
-    ),
-    real(
-        "Spd",
-        "1/length²",
-        "density of peaks, ISO 25178-2: number per area of hills that rise above their highest \
-         saddle by at least `pruning` × Sz (0.05 × Sz without that column)",
-    ),
-    real(
-        "Spc",
-        "1/length",
-        "arithmetic mean peak curvature, ISO 25178-2: mean of −(h_xx + h_yy)/2 over these peaks; \
-         null if all are at the edges of a map that is not periodic",
-    ),
-];
+columns! {
+    /// Columns of all parameters of ISO 25178-2 that the key `parameters` selects, in its order.
+    pub const AREAL = [
+        /// root mean square height of the nodes about their mean, ISO 25178-2
+        const SQ: Column = real("Sq", "length");
+        /// skewness of the heights, ISO 25178-2
+        const SSK: Column = real("Ssk", "1");
+        /// kurtosis of the heights, 3 for a Gaussian surface, ISO 25178-2
+        const SKU: Column = real("Sku", "1");
+        /// height of the highest node above the mean, ISO 25178-2
+        pub const SP: Column = real("Sp", "length");
+        /// depth of the lowest node below the mean, ISO 25178-2
+        pub const SV: Column = real("Sv", "length");
+        /// height difference of the highest and the lowest node, ISO 25178-2
+        const SZ: Column = real("Sz", "length");
+        /// mean absolute height about the mean, ISO 25178-2
+        const SA: Column = real("Sa", "length");
+        /// root mean square gradient, ISO 25178-2: from the Fourier modes of a periodic map, or
+        /// from differences between neighbouring nodes of any other map. It equals `rms_slope`,
+        /// except for a random surface whose shortest waves have two nodes
+        const SDQ: Column = real("Sdq", "1");
+        /// developed interfacial area ratio, ISO 25178-2: area of the surface over that of its
+        /// projection, minus 1. For a periodic map from the gradients of its Fourier modes, for any
+        /// other map from triangles between nodes
+        pub const SDR: Column = real("Sdr", "1");
+        /// autocorrelation length, ISO 25178-2: shortest distance over which the autocorrelation
+        /// function falls to `correlation_threshold` (0.2 without that column); null if it falls in
+        /// no direction within half of the map
+        pub const SAL: Column = real("Sal", "length");
+        /// texture aspect ratio, ISO 25178-2: shortest over longest distance over which the
+        /// autocorrelation function falls to the threshold; null if it does not fall in some
+        /// direction within half of the map
+        pub const STR: Column = real("Str", "1");
+        /// texture direction, ISO 25178-2: angle from the y axis to the lay, equally from the x
+        /// axis to the wavevector with the largest angular amplitude density; meaningless if Str is
+        /// near 1
+        pub const STD: Column = real("Std", "°");
+        /// core height, ISO 25178-2
+        pub const SK: Column = real("Sk", "length");
+        /// reduced height of the peaks above the core, ISO 25178-2
+        pub const SPK: Column = real("Spk", "length");
+        /// reduced depth of the dales below the core, ISO 25178-2
+        pub const SVK: Column = real("Svk", "length");
+        /// fraction of the nodes above the core, ISO 25178-2 (2021: Smrk1)
+        pub const SMR1: Column = real("Smr1", "1");
+        /// fraction of the nodes in or above the core, ISO 25178-2 (2021: Smrk2)
+        pub const SMR2: Column = real("Smr2", "1");
+        /// peak material volume per area, ISO 25178-2: above the height that the fraction p of the
+        /// surface reaches, with p from `peak_ratio` (0.1 without that column)
+        pub const VMP: Column = real("Vmp", "length");
+        /// core material volume per area, ISO 25178-2: between the material ratios p and q, with q
+        /// from `dale_ratio` (0.8 without that column)
+        pub const VMC: Column = real("Vmc", "length");
+        /// core void volume per area, ISO 25178-2: between the material ratios p and q
+        pub const VVC: Column = real("Vvc", "length");
+        /// dale void volume per area, ISO 25178-2: below the height that the fraction q of the
+        /// surface reaches
+        pub const VVV: Column = real("Vvv", "length");
+        /// density of peaks, ISO 25178-2: number per area of hills that rise above their highest
+        /// saddle by at least `pruning` × Sz (0.05 × Sz without that column)
+        pub const SPD: Column = real("Spd", "1/length²");
+        /// arithmetic mean peak curvature, ISO 25178-2: mean of −(h_xx + h_yy)/2 over these peaks;
+        /// null if all are at the edges of a map that is not periodic
+        pub const SPC: Column = real("Spc", "1/length");
+    ];
+}
 
-pub const SMR_HEIGHT: Column =
-    parameter("smr_height", "length", "height c of the areal material ratio, above the mean");
-pub const SMC_RATIO: Column =
-    parameter("smc_ratio", "1", "material ratio mr of the inverse areal material ratio");
-pub const PEAK_RATIO: Column = parameter("peak_ratio", "1", "material ratio p of the volumes");
-pub const DALE_RATIO: Column = parameter("dale_ratio", "1", "material ratio q of the volumes");
-pub const CORRELATION_THRESHOLD: Column = parameter(
-    "correlation_threshold",
-    "1",
-    "fraction s of its value at lag zero to which the autocorrelation function falls over `Sal`",
-);
-pub const PRUNING: Column = parameter(
-    "pruning",
-    "1",
-    "height of the lowest hills that count as peaks, as a fraction of Sz",
-);
-pub const SMR: Column = real(
-    "Smr",
-    "1",
-    "areal material ratio Smr(c), ISO 25178-2: fraction of the nodes at or above `smr_height`",
-);
-pub const SMC: Column = real(
-    "Smc",
-    "length",
-    "inverse areal material ratio Smc(mr), ISO 25178-2: height above the mean that the fraction \
-     `smc_ratio` of the surface reaches or exceeds",
-);
+columns! {
+    /// height c of the areal material ratio, above the mean
+    pub const SMR_HEIGHT: Column = parameter("smr_height", "length");
+    /// material ratio mr of the inverse areal material ratio
+    pub const SMC_RATIO: Column = parameter("smc_ratio", "1");
+    /// material ratio p of the volumes
+    pub const PEAK_RATIO: Column = parameter("peak_ratio", "1");
+    /// material ratio q of the volumes
+    pub const DALE_RATIO: Column = parameter("dale_ratio", "1");
+    /// fraction s of its value at lag zero to which the autocorrelation function falls over `Sal`
+    pub const CORRELATION_THRESHOLD: Column = parameter("correlation_threshold", "1");
+    /// height of the lowest hills that count as peaks, as a fraction of Sz
+    pub const PRUNING: Column = parameter("pruning", "1");
+    /// areal material ratio Smr(c), ISO 25178-2: fraction of the nodes at or above `smr_height`
+    pub const SMR: Column = real("Smr", "1");
+    /// inverse areal material ratio Smc(mr), ISO 25178-2: height above the mean that the fraction
+    /// `smc_ratio` of the surface reaches or exceeds
+    pub const SMC: Column = real("Smc", "length");
+}

@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::parameter::{Parameter, names};
-use super::row::Row;
+use super::fitted_point::FittedPoint;
+use super::parameter::{FitParameter, names};
 use super::{CurvesOfPoint, Params};
 use crate::InputScope;
+use crate::columns::columns;
 use crate::ensemble::Member;
 use asperity_statistics::bootstrap::{Interval, Intervals};
 use asperity_statistics::convexity::CommonKappa;
@@ -23,20 +24,16 @@ pub const WORD: &str = "contact-evolution";
 pub const WINDOW: [f64; 2] = [0.0, 0.06];
 
 /// Parameters of the law, in the order of their values.
-pub const PARAMETERS: [Parameter; 3] = [KAPPA, BETA, MU];
+pub const PARAMETERS: [FitParameter; 3] = [KAPPA, BETA, MU];
 
-const KAPPA: Parameter = Parameter::number(
-    names!("kappa"),
-    "κ of the contact evolution law: slope of the area fraction against the load at first contact",
-)
-.with_label("κ");
-const BETA: Parameter =
-    Parameter::number(names!("beta"), "β of the contact evolution law").with_label("β");
-const MU: Parameter = Parameter::number(
-    names!("mu"),
-    "μ of the contact evolution law; the slope of the area against the load is convex for μ ≤ 1",
-)
-.with_label("μ");
+columns! {
+    /// κ of the contact evolution law: slope of the area fraction against the load at first contact
+    const KAPPA: FitParameter = FitParameter::number(names!("kappa")).with_label("κ");
+    /// β of the contact evolution law
+    const BETA: FitParameter = FitParameter::number(names!("beta")).with_label("β");
+    /// μ of the contact evolution law; the slope of the area against the load is convex for μ ≤ 1
+    const MU: FitParameter = FitParameter::number(names!("mu")).with_label("μ");
+}
 
 /// Choices for a fit of the contact evolution law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -72,6 +69,14 @@ pub enum Kappa {
 }
 
 impl Datum {
+    /// Returns the word in manifests and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Datum::Slope => "slope",
+            Datum::Area => "area",
+        }
+    }
+
     fn quantity(self) -> Quantity {
         match self {
             Datum::Slope => Quantity::Slope,
@@ -80,10 +85,29 @@ impl Datum {
     }
 }
 
+impl Kappa {
+    /// Returns the value of κ, if the manifest gives one.
+    pub fn given(self) -> Option<f64> {
+        match self {
+            Kappa::Given(kappa) => Some(kappa),
+            Kappa::Free | Kappa::MinimalConvex => None,
+        }
+    }
+
+    /// Returns the word of the method in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kappa::Given(_) => "given",
+            Kappa::Free => "free",
+            Kappa::MinimalConvex => "minimal-convex",
+        }
+    }
+}
+
 impl EvolutionChoices {
     /// Fits all points and returns a row for each: together if the points share κ, otherwise
     /// separately.
-    pub fn fits(self, points: &[CurvesOfPoint], params: &Params) -> Vec<Row> {
+    pub fn fits(self, points: &[CurvesOfPoint], params: &Params) -> Vec<FittedPoint> {
         let alone = |kappa| {
             points.iter().map(|point| point.fit(|curves| self.fit(curves, kappa, params))).collect()
         };
@@ -109,7 +133,7 @@ impl EvolutionChoices {
         curves: &Curves,
         kappa: evolution::Kappa,
         params: &Params,
-    ) -> Result<Row, FitError> {
+    ) -> Result<FittedPoint, FitError> {
         let problem = EvolutionProblem::new(curves, self.to.quantity(), params.window())?;
         let fit = problem.fit(kappa)?;
         let mut intervals = problem.bootstrap(kappa, &fit, &params.bootstrap());
@@ -120,15 +144,15 @@ impl EvolutionChoices {
     }
 }
 
-fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> Row {
-    Row {
+fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> FittedPoint {
+    FittedPoint {
         values: vec![fit.law.kappa, fit.law.beta, fit.law.mu],
         rms_residual: Some(fit.rms_residual),
         r_squared: fit.r_squared,
         reduced_chi_square: fit.reduced_chi_square,
         data: fit.data,
         convex: Some(fit.convex),
-        ..Row::from_intervals(intervals)
+        ..FittedPoint::from_intervals(intervals)
     }
 }
 
@@ -136,8 +160,8 @@ fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> Row {
 ///
 /// Points with different corrections have separate values of κ, because the corrections are
 /// alternative estimates from the same data.
-fn with_common_kappa(points: &[CurvesOfPoint], to: Datum, params: &Params) -> Vec<Row> {
-    let mut rows: Vec<Option<Row>> = points.iter().map(|_| None).collect();
+fn with_common_kappa(points: &[CurvesOfPoint], to: Datum, params: &Params) -> Vec<FittedPoint> {
+    let mut rows: Vec<Option<FittedPoint>> = points.iter().map(|_| None).collect();
     for correction in corrections(points) {
         let members: Vec<usize> =
             (0..points.len()).filter(|&i| points[i].correction == correction).collect();
@@ -154,12 +178,13 @@ fn common_kappa(
     members: &[usize],
     to: Datum,
     params: &Params,
-) -> Vec<Row> {
+) -> Vec<FittedPoint> {
     let problem = |&member: &usize| {
         let curves = points[member].curves.as_ref().map_err(Clone::clone)?;
         EvolutionProblem::new(curves, to.quantity(), params.window())
     };
-    let all_failed = |error: FitError| members.iter().map(|_| Row::failed(&error)).collect();
+    let all_failed =
+        |error: FitError| members.iter().map(|_| FittedPoint::failed(&error)).collect();
     let problems = match members.iter().map(problem).collect::<Result<Vec<_>, _>>() {
         Ok(problems) => problems,
         Err(error) => return all_failed(error),
@@ -173,12 +198,12 @@ fn common_kappa(
     let rows = problems.iter().zip(&common.fits).zip(&common.own).map(|((problem, fit), own)| {
         let fit = match fit {
             Ok(fit) => fit,
-            Err(error) => return Row::failed(error),
+            Err(error) => return FittedPoint::failed(error),
         };
         let given = evolution::Kappa::Given(common.kappa);
         let mut intervals = problem.bootstrap(given, fit, &params.bootstrap());
         replace_interval_of_kappa(&mut intervals, &of_kappa);
-        Row { own_kappa: own.as_ref().ok().copied(), ..evolution_row(fit, intervals) }
+        FittedPoint { own_kappa: own.as_ref().ok().copied(), ..evolution_row(fit, intervals) }
     });
     rows.collect()
 }

@@ -9,9 +9,10 @@ use serde::Serialize;
 
 use super::Params;
 use super::contact_evolution::{self, EvolutionChoices};
+use super::fitted_point::FittedPoint;
 use super::limits::{self, LimitChoices};
-use super::parameter::{Parameter, names};
-use super::row::Row;
+use super::parameter::{FitParameter, names};
+use crate::columns::columns;
 use asperity_statistics::FitError;
 use asperity_statistics::curves::Curves;
 use asperity_statistics::load_separation::LoadSeparationProblem;
@@ -58,7 +59,7 @@ pub struct LawDefinition {
     /// or, for spectra, smallest and largest wavenumber.
     pub window: [f64; 2],
     /// Fitted parameters, in the order of their values.
-    pub parameters: &'static [Parameter],
+    pub parameters: &'static [FitParameter],
     /// Data to which the law is fitted.
     pub fits: Fits,
 }
@@ -80,7 +81,7 @@ pub enum Fits {
 }
 
 /// Function that fits a law to the curves of the surfaces of one parameter point.
-pub type FitOfCurves = fn(&Curves, &Params) -> Result<Row, FitError>;
+pub type FitOfCurves = fn(&Curves, &Params) -> Result<FittedPoint, FitError>;
 
 impl PlainLaw {
     /// All plain laws, in the order of the documentation.
@@ -167,7 +168,7 @@ impl Law {
 
     /// Returns the fitted parameters, in the order of their values. Returns an empty list for
     /// [`Law::Limits`], because the parameters of a limit depend on its terms.
-    pub fn parameters(&self) -> &'static [Parameter] {
+    pub fn parameters(&self) -> &'static [FitParameter] {
         match self {
             Law::ContactEvolution(_) => &contact_evolution::PARAMETERS,
             Law::Limits(_) => &[],
@@ -177,140 +178,103 @@ impl Law {
 }
 
 /// Returns the parameters of all laws.
-pub fn parameters() -> impl Iterator<Item = Parameter> {
+pub fn parameters() -> impl Iterator<Item = FitParameter> {
     let plain =
         PlainLaw::ALL.into_iter().flat_map(|law| law.definition().parameters.iter().copied());
     let plain = contact_evolution::PARAMETERS.into_iter().chain(plain);
     plain.chain(limits::columns::parameters())
 }
 
-const EXPONENT: Parameter = Parameter::number(
-    names!("exponent"),
-    "exponent μ − 1 of dp̄/dp₀ = β a^(μ − 1), with the mean contact pressure p̄ and the area fraction a",
-)
-.with_label("exponent");
-const PREFACTOR: Parameter =
-    Parameter::number(names!("prefactor"), "prefactor β of dp̄/dp₀ = β a^(μ − 1)");
-const ERF_SCALE: Parameter = Parameter::number(
-    names!("erf_scale"),
-    "scale β of the area fraction a = erf(β √2 y); it is 1 in Persson's theory",
-)
-.with_label("scale");
-const DECAY_LENGTH: Parameter = Parameter::of_unit(
-    "length",
-    names!("decay_length"),
-    "u₀ of p₀ = p_c exp(−ū/u₀): decrease of the mean gap ū when the load grows by the factor e",
-)
-.with_label("u₀");
-const CLOSING_LOAD: Parameter = Parameter::of_unit(
-    "E* × rms slope",
-    names!("closing_load"),
-    "p_c of p₀ = p_c exp(−ū/u₀): load at which the law gives a mean gap of zero",
-)
-.with_label("p_c");
-const MESH_COEFFICIENT: Parameter = Parameter::number(
-    names!("mesh_coefficient"),
-    "coefficient c of the mesh error in A_N = A* + c S_d Δx, with the counted area A_N, the Manhattan \
-     perimeter S_d and the mesh step Δx",
-)
-.with_label("c");
-const PERCOLATION_AREA: Parameter = Parameter::number(
-    names!("percolation_area"),
-    "fraction of the nodes in contact at which the gap stops percolating, averaged over the surfaces \
-     and over both directions; null where the surfaces are not drawn from an isotropic spectrum",
-);
-const PERCOLATION_AREA_CORRECTED: Parameter = Parameter::number(
-    names!("percolation_area_corrected"),
-    "contact area fraction, corrected for the mesh with the correction `2017`, at which the gap stops \
-     percolating; averaged and null like `percolation_area`, and null with adhesion, for which the \
-     coefficient is not measured",
-)
-.with_label("sealed from a corrected area of");
-const PERCOLATION_LOAD: Parameter = Parameter::of_unit(
-    "E* × rms slope",
-    names!("percolation_load"),
-    "load at which the gap stops percolating, averaged over the surfaces and over both directions; \
-     null where the surfaces are not drawn from an isotropic spectrum",
-)
-.with_label("sealed from a load of");
-
-/// Defines the three thresholds of the percolation of the gap along one axis: area, corrected area
-/// and load.
-macro_rules! percolation_along {
-    ($axis:literal: $area:ident, $area_corrected:ident, $load:ident) => {
-        const $area: Parameter = Parameter::number(
-            names!("percolation_area_", $axis),
-            concat!(
-                "fraction of the nodes in contact at which the gap stops percolating along ",
-                $axis,
-                ", averaged over the surfaces",
-            ),
-        );
-        const $area_corrected: Parameter = Parameter::number(
-            names!("percolation_area_corrected_", $axis),
-            concat!(
-                "contact area fraction, corrected for the mesh with the correction `2017`, at which \
-                 the gap stops percolating along ",
-                $axis,
-                ", averaged over the surfaces; null with adhesion",
-            ),
-        )
-        .with_label(concat!("sealed along ", $axis, " from a corrected area of"));
-        const $load: Parameter = Parameter::of_unit(
-            "E* × rms slope",
-            names!("percolation_load_", $axis),
-            concat!(
-                "load at which the gap stops percolating along ",
-                $axis,
-                ", averaged over the surfaces",
-            ),
-        );
-    };
+columns! {
+    /// exponent μ − 1 of dp̄/dp₀ = β a^(μ − 1), with the mean contact pressure p̄ and the area
+    /// fraction a
+    const EXPONENT: FitParameter = FitParameter::number(names!("exponent")).with_label("exponent");
+    /// prefactor β of dp̄/dp₀ = β a^(μ − 1)
+    const PREFACTOR: FitParameter = FitParameter::number(names!("prefactor"));
+    /// scale β of the area fraction a = erf(β √2 y); it is 1 in Persson's theory
+    const ERF_SCALE: FitParameter = FitParameter::number(names!("erf_scale")).with_label("scale");
+    /// u₀ of p₀ = p_c exp(−ū/u₀): decrease of the mean gap ū when the load grows by the factor e
+    const DECAY_LENGTH: FitParameter =
+        FitParameter::of_unit("length", names!("decay_length")).with_label("u₀");
+    /// p_c of p₀ = p_c exp(−ū/u₀): load at which the law gives a mean gap of zero
+    const CLOSING_LOAD: FitParameter =
+        FitParameter::of_unit("E* × rms slope", names!("closing_load")).with_label("p_c");
+    /// coefficient c of the mesh error in A_N = A* + c S_d Δx, with the counted area A_N, the
+    /// Manhattan perimeter S_d and the mesh step Δx
+    const MESH_COEFFICIENT: FitParameter =
+        FitParameter::number(names!("mesh_coefficient")).with_label("c");
+    /// fraction of the nodes in contact at which the gap stops percolating, averaged over the
+    /// surfaces and over both directions; null where the surfaces are not drawn from an isotropic
+    /// spectrum
+    const PERCOLATION_AREA: FitParameter = FitParameter::number(names!("percolation_area"));
+    /// contact area fraction, corrected for the mesh with the correction `2017`, at which the gap
+    /// stops percolating; averaged and null like `percolation_area`, and null with adhesion, for
+    /// which the coefficient is not measured
+    const PERCOLATION_AREA_CORRECTED: FitParameter =
+        FitParameter::number(names!("percolation_area_corrected"))
+            .with_label("sealed from a corrected area of");
+    /// load at which the gap stops percolating, averaged over the surfaces and over both
+    /// directions; null where the surfaces are not drawn from an isotropic spectrum
+    const PERCOLATION_LOAD: FitParameter =
+        FitParameter::of_unit("E* × rms slope", names!("percolation_load"))
+            .with_label("sealed from a load of");
+    /// fraction of the nodes in contact at which the gap stops percolating along x, averaged over
+    /// the surfaces
+    const PERCOLATION_AREA_X: FitParameter = FitParameter::number(names!("percolation_area_x"));
+    /// contact area fraction, corrected for the mesh with the correction `2017`, at which the gap
+    /// stops percolating along x, averaged over the surfaces; null with adhesion
+    const PERCOLATION_AREA_CORRECTED_X: FitParameter =
+        FitParameter::number(names!("percolation_area_corrected_x"))
+            .with_label("sealed along x from a corrected area of");
+    /// load at which the gap stops percolating along x, averaged over the surfaces
+    const PERCOLATION_LOAD_X: FitParameter =
+        FitParameter::of_unit("E* × rms slope", names!("percolation_load_x"));
+    /// fraction of the nodes in contact at which the gap stops percolating along y, averaged over
+    /// the surfaces
+    const PERCOLATION_AREA_Y: FitParameter = FitParameter::number(names!("percolation_area_y"));
+    /// contact area fraction, corrected for the mesh with the correction `2017`, at which the gap
+    /// stops percolating along y, averaged over the surfaces; null with adhesion
+    const PERCOLATION_AREA_CORRECTED_Y: FitParameter =
+        FitParameter::number(names!("percolation_area_corrected_y"))
+            .with_label("sealed along y from a corrected area of");
+    /// load at which the gap stops percolating along y, averaged over the surfaces
+    const PERCOLATION_LOAD_Y: FitParameter =
+        FitParameter::of_unit("E* × rms slope", names!("percolation_load_y"));
+    /// Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; for a
+    /// single surface, its confidence interval assumes independent modes
+    const HURST_EXPONENT: FitParameter =
+        FitParameter::number(names!("hurst_exponent")).with_label("H");
+    /// roll-off q_r: angular wavenumber up to which the measured spectrum is constant; null where
+    /// the spectrum already decreases from its first ring of wavenumbers
+    const ROLLOFF: FitParameter =
+        FitParameter::of_unit("1/length", names!("rolloff_wavenumber")).with_label("q_r");
+    /// spectral density C₀ up to the roll-off; null without a roll-off
+    const PLATEAU_DENSITY: FitParameter =
+        FitParameter::of_unit("length⁴", names!("plateau_density"));
 }
 
-percolation_along!("x": PERCOLATION_AREA_X, PERCOLATION_AREA_CORRECTED_X, PERCOLATION_LOAD_X);
-percolation_along!("y": PERCOLATION_AREA_Y, PERCOLATION_AREA_CORRECTED_Y, PERCOLATION_LOAD_Y);
-
-const HURST_EXPONENT: Parameter = Parameter::number(
-    names!("hurst_exponent"),
-    "Hurst exponent H of the measured spectrum, C ∝ q^(−2(1 + H)) beyond the roll-off; for a single \
-     surface, its confidence interval assumes independent modes",
-)
-.with_label("H");
-const ROLLOFF: Parameter = Parameter::of_unit(
-    "1/length",
-    names!("rolloff_wavenumber"),
-    "roll-off q_r: angular wavenumber up to which the measured spectrum is constant; null where the \
-     spectrum already decreases from its first ring of wavenumbers",
-)
-.with_label("q_r");
-const PLATEAU_DENSITY: Parameter = Parameter::of_unit(
-    "length⁴",
-    names!("plateau_density"),
-    "spectral density C₀ up to the roll-off; null without a roll-off",
-);
-
-fn mean_pressure(curves: &Curves, params: &Params) -> Result<Row, FitError> {
+fn mean_pressure(curves: &Curves, params: &Params) -> Result<FittedPoint, FitError> {
     let problem = PressureGrowthProblem::new(curves, params.window());
     let fit = problem.fit()?;
     let intervals = problem.bootstrap(&fit, &params.bootstrap());
-    let row = Row::fitted(vec![fit.exponent, fit.prefactor], &fit.goodness, intervals);
+    let row = FittedPoint::fitted(vec![fit.exponent, fit.prefactor], &fit.goodness, intervals);
     Ok(row.unless_masked())
 }
 
-fn scaled_erf(curves: &Curves, params: &Params) -> Result<Row, FitError> {
+fn scaled_erf(curves: &Curves, params: &Params) -> Result<FittedPoint, FitError> {
     let problem = ScaledErfProblem::new(curves, params.window());
     let fit = problem.fit()?;
     let intervals = problem.bootstrap(&fit, &params.bootstrap());
-    let row = Row::fitted(vec![fit.beta], &fit.goodness, intervals);
+    let row = FittedPoint::fitted(vec![fit.beta], &fit.goodness, intervals);
     Ok(row.unless_masked())
 }
 
-fn load_separation(gaps: &Curves, params: &Params) -> Result<Row, FitError> {
+fn load_separation(gaps: &Curves, params: &Params) -> Result<FittedPoint, FitError> {
     let problem = LoadSeparationProblem::new(gaps, params.window());
     let fit = problem.fit()?;
     let intervals = problem.bootstrap(&fit, &params.bootstrap());
-    let row = Row::fitted(vec![fit.decay_length, fit.closing_load], &fit.goodness, intervals);
+    let row =
+        FittedPoint::fitted(vec![fit.decay_length, fit.closing_load], &fit.goodness, intervals);
     Ok(row)
 }
 

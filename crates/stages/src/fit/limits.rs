@@ -20,7 +20,7 @@ pub mod columns;
 mod observations;
 pub mod octaves;
 
-pub use observations::{Group, groups};
+pub use observations::{ObservedGroup, groups};
 
 /// Name of the law in manifests and tables.
 pub const WORD: &str = "limits";
@@ -110,8 +110,8 @@ impl LimitChoices {
 }
 
 /// Row of the table of fits.
-pub struct Line<'a> {
-    pub group: &'a Group,
+pub struct LimitRow<'a> {
+    pub group: &'a ObservedGroup,
     /// Load of the fit; `None` if the fitted rows have no loads.
     pub load: Option<f64>,
     pub forms: Vec<FormChoice>,
@@ -138,7 +138,7 @@ pub struct Outcome {
 /// Returns an error if a column is missing.
 pub fn run(table: &Table, choices: &LimitChoices, params: &Params) -> Result<Table, TableError> {
     let groups = groups(table, choices, params.window())?;
-    let lines: Vec<Line> = groups
+    let lines: Vec<LimitRow> = groups
         .iter()
         .flat_map(|group| group.loads.iter().map(move |&load| (group, load)))
         .flat_map(|(group, load)| lines(group, load, choices, params))
@@ -148,15 +148,15 @@ pub fn run(table: &Table, choices: &LimitChoices, params: &Params) -> Result<Tab
 
 /// Fits one group of points at one load with each combination of forms.
 fn lines<'a>(
-    group: &'a Group,
+    group: &'a ObservedGroup,
     load: Option<f64>,
     choices: &LimitChoices,
     params: &Params,
-) -> Vec<Line<'a>> {
+) -> Vec<LimitRow<'a>> {
     let points = group.points_under(load);
     let count = points.len();
     let combinations = choices.combinations();
-    let line = |forms: Vec<FormChoice>, surfaces, outcome| Line {
+    let line = |forms: Vec<FormChoice>, surfaces, outcome| LimitRow {
         group,
         load,
         forms,

@@ -9,18 +9,18 @@ use std::sync::Arc;
 
 use arrow::array::{ArrayRef, Int64Array};
 
-use super::row::Row;
+use super::fitted_point::FittedPoint;
 use super::{Params, rows};
 use crate::columns::{
     AREA_FRACTION, COEFFICIENT, CORRECTION, LOAD, NODES, NODES_X, NODES_Y, REALIZATION, SEED,
-    SWITCHES, parameter_text, real,
+    SWITCHES, codes, columns, parameter_text, real,
 };
 use crate::ensemble::{self, Member, ensembles};
 use crate::grids;
 use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017, edge_fraction};
 use asperity_statistics::mesh_convergence::{MeshProblem, Refinement};
 use asperity_statistics::{FitError, Window};
-use asperity_tables::column::{Code, Column, Role, optional_reals, texts};
+use asperity_tables::column::{Column, Role, optional_reals, texts};
 use asperity_tables::table::{Table, TableError};
 
 /// Parameters in which the rows of a point may differ: the mesh, and the correction of areas. The
@@ -32,43 +32,28 @@ const ALONE: &str = "nothing";
 const OVER_SURFACES: &str = "surfaces";
 const OVER_SURFACES_AND_LOADS: &str = "surfaces and loads";
 
-const POOLED: Column = parameter_text("pooled", "rows that share the coefficient").with_codes(&[
-    Code { word: ALONE, meaning: "one surface under one load has its own coefficient" },
-    Code {
-        word: OVER_SURFACES,
-        meaning: "all surfaces of the parameter point under one load share a coefficient",
-    },
-    Code {
-        word: OVER_SURFACES_AND_LOADS,
-        meaning: "all surfaces of the parameter point under all loads share a coefficient",
-    },
-]);
-const AREA_LIMIT: Column = real(
-    "area_limit",
-    "1",
-    "A*: area fraction on an infinitely fine mesh; for pooled rows its mean over surfaces and \
-     loads",
-);
-const ERROR_NONE: Column = real(
-    "error_none",
-    "1",
-    "root mean square error of the area fraction without correction, relative to A*",
-);
-const ERROR_PI_8: Column = real(
-    "error_pi_8",
-    "1",
-    "root mean square error of the area fraction after the correction by π/8, relative to A*",
-);
-const ERROR_2017: Column = real(
-    "error_2017",
-    "1",
-    "root mean square error of the area fraction after the correction `2017`, relative to A*",
-);
-const ERROR_FITTED: Column = real(
-    "error_fitted",
-    "1",
-    "root mean square error of the area fraction after the fitted correction, relative to A*",
-);
+columns! {
+    /// rows that share the coefficient
+    const POOLED: Column = parameter_text("pooled").with_codes(codes![
+        /// one surface under one load has its own coefficient
+        ALONE,
+        /// all surfaces of the parameter point under one load share a coefficient
+        OVER_SURFACES,
+        /// all surfaces of the parameter point under all loads share a coefficient
+        OVER_SURFACES_AND_LOADS,
+    ]);
+    /// A*: area fraction on an infinitely fine mesh; for pooled rows its mean over surfaces and
+    /// loads
+    const AREA_LIMIT: Column = real("area_limit", "1");
+    /// root mean square error of the area fraction without correction, relative to A*
+    const ERROR_NONE: Column = real("error_none", "1");
+    /// root mean square error of the area fraction after the correction by π/8, relative to A*
+    const ERROR_PI_8: Column = real("error_pi_8", "1");
+    /// root mean square error of the area fraction after the correction `2017`, relative to A*
+    const ERROR_2017: Column = real("error_2017", "1");
+    /// root mean square error of the area fraction after the fitted correction, relative to A*
+    const ERROR_FITTED: Column = real("error_fitted", "1");
+}
 
 /// Columns that only this law has.
 pub const COLUMNS: [Column; 6] =
@@ -98,7 +83,7 @@ pub struct RefinementsOfPoint {
 }
 
 /// Row of the table of fits.
-struct Line {
+struct MeshRow {
     point: usize,
     member: Option<Member>,
     load: Option<f64>,
@@ -106,7 +91,7 @@ struct Line {
     limit: Option<f64>,
     errors: [Option<f64>; 4],
     surfaces: usize,
-    fit: Row,
+    fit: FittedPoint,
 }
 
 /// Fits the mesh error at every parameter point: for each surface and load, for all surfaces at
@@ -120,13 +105,13 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
         let keys = || point.refinements.keys();
         for &(member, load) in keys() {
             let line = point.line(|state| state == (member, load), ALONE, params);
-            lines.push(Line { member: Some(member), load: Some(point.reduced[&load]), ..line });
+            lines.push(MeshRow { member: Some(member), load: Some(point.reduced[&load]), ..line });
         }
         let mut loads: Vec<u64> = keys().map(|&(_, load)| load).collect();
         loads.sort_unstable();
         loads.dedup();
         for load in loads {
-            lines.push(Line {
+            lines.push(MeshRow {
                 load: Some(point.reduced[&load]),
                 ..point.line(|state| state.1 == load, OVER_SURFACES, params)
             });
@@ -201,7 +186,12 @@ impl RefinementsOfPoint {
 
     /// Fits one coefficient to all refinements for which `belongs` is true. Invalid refinements are
     /// left out.
-    fn line(&self, belongs: impl Fn(State) -> bool, pooled: &'static str, params: &Params) -> Line {
+    fn line(
+        &self,
+        belongs: impl Fn(State) -> bool,
+        pooled: &'static str,
+        params: &Params,
+    ) -> MeshRow {
         let mut surfaces: BTreeMap<Member, Vec<&Refinement>> = BTreeMap::new();
         let mut failure = None;
         let own = self.refinements.iter().filter(|&(&state, _)| belongs(state));
@@ -211,7 +201,7 @@ impl RefinementsOfPoint {
                 Err(error) => failure = Some(error),
             }
         }
-        let empty = Line {
+        let empty = MeshRow {
             point: self.row,
             member: None,
             load: None,
@@ -219,32 +209,32 @@ impl RefinementsOfPoint {
             limit: None,
             errors: [None; 4],
             surfaces: surfaces.len(),
-            fit: Row::default(),
+            fit: FittedPoint::default(),
         };
         if surfaces.is_empty() {
             let window = params.window();
             let nothing = FitError::TooFew { window, found: 0, needed: 2 };
-            return Line { fit: Row::failed(failure.unwrap_or(&nothing)), ..empty };
+            return MeshRow { fit: FittedPoint::failed(failure.unwrap_or(&nothing)), ..empty };
         }
         let problem = MeshProblem::new(surfaces.into_values().collect());
         let coefficient = problem.coefficient();
         let corrections = [0.0, PI_OVER_EIGHT, YASTREBOV_2017, coefficient];
-        Line {
+        MeshRow {
             limit: Some(problem.mean_limit(coefficient)),
             errors: corrections.map(|correction| Some(problem.rms_error(correction))),
-            fit: Row {
+            fit: FittedPoint {
                 values: vec![coefficient],
                 data: problem.data(),
-                ..Row::from_intervals(problem.bootstrap(&params.bootstrap()))
+                ..FittedPoint::from_intervals(problem.bootstrap(&params.bootstrap()))
             },
             ..empty
         }
     }
 }
 
-fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
+fn as_table(input: &Table, params: &Params, lines: &[MeshRow]) -> Table {
     let of_points: Vec<usize> = lines.iter().map(|line| line.point).collect();
-    let real = |column: Column, value: &dyn Fn(&Line) -> Option<f64>| {
+    let real = |column: Column, value: &dyn Fn(&MeshRow) -> Option<f64>| {
         (column, optional_reals(lines.iter().map(value)))
     };
     let whole = |value: fn(Member) -> Option<i64>| -> ArrayRef {
@@ -252,23 +242,24 @@ fn as_table(input: &Table, params: &Params, lines: &[Line]) -> Table {
         Arc::new(values.collect::<Int64Array>())
     };
     let pooled = texts(lines.iter().map(|line| line.pooled));
-    let fits: Vec<&Row> = lines.iter().map(|line| &line.fit).collect();
+    let fits: Vec<&FittedPoint> = lines.iter().map(|line| &line.fit).collect();
     let surfaces: Vec<usize> = lines.iter().map(|line| line.surfaces).collect();
-    let mut columns = rows::law_columns(params, lines.len());
+    let [law, estimates, quality] = rows::columns_of_fits(params, &surfaces, &fits);
+    let mut columns = law;
     columns.push((POOLED, pooled));
     if input.has(REALIZATION.name) {
         columns.push((SEED, whole(Member::seed)));
         columns.push((REALIZATION, whole(Member::realization)));
     }
     columns.push(real(LOAD, &|line| line.load));
-    columns.extend(rows::estimates(params, &fits));
+    columns.extend(estimates);
     columns.push(real(AREA_LIMIT, &|line| line.limit));
     let errors = [ERROR_NONE, ERROR_PI_8, ERROR_2017, ERROR_FITTED];
     for (index, column) in errors.into_iter().enumerate() {
         columns.push(real(column, &|line| line.errors[index]));
     }
     // The errors above describe the quality; a coefficient of determination over meshes would not.
-    columns.extend(rows::quality(&surfaces, params, &fits));
+    columns.extend(quality);
     let coordinates = input.in_role(Role::Parameter).without(&VARIED);
     let table = coordinates.pick(&of_points).with(columns);
     table.without(&["rms_residual", "r_squared", "reduced_chi_square"])

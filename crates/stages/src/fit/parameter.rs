@@ -2,7 +2,7 @@
 
 use arrow::array::ArrayRef;
 
-use crate::columns::real;
+use crate::columns::{columns, real};
 use asperity_statistics::bootstrap::Interval;
 use asperity_tables::column::{Column, optional_reals};
 
@@ -19,6 +19,15 @@ macro_rules! names {
 }
 pub(super) use names;
 
+columns! {
+    /// lower end of the bootstrap interval at the confidence level of the stage
+    const LOWER: Column = real("lower", "1");
+    /// upper end of the bootstrap interval at the confidence level of the stage
+    const UPPER: Column = real("upper", "1");
+    /// standard error by bootstrap
+    const STANDARD_ERROR: Column = real("standard_error", "1");
+}
+
 /// Estimate of a parameter, with its interval if there is one.
 #[derive(Clone, Copy)]
 pub struct Estimate {
@@ -28,7 +37,7 @@ pub struct Estimate {
 
 /// Columns of a fitted parameter: estimate, ends of the interval, standard error.
 #[derive(Debug, Clone, Copy)]
-pub struct Parameter {
+pub struct FitParameter {
     /// Label in the summary of a stage; `None` if the summary omits the parameter.
     pub label: Option<&'static str>,
     pub value: Column,
@@ -37,40 +46,33 @@ pub struct Parameter {
     error: Column,
 }
 
-impl Parameter {
+impl FitParameter {
     /// Declares a parameter that is a pure number. `names` are the names of its columns, in the
-    /// order of [`Parameter::columns`].
-    pub const fn number(names: [&'static str; 4], meaning: &'static str) -> Parameter {
-        Parameter::of_unit("1", names, meaning)
+    /// order of [`FitParameter::columns`].
+    pub const fn number(names: [&'static str; 4]) -> FitParameter {
+        FitParameter::of_unit("1", names)
     }
 
     /// Declares a parameter with a unit.
-    pub const fn of_unit(
-        unit: &'static str,
-        names: [&'static str; 4],
-        meaning: &'static str,
-    ) -> Parameter {
+    pub const fn of_unit(unit: &'static str, names: [&'static str; 4]) -> FitParameter {
         let [value, lower, upper, error] = names;
-        Parameter {
+        FitParameter {
             label: None,
-            value: real(value, unit, meaning),
-            lower: real(
-                lower,
-                unit,
-                "lower end of the bootstrap interval at the confidence level of the stage",
-            ),
-            upper: real(
-                upper,
-                unit,
-                "upper end of the bootstrap interval at the confidence level of the stage",
-            ),
-            error: real(error, unit, "standard error by bootstrap"),
+            value: real(value, unit),
+            lower: Column { name: lower, unit, ..LOWER },
+            upper: Column { name: upper, unit, ..UPPER },
+            error: Column { name: error, unit, ..STANDARD_ERROR },
         }
     }
 
+    /// Sets the meaning of the estimate.
+    pub const fn with_meaning(self, meaning: &'static str) -> FitParameter {
+        FitParameter { value: self.value.with_meaning(meaning), ..self }
+    }
+
     /// Sets the label in the summary of a stage.
-    pub const fn with_label(self, label: &'static str) -> Parameter {
-        Parameter { label: Some(label), ..self }
+    pub const fn with_label(self, label: &'static str) -> FitParameter {
+        FitParameter { label: Some(label), ..self }
     }
 
     /// Returns the columns of the estimate, of the ends of the interval and of the standard error.

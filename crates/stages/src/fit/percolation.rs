@@ -2,7 +2,7 @@
 
 use arrow::array::{Array, BooleanArray, Float64Array, Int64Array, StringArray};
 
-use super::row::Row;
+use super::fitted_point::FittedPoint;
 use super::{Params, rows, status};
 use crate::columns::*;
 use crate::ensemble::{Ensemble, Member, ensembles};
@@ -21,11 +21,11 @@ use asperity_tables::table::{Table, TableError};
 pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     let measured = Measured::new(table)?;
     let points = ensembles(table)?;
-    let fit = |ensemble: &Ensemble| Row {
+    let fit = |ensemble: &Ensemble| FittedPoint {
         unconverged: measured.unconverged(ensemble),
         ..measured.fit(ensemble, params)
     };
-    let fits: Vec<Row> = points.iter().map(fit).collect();
+    let fits: Vec<FittedPoint> = points.iter().map(fit).collect();
     let fitted: Vec<(usize, usize)> =
         points.iter().map(|point| (point.first, point.members.len())).collect();
     let table = rows::table(&table.in_role(Role::Parameter), &fitted, params, &fits);
@@ -73,7 +73,7 @@ impl<'a> Measured<'a> {
     /// Computes three thresholds: for the mean of both directions, along x, and along y. Each
     /// consists of an area, a corrected area and a load. If a surface has no threshold along a
     /// direction, the values of this direction are missing and the row gives the reason.
-    fn fit(&self, ensemble: &Ensemble, params: &Params) -> Row {
+    fn fit(&self, ensemble: &Ensemble, params: &Params) -> FittedPoint {
         let surfaces: Vec<Vec<Interface>> =
             (0..ensemble.members.len()).map(|member| self.interfaces(ensemble, member)).collect();
         let problem = |channels| PercolationProblem::new(&surfaces, params.window(), channels);
@@ -87,7 +87,7 @@ impl<'a> Measured<'a> {
         let is_isotropic = is_isotropic(ensemble);
         let thresholds = [both.ok().filter(|_| is_isotropic), x.ok(), y.ok()];
         if thresholds.iter().all(Option::is_none) {
-            return Row { failure, ..Row::default() };
+            return FittedPoint { failure, ..FittedPoint::default() };
         }
         let values = |problem: &Option<PercolationProblem>| match problem {
             Some(problem) => problem.mean().values(),
@@ -98,12 +98,12 @@ impl<'a> Measured<'a> {
             None => Some(vec![Interval::UNKNOWN; 3]),
         };
         let intervals: Option<Vec<Vec<Interval>>> = thresholds.iter().map(intervals).collect();
-        Row {
+        FittedPoint {
             values: thresholds.iter().flat_map(values).collect(),
             intervals: intervals.map(|intervals| intervals.concat()),
             data: surfaces.len(),
             failure,
-            ..Row::default()
+            ..FittedPoint::default()
         }
     }
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::row::Row;
+use super::fitted_point::FittedPoint;
 use super::{Params, rows};
 use crate::columns::{DEGREES_OF_FREEDOM, SPECTRAL_DENSITY, WAVENUMBER};
 use crate::ensemble::{Member, Members, grouped};
@@ -22,25 +22,25 @@ pub fn run(table: &Table, params: &Params) -> Result<Table, TableError> {
     for rows in grouped(&parameters) {
         let (rings, surfaces) = rings(table, &rows)?;
         fitted.push((rows[0], surfaces));
-        fits.push(fit(rings, params).unwrap_or_else(|error| Row::failed(&error)));
+        fits.push(fit(rings, params).unwrap_or_else(|error| FittedPoint::failed(&error)));
     }
     let table = rows::table(&parameters, &fitted, params, &fits);
     // Spectra are not solved, and the fit of densities has no coefficient of determination.
     Ok(table.without(&["unconverged", "r_squared"]))
 }
 
-fn fit(rings: Vec<RingOfSurfaces>, params: &Params) -> Result<Row, FitError> {
+fn fit(rings: Vec<RingOfSurfaces>, params: &Params) -> Result<FittedPoint, FitError> {
     let problem = SelfAffineProblem::new(rings, params.window());
     let fit = problem.fit()?;
     let plateau = fit.rolloff.map(|rolloff| [rolloff, fit.plateau]);
     let values = [fit.hurst].into_iter();
-    Ok(Row {
+    Ok(FittedPoint {
         values: values.chain(plateau.into_iter().flatten()).collect(),
         rms_residual: Some(fit.rms_residual),
         reduced_chi_square: Some(fit.reduced_chi_square),
         data: fit.data,
         masked: Some(fit.masked),
-        ..Row::from_intervals(problem.intervals(&fit, &params.bootstrap()))
+        ..FittedPoint::from_intervals(problem.intervals(&fit, &params.bootstrap()))
     })
 }
 

@@ -3,126 +3,85 @@
 //! Tables hold only the codes. The explanations of codes are attached when a table is published or
 //! described. They can therefore be reworded without computing fits again.
 
-use crate::columns::text;
+use crate::columns::{columns, text};
 use asperity_statistics::FitError;
 use asperity_statistics::percolation::Channels;
 use asperity_tables::column::{Code, Column, optional_texts};
 use asperity_tables::table::Table;
 
-pub const STATUS: Column =
-    text("status", "how the fit ended, or why values are missing").with_codes(CODES);
-
-const fn code(word: &'static str, meaning: &'static str) -> Code {
-    Code { word, meaning }
+columns! {
+    /// how the fit ended, or why values are missing
+    pub const STATUS: Column = text("status").with_codes(CODES);
 }
 
-pub const FITTED: Code = code("fitted", "the fit succeeded");
-pub const NOT_CONVERGED: Code = code(
-    "not-converged",
-    "the least-squares iteration did not converge, because the data do not determine the \
-     parameters; try another window, or give κ a value",
-);
-pub const TOO_FEW_DATA: Code = code(
-    "too-few-data",
-    "the window contains fewer data than the law needs; widen the window or compute more loads in \
-     it",
-);
-pub const TOO_MANY_MASKED: Code = code(
-    "too-many-masked",
-    "more than 20 % of the data have no logarithm, because the mean contact pressure does not \
-     increase or contact is full; try another window or another correction",
-);
-pub const EQUAL_AREAS: Code =
-    code("equal-areas", "all areas in the window are equal, so that the law cannot be fitted");
-pub const NO_DECAY: Code = code(
-    "no-decay",
-    "the mean gap does not decrease with the load in the window; choose loads under which the \
-     contact grows",
-);
-pub const UNBOUNDED: Code = code(
-    "unbounded",
-    "the least squares have no minimum at finite positive parameters, because the data do not have \
-     the curvature of the law: a parameter grows without bound or tends to zero; try another κ or \
-     another window",
-);
-pub const NO_CONVEX_KAPPA: Code = code(
-    "no-convex-kappa",
-    "no κ gives μ = 1, because the slope of the area does not decrease enough in the window to \
-     bound κ",
-);
-pub const NO_COMMON_KAPPA: Code =
-    code("no-common-kappa", "no parameter point that shares κ has a smallest κ with convex slope");
-pub const NOT_SEALED: Code = code(
-    "not-sealed",
-    "the gap of some surface does not change from open to sealed in the window; compute lighter or \
-     heavier loads",
-);
-pub const NOT_SEALED_X: Code =
-    code("not-sealed-x", "the same as `not-sealed`, but only for channels along x");
-pub const NOT_SEALED_Y: Code =
-    code("not-sealed-y", "the same as `not-sealed`, but only for channels along y");
-pub const TOO_FEW_MESHES: Code = code(
-    "too-few-meshes",
-    "areas are known on too few meshes to fit a line and estimate its error; sweep `nodes` over \
-     more values",
-);
-pub const NO_EDGES: Code = code(
-    "no-edges",
-    "there is no contact on some mesh, or the perimeter is the same on all meshes, so that the \
-     area cannot be extrapolated",
-);
-pub const TOO_FEW_POINTS: Code = code(
-    "too-few-points",
-    "there are fewer parameter points than free parameters; sweep the cutoffs or `nodes` over more \
-     values, or give exponents a value",
-);
-pub const DEPENDENT_TERMS: Code = code(
-    "dependent-terms",
-    "the terms cannot be distinguished: some are proportional, or one has the same value at all \
-     parameter points",
-);
-pub const NO_EXPONENT: Code = code(
-    "no-exponent",
-    "a free exponent tends to zero, where a power becomes a logarithm, or to infinity; give the \
-     exponent a value or use the form `logarithm`",
-);
-pub const INVALID_TERM: Code = code(
-    "invalid-term",
-    "the small parameter of some term is not positive and finite at every parameter point",
-);
-pub const NO_SCATTER: Code = code(
-    "no-scatter",
-    "the values of some parameter point do not differ between surfaces, so its weight is \
-     undefined; compute more surfaces",
-);
-pub const INVALID_DATA: Code = code(
-    "invalid-data",
-    "the loads are not positive and ascending, or some area or κ is not finite",
-);
+/// Declares the codes of the column `status`, and lists them. The doc comment of a code is its
+/// meaning, which users read.
+macro_rules! status_codes {
+    ($($(#[doc = $meaning:literal])+ $name:ident = $word:literal;)+) => {
+        $($(#[doc = $meaning])+ pub const $name: Code =
+            Code { word: $word, meaning: concat!($($meaning),+).trim_ascii_start() };)+
 
-/// All codes of the column `status`.
-pub const CODES: &[Code] = &[
-    FITTED,
-    NOT_CONVERGED,
-    TOO_FEW_DATA,
-    TOO_MANY_MASKED,
-    EQUAL_AREAS,
-    NO_DECAY,
-    UNBOUNDED,
-    NO_CONVEX_KAPPA,
-    NO_COMMON_KAPPA,
-    NOT_SEALED,
-    NOT_SEALED_X,
-    NOT_SEALED_Y,
-    TOO_FEW_MESHES,
-    NO_EDGES,
-    TOO_FEW_POINTS,
-    DEPENDENT_TERMS,
-    NO_EXPONENT,
-    INVALID_TERM,
-    NO_SCATTER,
-    INVALID_DATA,
-];
+        /// All codes of the column `status`.
+        pub const CODES: &[Code] = &[$($name),+];
+    };
+}
+
+status_codes! {
+    /// the fit succeeded
+    FITTED = "fitted";
+    /// the least-squares iteration did not converge, because the data do not determine the
+    /// parameters; try another window, or give κ a value
+    NOT_CONVERGED = "not-converged";
+    /// the window contains fewer data than the law needs; widen the window or compute more loads in
+    /// it
+    TOO_FEW_DATA = "too-few-data";
+    /// more than 20 % of the data have no logarithm, because the mean contact pressure does not
+    /// increase or contact is full; try another window or another correction
+    TOO_MANY_MASKED = "too-many-masked";
+    /// all areas in the window are equal, so that the law cannot be fitted
+    EQUAL_AREAS = "equal-areas";
+    /// the mean gap does not decrease with the load in the window; choose loads under which the
+    /// contact grows
+    NO_DECAY = "no-decay";
+    /// the least squares have no minimum at finite positive parameters, because the data do not
+    /// have the curvature of the law: a parameter grows without bound or tends to zero; try another
+    /// κ or another window
+    UNBOUNDED = "unbounded";
+    /// no κ gives μ = 1, because the slope of the area does not decrease enough in the window to
+    /// bound κ
+    NO_CONVEX_KAPPA = "no-convex-kappa";
+    /// no parameter point that shares κ has a smallest κ with convex slope
+    NO_COMMON_KAPPA = "no-common-kappa";
+    /// the gap of some surface does not change from open to sealed in the window; compute lighter
+    /// or heavier loads
+    NOT_SEALED = "not-sealed";
+    /// the same as `not-sealed`, but only for channels along x
+    NOT_SEALED_X = "not-sealed-x";
+    /// the same as `not-sealed`, but only for channels along y
+    NOT_SEALED_Y = "not-sealed-y";
+    /// areas are known on too few meshes to fit a line and estimate its error; sweep `nodes` over
+    /// more values
+    TOO_FEW_MESHES = "too-few-meshes";
+    /// there is no contact on some mesh, or the perimeter is the same on all meshes, so that the
+    /// area cannot be extrapolated
+    NO_EDGES = "no-edges";
+    /// there are fewer parameter points than free parameters; sweep the cutoffs or `nodes` over
+    /// more values, or give exponents a value
+    TOO_FEW_POINTS = "too-few-points";
+    /// the terms cannot be distinguished: some are proportional, or one has the same value at all
+    /// parameter points
+    DEPENDENT_TERMS = "dependent-terms";
+    /// a free exponent tends to zero, where a power becomes a logarithm, or to infinity; give the
+    /// exponent a value or use the form `logarithm`
+    NO_EXPONENT = "no-exponent";
+    /// the small parameter of some term is not positive and finite at every parameter point
+    INVALID_TERM = "invalid-term";
+    /// the values of some parameter point do not differ between surfaces, so its weight is
+    /// undefined; compute more surfaces
+    NO_SCATTER = "no-scatter";
+    /// the loads are not positive and ascending, or some area or κ is not finite
+    INVALID_DATA = "invalid-data";
+}
 
 /// Returns the code that describes an error.
 pub fn from_error(error: &FitError) -> Code {

@@ -18,6 +18,7 @@ use self::preparation::{inspected, preparation};
 use self::repairs::{WrittenAlignment, WrittenPoints};
 use super::mesh::{MAX_NODES, MIN_NODES};
 use crate::CheckContext;
+use crate::exclusions::exclude;
 use crate::generate::realizations::surfaces;
 use crate::map_file::{ChannelChoice, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
@@ -85,7 +86,7 @@ pub struct FileTable {
     /// Rectangle of the map to keep, `{ from = [x, y], size = [a, b] }` in the unit of `side`,
     /// rounded to nodes. It needs `periodic = false`. The default is the whole map.
     #[schemars(transform = swept)]
-    pub crop: Key<Part>,
+    pub crop: Key<CropRectangle>,
     /// Threshold above which a point is a spike and becomes a missing point: its distance from the
     /// median of its neighbours, in standard deviations of such distances over the map. Values from
     /// 6 to 10 remove only clear spikes. By default no spikes are removed.
@@ -182,7 +183,7 @@ table!(FileTable);
 /// The rectangle that `crop` keeps of a map.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Part {
+pub struct CropRectangle {
     /// Corner of the rectangle with the smallest x and y, as `[x, y]`.
     #[schemars(transform = length)]
     pub from: [f64; 2],
@@ -241,6 +242,7 @@ pub fn files(
         let converted = found.as_ref().map(|found| in_unit_of(found, table, checks));
         let table = converted.as_ref().unwrap_or(table);
         let height_scale = checks.number("height_scale", &table.height_scale);
+        let clear = refuse_excluded(table, checks);
         let edges = edges(table, checks);
         let preparation = preparation(table, checks);
         let heights = checks.value("heights", &table.heights);
@@ -276,7 +278,7 @@ pub fn files(
             }
         };
         // Problems with other keys have been reported.
-        let (_, _, _) = (height_scale?, edges?, preparation?);
+        let (_, _, _, ()) = (height_scale?, edges?, preparation?, clear?);
         let planned = single(heights?, side, Origin::File(Box::new(surface)));
         resolved.push(canonical(&planned.params));
         Some(planned)
@@ -441,8 +443,29 @@ fn recalled_surface(
     )
 }
 
+/// Refuses keys that other keys exclude.
+fn refuse_excluded(table: &FileTable, checks: &mut Checks) -> Option<()> {
+    let lacks = |name: &str, is_written: bool| !is_written && !checks.is_reported(name);
+    let periodic = table.periodic.value();
+    let tapers = table.edges.value() == Some(WrittenEdges::Taper) && periodic == Some(false);
+    let is_untapered = periodic.is_some() && lacks("edges", tapers);
+    let align = table.align.value();
+    let is_no_polynomial = lacks("align", align == Some(WrittenAlignment::Polynomial));
+    let is_unaligned = lacks("align", align.is_some());
+    let keeps_spikes = lacks("spikes", table.spikes.written().is_some());
+    exclude! { table, checks,
+        periodic == Some(true) => edges: "the map is already periodic";
+        is_untapered => taper_fraction: "needs `edges = \"taper\"`";
+        is_no_polynomial => align_degree: "needs `align = \"polynomial\"`";
+        is_unaligned => align_along: "needs `align`";
+        keeps_spikes => spike_window: "needs `spikes`";
+        table.level_through.written().is_some() => level:
+            "`level_through` already subtracts a plane";
+    }
+}
+
 /// Returns the treatment of the edges of the map from the keys `periodic`, `edges` and
-/// `taper_fraction`, and refuses keys that contradict each other.
+/// `taper_fraction`.
 fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
     let taper_fraction = checks.number("taper_fraction", &table.taper_fraction);
     let is_periodic = checks.required("periodic", &table.periodic)?.value;
@@ -450,17 +473,11 @@ fn edges(table: &FileTable, checks: &mut Checks) -> Option<Edges> {
     if !is_periodic && edges == Some(WrittenEdges::Taper) {
         return Some(Edges::Taper { taper_fraction: taper_fraction? });
     }
-    let why = "needs `edges = \"taper\"`";
-    let untapered = checks.forbidden("taper_fraction", &table.taper_fraction, why);
-    if is_periodic {
-        let why = "the map is already periodic";
-        return checks
-            .forbidden("edges", &table.edges, why)
-            .and(untapered)
-            .map(|()| Edges::Periodic);
-    }
-    let treatment = if edges.is_some() { Edges::Mirror } else { Edges::Open };
-    untapered.map(|()| treatment)
+    Some(match edges {
+        _ if is_periodic => Edges::Periodic,
+        Some(_) => Edges::Mirror,
+        None => Edges::Open,
+    })
 }
 
 /// A map that was read now, or the record of a map that an earlier run read.

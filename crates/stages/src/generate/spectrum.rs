@@ -11,6 +11,7 @@ use serde::Deserialize;
 use super::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
 use super::random;
 use crate::CheckContext;
+use crate::exclusions::exclude;
 use crate::generate::realizations::{self, Realizations, surfaces};
 use crate::spectrum_files::{self, SpectrumTable as Spectrum};
 use crate::surface::planned::PlannedSurfaces;
@@ -119,10 +120,10 @@ pub fn spectra(
 /// Returns the source of a spectrum that another stage measures. Refuses keys that only apply to
 /// files.
 fn stage_source(table: &SpectrumTable, checks: &mut Checks) -> Option<Source> {
-    let why = "`from` names the stage with the spectrum";
-    let path = checks.forbidden("path", &table.path, why);
-    let why = "with `from` lengths are in the unit of the measured surface";
-    let unit = checks.forbidden("unit", &table.unit, why);
+    let clear = exclude! { table, checks,
+        true => path: "`from` names the stage with the spectrum";
+        true => unit: "with `from` lengths are in the unit of the measured surface";
+    };
     if let Some(named) = checks.units.length.as_ref().filter(|named| !named.by_key) {
         let message = "lengths cannot have units with `from`";
         let problem = Problem::new(message, named.span.clone(), "must be a number");
@@ -136,7 +137,7 @@ fn stage_source(table: &SpectrumTable, checks: &mut Checks) -> Option<Source> {
         let label = "must be \"keep\": the spectrum is in the table of another stage";
         return checks.refuse("heights", message, &written.span, label);
     }
-    path.and(unit).map(|()| Source::Stage { spectrum_of: None })
+    clear.map(|()| Source::Stage { spectrum_of: None })
 }
 
 /// Returns the source of a spectrum in a file. The file is read here, so that its problems are

@@ -11,17 +11,19 @@ use arrow::array::{Array, ArrayRef};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::conduction::conductances;
+use super::conduction;
 use crate::bodies::Conduction;
 use crate::columns::*;
 use crate::grids::Grids;
+use crate::table_columns::Values::{Count, Flag, OptionalReal, Real, Text};
+use crate::table_columns::{TableColumns, column};
 use crate::{StageError, grids, solve};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::area::ContactArea;
 use asperity_contact::morphology::clusters::Clusters;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::topography::surface::Surface;
-use asperity_tables::column::{Column, Role, flags, integers, optional_reals, reals, texts};
+use asperity_tables::column::{Column, Role, optional_reals};
 use asperity_tables::table::Table;
 
 /// Maximum relative distance of a neighbouring load, with a margin for the rounding of loads.
@@ -97,66 +99,64 @@ impl NodeSet {
     }
 }
 
-/// Choice of the columns that only some tables of contacts have.
-#[derive(Debug, Clone)]
-pub struct OptionalColumns {
-    pub rectangles: bool,
-    pub yields: bool,
-    /// True if the approach to the rigid base of a layer is known.
-    pub rigid_base: bool,
-    pub flows: bool,
-    /// Columns of the conductance, if the stiffness of each contact is known.
-    pub conductance: Vec<Column>,
-    pub adhesion: bool,
-    pub stiffness: bool,
-    /// True if a surface has filled nodes.
-    pub filled: bool,
+/// Settings that decide which columns are computed from contact maps.
+struct Settings {
+    attracts: bool,
+    /// True if the stiffness is computed as a finite difference.
+    stiffness: bool,
+    rectangles: bool,
 }
 
-/// Returns the columns of measured contacts, without parameter columns.
-pub fn columns(optional: OptionalColumns) -> Vec<Column> {
-    let mut measures = CONTACT_MEASURES.to_vec();
-    let gap_in = |measures: &[Column]| {
-        let gap = measures.iter().position(|column| *column == MEAN_GAP);
-        gap.expect("the mean gap is a measure")
-    };
-    if optional.flows {
-        measures.extend(FLOW);
-    }
-    measures.extend(optional.conductance);
-    if optional.stiffness {
-        measures.insert(gap_in(&measures), STIFFNESS);
-    }
-    if optional.yields {
-        let gap = gap_in(&measures);
-        measures.insert(gap + 1, MEAN_YIELDED_DEPTH);
-        measures.splice(gap..gap, [SATURATED_NODES, SATURATED_FRACTION]);
-    }
-    if optional.rigid_base {
-        let gap = gap_in(&measures);
-        measures.splice(gap + 1..gap + 1, LAYER_RESULTS);
-    }
-    if optional.adhesion {
-        measures.retain(|column| *column != ENERGY && *column != STOP);
-        measures.insert(0, NODE_SET);
-        measures.extend(COPIED_WITH_ADHESION);
-        // Results of paths that prescribe mean gaps; coordinates of all others.
-        measures.extend([LOAD, PRESSURE].map(|column| column.with_role(Role::Result)));
-        measures.push(ADHESIVE_STOP);
-    }
-    if optional.rectangles {
-        let switches = measures.iter().position(|column| *column == SWITCHES);
-        let index = switches.unwrap_or(measures.len());
-        measures.splice(index..index, SWITCHES_ALONG_AXES);
-    }
-    if optional.filled {
-        measures.push(FILLED_AREA_SHARE);
-    }
-    measures
+/// Returns the columns that are computed from contact maps.
+fn columns() -> TableColumns<Settings, Contact> {
+    TableColumns::<Settings, Contact>::new()
+        .and_if(|settings| settings.attracts, [column(NODE_SET, Text(|one| one.set.name()))])
+        .and([
+            column(AREA_FRACTION, Real(|one| one.area.fraction())),
+            column(CONTACT_NODES, Count(|one| one.area.contact_nodes)),
+            column(SWITCHES_ALONG_ROWS, Count(|one| one.area.switches_along_rows)),
+            column(SWITCHES_ALONG_COLUMNS, Count(|one| one.area.switches_along_columns)),
+        ])
+        .and_if(
+            |settings| settings.rectangles,
+            [
+                column(SWITCHES_X, Count(|one| one.area.switches_along_columns)),
+                column(SWITCHES_Y, Count(|one| one.area.switches_along_rows)),
+            ],
+        )
+        .and([
+            column(SWITCHES, Count(|one| one.area.switches())),
+            column(PERIMETER_MANHATTAN, Real(|one| one.area.manhattan_perimeter(one.grid))),
+            column(PERIMETER_EUCLIDEAN, Real(|one| one.area.euclidean_perimeter(one.grid))),
+            column(EDGE_NODES_4, Count(|one| one.area.edge_nodes_4)),
+            column(EDGE_NODES_8, Count(|one| one.area.edge_nodes_8)),
+            column(INTERIOR_NODES, Count(|one| one.area.interior_nodes)),
+            column(CLUSTERS, Count(|one| one.contact.count)),
+            column(LARGEST_CLUSTER, Count(|one| one.contact.largest)),
+            column(PERCOLATES_X, Flag(|one| one.contact.around_x)),
+            column(PERCOLATES_Y, Flag(|one| one.contact.around_y)),
+            column(GAP_PERCOLATES_X, Flag(|one| one.gap.around_x)),
+            column(GAP_PERCOLATES_Y, Flag(|one| one.gap.around_y)),
+            column(MEAN_CONTACT_PRESSURE, OptionalReal(Contact::mean_pressure)),
+            column(SECANT, OptionalReal(Contact::secant)),
+        ])
+        .and_if(
+            |settings| settings.stiffness,
+            [column(STIFFNESS, OptionalReal(|one| one.stiffness))],
+        )
+}
+
+/// Returns the columns of all measured contacts, without parameter columns.
+pub fn all_columns() -> Vec<Column> {
+    let of_paths = [LOAD, PRESSURE].map(|column| column.with_role(Role::Result));
+    let copied = [&COPIED[..], &COPIED_WITH_ADHESION, &[ADHESIVE_STOP], &of_paths, &FLOW].concat();
+    let filled = [FILLED_AREA_SHARE];
+    [&columns().all()[..], &copied, &conduction::columns().all(), &filled].concat()
 }
 
 /// Measures the maps of the nodes in `set`, and optionally the stiffness as a finite difference.
-/// `conduction` are the conductivities of the bodies, if they are known.
+/// `conduction` are the conductivities of the bodies, if they are known. A table without rows may
+/// lack the maps.
 ///
 /// # Errors
 /// Returns an error if a column is missing or a contact map does not fit its mesh.
@@ -167,77 +167,31 @@ pub fn measure(
     conduction: Option<Conduction>,
 ) -> Result<Table, StageError> {
     let grids = Grids::new(solved)?;
-    let maps = solved.bytes(set.column().name)?;
     let boundary = solve::boundary_of(solved);
-    let measured = (0..solved.rows())
-        .map(|row| {
-            let grid = grids.grid(row)?;
-            let read = ContactMap::from_bytes(grid.nodes(), maps.value(row));
-            let map = read.map_err(StageError::Map)?.with_boundary(boundary);
-            Ok(Contact::new(grid, &map))
-        })
-        .collect::<Result<Vec<_>, StageError>>()?;
-
-    let real = |value: &dyn Fn(usize, &Contact) -> f64| {
-        reals(measured.iter().enumerate().map(|(row, contact)| value(row, contact)))
-    };
-    let area = |value: fn(&ContactArea) -> usize| {
-        integers(measured.iter().map(|contact| value(&contact.area) as i64))
-    };
-    let contact = |value: fn(&Clusters) -> usize| {
-        integers(measured.iter().map(|contact| value(&contact.contact) as i64))
-    };
-    let flag = |value: fn(&Contact) -> bool| flags(measured.iter().map(value));
-    let load = solved.reals(LOAD.name)?;
     let attracts = solved.has(WORK_OF_ADHESION.name);
-    let pressure = solved.reals(set.pressure(attracts).name)?;
-    let mut columns = Vec::new();
-    if attracts {
-        columns.push((NODE_SET, texts(measured.iter().map(|_| set.name()))));
-    }
-    columns.extend([
-        (AREA_FRACTION, real(&|_, contact| contact.area.fraction())),
-        (CONTACT_NODES, area(|area| area.contact_nodes)),
-        (SWITCHES_ALONG_ROWS, area(|area| area.switches_along_rows)),
-        (SWITCHES_ALONG_COLUMNS, area(|area| area.switches_along_columns)),
-    ]);
-    if grids::has_rectangles(solved) {
-        columns.extend([
-            (SWITCHES_X, area(|area| area.switches_along_columns)),
-            (SWITCHES_Y, area(|area| area.switches_along_rows)),
-        ]);
-    }
-    columns.extend([
-        (SWITCHES, area(ContactArea::switches)),
-        (PERIMETER_MANHATTAN, real(&|_, contact| contact.area.manhattan_perimeter(contact.grid))),
-        (PERIMETER_EUCLIDEAN, real(&|_, contact| contact.area.euclidean_perimeter(contact.grid))),
-        (EDGE_NODES_4, area(|area| area.edge_nodes_4)),
-        (EDGE_NODES_8, area(|area| area.edge_nodes_8)),
-        (INTERIOR_NODES, area(|area| area.interior_nodes)),
-        (CLUSTERS, contact(|clusters| clusters.count)),
-        (LARGEST_CLUSTER, contact(|clusters| clusters.largest)),
-        (PERCOLATES_X, flag(|contact| contact.contact.around_x)),
-        (PERCOLATES_Y, flag(|contact| contact.contact.around_y)),
-        (GAP_PERCOLATES_X, flag(|contact| contact.gap.around_x)),
-        (GAP_PERCOLATES_Y, flag(|contact| contact.gap.around_y)),
-        (
-            MEAN_CONTACT_PRESSURE,
-            optional_reals(measured.iter().enumerate().map(|(row, contact)| {
-                let touches = contact.area.contact_nodes > 0;
-                touches.then(|| pressure.value(row) / contact.area.fraction())
-            })),
-        ),
-        (
-            SECANT,
-            optional_reals(measured.iter().enumerate().map(|(row, contact)| {
-                let has_secant = load.value(row) > 0.0 && !attracts;
-                has_secant.then(|| contact.area.fraction() / load.value(row))
-            })),
-        ),
-    ]);
-    if stiffness {
-        columns.push((STIFFNESS, optional_reals(stiffnesses(solved, grids)?)));
-    }
+    let pressures = solved.reals(set.pressure(attracts).name)?;
+    let loads = solved.reals(LOAD.name)?;
+    let maps = grids.maps(solved, set.column())?;
+    let stiffnesses =
+        if stiffness { stiffnesses(solved, grids)? } else { vec![None; solved.rows()] };
+    let contact = |(row, map): (usize, ContactMap)| {
+        let map = map.with_boundary(boundary);
+        Ok(Contact {
+            grid: grids.grid(row)?,
+            area: ContactArea::from_map(&map),
+            contact: Clusters::of_contact(&map),
+            gap: Clusters::of_gap(&map),
+            set,
+            attracts,
+            load: loads.value(row),
+            pressure: pressures.value(row),
+            stiffness: stiffnesses[row],
+        })
+    };
+    let measured = maps.into_iter().enumerate().map(contact);
+    let measured = measured.collect::<Result<Vec<_>, StageError>>()?;
+    let settings = Settings { attracts, stiffness, rectangles: grids::has_rectangles(solved) };
+    let computed = columns().filled(&settings, &measured);
     let coordinates = solved.coordinates();
     let copied = [&[LOAD, PRESSURE], &COPIED[..], &COPIED_WITH_ADHESION].concat();
     let [copied, flows] = [&copied[..], &FLOW].map(|columns| {
@@ -245,11 +199,11 @@ pub fn measure(
         let names: Vec<&str> = own.map(|column| column.name).collect();
         solved.only(&names)
     });
-    let measured = coordinates.with(columns).beside(&copied).beside(&flows);
+    let measured = coordinates.with(computed).beside(&copied).beside(&flows);
     if !solved.has(FROZEN_STIFFNESS.name) {
         return Ok(measured);
     }
-    Ok(measured.with(conductances(solved, grids, boundary, conduction)?))
+    Ok(measured.with(conduction::conductances(solved, grids, boundary, conduction)?))
 }
 
 /// Returns the share of the contact area on filled nodes under each load. `filled` has positive
@@ -262,11 +216,11 @@ pub fn filled_area_share(
     set: NodeSet,
     filled: Option<&Surface>,
 ) -> Result<(Column, ArrayRef), StageError> {
-    let maps = solved.bytes(set.column().name)?;
-    let share = |row: usize| {
-        let Some(filled) = filled else { return Ok(None) };
-        let grid = filled.grid();
-        let map = ContactMap::from_bytes(grid.nodes(), maps.value(row)).map_err(StageError::Map)?;
+    let Some(filled) = filled else {
+        return Ok((FILLED_AREA_SHARE, optional_reals(vec![None; solved.rows()])));
+    };
+    let grid = filled.grid();
+    let share = |map: ContactMap| {
         let is_filled = |node: &usize| filled.heights()[*node] > 0.0;
         let is_in_contact = |node: &usize| {
             let [i, j] = grid.indices(*node);
@@ -274,9 +228,9 @@ pub fn filled_area_share(
         };
         let both = (0..grid.count()).filter(is_filled).filter(is_in_contact).count();
         let nodes = map.count();
-        Ok((nodes > 0).then(|| both as f64 / nodes as f64))
+        (nodes > 0).then(|| both as f64 / nodes as f64)
     };
-    let shares = (0..solved.rows()).map(share).collect::<Result<Vec<_>, StageError>>()?;
+    let shares = Grids::new(solved)?.maps(solved, set.column())?.into_iter().map(share);
     Ok((FILLED_AREA_SHARE, optional_reals(shares)))
 }
 
@@ -316,16 +270,21 @@ struct Contact {
     area: ContactArea,
     contact: Clusters,
     gap: Clusters,
+    set: NodeSet,
+    attracts: bool,
+    load: f64,
+    /// Pressure of the nodes in `set`, as a mean over the nominal area.
+    pressure: f64,
+    stiffness: Option<f64>,
 }
 
 impl Contact {
-    fn new(grid: Grid, map: &ContactMap) -> Contact {
-        Contact {
-            grid,
-            area: ContactArea::from_map(map),
-            contact: Clusters::of_contact(map),
-            gap: Clusters::of_gap(map),
-        }
+    fn mean_pressure(&self) -> Option<f64> {
+        (self.area.contact_nodes > 0).then(|| self.pressure / self.area.fraction())
+    }
+
+    fn secant(&self) -> Option<f64> {
+        (self.load > 0.0 && !self.attracts).then(|| self.area.fraction() / self.load)
     }
 }
 
@@ -371,7 +330,7 @@ fn at_middle(three: [Approach; 3]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_tables::column::bytes;
+    use asperity_tables::column::{bytes, integers, reals, texts};
 
     #[test]
     fn the_mean_contact_pressure_is_null_without_contact() {

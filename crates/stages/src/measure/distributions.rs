@@ -17,7 +17,6 @@ use crate::{Input, Recipe, RowKind, StageError, solve};
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::clusters::Cluster;
-use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::theory::persson;
 use asperity_tables::column::{Column, integers, optional_reals, reals};
 use asperity_tables::table::Table;
@@ -68,15 +67,14 @@ impl Distribution {
     /// # Errors
     /// Returns an error if the block lacks a column or a contact map does not fit its mesh.
     pub fn measure(&self, solved: &Input) -> Result<Table, StageError> {
-        let bins = |of: fn(&Recipe) -> Option<EqualBins>| {
-            of(solved.recipe).expect("validation requires the bins")
-        };
+        let bins = solved.recipe.bins();
+        let bins = |index: usize| bins[index].expect("validation requires the bins");
         let (rows, columns) = match *self {
             Distribution::Pressures => {
                 let attracts = matches!(solved.recipe, Recipe::Adhesion(_));
-                pressures(&solved.table, bins(Recipe::pressure_bins), attracts)?
+                pressures(&solved.table, bins(0), attracts)?
             }
-            Distribution::Gaps => gaps(&solved.table, bins(Recipe::gap_bins))?,
+            Distribution::Gaps => gaps(&solved.table, bins(1))?,
             Distribution::Clusters { bins } => clusters(&solved.table, bins)?,
         };
         Ok(solved.table.coordinates().pick(&rows).with(columns))
@@ -135,41 +133,33 @@ fn pressures(solved: &Table, bins: EqualBins, attracts: bool) -> Result<Distribu
     } else {
         reals(counted.iter().map(persson))
     };
-    let [center, width, nodes, densities, of_persson, above] =
+    let [center, width, nodes, density, of_persson, beyond] =
         if attracts { ADHESIVE_PRESSURE_DISTRIBUTION } else { PRESSURE_DISTRIBUTION };
-    let columns = vec![
-        (center, centers(&counted, bins)),
-        (width, reals(counted.iter().map(|_| bins.width()))),
-        (nodes, integers(counted.iter().map(|of| of.nodes as i64))),
-        (densities, density(&counted)),
-        (of_persson, of_theory),
-        (above, beyond(&counted)),
-    ];
+    let mut columns = histogram(&counted, bins, [center, width, nodes, density, beyond]);
+    columns.insert(4, (of_persson, of_theory));
     Ok((counted.iter().map(|of| of.load).collect(), columns))
 }
 
 fn gaps(solved: &Table, bins: EqualBins) -> Result<Distributed, StageError> {
     let counted = counted(solved, GAP_COUNTS, bins)?;
-    let columns = vec![
-        (GAP, centers(&counted, bins)),
-        (GAP_BIN_WIDTH, reals(counted.iter().map(|_| bins.width()))),
-        (GAP_NODES, integers(counted.iter().map(|of| of.nodes as i64))),
-        (GAP_DENSITY, density(&counted)),
-        (GAP_NODES_BEYOND, beyond(&counted)),
-    ];
+    let columns = histogram(&counted, bins, GAP_DISTRIBUTION);
     Ok((counted.iter().map(|of| of.load).collect(), columns))
 }
 
-fn centers(counted: &[Counted], bins: EqualBins) -> ArrayRef {
-    reals(counted.iter().map(|of| (of.bin as f64 + 0.5) * bins.width()))
-}
-
-fn density(counted: &[Counted]) -> ArrayRef {
-    reals(counted.iter().map(|of| of.nodes as f64 / of.unit))
-}
-
-fn beyond(counted: &[Counted]) -> ArrayRef {
-    integers(counted.iter().map(|of| of.beyond as i64))
+/// Returns the columns of the bins: center and width, nodes, density and nodes beyond all bins.
+fn histogram(
+    counted: &[Counted],
+    bins: EqualBins,
+    [center, width, nodes, density, beyond]: [Column; 5],
+) -> Vec<(Column, ArrayRef)> {
+    let rows = || counted.iter();
+    vec![
+        (center, reals(rows().map(|of| (of.bin as f64 + 0.5) * bins.width()))),
+        (width, reals(rows().map(|_| bins.width()))),
+        (nodes, integers(rows().map(|of| of.nodes as i64))),
+        (density, reals(rows().map(|of| of.nodes as f64 / of.unit))),
+        (beyond, integers(rows().map(|of| of.beyond as i64))),
+    ]
 }
 
 /// Sums over the clusters whose areas lie in one bin.
@@ -185,14 +175,13 @@ struct InBin {
 
 fn clusters(solved: &Table, bins_a_decade: u32) -> Result<Distributed, StageError> {
     let grids = Grids::new(solved)?;
-    let maps = solved.bytes(CONTACT.name)?;
+    let maps = grids.maps(solved, CONTACT)?;
     let boundary = solve::boundary_of(solved);
     let (mut loads, mut centers, mut found) = (Vec::new(), Vec::new(), Vec::new());
     let mut nodes = Vec::new();
-    for load in 0..solved.rows() {
+    for (load, map) in maps.into_iter().enumerate() {
         let grid = grids.grid(load)?;
-        let read = ContactMap::from_bytes(grid.nodes(), maps.value(load));
-        let map = read.map_err(StageError::Map)?.with_boundary(boundary);
+        let map = map.with_boundary(boundary);
         let edges = area_edges(grid, bins_a_decade);
         let bins = in_bins(&Cluster::all(&map), grid, &edges);
         for (bin, sums) in bins.into_iter().enumerate() {
@@ -257,6 +246,7 @@ fn in_bins(clusters: &[Cluster], grid: Grid, edges: &[f64]) -> Vec<InBin> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use asperity_contact::morphology::map::ContactMap;
 
     /// Returns the map of a square in which node (i, j) is in contact if `contact(i, j)`.
     fn map(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {

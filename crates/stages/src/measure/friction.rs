@@ -12,11 +12,12 @@ use serde_json::Value;
 use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::grids::Grids;
+use crate::table_columns::Values::{OptionalReal, Real, Text};
+use crate::table_columns::{TableColumns, column};
 use crate::{StageError, branch_names, solve};
 use asperity_contact::partial_slip::{self, NormalContact, State};
 use asperity_manifest::decimal;
 use asperity_manifest::keys::{Key, Spanned};
-use asperity_tables::column::{Column, optional_reals, reals, texts};
 use asperity_tables::table::Table;
 
 /// Maximum number of tangential loads.
@@ -66,16 +67,6 @@ pub struct Params {
 }
 
 impl Params {
-    /// Returns the columns, without the parameter columns of the loads.
-    pub fn columns(&self) -> Vec<Column> {
-        let with_ratio = self.poisson_ratio.is_some();
-        let needs_ratio =
-            [POISSON_RATIO, TANGENTIAL_DISPLACEMENT, TANGENTIAL_STIFFNESS, FRICTIONAL_DISSIPATION];
-        let mut columns = PARTIAL_SLIP.to_vec();
-        columns.retain(|column| with_ratio || !needs_ratio.contains(column));
-        columns
-    }
-
     /// Returns the shares of the normal load that the path needs, in descending order.
     pub fn shares(&self) -> Vec<f64> {
         let states = partial_slip::states(&self.loads);
@@ -94,85 +85,87 @@ impl Params {
         let contacts = Contacts::new(solved, &grids)?;
         let states = partial_slip::states(&self.loads);
         let branches = branches(&self.loads);
-        let mut rows = Rows::default();
+        let (mut sources, mut rows) = (Vec::new(), Vec::new());
         for (full, normal) in complete(&contacts.loads, &self.shares()) {
             for (state, branch) in states.iter().zip(&branches) {
-                rows.sources.push(full);
-                rows.branches.push(branch.clone());
-                rows.loads.push(state.load);
-                rows.push(self, &contacts, full, normal, state);
+                sources.push(full);
+                rows.push(SlipRow::new(self, &contacts, (full, normal), state, branch));
             }
         }
-        let repeated = |value: f64| reals(rows.sources.iter().map(|_| value));
-        let mut columns = vec![
-            (FRICTION_COEFFICIENT, repeated(self.coefficient)),
-            (TANGENTIAL_LOAD, reals(rows.loads.iter().copied())),
-            (TANGENTIAL_BRANCH, texts(rows.branches.iter().map(String::as_str))),
-            (STICK_FRACTION, optional_reals(rows.stick)),
-            (SLIP_FRACTION, optional_reals(rows.slip)),
-            (CONTACT_FRACTION, optional_reals(rows.area)),
-            (TANGENTIAL_TRACTION, reals(rows.traction)),
-        ];
-        if let Some(ratio) = self.poisson_ratio {
-            columns.push((POISSON_RATIO, repeated(ratio)));
-            columns.push((TANGENTIAL_DISPLACEMENT, optional_reals(rows.displacement)));
-            columns.push((TANGENTIAL_STIFFNESS, optional_reals(rows.stiffness)));
-            columns.push((FRICTIONAL_DISSIPATION, optional_reals(rows.dissipation)));
-        }
-        Ok(solved.coordinates().pick(&rows.sources).with(columns))
+        Ok(solved.coordinates().pick(&sources).with(columns().filled(self, &rows)))
     }
 }
 
-/// Values of the rows of a table.
-#[derive(Default)]
-struct Rows {
-    /// Row of the normal load in the table of the solved loads.
-    sources: Vec<usize>,
-    branches: Vec<String>,
-    loads: Vec<f64>,
-    stick: Vec<Option<f64>>,
-    slip: Vec<Option<f64>>,
-    area: Vec<Option<f64>>,
-    traction: Vec<f64>,
-    displacement: Vec<Option<f64>>,
-    stiffness: Vec<Option<f64>>,
-    dissipation: Vec<Option<f64>>,
+/// Results of a state. They are `None` where one of the loads did not converge.
+pub struct SlipRow<'a> {
+    params: &'a Params,
+    branch: &'a str,
+    load: f64,
+    stick: Option<f64>,
+    area: Option<f64>,
+    traction: f64,
+    displacement: Option<f64>,
+    stiffness: Option<f64>,
+    dissipation: Option<f64>,
 }
 
-impl Rows {
-    /// Adds the results of a state. They are null where one of the loads did not converge.
-    fn push(
-        &mut self,
-        params: &Params,
+/// Returns the columns of partial slip, without the parameter columns of the loads.
+pub fn columns<'a>() -> TableColumns<Params, SlipRow<'a>> {
+    TableColumns::<Params, SlipRow>::new()
+        .and([
+            column(FRICTION_COEFFICIENT, Real(|row| row.params.coefficient)),
+            column(TANGENTIAL_LOAD, Real(|row| row.load)),
+            column(TANGENTIAL_BRANCH, Text(|row| row.branch)),
+            column(STICK_FRACTION, OptionalReal(|row| row.stick)),
+            column(SLIP_FRACTION, OptionalReal(|row| Some(row.area? - row.stick?))),
+            column(CONTACT_FRACTION, OptionalReal(|row| row.area)),
+            column(TANGENTIAL_TRACTION, Real(|row| row.traction)),
+        ])
+        .and_if(
+            |params| params.poisson_ratio.is_some(),
+            [
+                column(POISSON_RATIO, OptionalReal(|row| row.params.poisson_ratio)),
+                column(TANGENTIAL_DISPLACEMENT, OptionalReal(|row| row.displacement)),
+                column(TANGENTIAL_STIFFNESS, OptionalReal(|row| row.stiffness)),
+                column(FRICTIONAL_DISSIPATION, OptionalReal(|row| row.dissipation)),
+            ],
+        )
+}
+
+impl<'a> SlipRow<'a> {
+    /// Computes the results of a state under the normal load `load`, which is in the row `full` of
+    /// the contacts.
+    fn new(
+        params: &'a Params,
         contacts: &Contacts,
-        full: usize,
-        load: f64,
+        (full, load): (usize, f64),
         state: &State,
-    ) {
+        branch: &'a str,
+    ) -> SlipRow<'a> {
         let at = |share: f64| find(&contacts.loads, share * load).and_then(|row| contacts.at(row));
         let friction = params.coefficient;
         let whole = contacts.at(full);
-        let area = whole.map(|whole| whole.area);
-        let stick = at(state.stick_share()).filter(|_| whole.is_some()).map(|stick| stick.area);
-        self.area.push(area);
-        self.stick.push(stick);
-        self.slip.push(area.zip(stick).map(|(area, stick)| area - stick));
-        self.traction.push(friction * state.load * contacts.pressures[full]);
-        let Some(ratio) = params.poisson_ratio.map(partial_slip::compliance_ratio) else {
-            return;
-        };
+        let ratio = params.poisson_ratio.map(partial_slip::compliance_ratio);
         let displacement = state.terms.iter().map(|term| {
             let run = whole?.normal.approach - at(term.share)?.normal.approach;
-            Some(term.weight * friction * ratio * run)
+            Some(term.weight * friction * ratio? * run)
         });
-        self.displacement.push(displacement.sum());
-        let stiffness = at(state.stick_share()).and_then(|stick| stick.stiffness);
-        self.stiffness.push(stiffness.map(|stiffness| stiffness / ratio));
         let dissipation = state.losses.iter().map(|loss| {
             let [full, stick] = [whole?.normal, at(loss.share)?.normal];
-            Some(loss.times * partial_slip::dissipated(full, stick, friction, ratio))
+            Some(loss.times * partial_slip::dissipated(full, stick, friction, ratio?))
         });
-        self.dissipation.push(dissipation.sum());
+        let stick = at(state.stick_share());
+        SlipRow {
+            params,
+            branch,
+            load: state.load,
+            stick: stick.filter(|_| whole.is_some()).map(|stick| stick.area),
+            area: whole.map(|whole| whole.area),
+            traction: friction * state.load * contacts.pressures[full],
+            displacement: displacement.sum(),
+            stiffness: stick.and_then(|stick| Some(stick.stiffness? / ratio?)),
+            dissipation: dissipation.sum(),
+        }
     }
 }
 

@@ -17,6 +17,7 @@ use super::statistics::Statistic;
 use super::{NodeSet, Params, stitched};
 use crate::bodies::Conduction;
 use crate::check_context::{Property, Surfaces};
+use crate::exclusions::exclude;
 use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
@@ -230,6 +231,46 @@ fn check_quantity(table: &MeasureTable, reads_loads: bool, checks: &mut Checks) 
     checks.refuse("what", message, &written.span, format!("must be {words}"))
 }
 
+/// Refuses keys that other keys of a stage that reads loads exclude.
+fn exclude_of_loads(table: &MeasureTable, what: What, checks: &mut Checks) -> Option<()> {
+    let of_contacts = what == What::Contacts;
+    exclude! { table, checks,
+        true => range, pool, trusted_fraction, parameters, smr_height, smc_ratio, peak_ratio,
+            dale_ratio, correlation_threshold, pruning:
+            "for surfaces; this stage reads loads";
+        table.friction.written().is_some() => what: "is not measured together with `friction`";
+        what != What::Clusters => bins: "applies only to surfaces and to `what = \"clusters\"`";
+        !of_contacts && table.stiffness.value() == Some(true) => stiffness:
+            "needs `what = \"contacts\"`";
+        !of_contacts && table.set.value() == Some(NodeSet::Repulsive) => set:
+            "needs `what = \"contacts\"`";
+    }
+}
+
+/// Refuses keys that other keys of a stage that reads surfaces exclude.
+fn exclude_of_surfaces(table: &MeasureTable, what: What, checks: &mut Checks) -> Option<()> {
+    let stitched = what == What::StitchedSpectrum;
+    let fraction = table.trusted_fraction.value();
+    let is_other_fraction = fraction.is_some_and(|value| value != stitched::DEFAULT_FRACTION);
+    exclude! { table, checks,
+        table.stiffness.value() == Some(true) => stiffness:
+            "for loads; this stage reads surfaces";
+        table.set.value() == Some(NodeSet::Repulsive) => set:
+            "for loads; this stage reads surfaces";
+        true => friction: "for loads; this stage reads surfaces";
+        what != What::Roughness => parameters, smr_height, smc_ratio, peak_ratio, dale_ratio,
+            correlation_threshold, pruning:
+            "for roughness parameters, `what = \"roughness\"`";
+        stitched => pool, range: "for the distribution of heights";
+        !stitched && is_other_fraction => trusted_fraction:
+            "for `what = \"stitched-spectrum\"`";
+        !stitched && what != What::Heights => pool:
+            "for the distribution of heights, `what = \"heights\"`";
+        !stitched && what != What::Heights && what != What::Bearing => bins, range:
+            "for the distribution of heights and the bearing curve";
+    }
+}
+
 fn of_loads(
     table: &MeasureTable,
     span: &Span,
@@ -238,17 +279,12 @@ fn of_loads(
 ) -> Option<Params> {
     check_quantity(table, true, checks)?;
     let what = table.what.value().unwrap_or(What::Contacts);
+    exclude_of_loads(table, what, checks)?;
     let stiffness = checks.value("stiffness", &table.stiffness)?;
-    let set = set(table, what, surfaces, checks)?;
-    let why = "for surfaces; this stage reads loads";
-    let range = checks.forbidden("range", &table.range, why);
-    let pool = checks.forbidden("pool", &table.pool, why);
-    let areal = areal::forbid(table, why, checks);
-    let bins = bins_per_decade(table, what, checks)?;
-    range.and(pool).and(areal)?;
-    checks.forbidden("trusted_fraction", &table.trusted_fraction, why)?;
+    let set = set(table, surfaces, checks)?;
+    let bins = bins_per_decade(table, checks)?;
     if let Some(written) = checks.optional("friction", &table.friction)? {
-        return friction::params(table, written, surfaces, checks);
+        return friction::params(written, surfaces, checks);
     }
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
         let conduction = conduction(span, surfaces, checks)?;
@@ -265,10 +301,6 @@ fn of_loads(
             filled,
         });
     };
-    if stiffness {
-        let why = "needs `what = \"contacts\"`";
-        checks.forbidden("stiffness", &table.stiffness, why)?;
-    }
     let counts = match distribution {
         Distribution::Pressures => Some((Property::PressuresUncounted, "pressure_bins")),
         Distribution::Gaps => Some((Property::GapsUncounted, "gap_bins")),
@@ -302,16 +334,8 @@ fn conduction(span: &Span, surfaces: &Surfaces, checks: &mut Checks) -> Option<O
 
 /// Returns the nodes that are measured. Only contacts with adhesion have nodes in contact without
 /// repulsion.
-fn set(
-    table: &MeasureTable,
-    what: What,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<NodeSet> {
+fn set(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<NodeSet> {
     let set = checks.value("set", &table.set)?;
-    if what != What::Contacts && !set.is_contact() {
-        checks.forbidden("set", &table.set, "needs `what = \"contacts\"`")?;
-    }
     let without_adhesion = surfaces.stage_with(Property::WithoutAdhesion);
     let Some(stage) = without_adhesion.filter(|_| !set.is_contact()) else {
         return Some(set);
@@ -321,15 +345,8 @@ fn set(
     checks.refuse("set", message, &table.set.written()?.span, label)
 }
 
-/// Returns the number of bins per decade of area, and refuses `bins` for other quantities of loads.
-fn bins_per_decade(table: &MeasureTable, what: What, checks: &mut Checks) -> Option<u32> {
-    if what != What::Clusters {
-        checks.forbidden(
-            "bins",
-            &table.bins,
-            "applies only to surfaces and to `what = \"clusters\"`",
-        )?;
-    }
+/// Returns the number of bins per decade of area.
+fn bins_per_decade(table: &MeasureTable, checks: &mut Checks) -> Option<u32> {
     let bins = checks.value_or("bins", &table.bins, DEFAULT_BINS_PER_DECADE)?;
     let written = table.bins.written().filter(|_| bins > MAX_BINS_PER_DECADE);
     let Some(written) = written else {
@@ -340,41 +357,18 @@ fn bins_per_decade(table: &MeasureTable, what: What, checks: &mut Checks) -> Opt
 }
 
 fn of_surfaces(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
-    let why = "for loads; this stage reads surfaces";
-    if checks.value("stiffness", &table.stiffness)? {
-        checks.forbidden("stiffness", &table.stiffness, why)?;
-    }
-    if !checks.value("set", &table.set)?.is_contact() {
-        checks.forbidden("set", &table.set, why)?;
-    }
-    checks.forbidden("friction", &table.friction, why)?;
-    let bins = checks.value("bins", &table.bins);
-    let range = checks.number("range", &table.range);
     check_quantity(table, false, checks)?;
-    let (bins, range) = (bins?, range?);
     let what = checks.value("what", &table.what)?;
-    if what != What::Roughness {
-        areal::forbid(table, "for roughness parameters, `what = \"roughness\"`", checks)?;
-    }
+    exclude_of_surfaces(table, what, checks)?;
+    let bins = checks.value("bins", &table.bins)?;
+    let range = checks.number("range", &table.range)?;
     let trusted_fraction = checks.number("trusted_fraction", &table.trusted_fraction)?;
     if what == What::StitchedSpectrum {
         return stitched(table, trusted_fraction, surfaces, checks);
     }
-    if trusted_fraction != stitched::DEFAULT_FRACTION {
-        let why = "for `what = \"stitched-spectrum\"`";
-        checks.forbidden("trusted_fraction", &table.trusted_fraction, why)?;
-    }
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
         return heights(table, bins, range, surfaces.stage_with(Property::NotRedrawable), checks);
     };
-    let why = "for the distribution of heights, `what = \"heights\"`";
-    let pool = checks.forbidden("pool", &table.pool, why);
-    if what != What::Bearing {
-        let why = "for the distribution of heights and the bearing curve";
-        checks.forbidden("bins", &table.bins, why)?;
-        checks.forbidden("range", &table.range, why)?;
-    }
-    pool?;
     Some(Params::Surface(match what {
         What::Roughness => areal::statistic(table, surfaces, checks)?,
         _ => statistic,
@@ -388,9 +382,6 @@ fn stitched(
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<Params> {
-    let why = "for the distribution of heights";
-    checks.forbidden("pool", &table.pool, why)?;
-    checks.forbidden("range", &table.range, why)?;
     let bins = checks.value_or("bins", &table.bins, stitched::DEFAULT_BINS)?;
     if bins > MAX_BINS_PER_DECADE {
         let must = format!("must be from 1 to {MAX_BINS_PER_DECADE} per decade");

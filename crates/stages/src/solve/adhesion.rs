@@ -29,7 +29,7 @@ use crate::{
 use asperity_contact::adhesion::{AdhesivePath, Settings};
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Boundary;
-use asperity_tables::column::{Column, Role, Value};
+use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::table::Table;
 
@@ -108,90 +108,11 @@ pub struct Params {
     pub loads_lack_unit: bool,
 }
 
-/// Columns that only paths with adhesion have.
-pub const ADDED_COLUMNS: [Column; 22] = [
-    ADHESIVE_TOLERANCE,
-    WORK_OF_ADHESION,
-    INTERACTION_RANGE,
-    CONTROL,
-    BRANCH,
-    PRESCRIBED_GAP,
-    STEP,
-    TABOR,
-    STICKINESS,
-    ADHESIVE_CONTACT_NODES,
-    CONTACT_FRACTION,
-    REPULSIVE_NODES,
-    REPULSIVE_FRACTION,
-    ATTRACTIVE_PRESSURE,
-    REPULSIVE_PRESSURE,
-    PRESSURE_IN_CONTACT,
-    ELASTIC_ENERGY,
-    ADHESION_ENERGY,
-    DISSIPATED_ENERGY,
-    PULL_OFF_LOAD,
-    ADHESIVE_RESIDUAL,
-    ADHESIVE_STOP,
-];
-
-/// Choice of the columns that only some tables of paths have.
-#[derive(Debug, Clone, Copy)]
-pub struct OptionalColumns {
-    pub boundary: Boundary,
-    pub control: Control,
-    pub load_unit: PressureUnit,
-    /// True if the unit of pressure has a name.
-    pub pressure_unit: bool,
-}
-
-/// Returns the light columns of the states of a path, without the parameter columns of surfaces.
-pub fn columns(optional: OptionalColumns) -> Vec<Column> {
-    let mut columns = vec![EFFECTIVE_MODULUS, WORK_OF_ADHESION, INTERACTION_RANGE, CONTROL];
-    columns.extend([ADHESIVE_TOLERANCE, MAX_PAIRS]);
-    columns.extend(optional.pressure_unit.then_some(PRESSURE_UNIT));
-    columns.extend((optional.boundary == Boundary::Free).then_some(BOUNDARY));
-    columns.push(BRANCH);
-    columns.extend(state_columns(optional.control, optional.load_unit));
-    columns.extend((optional.boundary == Boundary::Free).then_some(MEAN_DISPLACEMENT));
-    let may_miss = optional.boundary == Boundary::Free && optional.control == Control::Gap;
-    columns.extend(may_miss.then_some(PRESCRIBED_GAP));
-    columns.extend([
-        STEP,
-        TABOR,
-        STICKINESS,
-        ADHESIVE_CONTACT_NODES,
-        CONTACT_FRACTION,
-        REPULSIVE_NODES,
-        REPULSIVE_FRACTION,
-        ATTRACTIVE_PRESSURE,
-        REPULSIVE_PRESSURE,
-        PRESSURE_IN_CONTACT,
-        PEAK_PRESSURE,
-        ELASTIC_ENERGY,
-        ADHESION_ENERGY,
-        DISSIPATED_ENERGY,
-        PULL_OFF_LOAD,
-        PAIRS,
-        ADHESIVE_RESIDUAL,
-        ADHESIVE_STOP,
-    ]);
-    columns
-}
-
-/// Returns the columns `load`, `pressure` and `mean_gap`. The one that the path prescribes
-/// identifies the row.
-fn state_columns(control: Control, unit: PressureUnit) -> [Column; 3] {
-    match control {
-        Control::Load => {
-            let [load, pressure] = unit.load_columns();
-            [load, pressure, MEAN_GAP]
-        }
-        Control::Gap => [
-            LOAD.with_role(Role::Result),
-            PRESSURE.with_role(Role::Result),
-            MEAN_GAP.with_role(Role::Load),
-        ],
-    }
+/// Returns the light columns of all paths, without the parameter columns of surfaces.
+pub fn all_columns() -> Vec<Column> {
+    let settings =
+        [ADHESIVE_TOLERANCE, WORK_OF_ADHESION, INTERACTION_RANGE, CONTROL, PRESSURE_UNIT, BOUNDARY];
+    [&settings[..], &rows::columns().all()].concat()
 }
 
 impl Params {
@@ -259,12 +180,8 @@ impl Stage for Params {
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
-        let columns = columns(OptionalColumns {
-            boundary: self.boundary,
-            control: self.control,
-            load_unit: self.load_unit,
-            pressure_unit: self.pressure_unit.is_some(),
-        });
+        let settings = self.setting().into_iter().map(|(column, _)| column);
+        let columns: Vec<Column> = settings.chain(rows::columns().of(self)).collect();
         Ok(beside_coordinates(&columns, inputs)?)
     }
 

@@ -20,6 +20,7 @@ use self::layer::{LayerTable, SubstrateTable, layer};
 use self::loads::{GapBins, Loads, PressureBins, StoredPressures};
 use super::{ListedLoads, Params, Stiffness};
 use crate::check_context::{Property, Surfaces};
+use crate::exclusions::exclude;
 use crate::reduced_units::{GivenHardness, LoadUnit, PressureUnit};
 use crate::solve::adhesion::control::Control;
 use crate::surface::pair::MirrorAxis;
@@ -196,7 +197,9 @@ fn points(
     for point in &section.points {
         let checks = &mut Checks::new(section, point, problems);
         let boundary = boundary(&point.table, surfaces, section, checks);
-        let recipes = match checks.optional("adhesion", &point.table.adhesion) {
+        let adhesion = checks.optional("adhesion", &point.table.adhesion);
+        let clear = adhesion.and_then(|_| refuse_excluded(&point.table, checks));
+        let recipes = match adhesion {
             None => None,
             Some(None) => elastic(&point.table, boundary, surfaces, checks),
             Some(Some(adhesion)) => {
@@ -211,11 +214,49 @@ fn points(
             problems.push(Problem::new(message, section.span.clone(), label));
             return None;
         }
-        checked.push(recipes);
+        checked.push(clear.and(recipes));
     }
     let points = checked.into_iter().collect::<Option<Vec<_>>>()?;
     report_equal_points(section, &points, problems);
     Some(points.concat())
+}
+
+/// Refuses keys that other keys exclude.
+fn refuse_excluded(table: &SolveTable, checks: &mut Checks) -> Option<()> {
+    let lacks = |name: &str, is_written: bool| !is_written && !checks.is_reported(name);
+    let adhesive = table.adhesion.written().is_some();
+    let layered = table.layer.written().is_some();
+    let is_half_space = lacks("layer", layered);
+    let is_elastic = lacks("hardness", table.hardness.written().is_some());
+    let is_alone = lacks("against", table.against.written().is_some());
+    let by_gap = table.control.value() == Some(Control::Gap);
+    let by_load = lacks("control", by_gap);
+    let of_asperities = table.method.value() == Some(Method::Asperities);
+    let of_nodes = lacks("method", of_asperities);
+    let is_free = table.boundary.value() == Some(Boundary::Free);
+    exclude! { table, checks,
+        adhesive => hardness: "a material with a hardness is not combined with `adhesion`";
+        adhesive => layer, stiffness, substrate, flow: "is not computed together with `adhesion`";
+        adhesive => interaction: "asperities have no adhesion here";
+        adhesive && by_gap => loads: "with `control = \"gap\"` the states are `gaps`";
+        adhesive && by_load => gaps:
+            "needs `control = \"gap\"`; with `control = \"load\"` the states are `loads`";
+        !adhesive && by_gap => control: "needs the key `adhesion`";
+        !adhesive => gaps: "needs the key `adhesion`";
+        !adhesive && is_half_space => substrate:
+            "needs a coating, `layer = { …, modulus_ratio = … }`";
+        !adhesive && layered => path: "unloading is not combined with a `layer`";
+        !adhesive && is_half_space && is_elastic => path:
+            "needs `adhesion` or a `hardness`: other contacts unload along the curve of loading";
+        !adhesive && of_nodes => interaction: "needs `method = \"asperities\"`";
+        !adhesive && of_asperities => hardness: "Hertz contacts are elastic under any pressure";
+        !adhesive && of_asperities => pressure_bins, gap_bins, flow, stiffness:
+            "needs pressures and gaps at all nodes, which `method = \"asperities\"` does not solve \
+             for";
+        !adhesive && !of_asperities && is_free && table.flow.value() == Some(true) => flow:
+            "the flow is solved in a periodic gap, and `boundary` is \"free\"";
+        is_alone => shift, mirror: "needs the key `against`";
+    }
 }
 
 /// Returns the recipes of a point without adhesion: one, or one for each branch of a path.
@@ -225,28 +266,12 @@ fn elastic(
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<Vec<Recipe>> {
-    let why = "needs the key `adhesion`";
-    let control = match table.control.value() {
-        Some(Control::Gap) => checks.forbidden("control", &table.control, why),
-        _ => Some(()),
-    };
-    let gaps = checks.forbidden("gaps", &table.gaps, why);
     let layer = boundary.and_then(|boundary| layer(table, boundary, surfaces, checks))?;
     let params = Params { boundary: boundary?, layer, ..params(table, surfaces, checks)? };
-    if layer.is_some() {
-        let why = "unloading is not combined with a `layer`";
-        checks.forbidden("path", &table.path, why)?;
-    }
     check_bearing(table, &params, surfaces, checks);
-    control.and(gaps)?;
     let Some(path) = checks.optional("path", &table.path)? else {
         return Some(vec![Recipe::Solve(Arc::new(params))]);
     };
-    if params.hardness.is_none() {
-        let why = "needs `adhesion` or a `hardness`: other contacts unload along the curve of \
-                   loading";
-        return checks.forbidden("path", &table.path, why).map(|()| Vec::new());
-    }
     let states = path.value.states(adhesion::listed_loads(table, checks)?);
     let block = |(branch, loads)| {
         let branch = Some(branch);
@@ -294,7 +319,7 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     let pressures = loads::pressures(table, all, checks);
     let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
     let gap_bins = loads::gap_bins(table, all, checks);
-    let flow = flow(table, checks);
+    let flow = checks.value("flow", &table.flow);
     let stiffness = checks.value("stiffness", &table.stiffness);
     let bodies = bodies(table, surfaces, checks);
     let asperities = asperities(table, checks);
@@ -424,32 +449,11 @@ fn check_unit_of_hardness(
     checks.refuse("hardness", message, &hardness.span, label)
 }
 
-/// Returns whether the flow is solved. Refuses a flow through a gap that is not periodic.
-fn flow(table: &SolveTable, checks: &mut Checks) -> Option<bool> {
-    let flow = checks.value("flow", &table.flow)?;
-    if flow && table.boundary.value() == Some(Boundary::Free) {
-        let why = "the flow is solved in a periodic gap, and `boundary` is \"free\"";
-        checks.forbidden("flow", &table.flow, why)?;
-    }
-    Some(flow)
-}
-
-/// Returns the interaction of the asperities, or no interaction for boundary elements. Refuses keys
-/// that do not apply to the method.
+/// Returns the interaction of the asperities, or no interaction for boundary elements.
 fn asperities(table: &SolveTable, checks: &mut Checks) -> Option<Option<Interaction>> {
     if checks.value("method", &table.method)? != Method::Asperities {
-        let why = "needs `method = \"asperities\"`";
-        return checks.forbidden("interaction", &table.interaction, why).map(|()| None);
+        return Some(None);
     }
-    let why = "Hertz contacts are elastic under any pressure";
-    let elastic = checks.forbidden("hardness", &table.hardness, why);
-    let why =
-        "needs pressures and gaps at all nodes, which `method = \"asperities\"` does not solve for";
-    let pressures = checks.forbidden("pressure_bins", &table.pressure_bins, why);
-    let gaps = checks.forbidden("gap_bins", &table.gap_bins, why);
-    let flow = checks.forbidden("flow", &table.flow, why);
-    let stiffness = checks.forbidden("stiffness", &table.stiffness, why);
-    elastic.and(pressures).and(gaps).and(flow).and(stiffness)?;
     let free = table.boundary.written().filter(|written| written.value == Boundary::Free);
     if let Some(written) = free {
         let message = "asperities are pressed in a periodic cell, and `boundary` is \"free\"";
@@ -470,8 +474,7 @@ fn check_hardness_unit(section: &Section<SolveTable>, problems: &mut Problems) {
         let unit = point.table.hardness_unit.value();
         let is_other = unit.is_some_and(|unit| unit != checks.default_of("hardness_unit"));
         if is_other && !checks.is_reported("hardness") {
-            let why = "needs the key `hardness`";
-            checks.forbidden("hardness_unit", &point.table.hardness_unit, why);
+            exclude! { &point.table, checks, true => hardness_unit: "needs the key `hardness`"; };
         }
     }
 }

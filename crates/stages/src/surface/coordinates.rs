@@ -273,9 +273,9 @@ const OF_CONTACTS: [&str; 4] = ["rms_height", "nayak", "summit_density", "full_c
 /// Returns the column of a descriptor of surfaces of this origin. Later tables contain some
 /// descriptors of pairs and of surfaces that have yielded, because their spectra are not those
 /// that the parameters describe.
-pub fn descriptor(origin: Option<&Origin>, column: Column) -> Column {
+pub fn descriptor(origin: &Origin, column: Column) -> Column {
     match origin {
-        Some(Origin::Pair(_) | Origin::Yielded(_)) if OF_CONTACTS.contains(&column.name) => {
+        Origin::Pair(_) | Origin::Yielded(_) if OF_CONTACTS.contains(&column.name) => {
             column.with_role(Role::Surface)
         }
         _ => column,

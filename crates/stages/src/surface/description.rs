@@ -6,16 +6,17 @@ use super::coordinates::{coordinates_of, descriptor};
 use super::origin::{MeasuredSurface, ReadSurface};
 use super::{Origin, Params};
 use crate::columns::*;
+use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
+use crate::table_columns::{TableColumns, column};
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::descriptors::{Descriptors, skewness_and_excess_kurtosis};
 use asperity_contact::topography::differences;
 use asperity_contact::topography::moments::{Continuum, Moments};
-use asperity_contact::topography::preparation::{Preparation, Prepared};
 use asperity_contact::topography::random::RandomSurface;
-use asperity_contact::topography::reliability::Reliability;
+use asperity_contact::topography::reliability::{NoiseFloor, Reliability};
 use asperity_contact::topography::surface::Surface;
-use asperity_tables::column::{Column, Value, integers, optional_reals, texts};
+use asperity_tables::column::{Column, Value};
 
 /// Roughness descriptors of a surface, for the row of the surface in a table.
 pub struct Description {
@@ -30,7 +31,7 @@ pub struct Description {
 }
 
 /// Descriptors that need the heights of a surface.
-struct Seen {
+pub struct Seen {
     skewness: Option<f64>,
     excess_kurtosis: Option<f64>,
     /// Load of full contact in units of E* × `rms_slope`; `None` if no formula gives it.
@@ -38,7 +39,7 @@ struct Seen {
 }
 
 /// Spectral moments that a random self-affine surface has on average, and its roll-off wavenumber.
-struct Expected {
+pub struct Expected {
     /// Moments for a continuous spectrum; `None` for an anisotropic spectrum, which has no closed
     /// form.
     continuum: Option<Continuum>,
@@ -81,11 +82,7 @@ impl Description {
                 let drawn = origin.random_surface(cell).expect("the origin is random");
                 Description::from_modes(&drawn, cell)
             }
-            Origin::Spectrum { .. }
-            | Origin::File(_)
-            | Origin::Shape { .. }
-            | Origin::Pair(_)
-            | Origin::Yielded(_) => Description {
+            _ => Description {
                 moments: seen.moments,
                 // The slope of a scaled surface differs from the given one only by rounding.
                 rms_slope: origin.given_rms_slope().unwrap_or(seen.rms_slope),
@@ -121,125 +118,131 @@ impl Description {
 
     /// Returns the columns and values of the row of a surface.
     pub fn row(&self, params: &Params, grid: Grid) -> Vec<(Column, ArrayRef)> {
-        let rms_slope = Some(self.rms_slope);
-        let coordinates =
-            coordinates_of(params, grid.nodes(), grid.cell().size(), rms_slope).into_iter();
-        let cell = |(column, value): (Column, Value)| (column, value.repeated(1));
-        let mut columns: Vec<(Column, ArrayRef)> = coordinates.map(cell).collect();
-        let described = self.descriptors(grid.cell());
-        let pairs = DESCRIPTORS.into_iter().zip(described);
-        // A given rms height is among the coordinates.
-        let described = pairs.filter(|(column, _)| {
-            *column != RMS_HEIGHT || params.origin.given_rms_height().is_none()
-        });
-        columns.extend(described.map(|(column, value)| {
-            (descriptor(Some(&params.origin), column), optional_reals([value]))
-        }));
+        let cell = grid.cell();
+        let coordinates = coordinates_of(params, grid.nodes(), cell.size(), Some(self.rms_slope));
+        let one_row = |(column, value): (Column, Value)| (column, value.repeated(1));
+        let mut columns: Vec<(Column, ArrayRef)> = coordinates.into_iter().map(one_row).collect();
+        let &Description { ref moments, effective_modes, ref seen, .. } = self;
+        let described = Described { moments, effective_modes, seen: seen.as_ref(), cell };
+        columns.extend(descriptors().filled(&params.origin, &[described]));
+        for (column, _) in &mut columns {
+            *column = descriptor(&params.origin, *column);
+        }
         if let Some(expected) = &self.expected {
-            let values = expected.values(grid.cell()).map(|value| optional_reals([value]));
-            columns.extend(SPECTRUM_DESCRIPTORS.into_iter().zip(values));
+            columns.extend(spectrum_descriptors().filled(&(), &[(expected, cell)]));
         }
         columns
     }
-
-    /// Returns the values of [`DESCRIPTORS`], in their order.
-    fn descriptors(&self, cell: Cell) -> [Option<f64>; 14] {
-        let moments = &self.moments;
-        let seen = self.seen.as_ref();
-        [
-            Some(moments.m00),
-            Some(moments.m20),
-            Some(moments.m02),
-            Some(moments.m22),
-            Some(moments.m40),
-            Some(moments.m04),
-            moments.nayak(),
-            Some(moments.summit_density()),
-            Some(moments.summit_density_integer(cell)),
-            Some(moments.rms_height()),
-            seen.and_then(|seen| seen.skewness),
-            seen.and_then(|seen| seen.excess_kurtosis),
-            self.effective_modes,
-            seen.and_then(|seen| seen.full_contact_load),
-        ]
-    }
 }
 
-impl Expected {
-    /// Returns the values of [`SPECTRUM_DESCRIPTORS`], in their order.
-    fn values(&self, cell: Cell) -> [Option<f64>; 5] {
-        [
-            self.continuum.map(|continuum| continuum.nayak()),
-            self.continuum.map(|continuum| continuum.summit_density(self.k_rolloff)),
-            self.lattice.nayak(),
-            Some(self.lattice.summit_density_integer(cell)),
-            Some(self.lattice.effective_modes()),
-        ]
-    }
+/// A description of a surface on a cell.
+pub struct Described<'a> {
+    moments: &'a Moments,
+    effective_modes: Option<f64>,
+    seen: Option<&'a Seen>,
+    cell: Cell,
 }
 
-/// Returns the columns that describe the file of a surface. A NumPy array only has a number of
-/// filled nodes.
-pub fn columns_of_file(origin: &Origin) -> Vec<Column> {
-    let Origin::File(file) = origin else {
-        return vec![];
-    };
-    let mut columns = Vec::new();
-    if file.reader.is_some() {
-        columns.extend([FORMAT, CHANNEL_READ, CHANNELS]);
-    }
-    let Preparation { spikes, islands, fill, .. } = &file.preparation;
-    columns.extend(spikes.is_some().then_some(REMOVED_SPIKES));
-    columns.extend(islands.is_some().then_some(REMOVED_ISLANDS));
-    columns.extend(fill.is_some().then_some(FILLED_NODES));
-    let reliability = columns_of_reliability(&file.preparation).into_iter();
-    columns.extend(reliability.map(|(column, _)| column));
-    columns
+/// Returns the columns of the moments and descriptors of a surface. A given rms height is among the
+/// coordinates instead.
+pub fn descriptors<'a>() -> TableColumns<Origin, Described<'a>> {
+    TableColumns::<Origin, Described>::new()
+        .and([
+            column(M00, Real(|row| row.moments.m00)),
+            column(M20, Real(|row| row.moments.m20)),
+            column(M02, Real(|row| row.moments.m02)),
+            column(M22, Real(|row| row.moments.m22)),
+            column(M40, Real(|row| row.moments.m40)),
+            column(M04, Real(|row| row.moments.m04)),
+            column(NAYAK, OptionalReal(|row| row.moments.nayak())),
+            column(SUMMIT_DENSITY, Real(|row| row.moments.summit_density())),
+            column(
+                SUMMIT_DENSITY_INTEGER,
+                Real(|row| row.moments.summit_density_integer(row.cell)),
+            ),
+        ])
+        .and_if(
+            |origin| origin.given_rms_height().is_none(),
+            [column(RMS_HEIGHT, Real(|row| row.moments.rms_height()))],
+        )
+        .and([
+            column(SKEWNESS, OptionalReal(|row| row.seen?.skewness)),
+            column(EXCESS_KURTOSIS, OptionalReal(|row| row.seen?.excess_kurtosis)),
+            column(EFFECTIVE_MODES, OptionalReal(|row| row.effective_modes)),
+            column(FULL_CONTACT_LOAD, OptionalReal(|row| row.seen?.full_contact_load)),
+        ])
 }
 
-/// Returns the columns of the wavelengths that the instrument resolved, with their values, if the
-/// manifest asks for them.
-fn columns_of_reliability(preparation: &Preparation) -> Vec<(Column, ReliabilityValue)> {
-    let mut columns: Vec<(Column, ReliabilityValue)> = Vec::new();
-    if preparation.tip_radius.is_some() {
-        columns.push((TIP_WAVELENGTH, |found| found.tip));
-    }
-    if preparation.noise_floor {
-        columns.push((NOISE_WAVELENGTH, |found| found.noise.map(|noise| noise.wavelength)));
-        columns.push((NOISE_RMS_HEIGHT, |found| found.noise.map(|noise| noise.rms_height)));
-    }
-    if preparation.tests_reliability() {
-        columns.push((RELIABLE_WAVELENGTH, |found| Some(found.wavelength)));
-        columns.push((RMS_SLOPE_RELIABLE, |found| Some(found.rms_slope)));
-        columns.push((UNRELIABLE_SHARE, |found| Some(found.unreliable_share)));
-    }
-    columns
+/// Returns the columns of descriptors that follow from the prescribed spectrum of a random surface,
+/// without the heights.
+pub fn spectrum_descriptors<'a>() -> TableColumns<(), (&'a Expected, Cell)> {
+    TableColumns::<(), (&Expected, Cell)>::new().and([
+        column(NAYAK_CONTINUUM, OptionalReal(|(of, _)| Some(of.continuum?.nayak()))),
+        column(
+            SUMMIT_DENSITY_CONTINUUM,
+            OptionalReal(|(of, _)| Some(of.continuum?.summit_density(of.k_rolloff))),
+        ),
+        column(NAYAK_LATTICE, OptionalReal(|(of, _)| of.lattice.nayak())),
+        column(SUMMIT_DENSITY_LATTICE, Real(|(of, cell)| of.lattice.summit_density_integer(*cell))),
+        column(EFFECTIVE_MODES_LATTICE, Real(|(of, _)| of.lattice.effective_modes())),
+    ])
 }
 
-/// Function that returns the value of a column of the reliability of a map.
-type ReliabilityValue = fn(&Reliability) -> Option<f64>;
+/// A measured surface as its recipe describes it, and as it was read.
+type InFile<'a> = (&'a MeasuredSurface, &'a ReadSurface);
 
-/// Returns the columns that describe the file of a surface, with their values.
-pub fn found_in_file(file: &MeasuredSurface, found: &ReadSurface) -> Vec<(Column, ArrayRef)> {
-    let mut columns = Vec::new();
-    if let Some(reader) = &file.reader {
-        columns.push((FORMAT, texts([&reader.format])));
-        columns.push((CHANNEL_READ, texts([&found.channel.name])));
-        columns.push((CHANNELS, integers([found.channel.of as i64])));
-    }
-    let Prepared { removed, filled, .. } = &found.prepared;
-    let Preparation { spikes, islands, fill, .. } = &file.preparation;
-    let counts = [
-        (REMOVED_SPIKES, spikes.is_some(), removed.spikes),
-        (REMOVED_ISLANDS, islands.is_some(), removed.islands),
-        (FILLED_NODES, fill.is_some(), *filled),
-    ];
-    let given = counts.into_iter().filter(|(_, is_given, _)| *is_given);
-    columns.extend(given.map(|(column, _, count)| (column, integers([count as i64]))));
-    if let Some(reliability) = &found.prepared.reliability {
-        let values = columns_of_reliability(&file.preparation).into_iter();
-        columns
-            .extend(values.map(|(column, value)| (column, optional_reals([value(reliability)]))));
-    }
-    columns
+/// Returns the columns that describe the file of a surface, and the wavelengths that the instrument
+/// resolved. A NumPy array only has a number of filled nodes.
+pub fn file_columns<'a>() -> TableColumns<MeasuredSurface, InFile<'a>> {
+    TableColumns::<MeasuredSurface, InFile>::new()
+        .and_if(
+            |file| file.reader.is_some(),
+            [
+                column(
+                    FORMAT,
+                    Text(|(file, _)| file.reader.as_ref().map_or("", |reader| &reader.format)),
+                ),
+                column(CHANNEL_READ, Text(|(_, found)| &found.channel.name)),
+                column(CHANNELS, Count(|(_, found)| found.channel.of)),
+            ],
+        )
+        .and_if(
+            |file| file.preparation.spikes.is_some(),
+            [column(REMOVED_SPIKES, Count(|(_, found)| found.prepared.removed.spikes))],
+        )
+        .and_if(
+            |file| file.preparation.islands.is_some(),
+            [column(REMOVED_ISLANDS, Count(|(_, found)| found.prepared.removed.islands))],
+        )
+        .and_if(
+            |file| file.preparation.fill.is_some(),
+            [column(FILLED_NODES, Count(|(_, found)| found.prepared.filled))],
+        )
+        .and_if(
+            |file| file.preparation.tip_radius.is_some(),
+            [column(TIP_WAVELENGTH, OptionalReal(|file| limit(file)?.tip))],
+        )
+        .and_if(
+            |file| file.preparation.noise_floor,
+            [
+                column(NOISE_WAVELENGTH, OptionalReal(|file| Some(noise(file)?.wavelength))),
+                column(NOISE_RMS_HEIGHT, OptionalReal(|file| Some(noise(file)?.rms_height))),
+            ],
+        )
+        .and_if(
+            |file| file.preparation.tests_reliability(),
+            [
+                column(RELIABLE_WAVELENGTH, OptionalReal(|file| Some(limit(file)?.wavelength))),
+                column(RMS_SLOPE_RELIABLE, OptionalReal(|file| Some(limit(file)?.rms_slope))),
+                column(UNRELIABLE_SHARE, OptionalReal(|file| Some(limit(file)?.unreliable_share))),
+            ],
+        )
+}
+
+fn limit((_, found): &InFile) -> Option<Reliability> {
+    found.prepared.reliability
+}
+
+fn noise(file: &InFile) -> Option<NoiseFloor> {
+    limit(file)?.noise
 }

@@ -23,35 +23,80 @@ pub enum Method {
     FlatPunch,
 }
 
-impl Method {
-    /// All methods, in the order of the documentation; the first one is the default.
-    pub const ALL: [Method; 10] = [
+/// All methods, in the order of the documentation, each with the value of `method` in manifests
+/// and the description for editors and the guide. The first one is the default.
+const METHODS: [(Method, &str, &str); 10] = [
+    (
         Method::Random(Amplitude::Gaussian),
+        "filter",
+        "Random self-affine surfaces with a plateau up to `k_rolloff` and a power law up to \
+         `k_upper`. The modes have complex Gaussian amplitudes whose mean power is the spectrum.",
+    ),
+    (
         Method::Random(Amplitude::Deterministic),
+        "random-phase",
+        "Random self-affine surfaces with random phases. Each mode has exactly the power of the \
+         spectrum.",
+    ),
+    (
         Method::Spectrum,
+        "spectrum",
+        "Gaussian random surfaces with a given isotropic power spectral density C(q), normalised \
+         so that ∫ C d²q/(2π)² is their mean square height.",
+    ),
+    (
         Method::File,
+        "file",
+        "A measured surface, read from the file of an instrument. Its keys are applied in this \
+         order: channel, unit and side, `crop`, `spikes`, `islands`, `align`, `level` or \
+         `level_through`, `fill`, `tip_radius` and `noise_floor`, `high_pass`, `low_pass`, \
+         `resample`, `edges`.",
+    ),
+    (
         Method::Yielded,
-        Method::Paraboloid,
+        "yielded",
+        "Surfaces that keep their plastic depth after a `solve` stage with a `hardness`, which \
+         `from` names. They can be measured, and pressed again to study running-in.",
+    ),
+    (Method::Paraboloid, "paraboloid", "Paraboloid −r²/(2R), for comparison with Hertz contact."),
+    (
         Method::Wave(WaveShape::Single),
+        "wave",
+        "Wave Δ cos(2πnx/L), for comparison with the solution of Westergaard.",
+    ),
+    (
         Method::Wave(WaveShape::Product),
+        "wave-product",
+        "Product of waves Δ cos(2πnx/L) cos(2πny/L), for comparison with the solution of Johnson, \
+         Greenwood & Higginson.",
+    ),
+    (
         Method::Wave(WaveShape::Sum),
-        Method::FlatPunch,
-    ];
+        "wave-sum",
+        "Sum of waves Δ (cos(2πnx/L) + cos(2πny/L)): `\"wave-product\"` turned by 45°.",
+    ),
+    (Method::FlatPunch, "flat-punch", "Flat circular punch in the middle of the cell."),
+];
+
+impl Method {
+    /// Returns all methods; the first one is the default.
+    pub fn all() -> impl Iterator<Item = Method> {
+        METHODS.into_iter().map(|(method, ..)| method)
+    }
+
+    fn definition(self) -> (Method, &'static str, &'static str) {
+        let definition = METHODS.into_iter().find(|(method, ..)| *method == self);
+        definition.expect("all methods are defined")
+    }
 
     /// Returns the value of `method` in manifests.
     pub fn word(self) -> &'static str {
-        match self {
-            Method::Random(Amplitude::Gaussian) => "filter",
-            Method::Random(Amplitude::Deterministic) => "random-phase",
-            Method::Spectrum => "spectrum",
-            Method::File => "file",
-            Method::Yielded => "yielded",
-            Method::Paraboloid => "paraboloid",
-            Method::Wave(WaveShape::Single) => "wave",
-            Method::Wave(WaveShape::Product) => "wave-product",
-            Method::Wave(WaveShape::Sum) => "wave-sum",
-            Method::FlatPunch => "flat-punch",
-        }
+        self.definition().1
+    }
+
+    /// Returns the description of the method for editors and the guide.
+    pub fn about(self) -> &'static str {
+        self.definition().2
     }
 
     /// Returns whether the surfaces are shapes with closed-form solutions, and not rough.
@@ -74,47 +119,6 @@ impl Method {
                 Shape::WaveSum { .. } => Method::Wave(WaveShape::Sum),
                 Shape::Punch { .. } => Method::FlatPunch,
             },
-        }
-    }
-
-    /// Returns the description of the method for editors and the guide.
-    pub fn about(self) -> &'static str {
-        match self {
-            Method::Random(Amplitude::Gaussian) => {
-                "Random self-affine surfaces with a plateau up to `k_rolloff` and a power law up to \
-                 `k_upper`. The modes have complex Gaussian amplitudes whose mean power is the \
-                 spectrum."
-            }
-            Method::Random(Amplitude::Deterministic) => {
-                "Random self-affine surfaces with random phases. Each mode has exactly the power of the \
-                 spectrum."
-            }
-            Method::Spectrum => {
-                "Gaussian random surfaces with a given isotropic power spectral density C(q), \
-                 normalised so that ∫ C d²q/(2π)² is their mean square height."
-            }
-            Method::File => {
-                "A measured surface, read from the file of an instrument. Its keys are applied in this \
-                 order: channel, unit and side, `crop`, `spikes`, `islands`, `align`, `level` or \
-                 `level_through`, `fill`, `tip_radius` and `noise_floor`, `high_pass`, `low_pass`, \
-                 `resample`, `edges`."
-            }
-            Method::Yielded => {
-                "Surfaces that keep their plastic depth after a `solve` stage with a `hardness`, \
-                 which `from` names. They can be measured, and pressed again to study running-in."
-            }
-            Method::Paraboloid => "Paraboloid −r²/(2R), for comparison with Hertz contact.",
-            Method::Wave(WaveShape::Single) => {
-                "Wave Δ cos(2πnx/L), for comparison with the solution of Westergaard."
-            }
-            Method::Wave(WaveShape::Product) => {
-                "Product of waves Δ cos(2πnx/L) cos(2πny/L), for comparison with the solution of \
-                 Johnson, Greenwood & Higginson."
-            }
-            Method::Wave(WaveShape::Sum) => {
-                "Sum of waves Δ (cos(2πnx/L) + cos(2πny/L)): `\"wave-product\"` turned by 45°."
-            }
-            Method::FlatPunch => "Flat circular punch in the middle of the cell.",
         }
     }
 }

@@ -205,11 +205,7 @@ impl Origin {
         match self {
             Origin::Random { surface, rms_height: None, .. } => Some(surface.rms_slope),
             Origin::Spectrum { surface, .. } => surface.rms_slope,
-            Origin::Random { .. }
-            | Origin::File(_)
-            | Origin::Shape { .. }
-            | Origin::Pair(_)
-            | Origin::Yielded(_) => None,
+            _ => None,
         }
     }
 
@@ -246,28 +242,25 @@ impl Origin {
         }
     }
 
+    /// Returns the origins of the surfaces of which the surface is made.
+    fn parts(&self) -> Vec<&Origin> {
+        match self {
+            Origin::Pair(pair) => vec![&pair.body.origin, &pair.against.origin],
+            Origin::Yielded(yielded) => vec![&yielded.body.origin],
+            _ => Vec::new(),
+        }
+    }
+
     /// Returns whether the surface is a measured map that is not periodic, or contains one.
     pub fn is_open(&self) -> bool {
-        match self {
-            Origin::File(file) => file.edges == Edges::Open,
-            Origin::Pair(pair) => {
-                [&pair.body, &pair.against].iter().any(|params| params.origin.is_open())
-            }
-            Origin::Yielded(yielded) => yielded.body.origin.is_open(),
-            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => false,
-        }
+        matches!(self, Origin::File(file) if file.edges == Edges::Open)
+            || self.parts().into_iter().any(Origin::is_open)
     }
 
     /// Returns whether the surface is a measured map with filled points, or contains one.
     pub fn has_filled_points(&self) -> bool {
-        match self {
-            Origin::File(file) => file.seen.is_filled,
-            Origin::Pair(pair) => {
-                [&pair.body, &pair.against].iter().any(|params| params.origin.has_filled_points())
-            }
-            Origin::Yielded(yielded) => yielded.body.origin.has_filled_points(),
-            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => false,
-        }
+        matches!(self, Origin::File(file) if file.seen.is_filled)
+            || self.parts().into_iter().any(Origin::has_filled_points)
     }
 
     /// Returns whether the spectrum of the surface is in the table of another task.
@@ -277,16 +270,7 @@ impl Origin {
 
     /// Returns whether the surface has yielded, or is made of one that has.
     pub fn has_yielded(&self) -> bool {
-        match self {
-            Origin::Yielded(_) => true,
-            Origin::Pair(pair) => {
-                [&pair.body, &pair.against].iter().any(|params| params.origin.has_yielded())
-            }
-            Origin::Random { .. }
-            | Origin::File(_)
-            | Origin::Spectrum { .. }
-            | Origin::Shape { .. } => false,
-        }
+        matches!(self, Origin::Yielded(_)) || self.parts().into_iter().any(Origin::has_yielded)
     }
 
     /// Draws the surface, or reads it from its file. `side` gives the sides along x and y; for a

@@ -256,7 +256,7 @@ fn manifest(variant: StageVariant) -> String {
         () => "",
     };
     text += "[stage.surfaces]\nkind = \"generate\"\n";
-    text += smallest(StageVariant::Generate(Method::ALL[0]));
+    text += smallest(StageVariant::Generate(Method::all().next().unwrap()));
     text += "\n[stage.loads]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\n";
     text +=
         "[stage.yielding]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\nhardness = 1\n";

@@ -163,7 +163,7 @@ struct Plan<'a> {
     expressions: &'a Arena<AExpr>,
     memory: ByteSize,
     /// Output size of the node that takes the most memory.
-    largest: Extent,
+    largest: LargestTable,
 }
 
 /// Refuses a plan in which one node takes more memory than `memory`.
@@ -173,14 +173,14 @@ fn check_memory(
     expressions: &Arena<AExpr>,
     memory: ByteSize,
 ) -> PolarsResult<()> {
-    let mut plan = Plan { nodes, expressions, memory, largest: Extent::default() };
+    let mut plan = Plan { nodes, expressions, memory, largest: LargestTable::default() };
     plan.rows(root)?;
     plan.check()
 }
 
 /// Estimated size of the output of a plan node.
 #[derive(Default)]
-struct Extent {
+struct LargestTable {
     rows: f64,
     columns: usize,
     bytes: f64,
@@ -188,7 +188,7 @@ struct Extent {
 
 impl Plan<'_> {
     fn check(&self) -> PolarsResult<()> {
-        let Extent { rows, columns, bytes } = self.largest;
+        let LargestTable { rows, columns, bytes } = self.largest;
         if bytes <= self.memory.0 as f64 {
             return Ok(());
         }
@@ -307,12 +307,12 @@ fn counts_of(table: &DataFrame, on: Vec<Expr>) -> PolarsResult<BTreeMap<Vec<Valu
     Ok(counts)
 }
 
-impl Extent {
+impl LargestTable {
     /// Replaces this extent by `rows` rows with this schema if those take more memory.
     fn extend(&mut self, rows: f64, schema: &Schema) {
         let bytes = rows * width(schema);
         if bytes > self.bytes {
-            *self = Extent { rows, columns: schema.len(), bytes };
+            *self = LargestTable { rows, columns: schema.len(), bytes };
         }
     }
 }

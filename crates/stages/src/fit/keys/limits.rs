@@ -10,6 +10,7 @@ use serde::Deserialize;
 use super::common::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MAX_RESAMPLINGS, fits};
 use crate::check_context::unknown_column;
 use crate::columns::{LOAD, SURFACE};
+use crate::exclusions::exclude;
 use crate::fit::laws::Law;
 use crate::fit::limits::{FormChoice, LimitChoices, MAX_COMBINATIONS, MAX_TERMS, Term, WINDOW};
 use crate::{CheckContext, Recipe, RowKind};
@@ -327,8 +328,7 @@ fn loads(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Vec<f
         return Some(Vec::new());
     };
     if input.table.is_some_and(|table| !table.has(LOAD.name)) {
-        let why = "the rows that the stage reads have no load";
-        checks.forbidden("loads", &table.loads, why)?;
+        exclude! { table, checks, true => loads: "the rows that the stage reads have no load"; }?;
     }
     let loads: Vec<f64> = written.value.iter().map(|load| decimal::nearest(load.value)).collect();
     if let Some(index) = (1..loads.len()).find(|&index| loads[index] <= loads[index - 1]) {

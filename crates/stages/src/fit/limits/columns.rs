@@ -2,83 +2,64 @@
 
 use arrow::array::ArrayRef;
 
-use super::{FormChoice, LimitChoices, Line, MAX_TERMS, Outcome, WORD};
-use crate::columns::{K_ROLLOFF, LOAD, parameter, parameter_text, real};
+use super::{FormChoice, LimitChoices, LimitRow, MAX_TERMS, Outcome, WORD};
+use crate::columns::{K_ROLLOFF, LOAD, columns, parameter, parameter_text, real};
 use crate::fit::Params;
 use crate::fit::columns::{
     BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED,
 };
-use crate::fit::parameter::{Estimate, Parameter, names};
+use crate::fit::parameter::{Estimate, FitParameter, names};
 use crate::fit::status::{self, FITTED, STATUS};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
 use asperity_tables::table::Table;
 
-const QUANTITY: Column = parameter_text("quantity", "observable Q whose limit is fitted");
-const ROLLOFF_RATIO: Column =
-    parameter("rolloff_ratio", "1", "k_rolloff/k_lower, the same at all points of the fit");
-const AKAIKE: Column = real(
-    "akaike",
-    "1",
-    "Akaike's criterion χ² + 2 × number of free parameters; among forms for the same points, the \
-     smallest value is best",
-);
-const AKAIKE_WEIGHT: Column = real(
-    "akaike_weight",
-    "1",
-    "Akaike weight: exp(−Δ/2) divided by its sum over all forms for the same points, where Δ is \
-     the difference of `akaike` from its smallest value",
-);
-const BEST_SHARE: Column = real(
-    "best_share",
-    "1",
-    "fraction of the resamplings in which these forms have the smallest `akaike`",
-);
-const LEAVE_ONE_OUT: Column = real(
-    "leave_one_out_error",
-    "as `quantity`",
-    "root mean square error with which the other points predict each point, with the weights of \
-     the fit",
-);
-const LIMIT: Parameter = Parameter::of_unit(
-    "as `quantity`",
-    names!("limit"),
-    "limit Q₀ of the observable where all small parameters vanish. With a logarithmic term there \
-     is no limit, and Q₀ is the value where the small parameter of this term is 1",
-)
-.with_label("Q₀");
+columns! {
+    /// observable Q whose limit is fitted
+    const QUANTITY: Column = parameter_text("quantity");
+    /// k_rolloff/k_lower, the same at all points of the fit
+    const ROLLOFF_RATIO: Column = parameter("rolloff_ratio", "1");
+    /// Akaike's criterion χ² + 2 × number of free parameters; among forms for the same points, the
+    /// smallest value is best
+    const AKAIKE: Column = real("akaike", "1");
+    /// Akaike weight: exp(−Δ/2) divided by its sum over all forms for the same points, where Δ is
+    /// the difference of `akaike` from its smallest value
+    const AKAIKE_WEIGHT: Column = real("akaike_weight", "1");
+    /// fraction of the resamplings in which these forms have the smallest `akaike`
+    const BEST_SHARE: Column = real("best_share", "1");
+    /// root mean square error with which the other points predict each point, with the weights of
+    /// the fit
+    const LEAVE_ONE_OUT: Column = real("leave_one_out_error", "as `quantity`");
+    /// limit Q₀ of the observable where all small parameters vanish. With a logarithmic term there
+    /// is no limit, and Q₀ is the value where the small parameter of this term is 1
+    const LIMIT: FitParameter =
+        FitParameter::of_unit("as `quantity`", names!("limit")).with_label("Q₀");
+}
 
 /// Columns of one term of the law.
 struct TermColumns {
     small: Column,
     form: Column,
-    coefficient: Parameter,
-    exponent: Parameter,
+    coefficient: FitParameter,
+    exponent: FitParameter,
 }
 
 macro_rules! term_columns {
     ($number:literal) => {
         TermColumns {
-            small: parameter_text(
-                concat!("term_", $number),
-                concat!("small parameter x of term ", $number),
-            ),
-            form: parameter_text(
-                concat!("form_", $number),
-                concat!(
-                    "form of term ",
-                    $number,
-                    ": `power E` with the given exponent E, `power, free` or `logarithm`"
-                ),
-            ),
-            coefficient: Parameter::of_unit(
-                "as `quantity`",
-                names!("coefficient_", $number),
-                concat!("coefficient c of term ", $number, ", c xᵉ or c ln x"),
-            ),
-            exponent: Parameter::number(
-                names!("exponent_", $number),
-                concat!("exponent e of term ", $number, ", c xᵉ; a given exponent has no interval"),
-            ),
+            small: parameter_text(concat!("term_", $number))
+                .with_meaning(concat!("small parameter x of term ", $number)),
+            form: parameter_text(concat!("form_", $number)).with_meaning(concat!(
+                "form of term ",
+                $number,
+                ": `power E` with the given exponent E, `power, free` or `logarithm`"
+            )),
+            coefficient: FitParameter::of_unit("as `quantity`", names!("coefficient_", $number))
+                .with_meaning(concat!("coefficient c of term ", $number, ", c xᵉ or c ln x")),
+            exponent: FitParameter::number(names!("exponent_", $number)).with_meaning(concat!(
+                "exponent e of term ",
+                $number,
+                ", c xᵉ; a given exponent has no interval"
+            )),
         }
     };
 }
@@ -87,7 +68,7 @@ const TERMS: [TermColumns; MAX_TERMS] =
     [term_columns!("1"), term_columns!("2"), term_columns!("3"), term_columns!("4")];
 
 /// Returns the parameters of laws with the maximum number of terms.
-pub fn parameters() -> impl Iterator<Item = Parameter> {
+pub fn parameters() -> impl Iterator<Item = FitParameter> {
     let of_terms = TERMS.iter().flat_map(|term| [term.coefficient, term.exponent]);
     [LIMIT].into_iter().chain(of_terms)
 }
@@ -101,7 +82,7 @@ pub fn columns() -> Vec<Column> {
 }
 
 /// Creates the table of fits.
-pub fn table(input: &Table, choices: &LimitChoices, params: &Params, lines: &[Line]) -> Table {
+pub fn table(input: &Table, choices: &LimitChoices, params: &Params, lines: &[LimitRow]) -> Table {
     let mut columns = law_columns(input, choices, lines);
     columns.extend(estimates(choices, lines));
     columns.extend(quality(params, lines));
@@ -116,7 +97,11 @@ pub fn table(input: &Table, choices: &LimitChoices, params: &Params, lines: &[Li
     coordinates.pick(&of_groups).with(columns)
 }
 
-fn law_columns(input: &Table, choices: &LimitChoices, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
+fn law_columns(
+    input: &Table,
+    choices: &LimitChoices,
+    lines: &[LimitRow],
+) -> Vec<(Column, ArrayRef)> {
     let count = lines.len();
     let text = |text: String| texts(vec![text; count]);
     let mut columns = vec![(LAW, text(WORD.to_owned())), (QUANTITY, text(choices.of.to_string()))];
@@ -135,8 +120,8 @@ fn law_columns(input: &Table, choices: &LimitChoices, lines: &[Line]) -> Vec<(Co
     columns
 }
 
-fn estimates(choices: &LimitChoices, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
-    let filled = |parameter: Parameter, of: &dyn Fn(&Line, &Outcome) -> Option<Estimate>| {
+fn estimates(choices: &LimitChoices, lines: &[LimitRow]) -> Vec<(Column, ArrayRef)> {
+    let filled = |parameter: FitParameter, of: &dyn Fn(&LimitRow, &Outcome) -> Option<Estimate>| {
         parameter.filled(lines.iter().map(|line| of(line, line.outcome.as_ref().ok()?)))
     };
     let mut columns =
@@ -166,15 +151,15 @@ impl Outcome {
 }
 
 /// Returns the columns about the data, the quality, the comparison and the status of fits.
-fn quality(params: &Params, lines: &[Line]) -> Vec<(Column, ArrayRef)> {
+fn quality(params: &Params, lines: &[LimitRow]) -> Vec<(Column, ArrayRef)> {
     let real = |value: &dyn Fn(&Outcome) -> Option<f64>| {
-        let of = |line: &Line| value(line.outcome.as_ref().ok()?);
+        let of = |line: &LimitRow| value(line.outcome.as_ref().ok()?);
         optional_reals(lines.iter().map(of).collect::<Vec<_>>())
     };
-    let whole = |value: &dyn Fn(&Line) -> usize| {
+    let whole = |value: &dyn Fn(&LimitRow) -> usize| {
         integers(lines.iter().map(|line| value(line) as i64).collect::<Vec<_>>())
     };
-    let failed = |line: &Line| {
+    let failed = |line: &LimitRow| {
         let outcome = line.outcome.as_ref();
         outcome.map_or(0, |outcome| outcome.intervals.failed)
     };

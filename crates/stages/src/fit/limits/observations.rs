@@ -20,7 +20,7 @@ use asperity_tables::table::{Table, TableError};
 
 /// Points that are fitted together, with their common parameters.
 #[derive(Debug, Clone)]
-pub struct Group {
+pub struct ObservedGroup {
     /// Index of the table row from which the common parameters of the points are copied.
     pub row: usize,
     /// Common ratio k_rolloff/k_lower of the points, if `k_lower` varies and `k_rolloff` is not
@@ -45,7 +45,7 @@ struct Observations {
     unconverged_loads: Vec<f64>,
 }
 
-impl Group {
+impl ObservedGroup {
     /// Returns the points at which the observable is known for all surfaces under a load. A mean
     /// over some surfaces would belong to another ensemble.
     pub fn points_under(&self, load: Option<f64>) -> Vec<LimitPoint> {
@@ -54,7 +54,7 @@ impl Group {
         points.filter_map(|point| point.under(load, members)).collect()
     }
 
-    /// Returns the points of [`Group::points_under`], each with its varied parameters.
+    /// Returns the points of [`ObservedGroup::points_under`], each with its varied parameters.
     pub fn points_with_parameters(&self, load: Option<f64>) -> Vec<(ParameterPoint, LimitPoint)> {
         let points = self.points.iter();
         let members = &self.members();
@@ -118,10 +118,10 @@ pub fn groups(
     table: &Table,
     choices: &LimitChoices,
     window: Window,
-) -> Result<Vec<Group>, TableError> {
+) -> Result<Vec<ObservedGroup>, TableError> {
     let reader = Reader::new(table, choices)?;
     let mut order: Vec<(ParameterPoint, Option<Value>)> = Vec::new();
-    let mut groups: Vec<Group> = Vec::new();
+    let mut groups: Vec<ObservedGroup> = Vec::new();
     for (row, point, values, unconverged_loads) in reader.points()? {
         let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
         let mut shared = point.clone().without(&over);
@@ -133,7 +133,7 @@ pub fn groups(
         let known = order.iter().position(|other| *other == key);
         let index = known.unwrap_or_else(|| {
             order.push(key);
-            groups.push(Group {
+            groups.push(ObservedGroup {
                 row,
                 rolloff_ratio: ratio,
                 loads: Vec::new(),

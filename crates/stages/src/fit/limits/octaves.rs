@@ -8,7 +8,7 @@
 
 use std::collections::BTreeSet;
 
-use super::observations::Group;
+use super::observations::ObservedGroup;
 use super::{FormChoice, LimitChoices};
 use crate::ensemble::ParameterPoint;
 use asperity_manifest::decimal;
@@ -45,7 +45,7 @@ pub struct FitWithOctaves {
 /// Fits one group of points at one load with the forms that have the smallest Akaike criterion, and
 /// finds the possible octaves. Returns `None` if no fit succeeds.
 pub fn advise(
-    group: &Group,
+    group: &ObservedGroup,
     load: Option<f64>,
     choices: &LimitChoices,
     bootstrap: &Bootstrap,

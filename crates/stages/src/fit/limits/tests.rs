@@ -15,7 +15,7 @@ use asperity_tables::column::{Column, ColumnKind, integers, optional_reals, real
 const LOADS: [f64; 3] = [0.01, 0.02, 0.05];
 
 /// Row of a table of contacts.
-struct Row {
+struct FittedPoint {
     hurst: f64,
     k_lower: i64,
     k_upper: i64,
@@ -24,7 +24,7 @@ struct Row {
 }
 
 /// Returns κ = 2 + H + 0.5/k_lower − 0.8 √(k_lower/k_upper) plus the deviation of the surface.
-fn kappa(row: &Row) -> f64 {
+fn kappa(row: &FittedPoint) -> f64 {
     let (lower, upper) = (row.k_lower as f64, row.k_upper as f64);
     let own = 0.02 * (row.realization as f64 - 1.5) / lower;
     2.0 + row.hurst + 0.5 / lower - 0.8 * (lower / upper).sqrt() + own
@@ -36,7 +36,7 @@ fn table() -> Table {
         for k_lower in [1, 2, 4] {
             for ratio in [4, 8, 16] {
                 for realization in 0..4 {
-                    rows.extend(LOADS.map(|load| Row {
+                    rows.extend(LOADS.map(|load| FittedPoint {
                         hurst,
                         k_lower,
                         k_upper: ratio * k_lower,
@@ -47,8 +47,9 @@ fn table() -> Table {
             }
         }
     }
-    let whole = |value: fn(&Row) -> i64| integers(rows.iter().map(value));
-    let real = |value: &dyn Fn(&Row) -> f64| reals(rows.iter().map(value).collect::<Vec<_>>());
+    let whole = |value: fn(&FittedPoint) -> i64| integers(rows.iter().map(value));
+    let real =
+        |value: &dyn Fn(&FittedPoint) -> f64| reals(rows.iter().map(value).collect::<Vec<_>>());
     Table::new(
         rows.len(),
         vec![

@@ -42,9 +42,7 @@ pub struct WrittenPoints {
 pub fn spikes(table: &FileTable, checks: &mut Checks) -> Option<Option<Spikes>> {
     let threshold = checks.optional_number("spikes", &table.spikes)?;
     let Some(threshold) = threshold else {
-        return checks
-            .forbidden("spike_window", &table.spike_window, "needs `spikes`")
-            .map(|()| None);
+        return Some(None);
     };
     let window: u32 = checks.value("spike_window", &table.spike_window)?;
     match table.spike_window.written().filter(|_| window.is_multiple_of(2)) {
@@ -59,32 +57,26 @@ pub fn spikes(table: &FileTable, checks: &mut Checks) -> Option<Option<Spikes>> 
 /// Returns the alignment of the scan lines, or `Some(None)` if the manifest has no key `align`.
 pub fn alignment(table: &FileTable, checks: &mut Checks) -> Option<Option<Alignment>> {
     let written = checks.optional("align", &table.align)?.map(|written| written.value);
-    let degree = if written == Some(WrittenAlignment::Polynomial) {
-        checks.value("align_degree", &table.align_degree)
-    } else {
-        let why = "needs `align = \"polynomial\"`";
-        checks.forbidden("align_degree", &table.align_degree, why).map(|()| 0)
-    };
     let Some(written) = written else {
-        let along = checks.forbidden("align_along", &table.align_along, "needs `align`");
-        return along.and(degree).map(|_| None);
+        return Some(None);
     };
     let along = checks.value("align_along", &table.align_along)?;
     let by = match written {
         WrittenAlignment::Median => LineFit::Median,
         WrittenAlignment::Differences => LineFit::Differences,
-        WrittenAlignment::Polynomial => LineFit::Polynomial { degree: degree? },
+        WrittenAlignment::Polynomial => {
+            LineFit::Polynomial { degree: checks.value("align_degree", &table.align_degree)? }
+        }
     };
-    degree.map(|_| Some(Alignment { along, by }))
+    Some(Some(Alignment { along, by }))
 }
 
 /// Returns the positions on the plane to subtract, or `Some(None)` if the manifest has no key
-/// `level_through`. Refuses `level` beside it.
+/// `level_through`.
 pub fn level_through(table: &FileTable, checks: &mut Checks) -> Option<Option<ThreePoints>> {
     let Some(written) = checks.optional("level_through", &table.level_through)? else {
         return Some(None);
     };
-    checks.forbidden("level", &table.level, "`level_through` already subtracts a plane")?;
     let [a, b, c] = [written.value.a, written.value.b, written.value.c]
         .map(|point| point.map(decimal::nearest));
     Some(Some(ThreePoints { a, b, c }))

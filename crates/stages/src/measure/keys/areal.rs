@@ -79,18 +79,3 @@ fn check_is_used(
     let problem = Problem::new(message, written.span.clone(), label);
     checks.reject(problem.help("add one of them to `parameters`, or remove this key"))
 }
-
-/// Refuses the keys of roughness parameters for other quantities than `what = "roughness"`.
-pub fn forbid(table: &MeasureTable, why: &str, checks: &mut Checks) -> Option<()> {
-    let parameters = checks.forbidden("parameters", &table.parameters, why);
-    let numbers = [
-        ("smr_height", &table.smr_height),
-        ("smc_ratio", &table.smc_ratio),
-        ("peak_ratio", &table.peak_ratio),
-        ("dale_ratio", &table.dale_ratio),
-        ("correlation_threshold", &table.correlation_threshold),
-        ("pruning", &table.pruning),
-    ]
-    .map(|(name, key)| checks.forbidden(name, key, why));
-    numbers.into_iter().fold(parameters, Option::and)
-}

@@ -1,6 +1,5 @@
 //! The key `friction`.
 
-use super::MeasureTable;
 use crate::check_context::Surfaces;
 use crate::measure::Params as MeasureParams;
 use crate::measure::friction::{DISSIPATION_VERSION, FrictionTable, Params, complete, find};
@@ -11,7 +10,6 @@ use asperity_manifest::keys::{Spanned, quantity};
 
 /// Returns the task of a stage with the key `friction`, or `None` after reporting problems.
 pub fn params(
-    table: &MeasureTable,
     friction: &Spanned<FrictionTable>,
     surfaces: &Surfaces,
     checks: &mut Checks,
@@ -21,8 +19,6 @@ pub fn params(
         let label = "needs elastic half-spaces without adhesion";
         return checks.refuse("friction", message, &friction.span, label);
     }
-    let why = "is not measured together with `friction`";
-    checks.forbidden("what", &table.what, why)?;
     let FrictionTable { coefficient, loads, poisson_ratio } = &friction.value;
     let mut before = 0.0;
     for load in &loads.value {

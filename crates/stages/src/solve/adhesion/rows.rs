@@ -2,18 +2,18 @@
 
 use arrow::array::ArrayRef;
 
-use super::{Params, state_columns};
+use super::Params;
 use crate::StageError;
 use crate::columns::*;
 use crate::reduced_units::{PressureUnit, Scales};
 use crate::solve::adhesion::control::Control;
 use crate::solve::parts::counted;
+use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
+use crate::table_columns::{TableColumns, column, column_in_role};
 use asperity_contact::adhesion::{AdhesiveState, Stop};
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Boundary;
-use asperity_tables::column::{
-    Column, bytes, integers, optional_list, optional_reals, reals, texts,
-};
+use asperity_tables::column::{Column, Role, bytes, optional_list};
 use asperity_tables::table::Table;
 
 /// Units of the solver for one surface, and numbers that describe its roughness.
@@ -43,6 +43,85 @@ pub struct Solved<'a> {
     pub pressure: &'a [f64],
 }
 
+/// A solved state with the quantities from which its row is made.
+pub struct StateRow<'a> {
+    solved: &'a Solved<'a>,
+    state: &'a AdhesiveState,
+    surface: &'a SurfaceScales,
+    mean: MeanState,
+    dissipated: Option<f64>,
+}
+
+impl StateRow<'_> {
+    /// Returns the state, or `None` if the surfaces are apart.
+    fn bound(&self) -> Option<&AdhesiveState> {
+        self.solved.gap.map(|_| self.state)
+    }
+
+    /// Returns a pressure in the unit of the modulus; `None` if the surfaces are apart.
+    fn in_unit(&self, reduced: fn(&AdhesiveState) -> f64) -> Option<f64> {
+        Some(reduced(self.bound()?) * self.surface.scales.pressure())
+    }
+
+    fn fraction(&self, count: usize) -> f64 {
+        let [nodes_x, nodes_y] = self.surface.scales.nodes;
+        count as f64 / (nodes_x * nodes_y) as f64
+    }
+}
+
+fn is_free(params: &Params) -> bool {
+    params.boundary == Boundary::Free
+}
+
+/// Returns the roles of `load`, `pressure` and `mean_gap`. The one that the path prescribes
+/// identifies the row.
+fn roles(params: &Params) -> [Role; 3] {
+    match params.control {
+        Control::Load => {
+            let [load, pressure] = params.load_unit.roles(Role::Load);
+            [load, pressure, Role::Result]
+        }
+        Control::Gap => [Role::Result, Role::Result, Role::Load],
+    }
+}
+
+/// Returns the light columns of the states of a path, without the coordinates of surfaces and the
+/// settings.
+pub fn columns<'a>() -> TableColumns<Params, StateRow<'a>> {
+    TableColumns::<Params, StateRow>::new()
+        .and([
+            column(BRANCH, Text(|row| row.solved.branch)),
+            column_in_role(LOAD, |params| roles(params)[0], Real(|row| row.mean.load)),
+            column_in_role(PRESSURE, |params| roles(params)[1], Real(|row| row.mean.pressure)),
+            column_in_role(MEAN_GAP, |params| roles(params)[2], OptionalReal(|row| row.mean.gap)),
+        ])
+        .and_if(is_free, [column(MEAN_DISPLACEMENT, OptionalReal(|row| row.mean.displacement))])
+        .and_if(
+            |params| is_free(params) && params.control == Control::Gap,
+            [column(PRESCRIBED_GAP, Real(|row| row.solved.given))],
+        )
+        .and([
+            column(STEP, Count(|row| row.solved.index + 1)),
+            column(TABOR, OptionalReal(|row| row.surface.tabor)),
+            column(STICKINESS, OptionalReal(|row| row.surface.stickiness)),
+            column(ADHESIVE_CONTACT_NODES, Count(|row| row.state.contact_nodes)),
+            column(CONTACT_FRACTION, Real(|row| row.fraction(row.state.contact_nodes))),
+            column(REPULSIVE_NODES, Count(|row| row.state.repulsive_nodes)),
+            column(REPULSIVE_FRACTION, Real(|row| row.fraction(row.state.repulsive_nodes))),
+            column(ATTRACTIVE_PRESSURE, OptionalReal(|row| row.in_unit(|s| s.attractive_pressure))),
+            column(REPULSIVE_PRESSURE, OptionalReal(|row| row.in_unit(|s| s.repulsive_pressure))),
+            column(PRESSURE_IN_CONTACT, OptionalReal(|row| row.in_unit(|s| s.pressure_in_contact))),
+            column(PEAK_PRESSURE, OptionalReal(|row| row.in_unit(|s| s.peak_pressure))),
+            column(ELASTIC_ENERGY, OptionalReal(|row| row.mean.elastic)),
+            column(ADHESION_ENERGY, OptionalReal(|row| row.mean.adhesion)),
+            column(DISSIPATED_ENERGY, OptionalReal(|row| row.dissipated)),
+            column(PULL_OFF_LOAD, OptionalReal(|row| row.state.pull_off_load)),
+            column(PAIRS, Count(|row| row.state.pairs as usize)),
+            column(ADHESIVE_RESIDUAL, OptionalReal(|row| row.bound().map(|state| state.residual))),
+            column(ADHESIVE_STOP, Text(|row| stop_name(row.state.stop))),
+        ])
+}
+
 /// Returns the row of a state. `surface` is the row of the surface in the table of its stage, and
 /// `before` the row of the state before it.
 pub fn row(
@@ -52,69 +131,37 @@ pub fn row(
     solved: Solved,
     before: Option<&Table>,
 ) -> Result<Table, StageError> {
-    let Solved { index, given, branch, state, contact, repulsive, gap, pressure } = solved;
-    let scales = &of_surface.scales;
-    let unit = scales.pressure();
-    let nodes = (scales.nodes[0] * scales.nodes[1]) as f64;
-    let is_bound = gap.is_some();
-    let known = |value: f64| optional_reals([is_bound.then_some(value)]);
-    let mean = MeanState::new(params, scales, given, &state, is_bound);
+    let unit = of_surface.scales.pressure();
+    let mean = MeanState::new(params, &of_surface.scales, &solved);
     let dissipated = mean.dissipated_since(before)?;
-    let mut columns: Vec<(Column, ArrayRef)> =
+    let row =
+        StateRow { solved: &solved, state: &solved.state, surface: of_surface, mean, dissipated };
+    let mut table: Vec<(Column, ArrayRef)> =
         params.setting().into_iter().map(|(column, value)| (column, value.repeated(1))).collect();
-    columns.push((BRANCH, texts([branch])));
-    let [load, absolute, mean_gap] = state_columns(params.control, params.load_unit);
-    columns.extend([
-        (load, reals([mean.load])),
-        (absolute, reals([mean.pressure])),
-        (mean_gap, optional_reals([mean.gap])),
-    ]);
-    if let Some(displacement) = mean.displacement {
-        columns.push((MEAN_DISPLACEMENT, reals([displacement])));
-        if params.control == Control::Gap {
-            columns.push((PRESCRIBED_GAP, reals([given])));
-        }
-    }
-    columns.extend([
-        (STEP, integers([index as i64 + 1])),
-        (TABOR, optional_reals([of_surface.tabor])),
-        (STICKINESS, optional_reals([of_surface.stickiness])),
-        (ADHESIVE_CONTACT_NODES, integers([state.contact_nodes as i64])),
-        (CONTACT_FRACTION, reals([state.contact_nodes as f64 / nodes])),
-        (REPULSIVE_NODES, integers([state.repulsive_nodes as i64])),
-        (REPULSIVE_FRACTION, reals([state.repulsive_nodes as f64 / nodes])),
-        (ATTRACTIVE_PRESSURE, known(state.attractive_pressure * unit)),
-        (REPULSIVE_PRESSURE, known(state.repulsive_pressure * unit)),
-        (PRESSURE_IN_CONTACT, known(state.pressure_in_contact * unit)),
-        (PEAK_PRESSURE, known(state.peak_pressure * unit)),
-        (ELASTIC_ENERGY, optional_reals([mean.elastic])),
-        (ADHESION_ENERGY, optional_reals([mean.adhesion])),
-        (DISSIPATED_ENERGY, optional_reals([dissipated])),
-        (PULL_OFF_LOAD, optional_reals([state.pull_off_load])),
-        (PAIRS, integers([i64::from(state.pairs)])),
-        (ADHESIVE_RESIDUAL, known(state.residual)),
-        (ADHESIVE_STOP, texts([stop_name(state.stop)])),
+    table.extend(columns().filled(params, &[row]));
+    let Solved { contact, repulsive, gap, pressure, .. } = solved;
+    table.extend([
         (CONTACT, bytes([contact])),
         (REPULSIVE, bytes([repulsive])),
         (GAPS, optional_list(gap)),
     ]);
     if params.keeps_maps {
         let pressures: Vec<f64> = pressure.iter().map(|pressure| pressure * unit).collect();
-        columns.push((PRESSURES, optional_list(Some(&pressures))));
+        table.push((PRESSURES, optional_list(Some(&pressures))));
     }
     if let Some(bins) = params.pressure_bins {
         let attraction = params.work / params.range / unit;
         let counts = gap.map(|_| pressure_counts(bins, attraction, pressure));
-        columns.push((PRESSURE_COUNTS, optional_list(counts.as_deref())));
+        table.push((PRESSURE_COUNTS, optional_list(counts.as_deref())));
     }
     if let Some(bins) = params.gap_bins {
         let open = |gap: &[f64]| {
             let open = gap.iter().filter(|gap| **gap > 0.0);
             counted(bins, open.map(|gap| gap / of_surface.rms_height))
         };
-        columns.push((GAP_COUNTS, optional_list(gap.map(open).as_deref())));
+        table.push((GAP_COUNTS, optional_list(gap.map(open).as_deref())));
     }
-    Ok(surface.coordinates().with(columns))
+    Ok(surface.coordinates().with(table))
 }
 
 /// Maximum number of bins of negative pressures. The lowest of them also counts all lower
@@ -154,13 +201,8 @@ struct MeanState {
 impl MeanState {
     /// Converts a state. The prescribed quantity keeps the value of the manifest exactly, except
     /// for the mean gap of an isolated patch that is not reached.
-    fn new(
-        params: &Params,
-        scales: &Scales,
-        given: f64,
-        state: &AdhesiveState,
-        is_bound: bool,
-    ) -> MeanState {
+    fn new(params: &Params, scales: &Scales, solved: &Solved) -> MeanState {
+        let (given, state, is_bound) = (solved.given, &solved.state, solved.gap.is_some());
         let unit = scales.pressure() * scales.length();
         let [load, pressure] = match (params.control, params.load_unit) {
             (Control::Gap, _) => [state.mean_pressure, state.mean_pressure * scales.pressure()],

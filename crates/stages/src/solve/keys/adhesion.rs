@@ -108,7 +108,7 @@ pub fn recipe(
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<Recipe> {
-    refuse_other_physics(table, checks)?;
+    check_method(table, checks)?;
     bodies::bodies(table, surfaces, checks)?;
     let effective_modulus = bodies::modulus(table, checks);
     let load_unit = load_unit(table, checks);
@@ -121,16 +121,8 @@ pub fn recipe(
     check_mesh(table, adhesion, effective_modulus?, surfaces, checks)?;
     let control = checks.value("control", &table.control)?;
     let listed = match control {
-        Control::Load => {
-            let why = "needs `control = \"gap\"`; with `control = \"load\"` the states are `loads`";
-            checks.forbidden("gaps", &table.gaps, why)?;
-            listed_loads(table, checks)?
-        }
-        Control::Gap => {
-            let why = "with `control = \"gap\"` the states are `gaps`";
-            checks.forbidden("loads", &table.loads, why)?;
-            listed_gaps(table, conversion, checks)?
-        }
+        Control::Load => listed_loads(table, checks)?,
+        Control::Gap => listed_gaps(table, conversion, checks)?,
     };
     let path = checks.optional("path", &table.path)?;
     let targets = path.map_or(PathShape::AsGiven, |path| path.value).states(listed);
@@ -223,17 +215,8 @@ pub fn mesh_number(step: f64, work: f64, range: f64, modulus: f64) -> f64 {
     step * work / (modulus * range * range)
 }
 
-/// Refuses keys of physics that is not combined with adhesion.
-fn refuse_other_physics(table: &SolveTable, checks: &mut Checks) -> Option<()> {
-    let why = "a material with a hardness is not combined with `adhesion`";
-    checks.forbidden("hardness", &table.hardness, why)?;
-    let why = "is not computed together with `adhesion`";
-    checks.forbidden("layer", &table.layer, why)?;
-    checks.forbidden("stiffness", &table.stiffness, why)?;
-    checks.forbidden("substrate", &table.substrate, why)?;
-    checks.forbidden("flow", &table.flow, why)?;
-    let why = "asperities have no adhesion here";
-    checks.forbidden("interaction", &table.interaction, why)?;
+/// Refuses asperities with adhesion.
+fn check_method(table: &SolveTable, checks: &mut Checks) -> Option<()> {
     if let Some(written) = table.method.written().filter(|word| word.value == Method::Asperities) {
         let message = "`method = \"asperities\"` and `adhesion` exclude each other";
         return checks.refuse("method", message, &written.span, "has no adhesion");

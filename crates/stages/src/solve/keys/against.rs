@@ -27,13 +27,10 @@ pub fn stage(section: &Section<SolveTable>) -> Option<&Spanned<String>> {
 }
 
 /// Returns the shift of a point along x and y, or `Some(None)` if the surfaces are pressed alone.
-/// Refuses keys that need `against`, and a shift of maps that are not periodic.
+/// Refuses a shift of maps that are not periodic.
 pub(super) fn shift(table: &SolveTable, checks: &mut Checks) -> Option<Option<PerAxis<f64>>> {
     if checks.optional("against", &table.against)?.is_none() {
-        let why = "needs the key `against`";
-        let shift = checks.forbidden("shift", &table.shift, why);
-        let mirror = checks.forbidden("mirror", &table.mirror, why);
-        return shift.and(mirror).map(|()| None);
+        return Some(None);
     }
     let Some(written) = checks.optional("shift", &table.shift)? else {
         return Some(Some(PerAxis::same(0.0)));

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use super::bodies::Body;
 use super::{Method, SolveTable};
 use crate::check_context::Surfaces;
+use crate::exclusions::exclude;
 use crate::lengths::in_unit_of_surfaces;
 use crate::solve::layer::GivenLayer;
 use asperity_contact::elasticity::{Base, Support};
@@ -56,8 +57,7 @@ pub fn layer(
     checks: &mut Checks,
 ) -> Option<Option<GivenLayer>> {
     let Some(written) = checks.optional("layer", &table.layer)? else {
-        let why = "needs a coating, `layer = { …, modulus_ratio = … }`";
-        return checks.forbidden("substrate", &table.substrate, why).map(|()| None);
+        return Some(None);
     };
     let LayerTable { thickness, poisson_ratio, .. } = &written.value;
     check_other_keys(table, boundary, poisson_ratio, checks)?;
@@ -113,8 +113,9 @@ fn support(
     let substrate = checks.optional("substrate", &table.substrate)?;
     match (layer.value.modulus_ratio.written(), substrate) {
         (Some(ratio), Some(substrate)) => {
-            let why = "a coating is bonded to the half-space below it";
-            checks.forbidden("base", &layer.value.base, why)?;
+            exclude! { &layer.value, checks,
+                true => base: "a coating is bonded to the half-space below it";
+            }?;
             Some(Support::HalfSpace {
                 poisson_ratio: decimal::nearest(substrate.value.poisson_ratio),
                 modulus_ratio: decimal::nearest(ratio.value),

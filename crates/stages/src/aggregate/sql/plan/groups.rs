@@ -12,7 +12,7 @@ use super::{Result, each_expression, refused};
 use crate::error::QueryError;
 
 /// Replacement of aggregates and columns of `group by` by columns of the reduced table.
-pub(super) struct Groups {
+pub(super) struct GroupedSelect {
     pub(super) keys: Vec<(Expr, String)>,
     /// Columns of `group by` and arguments of aggregates.
     pub(super) inputs: Columns,
@@ -21,7 +21,7 @@ pub(super) struct Groups {
     pub(super) aliases: BTreeMap<String, Expr>,
 }
 
-impl Groups {
+impl GroupedSelect {
     pub(super) fn lower(&mut self, expression: &mut Expr) -> Result<()> {
         each_expression(expression, &mut |part| self.replace(part))
     }

@@ -9,7 +9,7 @@ use sqlparser::ast::{
 
 use super::expressions::{Calls, Columns, Item, is_output};
 use super::from::{hide_joined_keys, move_conditions, qualifiers};
-use super::groups::{Groups, keys};
+use super::groups::{GroupedSelect, keys};
 use super::windows::{Windows, resolve_windows};
 use super::{Ends, Planned, Planner, Result, quoted, refused};
 
@@ -65,7 +65,7 @@ impl Planner<'_> {
             items.push(item);
         }
         let keys = keys(&select.group_by, &items, columns)?;
-        let mut groups = Groups {
+        let mut groups = GroupedSelect {
             keys: Vec::new(),
             inputs: Columns::with_prefix("a"),
             aggregates: Columns::with_prefix("g"),
@@ -88,7 +88,7 @@ impl Planner<'_> {
                 groups.lower(&mut part.expr)?;
             }
         }
-        let Groups { keys: named, mut inputs, aggregates, .. } = groups;
+        let GroupedSelect { keys: named, mut inputs, aggregates, .. } = groups;
         // Rows without a column would be lost.
         inputs.name(&1);
         let distinct = select.distinct.take();

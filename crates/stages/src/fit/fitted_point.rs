@@ -10,7 +10,7 @@ const MAX_MASKED_FRACTION: f64 = 0.2;
 
 /// Result of the fit of one parameter point.
 #[derive(Default)]
-pub struct Row {
+pub struct FittedPoint {
     /// Parameters in the order of the law; empty if the fit failed.
     pub values: Vec<f64>,
     pub intervals: Option<Vec<Interval>>,
@@ -31,35 +31,35 @@ pub struct Row {
     pub failure: Option<Code>,
 }
 
-impl Row {
+impl FittedPoint {
     /// Creates a row with intervals and without any other values.
-    pub fn from_intervals(intervals: Intervals) -> Row {
-        Row {
+    pub fn from_intervals(intervals: Intervals) -> FittedPoint {
+        FittedPoint {
             failed_replicates: intervals.failed,
             intervals: intervals.intervals,
-            ..Row::default()
+            ..FittedPoint::default()
         }
     }
 
     /// Creates the row of a fit with these values of the parameters.
-    pub fn fitted(values: Vec<f64>, goodness: &GoodnessOfFit, intervals: Intervals) -> Row {
-        Row {
+    pub fn fitted(values: Vec<f64>, goodness: &GoodnessOfFit, intervals: Intervals) -> FittedPoint {
+        FittedPoint {
             values,
             rms_residual: Some(goodness.rms_residual),
             r_squared: goodness.r_squared,
             data: goodness.data,
             masked: Some(goodness.masked),
-            ..Row::from_intervals(intervals)
+            ..FittedPoint::from_intervals(intervals)
         }
     }
 
     /// Creates the row of a failed fit.
-    pub fn failed(error: &FitError) -> Row {
-        Row { failure: Some(status::from_error(error)), ..Row::default() }
+    pub fn failed(error: &FitError) -> FittedPoint {
+        FittedPoint { failure: Some(status::from_error(error)), ..FittedPoint::default() }
     }
 
     /// Returns the row, or a failure if too many data were left out.
-    pub fn unless_masked(self) -> Row {
+    pub fn unless_masked(self) -> FittedPoint {
         let masked = self.masked.unwrap_or(0);
         let all = self.data + masked;
         if masked as f64 <= MAX_MASKED_FRACTION * all as f64 {
@@ -69,7 +69,7 @@ impl Row {
     }
 
     /// Returns the row, or a failure if a parameter is not finite because the data do not bound it.
-    pub fn unless_unbounded(self) -> Row {
+    pub fn unless_unbounded(self) -> FittedPoint {
         if self.values.iter().all(|value| value.is_finite()) {
             return self;
         }
@@ -77,8 +77,13 @@ impl Row {
     }
 
     /// Replaces the result by a failure that keeps only the numbers of data.
-    fn refused(self, failure: Code) -> Row {
-        Row { failure: Some(failure), masked: self.masked, data: self.data, ..Row::default() }
+    fn refused(self, failure: Code) -> FittedPoint {
+        FittedPoint {
+            failure: Some(failure),
+            masked: self.masked,
+            data: self.data,
+            ..FittedPoint::default()
+        }
     }
 
     /// Returns the code of the column `status`.
