@@ -168,7 +168,7 @@ def layered_store(lab):
     for word in (f"belongs to user {ALICE} and group {GROUP}", f"user {BOB}", "chmod g+w", "umask 002"):
         assert word in errors, f"`{word}` is missing in:\n{errors}"
     _, errors = lab.ask(BOB, "--data", group, "report", "--index", status=1)
-    assert "list this one in `stores`" in errors, errors
+    assert f"belongs to user {ALICE}" in errors, errors
     assert listing(group) == before
     print("denied access: the message names owner, group, user and cure")
 

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
+use comfy_table::{Table as Grid, presets};
+
 use super::plan::core_hours;
 use super::terminal::stdout;
-use super::{Failure, SetArguments, print_answer};
+use super::{Failure, SetArguments, StudyArguments, print_answer};
 use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
 use crate::session::claims::{
     Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped, verdict,
@@ -191,17 +193,7 @@ fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> Stri
         format!("{} … {}", short(low), short(high))
     };
     let others = others(all, judgement);
-    let more = match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
-        (Verdict::CannotSay, Some((more, seconds))) => format!(
-            "; {} per spectrum would decide it, {}",
-            counted(more, "more surface"),
-            core_hours(seconds)
-        ),
-        (Verdict::CannotSay, None) if judgement.undecided + judgement.contradicting > 0 => {
-            "; no number of surfaces would decide it".to_owned()
-        }
-        _ => String::new(),
-    };
+    let more = what_would_decide(printer, claim, judgement);
     let without = match judgement.without_value.as_slice() {
         [] => String::new(),
         [one] => format!("; no value for {one}"),
@@ -226,19 +218,15 @@ fn beginning(quantity: &str) -> String {
 
 /// Returns a text that counts the quantities that contradict a claim and the undecided ones.
 fn others(all: usize, judgement: &Judgement) -> String {
-    let contradict = |number| if number == 1 { "contradicts" } else { "contradict" };
-    match (judgement.contradicting, judgement.undecided) {
+    let (against, undecided) = (judgement.contradicting, judgement.undecided);
+    let contradict = if against == 1 { "contradicts" } else { "contradict" };
+    let undecided = (undecided > 0).then(|| format!("{undecided} undecided"));
+    let against = (against > 0).then(|| format!("{against} {contradict} the claim"));
+    let found: Vec<String> = against.into_iter().chain(undecided).collect();
+    match found.as_slice() {
         _ if all == 1 => String::new(),
-        (0, 0) if all == 2 => "; both quantities agree".to_owned(),
-        (0, 0) => format!("; all {all} quantities agree"),
-        (0, undecided) => format!("; {undecided} of {all} quantities undecided"),
-        (against, 0) => {
-            format!("; {against} of {all} quantities {} the claim", contradict(against))
-        }
-        (against, undecided) => format!(
-            "; {against} of {all} quantities {} the claim, {undecided} undecided",
-            contradict(against)
-        ),
+        [] => format!("; all {all} quantities agree"),
+        found => format!("; of {all} quantities {}", found.join(", ")),
     }
 }
 
@@ -309,7 +297,8 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
     let mut table = String::new();
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => {
-            lines.push(("verdict", verdict_of(printer, claim, judgement)));
+            let decided_by = what_would_decide(printer, claim, judgement);
+            lines.push(("verdict", format!("{}{decided_by}", verdict(claim))));
             if !judgement.without_value.is_empty() {
                 lines.push(("no value", judgement.without_value.join("; ")));
             }
@@ -333,19 +322,19 @@ fn figure_path(printer: &ClaimPrinter, figure: &str) -> String {
     }
 }
 
-fn verdict_of(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
-    let more = match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
+/// Returns the number of further surfaces that would decide an undecided claim.
+fn what_would_decide(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
+    match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; at the present scatter, {} per spectrum would decide it, {}",
             counted(more, "more surface"),
             core_hours(seconds)
         ),
-        (Verdict::CannotSay, None) if judgement.undecided > 0 => {
+        (Verdict::CannotSay, None) if judgement.undecided + judgement.contradicting > 0 => {
             "; no number of surfaces would decide it".to_owned()
         }
         _ => String::new(),
-    };
-    format!("{}{more}", verdict(claim))
+    }
 }
 
 /// Returns the table of all quantities, with their individual and their simultaneous intervals.
@@ -372,33 +361,26 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
         })
         .collect();
     let percent = 100.0 * LEVEL;
-    let head = [
-        "quantity".to_owned(),
-        "value".to_owned(),
-        format!("alone, {percent} % per end"),
-        format!("all together, {percent} %"),
-        "alone".to_owned(),
-    ];
-    let all_rows: Vec<&[String; 5]> = [&head].into_iter().chain(&rows).collect();
-    let width = |column: usize| {
-        let lengths = all_rows.iter().map(|row| row[column].chars().count());
-        lengths.max().unwrap_or(0)
-    };
-    let widths: [usize; 5] = std::array::from_fn(width);
-    let line = |row: &&[String; 5]| {
-        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}"));
-        format!("{}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
-    };
-    format!("\n{}", all_rows.iter().map(line).collect::<String>())
+    let mut grid = Grid::new();
+    grid.load_preset(presets::NOTHING);
+    grid.set_header([
+        "quantity",
+        "value",
+        &format!("alone, {percent} % per end"),
+        &format!("all together, {percent} %"),
+        "alone",
+    ]);
+    grid.add_rows(rows);
+    for column in grid.column_iter_mut() {
+        column.set_padding((0, 2));
+    }
+    format!("\n{}\n", grid.trim_fmt())
 }
 
 #[derive(clap::Args)]
 pub struct AdviseArguments {
-    /// Manifest of a study with a `fit` stage whose `law` is "limits".
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Print the result as JSON.
     ///
@@ -411,7 +393,7 @@ pub struct AdviseArguments {
 }
 
 pub fn advise(arguments: &AdviseArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let advice = super::session(&arguments.manifest, &arguments.set, data).advice()?;
+    let advice = arguments.study.session(data).advice()?;
     print_answer(arguments.json, &advice.fits, || advice_text(&advice))
 }
 

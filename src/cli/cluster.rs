@@ -2,34 +2,27 @@
 
 use std::env;
 use std::io::Write;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
-use bytesize::ByteSize;
-
 use super::console::{Console, Patience, StopSignal};
 use super::plan::{core_hours, store_lines};
-use super::run::{exit_code, run_text};
+use super::run::{ResourceArguments, exit_code, run_text};
 use super::terminal::stdout;
-use super::{Failure, SetArguments, print_json, warn};
+use super::{Failure, StudyArguments, print_json, warn};
 use crate::session::status::Queue;
 use crate::session::submission::{Settings, SettingsFile, Submission, ranges};
 use crate::session::words::{counted, listed, shell_word};
 use crate::session::{
-    DataFolder, FinishOptions, FinishOutcome, PlannedSubmission, Progress, RunOptions, Session,
-    SubmitOptions,
+    DataFolder, FinishOptions, FinishOutcome, PlannedSubmission, Progress, SubmitOptions,
 };
 
 #[derive(clap::Args)]
 pub struct SubmitArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Print the scripts and the expected cost without writing or submitting anything.
     #[arg(long)]
@@ -58,7 +51,7 @@ pub fn submit(
     data: &DataFolder,
     own: Option<&Path>,
 ) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, &arguments.set, data);
+    let session = arguments.study.session(data);
     let program = match arguments.program.as_deref().or(own) {
         Some(program) => program.to_owned(),
         None => env::current_exe()?,
@@ -91,7 +84,7 @@ pub fn submit(
         return Ok(ExitCode::SUCCESS);
     }
     let submission = session.submit(&planned)?;
-    let submitted = submitted(&planned, &submission, &arguments.manifest);
+    let submitted = submitted(&planned, &submission, &arguments.study.manifest);
     write!(out, "{}{origin}{submitted}", expected(&planned))?;
     Ok(ExitCode::SUCCESS)
 }
@@ -192,11 +185,8 @@ const MAX_FAILURES: usize = 5;
 
 #[derive(clap::Args)]
 pub struct StatusArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Update every ten seconds until no job is running.
     #[arg(long)]
@@ -213,7 +203,7 @@ pub struct StatusArguments {
 }
 
 pub fn status(arguments: &StatusArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, &arguments.set, data);
+    let session = arguments.study.session(data);
     loop {
         let progress = session.progress()?;
         let mut out = stdout();
@@ -292,15 +282,12 @@ fn queued(queue: &Queue) -> String {
 
 #[derive(clap::Args)]
 pub struct CancelArguments {
-    /// Manifest of a submitted study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 }
 
 pub fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, &arguments.set, data);
+    let session = arguments.study.session(data);
     let jobs = session.cancel()?;
     let mut out = stdout();
     match jobs.as_slice() {
@@ -315,47 +302,28 @@ pub fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode
 
 #[derive(clap::Args)]
 pub struct FinishArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Number of earlier resubmissions of missing tasks.
     #[arg(long, value_name = "N", default_value_t = 0)]
     round: u32,
 
-    /// Number of cores to use (default: all).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    jobs: Option<u16>,
-
-    /// Memory limit, such as `16GB`.
-    #[arg(long, value_name = "SIZE")]
-    memory: Option<ByteSize>,
+    #[command(flatten)]
+    resources: ResourceArguments,
 
     /// Write the HTML report at the end.
     #[arg(long)]
     report: bool,
-
-    /// Overwrite the results of another manifest with the same study name.
-    #[arg(long)]
-    replace: bool,
 }
 
 pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
-    let session = Session::with_data(&arguments.manifest, data.clone())
-        .with_settings(arguments.set.settings())
-        .observed_by(&console);
+    let session = arguments.study.session(data).observed_by(&console);
     let stop = StopSignal::on_signal(Patience::Scheduler)?;
     let options = FinishOptions {
         round: arguments.round,
-        run: RunOptions {
-            jobs: arguments.jobs.map(usize::from).and_then(NonZeroUsize::new),
-            memory: arguments.memory,
-            replace: arguments.replace,
-            ..RunOptions::default()
-        },
+        run: arguments.resources.options(),
         report: arguments.report,
     };
     let finished = session.finish(&options, stop.requested())?;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::SystemTime;
 
-use super::{Failure, SetArguments, print_answer};
+use super::{Failure, SetArguments, StudyArguments, print_answer};
 use crate::session::results::{NotDrawn, Reason};
 use crate::session::words::counted;
 use crate::session::{
@@ -126,11 +126,8 @@ fn index_text(index: &StudyIndex) -> String {
 
 #[derive(clap::Args)]
 pub struct ShareArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Archive to write (default: `STUDY.zip` in the current folder).
     #[arg(long, short, value_name = "FILE.zip")]
@@ -170,7 +167,7 @@ pub struct ShareArguments {
 }
 
 pub fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, &arguments.set, data);
+    let session = arguments.study.session(data);
     let shared = session.share(&ShareOptions {
         output: arguments.output.clone(),
         store: arguments.store,

@@ -151,6 +151,11 @@ impl From<SamplingError> for SessionError {
 }
 
 impl SessionError {
+    /// Creates the error of a request that cannot be fulfilled.
+    pub fn refused(message: impl Into<String>) -> SessionError {
+        SessionError::Refused(message.into())
+    }
+
     /// Returns the error of the file that could not be read or written.
     fn of_file(&self) -> Option<&StoreError> {
         match self {
@@ -161,14 +166,6 @@ impl SessionError {
             | SessionError::Share(
                 ShareError::Store(error) | ShareError::Results(ResultsError::Store(error)),
             ) => Some(error),
-            _ => None,
-        }
-    }
-
-    /// Returns the path that cannot be written because permissions are missing.
-    pub fn denied_path(&self) -> Option<&Path> {
-        match self.of_file()? {
-            error @ StoreError::Write { path, .. } if error.is_denied() => Some(path),
             _ => None,
         }
     }

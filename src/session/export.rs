@@ -133,7 +133,7 @@ impl ExportFormat {
         ];
         let found = formats.into_iter().find(|(suffix, _)| has_suffix(path, suffix));
         found.map(|(_, format)| format).ok_or_else(|| {
-            SessionError::Refused(format!(
+            SessionError::refused(format!(
                 "the format of `{}` is unknown; maps are exported to files that end in `.vti` (VTK, \
                  one load), `.pvd` (VTK, all loads), `.npy` (NumPy, one map), `.npz` (NumPy), `.gsf` \
                  (Gwyddion, one map) or `.gwy` (Gwyddion, one load); `asperity table --csv` prints \
@@ -290,7 +290,7 @@ impl<'m> Export<'m> {
                 true => ("state", "`--load` or `--gap`"),
                 false => ("load", "`--load`"),
             };
-            return Err(SessionError::Refused(format!(
+            return Err(SessionError::refused(format!(
                 "a `.{suffix}` file holds one {one}, but the task has {}; choose one with {options}, \
                  or write all to `{}`",
                 self.rows.len(),
@@ -308,7 +308,7 @@ impl<'m> Export<'m> {
         let mut arrays = self.arrays();
         match (arrays.pop(), arrays.len()) {
             (Some(array), 0) => Ok(array),
-            (last, _) => Err(SessionError::Refused(format!(
+            (last, _) => Err(SessionError::refused(format!(
                 "a `.{suffix}` file holds one array; choose one of {} with `--map`, or write all to \
                  `{}`",
                 listed(arrays.iter().chain(&last).map(|array| array.name), "or"),

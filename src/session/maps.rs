@@ -177,7 +177,7 @@ impl Session<'_> {
                 let drawn =
                     stages.filter(|stage| [Kind::Generate, Kind::Solve].contains(&stage.kind));
                 let names = listed(drawn.map(|stage| stage.name.as_str()), "or");
-                SessionError::Refused(format!("stage `{stage}` has no maps; choose {names}"))
+                SessionError::refused(format!("stage `{stage}` has no maps; choose {names}"))
             }
             other => other,
         })?;
@@ -352,8 +352,9 @@ impl TaskMaps {
     ) -> Result<Map, SessionError> {
         if kind == MapKind::Heights {
             if load.is_some() {
-                let message = "heights do not depend on the load; omit `--load` or `--gap`";
-                return Err(SessionError::Refused(message.to_owned()));
+                return Err(SessionError::refused(
+                    "heights do not depend on the load; omit `--load` or `--gap`",
+                ));
             }
             return self.heights();
         }
@@ -439,16 +440,17 @@ impl TaskMaps {
 
     fn solved(&self, kind: MapKind) -> Result<&SolvedTask, SessionError> {
         let contact = self.contact.as_ref().ok_or_else(|| {
-            SessionError::Refused(format!(
+            SessionError::refused(format!(
                 "task {} generates a surface and has no {}; choose a task of a `solve` stage",
                 self.task,
                 kind.name()
             ))
         })?;
         if kind == MapKind::Repulsive && !contact.is_path() {
-            let message = "without adhesion all nodes in contact are repulsive; choose the map \
-                           `contact`";
-            return Err(SessionError::Refused(message.to_owned()));
+            return Err(SessionError::refused(
+                "without adhesion all nodes in contact are repulsive; choose the map \
+                           `contact`",
+            ));
         }
         Ok(contact)
     }

@@ -26,7 +26,7 @@ pub struct NewManifest {
 /// written.
 pub fn write(name: &str) -> Result<NewManifest, SessionError> {
     if !names::is_plain(name) || name.len() > names::MAX_LENGTH {
-        return Err(SessionError::Refused(format!(
+        return Err(SessionError::refused(format!(
             "`{name}` is not a valid name of a study; use a letter or `_`, then letters, digits, `_` and \
              `-`, at most {} characters",
             names::MAX_LENGTH
@@ -34,7 +34,7 @@ pub fn write(name: &str) -> Result<NewManifest, SessionError> {
     }
     let path = PathBuf::from(format!("{name}.toml"));
     if !write_new(&path, &template(name))? {
-        return Err(SessionError::Refused(format!(
+        return Err(SessionError::refused(format!(
             "`{}` already exists; give the study another name",
             path.display()
         )));

@@ -280,7 +280,7 @@ impl TableFile {
         let path = if what.is_file() {
             if !is_parquet(what)? {
                 let message = format!("`{}` is not a Parquet file", what.display());
-                return Err(SessionError::Refused(message));
+                return Err(SessionError::refused(message));
             }
             what.to_owned()
         } else {

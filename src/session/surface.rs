@@ -194,7 +194,7 @@ fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, Sess
             UnknownName::new(error.to_string(), wanted, &all).into()
         }
         ChannelError::OutOfRange { .. } | ChannelError::Ambiguous { .. } => {
-            SessionError::Refused(error.to_string())
+            SessionError::refused(error.to_string())
         }
     })
 }

@@ -110,7 +110,7 @@ impl PictureFormat {
         match found {
             Some((_, format)) => Ok(format),
             None if is_stream(path) => Ok(PictureFormat::Png),
-            None => Err(SessionError::Refused(format!(
+            None => Err(SessionError::refused(format!(
                 "the format of `{}` is unknown; pictures end in `.png`, `.svg` or `.pdf`, and \
                  animations in `.gif`, `.apng` or `.png`",
                 path.display()
@@ -335,7 +335,7 @@ impl Picture {
             }
             (PictureFormat::Still(format), [panel]) => still(panel, format)?,
             (PictureFormat::Still(_), _) => {
-                return Err(SessionError::Refused(format!(
+                return Err(SessionError::refused(format!(
                     "`{}` cannot hold an animation; choose a file that ends in `.gif`, `.apng` or \
                      `.png`",
                     path.display()
@@ -355,7 +355,7 @@ impl Picture {
             (PictureFormat::Png, [panel]) => {
                 write_output(path, &panel.raster.to_png(), "PNG", replace)
             }
-            _ => Err(SessionError::Refused(format!(
+            _ => Err(SessionError::refused(format!(
                 "a map without title and bars is a single PNG picture; omit `--bare` to write `{}`",
                 path.display()
             ))),
@@ -381,9 +381,10 @@ fn still_map(
     }
     let row = maps.row(kind, load)?;
     if kind == MapKind::Gap && maps.is_apart(row)? {
-        let message = "the surfaces have pulled off in this state, so they have no gap to draw; \
-                       choose another state, or another map";
-        return Err(SessionError::Refused(message.to_owned()));
+        return Err(SessionError::refused(
+            "the surfaces have pulled off in this state, so they have no gap to draw; \
+                       choose another state, or another map",
+        ));
     }
     drawn_map(maps, kind, row, stop)
 }
@@ -413,9 +414,10 @@ fn animated(
     stop: &AtomicBool,
 ) -> Result<Vec<Map>, SessionError> {
     if kind == MapKind::Heights || load.is_some() {
-        let message = "an animation shows a map of the contact at all loads; choose another map \
-                       than heights, and omit `--load` and `--gap`";
-        return Err(SessionError::Refused(message.to_owned()));
+        return Err(SessionError::refused(
+            "an animation shows a map of the contact at all loads; choose another map \
+                       than heights, and omit `--load` and `--gap`",
+        ));
     }
     let mut rows = Vec::new();
     for row in maps.rows() {

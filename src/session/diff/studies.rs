@@ -87,7 +87,7 @@ impl Studies {
     ) -> Result<Studies, SessionError> {
         let is_archive = is_zip(path);
         if (path.is_dir() || is_archive) && !settings.is_empty() {
-            return Err(SessionError::Refused(format!(
+            return Err(SessionError::refused(format!(
                 "settings override keys of a manifest, and `{}` is not a manifest",
                 path.display()
             )));
@@ -111,7 +111,7 @@ impl Studies {
         let studies: Vec<_> =
             folders.iter().filter_map(|folder| ComparedStudy::published(folder, path)).collect();
         if studies.is_empty() {
-            return Err(SessionError::Refused(format!(
+            return Err(SessionError::refused(format!(
                 "`{}` has no tables of a study; name a manifest, a data folder, a folder such as \
                  `data/results/STUDY`, or an archive of `asperity share`",
                 path.display()
@@ -122,7 +122,7 @@ impl Studies {
 
     fn of_archive(path: &Path, scratch: Option<&Path>) -> Result<Studies, SessionError> {
         if !is_archive(path) {
-            return Err(SessionError::Refused(format!(
+            return Err(SessionError::refused(format!(
                 "`{}` is not an archive of `asperity share`; unpack it and name its data folder",
                 path.display()
             )));

@@ -135,10 +135,9 @@ fn field(map: &Map, is_mask: bool) -> Result<Object, SessionError> {
 }
 
 fn too_large() -> SessionError {
-    SessionError::Refused(
+    SessionError::refused(
         "the maps need more than the 4 GB of a `.gwy` file; choose fewer with `--map`, or write them \
-         to a `.npz` file"
-            .to_owned(),
+         to a `.npz` file",
     )
 }
 
