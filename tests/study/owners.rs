@@ -33,7 +33,7 @@ fn is_refused(bench: &Bench, other: &str) -> String {
 #[test]
 fn another_manifest_of_the_same_name_needs_replace() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = bench.files();
     let others = STUDY.replace("seed = 7", "seed = 8");
     let printed = is_refused(&bench, &others);
@@ -65,7 +65,7 @@ fn another_manifest_of_the_same_name_needs_replace() {
 #[test]
 fn a_manifest_may_be_edited_as_one_likes() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     bench.run(&STUDY.replace("seed = 7", "seed = 8"));
     bench.run(&STUDY.replace("realizations = 2", "realizations = 1"));
     bench.run(STUDY.split("[stage.light]").next().unwrap());
@@ -74,9 +74,10 @@ fn a_manifest_may_be_edited_as_one_likes() {
 #[test]
 fn a_copy_that_takes_nothing_away_needs_no_permission() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let longer = format!(
-        "{STUDY}\n[stage.counts]\nkind = \"aggregate\"\nfrom = \"area\"\nover = [\"area_fraction\"]\nstatistics = [\"mean\"]\n"
+        "{}\n[stage.counts]\nkind = \"aggregate\"\nfrom = \"area\"\nover = [\"area_fraction\"]\nstatistics = [\"mean\"]\n",
+        *STUDY
     );
     let more = [
         STUDY.to_owned(),
@@ -95,19 +96,19 @@ fn a_copy_that_takes_nothing_away_needs_no_permission() {
         let output = run(&bench, &copy, &[]);
         assert!(output.status.success(), "{}", text(&output.stderr));
     }
-    assert!(is_refused(&bench, STUDY).contains("stage `counts`"));
+    assert!(is_refused(&bench, &STUDY).contains("stage `counts`"));
 }
 
 #[test]
 fn a_report_of_a_copy_tells_whose_page_it_replaces() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let report = |manifest: &Path| {
         let output = bench.output(&["report", manifest.to_str().unwrap()]);
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stderr)
     };
-    let copy = write(&bench, "copy.toml", STUDY);
+    let copy = write(&bench, "copy.toml", &STUDY);
     assert!(report(&copy).contains("also holds results of"));
     assert!(!report(&bench.path("study.toml")).contains("also holds results of"));
 }
@@ -115,7 +116,7 @@ fn a_report_of_a_copy_tells_whose_page_it_replaces() {
 #[test]
 fn a_copy_that_takes_anything_away_is_refused_with_what_would_be_lost() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let without_curves = STUDY.split("[stage.curves]").next().unwrap();
     for (other, lost) in [
         (without_curves.to_owned(), "stage `curves`"),
@@ -148,7 +149,7 @@ fn manifest_and_data_may_move_together() {
     let bench = Bench::new();
     let [old, new] = ["old", "new"].map(|name| bench.path(name));
     fs::create_dir(&old).unwrap();
-    let manifest = write(&bench, "old/study.toml", STUDY);
+    let manifest = write(&bench, "old/study.toml", &STUDY);
     let data = |folder: &Path| folder.join("data").display().to_string();
     let output = run(&bench, &manifest, &["--data", &data(&old)]);
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -164,7 +165,7 @@ fn a_manifest_may_have_any_name() {
     let bench = Bench::new();
     let name = std::ffi::OsStr::from_bytes(b"\xff.toml");
     let path = bench.path("").join(name);
-    fs::write(&path, STUDY).unwrap();
+    fs::write(&path, STUDY.as_bytes()).unwrap();
     for _ in 0..2 {
         let mut command = bench.asperity(&["run"]);
         let output = command.arg(&path).output().unwrap();
@@ -175,18 +176,18 @@ fn a_manifest_may_have_any_name() {
 #[test]
 fn tables_of_unknown_owners_are_not_overwritten() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     fs::remove_file(bench.data().join("results/small/owner.json")).unwrap();
     let printed = is_refused(&bench, &STUDY.replace("seed = 7", "seed = 8"));
     assert!(printed.contains("an unknown manifest"), "{printed}");
-    bench.run(STUDY);
+    bench.run(&STUDY);
     bench.run(&STUDY.replace("seed = 7", "seed = 8"));
 }
 
 #[test]
 fn an_empty_folder_is_anybodys() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     for stage in ["surfaces", "light", "area", "corrected", "law", "curves"] {
         let table = bench.data().join(format!("results/small/{stage}.parquet"));
         fs::remove_file(table).unwrap();
@@ -198,7 +199,7 @@ fn an_empty_folder_is_anybodys() {
 #[test]
 fn a_renamed_manifest_keeps_its_results_and_says_so() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = bench.files();
     let renamed = bench.path("renamed.toml");
     fs::rename(bench.path("study.toml"), &renamed).unwrap();
@@ -215,14 +216,14 @@ fn a_renamed_manifest_keeps_its_results_and_says_so() {
     assert!(run(&bench, &renamed, &[]).status.success());
     // After another rename, the manifest also loses rows, which needs permission.
     fs::remove_file(&renamed).unwrap();
-    assert!(is_refused(&bench, STUDY).contains("renamed.toml`, which no longer exists"));
+    assert!(is_refused(&bench, &STUDY).contains("renamed.toml`, which no longer exists"));
 }
 
 #[test]
 fn a_copy_never_becomes_the_only_owner() {
     let bench = Bench::new();
-    bench.run(STUDY);
-    let copy = write(&bench, "copy.toml", STUDY);
+    bench.run(&STUDY);
+    let copy = write(&bench, "copy.toml", &STUDY);
     let output = run(&bench, &copy, &[]);
     assert!(output.status.success());
     let printed = text(&output.stderr);
@@ -236,7 +237,7 @@ fn a_copy_never_becomes_the_only_owner() {
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("study.toml"), "{}", text(&output.stderr));
     // The original may change only together with the copy, unless the copy gets another name.
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let changed = bench.write(&STUDY.replace("seed = 7", "seed = 8"));
     assert_eq!(run(&bench, &changed, &[]).status.code(), Some(2));
     write(&bench, "copy.toml", &STUDY.replace("\"small\"", "\"other\""));

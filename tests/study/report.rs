@@ -19,7 +19,7 @@ pub fn report(bench: &Bench) -> (Value, String) {
 #[test]
 fn a_page_needs_no_other_file_and_holds_figures_tables_and_manifest() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let (said, page) = report(&bench);
     let drawn = said["drawn"].as_array().unwrap().len();
     assert!(drawn >= 7, "{said}");
@@ -43,7 +43,7 @@ fn caption_numbers(slider: &str, what: &str) -> Vec<f64> {
 #[test]
 fn sliders_go_through_the_loads_of_single_surfaces_and_tell_what_their_tables_do() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let (_, page) = report(&bench);
     let sliders: Vec<&str> = page.split("<div class=\"loads\"").skip(1).collect();
     assert!(!sliders.is_empty());
@@ -70,7 +70,7 @@ fn sliders_go_through_the_loads_of_single_surfaces_and_tell_what_their_tables_do
 #[test]
 fn figures_are_the_same_bytes_again() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let figures = |bench: &Bench| {
         let folder = bench.data().join("results/small/figures");
         let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
@@ -89,14 +89,14 @@ fn figures_are_the_same_bytes_again() {
 #[test]
 fn a_report_needs_results_and_says_which_are_missing() {
     let bench = Bench::new();
-    let path = bench.write(STUDY);
+    let path = bench.write(&STUDY);
     let refused = bench.output(&["report", path.to_str().unwrap()]);
     assert_eq!(refused.status.code(), Some(1));
     let printed = text(&refused.stderr);
     assert!(printed.contains("`small` has no results for the current manifest; run"), "{printed}");
     assert!(!bench.data().exists());
     bench.run(&STUDY[..STUDY.find("[stage.light]").unwrap()]);
-    bench.write(STUDY);
+    bench.write(&STUDY);
     let (_, page) = report(&bench);
     assert!(page.contains("unfinished: 4 of"));
     assert!(page.contains("Not finished yet: light"), "{page}");
@@ -119,7 +119,7 @@ fn what_is_missing_is_named_with_the_lines_that_would_add_it() {
 #[test]
 fn a_figure_that_a_study_has_no_more_is_taken_away() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     report(&bench);
     let file = bench.data().join("results/small/figures/area-corrected.svg");
     assert!(file.exists());
@@ -213,7 +213,7 @@ fn loads_beyond_light_ones_are_on_a_figure_and_pressures_where_there_is_a_modulu
     assert!(pressure.contains(">mean pressure p₀, in GPa<"));
 
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let (said, _) = report(&bench);
     let missing = said["missing"].to_string();
     assert!(missing.contains("against the mean pressure"), "{said}");
@@ -364,7 +364,7 @@ fn theories_for_worn_surfaces_have_a_caveat_with_numbers() {
 #[test]
 fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     report(&bench);
     let verify = || bench.output(&["verify", "--json"]);
     assert!(verify().status.success());
@@ -401,7 +401,7 @@ fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is()
 #[test]
 fn a_page_begins_with_the_answer_and_ends_with_its_provenance() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let (_, page) = report(&bench);
     let sections = ["summary", "results", "paper", "maps", "tables", "missing", "provenance"];
     let place = |id: &str| page.find(&format!("<section id=\"{id}\"")).expect(id);
@@ -483,7 +483,7 @@ fn index(bench: &Bench) -> (Value, String) {
 #[test]
 fn an_index_lists_all_studies_with_their_states_and_main_figures() {
     let bench = Bench::new();
-    bench.run(&format!("# Two spectra.\n{STUDY}"));
+    bench.run(&format!("# Two spectra.\n{}", *STUDY));
     report(&bench);
     let (said, page) = index(&bench);
     let study = &said["studies"][0];
@@ -516,7 +516,7 @@ fn an_index_says_what_is_damaged_and_refuses_an_empty_folder() {
     let refused = bench.output(&["report", "--index"]);
     assert!(!refused.status.success());
     assert!(text(&refused.stderr).contains("has no studies"), "{}", text(&refused.stderr));
-    bench.run(STUDY);
+    bench.run(&STUDY);
     report(&bench);
     let results = bench.data().join("results/small");
     fs::write(results.join("area.parquet"), "edited").unwrap();
@@ -639,7 +639,7 @@ y = "<evil-column>"
 #[test]
 fn files_that_a_received_page_or_owner_names_are_not_read() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     report(&bench);
     fs::write(bench.path("private.toml"), "# A secret.\n[study]\nname = \"small\"\n").unwrap();
     let folder = bench.data().join("results/small");

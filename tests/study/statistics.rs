@@ -7,6 +7,7 @@ use asperity::tables::table::Table;
 
 use crate::bench::{Bench, is_idle, text};
 use crate::columns::assert_kept;
+use crate::manifest::manifest;
 
 /// Study of a random surface as a scan, its statistics, and random surfaces with its spectrum.
 const ENSEMBLE: &str = r#"
@@ -139,25 +140,16 @@ fn a_spectrum_in_a_file_is_drawn_in_its_own_unit_or_another() {
     )
     .unwrap();
     let manifest = |keys: &str| {
-        format!(
-            r#"
-[study]
-name = "given"
-
-[stage.surfaces]
-kind = "generate"
-method = "spectrum"
-path = "spectrum.csv"
-nodes = 64
-realizations = 2
-{keys}
-
-[stage.statistics]
-kind = "measure"
-from = "surfaces"
-what = "roughness"
-"#
-        )
+        manifest("given", "")
+            .generate(
+                "surfaces",
+                &format!(
+                    "method = 'spectrum'; path = 'spectrum.csv'; nodes = 64; realizations = 2; \
+                     {keys}"
+                ),
+            )
+            .measure("statistics", "what = 'roughness'")
+            .text()
     };
     let heights = |keys: &str| {
         bench.run_with(&manifest(keys), &["--replace"]);
@@ -202,29 +194,16 @@ fn an_ensemble_with_a_measured_spectrum_grows_until_a_mean_is_known() {
 #[test]
 fn a_grain_is_a_parameter_that_is_swept() {
     let bench = Bench::new();
-    let manifest = r#"
-[study]
-name = "grain"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 64
-hurst = 0.8
-k_lower = 4
-k_upper = 24
-anisotropy = [{ ratio = 1 }, { ratio = 3.0 }, { ratio = 3.0, angle = 90 }]
-realizations = 2
-
-[stage.scales]
-kind = "measure"
-from = "surfaces"
-what = "scales"
-
-[stage.mean]
-kind = "aggregate"
-from = "surfaces"
-over = ["m20", "m02"]
-"#;
+    let manifest = &manifest("grain", "")
+        .generate(
+            "surfaces",
+            "nodes = 64; hurst = 0.8; k_lower = 4; k_upper = 24; \
+             anisotropy = [{ ratio = 1 }, { ratio = 3.0 }, { ratio = 3.0, angle = 90 }]; \
+             realizations = 2",
+        )
+        .measure("scales", "what = 'scales'")
+        .aggregate("mean", "from = 'surfaces'; over = ['m20', 'm02']")
+        .text();
     bench.run(manifest);
     let mean = bench.table("grain", "mean");
     let (along_x, along_y) = (values(&mean, "m20_mean"), values(&mean, "m02_mean"));
@@ -267,34 +246,17 @@ over = ["m20", "m02"]
 fn a_fit_finds_the_hurst_exponent_of_an_ensemble_and_of_one_surface() {
     let bench = Bench::new();
     for realizations in [1, 8] {
-        let manifest = format!(
-            r#"
-[study]
-name = "fit"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 128
-side = 2.0
-hurst = 0.7
-k_lower = 1
-k_rolloff = 8
-k_upper = 63
-realizations = {realizations}
-
-[stage.spectrum]
-kind = "measure"
-from = "surfaces"
-what = "spectrum"
-
-[stage.law]
-kind = "fit"
-from = "spectrum"
-law = "self-affine"
-window = [1, 190]
-bootstrap = 100
-"#
-        );
+        let manifest = manifest("fit", "")
+            .generate(
+                "surfaces",
+                &format!(
+                    "nodes = 128; side = 2.0; hurst = 0.7; k_lower = 1; k_rolloff = 8; \
+                     k_upper = 63; realizations = {realizations}"
+                ),
+            )
+            .measure("spectrum", "what = 'spectrum'")
+            .fit("law", "law = 'self-affine'; window = [1, 190]; bootstrap = 100")
+            .text();
         bench.run_with(&manifest, &["--replace"]);
         assert_kept(&bench, "fit", &bench.path("study.toml"));
         let law = bench.table("fit", "law");

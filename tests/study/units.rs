@@ -283,7 +283,7 @@ fn a_pressure_selects_a_reduced_load_and_needs_a_known_unit() {
     };
     let drawn = text(&view(&format!("{pressure} GPa")).stdout);
     assert!(drawn.contains("contact at load 0.05 on"), "{drawn}");
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let error = text(&view("1 MPa").stderr);
     assert!(error.contains("names no unit of pressure; give the load as a number"), "{error}");
 }
