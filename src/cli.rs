@@ -28,7 +28,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use serde::Serialize;
 
-use crate::session::words::chain;
+use crate::session::formatting::chain;
 use crate::session::{
     DataFolder, Event, Instructions, SETTINGS_FILE, Session, SessionError, Setting, UnknownName,
 };

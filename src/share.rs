@@ -98,21 +98,19 @@ pub enum ShareError {
     #[error("`{}` already exists; use `--replace` to overwrite it", path.display())]
     Exists { path: PathBuf },
     #[error(
-        "`{}` is a file of the study and will not be overwritten; choose another file with `--output`",
+        "`{}` is a file of the study; choose another file with `--output`",
         path.display()
     )]
     Input { path: PathBuf },
     #[error(
-        "`{}` was not written by `asperity share` and will not be overwritten; choose another file with \
-         `--output`",
+        "`{}` was not written by `asperity share`; choose another file with `--output`",
         path.display()
     )]
     OtherKind { path: PathBuf },
     #[error(transparent)]
     UnportablePath(#[from] UnportablePath),
     #[error(
-        "the archive needs the name `{path}` for its own file; move or rename the file that the manifest \
-         names"
+        "the archive needs the name `{path}` for its own file; rename the file of the manifest"
     )]
     Clash { path: String },
     #[error(

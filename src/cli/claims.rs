@@ -15,7 +15,7 @@ use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
 use crate::session::claims::{
     Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped, verdict,
 };
-use crate::session::words::{counted, shell_word};
+use crate::session::formatting::{counted, shell_word};
 use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
@@ -98,8 +98,8 @@ const INDENT: usize = 14;
 
 fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
     if claims.is_empty() {
-        return "the manifest has no claims; add a table `[claim.NAME]`, or the claims of a paper to \
-                `[study]`: `claims = \"yastrebov-2015\"`\n"
+        return "the manifest has no claims; add `[claim.NAME]`, or `claims = \"yastrebov-2015\"` \
+                to `[study]`\n"
             .to_owned();
     }
     let missing = match printer.study.missing {

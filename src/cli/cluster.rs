@@ -7,14 +7,14 @@ use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
-use super::console::{Console, Patience, StopSignal};
+use super::console::{Console, SCHEDULED, StopSignal};
 use super::plan::{core_hours, store_lines};
 use super::run::{ResourceArguments, exit_code, run_text};
 use super::terminal::stdout;
 use super::{Failure, StudyArguments, print_json, warn};
+use crate::session::formatting::{counted, listed, shell_word};
 use crate::session::status::Queue;
 use crate::session::submission::{Settings, SettingsFile, Submission, ranges};
-use crate::session::words::{counted, listed, shell_word};
 use crate::session::{
     DataFolder, FinishOptions, FinishOutcome, PlannedSubmission, Progress, SubmitOptions,
 };
@@ -68,7 +68,8 @@ pub fn submit(
     if planned.missing == 0 {
         writeln!(
             out,
-            "nothing to submit: all tasks are finished; `asperity run` writes the tables of the stages"
+            "nothing to submit: all tasks are finished; `asperity run` writes the tables of the \
+             stages"
         )?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -147,8 +148,7 @@ fn expected(planned: &PlannedSubmission) -> String {
         counted(planned.missing, "task")
     );
     if f64::from(sizing.minutes) / 60.0 < sizing.longest() {
-        text += "note: the time limit is shorter than the expected time; the next round computes the \
-                 unfinished tasks\n";
+        text += "note: the time limit is shorter than the expected time; another round follows\n";
     }
     text
 }
@@ -259,8 +259,8 @@ fn progress_text(progress: &Progress) -> String {
         text += &format!("and {}\n", counted(more, "more failed task"));
     }
     if progress.lock_files {
-        text += "tables are published under lock files, because the file system of the data folder \
-                 cannot rename a file only to a free name\n";
+        text +=
+            "tables are published under lock files, as the file system has no exclusive renames\n";
     }
     text
 }
@@ -320,7 +320,7 @@ pub struct FinishArguments {
 pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
     let session = arguments.study.session(data).observed_by(&console);
-    let stop = StopSignal::on_signal(Patience::Scheduler)?;
+    let stop = StopSignal::on_signal(SCHEDULED)?;
     let options = FinishOptions {
         round: arguments.round,
         run: arguments.resources.options(),
@@ -330,8 +330,8 @@ pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode
     if !finished.silent.is_empty() {
         let study = session.study()?.name;
         warn(&format!(
-            "warning: array elements {} left no receipt: they never started, or their nodes have no access \
-             to the program or to `{}`; see the logs in `{}`",
+            "warning: array elements {} left no receipt; see if their nodes have `{}`, and the \
+             logs in `{}`",
             ranges(finished.silent),
             data.path().display(),
             data.cluster_of(&study).join("logs").display(),

@@ -11,10 +11,10 @@ use serde::Serialize;
 
 use super::{Failure, SetArguments, misused, print_answer};
 use crate::session::export::{Export, ExportFormat, Exported};
-use crate::session::outputs::write_png;
-use crate::session::surface::{self, DescribedChannel, DescribedFile, Quantity};
+use crate::session::formatting::{counted, listed, short, wrapped};
+use crate::session::output_files::write_png;
+use crate::session::topography_file::{self, DescribedChannel, DescribedFile, Quantity};
 use crate::session::view::{Picture, PictureFormat, ViewOptions};
-use crate::session::words::{counted, listed, short, wrapped};
 use crate::session::{
     ChosenLoad, Coordinate, DataFolder, InvalidCoordinate, MapKind, PerAxis, TaskMaps, maps,
 };
@@ -40,9 +40,9 @@ pub struct TaskArguments {
 
     /// Load: a number in the unit of the study, or a pressure such as `10 MPa`.
     ///
-    /// By default, `export` writes the maps at all loads. `view` overlays the contacts at all loads,
-    /// from dark (smallest load) to light (largest load), or of one branch of a path, and draws
-    /// other maps at the largest load, or along a path at the smallest mean gap.
+    /// By default, `export` writes the maps at all loads. `view` overlays the contacts at all
+    /// loads, from dark (smallest load) to light (largest load), or of one branch of a path, and
+    /// draws other maps at the largest load, or along a path at the smallest mean gap.
     #[arg(long, value_name = "LOAD", allow_negative_numbers = true)]
     load: Option<ChosenLoad>,
 
@@ -204,9 +204,9 @@ impl TaskArguments {
 
     /// Opens the maps of a task that is given by its key, or by manifest, stage and coordinates.
     fn maps(&self, data: &DataFolder) -> Result<TaskMaps, Failure> {
-        let TaskArguments { what, set, stage, coordinates, .. } = self;
+        let TaskArguments { what, set, stage, .. } = self;
         let session = super::session(what, set, data);
-        let mut coordinates = coordinates.clone();
+        let mut coordinates = self.coordinates.clone();
         match stage {
             // A key is followed by coordinates only.
             Some(word) if word.contains('=') && !what.is_file() => {
@@ -267,7 +267,7 @@ pub struct SurfaceArguments {
 
 pub fn surface(arguments: &SurfaceArguments) -> Result<ExitCode, Failure> {
     let (path, output) = (&arguments.file, arguments.output.as_deref());
-    let file = surface::describe(path, arguments.channel.as_deref(), output.is_some())?;
+    let file = topography_file::describe(path, arguments.channel.as_deref(), output.is_some())?;
     if let Some((output, picture)) = output.zip(file.picture.as_ref()) {
         write_png(output, picture, arguments.replace)?;
     }

@@ -12,8 +12,8 @@ use serde_json::{Value, json};
 use super::tables::write_json;
 use super::terminal::stdout;
 use super::{Failure, StudyArguments, print_json};
-use crate::session::status::{Sharing, StageCount, StageStatus, TasksFromStore, growing};
-use crate::session::words::{counted, duration, shell_word};
+use crate::session::formatting::{counted, duration, shell_word};
+use crate::session::status::{CoreDistribution, StageCount, StageStatus, TasksFromStore, growing};
 use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, new_manifest};
 
 /// Maximum number of reasons printed per stage; `--json` prints all.
@@ -74,9 +74,9 @@ pub struct PlanArguments {
     /// Print the result as JSON.
     ///
     /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons"}, …],
-    /// "core_hours", "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"}, …],
-    /// "warnings": [{"stage", "message"}, …]}`. A stage whose tables are read from read-only stores also has
-    /// `"stores": [{"store", "tasks"}, …]`.
+    /// "core_hours", "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"},
+    /// …], "warnings": [{"stage", "message"}, …]}`. A stage whose tables are read from read-only
+    /// stores also has `"stores": [{"store", "tasks"}, …]`.
     #[arg(long)]
     json: bool,
 
@@ -252,7 +252,7 @@ fn cost(status: &Status) -> String {
     }
     let seconds = status.total_seconds();
     let cores = available_parallelism().map_or(1, usize::from);
-    let Sharing { at_once, each } = status.sharing(cores);
+    let CoreDistribution { at_once, each } = status.core_distribution(cores);
     let used = cores.min(at_once * each);
     let wall = duration(Duration::from_secs_f64((seconds / used as f64).ceil()));
     let cost = core_hours(seconds);

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use std::time::SystemTime;
 
 use super::{Failure, SetArguments, StudyArguments, print_answer};
+use crate::session::formatting::counted;
 use crate::session::results::{NotDrawn, Reason};
-use crate::session::words::counted;
 use crate::session::{
     Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy, StudyIndex,
 };

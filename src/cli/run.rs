@@ -7,13 +7,13 @@ use std::time::Duration;
 
 use bytesize::ByteSize;
 
-use super::console::{Console, Patience, StopSignal};
+use super::console::{Console, INTERACTIVE, SCHEDULED, StopSignal};
 use super::terminal::stdout;
 use super::{Failure, StudyArguments, print_json};
+use crate::session::formatting::counted;
 use crate::session::results::PublishedTable;
 use crate::session::run::RunOutcome;
 use crate::session::status::TasksFromStore;
-use crate::session::words::counted;
 use crate::session::{
     DataFolder, PlannedStage, RunOptions, RunReport, SampledStudy, Selection, Shard,
 };
@@ -99,10 +99,7 @@ pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Fail
     let console = Console::default();
     let session = arguments.study.session(data).observed_by(&console);
     let run = session.prepare(&arguments.options())?;
-    let patience = match arguments.shard {
-        Some(_) => Patience::Scheduler,
-        None => Patience::Interactive,
-    };
+    let patience = if arguments.shard.is_some() { SCHEDULED } else { INTERACTIVE };
     let stop = StopSignal::on_signal(patience)?;
     let report = run.execute(stop.requested())?;
     let mut out = stdout();

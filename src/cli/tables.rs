@@ -23,8 +23,8 @@ use serde_json::Value;
 use super::terminal::{Output, stdout};
 use super::{Failure, SetArguments, StudyArguments, misused, unknown};
 use crate::session::failures::COMMAND;
+use crate::session::formatting::{cells, counted, listed, short, whole_cells, wrapped};
 use crate::session::results::{Description, Table, TableFile, TableSource};
-use crate::session::words::{cells, counted, listed, short, whole_cells, wrapped};
 use crate::session::{DataFolder, DescribedColumns, StoreError, TableUnits, parallel};
 
 /// Number of rows that are converted to text together.

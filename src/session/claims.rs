@@ -104,6 +104,7 @@ impl StudyClaims {
         };
         let is_tested = claim.outcome != ClaimOutcome::Noted;
         let bounds = judgement.map_or(&[][..], |judgement| &judgement.bounds[..]);
+        let quantities = bounds.iter().map(|bound| quantity(bound, bounds.len()));
         let more = judgement.and_then(|judgement| self.more_surfaces(claim, judgement));
         json!({
             "name": statement.name,
@@ -116,7 +117,7 @@ impl StudyClaims {
             "verdict": verdict(claim),
             "quantity": is_tested.then_some(&statement.quantity),
             "expected": is_tested.then(|| statement.expected.to_string()),
-            "quantities": bounds.iter().map(|one| summary_of(one, bounds.len())).collect::<Vec<_>>(),
+            "quantities": quantities.collect::<Vec<_>>(),
             "deciding": judgement.map(|judgement| &bounds[judgement.deciding].label),
             "contradicting": judgement.map(|judgement| judgement.contradicting),
             "undecided": judgement.map(|judgement| judgement.undecided),
@@ -138,7 +139,7 @@ impl StudyClaims {
 
 /// Returns the JSON output for one of `all` quantities: `lower` and `upper` are simultaneous bounds
 /// for all quantities of the claim, `least` and `most` bound this one alone.
-fn summary_of(bound: &Bound, all: usize) -> Value {
+fn quantity(bound: &Bound, all: usize) -> Value {
     let ([lower, upper], [least, most]) = (bound.simultaneous(all), bound.one_sided());
     json!({
         "label": bound.label,

@@ -13,9 +13,9 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use self::solved::SolvedTask;
-use super::coordinates::{ChosenLoad, ChosenRows, Coordinate, chosen_task, only_state, rows_under};
-use super::words::listed;
-use super::{DataFolder, Observer, Session, SessionError, names, open_read_only};
+use super::formatting::listed;
+use super::task_choice::{ChosenLoad, ChosenRows, Coordinate, chosen_task, only_state, rows_under};
+use super::{DataFolder, Observer, Session, SessionError, name_lookup, open_read_only};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
@@ -197,7 +197,7 @@ pub fn finished_task(
     observer: &dyn Observer,
 ) -> Result<TaskMaps, SessionError> {
     let store = open_read_only(data, observer)?;
-    let task = names::finished(word, &store, data)?;
+    let task = name_lookup::finished(word, &store, data)?;
     // The paths of measured surfaces are known from a manifest only.
     let mut maps = TaskMaps::open(task, store, SurfaceFiles::default())?;
     if let Some(contact) = &mut maps.contact {
@@ -448,8 +448,7 @@ impl TaskMaps {
         })?;
         if kind == MapKind::Repulsive && !contact.is_path() {
             return Err(SessionError::refused(
-                "without adhesion all nodes in contact are repulsive; choose the map \
-                           `contact`",
+                "without adhesion, the map `contact` shows the repulsive nodes",
             ));
         }
         Ok(contact)

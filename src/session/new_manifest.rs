@@ -27,8 +27,8 @@ pub struct NewManifest {
 pub fn write(name: &str) -> Result<NewManifest, SessionError> {
     if !names::is_plain(name) || name.len() > names::MAX_LENGTH {
         return Err(SessionError::refused(format!(
-            "`{name}` is not a valid name of a study; use a letter or `_`, then letters, digits, `_` and \
-             `-`, at most {} characters",
+            "`{name}` must be a letter or `_`, then letters, digits, `_` and `-`, at most {} in \
+             all",
             names::MAX_LENGTH
         )));
     }

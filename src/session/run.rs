@@ -17,9 +17,9 @@ use serde_json::{Value, json};
 
 use super::error::SessionError;
 use super::events::{Batch, Event, Notice, Observer};
-use super::names::{TaskNameError, planned};
+use super::formatting::chain;
+use super::name_lookup::{TaskNameError, planned};
 use super::status::{StageCount, growing};
-use super::words::chain;
 use super::{Session, Shard, failures};
 use asperity_claims::DeclaredClaims;
 use asperity_contact::threads::available_cores;

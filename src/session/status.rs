@@ -160,7 +160,7 @@ impl Reason<'_> {
 
 /// Distribution of cores over tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sharing {
+pub struct CoreDistribution {
     /// Maximum number of parallel tasks.
     pub at_once: usize,
     /// Maximum number of cores per task.
@@ -222,7 +222,7 @@ impl Status {
     }
 
     /// Returns how a run would distribute the given number of cores.
-    pub fn sharing(&self, cores: usize) -> Sharing {
+    pub fn core_distribution(&self, cores: usize) -> CoreDistribution {
         let counts = StageCount::all(&self.plan, &self.missing);
         let at_once = counts.iter().map(|count| count.to_run).max();
         let missing = self.missing.iter().map(|&task| &self.plan.tasks[task]);
@@ -234,7 +234,7 @@ impl Status {
             Threads::useful_for(task.nodes[0] * task.nodes[1]).max(rows)
         });
         let each = useful.max().unwrap_or(1);
-        Sharing { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
+        CoreDistribution { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
     }
 
     /// Returns the minimum memory of a run: the program plus the largest missing task.

@@ -18,6 +18,8 @@ use sha2::{Digest, Sha256};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
+use asperity_tables::store::files::folder_of;
+
 /// File name of the list of checksums.
 pub const CHECKSUMS: &str = "SHA256SUMS";
 /// Size of the read buffer in bytes.
@@ -145,8 +147,7 @@ pub struct ArchivePaths {
 /// Error for a path in a manifest that would lead to no file of the archive.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "cannot add `{}` to an archive: {why}; use a path relative to the folder of the manifest, such as \
-     `surfaces/scan.x3p` or `../surfaces/scan.x3p`",
+    "cannot add `{}` to an archive: {why}; use a path relative to the manifest's folder",
     path.display()
 )]
 pub struct UnportablePath {
@@ -227,7 +228,7 @@ fn unportable(path: &Path, why: &'static str) -> UnportablePath {
 
 /// Returns the names of the folders above a file, starting at the root.
 fn folders_of(file: &Path) -> Vec<String> {
-    let folder = file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let folder = folder_of(file);
     // The folder may have been deleted after the manifest was read.
     let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
     let names = folder.components().filter_map(|part| match part {

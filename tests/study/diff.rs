@@ -131,7 +131,7 @@ fn the_interval_of_paired_surfaces_has_its_closed_form() {
 
     let stage = study.stages.iter().find(|stage| stage.stage == "contact").unwrap();
     let tables = stage.tables.as_ref().unwrap();
-    assert_eq!((tables.common, &tables.across[..]), (6, &["tolerance".to_owned()][..]));
+    assert_eq!((tables.rows.common, &tables.rows.across[..]), (6, &["tolerance".to_owned()][..]));
     let column = tables.columns.iter().find(|column| column.column == "mean_gap").unwrap();
     let [a, b] = ["small", "loose"].map(|name| {
         let table = bench.table(name, "contact");
@@ -170,8 +170,11 @@ fn surfaces_of_other_seeds_are_independent() {
     };
     assert_eq!(parameters.iter().map(|found| &found.what).collect::<Vec<_>>(), [&seed]);
     let tables = study.stages[2].tables.as_ref().unwrap();
-    assert_eq!((tables.common, tables.only_in_a.rows, tables.only_in_b.rows), (0, 6, 6));
-    assert_eq!(tables.only_in_a.surfaces.first[0], "seed 7, realization 0");
+    assert_eq!(
+        (tables.rows.common, tables.rows.only_in_a.rows, tables.rows.only_in_b.rows),
+        (0, 6, 6)
+    );
+    assert_eq!(tables.rows.only_in_a.surfaces.first[0], "seed 7, realization 0");
     let area = tables.columns.iter().find(|column| column.column == "area_fraction").unwrap();
     for mean in &area.means {
         assert_eq!((mean.test, mean.values_a, mean.values_b), (Test::Welch, 3, 3));
@@ -344,7 +347,7 @@ fn studies_without_a_common_load_say_so() {
     let other = STUDY.replace("\"small\"", "\"other\"");
     let b = run(&bench, "b.toml", &other.replace("{ to = 0.1, steps = 4 }", "[0.03, 0.07]"));
     let (printed, _) = diff(&bench, &a, &b, &[]);
-    let hint = "no load is in both: `load` is 0.025 … 0.1 in A and 0.03 … 0.07 in B.";
+    let hint = "no load is in both: `load` is 0.025 … 0.1 in A and 0.03 … 0.07 in B";
     assert!(printed.contains(hint), "{printed}");
     assert!(printed.contains("give both studies the same"), "{printed}");
 }

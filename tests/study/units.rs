@@ -285,7 +285,7 @@ fn a_pressure_selects_a_reduced_load_and_needs_a_known_unit() {
     assert!(drawn.contains("contact at load 0.05 on"), "{drawn}");
     bench.run(&STUDY);
     let error = text(&view("1 MPa").stderr);
-    assert!(error.contains("names no unit of pressure; give the load as a number"), "{error}");
+    assert!(error.contains("has no unit of pressure; omit the unit"), "{error}");
 }
 
 #[test]

@@ -60,7 +60,7 @@ fn a_picture_replaces_no_other_file_unless_it_is_asked_for_and_nothing_but_pictu
     assert!(code == Some(2) && printed.contains("is not a PNG file"), "{printed}");
     assert_eq!(fs::read_to_string(map).unwrap(), *STUDY);
     let (code, printed) = view("0.1", &["-o", manifest, "--replace"]);
-    assert!(code == Some(2) && printed.contains("the format of"), "{printed}");
+    assert!(code == Some(2) && printed.contains("must end in"), "{printed}");
     assert_eq!(fs::read_to_string(manifest).unwrap(), *STUDY);
 }
 

@@ -136,8 +136,7 @@ fn field(map: &Map, is_mask: bool) -> Result<Object, SessionError> {
 
 fn too_large() -> SessionError {
     SessionError::refused(
-        "the maps need more than the 4 GB of a `.gwy` file; choose fewer with `--map`, or write them \
-         to a `.npz` file",
+        "a `.gwy` file holds at most 4 GB; choose fewer maps with `--map`, or write to `.npz`",
     )
 }
 

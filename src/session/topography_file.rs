@@ -142,8 +142,8 @@ impl DescribedChannel {
         let mut notes = channel.notes();
         notes.extend(channel.suspect_number().map(|SuspectNumber { number, count }| {
             format!(
-                "{count} points have the number {number:?}, far from all others; if it marks points \
-                 without a height, set `missing = {number:?}` in the manifest"
+                "{count} points have the number {number:?}, far from all others; see the key \
+                 `missing`"
             )
         }));
         notes.extend(

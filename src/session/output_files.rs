@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::SessionError;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{Existing, write_with};
+use asperity_tables::store::files::{Existing, folder_of, write_with};
 
 /// Number of first bytes by which two files are of the same kind.
 const SIGNATURE: usize = 4;
@@ -105,12 +105,6 @@ fn is_equal(mut one: impl BufRead, mut other: impl BufRead) -> io::Result<bool> 
     }
 }
 
-/// Returns the folder of a file.
-pub fn folder_of(path: &Path) -> &Path {
-    let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    folder.unwrap_or(Path::new("."))
-}
-
 /// Writes a picture to a file whose name ends in `.png`; see [`write_output`].
 ///
 /// # Errors
@@ -130,6 +124,12 @@ pub fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionEr
 pub fn is_stream(path: &Path) -> bool {
     let metadata = path.metadata();
     metadata.is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
+}
+
+/// Returns whether a file can be read and begins with these bytes.
+pub fn begins_with(path: &Path, signature: &[u8]) -> bool {
+    let start = beginning(path, signature.len()).ok().flatten();
+    start.is_some_and(|start| start == signature)
 }
 
 /// Returns up to `limit` bytes from the start of a file, or `None` if it does not exist.

@@ -7,8 +7,9 @@ use arrow::array::{Array, AsArray};
 use arrow::datatypes::{DataType, Field, Float64Type};
 use arrow::util::display::array_value_to_string;
 
-use super::words::{counted, listed, short};
-use super::{SessionError, UnknownName, names};
+use super::formatting::{counted, listed, short};
+use super::name_lookup::TaskNameError;
+use super::{SessionError, UnknownName};
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
 use asperity_stages::columns::{BRANCH, LOAD, MEAN_GAP, PRESSURE, STEP, SURFACE};
 use asperity_stages::ensemble::load_column;
@@ -221,8 +222,11 @@ pub fn rows_under(
     };
     let text = |load: f64| quantity::written(load, unit.as_deref());
     let nearest: Vec<String> = lower.into_iter().chain(higher).map(text).collect();
+    let verb = if nearest.len() == 1 { "is" } else { "are" };
     let (load, nearest) = (text(load), nearest.join(" and "));
-    Err(SessionError::refused(format!("no row has `{column}` = {load}; nearest: {nearest}")))
+    Err(SessionError::refused(format!(
+        "no row has `{column}` = {load}; the nearest {verb} {nearest}"
+    )))
 }
 
 /// Returns the only element of `rows`, which have the same load. The rows of a task without a path
@@ -279,7 +283,7 @@ pub fn chosen_task(
     if tasks.len() == 1 {
         let word: String = tasks.into_iter().collect();
         let rows = rows_of_task(table, &selected, &word)?;
-        let key = word.parse().map_err(|_| names::TaskNameError::InvalidKey { word })?;
+        let key = word.parse().map_err(|_| TaskNameError::InvalidKey { word })?;
         return Ok(ChosenTask { key, rows });
     }
     let columns = table.coordinates();
