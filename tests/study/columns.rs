@@ -83,13 +83,13 @@ fn a_file_describes_its_columns_in_plain_json_too() {
 #[test]
 fn a_query_says_what_its_columns_mean_and_inherits_what_it_only_passes_on() {
     let bench = Bench::new();
-    let query = r#"
-[stage.doubled]
-kind = "aggregate"
-from = "area"
-sql = "select load, 2 * area_fraction as twice, 3 * area_fraction as thrice from area"
-columns = { twice = { unit = "1/2", meaning = "double the area" } }
-"#;
+    let query = &stages_from("area")
+        .aggregate(
+            "doubled",
+            "sql = 'select load, 2 * area_fraction as twice, 3 * area_fraction as thrice \
+             from area'; columns = { twice = { unit = '1/2', meaning = 'double the area' } }",
+        )
+        .text();
     bench.run(&format!("{}{query}", *STUDY));
     let columns = bench.table("small", "doubled").descriptions();
     let said: Vec<[&str; 3]> =

@@ -235,19 +235,15 @@ curves = [
 #[test]
 fn a_curve_of_another_stage_has_the_parameters_of_its_rows() {
     let bench = Bench::new();
-    let figure = r#"
-[stage.relation]
-kind = "fit"
-from = "area"
-law = "load-separation"
-
-[figure.gaps]
-from = "area"
-x = "load"
-y = "mean_gap"
-scale = "log-x"
-curves = [{ value = "decay_length * ln(closing_load / load)", from = "relation", label = "fits" }]
-"#;
+    let figure = &stages_from("area")
+        .fit("relation", "law = 'load-separation'")
+        .table(
+            "figure.gaps",
+            "from = 'area'; x = 'load'; y = 'mean_gap'; scale = 'log-x'; \
+             curves = [{ value = 'decay_length * ln(closing_load / load)', from = 'relation', \
+             label = 'fits' }]",
+        )
+        .text();
     bench.run(&format!("{}{figure}", four_loads()));
     report(&bench);
     let svg = fs::read_to_string(bench.data().join("results/hurst/figures/gaps.svg")).unwrap();

@@ -7,7 +7,7 @@ use asperity::tables::table::Table;
 use serde_json::Value;
 
 use crate::bench::{Bench, is_idle, text};
-use crate::manifest::manifest;
+use crate::manifest::{manifest, stages_from};
 use crate::reference::{assert_near, with_hardness};
 
 fn reals(table: &Table, name: &str) -> Vec<f64> {
@@ -113,18 +113,17 @@ fn what_saturates_bears_no_more_than_the_load_and_the_rest_must_touch_for_it() {
 
 #[test]
 fn hardnesses_are_parameter_points() {
-    let curves = r#"
-[stage.curves]
-kind = "aggregate"
-from = "area"
-over = ["saturated_fraction", "area_fraction"]
-statistics = ["mean"]
-
-[stage.asked]
-kind = "aggregate"
-from = "contact"
-sql = "SELECT hardness, SUM(saturated_nodes) AS nodes FROM contact WHERE hardness > 0 GROUP BY hardness ORDER BY hardness"
-"#;
+    let curves = &stages_from("area")
+        .aggregate(
+            "curves",
+            "over = ['saturated_fraction', 'area_fraction']; statistics = ['mean']",
+        )
+        .aggregate(
+            "asked",
+            "from = 'contact'; sql = 'SELECT hardness, SUM(saturated_nodes) AS nodes FROM contact \
+             WHERE hardness > 0 GROUP BY hardness ORDER BY hardness'",
+        )
+        .text();
     let bench = Bench::new();
     bench.run(&SMALL);
     let points = "cases = [{}, { hardness = 0.2 }, { hardness = 0.3 }]";

@@ -1,10 +1,12 @@
 //! Pages and figures of `asperity report`.
 
 use std::fs;
+use std::sync::LazyLock;
 
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, text};
+use crate::manifest::manifest;
 
 /// Writes a report and returns the output of the command and the page.
 pub fn report(bench: &Bench) -> (Value, String) {
@@ -668,48 +670,38 @@ fn files_that_a_received_page_or_owner_names_are_not_read() {
 }
 
 /// Study of two spectra under light pressures in MPa, with means that are grouped by pressure.
-const IN_MEGAPASCALS: &str = r#"
-[study]
-name = "pascals"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 32
-side = "100 um"
-hurst = [0.5, 0.8]
-k_lower = 2
-k_upper = 8
-rms_slope = 0.1
-realizations = 2
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-bodies = [{ youngs_modulus = "105 GPa", poisson_ratio = 0.3, conductivity = "50 W/(m K)" }]
-loads = { from = "5 MPa", to = "50 MPa", steps = 6, spacing = "geometric" }
-stiffness = true
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.means]
-kind = "aggregate"
-from = "area"
-group_by = ["hurst", "pressure"]
-over = ["mean_gap", "thermal_conductance"]
-statistics = ["mean", "sd"]
-
-[stage.query]
-kind = "aggregate"
-from = "area"
-sql = "select hurst, pressure, avg(mean_gap) as mean_gap from area group by hurst, pressure"
-"#;
+static IN_MEGAPASCALS: LazyLock<String> = LazyLock::new(|| {
+    manifest("pascals", "")
+        .generate(
+            "surfaces",
+            "nodes = 32; side = '100 um'; hurst = [0.5, 0.8]; k_lower = 2; k_upper = 8; \
+             rms_slope = 0.1; realizations = 2",
+        )
+        .solve(
+            "contact",
+            "bodies = [{ youngs_modulus = '105 GPa', poisson_ratio = 0.3, \
+             conductivity = '50 W/(m K)' }]; \
+             loads = { from = '5 MPa', to = '50 MPa', steps = 6, spacing = 'geometric' }; \
+             stiffness = true",
+        )
+        .measure("area", "")
+        .aggregate(
+            "means",
+            "group_by = ['hurst', 'pressure']; over = ['mean_gap', 'thermal_conductance']; \
+             statistics = ['mean', 'sd']",
+        )
+        .aggregate(
+            "query",
+            "from = 'area'; sql = 'select hurst, pressure, \
+             avg(mean_gap) as mean_gap from area group by hurst, pressure'",
+        )
+        .text()
+});
 
 #[test]
 fn axes_summary_and_tables_of_statistics_have_the_units_of_the_manifest() {
     let bench = Bench::new();
-    bench.run(IN_MEGAPASCALS);
+    bench.run(&IN_MEGAPASCALS);
     let (_, page) = report(&bench);
     let svg = figure(&bench, "means");
     for label in ["mean pressure p₀, in MPa", "mean gap ū, in µm"] {
@@ -747,7 +739,7 @@ fn axes_summary_and_tables_of_statistics_have_the_units_of_the_manifest() {
 #[test]
 fn axes_of_light_loads_end_where_the_data_end() {
     let bench = Bench::new();
-    bench.run(IN_MEGAPASCALS);
+    bench.run(&IN_MEGAPASCALS);
     let (_, page) = report(&bench);
     for name in ["area-light", "slope", "area-corrected"] {
         let Some(figure) = page.split(&format!("<figure id=\"{name}\"")).nth(1) else {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::sync::LazyLock;
 
 use asperity::tables::table::Table;
 
@@ -10,58 +11,25 @@ use crate::columns::assert_kept;
 use crate::manifest::manifest;
 
 /// Study of a random surface as a scan, its statistics, and random surfaces with its spectrum.
-const ENSEMBLE: &str = r#"
-[study]
-name = "ensemble"
-seed = 3
-
-[stage.scan]
-kind = "generate"
-nodes = 64
-side = 5.0
-hurst = 0.8
-k_lower = 2
-k_rolloff = 4
-k_upper = 31
-rms_slope = 0.1
-
-[stage.spectrum]
-kind = "measure"
-from = "scan"
-what = "spectrum"
-
-[stage.drawn]
-kind = "generate"
-method = "spectrum"
-from = "spectrum"
-nodes = 64
-side = 5.0
-realizations = 20
-
-[stage.drawn_spectrum]
-kind = "measure"
-from = "drawn"
-what = "spectrum"
-
-[stage.scan_roughness]
-kind = "measure"
-from = "scan"
-what = "roughness"
-
-[stage.drawn_roughness]
-kind = "measure"
-from = "drawn"
-what = "roughness"
-
-[stage.contact]
-kind = "solve"
-from = "drawn"
-loads = [0.02]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#;
+static ENSEMBLE: LazyLock<String> = LazyLock::new(|| {
+    manifest("ensemble", "seed = 3")
+        .generate(
+            "scan",
+            "nodes = 64; side = 5.0; hurst = 0.8; k_lower = 2; k_rolloff = 4; k_upper = 31; \
+             rms_slope = 0.1",
+        )
+        .measure("spectrum", "what = 'spectrum'")
+        .generate(
+            "drawn",
+            "from = 'spectrum'; method = 'spectrum'; nodes = 64; side = 5.0; realizations = 20",
+        )
+        .measure("drawn_spectrum", "what = 'spectrum'")
+        .measure("scan_roughness", "from = 'scan'; what = 'roughness'")
+        .measure("drawn_roughness", "from = 'drawn'; what = 'roughness'")
+        .solve("contact", "from = 'drawn'; loads = [0.02]")
+        .measure("area", "")
+        .text()
+});
 
 fn values(table: &Table, name: &str) -> Vec<f64> {
     let column = table.reals(name).unwrap().iter();
@@ -87,7 +55,7 @@ fn mean_and_sd(values: &[f64]) -> (f64, f64) {
 #[test]
 fn surfaces_drawn_from_a_measured_spectrum_have_it_within_their_scatter() {
     let bench = Bench::new();
-    bench.run(ENSEMBLE);
+    bench.run(&ENSEMBLE);
     let table = |stage: &str| bench.table("ensemble", stage);
     let (scan, drawn) = (table("spectrum"), table("drawn_spectrum"));
     let drawn = by(&drawn, "wavenumber", "spectral_density");
@@ -276,8 +244,10 @@ fn a_fit_finds_the_hurst_exponent_of_an_ensemble_and_of_one_surface() {
 #[test]
 fn what_cannot_be_drawn_again_cannot_be_pooled() {
     let bench = Bench::new();
-    let manifest =
-        format!("{ENSEMBLE}\n[stage.pooled]\nkind = \"measure\"\nfrom = \"drawn\"\npool = true\n");
+    let manifest = format!(
+        "{}\n[stage.pooled]\nkind = \"measure\"\nfrom = \"drawn\"\npool = true\n",
+        *ENSEMBLE
+    );
     let path = bench.write(&manifest);
     let output = bench.output(&["check", path.to_str().unwrap()]);
     let printed = text(&output.stderr);
