@@ -3,7 +3,6 @@
 use std::fs;
 
 use crate::bench::{Bench, STUDY, assert_same_files, counts, text, with_claims};
-use crate::manifest::manifest;
 
 /// The study of the bench, written with parameters and expressions.
 fn derived() -> String {
