@@ -7,6 +7,7 @@
 
 mod claims;
 mod cluster;
+mod columns;
 mod console;
 pub mod diff;
 mod maintenance;

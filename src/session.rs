@@ -84,7 +84,7 @@ use asperity_pipeline::study::Study;
 use asperity_tables::store::Store;
 use asperity_tables::store::users::HostState;
 
-pub use crate::share::{Day, InvalidDay, ShareError, ShareOptions, UnportablePath};
+pub use crate::share::{Day, ShareError, ShareOptions, UnportablePath, utc};
 pub use advice::StudyAdvice;
 pub use asperity_contact::instructions::Instructions;
 pub use asperity_pipeline::cluster::shard::{InvalidShard, Shard};

@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
-use comfy_table::{Table as Grid, presets};
-
+use super::columns::in_columns;
 use super::plan::core_hours;
 use super::terminal::stdout;
 use super::{Failure, SetArguments, StudyArguments, print_answer};
@@ -15,7 +14,7 @@ use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
 use crate::session::claims::{
     Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped, verdict,
 };
-use crate::session::formatting::{counted, shell_word};
+use crate::session::formatting::{counted, shell_word, significant};
 use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
@@ -86,11 +85,7 @@ fn wrapped(indent: usize, text: &str) -> String {
 
 /// Formats a number with four significant digits.
 fn short(value: f64) -> String {
-    if !value.is_finite() || value == 0.0 {
-        return format!("{value}");
-    }
-    let digits = 3 - value.abs().log10().floor() as i32;
-    format!("{value:.*}", digits.clamp(0, 8) as usize)
+    significant(value, 4)
 }
 
 /// Indentation of the text about a claim, in characters.
@@ -361,20 +356,10 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
         })
         .collect();
     let percent = 100.0 * LEVEL;
-    let mut grid = Grid::new();
-    grid.load_preset(presets::NOTHING);
-    grid.set_header([
-        "quantity",
-        "value",
-        &format!("alone, {percent} % per end"),
-        &format!("all together, {percent} %"),
-        "alone",
-    ]);
-    grid.add_rows(rows);
-    for column in grid.column_iter_mut() {
-        column.set_padding((0, 2));
-    }
-    format!("\n{}\n", grid.trim_fmt())
+    let [alone, together] =
+        [format!("alone, {percent} % per end"), format!("all together, {percent} %")];
+    let header = ["quantity", "value", &alone, &together, "alone"];
+    format!("\n{}\n", in_columns(header, rows, 0..0))
 }
 
 #[derive(clap::Args)]
@@ -414,7 +399,7 @@ fn advice_text(advice: &StudyAdvice) -> String {
 fn fit_text(fit: &AdvisedFit) -> String {
     let error = fit
         .standard_error
-        .map_or_else(String::new, |error| format!(" ± {} (standard error)", digits(error)));
+        .map_or_else(String::new, |error| format!(" ± {} (standard error)", significant(error, 2)));
     let mut text = format!(
         "{}: {}\n  limit {:.4}{error}, {}; {}\n",
         fit.stage,
@@ -430,7 +415,7 @@ fn fit_text(fit: &AdvisedFit) -> String {
     let best = fit.steps.iter().filter_map(AdvisedStep::gain).fold(0.0, f64::max);
     for step in &fit.steps {
         let after = match (fit.standard_error, step.factor) {
-            (Some(error), Some(factor)) => digits(error * factor),
+            (Some(error), Some(factor)) => significant(error * factor, 2),
             (None, Some(factor)) => format!("× {factor:.2}"),
             (_, None) => "?".to_owned(),
         };
@@ -447,10 +432,4 @@ fn fit_text(fit: &AdvisedFit) -> String {
         );
     }
     text
-}
-
-/// Formats a number with two significant digits.
-fn digits(value: f64) -> String {
-    let decimals = (1.0 - value.abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{value:.decimals$}")
 }

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
+use super::columns::in_columns;
 use super::console::{Console, SCHEDULED, StopSignal};
 use super::plan::{core_hours, store_lines};
 use super::run::{ResourceArguments, exit_code, run_text};
@@ -227,16 +228,13 @@ pub fn status(arguments: &StatusArguments, data: &DataFolder) -> Result<ExitCode
 }
 
 fn progress_text(progress: &Progress) -> String {
-    let mut text = format!(
-        "{:20} {:10} {:>8} {:>8} {:>8} {:>8}\n",
-        "stage", "kind", "finished", "running", "waiting", "failed"
-    );
-    for stage in &progress.stages {
-        text += &format!(
-            "{:20} {:10} {:>8} {:>8} {:>8} {:>8}\n",
-            stage.name, stage.kind, stage.done, stage.running, stage.waiting, stage.failed
-        );
-    }
+    let rows = progress.stages.iter().map(|stage| {
+        let counts = [stage.done, stage.running, stage.waiting, stage.failed];
+        let [done, running, waiting, failed] = counts.map(|count| count.to_string());
+        [stage.name.clone(), stage.kind.to_string(), done, running, waiting, failed]
+    });
+    let header = ["stage", "kind", "finished", "running", "waiting", "failed"];
+    let mut text = in_columns(header, rows, 2..6) + "\n";
     let stages = progress.stages.iter();
     text += &store_lines(stages.map(|stage| (stage.name.as_str(), stage.stores.as_slice())));
     let hours = |hours: f64| core_hours(3600.0 * hours);

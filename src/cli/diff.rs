@@ -4,9 +4,9 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use comfy_table::{CellAlignment, Table as Grid, presets};
 use tempfile::TempDir;
 
+use super::columns::in_columns;
 use super::console::removed_on_signal;
 use super::terminal::stdout;
 use super::{Failure, print_json, print_notice};
@@ -16,7 +16,7 @@ use crate::session::diff::{
     self, Comparison, MeanComparison, Noise, StageComparison, StageSize, Studies, StudyComparison,
     StudyName, TableComparison, Test,
 };
-use crate::session::formatting::{counted, shell_word, short, wrapped, written};
+use crate::session::formatting::{counted, shell_word, short, significant, wrapped};
 use crate::session::{DataFolder, Setting};
 
 /// Maximum number of columns printed per stage without `--all`.
@@ -300,22 +300,12 @@ fn columns_text(tables: &TableComparison, all: bool) -> String {
     let mut text = String::new();
     let shown = if all { numbers.len() } else { numbers.len().min(MAX_COLUMNS) };
     if shown > 0 {
-        let mut grid = Grid::new();
-        grid.load_preset(presets::NOTHING);
-        grid.set_header(HEADER);
+        let mut rows = Vec::new();
         for (column, largest) in &numbers[..shown] {
             let means = if all { column.means.iter().collect() } else { vec![*largest] };
-            for mean in means {
-                grid.add_row(cells(column, mean, tables));
-            }
+            rows.extend(means.into_iter().map(|mean| cells(column, mean, tables)));
         }
-        for (index, column) in grid.column_iter_mut().enumerate() {
-            column.set_padding((0, 2));
-            if (1..=4).contains(&index) {
-                column.set_cell_alignment(CellAlignment::Right);
-            }
-        }
-        text += &format!("  {}\n", grid.trim_fmt().replace('\n', "\n  "));
+        text += &format!("  {}\n", in_columns(HEADER, rows, 1..5).replace('\n', "\n  "));
     }
     if numbers.len() > shown {
         let names: Vec<String> =
@@ -387,17 +377,13 @@ fn signed(number: f64) -> String {
         return "0".to_owned();
     }
     let sign = if number > 0.0 { "+" } else { "−" };
-    format!("{sign}{}", three_digits(number.abs()))
-}
-
-fn three_digits(number: f64) -> String {
-    written(format!("{number:.2e}").parse().unwrap_or(number))
+    format!("{sign}{}", significant(number.abs(), 3))
 }
 
 /// Formats a relative difference in percent, or as a factor if B is many times larger than A.
 fn relative(relative: f64) -> String {
     if relative >= 10.0 {
-        return format!("×{}", three_digits(1.0 + relative));
+        return format!("×{}", significant(1.0 + relative, 3));
     }
     format!("{} %", signed(100.0 * relative))
 }

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
-use comfy_table::{CellAlignment, Table as Grid, presets};
 use serde::Serialize;
 
+use super::columns::in_columns;
 use super::{Failure, SetArguments, misused, print_answer};
 use crate::session::export::{Export, ExportFormat, Exported};
 use crate::session::formatting::{counted, listed, short, wrapped};
@@ -275,9 +275,6 @@ pub fn surface(arguments: &SurfaceArguments) -> Result<ExitCode, Failure> {
     print_answer(arguments.json, &file, || file_text(&file, path, output))
 }
 
-/// Number of leading text columns; the number columns after them are aligned right.
-const TEXT_COLUMNS: usize = 4;
-
 /// Describes the file: format, one line per channel, missing points, channel with heights.
 fn file_text(file: &DescribedFile, path: &Path, output: Option<&Path>) -> String {
     let mut text = format!(
@@ -285,7 +282,7 @@ fn file_text(file: &DescribedFile, path: &Path, output: Option<&Path>) -> String
         path.display(),
         file.format,
         file.title,
-        grid(&file.channels)
+        in_columns(HEADER, file.channels.iter().map(row), 4..9)
     );
     for channel in file.channels.iter().filter(|channel| channel.missing > 0) {
         let DescribedChannel { number, nodes: [x, y], missing, .. } = channel;
@@ -336,27 +333,8 @@ fn heights(file: &DescribedFile) -> String {
     format!("heights  channel {number}, `{name}`{unit}{why}")
 }
 
-fn grid(channels: &[DescribedChannel]) -> Grid {
-    let mut grid = Grid::new();
-    grid.load_preset(presets::NOTHING);
-    grid.set_header([
-        "channel",
-        "nodes",
-        "size",
-        "unit",
-        "missing",
-        "rms height",
-        "rms slope",
-        "lowest",
-        "highest",
-    ]);
-    for channel in channels {
-        grid.add_row(row(channel));
-    }
-    let numbers = grid.column_iter_mut().skip(TEXT_COLUMNS);
-    numbers.for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    grid
-}
+const HEADER: [&str; 9] =
+    ["channel", "nodes", "size", "unit", "missing", "rms height", "rms slope", "lowest", "highest"];
 
 fn row(channel: &DescribedChannel) -> [String; 9] {
     let number = |number: Option<f64>| number.map_or_else(|| "–".to_owned(), short);

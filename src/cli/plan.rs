@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
+use super::columns::in_columns;
 use super::tables::write_json;
 use super::terminal::stdout;
 use super::{Failure, StudyArguments, print_json};
@@ -133,24 +134,16 @@ fn reasons(stage: &StageStatus) -> Vec<String> {
 }
 
 fn plan_table(stages: &[StageStatus]) -> String {
-    let names = stages.iter().map(|stage| stage.count.name.chars().count());
-    let width = names.max().unwrap_or(0).max("stage".len());
-    let mut lines =
-        vec![format!("{:width$}  {:9}  {:>8}  {:>8}  why", "stage", "kind", "finished", "to run")];
-    for stage in stages {
-        let count = &stage.count;
+    let rows = stages.iter().map(|stage| {
+        let StageCount { name, kind, cached, to_run, .. } = stage.count;
         let why = match reasons(stage).as_slice() {
             [] => String::new(),
             [one] => one.clone(),
             [first, more @ ..] => format!("{first}, and {}", counted(more.len(), "other reason")),
         };
-        let line = format!(
-            "{:width$}  {:9}  {:>8}  {:>8}  {why}",
-            count.name, count.kind, count.cached, count.to_run
-        );
-        lines.push(line.trim_end().to_owned());
-    }
-    lines.join("\n")
+        [name.to_owned(), kind.to_string(), cached.to_string(), to_run.to_string(), why]
+    });
+    in_columns(["stage", "kind", "finished", "to run", "why"], rows, 2..4)
 }
 
 /// Returns a line for each read-only store with the numbers of tasks that are read from it.

@@ -8,7 +8,7 @@ use super::{Failure, SetArguments, StudyArguments, print_answer};
 use crate::session::formatting::counted;
 use crate::session::results::{NotDrawn, Reason};
 use crate::session::{
-    Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy, StudyIndex,
+    Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy, StudyIndex, utc,
 };
 
 #[derive(clap::Args)]
@@ -172,7 +172,7 @@ pub fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, 
         output: arguments.output.clone(),
         store: arguments.store,
         replace: arguments.replace,
-        day: arguments.date.unwrap_or_else(|| Day::from_time(SystemTime::now())),
+        day: arguments.date.unwrap_or_else(|| utc(SystemTime::now()).date_naive()),
         license: arguments.license.clone(),
         authors: arguments.authors.clone(),
     })?;

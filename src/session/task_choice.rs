@@ -220,7 +220,10 @@ pub fn rows_under(
         _ if column == MEAN_GAP.name => length_unit(table),
         _ => None,
     };
-    let text = |load: f64| quantity::written(load, unit.as_deref());
+    let text = |load: f64| match &unit {
+        Some(unit) => format!("{} {unit}", short(load)),
+        None => short(load),
+    };
     let nearest: Vec<String> = lower.into_iter().chain(higher).map(text).collect();
     let verb = if nearest.len() == 1 { "is" } else { "are" };
     let (load, nearest) = (text(load), nearest.join(" and "));
@@ -246,12 +249,6 @@ pub fn only_state(table: &Table, rows: &[usize]) -> Result<usize, SessionError> 
         counted(rows.len(), "state"),
         states.collect::<String>()
     )))
-}
-
-/// Formats a load as users write it: `0.1`, `1e8`.
-pub fn load_as_typed(load: f64) -> String {
-    let is_short = load == 0.0 || (1e-4..1e6).contains(&load.abs());
-    if is_short { short(load) } else { format!("{load:e}") }
 }
 
 impl FromStr for Coordinate {

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::formatting::{counted, short};
 use super::maps::{Map, MapKind, Overlay, PathState, TaskMaps};
 use super::output_files::{has_suffix, is_stream, write_output};
-use super::task_choice::{ChosenLoad, Coordinate, load_as_typed};
+use super::task_choice::{ChosenLoad, Coordinate};
 use super::{Session, SessionError};
 use asperity_contact::grid::Grid;
 use asperity_report::animation::{AnimationFormat, animation};
@@ -357,7 +357,7 @@ impl Picture {
     /// Formats the load for file names: `0.1000`, or `1e8` in pascals.
     fn load_in_words(&self) -> Option<String> {
         let (load, column) = (self.load?, self.load_column?);
-        Some(if column == LOAD.name { format!("{load:.4}") } else { load_as_typed(load) })
+        Some(if column == LOAD.name { format!("{load:.4}") } else { short(load) })
     }
 }
 
@@ -476,6 +476,6 @@ fn load_with_unit(load: f64, column: Option<&str>, unit: Option<&str>) -> String
         _ if column == Some(LOAD.name) => format!("load {}", digits(load, 4)),
         _ if column == Some(MEAN_GAP.name) => format!("mean gap {}", length_in_words(load, unit)),
         Some(unit) => pressure_in_words(load, unit),
-        None => format!("pressure {} in the unit of E*", load_as_typed(load)),
+        None => format!("pressure {} in the unit of E*", short(load)),
     }
 }
