@@ -7,6 +7,7 @@
 
 mod claims;
 mod cluster;
+mod columns;
 mod console;
 pub mod diff;
 mod maintenance;
@@ -28,7 +29,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use serde::Serialize;
 
-use crate::session::words::chain;
+use crate::session::formatting::chain;
 use crate::session::{
     DataFolder, Event, Instructions, SETTINGS_FILE, Session, SessionError, Setting, UnknownName,
 };
@@ -166,8 +167,9 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
 /// Tests use it to check that all instruction sets give the same bytes.
 fn choose_instructions() -> Result<(), Failure> {
     match env::var("ASPERITY_SIMD") {
-        Ok(name) => Instructions::choose(&name)
-            .map_err(|error| Misused(format!("ASPERITY_SIMD: {error}")).into()),
+        Ok(name) => {
+            Instructions::choose(&name).map_err(|error| misused(format!("ASPERITY_SIMD: {error}")))
+        }
         Err(_) => Ok(()),
     }
 }
@@ -180,9 +182,9 @@ type Failure = Box<dyn Error + Send + Sync>;
 #[error("{0}")]
 struct Misused(String);
 
-/// Advice for a user who may not write into the data folder.
-const OTHER_FOLDER: &str =
-    "choose another one with `--data` and list this one in `stores` of its `asperity.toml`";
+fn misused(message: impl Into<String>) -> Failure {
+    Misused(message.into()).into()
+}
 
 /// Prints an error with its causes and returns the exit code.
 fn report(failure: &(dyn Error + Send + Sync + 'static), data: &DataFolder) -> ExitCode {
@@ -196,12 +198,6 @@ fn report(failure: &(dyn Error + Send + Sync + 'static), data: &DataFolder) -> E
         return ExitCode::SUCCESS;
     }
     let mut text = format!("error: {}", chain(failure));
-    let denied = of_session.and_then(SessionError::denied_path);
-    if denied.is_some_and(|path| path.starts_with(data.path())) {
-        text += "; if the data folder is not yours, ";
-        text +=
-            if data.store().is_dir() { OTHER_FOLDER } else { "choose another one with `--data`" };
-    }
     let damaged = of_session.and_then(SessionError::damaged_path);
     if damaged.is_some_and(|path| path.starts_with(data.path())) {
         text += "; set it aside with `asperity verify`, and compute it again with `asperity run`";
@@ -241,11 +237,28 @@ impl SetArguments {
     }
 
     /// Refuses settings of a command that was called without a manifest.
-    fn refuse(&self) -> Result<(), Misused> {
+    fn refuse(&self) -> Result<(), Failure> {
         match self.settings.as_slice() {
             [] => Ok(()),
-            _ => Err(Misused("`--set` needs a manifest, whose keys it overrides".to_owned())),
+            _ => Err(misused("`--set` overrides keys of a manifest; give one")),
         }
+    }
+}
+
+/// Manifest of a study, with options that override its keys.
+#[derive(clap::Args)]
+struct StudyArguments {
+    /// Path of the manifest of the study.
+    manifest: PathBuf,
+
+    #[command(flatten)]
+    set: SetArguments,
+}
+
+impl StudyArguments {
+    /// Opens a session that prints its notices on standard error.
+    fn session(&self, data: &DataFolder) -> Session<'static> {
+        session(&self.manifest, &self.set, data)
     }
 }
 

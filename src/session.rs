@@ -50,33 +50,31 @@
 
 pub mod advice;
 pub mod claims;
-pub mod coordinates;
 pub mod diff;
 pub mod error;
 pub mod events;
 pub mod export;
 pub mod failures;
+pub mod formatting;
 pub mod index;
 pub mod maintenance;
 pub mod maps;
-pub mod names;
+pub mod name_lookup;
 pub mod new_manifest;
-pub mod outputs;
+pub mod output_files;
 pub mod results;
 pub mod run;
 pub mod sharing;
 pub mod status;
 pub mod submission;
-pub mod surface;
+pub mod task_choice;
+pub mod topography_file;
 pub mod view;
-pub mod words;
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::time::Duration;
-use std::{fmt, thread};
 
 use asperity_claims::DeclaredClaims;
 use asperity_pipeline::data_folder;
@@ -86,7 +84,7 @@ use asperity_pipeline::study::Study;
 use asperity_tables::store::Store;
 use asperity_tables::store::users::HostState;
 
-pub use crate::share::{Day, InvalidDay, ShareError, ShareOptions, UnportablePath};
+pub use crate::share::{Day, ShareError, ShareOptions, UnportablePath, utc};
 pub use advice::StudyAdvice;
 pub use asperity_contact::instructions::Instructions;
 pub use asperity_pipeline::cluster::shard::{InvalidShard, Shard};
@@ -100,17 +98,17 @@ pub use asperity_stages::aggregate::sql::silence_panics;
 pub use asperity_stages::per_axis::PerAxis;
 pub use asperity_stages::units::TableUnits;
 pub use claims::StudyClaims;
-pub use coordinates::{ChosenLoad, Coordinate, InvalidCoordinate};
 pub use error::SessionError;
 pub use events::{Event, Notice, Observer, RunProgress};
 pub use index::StudyIndex;
 pub use maps::{Map, MapKind, TaskMaps};
-pub use names::UnknownName;
+pub use name_lookup::UnknownName;
 pub use results::{Bars, DescribedColumns, Report, ReportOptions, Table, Tables};
 pub use run::{PreparedRun, RunOptions, RunReport, SampledStudy, Selection};
 pub use sharing::SharedStudy;
 pub use status::{Progress, Status};
 pub use submission::{FinishOptions, FinishOutcome, Finished, PlannedSubmission, SubmitOptions};
+pub use task_choice::{ChosenLoad, Coordinate, InvalidCoordinate};
 
 pub(crate) use asperity_tables::parallel;
 pub(crate) use asperity_tables::store::StoreError;
@@ -314,7 +312,8 @@ impl Session<'_> {
     fn open(&self) -> Result<Store, SessionError> {
         // Ignore errors: unfinished files do no harm.
         let _ = data_folder::delete_unfinished(&self.data, &HostState::here());
-        while_waiting(&self.data, self.observer, || Ok(self.data.open()?))
+        notify_of_lock(&self.data, self.observer);
+        Ok(self.data.open()?)
     }
 
     /// Opens the store for reading. The observer receives a notice about each listed store that
@@ -330,32 +329,19 @@ impl Session<'_> {
     }
 }
 
-/// Time of waiting for the lock of a store after which the observer receives a notice.
-const PATIENCE: Duration = Duration::from_secs(1);
-
-/// Calls `open`, which opens the stores of a data folder. If it waits for the lock of a store, the
-/// observer receives a notice after a second.
-fn while_waiting<T>(data: &DataFolder, observer: &dyn Observer, open: impl FnOnce() -> T) -> T {
-    let Some(store) = data.locked_store() else {
-        return open();
-    };
-    let (opened, is_opened) = mpsc::channel::<()>();
-    thread::scope(|scope| {
-        scope.spawn(move || {
-            if is_opened.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-                observer.on_event(Event::Notice(Notice::Waiting(&store)));
-            }
-        });
-        let stores = open();
-        drop(opened);
-        stores
-    })
+/// Sends a notice if a process that deletes tables has locked a store of a data folder, because
+/// opening the stores then waits for this process.
+fn notify_of_lock(data: &DataFolder, observer: &dyn Observer) {
+    if let Some(store) = data.locked_store() {
+        observer.on_event(Event::Notice(Notice::Waiting(&store)));
+    }
 }
 
 /// Opens the store of a data folder for reading. The observer receives a notice about each listed
 /// store that cannot be used.
 fn open_read_only(data: &DataFolder, observer: &dyn Observer) -> Result<Store, SessionError> {
-    let (store, unusable) = while_waiting(data, observer, || data.open_available())?;
+    notify_of_lock(data, observer);
+    let (store, unusable) = data.open_available()?;
     let notices = unusable.iter().map(|error| Event::Notice(Notice::UnusableStore(error)));
     notices.for_each(|notice| observer.on_event(notice));
     Ok(store)

@@ -11,18 +11,17 @@ mod archive;
 mod contents;
 mod research_object;
 
-use std::fmt;
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use asperity_manifest::diagnostics::shell_word;
 use asperity_pipeline::results::ResultsError;
 use asperity_tables::store::StoreError;
-use chrono::{DateTime, NaiveDate, Utc};
+use chrono::{DateTime, Utc};
 
 pub use archive::UnportablePath;
 pub(crate) use archive::is_archive;
+pub use chrono::NaiveDate as Day;
 pub(crate) use contents::Contents;
 
 /// Options of an archive of a study.
@@ -44,52 +43,10 @@ pub struct ShareOptions {
     pub authors: Vec<String>,
 }
 
-/// Date in the format of ISO 8601, such as `2026-11-22`.
-///
-/// ```
-/// use std::time::UNIX_EPOCH;
-///
-/// use asperity::session::Day;
-///
-/// assert_eq!(Day::from_time(UNIX_EPOCH).to_string(), "1970-01-01");
-/// assert_eq!("2024-02-29".parse::<Day>()?.to_string(), "2024-02-29");
-/// assert!("2025-02-29".parse::<Day>().is_err());
-/// # Ok::<(), asperity::session::InvalidDay>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Day(NaiveDate);
-
-/// Error for a text that is not a valid date.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is not a date; use the format YYYY-MM-DD, such as 2026-11-22")]
-pub struct InvalidDay(String);
-
-impl Day {
-    /// Returns the date of a moment in UTC.
-    pub fn from_time(moment: SystemTime) -> Day {
-        Day(utc(moment).date_naive())
-    }
-}
-
 /// Converts a moment to UTC. Moments before 1970 become its first second.
-pub(crate) fn utc(moment: SystemTime) -> DateTime<Utc> {
+pub fn utc(moment: SystemTime) -> DateTime<Utc> {
     let since = moment.duration_since(UNIX_EPOCH).unwrap_or_default();
     DateTime::from_timestamp(since.as_secs().try_into().unwrap_or(0), 0).unwrap_or_default()
-}
-
-impl FromStr for Day {
-    type Err = InvalidDay;
-
-    fn from_str(text: &str) -> Result<Day, InvalidDay> {
-        let day = NaiveDate::parse_from_str(text, "%Y-%m-%d");
-        day.map(Day).map_err(|_| InvalidDay(text.to_owned()))
-    }
-}
-
-impl fmt::Display for Day {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}", self.0.format("%Y-%m-%d"))
-    }
 }
 
 /// Failure to create an archive of a study.
@@ -98,21 +55,19 @@ pub enum ShareError {
     #[error("`{}` already exists; use `--replace` to overwrite it", path.display())]
     Exists { path: PathBuf },
     #[error(
-        "`{}` is a file of the study and will not be overwritten; choose another file with `--output`",
+        "`{}` is a file of the study; choose another file with `--output`",
         path.display()
     )]
     Input { path: PathBuf },
     #[error(
-        "`{}` was not written by `asperity share` and will not be overwritten; choose another file with \
-         `--output`",
+        "`{}` was not written by `asperity share`; choose another file with `--output`",
         path.display()
     )]
     OtherKind { path: PathBuf },
     #[error(transparent)]
     UnportablePath(#[from] UnportablePath),
     #[error(
-        "the archive needs the name `{path}` for its own file; move or rename the file that the manifest \
-         names"
+        "the archive needs the name `{path}` for its own file; rename the file of the manifest"
     )]
     Clash { path: String },
     #[error(

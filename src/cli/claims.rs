@@ -6,14 +6,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::slice;
 
+use super::columns::in_columns;
 use super::plan::core_hours;
 use super::terminal::stdout;
-use super::{Failure, SetArguments, print_answer};
+use super::{Failure, SetArguments, StudyArguments, print_answer};
 use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
 use crate::session::claims::{
     Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped, verdict,
 };
-use crate::session::words::{counted, shell_word};
+use crate::session::formatting::{counted, shell_word, significant};
 use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
@@ -84,11 +85,7 @@ fn wrapped(indent: usize, text: &str) -> String {
 
 /// Formats a number with four significant digits.
 fn short(value: f64) -> String {
-    if !value.is_finite() || value == 0.0 {
-        return format!("{value}");
-    }
-    let digits = 3 - value.abs().log10().floor() as i32;
-    format!("{value:.*}", digits.clamp(0, 8) as usize)
+    significant(value, 4)
 }
 
 /// Indentation of the text about a claim, in characters.
@@ -96,8 +93,8 @@ const INDENT: usize = 14;
 
 fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
     if claims.is_empty() {
-        return "the manifest has no claims; add a table `[claim.NAME]`, or the claims of a paper to \
-                `[study]`: `claims = \"yastrebov-2015\"`\n"
+        return "the manifest has no claims; add `[claim.NAME]`, or `claims = \"yastrebov-2015\"` \
+                to `[study]`\n"
             .to_owned();
     }
     let missing = match printer.study.missing {
@@ -191,17 +188,7 @@ fn finding(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> Stri
         format!("{} … {}", short(low), short(high))
     };
     let others = others(all, judgement);
-    let more = match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
-        (Verdict::CannotSay, Some((more, seconds))) => format!(
-            "; {} per spectrum would decide it, {}",
-            counted(more, "more surface"),
-            core_hours(seconds)
-        ),
-        (Verdict::CannotSay, None) if judgement.undecided + judgement.contradicting > 0 => {
-            "; no number of surfaces would decide it".to_owned()
-        }
-        _ => String::new(),
-    };
+    let more = what_would_decide(printer, claim, judgement);
     let without = match judgement.without_value.as_slice() {
         [] => String::new(),
         [one] => format!("; no value for {one}"),
@@ -226,19 +213,15 @@ fn beginning(quantity: &str) -> String {
 
 /// Returns a text that counts the quantities that contradict a claim and the undecided ones.
 fn others(all: usize, judgement: &Judgement) -> String {
-    let contradict = |number| if number == 1 { "contradicts" } else { "contradict" };
-    match (judgement.contradicting, judgement.undecided) {
+    let (against, undecided) = (judgement.contradicting, judgement.undecided);
+    let contradict = if against == 1 { "contradicts" } else { "contradict" };
+    let undecided = (undecided > 0).then(|| format!("{undecided} undecided"));
+    let against = (against > 0).then(|| format!("{against} {contradict} the claim"));
+    let found: Vec<String> = against.into_iter().chain(undecided).collect();
+    match found.as_slice() {
         _ if all == 1 => String::new(),
-        (0, 0) if all == 2 => "; both quantities agree".to_owned(),
-        (0, 0) => format!("; all {all} quantities agree"),
-        (0, undecided) => format!("; {undecided} of {all} quantities undecided"),
-        (against, 0) => {
-            format!("; {against} of {all} quantities {} the claim", contradict(against))
-        }
-        (against, undecided) => format!(
-            "; {against} of {all} quantities {} the claim, {undecided} undecided",
-            contradict(against)
-        ),
+        [] => format!("; all {all} quantities agree"),
+        found => format!("; of {all} quantities {}", found.join(", ")),
     }
 }
 
@@ -309,7 +292,8 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
     let mut table = String::new();
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => {
-            lines.push(("verdict", verdict_of(printer, claim, judgement)));
+            let decided_by = what_would_decide(printer, claim, judgement);
+            lines.push(("verdict", format!("{}{decided_by}", verdict(claim))));
             if !judgement.without_value.is_empty() {
                 lines.push(("no value", judgement.without_value.join("; ")));
             }
@@ -333,19 +317,19 @@ fn figure_path(printer: &ClaimPrinter, figure: &str) -> String {
     }
 }
 
-fn verdict_of(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
-    let more = match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
+/// Returns the number of further surfaces that would decide an undecided claim.
+fn what_would_decide(printer: &ClaimPrinter, claim: &Claim, judgement: &Judgement) -> String {
+    match (judgement.verdict, printer.study.more_surfaces(claim, judgement)) {
         (Verdict::CannotSay, Some((more, seconds))) => format!(
             "; at the present scatter, {} per spectrum would decide it, {}",
             counted(more, "more surface"),
             core_hours(seconds)
         ),
-        (Verdict::CannotSay, None) if judgement.undecided > 0 => {
+        (Verdict::CannotSay, None) if judgement.undecided + judgement.contradicting > 0 => {
             "; no number of surfaces would decide it".to_owned()
         }
         _ => String::new(),
-    };
-    format!("{}{more}", verdict(claim))
+    }
 }
 
 /// Returns the table of all quantities, with their individual and their simultaneous intervals.
@@ -372,33 +356,16 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
         })
         .collect();
     let percent = 100.0 * LEVEL;
-    let head = [
-        "quantity".to_owned(),
-        "value".to_owned(),
-        format!("alone, {percent} % per end"),
-        format!("all together, {percent} %"),
-        "alone".to_owned(),
-    ];
-    let all_rows: Vec<&[String; 5]> = [&head].into_iter().chain(&rows).collect();
-    let width = |column: usize| {
-        let lengths = all_rows.iter().map(|row| row[column].chars().count());
-        lengths.max().unwrap_or(0)
-    };
-    let widths: [usize; 5] = std::array::from_fn(width);
-    let line = |row: &&[String; 5]| {
-        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}"));
-        format!("{}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
-    };
-    format!("\n{}", all_rows.iter().map(line).collect::<String>())
+    let [alone, together] =
+        [format!("alone, {percent} % per end"), format!("all together, {percent} %")];
+    let header = ["quantity", "value", &alone, &together, "alone"];
+    format!("\n{}\n", in_columns(header, rows, 0..0))
 }
 
 #[derive(clap::Args)]
 pub struct AdviseArguments {
-    /// Manifest of a study with a `fit` stage whose `law` is "limits".
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Print the result as JSON.
     ///
@@ -411,7 +378,7 @@ pub struct AdviseArguments {
 }
 
 pub fn advise(arguments: &AdviseArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let advice = super::session(&arguments.manifest, &arguments.set, data).advice()?;
+    let advice = arguments.study.session(data).advice()?;
     print_answer(arguments.json, &advice.fits, || advice_text(&advice))
 }
 
@@ -432,7 +399,7 @@ fn advice_text(advice: &StudyAdvice) -> String {
 fn fit_text(fit: &AdvisedFit) -> String {
     let error = fit
         .standard_error
-        .map_or_else(String::new, |error| format!(" ± {} (standard error)", digits(error)));
+        .map_or_else(String::new, |error| format!(" ± {} (standard error)", significant(error, 2)));
     let mut text = format!(
         "{}: {}\n  limit {:.4}{error}, {}; {}\n",
         fit.stage,
@@ -448,7 +415,7 @@ fn fit_text(fit: &AdvisedFit) -> String {
     let best = fit.steps.iter().filter_map(AdvisedStep::gain).fold(0.0, f64::max);
     for step in &fit.steps {
         let after = match (fit.standard_error, step.factor) {
-            (Some(error), Some(factor)) => digits(error * factor),
+            (Some(error), Some(factor)) => significant(error * factor, 2),
             (None, Some(factor)) => format!("× {factor:.2}"),
             (_, None) => "?".to_owned(),
         };
@@ -465,10 +432,4 @@ fn fit_text(fit: &AdvisedFit) -> String {
         );
     }
     text
-}
-
-/// Formats a number with two significant digits.
-fn digits(value: f64) -> String {
-    let decimals = (1.0 - value.abs().max(1e-12).log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{value:.decimals$}")
 }

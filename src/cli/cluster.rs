@@ -2,34 +2,28 @@
 
 use std::env;
 use std::io::Write;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
-use bytesize::ByteSize;
-
-use super::console::{Console, Patience, StopSignal};
+use super::columns::in_columns;
+use super::console::{Console, SCHEDULED, StopSignal};
 use super::plan::{core_hours, store_lines};
-use super::run::{exit_code, run_text};
+use super::run::{ResourceArguments, exit_code, run_text};
 use super::terminal::stdout;
-use super::{Failure, SetArguments, print_json, warn};
+use super::{Failure, StudyArguments, print_json, warn};
+use crate::session::formatting::{counted, listed, shell_word};
 use crate::session::status::Queue;
 use crate::session::submission::{Settings, SettingsFile, Submission, ranges};
-use crate::session::words::{counted, listed, shell_word};
 use crate::session::{
-    DataFolder, FinishOptions, FinishOutcome, PlannedSubmission, Progress, RunOptions, Session,
-    SubmitOptions,
+    DataFolder, FinishOptions, FinishOutcome, PlannedSubmission, Progress, SubmitOptions,
 };
 
 #[derive(clap::Args)]
 pub struct SubmitArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Print the scripts and the expected cost without writing or submitting anything.
     #[arg(long)]
@@ -58,7 +52,7 @@ pub fn submit(
     data: &DataFolder,
     own: Option<&Path>,
 ) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, &arguments.set, data);
+    let session = arguments.study.session(data);
     let program = match arguments.program.as_deref().or(own) {
         Some(program) => program.to_owned(),
         None => env::current_exe()?,
@@ -75,7 +69,8 @@ pub fn submit(
     if planned.missing == 0 {
         writeln!(
             out,
-            "nothing to submit: all tasks are finished; `asperity run` writes the tables of the stages"
+            "nothing to submit: all tasks are finished; `asperity run` writes the tables of the \
+             stages"
         )?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -91,7 +86,7 @@ pub fn submit(
         return Ok(ExitCode::SUCCESS);
     }
     let submission = session.submit(&planned)?;
-    let submitted = submitted(&planned, &submission, &arguments.manifest);
+    let submitted = submitted(&planned, &submission, &arguments.study.manifest);
     write!(out, "{}{origin}{submitted}", expected(&planned))?;
     Ok(ExitCode::SUCCESS)
 }
@@ -154,8 +149,7 @@ fn expected(planned: &PlannedSubmission) -> String {
         counted(planned.missing, "task")
     );
     if f64::from(sizing.minutes) / 60.0 < sizing.longest() {
-        text += "note: the time limit is shorter than the expected time; the next round computes the \
-                 unfinished tasks\n";
+        text += "note: the time limit is shorter than the expected time; another round follows\n";
     }
     text
 }
@@ -192,11 +186,8 @@ const MAX_FAILURES: usize = 5;
 
 #[derive(clap::Args)]
 pub struct StatusArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Update every ten seconds until no job is running.
     #[arg(long)]
@@ -213,7 +204,7 @@ pub struct StatusArguments {
 }
 
 pub fn status(arguments: &StatusArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, &arguments.set, data);
+    let session = arguments.study.session(data);
     loop {
         let progress = session.progress()?;
         let mut out = stdout();
@@ -237,16 +228,13 @@ pub fn status(arguments: &StatusArguments, data: &DataFolder) -> Result<ExitCode
 }
 
 fn progress_text(progress: &Progress) -> String {
-    let mut text = format!(
-        "{:20} {:10} {:>8} {:>8} {:>8} {:>8}\n",
-        "stage", "kind", "finished", "running", "waiting", "failed"
-    );
-    for stage in &progress.stages {
-        text += &format!(
-            "{:20} {:10} {:>8} {:>8} {:>8} {:>8}\n",
-            stage.name, stage.kind, stage.done, stage.running, stage.waiting, stage.failed
-        );
-    }
+    let rows = progress.stages.iter().map(|stage| {
+        let counts = [stage.done, stage.running, stage.waiting, stage.failed];
+        let [done, running, waiting, failed] = counts.map(|count| count.to_string());
+        [stage.name.clone(), stage.kind.to_string(), done, running, waiting, failed]
+    });
+    let header = ["stage", "kind", "finished", "running", "waiting", "failed"];
+    let mut text = in_columns(header, rows, 2..6) + "\n";
     let stages = progress.stages.iter();
     text += &store_lines(stages.map(|stage| (stage.name.as_str(), stage.stores.as_slice())));
     let hours = |hours: f64| core_hours(3600.0 * hours);
@@ -288,15 +276,12 @@ fn queued(queue: &Queue) -> String {
 
 #[derive(clap::Args)]
 pub struct CancelArguments {
-    /// Manifest of a submitted study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 }
 
 pub fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, &arguments.set, data);
+    let session = arguments.study.session(data);
     let jobs = session.cancel()?;
     let mut out = stdout();
     match jobs.as_slice() {
@@ -311,55 +296,36 @@ pub fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode
 
 #[derive(clap::Args)]
 pub struct FinishArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Number of earlier resubmissions of missing tasks.
     #[arg(long, value_name = "N", default_value_t = 0)]
     round: u32,
 
-    /// Number of cores to use (default: all).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    jobs: Option<u16>,
-
-    /// Memory limit, such as `16GB`.
-    #[arg(long, value_name = "SIZE")]
-    memory: Option<ByteSize>,
+    #[command(flatten)]
+    resources: ResourceArguments,
 
     /// Write the HTML report at the end.
     #[arg(long)]
     report: bool,
-
-    /// Overwrite the results of another manifest with the same study name.
-    #[arg(long)]
-    replace: bool,
 }
 
 pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
-    let session = Session::with_data(&arguments.manifest, data.clone())
-        .with_settings(arguments.set.settings())
-        .observed_by(&console);
-    let stop = StopSignal::on_signal(Patience::Scheduler)?;
+    let session = arguments.study.session(data).observed_by(&console);
+    let stop = StopSignal::on_signal(SCHEDULED)?;
     let options = FinishOptions {
         round: arguments.round,
-        run: RunOptions {
-            jobs: arguments.jobs.map(usize::from).and_then(NonZeroUsize::new),
-            memory: arguments.memory,
-            replace: arguments.replace,
-            ..RunOptions::default()
-        },
+        run: arguments.resources.options(),
         report: arguments.report,
     };
     let finished = session.finish(&options, stop.requested())?;
     if !finished.silent.is_empty() {
         let study = session.study()?.name;
         warn(&format!(
-            "warning: array elements {} left no receipt: they never started, or their nodes have no access \
-             to the program or to `{}`; see the logs in `{}`",
+            "warning: array elements {} left no receipt; see if their nodes have `{}`, and the \
+             logs in `{}`",
             ranges(finished.silent),
             data.path().display(),
             data.cluster_of(&study).join("logs").display(),

@@ -1,4 +1,4 @@
-//! Progress display of a run, and handling of signals.
+//! ProgressDisplay display of a run, and handling of signals.
 
 use std::io::{self, IsTerminal, stderr};
 use std::process::exit;
@@ -27,15 +27,15 @@ const MAX_FAILURES: usize = 10;
 /// Observer that prints notices, progress and failures of a run on standard error.
 #[derive(Default)]
 pub struct Console {
-    /// Progress of the current batch of tasks.
-    progress: Mutex<Option<Progress>>,
+    /// ProgressDisplay of the current batch of tasks.
+    progress: Mutex<Option<ProgressDisplay>>,
 }
 
 impl Observer for Console {
     fn on_event(&self, event: Event<'_>) {
         let mut progress = locked(&self.progress);
         match (event, progress.as_mut()) {
-            (Event::Begun(batch), _) => *progress = Some(Progress::new(batch)),
+            (Event::Begun(batch), _) => *progress = Some(ProgressDisplay::new(batch)),
             (Event::Started(task), Some(progress)) => progress.started(task),
             (Event::Advanced(task, share), Some(progress)) => progress.advanced(task, share),
             (Event::Finished(task), Some(progress)) => progress.finished(task),
@@ -54,22 +54,22 @@ impl Observer for Console {
     }
 }
 
-/// Progress bar on a terminal, or plain lines.
-struct Progress {
+/// ProgressDisplay bar on a terminal, or plain lines.
+struct ProgressDisplay {
     run: RunProgress,
     bar: Option<ProgressBar>,
     last_line: Instant,
 }
 
-impl Progress {
+impl ProgressDisplay {
     /// Starts the display for a batch of tasks.
-    fn new(batch: Batch) -> Progress {
+    fn new(batch: Batch) -> ProgressDisplay {
         let total = batch.tasks.len();
         let bar = stderr().is_terminal().then(|| bar(total));
         if bar.is_none() {
             warn(&batch.to_string());
         }
-        Progress { run: RunProgress::new(batch), bar, last_line: Instant::now() }
+        ProgressDisplay { run: RunProgress::new(batch), bar, last_line: Instant::now() }
     }
 
     fn started(&self, task: usize) {
@@ -116,24 +116,11 @@ fn bar(total: usize) -> ProgressBar {
     bar
 }
 
-/// Time that a stopped run may take to end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Patience {
-    /// A user waits at the terminal.
-    Interactive,
-    /// A scheduler waits for the process. Slurm allows 30 s after `scancel`, and our scripts
-    /// request 60 s before the time limit.
-    Scheduler,
-}
-
-impl Patience {
-    fn duration(self) -> Duration {
-        match self {
-            Patience::Interactive => Duration::from_millis(1500),
-            Patience::Scheduler => Duration::from_secs(20),
-        }
-    }
-}
+/// Time that a stopped run may take to end if a user waits at the terminal.
+pub const INTERACTIVE: Duration = Duration::from_millis(1500);
+/// Time that a stopped run of a scheduler may take to end. Slurm allows 30 s after `scancel`, and
+/// our scripts request 60 s before the time limit.
+pub const SCHEDULED: Duration = Duration::from_secs(20);
 
 /// Turns a file that exceeds `ulimit -f` into a write error.
 ///
@@ -155,7 +142,7 @@ impl StopSignal {
     /// The first signal sets the flag. The process ends if tasks are still running when `patience`
     /// is over, or on a second signal. This is safe at any time, because stored files appear whole.
     /// A process started by `nohup` ignores SIGHUP and outlives its terminal.
-    pub fn on_signal(patience: Patience) -> io::Result<StopSignal> {
+    pub fn on_signal(patience: Duration) -> io::Result<StopSignal> {
         let stop = StopSignal::default();
         let mut handled = vec![SIGINT, SIGTERM];
         handled.extend((!is_ignored(SIGHUP)).then_some(SIGHUP));
@@ -168,8 +155,7 @@ impl StopSignal {
         };
         let started = Builder::new().spawn(wait).map(drop);
         started.map_err(|error| {
-            let message = "cannot start the thread that waits for Ctrl-C; allow more processes \
-                           (`ulimit -u`)";
+            let message = "cannot wait for Ctrl-C; allow more processes (`ulimit -u`)";
             io::Error::new(error.kind(), format!("{message}: {error}"))
         })?;
         Ok(stop)
@@ -187,7 +173,7 @@ impl StopSignal {
         u8::try_from(128 + signal).unwrap_or(u8::MAX)
     }
 
-    fn on_signal_received(&self, signal: i32, patience: Patience) {
+    fn on_signal_received(&self, signal: i32, patience: Duration) {
         self.signal.store(signal, Ordering::SeqCst);
         if self.requested.swap(true, Ordering::SeqCst) {
             exit(self.exit_code().into());
@@ -195,7 +181,7 @@ impl StopSignal {
         warn("stopping; finished tasks are kept");
         let code = self.exit_code().into();
         let end = move || {
-            thread::sleep(patience.duration());
+            thread::sleep(patience);
             warn("stopped; unfinished tasks are lost; run again to continue");
             exit(code)
         };

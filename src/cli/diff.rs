@@ -4,9 +4,9 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use comfy_table::{CellAlignment, Table as Grid, presets};
 use tempfile::TempDir;
 
+use super::columns::in_columns;
 use super::console::removed_on_signal;
 use super::terminal::stdout;
 use super::{Failure, print_json, print_notice};
@@ -16,7 +16,7 @@ use crate::session::diff::{
     self, Comparison, MeanComparison, Noise, StageComparison, StageSize, Studies, StudyComparison,
     StudyName, TableComparison, Test,
 };
-use crate::session::words::{counted, shell_word, short, wrapped, written};
+use crate::session::formatting::{counted, shell_word, short, significant, wrapped};
 use crate::session::{DataFolder, Setting};
 
 /// Maximum number of columns printed per stage without `--all`.
@@ -175,9 +175,8 @@ fn missing_text(study: &StudyComparison) -> String {
         if origin.is_manifest {
             let manifest = format!("{}{}", shell_word(&origin.path), origin.settings);
             missing += &format!(
-                " for its parameters; run `asperity run {manifest}`. If another version of the \
-                 manifest or the program made its tables, name their folder `DATA/results/{}` \
-                 instead",
+                " for its parameters; run `asperity run {manifest}`, or name the folder of older \
+                 tables, `DATA/results/{}`",
                 origin.study
             );
         }
@@ -213,51 +212,51 @@ fn stage_name(stage: &StageComparison) -> String {
 
 fn stage_text(stage: &StageComparison, tables: &TableComparison, all: bool) -> String {
     let mut text = format!("{}: {}\n", stage_name(stage), rows_text(tables));
-    for (side, size) in [("A", stage.rows_a), ("B", stage.rows_b)] {
+    let sides = [
+        ("A", stage.rows_a, &tables.rows.only_in_a, &tables.columns_only_in_a),
+        ("B", stage.rows_b, &tables.rows.only_in_b, &tables.columns_only_in_b),
+    ];
+    for (side, size, only, columns) in sides {
         if let Some(StageSize { finished, tasks, .. }) = size
             && finished < tasks
         {
             text += &format!("  {side} is incomplete: {finished} of {}\n", counted(tasks, "task"));
         }
-    }
-    for (side, only) in [("A", &tables.only_in_a), ("B", &tables.only_in_b)] {
         if only.rows > 0 {
-            text += &format!("  {}\n", wrapped(&only_text(side, only)).replace('\n', "\n    "));
+            text += &indented(&only_text(side, only));
+        }
+        if !columns.is_empty() {
+            text += &format!("  columns only in {side}: {}\n", shortened(columns));
         }
     }
-    for (side, names) in [("A", &tables.columns_only_in_a), ("B", &tables.columns_only_in_b)] {
-        if !names.is_empty() {
-            text += &format!("  columns only in {side}: {}\n", shortened(names));
-        }
-    }
-    if let Some(loads) = tables.disjoint_loads {
-        let range = |side: usize| {
-            let [least, most] = loads[side].map(short);
-            let symbol = tables.load_units[side].as_ref();
-            let unit = symbol.map(|unit| format!(" {unit}")).unwrap_or_default();
-            if least == most { least + &unit } else { format!("{least} … {most}{unit}") }
-        };
-        let [of_a, of_b] = [0, 1].map(range);
-        let hint = format!(
-            "no load is in both: `{}` is {of_a} in A and {of_b} in B. Results at different loads \
-             are not compared; give both studies the same `loads`",
-            tables.load_column
-        );
-        text += &format!("  {}\n", wrapped(&hint).replace('\n', "\n    "));
+    if let Some(loads) = tables.rows.disjoint_loads {
+        let ends = loads.iter().zip(&tables.load_units).map(|([least, most], unit)| {
+            let suffix = unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+            let most = if least == most { String::new() } else { format!(" … {}", short(*most)) };
+            short(*least) + &most + &suffix
+        });
+        let named: Vec<String> = ends.collect();
+        text += &indented(&format!(
+            "no load is in both: `{}` is {} in B",
+            tables.rows.load_column,
+            named.join(" in A and ")
+        ));
     }
     text + &columns_text(tables, all)
 }
 
+fn indented(text: &str) -> String {
+    format!("  {}\n", wrapped(text).replace('\n', "\n    "))
+}
+
 fn rows_text(tables: &TableComparison) -> String {
-    let across = match &tables.across[..] {
+    let across = match &tables.rows.across[..] {
         [] => String::new(),
         names => format!(" across {}", shortened(names)),
     };
     let has_means = tables.columns.iter().any(|column| !column.means.is_empty());
-    let rows = match tables.common {
-        0 if has_means => {
-            "no surface in both, so means are those of independent surfaces".to_owned()
-        }
+    let rows = match tables.rows.common {
+        0 if has_means => "no surface in both, so means are of independent surfaces".to_owned(),
         0 => "no row in both".to_owned(),
         common => format!("{} in both", counted(common, "row")),
     };
@@ -301,22 +300,12 @@ fn columns_text(tables: &TableComparison, all: bool) -> String {
     let mut text = String::new();
     let shown = if all { numbers.len() } else { numbers.len().min(MAX_COLUMNS) };
     if shown > 0 {
-        let mut grid = Grid::new();
-        grid.load_preset(presets::NOTHING);
-        grid.set_header(HEADER);
+        let mut rows = Vec::new();
         for (column, largest) in &numbers[..shown] {
             let means = if all { column.means.iter().collect() } else { vec![*largest] };
-            for mean in means {
-                grid.add_row(cells(column, mean, tables));
-            }
+            rows.extend(means.into_iter().map(|mean| cells(column, mean, tables)));
         }
-        for (index, column) in grid.column_iter_mut().enumerate() {
-            column.set_padding((0, 2));
-            if (1..=4).contains(&index) {
-                column.set_cell_alignment(CellAlignment::Right);
-            }
-        }
-        text += &format!("  {}\n", grid.trim_fmt().replace('\n', "\n  "));
+        text += &format!("  {}\n", in_columns(HEADER, rows, 1..5).replace('\n', "\n  "));
     }
     if numbers.len() > shown {
         let names: Vec<String> =
@@ -358,10 +347,10 @@ fn cells(
     };
     let load = mean.load.map(|load| match &tables.load_units {
         [Some(unit), Some(other)] if unit == other => format!("{load} {unit}"),
-        _ => format!("{} {load}", tables.load_column),
+        _ => format!("{} {load}", tables.rows.load_column),
     });
     let row = (mean.row > 1).then(|| format!("row {}", mean.row));
-    let varying: Vec<&str> = tables.varying.iter().map(String::as_str).collect();
+    let varying: Vec<&str> = tables.rows.varying.iter().map(String::as_str).collect();
     let point = mean.point.clone().only(&varying).to_string();
     let point = Some(point).filter(|point| !point.is_empty());
     let place: Vec<String> = [point, load, row].into_iter().flatten().collect();
@@ -388,17 +377,13 @@ fn signed(number: f64) -> String {
         return "0".to_owned();
     }
     let sign = if number > 0.0 { "+" } else { "−" };
-    format!("{sign}{}", three_digits(number.abs()))
-}
-
-fn three_digits(number: f64) -> String {
-    written(format!("{number:.2e}").parse().unwrap_or(number))
+    format!("{sign}{}", significant(number.abs(), 3))
 }
 
 /// Formats a relative difference in percent, or as a factor if B is many times larger than A.
 fn relative(relative: f64) -> String {
     if relative >= 10.0 {
-        return format!("×{}", three_digits(1.0 + relative));
+        return format!("×{}", significant(1.0 + relative, 3));
     }
     format!("{} %", signed(100.0 * relative))
 }
@@ -408,8 +393,8 @@ fn noise_text(noise: &Noise) -> String {
         return String::new();
     }
     let text = format!(
-        "noise: {} differ; {} of their 95 % intervals exclude zero, where chance alone gives about \
-         {:.0}; {} are more than noise (Holm's correction)",
+        "noise: {} differ; {} of their intervals exclude zero, about {:.0} by chance; {} are \
+         more than noise",
         counted(noise.comparisons, "mean"),
         noise.excluding_zero,
         noise.expected_by_chance,

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use indicatif::{DecimalBytes, ProgressBar};
 
 use super::{Failure, SetArguments, print_answer, print_notice};
-use crate::session::maintenance::{self, Finding, PruneOptions, Pruned, Verification};
-use crate::session::words::{chain, counted};
+use crate::session::formatting::{chain, counted};
+use crate::session::maintenance::{self, DamagedFile, PruneOptions, Pruned, Verification};
 use crate::session::{DataFolder, StoreError};
 
 #[derive(clap::Args)]
@@ -51,7 +51,7 @@ pub fn verify(arguments: &VerifyArguments, data: &DataFolder) -> Result<ExitCode
 }
 
 fn verify_text(verification: &Verification) -> String {
-    let lines = verification.damaged.iter().map(|Finding { cause, quarantined }| {
+    let lines = verification.damaged.iter().map(|DamagedFile { cause, quarantined }| {
         let fate = match quarantined {
             Some(quarantined) => format!("set aside as `{}`", quarantined.display()),
             None => "left in place".to_owned(),

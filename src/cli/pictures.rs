@@ -6,21 +6,22 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
-use comfy_table::{CellAlignment, Table as Grid, presets};
 use serde::Serialize;
 
-use super::{Failure, Misused, SetArguments, print_answer};
+use super::columns::in_columns;
+use super::{Failure, SetArguments, misused, print_answer};
 use crate::session::export::{Export, ExportFormat, Exported};
-use crate::session::outputs::write_png;
-use crate::session::surface::{self, DescribedChannel, DescribedFile, Quantity};
+use crate::session::formatting::{counted, listed, short, wrapped};
+use crate::session::output_files::write_png;
+use crate::session::topography_file::{self, DescribedChannel, DescribedFile, Quantity};
 use crate::session::view::{Picture, PictureFormat, ViewOptions};
-use crate::session::words::{counted, listed, short, wrapped};
 use crate::session::{
     ChosenLoad, Coordinate, DataFolder, InvalidCoordinate, MapKind, PerAxis, TaskMaps, maps,
 };
 
+/// Choice of a task and of one of its loads or states.
 #[derive(clap::Args)]
-pub struct ViewArguments {
+pub struct TaskArguments {
     /// Key of a finished task (at least its first 4 digits), as in the `task` column of tables; or
     /// the manifest of a study.
     #[arg(value_name = "KEY|MANIFEST")]
@@ -37,22 +38,28 @@ pub struct ViewArguments {
     #[arg(value_name = "COLUMN=VALUE")]
     coordinates: Vec<Coordinate>,
 
-    /// Map to draw (default: heights for surfaces, contact for loads).
-    #[arg(long, value_enum)]
-    map: Option<MapKind>,
-
-    /// Load to draw: a number in the unit of the study, or a pressure such as `10 MPa`.
+    /// Load: a number in the unit of the study, or a pressure such as `10 MPa`.
     ///
-    /// By default, the contacts at all loads are overlaid, from dark (smallest load) to light
-    /// (largest load), and other maps are drawn at the largest load. Of a path, the contacts of one
-    /// branch are overlaid, and other maps are drawn at the smallest mean gap.
+    /// By default, `export` writes the maps at all loads. `view` overlays the contacts at all
+    /// loads, from dark (smallest load) to light (largest load), or of one branch of a path, and
+    /// draws other maps at the largest load, or along a path at the smallest mean gap.
     #[arg(long, value_name = "LOAD", allow_negative_numbers = true)]
     load: Option<ChosenLoad>,
 
-    /// Mean gap to draw, if the manifest prescribes mean gaps: a number in the unit of the study,
-    /// or a length such as `20 nm`.
+    /// Mean gap, if the manifest prescribes mean gaps: a number in the unit of the study, or a
+    /// length such as `20 nm`.
     #[arg(long, value_name = "GAP", conflicts_with = "load", value_parser = ChosenLoad::mean_gap)]
     gap: Option<ChosenLoad>,
+}
+
+#[derive(clap::Args)]
+pub struct ViewArguments {
+    #[command(flatten)]
+    task: TaskArguments,
+
+    /// Map to draw (default: heights for surfaces, contact for loads).
+    #[arg(long, value_enum)]
+    map: Option<MapKind>,
 
     /// Show the surface in perspective, shaded and with the colours of the map.
     #[arg(long = "3d")]
@@ -117,53 +124,32 @@ pub fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitCode, Fa
 }
 
 fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Failure> {
-    let ViewArguments { what, set, stage, coordinates, map, relief, .. } = arguments;
-    let load = arguments.load.or(arguments.gap);
     let format = arguments.output.as_deref().map(PictureFormat::from_path).transpose()?;
     let animate = arguments.animate || format.is_some_and(PictureFormat::is_animation);
     let frame_time = arguments.frame_time;
     if frame_time.is_some() && !animate {
-        let message = "`--frame-time` is the time for a picture of an animation; add `--animate`, \
-                       or write to a file that ends in `.gif` or `.apng`";
-        return Err(Misused(message.to_owned()).into());
+        return Err(misused("`--frame-time` is for animations; add `--animate`"));
     }
-    let options = ViewOptions { map: *map, load, relief: *relief, animate, frame_time };
-    let mut maps = maps_of(what, set, stage.as_deref(), coordinates, load, data)?;
+    let options = ViewOptions {
+        map: arguments.map,
+        load: arguments.task.load(),
+        relief: arguments.relief,
+        animate,
+        frame_time,
+    };
+    let mut maps = arguments.task.maps(data)?;
     // Ctrl-C ends the process, because nothing is written before the picture is drawn.
     Ok(Picture::draw(&mut maps, options, &AtomicBool::new(false))?)
 }
 
 #[derive(clap::Args)]
 pub struct ExportArguments {
-    /// Key of a finished task (at least its first 4 digits), as in the `task` column of tables; or
-    /// the manifest of a study.
-    #[arg(value_name = "KEY|MANIFEST")]
-    what: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
-
-    /// Stage of the task, if a manifest is given.
-    stage: Option<String>,
-
-    /// Column values that select the task within the stage, such as `k_upper=32 realization=1`, and
-    /// states of a path, such as `branch=separation`.
-    #[arg(value_name = "COLUMN=VALUE")]
-    coordinates: Vec<Coordinate>,
+    task: TaskArguments,
 
     /// Maps to export, separated by commas (default: all that the task has).
     #[arg(long, value_enum, value_name = "MAPS", value_delimiter = ',')]
     map: Vec<MapKind>,
-
-    /// Load to export: a number in the unit of the study, or a pressure such as `10 MPa` (default:
-    /// all loads).
-    #[arg(long, value_name = "LOAD", allow_negative_numbers = true)]
-    load: Option<ChosenLoad>,
-
-    /// Mean gap to export, if the manifest prescribes mean gaps: a number in the unit of the study,
-    /// or a length such as `20 nm` (default: all mean gaps).
-    #[arg(long, value_name = "GAP", conflicts_with = "load", value_parser = ChosenLoad::mean_gap)]
-    gap: Option<ChosenLoad>,
 
     /// File to write, whose suffix names the format.
     ///
@@ -190,10 +176,9 @@ pub struct ExportArguments {
 }
 
 pub fn export(arguments: &ExportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let ExportArguments { what, set, stage, coordinates, map, output, .. } = arguments;
-    let load = arguments.load.or(arguments.gap);
+    let ExportArguments { task, map, output, .. } = arguments;
     ExportFormat::from_path(output)?;
-    let mut maps = maps_of(what, set, stage.as_deref(), coordinates, load, data)?;
+    let (mut maps, load) = (task.maps(data)?, task.load());
     // Ctrl-C ends the process; files appear whole.
     let stop = AtomicBool::new(false);
     let exported = Export::new(&mut maps, map, load, &stop)?.write(output, arguments.replace)?;
@@ -212,40 +197,36 @@ pub fn export(arguments: &ExportArguments, data: &DataFolder) -> Result<ExitCode
     })
 }
 
-/// Opens the maps of a task that is given by its key, or by manifest, stage and coordinates.
-fn maps_of(
-    what: &Path,
-    set: &SetArguments,
-    stage: Option<&str>,
-    coordinates: &[Coordinate],
-    load: Option<ChosenLoad>,
-    data: &DataFolder,
-) -> Result<TaskMaps, Failure> {
-    let session = super::session(what, set, data);
-    match stage {
-        // A key is followed by coordinates only.
-        Some(word) if word.contains('=') && !what.is_file() => {
-            set.refuse()?;
-            let first = word.parse().map_err(|error: InvalidCoordinate| Misused(error.to_string()));
-            let coordinates = [&[first?], coordinates].concat();
-            let key = what.to_string_lossy();
-            Ok(maps::finished_task(&key, &coordinates, data, &super::print_notice)?)
+impl TaskArguments {
+    fn load(&self) -> Option<ChosenLoad> {
+        self.load.or(self.gap)
+    }
+
+    /// Opens the maps of a task that is given by its key, or by manifest, stage and coordinates.
+    fn maps(&self, data: &DataFolder) -> Result<TaskMaps, Failure> {
+        let TaskArguments { what, set, stage, .. } = self;
+        let session = super::session(what, set, data);
+        let mut coordinates = self.coordinates.clone();
+        match stage {
+            // A key is followed by coordinates only.
+            Some(word) if word.contains('=') && !what.is_file() => {
+                let first =
+                    word.parse().map_err(|error: InvalidCoordinate| misused(error.to_string()));
+                coordinates.insert(0, first?);
+            }
+            Some(stage) => return Ok(session.maps(stage, &coordinates, self.load())?),
+            None if what.is_file() => {
+                let study = session.study()?;
+                let stages: Vec<_> = study.stages.iter().map(|stage| &*stage.name).collect();
+                let (path, stages) = (what.display(), listed(stages, "or"));
+                let message =
+                    format!("name the stage of `{path}` that contains the task: {stages}");
+                return Err(misused(message));
+            }
+            None => {}
         }
-        Some(stage) => Ok(session.maps(stage, coordinates, load)?),
-        None if what.is_file() => {
-            let study = session.study()?;
-            let stages: Vec<_> = study.stages.iter().map(|stage| &*stage.name).collect();
-            let message = format!(
-                "name the stage of `{}` that contains the task: {}",
-                what.display(),
-                listed(stages, "or")
-            );
-            Err(Misused(message).into())
-        }
-        None => {
-            set.refuse()?;
-            Ok(maps::finished_task(&what.to_string_lossy(), &[], data, &super::print_notice)?)
-        }
+        set.refuse()?;
+        Ok(maps::finished_task(&what.to_string_lossy(), &coordinates, data, &super::print_notice)?)
     }
 }
 
@@ -286,16 +267,13 @@ pub struct SurfaceArguments {
 
 pub fn surface(arguments: &SurfaceArguments) -> Result<ExitCode, Failure> {
     let (path, output) = (&arguments.file, arguments.output.as_deref());
-    let file = surface::describe(path, arguments.channel.as_deref(), output.is_some())?;
+    let file = topography_file::describe(path, arguments.channel.as_deref(), output.is_some())?;
     if let Some((output, picture)) = output.zip(file.picture.as_ref()) {
         write_png(output, picture, arguments.replace)?;
     }
     super::print_warnings(&file.warnings);
     print_answer(arguments.json, &file, || file_text(&file, path, output))
 }
-
-/// Number of leading text columns; the number columns after them are aligned right.
-const TEXT_COLUMNS: usize = 4;
 
 /// Describes the file: format, one line per channel, missing points, channel with heights.
 fn file_text(file: &DescribedFile, path: &Path, output: Option<&Path>) -> String {
@@ -304,7 +282,7 @@ fn file_text(file: &DescribedFile, path: &Path, output: Option<&Path>) -> String
         path.display(),
         file.format,
         file.title,
-        grid(&file.channels)
+        in_columns(HEADER, file.channels.iter().map(row), 4..9)
     );
     for channel in file.channels.iter().filter(|channel| channel.missing > 0) {
         let DescribedChannel { number, nodes: [x, y], missing, .. } = channel;
@@ -355,27 +333,8 @@ fn heights(file: &DescribedFile) -> String {
     format!("heights  channel {number}, `{name}`{unit}{why}")
 }
 
-fn grid(channels: &[DescribedChannel]) -> Grid {
-    let mut grid = Grid::new();
-    grid.load_preset(presets::NOTHING);
-    grid.set_header([
-        "channel",
-        "nodes",
-        "size",
-        "unit",
-        "missing",
-        "rms height",
-        "rms slope",
-        "lowest",
-        "highest",
-    ]);
-    for channel in channels {
-        grid.add_row(row(channel));
-    }
-    let numbers = grid.column_iter_mut().skip(TEXT_COLUMNS);
-    numbers.for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    grid
-}
+const HEADER: [&str; 9] =
+    ["channel", "nodes", "size", "unit", "missing", "rms height", "rms slope", "lowest", "highest"];
 
 fn row(channel: &DescribedChannel) -> [String; 9] {
     let number = |number: Option<f64>| number.map_or_else(|| "–".to_owned(), short);

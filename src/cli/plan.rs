@@ -2,19 +2,20 @@
 //! with their costs and reasons.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::thread::available_parallelism;
 use std::time::Duration;
 
-use serde::Serialize;
+use serde_json::{Value, json};
 
+use super::columns::in_columns;
 use super::tables::write_json;
 use super::terminal::stdout;
-use super::{Failure, SetArguments, print_json};
-use crate::session::status::{GrowingStage, Sharing, StageCount, StageStatus, TasksFromStore};
-use crate::session::words::{counted, duration, shell_word};
-use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, Warning, new_manifest};
+use super::{Failure, StudyArguments, print_json};
+use crate::session::formatting::{counted, duration, shell_word};
+use crate::session::status::{CoreDistribution, StageCount, StageStatus, TasksFromStore, growing};
+use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, new_manifest};
 
 /// Maximum number of reasons printed per stage; `--json` prints all.
 const MAX_REASONS: usize = 20;
@@ -42,15 +43,12 @@ pub fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
 
 #[derive(clap::Args)]
 pub struct CheckArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 }
 
 pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let study = super::session(&arguments.manifest, &arguments.set, data).study()?;
+    let study = arguments.study.session(data).study()?;
     let plan = Plan::new(&study);
     super::print_warnings(&study.warnings());
     let mut out = stdout();
@@ -58,7 +56,7 @@ pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, 
     writeln!(
         out,
         "`{}` is valid: study `{}`, {}, {at_least}{}",
-        arguments.manifest.display(),
+        arguments.study.manifest.display(),
         plan.study,
         counted(plan.stages.len(), "stage"),
         counted(plan.tasks.len(), "task"),
@@ -71,18 +69,15 @@ pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, 
 
 #[derive(clap::Args)]
 pub struct PlanArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Print the result as JSON.
     ///
-    /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "reasons"}, …], "core_hours",
-    /// "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"}, …], "warnings":
-    /// [{"stage", "message"}, …]}`. A stage whose tables are read from read-only stores also has
-    /// `"stores": [{"store", "tasks"}, …]`.
+    /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons"}, …],
+    /// "core_hours", "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"},
+    /// …], "warnings": [{"stage", "message"}, …]}`. A stage whose tables are read from read-only
+    /// stores also has `"stores": [{"store", "tasks"}, …]`.
     #[arg(long)]
     json: bool,
 
@@ -96,7 +91,7 @@ pub struct PlanArguments {
 }
 
 pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let status = super::session(&arguments.manifest, &arguments.set, data).status()?;
+    let status = arguments.study.session(data).status()?;
     let stages = status.stages();
     super::print_warnings(&status.warnings);
     let mut out = stdout();
@@ -105,13 +100,12 @@ pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Fa
             write_json(&mut out, table?.batch())?;
         }
     } else if arguments.json {
-        let described = stages.iter().map(|stage| StageJson {
-            count: stage.count,
-            stores: &stage.stores,
-            reasons: reasons(stage),
-        });
-        let warnings = Some(status.warnings.as_slice());
-        print_json(&mut out, &StudyJson::new(&status, described.collect(), warnings))?;
+        let mut study = study_json(&status, &stages)?;
+        for (index, stage) in stages.iter().enumerate() {
+            study["stages"][index]["reasons"] = reasons(stage).into();
+        }
+        study["warnings"] = serde_json::to_value(&status.warnings)?;
+        print_json(&mut out, &study)?;
     } else {
         let stores = stages.iter().map(|stage| (stage.count.name, stage.stores.as_slice()));
         let stores = store_lines(stores);
@@ -120,32 +114,13 @@ pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Fa
     Ok(ExitCode::SUCCESS)
 }
 
-/// JSON output of `plan` and `explain`.
-#[derive(Serialize)]
-struct StudyJson<'a, S> {
-    stages: Vec<S>,
-    core_hours: f64,
-    growing: Vec<GrowingStage<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    warnings: Option<&'a [Warning]>,
-}
-
-/// JSON output of `plan` for one stage, with the reasons as text.
-#[derive(Serialize)]
-struct StageJson<'a> {
-    #[serde(flatten)]
-    count: StageCount<'a>,
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    stores: &'a [TasksFromStore],
-    reasons: Vec<String>,
-}
-
-impl<'a, S> StudyJson<'a, S> {
-    fn new(status: &'a Status, stages: Vec<S>, warnings: Option<&'a [Warning]>) -> Self {
-        let core_hours = status.total_seconds() / 3600.0;
-        let growing = GrowingStage::all(&status.adaptive);
-        StudyJson { stages, core_hours, growing, warnings }
-    }
+/// Returns the JSON output of `explain`, and of `plan` but for the reasons and the warnings.
+fn study_json(status: &Status, stages: &[StageStatus]) -> Result<Value, serde_json::Error> {
+    Ok(json!({
+        "stages": serde_json::to_value(stages)?,
+        "core_hours": status.total_seconds() / 3600.0,
+        "growing": growing(&status.adaptive),
+    }))
 }
 
 /// Returns the reasons why the tasks of a stage will run, each as a phrase.
@@ -159,24 +134,16 @@ fn reasons(stage: &StageStatus) -> Vec<String> {
 }
 
 fn plan_table(stages: &[StageStatus]) -> String {
-    let names = stages.iter().map(|stage| stage.count.name.chars().count());
-    let width = names.max().unwrap_or(0).max("stage".len());
-    let mut lines =
-        vec![format!("{:width$}  {:9}  {:>8}  {:>8}  why", "stage", "kind", "finished", "to run")];
-    for stage in stages {
-        let count = &stage.count;
+    let rows = stages.iter().map(|stage| {
+        let StageCount { name, kind, cached, to_run, .. } = stage.count;
         let why = match reasons(stage).as_slice() {
             [] => String::new(),
             [one] => one.clone(),
             [first, more @ ..] => format!("{first}, and {}", counted(more.len(), "other reason")),
         };
-        let line = format!(
-            "{:width$}  {:9}  {:>8}  {:>8}  {why}",
-            count.name, count.kind, count.cached, count.to_run
-        );
-        lines.push(line.trim_end().to_owned());
-    }
-    lines.join("\n")
+        [name.to_owned(), kind.to_string(), cached.to_string(), to_run.to_string(), why]
+    });
+    in_columns(["stage", "kind", "finished", "to run", "why"], rows, 2..4)
 }
 
 /// Returns a line for each read-only store with the numbers of tasks that are read from it.
@@ -199,11 +166,8 @@ pub fn store_lines<'a>(stages: impl Iterator<Item = (&'a str, &'a [TasksFromStor
 
 #[derive(clap::Args)]
 pub struct ExplainArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Stage to explain (default: all stages).
     stage: Option<String>,
@@ -220,7 +184,7 @@ pub struct ExplainArguments {
 }
 
 pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let status = super::session(&arguments.manifest, &arguments.set, data).status()?;
+    let status = arguments.study.session(data).status()?;
     let mut stages = status.stages();
     if let Some(wanted) = &arguments.stage {
         let names: Vec<&str> = stages.iter().map(|stage| stage.count.name).collect();
@@ -230,7 +194,7 @@ pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCo
     }
     let mut out = stdout();
     if arguments.json {
-        print_json(&mut out, &StudyJson::new(&status, stages, None))?;
+        print_json(&mut out, &study_json(&status, &stages)?)?;
     } else {
         for stage in &stages {
             write!(out, "{}", explained(stage))?;
@@ -281,7 +245,7 @@ fn cost(status: &Status) -> String {
     }
     let seconds = status.total_seconds();
     let cores = available_parallelism().map_or(1, usize::from);
-    let Sharing { at_once, each } = status.sharing(cores);
+    let CoreDistribution { at_once, each } = status.core_distribution(cores);
     let used = cores.min(at_once * each);
     let wall = duration(Duration::from_secs_f64((seconds / used as f64).ceil()));
     let cost = core_hours(seconds);

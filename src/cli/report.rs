@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::SystemTime;
 
-use super::{Failure, SetArguments, print_answer};
+use super::{Failure, SetArguments, StudyArguments, print_answer};
+use crate::session::formatting::counted;
 use crate::session::results::{NotDrawn, Reason};
-use crate::session::words::counted;
 use crate::session::{
-    Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy, StudyIndex,
+    Bars, DataFolder, Day, Report, ReportOptions, ShareOptions, SharedStudy, StudyIndex, utc,
 };
 
 #[derive(clap::Args)]
@@ -126,11 +126,8 @@ fn index_text(index: &StudyIndex) -> String {
 
 #[derive(clap::Args)]
 pub struct ShareArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Archive to write (default: `STUDY.zip` in the current folder).
     #[arg(long, short, value_name = "FILE.zip")]
@@ -170,12 +167,12 @@ pub struct ShareArguments {
 }
 
 pub fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, &arguments.set, data);
+    let session = arguments.study.session(data);
     let shared = session.share(&ShareOptions {
         output: arguments.output.clone(),
         store: arguments.store,
         replace: arguments.replace,
-        day: arguments.date.unwrap_or_else(|| Day::from_time(SystemTime::now())),
+        day: arguments.date.unwrap_or_else(|| utc(SystemTime::now()).date_naive()),
         license: arguments.license.clone(),
         authors: arguments.authors.clone(),
     })?;

@@ -2,32 +2,25 @@
 
 use std::io::Write;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use bytesize::ByteSize;
 
-use super::console::{Console, Patience, StopSignal};
+use super::console::{Console, INTERACTIVE, SCHEDULED, StopSignal};
 use super::terminal::stdout;
-use super::{Failure, OTHER_FOLDER, SetArguments, print_json};
+use super::{Failure, StudyArguments, print_json};
+use crate::session::formatting::counted;
 use crate::session::results::PublishedTable;
-use crate::session::run::{RunOutcome, TaskError};
+use crate::session::run::RunOutcome;
 use crate::session::status::TasksFromStore;
-use crate::session::words::counted;
 use crate::session::{
-    DataFolder, PlannedStage, RunOptions, RunReport, SampledStudy, Selection, Session, Shard,
+    DataFolder, PlannedStage, RunOptions, RunReport, SampledStudy, Selection, Shard,
 };
-use crate::tables::key::TaskKey;
 
+/// Options that `run` and `finish` share.
 #[derive(clap::Args)]
-pub struct RunArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
-    #[command(flatten)]
-    set: SetArguments,
-
+pub struct ResourceArguments {
     /// Number of cores to use (default: all).
     ///
     /// Each core works on its own surface, which needs memory for a few maps. If fewer surfaces
@@ -42,6 +35,30 @@ pub struct RunArguments {
     /// smaller, the memory limit of the process.
     #[arg(long, value_name = "SIZE")]
     memory: Option<ByteSize>,
+
+    /// Overwrite the results of another manifest with the same study name.
+    #[arg(long)]
+    replace: bool,
+}
+
+impl ResourceArguments {
+    pub fn options(&self) -> RunOptions {
+        RunOptions {
+            jobs: self.jobs.map(usize::from).and_then(NonZeroUsize::new),
+            memory: self.memory,
+            replace: self.replace,
+            ..RunOptions::default()
+        }
+    }
+}
+
+#[derive(clap::Args)]
+pub struct RunArguments {
+    #[command(flatten)]
+    study: StudyArguments,
+
+    #[command(flatten)]
+    resources: ResourceArguments,
 
     /// Recompute one task and its missing inputs.
     ///
@@ -69,10 +86,6 @@ pub struct RunArguments {
     #[arg(long, value_name = "SECONDS")]
     checkpoint_every: Option<u32>,
 
-    /// Overwrite the results of another manifest with the same study name.
-    #[arg(long)]
-    replace: bool,
-
     /// Print the result as JSON.
     ///
     /// Form: as `plan --json`, with `computed` and `failed` for each stage, `"damaged": [{"task",
@@ -84,19 +97,14 @@ pub struct RunArguments {
 
 pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
-    let session = Session::with_data(&arguments.manifest, data.clone())
-        .with_settings(arguments.set.settings())
-        .observed_by(&console);
+    let session = arguments.study.session(data).observed_by(&console);
     let run = session.prepare(&arguments.options())?;
-    let patience = match arguments.shard {
-        Some(_) => Patience::Scheduler,
-        None => Patience::Interactive,
-    };
+    let patience = if arguments.shard.is_some() { SCHEDULED } else { INTERACTIVE };
     let stop = StopSignal::on_signal(patience)?;
     let report = run.execute(stop.requested())?;
     let mut out = stdout();
     if arguments.json {
-        print_json(&mut out, &report.summary())?;
+        print_json(&mut out, &report.summary()?)?;
     } else {
         write!(out, "{}", run_text(&report, arguments.only.as_deref())?)?;
     }
@@ -134,12 +142,10 @@ impl RunArguments {
         let only = self.only.clone().map(Selection::Task);
         let selection = only.or(self.shard.map(Selection::Shard));
         RunOptions {
-            jobs: self.jobs.map(usize::from).and_then(NonZeroUsize::new),
-            memory: self.memory,
             selection: selection.unwrap_or_default(),
-            replace: self.replace,
             job: self.job.clone(),
             checkpoint_every: self.checkpoint_every.map(u64::from).map(Duration::from_secs),
+            ..self.resources.options()
         }
     }
 }
@@ -148,22 +154,12 @@ fn closing(missing: &[usize], outcome: &RunOutcome, nothing_to_do: &str) -> Stri
     let computed = outcome.computed.len();
     if outcome.interrupted || outcome.halted {
         let all = counted(missing.len(), "task");
-        let is_denied = |(_, error): &(TaskKey, TaskError)| match error {
-            TaskError::Store(error) => error.is_denied(),
-            _ => false,
+        let cause = if outcome.halted {
+            "cannot store more tables; free disk space or allow writing, and "
+        } else {
+            ""
         };
-        let cure = match outcome.halted {
-            true if outcome.failed.iter().any(is_denied) => format!(
-                "cannot write to the data folder; change its permissions, or {OTHER_FOLDER}, and "
-            ),
-            true => {
-                "cannot store more tables; free disk space (`asperity prune` lists unused files) \
-                     or ask for a larger quota, and "
-                    .to_owned()
-            }
-            false => String::new(),
-        };
-        return format!("stopped after {computed} of {all}; {cure}run again to continue");
+        return format!("stopped after {computed} of {all}; {cause}run again to continue");
     }
     match computed {
         0 if outcome.failed.is_empty() => nothing_to_do.to_owned(),
@@ -220,37 +216,4 @@ fn stage_lines(
         text += &format!("tables: {}\n", folder.join("*.parquet").display());
     }
     Ok(text)
-}
-
-#[cfg(test)]
-mod tests {
-    use std::io;
-
-    use super::*;
-    use crate::tables::key::Digest;
-    use crate::tables::store::StoreError;
-
-    #[test]
-    fn what_to_do_depends_on_why_nothing_can_be_stored() {
-        let advice = |kind: io::ErrorKind| {
-            let key = TaskKey::new("solve", 1, Digest::from_params(&()), &[]);
-            let error =
-                StoreError::Write { path: PathBuf::from("data/store"), source: kind.into() };
-            let outcome = RunOutcome {
-                failed: vec![(key, error.into())],
-                halted: true,
-                ..RunOutcome::default()
-            };
-            closing(&[0], &outcome, "")
-        };
-        use io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
-        for kind in [PermissionDenied, ReadOnlyFilesystem] {
-            let text = advice(kind);
-            assert!(text.contains("permissions"), "{text}");
-            assert!(!text.contains("quota"), "{text}");
-        }
-        for kind in [QuotaExceeded, StorageFull] {
-            assert!(advice(kind).contains("larger quota"));
-        }
-    }
 }

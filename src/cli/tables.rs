@@ -21,24 +21,22 @@ use comfy_table::{CellAlignment, ContentArrangement, Table as Grid, presets};
 use serde_json::Value;
 
 use super::terminal::{Output, stdout};
-use super::{Failure, Misused, SetArguments, unknown};
+use super::{Failure, SetArguments, StudyArguments, misused, unknown};
 use crate::session::failures::COMMAND;
+use crate::session::formatting::{cells, counted, listed, short, whole_cells, wrapped};
 use crate::session::results::{Description, Table, TableFile, TableSource};
-use crate::session::words::{cells, counted, listed, shell_word, short, whole_cells, wrapped};
-use crate::session::{DataFolder, DescribedColumns, Session, StoreError, TableUnits, parallel};
+use crate::session::{DataFolder, DescribedColumns, StoreError, TableUnits, parallel};
 
 /// Number of rows that are converted to text together.
 const CHUNK: usize = 1024;
 
 #[derive(clap::Args)]
 pub struct TableArguments {
-    /// Path of the manifest of the study.
-    manifest: PathBuf,
-
     #[command(flatten)]
-    set: SetArguments,
+    study: StudyArguments,
 
     /// Stage whose table to print (required without `--sql`).
+    #[arg(conflicts_with = "sql")]
     stage: Option<String>,
 
     /// Run an SQL query (polars dialect) in which every stage is a table.
@@ -66,17 +64,9 @@ pub struct TableArguments {
 }
 
 pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let session = super::session(&arguments.manifest, &arguments.set, data);
+    let session = arguments.study.session(data);
     let (table, units): (TableSource, TableUnits) = match (&arguments.sql, &arguments.stage) {
-        (Some(_), Some(stage)) => {
-            let manifest = shell_word(&arguments.manifest);
-            let message = format!(
-                "`--sql` takes no stage beside it; name the stage in the query: `asperity table {manifest} \
-                 --sql 'select * from \"{stage}\"'`"
-            );
-            return Err(Misused(message).into());
-        }
-        (Some(query), None) => {
+        (Some(query), _) => {
             let tables = session.tables()?;
             (tables.sql(query)?.into(), tables.units_of_query(query)?)
         }
@@ -89,12 +79,12 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
             let names = listed(stages.iter().map(|stage| stage.name.as_str()), "and");
             let message = format!(
                 "choose a stage, or use `--sql QUERY`; `{}` has {names}",
-                arguments.manifest.display()
+                arguments.study.manifest.display()
             );
-            return Err(Misused(message).into());
+            return Err(misused(message));
         }
     };
-    let columns = chosen_columns(&table, &arguments.columns, &session)?;
+    let columns = chosen_columns(&table, &arguments.columns)?;
     let mut out = stdout();
     if arguments.csv {
         write_csv(&mut out, &table, &columns)?;
@@ -114,33 +104,16 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the indices of the named columns, or of all columns if `names` is empty. The error about
-/// an unknown column names a stage of the study that has it.
-fn chosen_columns(
-    table: &TableSource,
-    names: &[String],
-    session: &Session<'_>,
-) -> Result<Vec<usize>, Failure> {
+/// Returns the indices of the named columns, or of all columns if `names` is empty.
+fn chosen_columns(table: &TableSource, names: &[String]) -> Result<Vec<usize>, Failure> {
     let known = table.names();
     if names.is_empty() {
         return Ok((0..known.len()).collect());
     }
-    let stage_with = |name: &String| {
-        let described = session.columns(None).ok()?.into_iter();
-        let has = |columns: &[Description]| columns.iter().any(|column| column.name == *name);
-        described.filter(|described| has(&described.columns)).find_map(|described| described.stage)
-    };
     let index = |name: &String| {
-        let found = known.iter().position(|known| known == name);
-        found.ok_or_else(|| {
-            if let Some(stage) = stage_with(name) {
-                let message =
-                    format!("the table has no column `{name}`; the table of `{stage}` has it");
-                return Misused(message).into();
-            }
-            let message = format!("the table has no column `{name}`");
+        known.iter().position(|known| known == name).ok_or_else(|| {
             let all: Vec<&str> = known.iter().map(String::as_str).collect();
-            unknown(message, name, &all)
+            unknown(format!("the table has no column `{name}`"), name, &all)
         })
     };
     names.iter().map(index).collect()

@@ -17,7 +17,7 @@ use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::fit;
 use asperity_stages::fit::laws::Law;
 use asperity_stages::fit::limits::octaves::{self, FitWithOctaves, Octave};
-use asperity_stages::fit::limits::{Group, LimitChoices, groups};
+use asperity_stages::fit::limits::{LimitChoices, ObservedGroup, groups};
 use asperity_stages::{Kind, Recipe};
 use asperity_tables::column::Role;
 use asperity_tables::table::Table;
@@ -142,7 +142,12 @@ fn add_stage(
 
 /// Returns the description of a fit: its quantity, its load if it has one, and the parameters that
 /// distinguish the fit from the other fits of the table.
-fn description(table: &Table, group: &Group, load: Option<f64>, choices: &LimitChoices) -> String {
+fn description(
+    table: &Table,
+    group: &ObservedGroup,
+    load: Option<f64>,
+    choices: &LimitChoices,
+) -> String {
     let parameters = table.in_role(Role::Parameter);
     let own = ParameterPoint::from_row(&parameters, group.row);
     let all = ParameterPoint::from_row(&parameters.common(), 0);

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::{Session, SessionError, UnknownName};
 use asperity_claims::Evidence;
@@ -34,79 +34,6 @@ pub struct StudyClaims {
     pub figures: PathBuf,
     /// Expected core-seconds of one more surface of each spectrum.
     seconds_of_one_surface: f64,
-}
-
-/// JSON output of `asperity claims`.
-#[derive(Debug, Serialize)]
-pub struct ClaimsSummary<'a> {
-    /// Confidence level of the intervals.
-    pub level: f64,
-    /// Number of missing tasks of the study.
-    pub missing_tasks: usize,
-    /// Parameters of the rows that the claims use.
-    pub rests_on: &'a ParameterPoint,
-    /// Rows with other parameters, which the claims omit.
-    pub left_out: Vec<OtherRows<'a>>,
-    pub claims: Vec<ClaimSummary<'a>>,
-}
-
-/// Rows that the claims omit.
-#[derive(Debug, Serialize)]
-pub struct OtherRows<'a> {
-    pub rows: usize,
-    /// Parameters in which these rows differ from the rows that the claims use, with their values.
-    pub with: &'a ParameterPoint,
-}
-
-/// JSON output for one claim. Values that do not exist for its outcome are null or empty lists.
-#[derive(Debug, Default, Serialize)]
-pub struct ClaimSummary<'a> {
-    pub name: &'a str,
-    pub kind: &'a str,
-    /// File of claims that has the claim, or null for a claim of the manifest.
-    pub file: Option<&'a str>,
-    pub says: &'a str,
-    #[serde(rename = "where")]
-    pub source: &'a str,
-    pub because: &'a str,
-    pub data: &'a str,
-    pub verdict: &'a str,
-    pub quantity: Option<&'a str>,
-    pub expected: Option<String>,
-    pub quantities: Vec<QuantitySummary<'a>>,
-    /// Label of the quantity that decides the verdict.
-    pub deciding: Option<&'a str>,
-    /// Number of quantities that contradict the claim.
-    pub contradicting: Option<usize>,
-    /// Number of quantities that neither support nor contradict the claim.
-    pub undecided: Option<usize>,
-    pub without_value: &'a [String],
-    /// Data that the study does not contain yet.
-    pub needs: Option<&'a str>,
-    /// Number of additional surfaces per spectrum that would decide the claim.
-    pub more_surfaces: Option<usize>,
-    /// Expected cost of these surfaces.
-    pub core_hours: Option<f64>,
-    pub figure: Option<&'a str>,
-}
-
-/// Quantity of a claim with its intervals.
-#[derive(Debug, Serialize)]
-pub struct QuantitySummary<'a> {
-    pub label: &'a str,
-    pub value: f64,
-    /// Lower end of the interval of this quantity, simultaneous with those of the other quantities
-    /// of the claim.
-    pub lower: f64,
-    /// Upper end of the interval of this quantity, simultaneous with those of the other quantities
-    /// of the claim.
-    pub upper: f64,
-    /// Lower end of the interval for this quantity alone.
-    pub least: f64,
-    /// Upper end of the interval for this quantity alone.
-    pub most: f64,
-    /// Number of surfaces that the quantity is computed from.
-    pub n: Option<usize>,
 }
 
 impl StudyClaims {
@@ -153,54 +80,53 @@ impl StudyClaims {
         &self.evidence.setting
     }
 
-    /// Summarizes the given claims for JSON output.
-    pub fn summary<'a>(&'a self, claims: &'a [Claim]) -> ClaimsSummary<'a> {
+    /// Returns the JSON output of `asperity claims` for the given claims.
+    pub fn summary(&self, claims: &[Claim]) -> Value {
         let Setting { point, left_out, .. } = self.setting();
-        let others = left_out.iter().map(|left| OtherRows { rows: left.rows, with: &left.differs });
-        ClaimsSummary {
-            level: LEVEL,
-            missing_tasks: self.missing,
-            rests_on: point,
-            left_out: others.collect(),
-            claims: claims.iter().map(|claim| self.summary_of(claim)).collect(),
-        }
+        let others = left_out.iter().map(|left| json!({ "rows": left.rows, "with": left.differs }));
+        json!({
+            "level": LEVEL,
+            "missing_tasks": self.missing,
+            "rests_on": point,
+            "left_out": others.collect::<Vec<_>>(),
+            "claims": claims.iter().map(|claim| self.summary_of(claim)).collect::<Vec<_>>(),
+        })
     }
 
-    fn summary_of<'a>(&self, claim: &'a Claim) -> ClaimSummary<'a> {
+    /// Returns the JSON output for one claim. Values that do not exist for its outcome are null or
+    /// empty lists.
+    fn summary_of(&self, claim: &Claim) -> Value {
         let statement = &claim.statement;
-        let mut summary = ClaimSummary {
-            name: &statement.name,
-            kind: statement.origin.name(),
-            file: statement.file.as_deref(),
-            says: &statement.text,
-            source: &statement.source,
-            because: &statement.reason,
-            data: &claim.data,
-            verdict: verdict(claim),
-            figure: statement.figure.as_deref(),
-            ..ClaimSummary::default()
+        let (judgement, needs) = match &claim.outcome {
+            ClaimOutcome::Judged(judgement) => (Some(judgement), None),
+            ClaimOutcome::NotComputed(needs) => (None, Some(needs)),
+            ClaimOutcome::Noted => (None, None),
         };
-        if claim.outcome != ClaimOutcome::Noted {
-            summary.expected = Some(statement.expected.to_string());
-            summary.quantity = Some(&statement.quantity);
-        }
-        match &claim.outcome {
-            ClaimOutcome::Judged(judgement) => {
-                let all = judgement.bounds.len();
-                let bounds = judgement.bounds.iter();
-                summary.quantities = bounds.map(|bound| QuantitySummary::new(bound, all)).collect();
-                summary.deciding = Some(&judgement.bounds[judgement.deciding].label);
-                summary.contradicting = Some(judgement.contradicting);
-                summary.undecided = Some(judgement.undecided);
-                summary.without_value = &judgement.without_value;
-                let more = self.more_surfaces(claim, judgement);
-                (summary.more_surfaces, summary.core_hours) =
-                    more.map(|(more, seconds)| (more, seconds / 3600.0)).unzip();
-            }
-            ClaimOutcome::NotComputed(needs) => summary.needs = Some(needs),
-            ClaimOutcome::Noted => {}
-        }
-        summary
+        let is_tested = claim.outcome != ClaimOutcome::Noted;
+        let bounds = judgement.map_or(&[][..], |judgement| &judgement.bounds[..]);
+        let quantities = bounds.iter().map(|bound| quantity(bound, bounds.len()));
+        let more = judgement.and_then(|judgement| self.more_surfaces(claim, judgement));
+        json!({
+            "name": statement.name,
+            "kind": statement.origin.name(),
+            "file": statement.file,
+            "says": statement.text,
+            "where": statement.source,
+            "because": statement.reason,
+            "data": claim.data,
+            "verdict": verdict(claim),
+            "quantity": is_tested.then_some(&statement.quantity),
+            "expected": is_tested.then(|| statement.expected.to_string()),
+            "quantities": quantities.collect::<Vec<_>>(),
+            "deciding": judgement.map(|judgement| &bounds[judgement.deciding].label),
+            "contradicting": judgement.map(|judgement| judgement.contradicting),
+            "undecided": judgement.map(|judgement| judgement.undecided),
+            "without_value": judgement.map_or(&[][..], |judgement| &judgement.without_value[..]),
+            "needs": needs,
+            "more_surfaces": more.map(|(surfaces, _)| surfaces),
+            "core_hours": more.map(|(_, seconds)| seconds / 3600.0),
+            "figure": statement.figure,
+        })
     }
 
     /// Returns the number of additional surfaces per spectrum that would decide a claim, and their
@@ -211,12 +137,19 @@ impl StudyClaims {
     }
 }
 
-impl QuantitySummary<'_> {
-    fn new(bound: &Bound, all: usize) -> QuantitySummary<'_> {
-        let ([lower, upper], [least, most]) = (bound.simultaneous(all), bound.one_sided());
-        let (label, value, n) = (&bound.label, bound.value, bound.surfaces);
-        QuantitySummary { label, value, lower, upper, least, most, n }
-    }
+/// Returns the JSON output for one of `all` quantities: `lower` and `upper` are simultaneous bounds
+/// for all quantities of the claim, `least` and `most` bound this one alone.
+fn quantity(bound: &Bound, all: usize) -> Value {
+    let ([lower, upper], [least, most]) = (bound.simultaneous(all), bound.one_sided());
+    json!({
+        "label": bound.label,
+        "value": bound.value,
+        "lower": lower,
+        "upper": upper,
+        "least": least,
+        "most": most,
+        "n": bound.surfaces,
+    })
 }
 
 /// Returns the verdict on a claim; `not computed` and `noted` mark claims without a verdict.

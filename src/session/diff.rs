@@ -22,7 +22,7 @@ use asperity_statistics::differences::holm;
 use asperity_statistics::intervals::LEVEL;
 use asperity_tables::table::Table;
 use columns::ColumnComparison;
-use rows::{MatchedRows, UnmatchedRows};
+use rows::{MatchedRows, RowMatches};
 use studies::StageTable;
 
 pub use asperity_pipeline::plan::reasons::differences::{Difference, StageDifference};
@@ -95,21 +95,11 @@ pub struct TableComparison {
     pub equal: bool,
     /// True if the tables have the same rows in the same order, with the same bits.
     pub identical: bool,
-    /// Number of rows that both tables have.
-    pub common: usize,
-    pub only_in_a: UnmatchedRows,
-    pub only_in_b: UnmatchedRows,
-    /// Parameters that differ between the tables and are therefore not used for matching rows.
-    pub across: Vec<String>,
-    /// Parameters that distinguish the points.
-    pub varying: Vec<String>,
-    pub load_column: &'static str,
+    #[serde(flatten)]
+    pub rows: RowMatches,
     /// Units of the loads of A and of B, if their manifests name units.
     #[serde(skip)]
     pub load_units: [Option<String>; 2],
-    /// Smallest and largest load of A and of B, if no load is in both.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub disjoint_loads: Option<[[f64; 2]; 2]>,
     pub columns_only_in_a: Vec<String>,
     pub columns_only_in_b: Vec<String>,
     pub columns: Vec<ColumnComparison>,
@@ -147,42 +137,35 @@ impl Comparison {
     /// # Errors
     /// Returns an error if a side has no study with the requested name, or if a table is damaged.
     pub fn new(a: &Studies, b: &Studies, name: Option<&str>) -> Result<Comparison, SessionError> {
-        let [mut from_a, mut from_b] = [a, b].map(|side| side.studies.iter().collect::<Vec<_>>());
-        for (side, studies) in [(a, &mut from_a), (b, &mut from_b)] {
-            if let Some(name) = name.filter(|_| studies.len() > 1) {
-                *studies = vec![side.named(name)?];
-            }
-        }
-        match (from_a[..].as_ref(), from_b[..].as_ref()) {
-            (&[_], &[_]) => {}
-            (&[single], _) => from_b = vec![b.named(&single.name)?],
-            (_, &[single]) => from_a = vec![a.named(&single.name)?],
-            _ => {}
-        }
-        let mut studies = Vec::new();
-        let (mut only_in_a, mut only_in_b) = (Vec::new(), Vec::new());
+        let single = |side: &Studies| match &side.studies[..] {
+            [one] => Some(one.name.clone()),
+            _ => None,
+        };
+        let wanted = name.map(str::to_owned).or(single(a)).or(single(b));
+        let chosen = |side| Studies::chosen(side, wanted.as_deref());
+        let (from_a, from_b) = (chosen(a)?, chosen(b)?);
+        let (mut pairs, mut only_in_a) = (Vec::new(), Vec::new());
         if let ([one], [other]) = (&from_a[..], &from_b[..]) {
-            studies.push(StudyComparison::new(one, other)?);
+            pairs.push((*one, *other));
         } else {
-            let lacks = |studies: &[&ComparedStudy], name: &str| {
-                studies.iter().all(|study| study.name != name)
-            };
             for one in &from_a {
                 match from_b.iter().find(|other| other.name == one.name) {
-                    Some(other) => studies.push(StudyComparison::new(one, other)?),
+                    Some(other) => pairs.push((one, other)),
                     None => only_in_a.push(one.name.clone()),
                 }
             }
-            let more = from_b.iter().filter(|other| lacks(&from_a, &other.name));
-            only_in_b.extend(more.map(|other| other.name.clone()));
         }
+        let is_paired =
+            |study: &&&ComparedStudy| pairs.iter().any(|(_, other)| other.name == study.name);
+        let others = from_b.iter().filter(|study| !is_paired(study));
+        let only_in_b: Vec<String> = others.map(|study| study.name.clone()).collect();
+        let compared = pairs.iter().map(|(one, other)| StudyComparison::new(one, other));
+        let studies = compared.collect::<Result<Vec<_>, _>>()?;
         let equal =
             only_in_a.is_empty() && only_in_b.is_empty() && studies.iter().all(|study| study.equal);
         Ok(Comparison { equal, studies, only_in_a, only_in_b })
     }
-}
 
-impl Comparison {
     /// Returns the comparison as JSON.
     pub fn json(&self) -> String {
         serde_json::to_string(self).expect("a comparison is plain data")
@@ -190,13 +173,17 @@ impl Comparison {
 }
 
 impl Studies {
-    fn named(&self, name: &str) -> Result<&ComparedStudy, SessionError> {
-        let known: Vec<&str> = self.studies.iter().map(|study| study.name.as_str()).collect();
-        let found = self.studies.iter().find(|study| study.name == name);
-        Ok(found.ok_or_else(|| {
+    /// Returns the only study of a side, the one with this name, or all.
+    fn chosen(&self, name: Option<&str>) -> Result<Vec<&ComparedStudy>, SessionError> {
+        let all: Vec<&ComparedStudy> = self.studies.iter().collect();
+        let Some(name) = name.filter(|_| all.len() > 1) else { return Ok(all) };
+        let known: Vec<&str> = all.iter().map(|study| study.name.as_str()).collect();
+        let found = all.iter().find(|study| study.name == name);
+        let study = found.ok_or_else(|| {
             let message = format!("`{}` has no study `{name}`", self.path.display());
             UnknownName::new(message, name, &known)
-        })?)
+        })?;
+        Ok(vec![*study])
     }
 }
 
@@ -274,28 +261,21 @@ impl StageComparison {
 impl TableComparison {
     fn new(a: &Table, b: &Table) -> Result<TableComparison, SessionError> {
         let matched = MatchedRows::new(a, b)?;
-        let are_pressures = matched.load_column == PRESSURE.name;
+        let are_pressures = matched.rows.load_column == PRESSURE.name;
         let load_units =
             [a, b].map(|table| TableUnits::from_table(table).pressure.filter(|_| are_pressures));
         let columns = columns::compare(a, b, &matched);
         let [columns_only_in_a, columns_only_in_b] =
             [(a, b), (b, a)].map(|(of, other)| columns::lacking(of, other));
-        let [only_in_a, only_in_b] = matched.only;
-        let equal = only_in_a.rows + only_in_b.rows == 0
+        let equal = matched.rows.only_in_a.rows + matched.rows.only_in_b.rows == 0
             && columns_only_in_a.is_empty()
             && columns_only_in_b.is_empty()
             && columns.iter().all(ColumnComparison::is_equal);
         Ok(TableComparison {
             equal,
             identical: equal && columns::are_identical(a, b),
-            common: matched.common,
-            only_in_a,
-            only_in_b,
-            across: matched.across,
-            varying: matched.varying,
-            load_column: matched.load_column,
+            rows: matched.rows,
             load_units,
-            disjoint_loads: matched.disjoint_loads,
             columns_only_in_a,
             columns_only_in_b,
             columns,

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Shard;
-use super::names::{TaskNameError, UnknownName};
+use super::name_lookup::{TaskNameError, UnknownName};
 use asperity_contact::morphology::map::MapError;
 use asperity_manifest::diagnostics::{ManifestErrors, counted, shell_word};
 use asperity_pipeline::data_folder::OpenError;
@@ -53,8 +53,7 @@ pub enum SessionError {
     #[error(transparent)]
     Unknown(#[from] UnknownName),
     #[error(
-        "`{}` has no studies; `asperity run MANIFEST` computes one, `--data FOLDER` names another data \
-         folder",
+        "`{}` has no studies; compute one, or name another folder with `--data`",
         data.display()
     )]
     NoStudies { data: PathBuf },
@@ -77,14 +76,10 @@ pub enum SessionError {
     #[error("cannot read surface file `{}`", path.display())]
     Topography { path: PathBuf, source: Box<TopographyFileError> },
     /// A measured surface cannot be drawn from its key, because only the manifest names its file.
-    #[error(
-        "cannot draw the measured surface of this task from its key alone, because only the manifest \
-         names its file; give the manifest and the stage"
-    )]
+    #[error("only the manifest names the file of this measured surface; give manifest and stage")]
     NotRedrawn,
     #[error(
-        "the store `{}` does not contain the maps of task {task}, only its rows; run `asperity run {}` to \
-         compute them again",
+        "`{}` has no maps of task {task}; `asperity run {}` computes them",
         store.display(),
         shell_word(manifest)
     )]
@@ -101,8 +96,7 @@ pub enum SessionError {
     #[error("`{}` is in use by another process; prune when that process has ended", store.display())]
     InUse { store: PathBuf },
     #[error(
-        "{} may be running on other machines, for example shard {shard} of `{study}` on {machine}; prune \
-         later, or use `--force` if they have ended",
+        "{} may be running, such as shard {shard} of `{study}` on {machine}; use `--force` if not",
         counted(*elements, "array element")
     )]
     AtWork {
@@ -113,9 +107,7 @@ pub enum SessionError {
         machine: String,
     },
     #[error(
-        "`{study}` is already in the queue as job {job}; `asperity status {}` shows its progress, \
-         `asperity cancel {}` cancels it",
-        shell_word(manifest),
+        "`{study}` is already in the queue as job {job}; `asperity cancel {}` cancels it",
         shell_word(manifest)
     )]
     InQueue { study: String, job: String, manifest: PathBuf },
@@ -151,6 +143,11 @@ impl From<SamplingError> for SessionError {
 }
 
 impl SessionError {
+    /// Creates the error of a request that cannot be fulfilled.
+    pub fn refused(message: impl Into<String>) -> SessionError {
+        SessionError::Refused(message.into())
+    }
+
     /// Returns the error of the file that could not be read or written.
     fn of_file(&self) -> Option<&StoreError> {
         match self {
@@ -161,14 +158,6 @@ impl SessionError {
             | SessionError::Share(
                 ShareError::Store(error) | ShareError::Results(ResultsError::Store(error)),
             ) => Some(error),
-            _ => None,
-        }
-    }
-
-    /// Returns the path that cannot be written because permissions are missing.
-    pub fn denied_path(&self) -> Option<&Path> {
-        match self.of_file()? {
-            error @ StoreError::Write { path, .. } if error.is_denied() => Some(path),
             _ => None,
         }
     }

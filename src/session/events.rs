@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use bytesize::ByteSize;
 
-use super::words::{chain, counted, duration, shell_word};
+use super::formatting::{chain, counted, duration, shell_word};
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::forecast::remaining::Remaining;
 use asperity_pipeline::plan::Plan;
@@ -149,19 +149,15 @@ pub enum Severity {
 impl Notice<'_> {
     /// Returns the severity of the notice.
     pub fn severity(&self) -> Severity {
-        match self {
+        let is_warning = matches!(
+            self,
             Notice::Study(_)
-            | Notice::Damaged(_)
-            | Notice::Edited { .. }
-            | Notice::UnusableStore(_)
-            | Notice::RecordNotSaved(_) => Severity::Warning,
-            Notice::ScarceMemory { .. }
-            | Notice::Waiting(_)
-            | Notice::FormerOwner { .. }
-            | Notice::Orphan(_)
-            | Notice::Recalled(_)
-            | Notice::Incomplete { .. } => Severity::Note,
-        }
+                | Notice::Damaged(_)
+                | Notice::Edited { .. }
+                | Notice::UnusableStore(_)
+                | Notice::RecordNotSaved(_)
+        );
+        if is_warning { Severity::Warning } else { Severity::Note }
     }
 }
 
@@ -181,8 +177,7 @@ impl fmt::Display for Notice<'_> {
             Notice::ScarceMemory { largest, at_once, jobs, allowance } => {
                 write!(
                     formatter,
-                    "the largest task needs {}; {at_once} of {jobs} tasks run in parallel to stay below \
-                     {allowance}",
+                    "{at_once} of {jobs} tasks of {} run in parallel to stay below {allowance}",
                     largest.display().si()
                 )
             }
@@ -212,8 +207,7 @@ impl fmt::Display for Notice<'_> {
             ),
             Notice::FormerOwner { manifest, folder } => write!(
                 formatter,
-                "the results in `{}` belonged to `{}`, which no longer exists; they now belong to this \
-                 manifest",
+                "the results in `{}` were those of `{}`, which no longer exists",
                 folder.display(),
                 manifest.display()
             ),

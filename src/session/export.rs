@@ -19,13 +19,14 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::SessionError;
-use super::coordinates::ChosenLoad;
+use super::formatting::listed;
 use super::maps::{Map, MapKind, PathState, TaskMaps};
-use super::outputs::{folder_of, has_suffix, unwritten, write_output, write_output_with};
-use super::words::listed;
+use super::output_files::{has_suffix, unwritten, write_output, write_output_with};
+use super::task_choice::ChosenLoad;
 use asperity_stages::columns::{LOAD, MEAN_GAP};
 use asperity_stages::per_axis::PerAxis;
 use asperity_tables::key::TaskKey;
+use asperity_tables::store::files::folder_of;
 
 /// Maps of a task at one or several loads, for an export. They are computed while the files are
 /// written, one load after the other, so that only the maps of one load are in memory.
@@ -133,11 +134,10 @@ impl ExportFormat {
         ];
         let found = formats.into_iter().find(|(suffix, _)| has_suffix(path, suffix));
         found.map(|(_, format)| format).ok_or_else(|| {
-            SessionError::Refused(format!(
-                "the format of `{}` is unknown; maps are exported to files that end in `.vti` (VTK, \
-                 one load), `.pvd` (VTK, all loads), `.npy` (NumPy, one map), `.npz` (NumPy), `.gsf` \
-                 (Gwyddion, one map) or `.gwy` (Gwyddion, one load); `asperity table --csv` prints \
-                 tables, and `asperity view` draws pictures",
+            SessionError::refused(format!(
+                "`{}` must end in `.vti` (VTK, one load), `.pvd` (VTK, all loads), `.npy` \
+                 (NumPy, one map), \
+                 `.npz` (NumPy), `.gsf` (Gwyddion, one map) or `.gwy` (Gwyddion, one load)",
                 path.display()
             ))
         })
@@ -290,8 +290,9 @@ impl<'m> Export<'m> {
                 true => ("state", "`--load` or `--gap`"),
                 false => ("load", "`--load`"),
             };
-            return Err(SessionError::Refused(format!(
-                "a `.{suffix}` file holds one {one}, but the task has {}; choose one with {options}, \
+            return Err(SessionError::refused(format!(
+                "a `.{suffix}` file holds one {one}, but the task has {}; choose one with \
+                 {options}, \
                  or write all to `{}`",
                 self.rows.len(),
                 path.with_extension(of_all).display()
@@ -308,8 +309,9 @@ impl<'m> Export<'m> {
         let mut arrays = self.arrays();
         match (arrays.pop(), arrays.len()) {
             (Some(array), 0) => Ok(array),
-            (last, _) => Err(SessionError::Refused(format!(
-                "a `.{suffix}` file holds one array; choose one of {} with `--map`, or write all to \
+            (last, _) => Err(SessionError::refused(format!(
+                "a `.{suffix}` file holds one array; choose one of {} with `--map`, or write all \
+                 to \
                  `{}`",
                 listed(arrays.iter().chain(&last).map(|array| array.name), "or"),
                 path.with_extension(of_all).display()

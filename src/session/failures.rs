@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use arrow::array::Array;
 use arrow::util::display::array_value_to_string;
 
-use super::words::{counted, shell_word};
+use super::formatting::{counted, shell_word};
 use super::{Session, SessionError, Setting};
 use asperity_pipeline::outcome::RunOutcome;
 use asperity_pipeline::plan::Plan;

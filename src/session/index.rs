@@ -7,8 +7,8 @@ use std::time::SystemTime;
 
 use serde::Serialize;
 
+use super::formatting::minute;
 use super::results::TableSource;
-use super::words::minute;
 use super::{DataFolder, SessionError};
 use asperity_manifest::diagnostics::chain;
 use asperity_pipeline::plan::Kind;
@@ -125,8 +125,7 @@ fn problems(data: &DataFolder, name: &str, tables: &[PathBuf], has_record: bool)
     if !has_record {
         let record = Record::path(&data.records(), name);
         problems.push(format!(
-            "`{}` is missing or damaged, so the number of finished tasks is unknown; run the study \
-             again to write it",
+            "`{}` is missing or damaged; run the study again to write it",
             record.display()
         ));
     }
@@ -135,7 +134,7 @@ fn problems(data: &DataFolder, name: &str, tables: &[PathBuf], has_record: bool)
         problems.push(format!("`{}` has no tables; run the study again", folder.display()));
     } else if owner::manifest_of(&folder).is_none() {
         problems.push(format!(
-            "`{}` is missing or damaged, so the manifest is unknown; run the study again to write it",
+            "`{}` is missing or damaged; run the study again to write it",
             folder.join(owner::FILE).display()
         ));
     }

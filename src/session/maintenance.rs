@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use serde::{Serialize, Serializer};
 
-use super::{DataFolder, Observer, Session, SessionError, while_waiting};
+use super::{DataFolder, Observer, Session, SessionError, notify_of_lock};
 use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names;
 use asperity_pipeline::plan::Plan;
@@ -29,12 +29,12 @@ pub struct Verification {
     /// Number of tables that were read.
     pub checked: usize,
     /// Files that are damaged or cannot be read.
-    pub damaged: Vec<Finding>,
+    pub damaged: Vec<DamagedFile>,
 }
 
 /// File that is damaged or cannot be read.
 #[derive(Debug, Serialize)]
-pub struct Finding {
+pub struct DamagedFile {
     /// Problem, with the path of the file.
     #[serde(serialize_with = "in_words")]
     pub cause: StoreError,
@@ -90,7 +90,8 @@ pub fn verify(
 ) -> Result<Verification, SessionError> {
     let read = study.map(|session| Ok::<_, SessionError>(session.reading()?.plan)).transpose()?;
     let plan = read.as_ref();
-    let store = while_waiting(data, observer, || Store::open_read_only(&data.store()))?;
+    notify_of_lock(data, observer);
+    let store = Store::open_read_only(&data.store())?;
     let mut files = tables(plan, data)?;
     let own = files.len();
     let layered = with_layers.then(|| study.map_or(data, Session::data).open_read_only());
@@ -106,7 +107,7 @@ pub fn verify(
         checked(tables.len());
         finding
     });
-    let mut damaged: Vec<Finding> = findings.into_iter().flatten().collect();
+    let mut damaged: Vec<DamagedFile> = findings.into_iter().flatten().collect();
     damaged.extend(edited_pages(plan, data)?);
     Ok(Verification { checked: tables.len(), damaged })
 }
@@ -152,30 +153,26 @@ fn of_plan(mut found: Vec<StoredFile>, plan: Option<&Plan>) -> Vec<StoredFile> {
     found.retain(|found| match &found.what {
         FileKind::Task(file) => keys.as_ref().is_none_or(|keys| keys.contains(&file.key)),
         FileKind::Stage { study, stage } => plan.is_none_or(|plan| plan.has_table(study, stage)),
-        FileKind::Owner { .. }
-        | FileKind::Record { .. }
-        | FileKind::Cluster { .. }
-        | FileKind::Quarantined
-        | FileKind::Unfinished => false,
+        _ => false,
     });
     found
 }
 
 /// Returns the edited and unfinished pages and figures of one study or of all. They are not moved,
 /// because a report writes them again.
-fn edited_pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<Finding>, StoreError> {
+fn edited_pages(plan: Option<&Plan>, data: &DataFolder) -> Result<Vec<DamagedFile>, StoreError> {
     let mut folders = listing::folders(&data.results())?;
     folders.retain(|folder| plan.is_none_or(|plan| folder.ends_with(&plan.study)));
     let causes = folders.iter().flat_map(|folder| asperity_report::problems(folder));
-    Ok(causes.map(|cause| Finding { cause, quarantined: None }).collect())
+    Ok(causes.map(|cause| DamagedFile { cause, quarantined: None }).collect())
 }
 
 /// Verifies a table. If it is damaged and in the data folder, whose store is `own`, quarantines it.
 /// Returns `None` if the table is valid or another process has replaced it.
-fn check(table: &StoredFile, own: Option<&Store>) -> Option<Finding> {
+fn check(table: &StoredFile, own: Option<&Store>) -> Option<DamagedFile> {
     let cause = read(table).err()?;
     let Some(store) = own.filter(|_| cause.is_recomputable()) else {
-        return Some(Finding { cause, quarantined: None });
+        return Some(DamagedFile { cause, quarantined: None });
     };
     let quarantined = match table.what {
         FileKind::Task(_) => store.quarantine(&table.path),
@@ -183,7 +180,7 @@ fn check(table: &StoredFile, own: Option<&Store>) -> Option<Finding> {
     };
     match quarantined {
         Ok(None) => None,
-        quarantined => Some(Finding { cause, quarantined: quarantined.ok().flatten() }),
+        quarantined => Some(DamagedFile { cause, quarantined: quarantined.ok().flatten() }),
     }
 }
 
@@ -206,11 +203,7 @@ fn read(table: &StoredFile) -> Result<(), StoreError> {
                 })
             }
         }
-        FileKind::Owner { .. }
-        | FileKind::Record { .. }
-        | FileKind::Cluster { .. }
-        | FileKind::Quarantined
-        | FileKind::Unfinished => Ok(()),
+        _ => Ok(()),
     }
 }
 

@@ -13,9 +13,9 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use self::solved::SolvedTask;
-use super::coordinates::{ChosenLoad, ChosenRows, Coordinate, chosen_task, only_state, rows_under};
-use super::words::listed;
-use super::{DataFolder, Observer, Session, SessionError, names, open_read_only};
+use super::formatting::listed;
+use super::task_choice::{ChosenLoad, ChosenRows, Coordinate, chosen_task, only_state, rows_under};
+use super::{DataFolder, Observer, Session, SessionError, name_lookup, open_read_only};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
@@ -177,7 +177,7 @@ impl Session<'_> {
                 let drawn =
                     stages.filter(|stage| [Kind::Generate, Kind::Solve].contains(&stage.kind));
                 let names = listed(drawn.map(|stage| stage.name.as_str()), "or");
-                SessionError::Refused(format!("stage `{stage}` has no maps; choose {names}"))
+                SessionError::refused(format!("stage `{stage}` has no maps; choose {names}"))
             }
             other => other,
         })?;
@@ -197,7 +197,7 @@ pub fn finished_task(
     observer: &dyn Observer,
 ) -> Result<TaskMaps, SessionError> {
     let store = open_read_only(data, observer)?;
-    let task = names::finished(word, &store, data)?;
+    let task = name_lookup::finished(word, &store, data)?;
     // The paths of measured surfaces are known from a manifest only.
     let mut maps = TaskMaps::open(task, store, SurfaceFiles::default())?;
     if let Some(contact) = &mut maps.contact {
@@ -352,8 +352,9 @@ impl TaskMaps {
     ) -> Result<Map, SessionError> {
         if kind == MapKind::Heights {
             if load.is_some() {
-                let message = "heights do not depend on the load; omit `--load` or `--gap`";
-                return Err(SessionError::Refused(message.to_owned()));
+                return Err(SessionError::refused(
+                    "heights do not depend on the load; omit `--load` or `--gap`",
+                ));
             }
             return self.heights();
         }
@@ -439,16 +440,16 @@ impl TaskMaps {
 
     fn solved(&self, kind: MapKind) -> Result<&SolvedTask, SessionError> {
         let contact = self.contact.as_ref().ok_or_else(|| {
-            SessionError::Refused(format!(
+            SessionError::refused(format!(
                 "task {} generates a surface and has no {}; choose a task of a `solve` stage",
                 self.task,
                 kind.name()
             ))
         })?;
         if kind == MapKind::Repulsive && !contact.is_path() {
-            let message = "without adhesion all nodes in contact are repulsive; choose the map \
-                           `contact`";
-            return Err(SessionError::Refused(message.to_owned()));
+            return Err(SessionError::refused(
+                "without adhesion, the map `contact` shows the repulsive nodes",
+            ));
         }
         Ok(contact)
     }

@@ -26,15 +26,15 @@ pub struct NewManifest {
 /// written.
 pub fn write(name: &str) -> Result<NewManifest, SessionError> {
     if !names::is_plain(name) || name.len() > names::MAX_LENGTH {
-        return Err(SessionError::Refused(format!(
-            "`{name}` is not a valid name of a study; use a letter or `_`, then letters, digits, `_` and \
-             `-`, at most {} characters",
+        return Err(SessionError::refused(format!(
+            "`{name}` must be a letter or `_`, then letters, digits, `_` and `-`, at most {} in \
+             all",
             names::MAX_LENGTH
         )));
     }
     let path = PathBuf::from(format!("{name}.toml"));
     if !write_new(&path, &template(name))? {
-        return Err(SessionError::Refused(format!(
+        return Err(SessionError::refused(format!(
             "`{}` already exists; give the study another name",
             path.display()
         )));

@@ -1,14 +1,14 @@
 //! Results of a study: tables, descriptions of columns, and the HTML report.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::output_files::begins_with;
 use super::{
-    DataFolder, Event, Notice, Observer, Session, SessionError, UnknownName, names, open_read_only,
+    DataFolder, Event, Notice, Observer, Session, SessionError, UnknownName, name_lookup,
+    open_read_only,
 };
 use asperity_manifest::diagnostics::chain;
 use asperity_manifest::names::FAILURES;
@@ -22,7 +22,6 @@ use asperity_stages::error::QueryError;
 use asperity_stages::units::TableUnits;
 use asperity_stages::{Kind, StageError, columns_of};
 use asperity_tables::parquet::{Columns, Metadata};
-use asperity_tables::store::StoreError;
 use asperity_tables::store::files::read_whole;
 use asperity_tables::store::series::FileName;
 
@@ -276,14 +275,14 @@ impl TableFile {
         observer: &dyn Observer,
     ) -> Result<TableFile, SessionError> {
         let path = if what.is_file() {
-            if !is_parquet(what)? {
+            if !begins_with(what, b"PAR1") {
                 let message = format!("`{}` is not a Parquet file", what.display());
-                return Err(SessionError::Refused(message));
+                return Err(SessionError::refused(message));
             }
             what.to_owned()
         } else {
             let store = open_read_only(data, observer)?;
-            let key = names::finished(&what.to_string_lossy(), &store, data)?;
+            let key = name_lookup::finished(&what.to_string_lossy(), &store, data)?;
             // Rows of a series may be in several files, of which the first is shown.
             let mut files = store.files_of(key)?;
             files.sort_by_key(|file| file.rows.as_ref().is_some_and(|rows| rows.part.is_some()));
@@ -293,12 +292,4 @@ impl TableFile {
         let (table, metadata) = read_whole(&path, Columns::All)?;
         Ok(TableFile { path, table, metadata })
     }
-}
-
-/// Returns whether a file begins as Parquet files do.
-fn is_parquet(path: &Path) -> Result<bool, SessionError> {
-    let mut start = Vec::new();
-    let file = File::open(path).and_then(|file| file.take(4).read_to_end(&mut start));
-    file.map_err(|error| StoreError::reading(path, error))?;
-    Ok(start == b"PAR1")
 }

@@ -7,18 +7,19 @@
 mod shard;
 
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use bytesize::ByteSize;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::error::SessionError;
 use super::events::{Batch, Event, Notice, Observer};
-use super::maintenance::in_words;
-use super::names::{TaskNameError, planned};
-use super::status::{GrowingStage, StageCount};
+use super::formatting::chain;
+use super::name_lookup::{TaskNameError, planned};
+use super::status::{StageCount, growing};
 use super::{Session, Shard, failures};
 use asperity_claims::DeclaredClaims;
 use asperity_contact::threads::available_cores;
@@ -77,13 +78,6 @@ pub enum Selection {
     Shard(Shard),
 }
 
-impl RunOptions {
-    /// Returns the number of cores.
-    fn cores(&self) -> NonZeroUsize {
-        self.jobs.unwrap_or_else(available_cores)
-    }
-}
-
 impl Selection {
     /// Returns the indices of the selected tasks.
     fn tasks(
@@ -138,24 +132,6 @@ pub struct RunReport {
     pub stores: Vec<TasksFromStore>,
 }
 
-/// JSON output of `asperity run`.
-#[derive(Debug, Serialize)]
-pub struct RunSummary<'a> {
-    pub stages: Vec<StageRun<'a>>,
-    /// Tasks whose damaged tables were computed again.
-    pub damaged: Vec<DamagedTask<'a>>,
-    pub growing: Vec<GrowingStage<'a>>,
-    pub warnings: &'a [Warning],
-    /// Path of the table of failures, if there is one.
-    pub failures: Option<&'a Path>,
-    /// Path of the receipt of a shard.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub receipt: Option<&'a Path>,
-    /// Read-only stores from which tables of finished tasks were read.
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    pub stores: &'a [TasksFromStore],
-}
-
 /// Numbers of tasks of one stage in a run.
 #[derive(Debug, Serialize)]
 pub struct StageRun<'a> {
@@ -166,17 +142,6 @@ pub struct StageRun<'a> {
     pub computed: usize,
     /// Number of tasks that failed in the run.
     pub failed: usize,
-}
-
-/// Task whose table was damaged.
-#[derive(Debug, Serialize)]
-pub struct DamagedTask<'a> {
-    pub task: TaskKey,
-    #[serde(serialize_with = "in_words")]
-    pub cause: &'a StoreError,
-    /// New path of the damaged file, or `None` if the file is in a read-only store.
-    #[serde(rename = "aside")]
-    pub quarantined: Option<&'a Path>,
 }
 
 impl RunReport {
@@ -194,22 +159,32 @@ impl RunReport {
         stages.collect()
     }
 
-    /// Summarizes the run for JSON output.
-    pub fn summary(&self) -> RunSummary<'_> {
-        let damaged = self.outcome.damaged.iter().map(|damage| DamagedTask {
-            task: damage.table,
-            cause: &damage.cause,
-            quarantined: damage.quarantined.as_deref(),
+    /// Returns the JSON output of `asperity run`.
+    ///
+    /// # Errors
+    /// Returns an error if a path is not valid UTF-8.
+    pub fn summary(&self) -> Result<Value, serde_json::Error> {
+        let damaged = self.outcome.damaged.iter().map(|damage| {
+            Ok(json!({
+                "task": damage.table,
+                "cause": chain(&damage.cause),
+                "aside": serde_json::to_value(&damage.quarantined)?,
+            }))
         });
-        RunSummary {
-            stages: self.stages(),
-            damaged: damaged.collect(),
-            growing: GrowingStage::all(&self.sampled.stages),
-            warnings: &self.warnings,
-            failures: self.failures.as_deref(),
-            receipt: self.receipt.as_deref(),
-            stores: &self.stores,
+        let mut summary = json!({
+            "stages": self.stages(),
+            "damaged": damaged.collect::<Result<Vec<_>, serde_json::Error>>()?,
+            "growing": growing(&self.sampled.stages),
+            "warnings": self.warnings,
+            "failures": serde_json::to_value(&self.failures)?,
+        });
+        if let Some(receipt) = &self.receipt {
+            summary["receipt"] = serde_json::to_value(receipt)?;
         }
+        if !self.stores.is_empty() {
+            summary["stores"] = serde_json::to_value(&self.stores)?;
+        }
+        Ok(summary)
     }
 }
 
@@ -234,7 +209,7 @@ impl<'a> PreparedRun<'a> {
         }
         let missing = runner::missing(&sampled.plan, &store);
         let wanted = options.selection.tasks(&sampled.plan, &missing, &store)?;
-        let jobs = options.cores();
+        let jobs = options.jobs.unwrap_or_else(available_cores);
         let memory = MemoryLimit::new(options.memory, jobs.get());
         memory.fits(&sampled.plan, &wanted)?;
         Ok(PreparedRun {

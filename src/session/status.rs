@@ -7,6 +7,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use bytesize::ByteSize;
 use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
 
 use super::submission::{measured, queued};
 use super::{Session, SessionError};
@@ -103,23 +104,6 @@ pub struct StageCount<'a> {
     pub to_run: usize,
 }
 
-/// JSON output for an adaptive stage.
-#[derive(Debug, Serialize)]
-pub struct GrowingStage<'a> {
-    pub name: &'a str,
-    /// Number of surfaces per parameter point.
-    pub surfaces: u32,
-    /// Maximum number of surfaces per parameter point.
-    pub at_most: u32,
-    /// Condition that ends the sampling.
-    pub until: String,
-    /// True if the condition holds, or `None` if it cannot be evaluated yet.
-    pub holds: Option<bool>,
-    /// Names of the undecided claims. `None` if the condition is about a mean or cannot be
-    /// evaluated yet.
-    pub undecided: Option<Vec<&'a str>>,
-}
-
 impl<'a> StageCount<'a> {
     /// Counts the tasks of each stage of a plan; `missing` must be sorted.
     pub fn all(plan: &'a Plan, missing: &[usize]) -> Vec<StageCount<'a>> {
@@ -143,19 +127,20 @@ impl<'a> StageCount<'a> {
     }
 }
 
-impl<'a> GrowingStage<'a> {
-    /// Converts the adaptive stages of a study to JSON output.
-    pub fn all(stages: &'a [AdaptiveStage]) -> Vec<GrowingStage<'a>> {
-        let growing = |stage: &'a AdaptiveStage| GrowingStage {
-            name: &stage.name,
-            surfaces: stage.surfaces,
-            at_most: stage.growth.at_most,
-            until: stage.growth.until.to_string(),
-            holds: stage.holds(),
-            undecided: stage.undecided(),
-        };
-        stages.iter().map(growing).collect()
-    }
+/// Returns the JSON output for the adaptive stages of a study. `holds` is null, and so are the
+/// `undecided` claims, if the condition cannot be evaluated yet.
+pub fn growing(stages: &[AdaptiveStage]) -> Vec<Value> {
+    let growing = stages.iter().map(|stage| {
+        json!({
+            "name": stage.name,
+            "surfaces": stage.surfaces,
+            "at_most": stage.growth.at_most,
+            "until": stage.growth.until.to_string(),
+            "holds": stage.holds(),
+            "undecided": stage.undecided(),
+        })
+    });
+    growing.collect()
 }
 
 impl Reason<'_> {
@@ -175,7 +160,7 @@ impl Reason<'_> {
 
 /// Distribution of cores over tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sharing {
+pub struct CoreDistribution {
     /// Maximum number of parallel tasks.
     pub at_once: usize,
     /// Maximum number of cores per task.
@@ -237,7 +222,7 @@ impl Status {
     }
 
     /// Returns how a run would distribute the given number of cores.
-    pub fn sharing(&self, cores: usize) -> Sharing {
+    pub fn core_distribution(&self, cores: usize) -> CoreDistribution {
         let counts = StageCount::all(&self.plan, &self.missing);
         let at_once = counts.iter().map(|count| count.to_run).max();
         let missing = self.missing.iter().map(|&task| &self.plan.tasks[task]);
@@ -249,7 +234,7 @@ impl Status {
             Threads::useful_for(task.nodes[0] * task.nodes[1]).max(rows)
         });
         let each = useful.max().unwrap_or(1);
-        Sharing { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
+        CoreDistribution { at_once: at_once.unwrap_or(0).clamp(1, cores), each: each.min(cores) }
     }
 
     /// Returns the minimum memory of a run: the program plus the largest missing task.

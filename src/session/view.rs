@@ -6,10 +6,10 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-use super::coordinates::{ChosenLoad, Coordinate, load_as_typed};
+use super::formatting::{counted, short};
 use super::maps::{Map, MapKind, Overlay, PathState, TaskMaps};
-use super::outputs::{has_suffix, is_stream, write_output};
-use super::words::{counted, short};
+use super::output_files::{has_suffix, is_stream, write_output};
+use super::task_choice::{ChosenLoad, Coordinate};
 use super::{Session, SessionError};
 use asperity_contact::grid::Grid;
 use asperity_report::animation::{AnimationFormat, animation};
@@ -110,9 +110,8 @@ impl PictureFormat {
         match found {
             Some((_, format)) => Ok(format),
             None if is_stream(path) => Ok(PictureFormat::Png),
-            None => Err(SessionError::Refused(format!(
-                "the format of `{}` is unknown; pictures end in `.png`, `.svg` or `.pdf`, and \
-                 animations in `.gif`, `.apng` or `.png`",
+            None => Err(SessionError::refused(format!(
+                "`{}` must end in `.png`, `.svg`, `.pdf`, or for animations `.gif`, `.apng`",
                 path.display()
             ))),
         }
@@ -293,10 +292,8 @@ impl Picture {
                 }
             }
             (_, None) if self.panels.len() > 1 => {
-                format!(
-                    " at {}",
-                    counted(self.panels.len(), if self.is_path { "state" } else { "load" })
-                )
+                let one = if self.is_path { "state" } else { "load" };
+                format!(" at {}", counted(self.panels.len(), one))
             }
             (_, None) => match &self.branch {
                 Some(branch) => format!(" along the {branch}"),
@@ -335,9 +332,8 @@ impl Picture {
             }
             (PictureFormat::Still(format), [panel]) => still(panel, format)?,
             (PictureFormat::Still(_), _) => {
-                return Err(SessionError::Refused(format!(
-                    "`{}` cannot hold an animation; choose a file that ends in `.gif`, `.apng` or \
-                     `.png`",
+                return Err(SessionError::refused(format!(
+                    "`{}` cannot hold an animation; use `.gif`, `.apng` or `.png`",
                     path.display()
                 )));
             }
@@ -351,21 +347,17 @@ impl Picture {
     /// Returns an error if the suffix is not `.png`, for an animation, or if the file must not be
     /// overwritten or cannot be written.
     pub fn write_bare(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
-        match (PictureFormat::from_path(path)?, self.panels.as_slice()) {
-            (PictureFormat::Png, [panel]) => {
-                write_output(path, &panel.raster.to_png(), "PNG", replace)
-            }
-            _ => Err(SessionError::Refused(format!(
-                "a map without title and bars is a single PNG picture; omit `--bare` to write `{}`",
-                path.display()
-            ))),
-        }
+        let (PictureFormat::Png, [panel]) = (PictureFormat::from_path(path)?, &self.panels[..])
+        else {
+            return Err(SessionError::refused("`--bare` writes a single PNG picture"));
+        };
+        write_output(path, &panel.raster.to_png(), "PNG", replace)
     }
 
     /// Formats the load for file names: `0.1000`, or `1e8` in pascals.
     fn load_in_words(&self) -> Option<String> {
         let (load, column) = (self.load?, self.load_column?);
-        Some(if column == LOAD.name { format!("{load:.4}") } else { load_as_typed(load) })
+        Some(if column == LOAD.name { format!("{load:.4}") } else { short(load) })
     }
 }
 
@@ -381,9 +373,9 @@ fn still_map(
     }
     let row = maps.row(kind, load)?;
     if kind == MapKind::Gap && maps.is_apart(row)? {
-        let message = "the surfaces have pulled off in this state, so they have no gap to draw; \
-                       choose another state, or another map";
-        return Err(SessionError::Refused(message.to_owned()));
+        return Err(SessionError::refused(
+            "the surfaces have pulled off; choose another state or another map",
+        ));
     }
     drawn_map(maps, kind, row, stop)
 }
@@ -413,9 +405,9 @@ fn animated(
     stop: &AtomicBool,
 ) -> Result<Vec<Map>, SessionError> {
     if kind == MapKind::Heights || load.is_some() {
-        let message = "an animation shows a map of the contact at all loads; choose another map \
-                       than heights, and omit `--load` and `--gap`";
-        return Err(SessionError::Refused(message.to_owned()));
+        return Err(SessionError::refused(
+            "an animation shows all loads; omit `--load` and `--gap`, and choose no heights",
+        ));
     }
     let mut rows = Vec::new();
     for row in maps.rows() {
@@ -484,6 +476,6 @@ fn load_with_unit(load: f64, column: Option<&str>, unit: Option<&str>) -> String
         _ if column == Some(LOAD.name) => format!("load {}", digits(load, 4)),
         _ if column == Some(MEAN_GAP.name) => format!("mean gap {}", length_in_words(load, unit)),
         Some(unit) => pressure_in_words(load, unit),
-        None => format!("pressure {} in the unit of E*", load_as_typed(load)),
+        None => format!("pressure {} in the unit of E*", short(load)),
     }
 }

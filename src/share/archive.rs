@@ -9,13 +9,16 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{Read, Seek, Write};
+use std::mem::ManuallyDrop;
 use std::path::{Component, Path, PathBuf};
 use std::{fs, io};
 
 use sha2::{Digest, Sha256};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+
+use asperity_tables::store::files::folder_of;
 
 /// File name of the list of checksums.
 pub const CHECKSUMS: &str = "SHA256SUMS";
@@ -62,66 +65,11 @@ fn about(path: &Path) -> impl FnOnce(io::Error) -> io::Error {
 
 /// Writer of an archive that records checksums.
 pub struct Archive<W: Write + Seek> {
-    zip: ZipWriter<UntilFailure<W>>,
+    /// Not dropped before it is finished: after a failed write, `ZipWriter` would try again to
+    /// complete the archive, and print a second error to the terminal.
+    zip: ManuallyDrop<ZipWriter<W>>,
     /// Lines in the format of `sha256sum`.
     checksums: String,
-}
-
-/// Output that pretends to write after its first error. `ZipWriter` completes the archive when it
-/// is dropped, and would print a second error to the terminal.
-struct UntilFailure<W> {
-    output: W,
-    position: u64,
-    has_failed: bool,
-}
-
-impl<W> UntilFailure<W> {
-    fn new(output: W) -> UntilFailure<W> {
-        UntilFailure { output, position: 0, has_failed: false }
-    }
-
-    /// Returns the result of an operation on the output.
-    fn noted<T>(&mut self, done: io::Result<T>) -> io::Result<T> {
-        let is_failure = |error: &io::Error| error.kind() != io::ErrorKind::Interrupted;
-        self.has_failed = done.as_ref().is_err_and(is_failure);
-        done
-    }
-}
-
-impl<W: Write> Write for UntilFailure<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = if self.has_failed {
-            bytes.len()
-        } else {
-            let written = self.output.write(bytes);
-            self.noted(written)?
-        };
-        self.position += written as u64;
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        if self.has_failed {
-            return Ok(());
-        }
-        let flushed = self.output.flush();
-        self.noted(flushed)
-    }
-}
-
-impl<W: Seek> Seek for UntilFailure<W> {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.position = match to {
-            SeekFrom::Start(position) if self.has_failed => position,
-            SeekFrom::Current(by) if self.has_failed => self.position.saturating_add_signed(by),
-            SeekFrom::End(_) if self.has_failed => self.position,
-            _ => {
-                let sought = self.output.seek(to);
-                self.noted(sought)?
-            }
-        };
-        Ok(self.position)
-    }
 }
 
 /// Returns whether a file is an archive of a study: a ZIP file with the list of checksums.
@@ -133,7 +81,7 @@ pub fn is_archive(path: &Path) -> bool {
 impl<W: Write + Seek> Archive<W> {
     /// Creates an archive without files.
     pub fn new(output: W) -> Archive<W> {
-        Archive { zip: ZipWriter::new(UntilFailure::new(output)), checksums: String::new() }
+        Archive { zip: ManuallyDrop::new(ZipWriter::new(output)), checksums: String::new() }
     }
 
     /// Adds a file under `path`, with `/` between folders.
@@ -175,7 +123,7 @@ impl<W: Write + Seek> Archive<W> {
     pub fn finish(mut self) -> io::Result<W> {
         let checksums = std::mem::take(&mut self.checksums);
         self.add(CHECKSUMS, &Source::Bytes(checksums.into_bytes()))?;
-        Ok(self.zip.finish()?.output)
+        Ok(ManuallyDrop::into_inner(self.zip).finish()?)
     }
 }
 
@@ -199,8 +147,7 @@ pub struct ArchivePaths {
 /// Error for a path in a manifest that would lead to no file of the archive.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "cannot add `{}` to an archive: {why}; use a path relative to the folder of the manifest, such as \
-     `surfaces/scan.x3p` or `../surfaces/scan.x3p`",
+    "cannot add `{}` to an archive: {why}; use a path relative to the manifest's folder",
     path.display()
 )]
 pub struct UnportablePath {
@@ -281,7 +228,7 @@ fn unportable(path: &Path, why: &'static str) -> UnportablePath {
 
 /// Returns the names of the folders above a file, starting at the root.
 fn folders_of(file: &Path) -> Vec<String> {
-    let folder = file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let folder = folder_of(file);
     // The folder may have been deleted after the manifest was read.
     let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
     let names = folder.components().filter_map(|part| match part {

@@ -7,7 +7,7 @@ use std::{fs, io};
 use serde_json::json;
 
 use super::archive::{Archive, ArchivePaths, CHECKSUMS, Source, is_archive};
-use super::research_object::{self, Described, Role, Whole};
+use super::research_object::{self, Described, FileRole, Whole};
 use super::{ShareError, ShareOptions};
 use asperity_manifest::diagnostics::{counted, shell_word};
 use asperity_manifest::names;
@@ -18,7 +18,7 @@ use asperity_pipeline::results::owner::{self, Owner};
 use asperity_pipeline::results::{self, StudyResults};
 use asperity_pipeline::study::claims::own_files;
 use asperity_stages::Kind;
-use asperity_tables::store::files::{verify_whole, write_with};
+use asperity_tables::store::files::{folder_of, verify_whole, write_with};
 use asperity_tables::store::{self, StoreError};
 
 const README: &str = "README.txt";
@@ -30,7 +30,7 @@ const DATA: &str = "data";
 #[derive(Debug)]
 struct File {
     source: Source,
-    role: Role,
+    role: FileRole,
     about: String,
 }
 
@@ -112,9 +112,7 @@ impl Contents {
     /// # Errors
     /// Returns an error if the archive cannot be written or a file cannot be read.
     pub fn write(self, path: &Path, options: &ShareOptions) -> Result<(), StoreError> {
-        let folder = path.parent().filter(|folder| *folder != Path::new(""));
-        let staging = folder.unwrap_or(Path::new("."));
-        write_with(path, staging, |file| {
+        write_with(path, folder_of(path), |file| {
             let mut archive = Archive::new(file);
             for (path, file) in &self.files {
                 archive.add(path, &file.source)?;
@@ -160,7 +158,7 @@ impl Contents {
             } else {
                 "input file of the manifest"
             };
-            self.add(path, Source::File(folder.join(named)), Role::Input, about)?;
+            self.add(path, Source::File(folder.join(named)), FileRole::Input, about)?;
         }
         let source = if effective.settings.is_empty() {
             Source::File(manifest.to_owned())
@@ -168,7 +166,7 @@ impl Contents {
             Source::Bytes(effective.text.clone().into_bytes())
         };
         let path = self.paths.manifest.clone();
-        self.add(path, source, Role::Manifest, "manifest: definition of the study")
+        self.add(path, source, FileRole::Manifest, "manifest: definition of the study")
     }
 
     /// Adds the tables of the stages and returns the tasks that have rows in them.
@@ -216,7 +214,7 @@ impl Contents {
         verify_whole(path)?;
         let published = results::path(Path::new("data/results"), &self.study, name);
         let target = published.to_string_lossy().into_owned();
-        self.add(target, Source::File(path.to_owned()), Role::Table, about)
+        self.add(target, Source::File(path.to_owned()), FileRole::Table, about)
     }
 
     fn add_store(&mut self, reading: &StudyResults) -> Result<(), ShareError> {
@@ -231,7 +229,12 @@ impl Contents {
             let source = store.locate(&file);
             let folder = store::path(Path::new("data/store"), file.key);
             let path = folder.with_file_name(file.to_string()).to_string_lossy().into_owned();
-            self.add(path, Source::File(source), Role::Other, "table of one task, with its maps")?;
+            self.add(
+                path,
+                Source::File(source),
+                FileRole::Other,
+                "table of one task, with its maps",
+            )?;
         }
         self.stored = Some((there, tasks.len()));
         Ok(())
@@ -247,13 +250,13 @@ impl Contents {
         let owner = Owner::at(self.paths.manifest_from(3), study, plan);
         let path = format!("{DATA}/results/{}/{}", self.study, owner::FILE);
         let what = "path of the manifest that the tables belong to";
-        self.add(path, Source::Bytes(owner.bytes()), Role::Other, what)?;
+        self.add(path, Source::Bytes(owner.bytes()), FileRole::Other, what)?;
 
         let missing = (0..plan.tasks.len()).filter(|task| !finished.contains(task));
         let record = Record::new(study, plan, &missing.collect::<Vec<_>>());
         let path = format!("{DATA}/plans/{}.json", self.study);
         let what = "plan: every stage with its parameters, including defaults";
-        self.add(path, Source::Bytes(record.bytes()), Role::Other, what)?;
+        self.add(path, Source::Bytes(record.bytes()), FileRole::Other, what)?;
 
         let kinds: BTreeSet<Kind> = plan.stages.iter().map(|stage| stage.kind).collect();
         let versions: BTreeMap<&str, u32> =
@@ -261,24 +264,17 @@ impl Contents {
         let versions = json!({ "asperity": env!("CARGO_PKG_VERSION"), "stages": versions });
         let versions = Source::Bytes(format!("{versions:#}\n").into_bytes());
         let what = "versions of the program and of its kinds of stage";
-        self.add(VERSIONS.to_owned(), versions, Role::Other, what)?;
+        self.add(VERSIONS.to_owned(), versions, FileRole::Other, what)?;
 
-        let readme = readme(&Facts {
-            study: &self.study,
-            about: &self.about,
-            manifest: &self.paths.manifest,
-            stored: self.stored,
-            incomplete: &self.incomplete,
-        });
-        let readme = Source::Bytes(readme.into_bytes());
-        self.add(README.to_owned(), readme, Role::Other, "how to use the archive")
+        let readme = Source::Bytes(self.readme().into_bytes());
+        self.add(README.to_owned(), readme, FileRole::Other, "how to use the archive")
     }
 
     fn add(
         &mut self,
         path: String,
         source: Source,
-        role: Role,
+        role: FileRole,
         about: &str,
     ) -> Result<(), ShareError> {
         let is_own = [CHECKSUMS, research_object::FILE].contains(&&*path);
@@ -289,63 +285,48 @@ impl Contents {
             Ok(())
         }
     }
-}
 
-/// Facts that the README of an archive states.
-struct Facts<'a> {
-    study: &'a str,
-    /// Short description of the study.
-    about: &'a str,
-    /// Path of the manifest in the archive.
-    manifest: &'a str,
-    /// Numbers of included tables of tasks and of all tasks; `None` without the store.
-    stored: Option<(usize, usize)>,
-    /// Incomplete stages, with the numbers of finished and of all tasks.
-    incomplete: &'a [(String, usize, usize)],
-}
-
-/// Returns the text of `README.txt`.
-fn readme(facts: &Facts) -> String {
-    let Facts { study, manifest, .. } = facts;
-    let quoted = shell_word(Path::new(manifest));
-    let runs = match facts.stored {
-        Some((there, all)) if there == all => {
-            "has nothing to compute: data/store/ contains all tables"
-        }
-        Some(_) => "computes the tables missing in data/store/ (same bytes)",
-        None => "computes everything again (same bytes)",
-    };
-    let incomplete = facts.incomplete.iter().map(|(stage, some, all)| {
-        let all = counted(*all, "task");
-        format!("\nIncomplete: {some} of {all} of the stage {stage} are computed.\n")
-    });
-    format!(
-        "{study}: {about}\n\
-         \n\
-         data/results/{study}/*.parquet   table of each stage; the fields contain units and meanings\n\
-         {manifest}   manifest: definition of the study\n\
-         data/plans/{study}.json   all parameters with defaults, as JSON\n\
-         {VERSIONS}   versions of the program and of its kinds of stage\n\
-         {metadata}   description of each file (RO-Crate 1.1)\n\
-         \n\
-         Check all files: sha256sum --check {CHECKSUMS}\n\
-         Commands for this folder, with asperity {version}:\n\
-         \n    asperity columns {quoted}          what the columns mean\
-         \n    asperity table {quoted} STAGE      a table\
-         \n    asperity run {quoted}              {runs}\n\
-         {incomplete}",
-        about = facts.about,
-        metadata = research_object::FILE,
-        version = env!("CARGO_PKG_VERSION"),
-        incomplete = incomplete.collect::<String>(),
-    )
+    /// Returns the text of `README.txt`.
+    fn readme(&self) -> String {
+        let Contents { study, about, paths: ArchivePaths { manifest, .. }, .. } = self;
+        let quoted = shell_word(Path::new(manifest));
+        let runs = match self.stored {
+            Some((there, all)) if there == all => {
+                "has nothing to compute: data/store/ contains all tables"
+            }
+            Some(_) => "computes the tables missing in data/store/ (same bytes)",
+            None => "computes everything again (same bytes)",
+        };
+        let incomplete = self.incomplete.iter().map(|(stage, some, all)| {
+            let all = counted(*all, "task");
+            format!("\nIncomplete: {some} of {all} of the stage {stage} are computed.\n")
+        });
+        format!(
+            "{study}: {about}\n\
+             \n\
+             data/results/{study}/*.parquet   table of each stage; the fields contain units and meanings\n\
+             {manifest}   manifest: definition of the study\n\
+             data/plans/{study}.json   all parameters with defaults, as JSON\n\
+             {VERSIONS}   versions of the program and of its kinds of stage\n\
+             {metadata}   description of each file (RO-Crate 1.1)\n\
+             \n\
+             Check all files: sha256sum --check {CHECKSUMS}\n\
+             Commands for this folder, with asperity {version}:\n\
+             \n    asperity columns {quoted}          what the columns mean\
+             \n    asperity table {quoted} STAGE      a table\
+             \n    asperity run {quoted}              {runs}\n\
+             {incomplete}",
+            metadata = research_object::FILE,
+            version = env!("CARGO_PKG_VERSION"),
+            incomplete = incomplete.collect::<String>(),
+        )
+    }
 }
 
 /// Describes a study as in `A statistical study of rough contact: 8 surfaces, 6 stages, 35 tasks.`
 fn about(reading: &StudyResults) -> String {
     format!(
-        "A statistical study of rough contact: {}, {}, {}. Surfaces are generated or measured, \
-         pressed by an FFT boundary-element solver, measured, corrected, fitted and aggregated.",
+        "A statistical study of rough contact: {}, {}, {}, made by asperity.",
         counted(reading.study.surfaces() as usize, "surface"),
         counted(reading.plan.stages.len(), "stage"),
         counted(reading.plan.tasks.len(), "task"),

@@ -11,9 +11,9 @@ use super::archive::CHECKSUMS;
 /// File name required by the specification.
 pub const FILE: &str = "ro-crate-metadata.json";
 
-/// Role of a file in the study.
+/// FileRole of a file in the study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
+pub enum FileRole {
     /// File that defines the study.
     Manifest,
     /// Input file, such as a measured surface.
@@ -29,7 +29,7 @@ pub struct Described {
     /// Path with `/` between folders.
     pub path: String,
     pub size: u64,
-    pub role: Role,
+    pub role: FileRole,
     /// Short description of the contents.
     pub about: String,
 }
@@ -48,11 +48,11 @@ pub struct Whole<'a> {
 
 /// Returns the text of the metadata file.
 pub fn metadata(whole: &Whole, files: &[Described]) -> String {
-    let of = |role: Role| {
+    let of = |role: FileRole| {
         let in_role = files.iter().filter(move |file| file.role == role);
         in_role.map(|file| reference(&address(&file.path))).collect::<Vec<_>>()
     };
-    let manifest = of(Role::Manifest);
+    let manifest = of(FileRole::Manifest);
     let mut graph = vec![
         json!({
             "@id": FILE,
@@ -80,14 +80,14 @@ pub fn metadata(whole: &Whole, files: &[Described]) -> String {
         "softwareVersion": env!("CARGO_PKG_VERSION"),
         "description": env!("CARGO_PKG_DESCRIPTION"),
     }));
-    let read = [manifest, of(Role::Input)].concat();
+    let read = [manifest, of(FileRole::Input)].concat();
     graph.push(json!({
         "@id": "#run",
         "@type": "CreateAction",
         "name": format!("asperity run of the study {}", whole.study),
         "instrument": reference("#asperity"),
         "object": as_value(read),
-        "result": as_value(of(Role::Table)),
+        "result": as_value(of(FileRole::Table)),
     }));
     graph.extend(files.iter().map(file));
     let text = json!({ "@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph });
@@ -182,7 +182,7 @@ fn address(path: &str) -> String {
 mod tests {
     use super::*;
 
-    fn described(path: &str, role: Role) -> Described {
+    fn described(path: &str, role: FileRole) -> Described {
         Described { path: path.to_owned(), size: 3, role, about: String::new() }
     }
 
@@ -195,9 +195,9 @@ mod tests {
             authors: &["Ada Lovelace".to_owned(), "Heinrich Hertz".to_owned()],
         };
         let files = [
-            described("small.toml", Role::Manifest),
-            described("maps/Größe 1.x3p", Role::Input),
-            described("data/results/small/area.parquet", Role::Table),
+            described("small.toml", FileRole::Manifest),
+            described("maps/Größe 1.x3p", FileRole::Input),
+            described("data/results/small/area.parquet", FileRole::Table),
         ];
         let text: Value = serde_json::from_str(&metadata(&whole, &files)).unwrap();
         text["@graph"].as_array().unwrap().clone()

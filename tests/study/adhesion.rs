@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::sync::LazyLock;
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -9,6 +10,7 @@ use arrow::array::Array;
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, assert_same_files, real, study_of_map, text};
+use crate::manifest::{manifest, stages_from};
 
 /// Surface whose contact independent solvers have computed, with its states at prescribed gaps.
 fn reference(name: &str) -> String {
@@ -16,27 +18,17 @@ fn reference(name: &str) -> String {
 }
 
 pub fn study(path: &str) -> String {
-    let stages = format!(
-        r#"
-[stage.contact]
-kind = "solve"
-from = "surface"
-effective_modulus = 1.0
-adhesion = {{ work = 0.006, range = 0.02 }}
-control = "gap"
-gaps = {path}
-tolerance = 1e-9
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.repulsive]
-kind = "measure"
-from = "contact"
-set = "repulsive"
-"#
-    );
+    let stages = stages_from("surface")
+        .solve(
+            "contact",
+            &format!(
+                "effective_modulus = 1.0; adhesion = {{ work = 0.006, range = 0.02 }}; \
+                 control = 'gap'; gaps = {path}; tolerance = 1e-9"
+            ),
+        )
+        .measure("area", "")
+        .measure("repulsive", "from = 'contact'; set = 'repulsive'")
+        .text();
     study_of_map("sticky", &reference("rough64_a.npy"), &stages)
 }
 
@@ -116,27 +108,18 @@ fn corrections_for_contacts_without_adhesion_are_refused() {
 }
 
 /// Study in micrometres and megapascals, with placeholders for the adhesion and the mean gaps.
-const WITH_UNITS: &str = r#"
-[study]
-name = "units"
-
-[stage.surface]
-kind = "generate"
-nodes = 32
-side = "2 um"
-hurst = 0.8
-k_lower = 2
-k_upper = 8
-rms_slope = 0.1
-
-[stage.contact]
-kind = "solve"
-from = "surface"
-effective_modulus = "10 MPa"
-adhesion = ADHESION
-control = "gap"
-gaps = GAPS
-"#;
+static WITH_UNITS: LazyLock<String> = LazyLock::new(|| {
+    manifest("units", "")
+        .generate(
+            "surface",
+            "nodes = 32; side = '2 um'; hurst = 0.8; k_lower = 2; k_upper = 8; rms_slope = 0.1",
+        )
+        .solve(
+            "contact",
+            "effective_modulus = '10 MPa'; adhesion = ADHESION; control = 'gap'; gaps = GAPS",
+        )
+        .text()
+});
 
 fn with_units(adhesion: &str, gaps: &str) -> String {
     WITH_UNITS.replace("ADHESION", adhesion).replace("GAPS", gaps)
@@ -315,22 +298,11 @@ fn statistics_and_laws_of_areas_that_vanish_with_the_load_are_refused() {
 #[test]
 fn contacts_at_prescribed_gaps_have_their_loads_and_can_be_fitted() {
     let bench = Bench::new();
-    let fits = r#"
-[stage.threshold]
-kind = "fit"
-from = "area"
-law = "gap-percolation"
-
-[stage.counted]
-kind = "correct"
-from = "area"
-correction = "none"
-
-[stage.meshes]
-kind = "fit"
-from = "counted"
-law = "mesh-convergence"
-"#;
+    let fits = &stages_from("area")
+        .fit("threshold", "law = 'gap-percolation'")
+        .correct("counted", "from = 'area'; correction = 'none'")
+        .fit("meshes", "law = 'mesh-convergence'")
+        .text();
     bench.run(&(study("[0.14, 0.08, 0.04, 0.02, 0.01, 0.005]") + fits));
     let [contact, area, counted, threshold] =
         ["contact", "area", "counted", "threshold"].map(|stage| bench.table("sticky", stage));

@@ -1,46 +1,35 @@
 //! Asperity models compared with the solver, from manifest to table.
 
+use std::sync::LazyLock;
+
 use arrow::array::Array;
 use asperity::tables::table::Table;
 
 use crate::bench::Bench;
+use crate::manifest::manifest;
 use crate::report::report;
 
-const ASPERITIES: &str = r#"
-[study]
-name = "asperities"
-seed = 1
-
-[stage.surfaces]
-kind = "generate"
-nodes = 64
-hurst = 0.8
-k_lower = 2
-k_upper = 8
-realizations = 2
-heights = "redraw"
-
-[stage.solved]
-kind = "solve"
-from = "surfaces"
-loads = [0.01, 0.02]
-
-[stage.summits]
-kind = "solve"
-from = "surfaces"
-method = "asperities"
-interaction = ["none", "mean-field", "explicit"]
-loads = [0.01, 0.02]
-
-[stage.area]
-kind = "measure"
-from = ["solved", "summits"]
-"#;
+static ASPERITIES: LazyLock<String> = LazyLock::new(|| {
+    manifest("asperities", "seed = 1")
+        .generate(
+            "surfaces",
+            "nodes = 64; hurst = 0.8; k_lower = 2; k_upper = 8; realizations = 2; \
+             heights = 'redraw'",
+        )
+        .solve("solved", "loads = [0.01, 0.02]")
+        .solve(
+            "summits",
+            "from = 'surfaces'; method = 'asperities'; \
+             interaction = ['none', 'mean-field', 'explicit']; loads = [0.01, 0.02]",
+        )
+        .measure("area", "from = ['solved', 'summits']")
+        .text()
+});
 
 #[test]
 fn asperity_models_have_about_the_contact_area_of_the_solver() {
     let bench = Bench::new();
-    bench.run(ASPERITIES);
+    bench.run(&ASPERITIES);
     let summits = bench.table("asperities", "summits");
     assert_eq!(summits.rows(), 3 * 2 * 2);
     let areas = summits.reals("asperity_area_fraction").unwrap();
@@ -76,7 +65,7 @@ fn asperity_models_have_about_the_contact_area_of_the_solver() {
 #[test]
 fn what_is_solved_keeps_its_columns() {
     let bench = Bench::new();
-    bench.run(ASPERITIES);
+    bench.run(&ASPERITIES);
     let solved = bench.table("asperities", "solved");
     assert!(!solved.has("interaction") && !solved.has("contacts"));
 }
@@ -84,7 +73,7 @@ fn what_is_solved_keeps_its_columns() {
 #[test]
 fn a_page_draws_models_over_the_solution() {
     let bench = Bench::new();
-    bench.run(ASPERITIES);
+    bench.run(&ASPERITIES);
     let (said, page) = report(&bench);
     let title = "Asperity models beside the solution";
     let drawn = said["drawn"].as_array().unwrap();

@@ -5,6 +5,7 @@ use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::LazyLock;
 
 use asperity::tables::parquet;
 use asperity::tables::parquet::Columns;
@@ -15,47 +16,25 @@ use asperity::tables::table::Table;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::manifest::manifest;
+
 /// Study of two spectra × two surfaces × four loads, small enough to run dozens of times.
-pub const STUDY: &str = r#"
-[study]
-name = "small"
-seed = 7
-
-[stage.surfaces]
-kind = "generate"
-nodes = 32
-hurst = 0.8
-k_lower = 2
-k_upper = [4, 8]
-realizations = 2
-
-[stage.light]
-kind = "solve"
-from = "surfaces"
-loads = { to = 0.1, steps = 4 }
-
-[stage.area]
-kind = "measure"
-from = "light"
-
-[stage.corrected]
-kind = "correct"
-from = "area"
-correction = ["none", "2017"]
-
-[stage.law]
-kind = "fit"
-from = "corrected"
-window = [0, 0.1]
-to = "area"
-bootstrap = 20
-
-[stage.curves]
-kind = "aggregate"
-from = "corrected"
-over = ["area_corrected"]
-statistics = ["mean", "sd"]
-"#;
+pub static STUDY: LazyLock<String> = LazyLock::new(|| {
+    manifest("small", "seed = 7")
+        .generate(
+            "surfaces",
+            "nodes = 32; hurst = 0.8; k_lower = 2; k_upper = [4, 8]; realizations = 2",
+        )
+        .solve("light", "loads = { to = 0.1, steps = 4 }")
+        .measure("area", "")
+        .correct("corrected", "correction = ['none', '2017']")
+        .fit("law", "window = [0, 0.1]; to = 'area'; bootstrap = 20")
+        .aggregate(
+            "curves",
+            "from = 'corrected'; over = ['area_corrected']; statistics = ['mean', 'sd']",
+        )
+        .text()
+});
 
 /// Returns a study with the claims of the paper.
 pub fn with_claims(study: &str) -> String {
@@ -238,20 +217,15 @@ pub fn left_behind() -> String {
 
 /// Returns a study `name` of the periodic map in a file, with further `stages`.
 pub fn study_of_map(name: &str, map: &str, stages: &str) -> String {
-    format!(
-        r#"
-[study]
-name = "{name}"
-
-[stage.surface]
-kind = "generate"
-method = "file"
-path = "{map}"
-side = 1.0
-level = "none"
-periodic = true
-{stages}"#
-    )
+    manifest(name, "")
+        .generate(
+            "surface",
+            &format!(
+                "method = 'file'; path = '{map}'; side = 1.0; level = 'none'; periodic = true; \
+                 {stages}"
+            ),
+        )
+        .text()
 }
 
 /// Returns a number of a table, which is not null.

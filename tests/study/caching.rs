@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, STUDY, assert_same_files, is_idle, text};
+use crate::manifest::manifest;
 
 /// Returns what identifies each row: the key of its task and, if it has one, its load.
 fn identities(table: &Table) -> Vec<(String, u64)> {
@@ -46,7 +47,7 @@ fn tables(bench: &Bench) -> Vec<(&'static str, Table)> {
 #[test]
 fn a_study_ends_with_one_table_per_stage() {
     let bench = Bench::new();
-    let counts = bench.run(STUDY);
+    let counts = bench.run(&STUDY);
     let computed = |stage: &str| counts[stage].computed;
     assert_eq!(["surfaces", "light", "area", "corrected"].map(computed), [4, 4, 4, 4]);
     assert_eq!(["law", "curves"].map(computed), [2, 1]);
@@ -59,16 +60,16 @@ fn a_study_ends_with_one_table_per_stage() {
 #[test]
 fn second_run_computes_nothing() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = bench.files();
-    assert!(bench.run(STUDY).values().all(is_idle));
+    assert!(bench.run(&STUDY).values().all(is_idle));
     assert_same_files(&bench.files(), &before);
 }
 
 #[test]
 fn more_realizations_compute_the_new_surfaces_and_what_pools_them() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = tables(&bench);
     let counts = bench.run(&STUDY.replace("realizations = 2", "realizations = 3"));
     for stage in ["surfaces", "light", "area", "corrected"] {
@@ -81,7 +82,7 @@ fn more_realizations_compute_the_new_surfaces_and_what_pools_them() {
 #[test]
 fn one_more_cutoff_leaves_the_other_spectra_and_their_fits_alone() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = tables(&bench);
     let fits = bench.table("small", "law");
     let counts = bench.run(&STUDY.replace("k_upper = [4, 8]", "k_upper = [4, 6, 8]"));
@@ -97,7 +98,7 @@ fn one_more_cutoff_leaves_the_other_spectra_and_their_fits_alone() {
 #[test]
 fn a_new_block_of_loads_keeps_existing_results() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = tables(&bench);
     let extended = STUDY.replace(
         "[stage.area]\nkind = \"measure\"\nfrom = \"light\"",
@@ -115,7 +116,7 @@ fn a_new_block_of_loads_keeps_existing_results() {
 #[test]
 fn one_more_statistic_computes_one_task() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let counts = bench.run(&STUDY.replace(r#"["mean", "sd"]"#, r#"["mean", "sd", "max"]"#));
     let computed: u64 = counts.values().map(|count| count.computed).sum();
     assert_eq!((computed, counts["curves"].computed), (1, 1));
@@ -124,7 +125,7 @@ fn one_more_statistic_computes_one_task() {
 #[test]
 fn names_order_comments_and_written_defaults_change_no_key() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let cosmetic = r#"
 # The same study, written by another person.
 study.seed = 7
@@ -182,7 +183,7 @@ kind = "generate"
 #[test]
 fn every_parameter_of_a_surface_changes_its_key() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     for (old, new) in [
         ("seed = 7", "seed = 8"),
         ("nodes = 32", "nodes = 36"),
@@ -202,7 +203,7 @@ fn every_parameter_of_a_surface_changes_its_key() {
 #[test]
 fn every_parameter_of_a_block_of_loads_changes_its_key() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     for (old, new) in [
         ("steps = 4", "steps = 5"),
         ("to = 0.1, steps", "to = 0.2, steps"),
@@ -221,7 +222,7 @@ fn every_parameter_of_a_block_of_loads_changes_its_key() {
 fn keeping_heights_or_pressures_recomputes_nothing_that_follows() {
     let bench = Bench::new();
     bench.run(&STUDY.replace("hurst = 0.8", "hurst = 0.8\nheights = \"redraw\""));
-    let kept = bench.plan(STUDY);
+    let kept = bench.plan(&STUDY);
     assert_eq!(kept["surfaces"].cached, 0);
     assert!(["light", "area", "corrected", "law", "curves"].iter().all(|s| is_idle(&kept[*s])));
     let pressures = bench.plan(&STUDY.replace("steps = 4 }", "steps = 4 }\npressures = \"all\""));
@@ -232,7 +233,7 @@ fn keeping_heights_or_pressures_recomputes_nothing_that_follows() {
 #[test]
 fn kept_and_redrawn_heights_give_the_same_contacts() {
     let (kept, redrawn) = (Bench::new(), Bench::new());
-    kept.run(STUDY);
+    kept.run(&STUDY);
     redrawn.run(&STUDY.replace("hurst = 0.8", "hurst = 0.8\nheights = \"redraw\""));
     for stage in ["light", "area", "corrected", "law", "curves"] {
         assert_eq!(kept.table("small", stage), redrawn.table("small", stage), "{stage}");
@@ -242,7 +243,7 @@ fn kept_and_redrawn_heights_give_the_same_contacts() {
 #[test]
 fn studies_that_overlap_share_their_work() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let other = STUDY
         .replace("name = \"small\"", "name = \"other\"")
         .replace("k_upper = [4, 8]", "k_upper = [8, 12]");
@@ -253,8 +254,8 @@ fn studies_that_overlap_share_their_work() {
 #[test]
 fn jobs_change_no_byte() {
     let (one, two) = (Bench::new(), Bench::new());
-    one.run_with(STUDY, &["--jobs", "1"]);
-    two.run_with(STUDY, &["--jobs", "2"]);
+    one.run_with(&STUDY, &["--jobs", "1"]);
+    two.run_with(&STUDY, &["--jobs", "2"]);
     assert_same_files(&one.files(), &two.files());
 }
 
@@ -273,26 +274,16 @@ fn a_surface_that_has_all_cores_has_the_bytes_of_one() {
 #[test]
 fn an_extension_reads_what_is_published_in_place_of_thousands_of_files() {
     let many = |realizations: usize| {
-        format!(
-            r#"
-            [study]
-            name = "small"
-            seed = 7
-            [stage.surfaces]
-            kind = "generate"
-            nodes = 16
-            heights = "redraw"
-            hurst = [0.3, 0.8]
-            k_lower = 1
-            k_upper = 4
-            realizations = {realizations}
-            [stage.nayak]
-            kind = "aggregate"
-            from = "surfaces"
-            over = ["nayak"]
-            statistics = ["mean", "sd"]
-            "#
-        )
+        manifest("small", "seed = 7")
+            .generate(
+                "surfaces",
+                &format!(
+                    "nodes = 16; heights = 'redraw'; hurst = [0.3, 0.8]; k_lower = 1; \
+                     k_upper = 4; realizations = {realizations}"
+                ),
+            )
+            .aggregate("nayak", "over = ['nayak']; statistics = ['mean', 'sd']")
+            .text()
     };
     let bench = Bench::new();
     bench.run(&many(8));

@@ -203,7 +203,7 @@ fn mistakes_in_claims_are_met_with_place_and_advice() {
     ];
     for (claims, advice, line) in wrong {
         let bench = Bench::new();
-        let path = bench.write(&format!("{STUDY}\n{claims}"));
+        let path = bench.write(&format!("{}\n{claims}", *STUDY));
         let output = bench.output(&["check", path.to_str().unwrap()]);
         let printed = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{claims}{printed}");

@@ -10,6 +10,7 @@ use asperity::tables::parquet;
 use serde_json::{Value, json};
 
 use crate::bench::{Bench, STUDY, assert_same_files, is_idle, text};
+use crate::manifest::stages_from;
 use crate::shipped;
 
 /// Returns the columns of each stage that `asperity columns` lists for a manifest.
@@ -60,14 +61,14 @@ fn every_column_of_every_shipped_manifest_has_a_meaning_and_every_number_a_unit(
 #[test]
 fn tables_have_the_columns_that_the_manifest_promises() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     assert_kept(&bench, "small", &bench.path("study.toml"));
 }
 
 #[test]
 fn a_file_describes_its_columns_in_plain_json_too() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let file = bench.data().join("results/small/curves.parquet");
     let metadata = parquet::verify(File::open(file).unwrap()).unwrap();
     let printed: Value = serde_json::from_str(metadata.get("columns").unwrap()).unwrap();
@@ -82,14 +83,14 @@ fn a_file_describes_its_columns_in_plain_json_too() {
 #[test]
 fn a_query_says_what_its_columns_mean_and_inherits_what_it_only_passes_on() {
     let bench = Bench::new();
-    let query = r#"
-[stage.doubled]
-kind = "aggregate"
-from = "area"
-sql = "select load, 2 * area_fraction as twice, 3 * area_fraction as thrice from area"
-columns = { twice = { unit = "1/2", meaning = "double the area" } }
-"#;
-    bench.run(&format!("{STUDY}{query}"));
+    let query = &stages_from("area")
+        .aggregate(
+            "doubled",
+            "sql = 'select load, 2 * area_fraction as twice, 3 * area_fraction as thrice \
+             from area'; columns = { twice = { unit = '1/2', meaning = 'double the area' } }",
+        )
+        .text();
+    bench.run(&format!("{}{query}", *STUDY));
     let columns = bench.table("small", "doubled").descriptions();
     let said: Vec<[&str; 3]> =
         columns.iter().map(|column| [&*column.role, &*column.unit, &*column.meaning]).collect();
@@ -114,14 +115,14 @@ columns = { twice = { unit = "1/2", meaning = "double the area" } }
 #[test]
 fn another_meaning_computes_nothing_and_stands_in_the_published_table() {
     let bench = Bench::new();
-    let query = r#"
-[stage.doubled]
-kind = "aggregate"
-from = "area"
-sql = "select load, 2 * area_fraction as twice from area"
-columns = { twice = { unit = "1", meaning = "double the area" } }
-"#;
-    let manifest = format!("{STUDY}{query}");
+    let query = &stages_from("area")
+        .aggregate(
+            "doubled",
+            "sql = 'select load, 2 * area_fraction as twice from area'; \
+             columns = { twice = { unit = '1', meaning = 'double the area' } }",
+        )
+        .text();
+    let manifest = format!("{}{query}", *STUDY);
     bench.run(&manifest);
     let store = || {
         let mut files = bench.files();
@@ -139,7 +140,7 @@ columns = { twice = { unit = "1", meaning = "double the area" } }
 #[test]
 fn stored_tables_hold_no_meaning() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let holds =
         |bytes: &[u8], text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
     let meaning = "fraction of the nodes in contact";
@@ -173,7 +174,7 @@ fn columns_of_codes_list_and_explain_them() {
 #[test]
 fn columns_are_listed_for_a_stage_a_study_and_any_study() {
     let bench = Bench::new();
-    let path = bench.write(STUDY);
+    let path = bench.write(&STUDY);
     let path = path.to_str().unwrap();
     let printed = |arguments: &[&str]| text(&bench.output(arguments).stdout);
     let stage = printed(&["columns", path, "law"]);

@@ -3,6 +3,7 @@
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, real, study_of_map};
+use crate::manifest::stages_from;
 
 /// Surface whose stiffness an independent program has computed.
 fn reference(name: &str) -> String {
@@ -10,22 +11,16 @@ fn reference(name: &str) -> String {
 }
 
 fn study(tolerance: &str, keys: &str) -> String {
-    let stages = format!(
-        r#"
-[stage.contact]
-kind = "solve"
-from = "surface"
-effective_modulus = 1.0
-load_unit = "absolute"
-loads = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4]
-tolerance = {tolerance}
-{keys}
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#
-    );
+    let stages = stages_from("surface")
+        .solve(
+            "contact",
+            &format!(
+                "effective_modulus = 1.0; load_unit = 'absolute'; \
+                 loads = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4]; tolerance = {tolerance}; {keys}"
+            ),
+        )
+        .measure("area", "")
+        .text();
     study_of_map("conducting", &reference("rough128_a.npy"), &stages)
 }
 

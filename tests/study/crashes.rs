@@ -132,7 +132,7 @@ fn files_that_may_not_grow_are_named_and_cost_nothing_else() {
 #[test]
 fn unfinished_files_are_deleted_when_no_process_uses_the_store() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = bench.files();
     let folders = ["store/unfinished", "results/small", "results/small/figures"];
     let left: Vec<PathBuf> =
@@ -143,9 +143,9 @@ fn unfinished_files_are_deleted_when_no_process_uses_the_store() {
     }
     let reader =
         asperity::tables::store::Store::open_read_only(&bench.data().join("store")).unwrap();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     assert!(left.iter().all(|path| path.exists()));
     drop(reader);
-    bench.run(STUDY);
+    bench.run(&STUDY);
     assert_same_files(&bench.files(), &before);
 }

@@ -4,33 +4,20 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use crate::bench::{Bench, assert_same_files, is_idle, text};
+use crate::manifest::manifest;
 
 /// Study with two files for the rows and for each part of a series, because the second load is
 /// added by a second run.
-const STUDY: &str = r#"
-[study]
-name = "parts"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 16
-hurst = 0.8
-k_lower = 1
-k_upper = 4
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = [0.02, 0.1]
-pressures = "all"
-flow = true
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#;
+static STUDY: LazyLock<String> = LazyLock::new(|| {
+    manifest("parts", "")
+        .generate("surfaces", "nodes = 16; hurst = 0.8; k_lower = 1; k_upper = 4")
+        .solve("contact", "loads = [0.02, 0.1]; pressures = 'all'; flow = true")
+        .measure("area", "")
+        .text()
+});
 
 type Files = BTreeMap<PathBuf, Vec<u8>>;
 
@@ -43,7 +30,7 @@ fn extended() -> String {
 fn tables() -> Files {
     let bench = Bench::new();
     bench.run(&STUDY.replace("[0.02, 0.1]", "[0.02]"));
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let mut files = bench.files();
     files.retain(|path, _| path.starts_with("store") && path.extension().is_some());
     // A surface, and the rows, pressures, flows and areas of the first and of the second run.

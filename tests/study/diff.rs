@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use arrow::array::{Array, ArrayRef, Float64Array};
 use asperity::session::Session;
@@ -14,30 +15,16 @@ use zip::write::SimpleFileOptions;
 use zip::{ZipArchive, ZipWriter};
 
 use crate::bench::{Bench, STUDY, text};
+use crate::manifest::manifest;
 
 /// Study of three random surfaces under two loads.
-const SMALL: &str = r#"
-[study]
-name = "small"
-seed = 7
-
-[stage.surfaces]
-kind = "generate"
-nodes = 32
-hurst = 0.8
-k_lower = 2
-k_upper = 8
-realizations = 3
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = [0.05, 0.1]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#;
+static SMALL: LazyLock<String> = LazyLock::new(|| {
+    manifest("small", "seed = 7")
+        .generate("surfaces", "nodes = 32; hurst = 0.8; k_lower = 2; k_upper = 8; realizations = 3")
+        .solve("contact", "loads = [0.05, 0.1]")
+        .measure("area", "")
+        .text()
+});
 
 /// Runs a manifest under a file name and returns its path.
 fn run(bench: &Bench, file: &str, manifest: &str) -> PathBuf {
@@ -79,7 +66,7 @@ fn copy(from: &Path, to: &Path) {
 #[test]
 fn a_study_equals_its_copy_its_archive_and_a_study_of_another_name() {
     let bench = Bench::new();
-    let first = run(&bench, "first.toml", STUDY);
+    let first = run(&bench, "first.toml", &STUDY);
     let second = run(&bench, "second.toml", &STUDY.replace("\"small\"", "\"second\""));
     let archive = bench.path("small.zip");
     let shared = bench.output(&["share", first.to_str().unwrap(), "-o", archive.to_str().unwrap()]);
@@ -102,7 +89,7 @@ fn a_study_equals_its_copy_its_archive_and_a_study_of_another_name() {
 #[test]
 fn a_table_that_unpacks_to_a_thousand_times_its_size_is_refused() {
     let bench = Bench::new();
-    let manifest = run(&bench, "small.toml", SMALL);
+    let manifest = run(&bench, "small.toml", &SMALL);
     let (archive, changed) = (bench.path("small.zip"), bench.path("changed.zip"));
     bench.output(&["share", manifest.to_str().unwrap(), "-o", archive.to_str().unwrap()]);
     let mut from = ZipArchive::new(fs::File::open(&archive).unwrap()).unwrap();
@@ -131,7 +118,7 @@ fn a_table_that_unpacks_to_a_thousand_times_its_size_is_refused() {
 #[test]
 fn the_interval_of_paired_surfaces_has_its_closed_form() {
     let bench = Bench::new();
-    let first = run(&bench, "first.toml", SMALL);
+    let first = run(&bench, "first.toml", &SMALL);
     let loose = SMALL.replace("\"small\"", "\"loose\"").replace("loads", "tolerance = 0.2\nloads");
     let loose = run(&bench, "loose.toml", &loose);
     let comparison = compare(&bench, &first, &loose);
@@ -144,7 +131,7 @@ fn the_interval_of_paired_surfaces_has_its_closed_form() {
 
     let stage = study.stages.iter().find(|stage| stage.stage == "contact").unwrap();
     let tables = stage.tables.as_ref().unwrap();
-    assert_eq!((tables.common, &tables.across[..]), (6, &["tolerance".to_owned()][..]));
+    assert_eq!((tables.rows.common, &tables.rows.across[..]), (6, &["tolerance".to_owned()][..]));
     let column = tables.columns.iter().find(|column| column.column == "mean_gap").unwrap();
     let [a, b] = ["small", "loose"].map(|name| {
         let table = bench.table(name, "contact");
@@ -169,7 +156,7 @@ fn the_interval_of_paired_surfaces_has_its_closed_form() {
 #[test]
 fn surfaces_of_other_seeds_are_independent() {
     let bench = Bench::new();
-    let first = run(&bench, "first.toml", SMALL);
+    let first = run(&bench, "first.toml", &SMALL);
     let other = SMALL.replace("\"small\"", "\"other\"").replace("seed = 7", "seed = 8");
     let other = run(&bench, "other.toml", &other);
     let comparison = compare(&bench, &first, &other);
@@ -183,8 +170,11 @@ fn surfaces_of_other_seeds_are_independent() {
     };
     assert_eq!(parameters.iter().map(|found| &found.what).collect::<Vec<_>>(), [&seed]);
     let tables = study.stages[2].tables.as_ref().unwrap();
-    assert_eq!((tables.common, tables.only_in_a.rows, tables.only_in_b.rows), (0, 6, 6));
-    assert_eq!(tables.only_in_a.surfaces.first[0], "seed 7, realization 0");
+    assert_eq!(
+        (tables.rows.common, tables.rows.only_in_a.rows, tables.rows.only_in_b.rows),
+        (0, 6, 6)
+    );
+    assert_eq!(tables.rows.only_in_a.surfaces.first[0], "seed 7, realization 0");
     let area = tables.columns.iter().find(|column| column.column == "area_fraction").unwrap();
     for mean in &area.means {
         assert_eq!((mean.test, mean.values_a, mean.values_b), (Test::Welch, 3, 3));
@@ -195,7 +185,7 @@ fn surfaces_of_other_seeds_are_independent() {
 #[test]
 fn rows_and_stages_of_one_study_only_are_named() {
     let bench = Bench::new();
-    let first = run(&bench, "first.toml", SMALL);
+    let first = run(&bench, "first.toml", &SMALL);
     let more = SMALL
         .replace("\"small\"", "\"more\"")
         .replace("realizations = 3", "realizations = 4")
@@ -221,7 +211,7 @@ fn rows_and_stages_of_one_study_only_are_named() {
 #[test]
 fn an_altered_table_of_an_older_data_folder_is_found() {
     let bench = Bench::new();
-    let manifest = run(&bench, "study.toml", STUDY);
+    let manifest = run(&bench, "study.toml", &STUDY);
     let old = bench.path("old");
     copy(&bench.data(), &old);
     // A table that another version of the program could have written.
@@ -257,7 +247,7 @@ fn an_altered_table_of_an_older_data_folder_is_found() {
 #[test]
 fn another_version_of_a_stage_is_a_difference_even_if_its_results_are_equal() {
     let bench = Bench::new();
-    let manifest = run(&bench, "study.toml", STUDY);
+    let manifest = run(&bench, "study.toml", &STUDY);
     let owner = bench.path("data/results/small/owner.json");
     let mut record: Value = serde_json::from_slice(&fs::read(&owner).unwrap()).unwrap();
     let light = &mut record["study"]["stages"][1];
@@ -278,7 +268,7 @@ fn another_version_of_a_stage_is_a_difference_even_if_its_results_are_equal() {
 fn manifests_without_results_are_compared_by_their_parameters() {
     let bench = Bench::new();
     let [first, second] = ["first.toml", "second.toml"].map(|name| bench.path(name));
-    fs::write(&first, SMALL).unwrap();
+    fs::write(&first, SMALL.as_bytes()).unwrap();
     fs::write(&second, SMALL.replace("hurst = 0.8", "hurst = 0.5")).unwrap();
     let (printed, code) = diff(&bench, &first, &second, &[]);
     assert_eq!(code, Some(0), "{printed}");
@@ -299,7 +289,7 @@ fn manifests_without_results_are_compared_by_their_parameters() {
 #[test]
 fn a_table_of_all_means_is_written_and_other_files_are_kept() {
     let bench = Bench::new();
-    let first = run(&bench, "first.toml", STUDY);
+    let first = run(&bench, "first.toml", &STUDY);
     let other =
         run(&bench, "other.toml", &STUDY.replace("seed = 7", "seed = 8").replace("small", "b"));
     let output = bench.path("means.parquet");
@@ -328,7 +318,7 @@ fn a_table_of_all_means_is_written_and_other_files_are_kept() {
 #[test]
 fn a_study_is_compared_with_itself_under_a_setting() {
     let bench = Bench::new();
-    let path = run(&bench, "study.toml", STUDY);
+    let path = run(&bench, "study.toml", &STUDY);
     let manifest = path.to_str().unwrap();
     let setting = ["--set", "stage.light.tolerance=0.01"];
     let computed = bench.output(&[&["run", manifest], &setting[..]].concat());
@@ -353,11 +343,11 @@ fn a_study_is_compared_with_itself_under_a_setting() {
 #[test]
 fn studies_without_a_common_load_say_so() {
     let bench = Bench::new();
-    let a = run(&bench, "a.toml", STUDY);
+    let a = run(&bench, "a.toml", &STUDY);
     let other = STUDY.replace("\"small\"", "\"other\"");
     let b = run(&bench, "b.toml", &other.replace("{ to = 0.1, steps = 4 }", "[0.03, 0.07]"));
     let (printed, _) = diff(&bench, &a, &b, &[]);
-    let hint = "no load is in both: `load` is 0.025 … 0.1 in A and 0.03 … 0.07 in B.";
+    let hint = "no load is in both: `load` is 0.025 … 0.1 in A and 0.03 … 0.07 in B";
     assert!(printed.contains(hint), "{printed}");
     assert!(printed.contains("give both studies the same"), "{printed}");
 }

@@ -1,56 +1,33 @@
 //! Distributions of pressures, gaps and clusters, and the percolation threshold of the gap.
 
+use std::sync::LazyLock;
+
 use arrow::array::Array;
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, is_idle, text};
 use crate::columns::assert_kept;
+use crate::manifest::manifest;
 use crate::report::report;
 
-const PRESSED: &str = r#"
-[study]
-name = "spread"
-seed = 5
-
-[stage.surfaces]
-kind = "generate"
-nodes = 64
-hurst = 0.8
-k_lower = 4
-k_upper = 16
-realizations = 3
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = { from = 0.1, to = 0.8, steps = 14 }
-pressure_bins = { count = 80, to = 4.0 }
-gap_bins = { count = 50, to = 8.0 }
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.pressures]
-kind = "measure"
-from = "contact"
-what = "pressures"
-
-[stage.gaps]
-kind = "measure"
-from = "contact"
-what = "gaps"
-
-[stage.clusters]
-kind = "measure"
-from = "contact"
-what = "clusters"
-
-[stage.threshold]
-kind = "fit"
-from = "area"
-law = "gap-percolation"
-"#;
+static PRESSED: LazyLock<String> = LazyLock::new(|| {
+    manifest("spread", "seed = 5")
+        .generate(
+            "surfaces",
+            "nodes = 64; hurst = 0.8; k_lower = 4; k_upper = 16; realizations = 3",
+        )
+        .solve(
+            "contact",
+            "loads = { from = 0.1, to = 0.8, steps = 14 }; \
+             pressure_bins = { count = 80, to = 4.0 }; gap_bins = { count = 50, to = 8.0 }",
+        )
+        .measure("area", "")
+        .measure("pressures", "from = 'contact'; what = 'pressures'")
+        .measure("gaps", "from = 'contact'; what = 'gaps'")
+        .measure("clusters", "from = 'contact'; what = 'clusters'")
+        .fit("threshold", "from = 'area'; law = 'gap-percolation'")
+        .text()
+});
 
 /// Sums a column over the rows of each load of each surface, in the order of loads.
 fn sums(table: &Table, loads: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
@@ -62,7 +39,7 @@ fn sums(table: &Table, loads: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
 #[test]
 fn distributions_integrate_to_what_is_measured_of_the_map() {
     let bench = Bench::new();
-    bench.run(PRESSED);
+    bench.run(&PRESSED);
     let table = |stage: &str| bench.table("spread", stage);
     let (area, solved) = (table("area"), table("contact"));
     let loads = area.rows();
@@ -107,7 +84,7 @@ fn distributions_integrate_to_what_is_measured_of_the_map() {
 #[test]
 fn the_gap_stops_percolating_near_two_fifths_of_the_area() {
     let bench = Bench::new();
-    bench.run(PRESSED);
+    bench.run(&PRESSED);
     let printed = bench.output(&["run", bench.path("study.toml").to_str().unwrap()]);
     let printed = text(&printed.stdout);
     assert!(printed.contains("· sealed from a load of 0."), "{printed}");
@@ -138,7 +115,7 @@ fn along_a_grain_the_gap_percolates_longer_than_across() {
             values.is_valid(0).then(|| values.value(0))
         }
     };
-    bench.run(PRESSED);
+    bench.run(&PRESSED);
     let isotropic = stage("threshold");
     for quantity in ["load", "area", "area_corrected"] {
         let value = |suffix: &str| isotropic(&format!("percolation_{quantity}{suffix}")).unwrap();
@@ -175,7 +152,7 @@ fn counting_keeps_what_is_solved_and_other_bins_count_again() {
         names.map(|name| area.reals(name).unwrap().values().to_vec())
     };
     let before = measured();
-    bench.run(PRESSED);
+    bench.run(&PRESSED);
     assert_eq!(measured(), before);
     let wide = bench.table("spread", "pressures");
     bench.run(&PRESSED.replace("count = 80", "count = 40"));
@@ -186,13 +163,13 @@ fn counting_keeps_what_is_solved_and_other_bins_count_again() {
         nodes.values().iter().sum()
     };
     assert_eq!(counts(&wide), counts(&narrow));
-    assert!(bench.run(PRESSED).values().all(is_idle));
+    assert!(bench.run(&PRESSED).values().all(is_idle));
 }
 
 #[test]
 fn a_page_draws_distributions_and_thresholds_where_a_study_has_them() {
     let bench = Bench::new();
-    bench.run(PRESSED);
+    bench.run(&PRESSED);
     let (said, page) = report(&bench);
     let drawn = said["drawn"].as_array().unwrap();
     for title in

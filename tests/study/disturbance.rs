@@ -92,7 +92,7 @@ fn a_failed_task_lets_independent_ones_finish() {
     fs::remove_file(&victim).unwrap();
     fs::create_dir(&victim).unwrap();
 
-    let manifest = bench.write(STUDY);
+    let manifest = bench.write(&STUDY);
     let output = bench.output(&["run", manifest.to_str().unwrap(), "--json"]);
     assert_eq!(output.status.code(), Some(1));
     let printed = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -103,8 +103,8 @@ fn a_failed_task_lets_independent_ones_finish() {
     assert_eq!((done("area"), done("law")), ((3, 1), (1, 1)));
 
     fs::remove_dir(&victim).unwrap();
-    bench.run(STUDY);
-    assert!(bench.run(STUDY).values().all(is_idle));
+    bench.run(&STUDY);
+    assert!(bench.run(&STUDY).values().all(is_idle));
 }
 
 /// Kinds of damage to a file.
@@ -123,7 +123,7 @@ fn damages(whole: &[u8], other: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
 #[test]
 fn a_damaged_file_is_set_aside_and_computed_again() {
     let undisturbed = Bench::new();
-    undisturbed.run(STUDY);
+    undisturbed.run(&STUDY);
     let whole = undisturbed.files();
     for victim in stored(&undisturbed) {
         let name = victim.strip_prefix(undisturbed.data()).unwrap();
@@ -139,7 +139,7 @@ fn a_damaged_file_is_set_aside_and_computed_again() {
                 }
             }
             fs::write(bench.data().join(name), &bytes).unwrap();
-            let manifest = bench.write(STUDY);
+            let manifest = bench.write(&STUDY);
             let output = bench.output(&["run", manifest.to_str().unwrap()]);
             let printed = String::from_utf8_lossy(&output.stderr);
             assert!(output.status.success(), "{how}: {printed}");
@@ -161,10 +161,10 @@ fn a_damaged_input_of_a_new_task_is_computed_again_before_it_is_read() {
     for victim in stored(&bench) {
         fs::write(victim, "").unwrap();
     }
-    let counts = bench.run(STUDY);
+    let counts = bench.run(&STUDY);
     assert_eq!((counts["surfaces"].computed, counts["light"].computed), (4, 4));
     let undisturbed = Bench::new();
-    undisturbed.run(STUDY);
+    undisturbed.run(&STUDY);
     let mut files = bench.files();
     files.retain(|path, _| path.extension().is_none_or(|e| e != "damaged"));
     assert!(files == undisturbed.files());

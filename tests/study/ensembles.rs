@@ -1,8 +1,11 @@
 //! Grouping of rows by parameter point, surface and load: no row is lost or counted twice.
 
+use std::sync::LazyLock;
+
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, with_claims};
+use crate::manifest::{manifest, stages_from};
 
 /// Runs a study and returns its claims as JSON.
 fn claims(bench: &Bench) -> Value {
@@ -21,12 +24,7 @@ fn claims(bench: &Bench) -> Value {
 fn a_load_of_two_blocks_is_one_load_however_it_was_computed() {
     let bench = Bench::new();
     let one_block = STUDY.replace("{ to = 0.1, steps = 4 }", "{ to = 0.06, steps = 6 }");
-    let more = r#"
-[stage.more]
-kind = "solve"
-from = "surfaces"
-loads = [0.02, 0.04, 0.05, 0.06]
-"#;
+    let more = &stages_from("surfaces").solve("more", "loads = [0.02, 0.04, 0.05, 0.06]").text();
     let statistics = r#"statistics = ["mean", "sd"]"#;
     let slopes = r#"statistics = ["mean", "sd", "slope"]"#;
     let one_block = one_block.replace(statistics, slopes);
@@ -52,13 +50,9 @@ loads = [0.02, 0.04, 0.05, 0.06]
 fn loads_in_pascals_and_reduced_ones_are_the_same_loads() {
     let bench = Bench::new();
     let reduced = STUDY.replace("{ to = 0.1, steps = 4 }", "[0.025, 0.05, 0.075]");
-    let pascals = r#"
-[stage.pascals]
-kind = "solve"
-from = "surfaces"
-load_unit = "absolute"
-loads = [0.0005, 0.001, 0.0015]
-"#;
+    let pascals = &stages_from("surfaces")
+        .solve("pascals", "load_unit = 'absolute'; loads = [0.0005, 0.001, 0.0015]")
+        .text();
     // E* is 1 and the rms slope is 0.02, which has no exact binary representation.
     let sloped = reduced.replace("hurst = 0.8", "hurst = 0.8\nrms_slope = 0.02");
     let both = sloped.replace("from = \"light\"", "from = [\"light\", \"pascals\"]");
@@ -135,13 +129,9 @@ fn sweeps() -> Vec<(&'static str, String)> {
         ("\nloads", "\ntolerance = [1e-3, 1e-4]\nloads"),
     ];
     let swept = swept.map(|(key, sweep)| (sweep, STUDY.replacen(key, sweep, 1)));
-    let again = r#"
-[stage.again]
-kind = "solve"
-from = "surfaces"
-loads = { to = 0.1, steps = 4 }
-max_pairs = 501
-"#;
+    let again = &stages_from("surfaces")
+        .solve("again", "loads = { to = 0.1, steps = 4 }; max_pairs = 501")
+        .text();
     let both = STUDY.replace("from = \"light\"", "from = [\"light\", \"again\"]");
     let mut sweeps = Vec::from(swept);
     sweeps.push(("max_pairs", format!("{both}{again}")));
@@ -168,58 +158,32 @@ fn plan_and_tables_agree_on_parameter_points_for_every_swept_key() {
 }
 
 /// Surfaces of one spectrum with different rms slopes, at pressures in pascals.
-const IN_PASCALS: &str = r#"
-[study]
-name = "pascals"
-seed = 7
-
-[stage.surfaces]
-kind = "generate"
-method = "spectrum"
-path = "spectrum.csv"
-nodes = 32
-side = 1e-3
-realizations = 4
-
-[stage.loads]
-kind = "solve"
-from = "surfaces"
-effective_modulus = 1e11
-load_unit = "absolute"
-loads = [1e8, 3e8, 5e8, 1e9, 2e9]
-
-[stage.area]
-kind = "measure"
-from = "loads"
-
-[stage.means]
-kind = "aggregate"
-from = "area"
-over = ["area_fraction"]
-statistics = ["mean", "sem", "slope"]
-models = ["persson"]
-
-[stage.law]
-kind = "fit"
-law = "contact-evolution"
-from = "area"
-window = [0, 1]
-bootstrap = 20
-
-[stage.gap]
-kind = "fit"
-law = "load-separation"
-from = "area"
-window = [0, 1]
-bootstrap = 20
-"#;
+static IN_PASCALS: LazyLock<String> = LazyLock::new(|| {
+    manifest("pascals", "seed = 7")
+        .generate(
+            "surfaces",
+            "method = 'spectrum'; path = 'spectrum.csv'; nodes = 32; side = 1e-3; realizations = 4",
+        )
+        .solve(
+            "loads",
+            "effective_modulus = 1e11; load_unit = 'absolute'; loads = [1e8, 3e8, 5e8, 1e9, 2e9]",
+        )
+        .measure("area", "")
+        .aggregate(
+            "means",
+            "over = ['area_fraction']; statistics = ['mean', 'sem', 'slope']; models = ['persson']",
+        )
+        .fit("law", "from = 'area'; law = 'contact-evolution'; window = [0, 1]; bootstrap = 20")
+        .fit("gap", "from = 'area'; law = 'load-separation'; window = [0, 1]; bootstrap = 20")
+        .text()
+});
 
 const SPECTRUM: &str = "wavenumber [1/m],density [m^4]\n12566,1e-19\n50266,4e-21\n";
 
 fn in_pascals(change: impl Fn(&str) -> String) -> Bench {
     let bench = Bench::new();
     std::fs::write(bench.path("spectrum.csv"), SPECTRUM).unwrap();
-    bench.run(&change(IN_PASCALS));
+    bench.run(&change(&IN_PASCALS));
     bench
 }
 

@@ -9,7 +9,7 @@ use crate::bench::{Bench, STUDY, assert_same_files, is_idle};
 /// Returns a bench on which the small study has run.
 fn finished() -> Bench {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     bench
 }
 
@@ -57,7 +57,7 @@ fn assert_all(explained: &Value, stages: &[&str], expected: &[&str]) {
 
 #[test]
 fn a_study_that_never_ran_says_so() {
-    let explained = explain(&Bench::new(), STUDY);
+    let explained = explain(&Bench::new(), &STUDY);
     assert_eq!(reasons(&explained, "surfaces"), ["4 surfaces first-run"]);
     assert_eq!(reasons(&explained, "curves"), ["1 curves first-run"]);
 }
@@ -219,7 +219,7 @@ fn missing_damaged_and_uncomputed_tables_have_different_reasons() {
     let (gone, damaged) = (bench.file_of(&task(0)), bench.file_of(&task(1)));
     fs::remove_file(&gone).unwrap();
     fs::rename(&damaged, damaged.with_extension("parquet.damaged")).unwrap();
-    let explained = explain(&bench, STUDY);
+    let explained = explain(&bench, &STUDY);
     assert_eq!(reasons(&explained, "corrected"), ["1 corrected missing", "1 corrected damaged"]);
     assert_all(&explained, &["law", "curves"], &[]);
 
@@ -227,7 +227,7 @@ fn missing_damaged_and_uncomputed_tables_have_different_reasons() {
     let record = bench.path("data/plans/small.json");
     let text = fs::read_to_string(&record).unwrap();
     fs::write(&record, text.replace("\"finished\":4", "\"finished\":2")).unwrap();
-    let explained = explain(&bench, STUDY);
+    let explained = explain(&bench, &STUDY);
     assert_eq!(reasons(&explained, "corrected")[0], "1 corrected unfinished");
 }
 
@@ -240,7 +240,7 @@ fn another_version_of_a_stage_is_reported() {
     json["stages"][1]["version"] = Value::from(0);
     fs::write(&record, json.to_string()).unwrap();
     fs::remove_dir_all(bench.path("data/store")).unwrap();
-    let explained = explain(&bench, STUDY);
+    let explained = explain(&bench, &STUDY);
     assert_eq!(reasons(&explained, "surfaces"), ["4 surfaces missing"]);
     assert_all(&explained, &["light", "area"], &["4 light version"]);
     assert_eq!(reasons(&explained, "curves"), ["1 light version"]);
@@ -250,7 +250,7 @@ fn another_version_of_a_stage_is_reported() {
 fn a_record_that_cannot_be_read_costs_explanations_only() {
     let bench = finished();
     fs::write(bench.path("data/plans/small.json"), "nonsense").unwrap();
-    assert!(bench.run(STUDY).values().all(is_idle));
+    assert!(bench.run(&STUDY).values().all(is_idle));
     let explained = explain(&bench, &STUDY.replace("hurst = 0.8", "hurst = 0.7"));
     assert_eq!(reasons(&explained, "surfaces"), ["4 surfaces changed hurst:0.8→0.7"]);
 }
@@ -267,7 +267,7 @@ fn looking_changes_no_reason_and_running_does() {
     assert_same_files(&bench.files(), &before);
     bench.run(&edited);
     // After undoing the edit, all results exist.
-    let back = explain(&bench, STUDY);
+    let back = explain(&bench, &STUDY);
     assert_all(&back, &STAGES, &[]);
 }
 

@@ -1,31 +1,24 @@
 //! The command `asperity export`.
 
 use std::fs;
+use std::sync::LazyLock;
 
 use asperity::topography_files::{Channel, HeightMap, Size, read};
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, text};
+use crate::manifest::manifest;
 
 /// Rectangle with a ridge along y near the end of x, which no exchange of axes leaves unchanged.
-const RIDGE: &str = r#"
-[study]
-name = "ridge"
-
-[stage.surface]
-kind = "generate"
-method = "file"
-path = "ridge.npy"
-side = [6.0, 4.0]
-unit = "µm"
-periodic = false
-
-[stage.contact]
-kind = "solve"
-from = "surface"
-boundary = "free"
-loads = [0.01, 0.02]
-"#;
+static RIDGE: LazyLock<String> = LazyLock::new(|| {
+    manifest("ridge", "")
+        .generate(
+            "surface",
+            "method = 'file'; path = 'ridge.npy'; side = [6.0, 4.0]; unit = 'µm'; periodic = false",
+        )
+        .solve("contact", "boundary = 'free'; loads = [0.01, 0.02]")
+        .text()
+});
 
 const NODES: [usize; 2] = [24, 16];
 
@@ -43,7 +36,7 @@ fn ridge() -> Bench {
     let file: Vec<u8> =
         start.concat().into_iter().chain(heights.flat_map(f64::to_le_bytes)).collect();
     fs::write(bench.path("ridge.npy"), file).unwrap();
-    bench.run(RIDGE);
+    bench.run(&RIDGE);
     bench
 }
 
@@ -160,7 +153,7 @@ fn loads_that_are_pressures_are_told_from_maps_of_pressures() {
 #[test]
 fn impossible_exports_are_refused_with_advice() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let task = ["k_upper=8", "realization=1"];
     for (stage, file, options, message) in [
         ("light", "map.csv", &[][..], "`.vti` (VTK, one load)"),

@@ -20,7 +20,7 @@ impl Blocked {
     /// Creates a folder at the path of the first task of a stage.
     fn at(stage: &str) -> Blocked {
         let undisturbed = Bench::new();
-        undisturbed.run(STUDY);
+        undisturbed.run(&STUDY);
         let table = undisturbed.table("small", stage);
         let key = table.texts("task").unwrap().value(0).to_owned();
         let bench = Bench::new();
@@ -31,7 +31,7 @@ impl Blocked {
     }
 
     fn run(&self) -> Output {
-        let path = self.bench.write(STUDY);
+        let path = self.bench.write(&STUDY);
         self.bench.output(&["run", path.to_str().unwrap(), "--json"])
     }
 }
@@ -127,15 +127,15 @@ fn the_command_in_a_row_computes_its_task_and_the_row_goes() {
 #[test]
 fn one_task_is_computed_alone_with_what_it_needs() {
     let undisturbed = Bench::new();
-    undisturbed.run(STUDY);
+    undisturbed.run(&STUDY);
     let whole = undisturbed.table("small", "area");
     let key = column(&whole, "task").remove(0);
     let bench = Bench::new();
-    let done = bench.run_with(STUDY, &["--only", &key[..12]]);
+    let done = bench.run_with(&STUDY, &["--only", &key[..12]]);
     let done = ["surfaces", "light", "area", "corrected"].map(|stage| done[stage].computed);
     assert_eq!(done, [1, 1, 1, 0]);
     assert_eq!(column(&bench.table("small", "area"), "task"), vec![key.clone(); 4]);
-    let again = bench.run_with(STUDY, &["--only", &key]);
+    let again = bench.run_with(&STUDY, &["--only", &key]);
     assert_eq!(again["area"].computed, 1);
     assert_eq!(again["light"].computed, 0);
 
@@ -180,7 +180,7 @@ fn a_load_that_did_not_converge_is_a_row_and_no_error() {
     let printed: Value = serde_json::from_slice(&printed.stdout).unwrap();
     assert_eq!(printed["rows"], given_up);
 
-    bench.run(STUDY);
+    bench.run(&STUDY);
     assert!(!bench.data().join("results/small/failures.parquet").exists());
     let none = bench.output(&["table", path, "failures", "--json"]);
     assert!(none.status.success() && none.stdout.is_empty());

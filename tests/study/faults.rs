@@ -118,11 +118,11 @@ fn no_flipped_bit_and_no_truncation_reaches_a_result() {
 #[test]
 fn a_table_that_somebody_has_edited_is_kept_aside_by_the_next_run() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = bench.files();
     let table = bench.data().join("results/small/area.parquet");
     fs::write(&table, "edited").unwrap();
-    let manifest = bench.write(STUDY);
+    let manifest = bench.write(&STUDY);
     let output = bench.output(&["run", manifest.to_str().unwrap()]);
     let printed = printed(&output);
     assert!(output.status.success(), "{printed}");
@@ -135,7 +135,7 @@ fn a_table_that_somebody_has_edited_is_kept_aside_by_the_next_run() {
 #[test]
 fn verify_tells_scripts_what_it_found() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let manifest = bench.path("study.toml");
     let verify = || {
         let output = bench.output(&["verify", manifest.to_str().unwrap(), "--json"]);
@@ -180,8 +180,8 @@ fn by_anybody(bench: &Bench, arguments: &[&str]) -> Output {
 #[test]
 fn a_folder_that_may_not_be_written_is_named_and_what_is_there_is_read() {
     let bench = Bench::new();
-    bench.run(STUDY);
-    let manifest = bench.write(STUDY);
+    bench.run(&STUDY);
+    let manifest = bench.write(&STUDY);
     let run = ["run", manifest.to_str().unwrap()];
     let all = |mode: u32| {
         let folders = bench.files().into_keys().map(|path| bench.data().join(path));
@@ -215,7 +215,7 @@ fn a_folder_that_may_not_be_written_is_named_and_what_is_there_is_read() {
 #[test]
 fn a_file_that_may_not_be_read_is_not_called_damaged() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let files = bench.files().into_keys();
     let victim = files.map(|path| bench.data().join(path)).find(|path| is_table(path)).unwrap();
     fs::set_permissions(&victim, fs::Permissions::from_mode(0o000)).unwrap();
@@ -231,10 +231,10 @@ fn a_read_only_disk_is_read_and_named_when_it_should_be_written() {
     let Some(disk) = Disk::mount(&bench.data()) else {
         return;
     };
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let files = bench.files();
     disk.protect();
-    assert!(bench.run(STUDY).values().all(is_idle));
+    assert!(bench.run(&STUDY).values().all(is_idle));
     assert!(bench.output(&["verify"]).status.success());
     let manifest = bench.write(&study());
     let output = bench.output(&["run", manifest.to_str().unwrap()]);
@@ -247,7 +247,7 @@ fn a_read_only_disk_is_read_and_named_when_it_should_be_written() {
 #[test]
 fn a_store_needs_no_temporary_folder_elsewhere() {
     let bench = Bench::new();
-    let manifest = bench.write(STUDY);
+    let manifest = bench.write(&STUDY);
     let mut command = bench.asperity(&["run", manifest.to_str().unwrap()]);
     let output = command.env("TMPDIR", "/nowhere").output().unwrap();
     assert!(output.status.success(), "{}", printed(&output));
@@ -256,7 +256,7 @@ fn a_store_needs_no_temporary_folder_elsewhere() {
 #[test]
 fn a_clock_that_jumps_changes_nothing() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = bench.files();
     let far = Duration::from_secs(50 * 365 * 86400);
     let times = [SystemTime::UNIX_EPOCH, SystemTime::now() + far];
@@ -264,7 +264,7 @@ fn a_clock_that_jumps_changes_nothing() {
         let file = File::open(bench.data().join(path)).unwrap();
         file.set_modified(times[number % 2]).unwrap();
     }
-    assert!(bench.run(STUDY).values().all(is_idle));
+    assert!(bench.run(&STUDY).values().all(is_idle));
     assert!(bench.output(&["verify"]).status.success());
     assert_same_files(&bench.files(), &before);
 }

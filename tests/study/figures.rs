@@ -1,48 +1,36 @@
 //! Figures that a study declares, and automatic ones.
 
 use std::fs;
+use std::sync::LazyLock;
 
 use crate::bench::{Bench, text};
+use crate::manifest::{manifest, stages_from};
 use crate::report::report;
 
 /// Study of the area against the Hurst exponent under one load.
-const HURST: &str = r#"
-[study]
-name = "hurst"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 32
-hurst = [0.2, 0.5, 0.8]
-k_lower = 2
-k_upper = 8
-realizations = 3
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = [0.05]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#;
+static HURST: LazyLock<String> = LazyLock::new(|| {
+    manifest("hurst", "")
+        .generate(
+            "surfaces",
+            "nodes = 32; hurst = [0.2, 0.5, 0.8]; k_lower = 2; k_upper = 8; realizations = 3",
+        )
+        .solve("contact", "loads = [0.05]")
+        .measure("area", "")
+        .text()
+});
 
 /// Statistics of the areas, and a figure of them.
-const DECLARED: &str = r#"
-[stage.statistics]
-kind = "aggregate"
-from = "area"
-over = "area_fraction"
-
-[figure.Poster]
-from = "statistics"
-x = "hurst"
-y = "area_fraction"
-theories = ["persson", "greenwood-mccool"]
-title = "Area against H"
-caption = "The answer."
-"#;
+static DECLARED: LazyLock<String> = LazyLock::new(|| {
+    stages_from("area")
+        .aggregate("statistics", "over = 'area_fraction'")
+        .table(
+            "figure.Poster",
+            "from = 'statistics'; x = 'hurst'; y = 'area_fraction'; \
+             theories = ['persson', 'greenwood-mccool']; title = 'Area against H'; \
+             caption = 'The answer.'",
+        )
+        .text()
+});
 
 fn files(bench: &Bench) -> Vec<String> {
     let folder = bench.data().join("results/hurst/figures");
@@ -55,7 +43,7 @@ fn files(bench: &Bench) -> Vec<String> {
 #[test]
 fn areas_against_a_swept_parameter_are_the_first_figure_without_being_asked() {
     let bench = Bench::new();
-    bench.run(HURST);
+    bench.run(&HURST);
     let (said, page) = report(&bench);
     assert_eq!(said["drawn"][0], "Contact area A/A₀ against Hurst exponent H", "{said}");
     assert!(page.contains("Points are means over 3 surfaces. Bars are 95 % confidence"), "{page}");
@@ -67,7 +55,7 @@ fn areas_against_a_swept_parameter_are_the_first_figure_without_being_asked() {
 #[test]
 fn a_declared_figure_comes_first_and_replaces_the_automatic_one_of_its_stage() {
     let bench = Bench::new();
-    bench.run(&format!("{HURST}{DECLARED}"));
+    bench.run(&format!("{}{}", *HURST, *DECLARED));
     let (said, page) = report(&bench);
     assert_eq!(said["drawn"][0], "Area against H");
     let drawn = said["drawn"].as_array().unwrap();
@@ -86,9 +74,10 @@ fn a_declared_figure_comes_first_and_replaces_the_automatic_one_of_its_stage() {
 #[test]
 fn files_of_a_figure_that_is_no_longer_declared_are_removed_and_no_task_is_computed_again() {
     let bench = Bench::new();
-    bench.run(&format!("{HURST}{DECLARED}"));
+    bench.run(&format!("{}{}", *HURST, *DECLARED));
     report(&bench);
-    let path = bench.write(&format!("{HURST}{DECLARED}").replace("figure.Poster", "figure.other"));
+    let path =
+        bench.write(&format!("{}{}", *HURST, *DECLARED).replace("figure.Poster", "figure.other"));
     let plan = bench.output(&["plan", path.to_str().unwrap(), "--json"]);
     let plan: serde_json::Value = serde_json::from_slice(&plan.stdout).unwrap();
     let stages = plan["stages"].as_array().unwrap();
@@ -106,7 +95,7 @@ fn a_figure_that_cannot_be_drawn_says_what_it_needs() {
     let figures = "\n[figure.negative]\nfrom = \"surfaces\"\nx = \"hurst\"\ny = \"excess_kurtosis\"\n\
                    scale = \"log-y\"\n\n[figure.nothing]\nfrom = \"area\"\nx = \"hurst\"\n\
                    y = \"area_fraction\"\nwhere = { hurst = 0.4 }\n";
-    bench.run(&format!("{HURST}{figures}"));
+    bench.run(&format!("{}{figures}", *HURST));
     let path = bench.path("study.toml");
     let output = bench.output(&["report", path.to_str().unwrap()]);
     let printed = text(&output.stdout);
@@ -125,7 +114,7 @@ fn a_selection_that_no_row_has_is_a_warning_with_its_place_and_the_values() {
     let bench = Bench::new();
     let figure = "\n[figure.nothing]\nfrom = \"area\"\nx = \"hurst\"\ny = \"area_fraction\"\n\
                   where = { hurst = [0.2, 0.4], load = 0.05 }\n";
-    let path = bench.write(&format!("{HURST}{figure}"));
+    let path = bench.write(&format!("{}{figure}", *HURST));
     let output = bench.output(&["check", path.to_str().unwrap()]);
     let printed = text(&output.stderr);
     assert!(output.status.success(), "{printed}");
@@ -155,7 +144,7 @@ fn a_figure_has_the_size_the_title_and_the_legend_of_the_manifest() {
         "width = 86\nfont_size = 8\nlegend = { persson = \"theory of Persson\", \"this study\" = \
          \"exact\" }\ncaption =",
     );
-    bench.run(&format!("{HURST}{figure}"));
+    bench.run(&format!("{}{figure}", *HURST));
     let (_, page) = report(&bench);
     let folder = bench.data().join("results/hurst/figures");
     let svg = fs::read_to_string(folder.join("Poster.svg")).unwrap();
@@ -176,7 +165,7 @@ fn a_figure_has_the_size_the_title_and_the_legend_of_the_manifest() {
 #[test]
 fn reasons_name_what_the_study_lacks_and_nothing_that_it_has() {
     let bench = Bench::new();
-    bench.run(HURST);
+    bench.run(&HURST);
     let needs = |said: &serde_json::Value, name: &str| {
         let missing = said["missing"].as_array().unwrap();
         let found = missing.iter().find(|figure| figure["name"] == name);
@@ -246,19 +235,15 @@ curves = [
 #[test]
 fn a_curve_of_another_stage_has_the_parameters_of_its_rows() {
     let bench = Bench::new();
-    let figure = r#"
-[stage.relation]
-kind = "fit"
-from = "area"
-law = "load-separation"
-
-[figure.gaps]
-from = "area"
-x = "load"
-y = "mean_gap"
-scale = "log-x"
-curves = [{ value = "decay_length * ln(closing_load / load)", from = "relation", label = "fits" }]
-"#;
+    let figure = &stages_from("area")
+        .fit("relation", "law = 'load-separation'")
+        .table(
+            "figure.gaps",
+            "from = 'area'; x = 'load'; y = 'mean_gap'; scale = 'log-x'; \
+             curves = [{ value = 'decay_length * ln(closing_load / load)', from = 'relation', \
+             label = 'fits' }]",
+        )
+        .text();
     bench.run(&format!("{}{figure}", four_loads()));
     report(&bench);
     let svg = fs::read_to_string(bench.data().join("results/hurst/figures/gaps.svg")).unwrap();

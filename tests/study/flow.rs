@@ -1,38 +1,28 @@
 //! Flow through the gap, from manifest to table.
 
+use std::sync::LazyLock;
+
 use arrow::array::Array;
 
 use crate::bench::{Bench, text};
 use crate::columns::assert_kept;
+use crate::manifest::manifest;
 
-const LEAKING: &str = r#"
-[study]
-name = "leaking"
-seed = 5
-
-[stage.surfaces]
-kind = "generate"
-nodes = 64
-hurst = 0.8
-k_lower = 2
-k_upper = 16
-realizations = 3
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = { from = 0.0, to = 0.8, steps = 8 }
-flow = true
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#;
+static LEAKING: LazyLock<String> = LazyLock::new(|| {
+    manifest("leaking", "seed = 5")
+        .generate(
+            "surfaces",
+            "nodes = 64; hurst = 0.8; k_lower = 2; k_upper = 16; realizations = 3",
+        )
+        .solve("contact", "loads = { from = 0.0, to = 0.8, steps = 8 }; flow = true")
+        .measure("area", "")
+        .text()
+});
 
 #[test]
 fn a_gap_leaks_while_it_percolates_and_less_under_each_load() {
     let bench = Bench::new();
-    bench.run(LEAKING);
+    bench.run(&LEAKING);
     let area = bench.table("leaking", "area");
     let reals = |name: &str| area.reals(name).unwrap().clone();
     let mean_gap = reals("mean_gap");
@@ -123,7 +113,7 @@ fn the_old_name_of_the_stiffness_is_answered_with_the_new_one() {
     let bench = Bench::new();
     let reduced = format!(
         "{}stiffness = true\n\n[stage.mean]\nkind = \"aggregate\"\nfrom = \"area\"\nover = [\"stiffness\"]\n",
-        LEAKING
+        *LEAKING
     );
     let path = bench.write(&reduced);
     let output = bench.output(&["check", path.to_str().unwrap()]);
@@ -134,7 +124,7 @@ fn the_old_name_of_the_stiffness_is_answered_with_the_new_one() {
 #[test]
 fn a_flow_changes_no_other_column() {
     let bench = Bench::new();
-    bench.run(LEAKING);
+    bench.run(&LEAKING);
     let with = bench.table("leaking", "contact");
     bench.run(&LEAKING.replace("flow = true", ""));
     let without = bench.table("leaking", "contact");

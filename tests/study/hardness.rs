@@ -1,11 +1,13 @@
 //! Materials with a hardness, from manifest to report.
 
 use std::fs;
+use std::sync::LazyLock;
 
 use asperity::tables::table::Table;
 use serde_json::Value;
 
 use crate::bench::{Bench, is_idle, text};
+use crate::manifest::{manifest, stages_from};
 use crate::reference::{assert_near, with_hardness};
 
 fn reals(table: &Table, name: &str) -> Vec<f64> {
@@ -21,30 +23,17 @@ fn without_keys(table: &Table) -> Table {
     table.without(&["task"])
 }
 
-const SMALL: &str = r#"
-[study]
-name = "yielding"
-seed = 3
-
-[stage.rough]
-kind = "generate"
-nodes = 48
-hurst = 0.8
-k_lower = 2
-k_upper = 12
-rms_slope = 0.02
-realizations = 2
-
-[stage.contact]
-kind = "solve"
-from = "rough"
-effective_modulus = 2.0
-loads = [0.01, 0.05, 0.2, 2.0, 4.0]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#;
+static SMALL: LazyLock<String> = LazyLock::new(|| {
+    manifest("yielding", "seed = 3")
+        .generate(
+            "rough",
+            "nodes = 48; hurst = 0.8; k_lower = 2; k_upper = 12; rms_slope = 0.02; \
+             realizations = 2",
+        )
+        .solve("contact", "effective_modulus = 2.0; loads = [0.01, 0.05, 0.2, 2.0, 4.0]")
+        .measure("area", "")
+        .text()
+});
 
 /// Runs a study with these lines in its `solve` stage; returns the tables of contacts and areas.
 fn pressed(lines: &str) -> (Bench, [Table; 2]) {
@@ -124,20 +113,19 @@ fn what_saturates_bears_no_more_than_the_load_and_the_rest_must_touch_for_it() {
 
 #[test]
 fn hardnesses_are_parameter_points() {
-    let curves = r#"
-[stage.curves]
-kind = "aggregate"
-from = "area"
-over = ["saturated_fraction", "area_fraction"]
-statistics = ["mean"]
-
-[stage.asked]
-kind = "aggregate"
-from = "contact"
-sql = "SELECT hardness, SUM(saturated_nodes) AS nodes FROM contact WHERE hardness > 0 GROUP BY hardness ORDER BY hardness"
-"#;
+    let curves = &stages_from("area")
+        .aggregate(
+            "curves",
+            "over = ['saturated_fraction', 'area_fraction']; statistics = ['mean']",
+        )
+        .aggregate(
+            "asked",
+            "from = 'contact'; sql = 'SELECT hardness, SUM(saturated_nodes) AS nodes FROM contact \
+             WHERE hardness > 0 GROUP BY hardness ORDER BY hardness'",
+        )
+        .text();
     let bench = Bench::new();
-    bench.run(SMALL);
+    bench.run(&SMALL);
     let points = "cases = [{}, { hardness = 0.2 }, { hardness = 0.3 }]";
     let with_cases = SMALL.replace("from = \"rough\"\n", &format!("from = \"rough\"\n{points}\n"));
     let counts_of = bench.run(&format!("{with_cases}{curves}"));

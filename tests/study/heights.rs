@@ -2,65 +2,36 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use arrow::array::Array;
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, assert_same_files, is_idle};
+use crate::manifest::manifest;
 
-const SPECTRA: &str = r#"
-[study]
-name = "spectra"
-seed = 7
+static SPECTRA: LazyLock<String> = LazyLock::new(|| {
+    manifest("spectra", "seed = 7")
+        .generate(
+            "surfaces",
+            "nodes = 32; hurst = 0.8; k_lower = 2; k_upper = [4, 16]; realizations = 3; \
+             heights = 'redraw'",
+        )
+        .aggregate("table", "over = ['nayak', 'skewness']")
+        .text()
+});
 
-[stage.surfaces]
-kind = "generate"
-nodes = 32
-hurst = 0.8
-k_lower = 2
-k_upper = [4, 16]
-realizations = 3
-heights = "redraw"
-
-[stage.table]
-kind = "aggregate"
-from = "surfaces"
-over = ["nayak", "skewness"]
-"#;
-
-const DISTRIBUTION: &str = r#"
-[study]
-name = "distribution"
-seed = 7
-
-[stage.surfaces]
-kind = "generate"
-nodes = 64
-hurst = 0.8
-k_lower = [1, 4]
-k_upper = 16
-realizations = 3
-
-[stage.each]
-kind = "measure"
-from = "surfaces"
-bins = 20
-range = 3.0
-
-[stage.pooled]
-kind = "measure"
-from = "surfaces"
-bins = 20
-range = 3.0
-pool = true
-
-[stage.most]
-kind = "aggregate"
-from = "pooled"
-over = ["density_sd"]
-group_by = ["k_lower"]
-statistics = ["max"]
-"#;
+static DISTRIBUTION: LazyLock<String> = LazyLock::new(|| {
+    manifest("distribution", "seed = 7")
+        .generate(
+            "surfaces",
+            "nodes = 64; hurst = 0.8; k_lower = [1, 4]; k_upper = 16; realizations = 3",
+        )
+        .measure("each", "bins = 20; range = 3.0")
+        .measure("pooled", "from = 'surfaces'; bins = 20; range = 3.0; pool = true")
+        .aggregate("most", "over = ['density_sd']; group_by = ['k_lower']; statistics = ['max']")
+        .text()
+});
 
 fn values(table: &Table, name: &str) -> Vec<f64> {
     table.reals(name).unwrap().iter().map(Option::unwrap).collect()
@@ -69,7 +40,7 @@ fn values(table: &Table, name: &str) -> Vec<f64> {
 #[test]
 fn a_surface_without_heights_differs_by_what_only_a_mesh_can_tell() {
     let (seen, unseen) = (Bench::new(), Bench::new());
-    seen.run(SPECTRA);
+    seen.run(&SPECTRA);
     unseen.run(&SPECTRA.replace("redraw", "none"));
     let [seen, unseen] = [seen, unseen].map(|bench| bench.table("spectra", "surfaces"));
     let of_the_mesh = ["skewness", "excess_kurtosis", "full_contact_load"];
@@ -84,11 +55,11 @@ fn a_surface_without_heights_differs_by_what_only_a_mesh_can_tell() {
 #[test]
 fn statistics_of_surfaces_with_and_without_heights_are_different_work() {
     let bench = Bench::new();
-    bench.run(SPECTRA);
+    bench.run(&SPECTRA);
     let without = bench.plan(&SPECTRA.replace("redraw", "none"));
     assert_eq!((without["surfaces"].cached, without["table"].cached), (0, 0));
     bench.run(&SPECTRA.replace("redraw", "none"));
-    assert!(bench.plan(SPECTRA).values().all(is_idle));
+    assert!(bench.plan(&SPECTRA).values().all(is_idle));
     let skewness = bench.table("spectra", "table");
     assert_eq!(skewness.reals("skewness_mean").unwrap().null_count(), 2);
 }
@@ -117,7 +88,7 @@ fn summit_density_of_many_surfaces_is_that_of_the_lattice() {
 #[test]
 fn pooled_densities_are_mean_and_deviation_of_those_of_each_surface() {
     let bench = Bench::new();
-    let counts = bench.run(DISTRIBUTION);
+    let counts = bench.run(&DISTRIBUTION);
     assert_eq!((counts["each"].computed, counts["pooled"].computed), (6, 2));
     let (each, pooled) =
         (bench.table("distribution", "each"), bench.table("distribution", "pooled"));
@@ -166,7 +137,7 @@ fn the_lower_cutoff_decides_how_normal_heights_are() {
 #[test]
 fn a_pooled_surface_need_not_be_kept() {
     let (kept, redrawn) = (Bench::new(), Bench::new());
-    kept.run(DISTRIBUTION);
+    kept.run(&DISTRIBUTION);
     redrawn
         .run(&DISTRIBUTION.replace("realizations = 3", "realizations = 3\nheights = \"redraw\""));
     let table = |bench: &Bench| bench.table("distribution", "pooled");
@@ -176,7 +147,7 @@ fn a_pooled_surface_need_not_be_kept() {
 #[test]
 fn threads_change_no_pooled_bit() {
     let (one, two) = (Bench::new(), Bench::new());
-    one.run_with(DISTRIBUTION, &["--jobs", "1"]);
-    two.run_with(DISTRIBUTION, &["--jobs", "3"]);
+    one.run_with(&DISTRIBUTION, &["--jobs", "1"]);
+    two.run_with(&DISTRIBUTION, &["--jobs", "3"]);
     assert_same_files(&one.files(), &two.files());
 }

@@ -3,6 +3,7 @@
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, real, study_of_map, text};
+use crate::manifest::{manifest, stages_from};
 
 /// Surface whose contact with layers an independent solver has computed.
 fn reference(name: &str) -> String {
@@ -11,22 +12,16 @@ fn reference(name: &str) -> String {
 
 /// Returns a study of the reference surface with further keys of its `solve` stage.
 fn study(keys: &str) -> String {
-    let stages = format!(
-        r#"
-[stage.contact]
-kind = "solve"
-from = "surface"
-effective_modulus = 1.0
-load_unit = "absolute"
-loads = [0.02, 0.06, 0.2, 0.5]
-tolerance = 1e-9
-{keys}
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#
-    );
+    let stages = stages_from("surface")
+        .solve(
+            "contact",
+            &format!(
+                "effective_modulus = 1.0; load_unit = 'absolute'; loads = [0.02, 0.06, 0.2, 0.5]; \
+                 tolerance = 1e-9; {keys}"
+            ),
+        )
+        .measure("area", "")
+        .text();
     study_of_map("layered", &reference("rough96_a.npy"), &stages)
 }
 
@@ -88,28 +83,20 @@ fn rough_layers_and_coatings_touch_as_independent_code_has_it() {
 fn a_thickness_with_a_unit_is_converted_to_the_unit_of_the_surfaces() {
     let bench = Bench::new();
     let manifest = |thickness: &str| {
-        format!(
-            r#"
-[study]
-name = "seal"
-
-[stage.surface]
-kind = "generate"
-nodes = 32
-side = "4 mm"
-hurst = 0.8
-k_lower = 2
-k_upper = 8
-rms_slope = 0.1
-
-[stage.contact]
-kind = "solve"
-from = "surface"
-bodies = [{{ youngs_modulus = "6 MPa", poisson_ratio = 0.49 }}]
-layer = {{ thickness = {thickness}, poisson_ratio = 0.49 }}
-loads = ["0.1 MPa", "0.3 MPa"]
-"#
-        )
+        manifest("seal", "")
+            .generate(
+                "surface",
+                "nodes = 32; side = '4 mm'; hurst = 0.8; k_lower = 2; k_upper = 8; rms_slope = 0.1",
+            )
+            .solve(
+                "contact",
+                &format!(
+                    "bodies = [{{ youngs_modulus = '6 MPa', poisson_ratio = 0.49 }}]; \
+                     layer = {{ thickness = {thickness}, poisson_ratio = 0.49 }}; \
+                     loads = ['0.1 MPa', '0.3 MPa']"
+                ),
+            )
+            .text()
     };
     let check = |thickness: &str| {
         let path = bench.write(&manifest(thickness));
@@ -118,7 +105,7 @@ loads = ["0.1 MPa", "0.3 MPa"]
     let checked = check("\"200 um\"");
     let told = "E* is that of a layer of thickness 0.2 mm with ν = 0.49, bonded to a rigid base";
     assert!(text(&checked.stdout).contains(told), "{}", text(&checked.stdout));
-    bench.run(&manifest("\"200 um\""));
+    bench.run(&manifest("'200 um'"));
     let contact = bench.table("seal", "contact");
     assert_eq!(real(&contact, "layer_thickness", 0), 0.2);
     // The compression is p t/M, and it is part of the approach.

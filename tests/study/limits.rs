@@ -1,57 +1,40 @@
 //! Fits of limits, and advice for extending a study.
 
+use std::sync::LazyLock;
+
 use serde_json::Value;
 
 use crate::bench::{Bench, text};
+use crate::manifest::{manifest, stages_from};
 use crate::report::report;
 
 /// Study with three small parameters, each with at least two values, on small meshes.
-const LIMITS: &str = r#"
-[study]
-name = "limits"
-seed = 1
-
-[stage.surfaces]
-kind = "generate"
-hurst = 0.8
-realizations = 5
-heights = "redraw"
-cases = [
-    { k_lower = 1, k_upper = 4, nodes = 16 },
-    { k_lower = 1, k_upper = 4, nodes = 32 },
-    { k_lower = 1, k_upper = 8, nodes = 32 },
-    { k_lower = 2, k_upper = 8, nodes = 32 },
-    { k_lower = 2, k_upper = 8, nodes = 64 },
-    { k_lower = 2, k_upper = 16, nodes = 64 },
-]
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = [0.09, 0.1, 0.11]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.limit]
-kind = "fit"
-from = "area"
-law = "limits"
-of = ["area_fraction / load", "-1 / slope(mean_gap)"]
-loads = 0.1
-bootstrap = 100
-terms = [
-    { of = "1 / k_lower", exponent = 1 },
-    { of = "k_lower / k_upper", exponent = [0.5, 1] },
-    { of = "k_upper / nodes", exponent = 1 },
-]
-"#;
+static LIMITS: LazyLock<String> = LazyLock::new(|| {
+    manifest("limits", "seed = 1")
+        .generate(
+            "surfaces",
+            "hurst = 0.8; realizations = 5; heights = 'redraw'; \
+             cases = [{ k_lower = 1, k_upper = 4, nodes = 16 }, \
+             { k_lower = 1, k_upper = 4, nodes = 32 }, { k_lower = 1, k_upper = 8, nodes = 32 }, \
+             { k_lower = 2, k_upper = 8, nodes = 32 }, { k_lower = 2, k_upper = 8, nodes = 64 }, \
+             { k_lower = 2, k_upper = 16, nodes = 64 }]",
+        )
+        .solve("contact", "loads = [0.09, 0.1, 0.11]")
+        .measure("area", "")
+        .fit(
+            "limit",
+            "law = 'limits'; of = ['area_fraction / load', '-1 / slope(mean_gap)']; loads = 0.1; \
+             bootstrap = 100; terms = [{ of = '1 / k_lower', exponent = 1 }, \
+             { of = 'k_lower / k_upper', exponent = [0.5, 1] }, \
+             { of = 'k_upper / nodes', exponent = 1 }]",
+        )
+        .text()
+});
 
 #[test]
 fn every_quantity_and_every_form_has_a_row() {
     let bench = Bench::new();
-    bench.run(LIMITS);
+    bench.run(&LIMITS);
     let fits = bench.table("limits", "limit");
     assert_eq!(fits.rows(), 4);
     let status = fits.texts("status").unwrap();
@@ -65,27 +48,25 @@ fn every_quantity_and_every_form_has_a_row() {
 }
 
 /// Study whose query divides the mean gaps of every surface by the rms height of the same surface.
-const OVER_HEIGHTS: &str = r#"
-[stage.gaps]
-kind = "aggregate"
-from = ["area", "surfaces"]
-sql = "select area.*, surfaces.rms_height from area join surfaces using (surface)"
-
-[stage.gap-limit]
-kind = "fit"
-from = "gaps"
-law = "limits"
-of = "mean_gap / rms_height"
-loads = 0.1
-bootstrap = 0
-terms = { of = "1 / k_lower", exponent = 1 }
-over = ["k_upper", "nodes"]
-"#;
+static OVER_HEIGHTS: LazyLock<String> = LazyLock::new(|| {
+    stages_from("area")
+        .aggregate(
+            "gaps",
+            "from = ['area', 'surfaces']; \
+             sql = 'select area.*, surfaces.rms_height from area join surfaces using (surface)'",
+        )
+        .fit(
+            "gap-limit",
+            "law = 'limits'; of = 'mean_gap / rms_height'; loads = 0.1; bootstrap = 0; \
+             terms = { of = '1 / k_lower', exponent = 1 }; over = ['k_upper', 'nodes']",
+        )
+        .text()
+});
 
 #[test]
 fn an_observable_may_be_made_of_columns_that_a_query_joins() {
     let bench = Bench::new();
-    bench.run(&[LIMITS, OVER_HEIGHTS].concat());
+    bench.run(&format!("{}{}", *LIMITS, *OVER_HEIGHTS));
     let fits = bench.table("limits", "gap-limit");
     assert_eq!(fits.texts("status").unwrap().value(0), "fitted");
     assert_eq!(fits.integers("data").unwrap().value(0), 6);
@@ -102,7 +83,7 @@ fn means_over_surfaces_are_no_rows_that_limits_can_be_fitted_to() {
         "area.*, surfaces.rms_height",
         "area.k_lower, area.k_upper, area.nodes, area.load, area.mean_gap, surfaces.rms_height",
     );
-    let manifest = bench.write(&[LIMITS, &means].concat());
+    let manifest = bench.write(&format!("{}{means}", *LIMITS));
     let output = bench.output(&["check", manifest.to_str().unwrap()]);
     assert!(!output.status.success());
     let printed = text(&output.stderr);
@@ -112,7 +93,7 @@ fn means_over_surfaces_are_no_rows_that_limits_can_be_fitted_to() {
 #[test]
 fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
     let bench = Bench::new();
-    let manifest = bench.write(LIMITS);
+    let manifest = bench.write(&LIMITS);
     let advise = |more: &[&str]| {
         let arguments = [&["advise", manifest.to_str().unwrap()], more].concat();
         let output = bench.output(&arguments);
@@ -120,7 +101,7 @@ fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
         text(&output.stdout)
     };
     assert!(advise(&[]).contains("without a result"));
-    bench.run(LIMITS);
+    bench.run(&LIMITS);
     let printed = advise(&[]);
     for part in ["area_fraction / load, load 0.1", "twice the surfaces", "k_upper, nodes"] {
         assert!(printed.contains(part), "{part} in\n{printed}");
@@ -148,7 +129,7 @@ fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
 #[test]
 fn a_page_draws_limits_of_every_quantity_and_tells_forms_apart() {
     let bench = Bench::new();
-    bench.run(LIMITS);
+    bench.run(&LIMITS);
     let (said, page) = report(&bench);
     let page = page.replace("&#x2f;", "/");
     let title = "Limits of large cells, fine roughness and fine meshes";

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
@@ -13,38 +14,18 @@ use asperity::tables::table::Table;
 use serde_json::Value;
 
 use crate::bench::{Bench, assert_same_files, is_idle, text};
+use crate::manifest::manifest;
 
 /// Two surfaces under the loads that replace `LOADS`, and all that follows from them.
-const STUDY: &str = r#"
-[study]
-name = "loads"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 32
-hurst = 0.8
-k_lower = 2
-k_upper = 8
-realizations = 2
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = LOADS
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.corrected]
-kind = "correct"
-from = "area"
-
-[stage.mean]
-kind = "aggregate"
-from = "corrected"
-over = ["area_corrected"]
-"#;
+static STUDY: LazyLock<String> = LazyLock::new(|| {
+    manifest("loads", "")
+        .generate("surfaces", "nodes = 32; hurst = 0.8; k_lower = 2; k_upper = 8; realizations = 2")
+        .solve("contact", "loads = LOADS")
+        .measure("area", "")
+        .correct("corrected", "")
+        .aggregate("mean", "over = ['area_corrected']")
+        .text()
+});
 
 fn with(loads: &str) -> String {
     STUDY.replace("LOADS", loads)

@@ -32,6 +32,7 @@ mod instructions;
 mod layers;
 mod limits;
 mod loads;
+mod manifest;
 mod maps;
 mod memory;
 mod nayak;

@@ -1,33 +1,26 @@
 //! Maps of tasks in the library: heights, contact, pressures, gaps and displacements.
 
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 
 use asperity::session::{Coordinate, Map, MapKind, Session, SessionError};
 
 use crate::bench::{Bench, STUDY};
+use crate::manifest::manifest;
 
 /// Sinusoidal surface with two waves along y. The last load is 1.1 times the load of full contact,
 /// p* = π E* Δ/λ with λ = 3/2.
-const WAVE: &str = r#"
-[study]
-name = "wave"
-
-[stage.surface]
-kind = "generate"
-method = "wave"
-nodes = 64
-side = 3.0
-amplitude = 0.01
-waves = 2
-
-[stage.contact]
-kind = "solve"
-from = "surface"
-effective_modulus = 5.0
-load_unit = "absolute"
-loads = [0.02, 0.05, 0.11519173063162576]
-"#;
+static WAVE: LazyLock<String> = LazyLock::new(|| {
+    manifest("wave", "")
+        .generate("surface", "method = 'wave'; nodes = 64; side = 3.0; amplitude = 0.01; waves = 2")
+        .solve(
+            "contact",
+            "effective_modulus = 5.0; load_unit = 'absolute'; \
+             loads = [0.02, 0.05, 0.11519173063162576]",
+        )
+        .text()
+});
 
 fn map(bench: &Bench, stage: &str, kind: MapKind, load: Option<f64>) -> Map {
     found(bench, stage, &[], kind, load).unwrap()
@@ -49,7 +42,7 @@ fn found(
 #[test]
 fn a_wave_in_full_contact_has_the_pressures_and_displacements_of_its_closed_form() {
     let bench = Bench::new();
-    bench.run(WAVE);
+    bench.run(&WAVE);
     let [heights, pressures, gap, displacement, contact] = [
         MapKind::Heights,
         MapKind::Pressures,
@@ -70,7 +63,7 @@ fn a_wave_in_full_contact_has_the_pressures_and_displacements_of_its_closed_form
 #[test]
 fn the_gap_of_a_partly_flattened_wave_is_a_constant_plus_displacement_minus_height() {
     let bench = Bench::new();
-    bench.run(WAVE);
+    bench.run(&WAVE);
     let at = |kind| map(&bench, "contact", kind, Some(0.05)).values;
     let heights = map(&bench, "contact", MapKind::Heights, None).values;
     let (pressures, gap) = (at(MapKind::Pressures), at(MapKind::Gap));
@@ -90,7 +83,7 @@ fn the_gap_of_a_partly_flattened_wave_is_a_constant_plus_displacement_minus_heig
 #[test]
 fn pressures_are_the_same_whether_they_are_stored_or_computed_again() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let pressures = || {
         let coordinates = ["k_upper=8", "realization=1"];
         found(&bench, "light", &coordinates, MapKind::Pressures, Some(0.05)).unwrap()
@@ -105,7 +98,7 @@ fn pressures_are_the_same_whether_they_are_stored_or_computed_again() {
 #[test]
 fn loads_of_other_studies_in_the_store_are_not_among_those_of_this_study() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     bench.run(&STUDY.replace("loads = { to = 0.1, steps = 4 }", "loads = [0.025, 0.05]"));
     let session = Session::new(bench.path("study.toml"), bench.data());
     let coordinates = ["k_upper=8", "realization=1"].map(|word| word.parse().unwrap());
@@ -116,7 +109,7 @@ fn loads_of_other_studies_in_the_store_are_not_among_those_of_this_study() {
 #[test]
 fn a_map_of_a_surface_has_no_load_and_an_unknown_load_is_refused_with_the_nearest() {
     let bench = Bench::new();
-    bench.run(WAVE);
+    bench.run(&WAVE);
     let heights = map(&bench, "surface", MapKind::Heights, None);
     assert_eq!((heights.load, heights.length_unit), (None, None));
     let refused = |stage, kind, load| found(&bench, stage, &[], kind, load).unwrap_err();

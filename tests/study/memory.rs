@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::LazyLock;
 use std::time::Duration;
 
 use asperity::session::Session;
@@ -10,6 +11,7 @@ use asperity::tables::parquet::TableFile;
 use bytesize::ByteSize;
 
 use crate::bench::{Bench, STUDY, text};
+use crate::manifest::manifest;
 
 /// Returns the peak memory of a process in bytes, as Linux reports it.
 fn peak(mut process: Child) -> u64 {
@@ -56,13 +58,13 @@ fn a_worker_takes_no_more_memory_than_is_reckoned_with() {
 fn a_run_works_on_fewer_surfaces_where_memory_is_scarce_and_says_so() {
     let [scarce, ample] = [Bench::new(), Bench::new()];
     let run = |bench: &Bench, memory: &str| {
-        let path = bench.write(STUDY);
+        let path = bench.write(&STUDY);
         let arguments = ["run", path.to_str().unwrap(), "--jobs", "2", "--memory", memory];
         let output = bench.output(&arguments);
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stderr)
     };
-    let one = least(&scarce, &scarce.write(STUDY));
+    let one = least(&scarce, &scarce.write(&STUDY));
     let printed = run(&scarce, &one.0.to_string());
     assert!(printed.contains("1 of 2 tasks run in parallel to stay below the"), "{printed}");
     let printed = run(&ample, "1GiB");
@@ -78,7 +80,7 @@ fn a_run_works_on_fewer_surfaces_where_memory_is_scarce_and_says_so() {
 #[test]
 fn a_size_that_is_none_is_refused() {
     let bench = Bench::new();
-    let path = bench.write(STUDY);
+    let path = bench.write(&STUDY);
     let output = bench.output(&["run", path.to_str().unwrap(), "--memory", "lots"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("lots"));
@@ -150,29 +152,21 @@ fn few_addresses_refuse_a_task_and_break_none() {
 }
 
 /// Returns a study with a table of two million rows.
-const LARGE: &str = r#"
-[study]
-name = "large"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 32
-hurst = 0.8
-k_lower = 2
-k_upper = 8
-realizations = 100
-
-[stage.heights]
-kind = "measure"
-from = "surfaces"
-bins = 20000
-"#;
+static LARGE: LazyLock<String> = LazyLock::new(|| {
+    manifest("large", "")
+        .generate(
+            "surfaces",
+            "nodes = 32; hurst = 0.8; k_lower = 2; k_upper = 8; realizations = 100",
+        )
+        .measure("heights", "bins = 20000")
+        .text()
+});
 
 #[cfg(target_os = "linux")]
 #[test]
 fn a_table_larger_than_the_memory_of_a_run_is_written_row_group_by_row_group() {
     let bench = Bench::new();
-    let path = bench.write(LARGE);
+    let path = bench.write(&LARGE);
     let allowed = ByteSize::mb(250);
     let memory = allowed.0.to_string();
     let arguments = ["run", path.to_str().unwrap(), "--jobs", "1", "--memory", &memory];
@@ -189,7 +183,7 @@ fn an_aggregate_whose_tables_do_not_fit_says_what_they_take() {
     let bench = Bench::new();
     let aggregate =
         "[stage.mean]\nkind = \"aggregate\"\nfrom = \"heights\"\nover = [\"density\"]\n";
-    let path = bench.write(&format!("{LARGE}\n{aggregate}"));
+    let path = bench.write(&format!("{}\n{aggregate}", *LARGE));
     let arguments = ["run", path.to_str().unwrap(), "--memory", "250MB"];
     let output = bench.output(&arguments);
     let printed = text(&output.stderr);

@@ -33,7 +33,7 @@ fn is_refused(bench: &Bench, other: &str) -> String {
 #[test]
 fn another_manifest_of_the_same_name_needs_replace() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = bench.files();
     let others = STUDY.replace("seed = 7", "seed = 8");
     let printed = is_refused(&bench, &others);
@@ -65,7 +65,7 @@ fn another_manifest_of_the_same_name_needs_replace() {
 #[test]
 fn a_manifest_may_be_edited_as_one_likes() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     bench.run(&STUDY.replace("seed = 7", "seed = 8"));
     bench.run(&STUDY.replace("realizations = 2", "realizations = 1"));
     bench.run(STUDY.split("[stage.light]").next().unwrap());
@@ -74,9 +74,9 @@ fn a_manifest_may_be_edited_as_one_likes() {
 #[test]
 fn a_copy_of_the_same_study_shares_its_results_and_another_study_is_refused() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = bench.files();
-    let copy = write(&bench, "copy.toml", STUDY);
+    let copy = write(&bench, "copy.toml", &STUDY);
     let output = run(&bench, &copy, &[]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert_same_files(&bench.files(), &before);
@@ -106,7 +106,7 @@ fn manifest_and_data_may_move_together() {
     let bench = Bench::new();
     let [old, new] = ["old", "new"].map(|name| bench.path(name));
     fs::create_dir(&old).unwrap();
-    let manifest = write(&bench, "old/study.toml", STUDY);
+    let manifest = write(&bench, "old/study.toml", &STUDY);
     let data = |folder: &Path| folder.join("data").display().to_string();
     let output = run(&bench, &manifest, &["--data", &data(&old)]);
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -122,7 +122,7 @@ fn a_manifest_may_have_any_name() {
     let bench = Bench::new();
     let name = std::ffi::OsStr::from_bytes(b"\xff.toml");
     let path = bench.path("").join(name);
-    fs::write(&path, STUDY).unwrap();
+    fs::write(&path, STUDY.as_bytes()).unwrap();
     for _ in 0..2 {
         let mut command = bench.asperity(&["run"]);
         let output = command.arg(&path).output().unwrap();
@@ -133,7 +133,7 @@ fn a_manifest_may_have_any_name() {
 #[test]
 fn tables_of_unknown_owners_are_not_overwritten() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     fs::remove_file(bench.data().join("results/small/owner.json")).unwrap();
     let printed = is_refused(&bench, &STUDY.replace("seed = 7", "seed = 8"));
     assert!(printed.contains("an unknown manifest"), "{printed}");
@@ -144,7 +144,7 @@ fn tables_of_unknown_owners_are_not_overwritten() {
 #[test]
 fn an_empty_folder_is_anybodys() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     for stage in ["surfaces", "light", "area", "corrected", "law", "curves"] {
         let table = bench.data().join(format!("results/small/{stage}.parquet"));
         fs::remove_file(table).unwrap();
@@ -156,7 +156,7 @@ fn an_empty_folder_is_anybodys() {
 #[test]
 fn a_renamed_manifest_keeps_its_results_and_says_so() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = bench.files();
     let renamed = bench.path("renamed.toml");
     fs::rename(bench.path("study.toml"), &renamed).unwrap();
@@ -176,8 +176,8 @@ fn a_renamed_manifest_keeps_its_results_and_says_so() {
 #[test]
 fn a_copy_never_becomes_the_owner_while_the_original_exists() {
     let bench = Bench::new();
-    bench.run(STUDY);
-    let copy = write(&bench, "copy.toml", STUDY);
+    bench.run(&STUDY);
+    let copy = write(&bench, "copy.toml", &STUDY);
     assert!(run(&bench, &copy, &[]).status.success());
     // The copy was run last, and still must not remove rows of the original.
     write(&bench, "copy.toml", &STUDY.replace("seed = 7", "seed = 8"));

@@ -1,6 +1,7 @@
 //! Studies of contacts in partial slip.
 
 use crate::bench::{Bench, real, study_of_map, text};
+use crate::manifest::stages_from;
 
 /// Data of an independent solver that minimises the tangential energy under |t| ≤ f p.
 fn reference(name: &str) -> String {
@@ -8,22 +9,13 @@ fn reference(name: &str) -> String {
 }
 
 fn study(loads: &str, friction: &str) -> String {
-    let stages = format!(
-        r#"
-[stage.contact]
-kind = "solve"
-from = "surface"
-loads = {loads}
-load_unit = "absolute"
-tolerance = 1e-9
-stiffness = true
-
-[stage.slip]
-kind = "measure"
-from = "contact"
-friction = {friction}
-"#
-    );
+    let stages = stages_from("surface")
+        .solve(
+            "contact",
+            &format!("loads = {loads}; load_unit = 'absolute'; tolerance = 1e-9; stiffness = true"),
+        )
+        .measure("slip", &format!("friction = {friction}"))
+        .text();
     study_of_map("slip", &reference("rough64_a.npy"), &stages)
 }
 

@@ -15,7 +15,7 @@ const USER: &str = "54321";
 fn open_bench() -> Bench {
     let bench = Bench::new();
     fs::set_permissions(bench.path(""), Permissions::from_mode(0o777)).unwrap();
-    bench.write(STUDY);
+    bench.write(&STUDY);
     bench
 }
 
@@ -74,7 +74,7 @@ fn a_run_of_few_threads_computes_the_same_bytes_and_none_panics() {
         assert!(output.status.success(), "{command:?}: {}", text(&output.stderr));
     }
     let free = Bench::new();
-    free.run(STUDY);
+    free.run(&STUDY);
     let tables = |bench: &Bench| {
         let mut files = bench.files();
         let is_table = |ending: &std::ffi::OsStr| ending == "parquet";

@@ -30,7 +30,7 @@ fn kinds<const N: usize>(kinds: [(&str, u64); N]) -> BTreeMap<String, u64> {
 #[test]
 fn what_no_named_manifest_needs_is_shown_first_and_deleted_when_asked_for() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let small = bench.files();
     // One more surface per spectrum, and the stages that pool them.
     let larger =
@@ -38,7 +38,7 @@ fn what_no_named_manifest_needs_is_shown_first_and_deleted_when_asked_for() {
     bench.run(&larger);
     let both = bench.files();
     let small_manifest = bench.path("small.toml");
-    fs::write(&small_manifest, STUDY).unwrap();
+    fs::write(&small_manifest, STUDY.as_bytes()).unwrap();
     let larger_manifest = bench.write(&larger);
     let (small_manifest, larger_manifest) =
         (small_manifest.to_str().unwrap(), larger_manifest.to_str().unwrap());
@@ -59,13 +59,13 @@ fn what_no_named_manifest_needs_is_shown_first_and_deleted_when_asked_for() {
     assert_eq!(prune(&bench, &[small_manifest, "--yes"]), unneeded);
     assert_same_files(&bench.files(), &small);
     assert!(!bench.data().join("results/larger").exists());
-    assert!(bench.run(STUDY).values().all(is_idle));
+    assert!(bench.run(&STUDY).values().all(is_idle));
 }
 
 #[test]
 fn a_run_names_the_results_of_a_removed_stage_and_prune_deletes_them() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let manifest = bench.write(STUDY.split("[stage.curves]").next().unwrap());
     let output = bench.output(&["run", manifest.to_str().unwrap()]);
     let printed = text(&output.stderr);
@@ -80,7 +80,7 @@ fn a_run_names_the_results_of_a_removed_stage_and_prune_deletes_them() {
 #[test]
 fn without_manifests_only_damaged_and_unfinished_files_go() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = bench.files();
     let staging = bench.data().join("store/unfinished");
     fs::write(staging.join(left_behind()), "half").unwrap();
@@ -97,7 +97,7 @@ fn without_manifests_only_damaged_and_unfinished_files_go() {
 #[test]
 fn nothing_is_deleted_while_somebody_uses_the_store() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let manifest = bench.write(&STUDY.replace("seed = 7", "seed = 8"));
     let arguments = ["prune", "--yes", manifest.to_str().unwrap()];
     let before = bench.files();
@@ -116,7 +116,7 @@ fn nothing_is_deleted_while_somebody_uses_the_store() {
 #[test]
 fn a_command_that_waits_for_the_lock_says_so() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let pruning = Lock::exclusive(&bench.data().join("store")).unwrap().unwrap();
     let manifest = bench.path("study.toml");
     let mut status = bench.asperity(&["status", manifest.to_str().unwrap()]);

@@ -51,7 +51,7 @@ fn remove(bench: &Bench, name: &str) {
 #[test]
 fn reading_commands_work_without_the_store_and_change_no_results() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let with_store = all_that_is_read(&bench);
     assert!(with_store.iter().all(|(code, ..)| *code == Some(0)), "{with_store:?}");
     remove(&bench, "store");
@@ -64,7 +64,7 @@ fn reading_commands_work_without_the_store_and_change_no_results() {
 #[test]
 fn a_study_whose_run_was_killed_before_its_tables_is_read_from_its_store_and_nothing_is_written() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let finished = all_that_is_read(&bench);
     remove(&bench, "results");
     fs::remove_file(bench.data().join("store/lock")).unwrap();
@@ -76,7 +76,7 @@ fn a_study_whose_run_was_killed_before_its_tables_is_read_from_its_store_and_not
 #[test]
 fn each_task_is_read_from_where_it_is() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let whole = rows(&bench, "area").0;
     let tasks = bench.table("small", "area");
     let tasks = tasks.texts("task").unwrap();
@@ -107,11 +107,11 @@ fn results_alone_say_how_many_surfaces_were_drawn() {
 #[test]
 fn a_run_without_its_store_takes_no_rows_away() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let before = results(&bench);
     let key = bench.table("small", "area").texts("task").unwrap().value(0).to_owned();
     remove(&bench, "store");
-    let done = bench.run_with(STUDY, &["--only", &key]);
+    let done = bench.run_with(&STUDY, &["--only", &key]);
     assert_eq!(done["area"].computed, 1);
     assert!(results(&bench) == before);
 
@@ -125,7 +125,7 @@ fn a_run_without_its_store_takes_no_rows_away() {
     let newest =
         (0..area.rows()).find(|&row| area.integers("realization").unwrap().value(row) == 2);
     let newest = area.texts("task").unwrap().value(newest.unwrap()).to_owned();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     remove(&bench, "store");
     bench.run_with(&larger, &["--only", &newest]);
     assert_eq!(bench.table("small", "area").rows(), 20, "16 kept, and 4 of the new one");
@@ -136,7 +136,7 @@ fn a_run_without_its_store_takes_no_rows_away() {
 #[test]
 fn what_is_nowhere_is_not_computed_and_what_is_damaged_is_named() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     remove(&bench, "store");
     let area = bench.data().join("results/small/area.parquet");
     fs::write(&area, "no table").unwrap();
@@ -152,7 +152,7 @@ fn what_is_nowhere_is_not_computed_and_what_is_damaged_is_named() {
 #[test]
 fn a_map_is_drawn_where_it_is_and_otherwise_the_command_is_named_that_brings_it_back() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let picture = bench.path("view.png");
     let arguments = ["light", "k_upper=4", "realization=0", "--output"];
     let arguments = [&arguments[..], &[picture.to_str().unwrap()]].concat();
@@ -220,7 +220,7 @@ fn figures(said: &str) -> Vec<Value> {
 #[test]
 fn a_report_elsewhere_replaces_an_earlier_one_of_the_study_and_other_files_only_if_asked() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let folder = bench.path("paper");
     let (page, figure) = (folder.join("report.html"), folder.join("figures/contact-maps.png"));
     let report = |options: &[&str]| {
@@ -258,7 +258,7 @@ fn a_report_elsewhere_replaces_an_earlier_one_of_the_study_and_other_files_only_
 #[test]
 fn a_report_of_less_goes_elsewhere_or_asks() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let (_, said, _) = command(&bench, "report", &["--json"]);
     let all = figures(&said);
     assert!(all.contains(&"Contact maps".into()));
@@ -298,7 +298,7 @@ fn a_report_of_less_goes_elsewhere_or_asks() {
     assert_eq!((code, figures(&said).len()), (Some(0), all.len() - 1));
     let maps = bench.data().join("results/small/figures/contact-maps.svg");
     assert!(!maps.exists());
-    bench.run(STUDY);
+    bench.run(&STUDY);
     assert_eq!(command(&bench, "report", &[]).0, Some(0));
     assert!(results(&bench) == whole);
 }
@@ -306,7 +306,7 @@ fn a_report_of_less_goes_elsewhere_or_asks() {
 #[test]
 fn a_report_of_a_study_that_was_edited_but_not_run_keeps_the_page_of_the_one_before() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     assert_eq!(command(&bench, "report", &[]).0, Some(0));
     let before = bench.files();
     bench.write(&STUDY.replace("realizations = 2", "realizations = 3"));

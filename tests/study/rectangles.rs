@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use arrow::array::{Array, AsArray};
 use arrow::datatypes::Float64Type;
@@ -11,6 +12,7 @@ use asperity::tables::table::Table;
 use serde_json::Value;
 
 use crate::bench::{Bench, assert_same_files, is_idle, text};
+use crate::manifest::manifest;
 use crate::reference::column;
 
 /// Folder of surfaces with reference solutions by independent code.
@@ -36,36 +38,25 @@ fn bench_with(name: &str) -> Bench {
 }
 
 /// Imports a surface and presses it at the loads of the reference solution.
-fn manifest(name: &str, size: [f64; 2], boundary: &str) -> String {
+fn map_in_cell(name: &str, size: [f64; 2], boundary: &str) -> String {
     let pressures = column(&solved_by_others(name), "pressure");
     let is_periodic = boundary == "periodic";
-    format!(
-        r#"
-[study]
-name = "outside"
-
-[stage.scan]
-kind = "generate"
-method = "file"
-path = "{name}.npy"
-side = {size:?}
-periodic = {is_periodic}
-
-[stage.contact]
-kind = "solve"
-from = "scan"
-boundary = "{boundary}"
-effective_modulus = 1.0
-loads = {pressures:?}
-load_unit = "absolute"
-tolerance = 1e-8
-pressures = "all"
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#
-    )
+    manifest("outside", "")
+        .generate(
+            "scan",
+            &format!(
+                "method = 'file'; path = '{name}.npy'; side = {size:?}; periodic = {is_periodic}"
+            ),
+        )
+        .solve(
+            "contact",
+            &format!(
+                "boundary = '{boundary}'; effective_modulus = 1.0; loads = {pressures:?}; \
+                 load_unit = 'absolute'; tolerance = 1e-8; pressures = 'all'"
+            ),
+        )
+        .measure("area", "")
+        .text()
 }
 
 #[track_caller]
@@ -80,7 +71,7 @@ fn assert_agrees(csv: &str, name: &str, found: impl Fn(usize) -> f64, tolerance:
 fn agrees_with_independent_code(name: &str, size: [f64; 2], boundary: &str) {
     let csv = solved_by_others(name);
     let bench = bench_with(name);
-    bench.run(&manifest(name, size, boundary));
+    bench.run(&map_in_cell(name, size, boundary));
     let (area, contact) = (bench.table("outside", "area"), bench.table("outside", "contact"));
     assert_eq!(area.rows(), column(&csv, "load").len());
     for count in ["nodes_x", "nodes_y", "contact_nodes", "switches_x", "switches_y", "clusters"] {
@@ -132,7 +123,7 @@ fn reals(table: &Table, name: &str) -> Vec<f64> {
 #[test]
 fn displacements_with_nothing_beyond_the_edges_are_absolute() {
     let bench = bench_with("f128x192");
-    bench.run(&manifest("f128x192", [0.8, 1.2], "free"));
+    bench.run(&map_in_cell("f128x192", [0.8, 1.2], "free"));
     let scan = bench.with_maps("outside", "scan");
     let heights = scan.lists("heights").unwrap().value(0);
     let heights = heights.as_primitive::<Float64Type>().values().to_vec();
@@ -157,7 +148,7 @@ fn displacements_with_nothing_beyond_the_edges_are_absolute() {
 #[test]
 fn a_map_that_is_not_periodic_has_the_slope_of_its_differences() {
     let bench = bench_with("f128x192");
-    bench.run(&manifest("f128x192", [0.8, 1.2], "free"));
+    bench.run(&map_in_cell("f128x192", [0.8, 1.2], "free"));
     let scan = bench.table("outside", "scan");
     assert_eq!(scan.texts("edges").unwrap().value(0), "open");
     // The modes of the map have an rms slope of 0.02. Differences between nodes underestimate it,
@@ -175,46 +166,25 @@ fn a_map_that_is_not_periodic_has_the_slope_of_its_differences() {
     assert!(printed.contains("differences between neighbouring nodes"), "{printed}");
 }
 
-const ROUGH: &str = r#"
-[study]
-name = "rough"
-seed = 7
-
-[stage.surfaces]
-kind = "generate"
-nodes = [64, 32]
-side = [2.0, 1.0]
-hurst = 0.8
-k_lower = 2
-k_upper = [8, 16]
-realizations = 2
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = { to = 0.4, steps = 4 }
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.corrected]
-kind = "correct"
-from = "area"
-correction = ["none", "2017"]
-
-[stage.curves]
-kind = "aggregate"
-from = "corrected"
-over = ["area_corrected"]
-statistics = ["mean", "sd"]
-"#;
+static ROUGH: LazyLock<String> = LazyLock::new(|| {
+    manifest("rough", "seed = 7")
+        .generate(
+            "surfaces",
+            "nodes = [64, 32]; side = [2.0, 1.0]; hurst = 0.8; k_lower = 2; k_upper = [8, 16]; \
+             realizations = 2",
+        )
+        .solve("contact", "loads = { to = 0.4, steps = 4 }")
+        .measure("area", "")
+        .correct("corrected", "correction = ['none', '2017']")
+        .aggregate("curves", "over = ['area_corrected']; statistics = ['mean', 'sd']")
+        .text()
+});
 
 /// Checks that a random surface on a rectangle has the statistics of a square.
 #[test]
 fn rectangles_are_drawn_pressed_measured_corrected_and_aggregated() {
     let bench = Bench::new();
-    bench.run(ROUGH);
+    bench.run(&ROUGH);
     let surfaces = bench.table("rough", "surfaces");
     assert_eq!(surfaces.integers("nodes_x").unwrap().value(0), 64);
     assert_eq!(surfaces.reals("side_y").unwrap().value(0), 1.0);
@@ -236,7 +206,7 @@ fn rectangles_are_drawn_pressed_measured_corrected_and_aggregated() {
     assert_eq!(curves.rows(), 2 * 2 * 4);
     assert!(curves.has("nodes_x") && curves.has("side_y"));
     // Repeating the run computes nothing, also if the pair is written out.
-    assert!(bench.run(ROUGH).values().all(is_idle));
+    assert!(bench.run(&ROUGH).values().all(is_idle));
     let before = tables(&bench);
     let outright = ROUGH.replace("[64, 32]", "[[64, 32]]").replace("[2.0, 1.0]", "[[2.0, 1.0]]");
     assert!(bench.run(&outright).values().all(is_idle));
@@ -296,7 +266,7 @@ fn size_of(bench: &Bench, arguments: &[&str]) -> ([u32; 2], Value) {
 #[test]
 fn pictures_of_rectangles_are_as_wide_as_x_and_as_high_as_y() {
     let bench = bench_with("p256x160_cells");
-    bench.run(&manifest("p256x160_cells", [1.0, 1.25], "periodic"));
+    bench.run(&map_in_cell("p256x160_cells", [1.0, 1.25], "periodic"));
     for arguments in [&["scan"][..], &["contact"], &["contact", "--map", "pressures"]] {
         let (size, printed) = size_of(&bench, arguments);
         // Mesh cells of 1/256 × 1/128 are drawn two pixels high.
@@ -308,7 +278,7 @@ fn pictures_of_rectangles_are_as_wide_as_x_and_as_high_as_y() {
 #[test]
 fn a_report_of_rectangles_has_their_maps_in_proportion() {
     let bench = Bench::new();
-    bench.run(ROUGH);
+    bench.run(&ROUGH);
     let path = bench.path("study.toml");
     let output = bench.output(&["report", path.to_str().unwrap(), "--json"]);
     assert!(output.status.success(), "{}", text(&output.stderr));

@@ -9,6 +9,7 @@ use arrow::datatypes::Float64Type;
 use asperity::tables::table::Table;
 
 use crate::bench::Bench;
+use crate::manifest::manifest;
 
 fn reference(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data/reference").join(name)
@@ -43,31 +44,16 @@ fn an_imported_surface_has_the_contacts_that_another_code_finds() {
     let loads = column(&csv, "p_norm");
     let bench = Bench::new();
     fs::copy(reference("s256_kl4_ks32_H08.npy"), bench.path("surface.npy")).unwrap();
-    let manifest = format!(
-        r#"
-[study]
-name = "outside"
-
-[stage.surface]
-kind = "generate"
-method = "file"
-path = "surface.npy"
-side = 1.0
-periodic = true
-
-[stage.contact]
-kind = "solve"
-from = "surface"
-effective_modulus = 1.0
-loads = {loads:?}
-tolerance = 1e-8
-pressures = "none"
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#
-    );
+    let manifest = manifest("outside", "")
+        .generate("surface", "method = 'file'; path = 'surface.npy'; side = 1.0; periodic = true")
+        .solve(
+            "contact",
+            &format!(
+                "effective_modulus = 1.0; loads = {loads:?}; tolerance = 1e-8; pressures = 'none'"
+            ),
+        )
+        .measure("area", "")
+        .text();
     bench.run(&manifest);
     let area = bench.table("outside", "area");
     let nodes = area.integers("contact_nodes").unwrap();

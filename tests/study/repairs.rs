@@ -1,10 +1,12 @@
 //! Repairs of measured maps, and the part of the contact on filled nodes.
 
 use std::fs;
+use std::sync::LazyLock;
 
 use arrow::array::Array as _;
 
 use crate::bench::{Bench, text};
+use crate::manifest::manifest;
 
 /// Returns a text file of a map with a step of 1 µm and heights in µm. Missing points are NaN.
 fn text_file(nodes: [usize; 2], height: impl Fn(usize, usize) -> f64) -> String {
@@ -32,26 +34,21 @@ fn damaged(i: usize, j: usize) -> f64 {
     (0.3 * i as f64).sin() + (7.0 * (j * j) as f64).sin() + spike
 }
 
-const DAMAGED: &str = r#"
-[study]
-name = "repaired"
-
-[stage.scan]
-kind = "generate"
-method = "file"
-path = "scan.txt"
-periodic = false
-spikes = [8, 1000]
-islands = 1
-align = "differences"
-fill = "nearest"
-"#;
+static DAMAGED: LazyLock<String> = LazyLock::new(|| {
+    manifest("repaired", "")
+        .generate(
+            "scan",
+            "method = 'file'; path = 'scan.txt'; periodic = false; spikes = [8, 1000]; \
+             islands = 1; align = 'differences'; fill = 'nearest'",
+        )
+        .text()
+});
 
 #[test]
 fn removed_points_are_counted_and_told() {
     let bench = Bench::new();
     fs::write(bench.path("scan.txt"), text_file([32, 24], damaged)).unwrap();
-    let manifest = bench.write(DAMAGED);
+    let manifest = bench.write(&DAMAGED);
     let manifest = manifest.to_str().unwrap();
     let checked = text(&bench.output(&["check", manifest]).stderr);
     let told =
@@ -117,28 +114,17 @@ fn frame(i: usize, j: usize) -> f64 {
     }
 }
 
-const FRAME: &str = r#"
-[study]
-name = "framed"
-
-[stage.scan]
-kind = "generate"
-method = "file"
-path = ["frame.txt", "whole.txt"]
-periodic = false
-edges = "mirror"
-fill = "harmonic"
-
-[stage.contact]
-kind = "solve"
-from = "scan"
-effective_modulus = 1e9
-loads = [1e-4, 1e-3]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#;
+static FRAME: LazyLock<String> = LazyLock::new(|| {
+    manifest("framed", "")
+        .generate(
+            "scan",
+            "method = 'file'; path = ['frame.txt', 'whole.txt']; periodic = false; \
+             edges = 'mirror'; fill = 'harmonic'",
+        )
+        .solve("contact", "effective_modulus = 1e9; loads = [1e-4, 1e-3]")
+        .measure("area", "")
+        .text()
+});
 
 #[test]
 fn the_filled_share_of_a_frame_in_contact_is_that_of_its_hole() {
@@ -146,7 +132,7 @@ fn the_filled_share_of_a_frame_in_contact_is_that_of_its_hole() {
     fs::write(bench.path("frame.txt"), text_file([16, 16], frame)).unwrap();
     let whole = |i, j| if frame(i, j).is_nan() { 1.0 } else { frame(i, j) };
     fs::write(bench.path("whole.txt"), text_file([16, 16], whole)).unwrap();
-    let run = bench.output(&["run", bench.write(FRAME).to_str().unwrap()]);
+    let run = bench.output(&["run", bench.write(&FRAME).to_str().unwrap()]);
     let printed = text(&run.stdout) + &text(&run.stderr);
     let warning = "up to 44.4 % of the contact area is on filled nodes, not measured";
     assert!(printed.contains(warning), "{printed}");

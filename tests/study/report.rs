@@ -1,10 +1,12 @@
 //! Pages and figures of `asperity report`.
 
 use std::fs;
+use std::sync::LazyLock;
 
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, text};
+use crate::manifest::manifest;
 
 /// Writes a report and returns the output of the command and the page.
 pub fn report(bench: &Bench) -> (Value, String) {
@@ -19,7 +21,7 @@ pub fn report(bench: &Bench) -> (Value, String) {
 #[test]
 fn a_page_needs_no_other_file_and_holds_figures_tables_and_manifest() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let (said, page) = report(&bench);
     let drawn = said["drawn"].as_array().unwrap().len();
     assert!(drawn >= 7, "{said}");
@@ -43,7 +45,7 @@ fn caption_numbers(slider: &str, what: &str) -> Vec<f64> {
 #[test]
 fn sliders_go_through_the_loads_of_single_surfaces_and_tell_what_their_tables_do() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let (_, page) = report(&bench);
     let sliders: Vec<&str> = page.split("<div class=\"loads\"").skip(1).collect();
     assert!(!sliders.is_empty());
@@ -70,7 +72,7 @@ fn sliders_go_through_the_loads_of_single_surfaces_and_tell_what_their_tables_do
 #[test]
 fn figures_are_the_same_bytes_again() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let figures = |bench: &Bench| {
         let folder = bench.data().join("results/small/figures");
         let files = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
@@ -89,14 +91,14 @@ fn figures_are_the_same_bytes_again() {
 #[test]
 fn a_report_needs_results_and_says_which_are_missing() {
     let bench = Bench::new();
-    let path = bench.write(STUDY);
+    let path = bench.write(&STUDY);
     let refused = bench.output(&["report", path.to_str().unwrap()]);
     assert_eq!(refused.status.code(), Some(1));
     let printed = text(&refused.stderr);
     assert!(printed.contains("`small` has no results for the current manifest; run"), "{printed}");
     assert!(!bench.data().exists());
     bench.run(&STUDY[..STUDY.find("[stage.light]").unwrap()]);
-    bench.write(STUDY);
+    bench.write(&STUDY);
     let (_, page) = report(&bench);
     assert!(page.contains("unfinished: 4 of"));
     assert!(page.contains("Not finished yet: light"), "{page}");
@@ -119,7 +121,7 @@ fn what_is_missing_is_named_with_the_lines_that_would_add_it() {
 #[test]
 fn a_figure_that_a_study_has_no_more_is_taken_away() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     report(&bench);
     let file = bench.data().join("results/small/figures/area-corrected.svg");
     assert!(file.exists());
@@ -213,7 +215,7 @@ fn loads_beyond_light_ones_are_on_a_figure_and_pressures_where_there_is_a_modulu
     assert!(pressure.contains(">mean pressure p₀, in GPa<"));
 
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let (said, _) = report(&bench);
     let missing = said["missing"].to_string();
     assert!(missing.contains("against the mean pressure"), "{said}");
@@ -364,7 +366,7 @@ fn theories_for_worn_surfaces_have_a_caveat_with_numbers() {
 #[test]
 fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     report(&bench);
     let verify = || bench.output(&["verify", "--json"]);
     assert!(verify().status.success());
@@ -401,7 +403,7 @@ fn a_page_or_a_figure_that_somebody_has_changed_is_found_and_stays_where_it_is()
 #[test]
 fn a_page_begins_with_the_answer_and_ends_with_its_provenance() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let (_, page) = report(&bench);
     let sections = ["summary", "results", "paper", "maps", "tables", "missing", "provenance"];
     let place = |id: &str| page.find(&format!("<section id=\"{id}\"")).expect(id);
@@ -483,7 +485,7 @@ fn index(bench: &Bench) -> (Value, String) {
 #[test]
 fn an_index_lists_all_studies_with_their_states_and_main_figures() {
     let bench = Bench::new();
-    bench.run(&format!("# Two spectra.\n{STUDY}"));
+    bench.run(&format!("# Two spectra.\n{}", *STUDY));
     report(&bench);
     let (said, page) = index(&bench);
     let study = &said["studies"][0];
@@ -516,7 +518,7 @@ fn an_index_says_what_is_damaged_and_refuses_an_empty_folder() {
     let refused = bench.output(&["report", "--index"]);
     assert!(!refused.status.success());
     assert!(text(&refused.stderr).contains("has no studies"), "{}", text(&refused.stderr));
-    bench.run(STUDY);
+    bench.run(&STUDY);
     report(&bench);
     let results = bench.data().join("results/small");
     fs::write(results.join("area.parquet"), "edited").unwrap();
@@ -639,7 +641,7 @@ y = "<evil-column>"
 #[test]
 fn files_that_a_received_page_or_owner_names_are_not_read() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     report(&bench);
     fs::write(bench.path("private.toml"), "# A secret.\n[study]\nname = \"small\"\n").unwrap();
     let folder = bench.data().join("results/small");
@@ -668,48 +670,38 @@ fn files_that_a_received_page_or_owner_names_are_not_read() {
 }
 
 /// Study of two spectra under light pressures in MPa, with means that are grouped by pressure.
-const IN_MEGAPASCALS: &str = r#"
-[study]
-name = "pascals"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 32
-side = "100 um"
-hurst = [0.5, 0.8]
-k_lower = 2
-k_upper = 8
-rms_slope = 0.1
-realizations = 2
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-bodies = [{ youngs_modulus = "105 GPa", poisson_ratio = 0.3, conductivity = "50 W/(m K)" }]
-loads = { from = "5 MPa", to = "50 MPa", steps = 6, spacing = "geometric" }
-stiffness = true
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.means]
-kind = "aggregate"
-from = "area"
-group_by = ["hurst", "pressure"]
-over = ["mean_gap", "thermal_conductance"]
-statistics = ["mean", "sd"]
-
-[stage.query]
-kind = "aggregate"
-from = "area"
-sql = "select hurst, pressure, avg(mean_gap) as mean_gap from area group by hurst, pressure"
-"#;
+static IN_MEGAPASCALS: LazyLock<String> = LazyLock::new(|| {
+    manifest("pascals", "")
+        .generate(
+            "surfaces",
+            "nodes = 32; side = '100 um'; hurst = [0.5, 0.8]; k_lower = 2; k_upper = 8; \
+             rms_slope = 0.1; realizations = 2",
+        )
+        .solve(
+            "contact",
+            "bodies = [{ youngs_modulus = '105 GPa', poisson_ratio = 0.3, \
+             conductivity = '50 W/(m K)' }]; \
+             loads = { from = '5 MPa', to = '50 MPa', steps = 6, spacing = 'geometric' }; \
+             stiffness = true",
+        )
+        .measure("area", "")
+        .aggregate(
+            "means",
+            "group_by = ['hurst', 'pressure']; over = ['mean_gap', 'thermal_conductance']; \
+             statistics = ['mean', 'sd']",
+        )
+        .aggregate(
+            "query",
+            "from = 'area'; sql = 'select hurst, pressure, \
+             avg(mean_gap) as mean_gap from area group by hurst, pressure'",
+        )
+        .text()
+});
 
 #[test]
 fn axes_summary_and_tables_of_statistics_have_the_units_of_the_manifest() {
     let bench = Bench::new();
-    bench.run(IN_MEGAPASCALS);
+    bench.run(&IN_MEGAPASCALS);
     let (_, page) = report(&bench);
     let svg = figure(&bench, "means");
     for label in ["mean pressure p₀, in MPa", "mean gap ū, in µm"] {
@@ -747,7 +739,7 @@ fn axes_summary_and_tables_of_statistics_have_the_units_of_the_manifest() {
 #[test]
 fn axes_of_light_loads_end_where_the_data_end() {
     let bench = Bench::new();
-    bench.run(IN_MEGAPASCALS);
+    bench.run(&IN_MEGAPASCALS);
     let (_, page) = report(&bench);
     for name in ["area-light", "slope", "area-corrected"] {
         let Some(figure) = page.split(&format!("<figure id=\"{name}\"")).nth(1) else {

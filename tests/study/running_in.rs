@@ -1,11 +1,13 @@
 //! Surfaces that have yielded: they are pressed and measured as all others.
 
 use std::fs;
+use std::sync::LazyLock;
 
 use asperity::tables::store::Store;
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, assert_same_files, is_idle, real, study_of_map, text};
+use crate::manifest::{manifest, stages_from};
 
 /// Data of an independent solver by projected gradients.
 fn reference(name: &str) -> String {
@@ -36,31 +38,19 @@ fn maps(bench: &Bench, table: &Table, row: usize, column: &str) -> Vec<Vec<f64>>
 
 /// A cycle on the map of the reference, and the surface after its largest load, pressed again.
 fn cycle() -> String {
-    let stages = r#"
-[stage.contact]
-kind = "solve"
-from = "surface"
-loads = [0.02, 0.1, 0.25, 0.15, 0.05, 0.01]
-load_unit = "absolute"
-hardness = 0.6
-path = "as-given"
-pressures = "all"
-tolerance = 1e-9
-
-[stage.run-in]
-kind = "generate"
-method = "yielded"
-from = "contact"
-
-[stage.again]
-kind = "solve"
-from = "run-in"
-loads = [0.01, 0.05, 0.15, 0.25, 0.3]
-load_unit = "absolute"
-hardness = 0.6
-pressures = "all"
-tolerance = 1e-9
-"#;
+    let stages = &stages_from("surface")
+        .solve(
+            "contact",
+            "loads = [0.02, 0.1, 0.25, 0.15, 0.05, 0.01]; load_unit = 'absolute'; hardness = 0.6; \
+             path = 'as-given'; pressures = 'all'; tolerance = 1e-9",
+        )
+        .generate("run-in", "from = 'contact'; method = 'yielded'")
+        .solve(
+            "again",
+            "loads = [0.01, 0.05, 0.15, 0.25, 0.3]; load_unit = 'absolute'; hardness = 0.6; \
+             pressures = 'all'; tolerance = 1e-9",
+        )
+        .text();
     study_of_map("cycle", &reference("heights.npy"), stages)
 }
 
@@ -142,58 +132,26 @@ fn loading_again_is_elastic_along_the_curve_of_unloading_up_to_the_former_maximu
     assert!(real(&again, "mean_yielded_depth", row(&again, 0.3, &|_| true)) > 1e-3);
 }
 
-const SWEEP: &str = r#"
-[study]
-name = "sweep"
-seed = 3
-
-[stage.surfaces]
-kind = "generate"
-nodes = 32
-hurst = 0.8
-k_lower = 2
-k_upper = [4, 8]
-rms_slope = 0.1
-realizations = 2
-
-[stage.first]
-kind = "solve"
-from = "surfaces"
-loads = [0.05, 0.2]
-hardness = [0.5, 0.8]
-hardness_unit = "relative"
-
-[stage.run-in]
-kind = "generate"
-method = "yielded"
-from = "first"
-load = [0.05, 0.2]
-
-[stage.second]
-kind = "solve"
-from = "run-in"
-loads = [0.1]
-
-[stage.area]
-kind = "measure"
-from = "second"
-
-[stage.roughness]
-kind = "measure"
-from = ["surfaces", "run-in"]
-what = "roughness"
-
-[stage.mean]
-kind = "aggregate"
-from = "area"
-over = "area_fraction"
-statistics = ["mean"]
-"#;
+static SWEEP: LazyLock<String> = LazyLock::new(|| {
+    manifest("sweep", "seed = 3")
+        .generate(
+            "surfaces",
+            "nodes = 32; hurst = 0.8; k_lower = 2; k_upper = [4, 8]; rms_slope = 0.1; \
+             realizations = 2",
+        )
+        .solve("first", "loads = [0.05, 0.2]; hardness = [0.5, 0.8]; hardness_unit = 'relative'")
+        .generate("run-in", "from = 'first'; method = 'yielded'; load = [0.05, 0.2]")
+        .solve("second", "loads = [0.1]")
+        .measure("area", "")
+        .measure("roughness", "from = ['surfaces', 'run-in']; what = 'roughness'")
+        .aggregate("mean", "from = 'area'; over = 'area_fraction'; statistics = ['mean']")
+        .text()
+});
 
 #[test]
 fn rows_tell_surfaces_apart_by_load_hardness_and_what_they_were() {
     let bench = Bench::new();
-    bench.run(SWEEP);
+    bench.run(&SWEEP);
     let table = bench.table("sweep", "run-in");
     assert_eq!(table.rows(), 2 * 2 * 2 * 2);
     let area = bench.table("sweep", "area");
@@ -219,10 +177,10 @@ fn rows_tell_surfaces_apart_by_load_hardness_and_what_they_were() {
 #[test]
 fn surfaces_do_not_depend_on_threads_storage_or_the_other_loads() {
     let whole = Bench::new();
-    whole.run_with(SWEEP, &["--jobs", "3"]);
+    whole.run_with(&SWEEP, &["--jobs", "3"]);
     let extended = Bench::new();
     extended.run_with(&SWEEP.replace("load = [0.05, 0.2]", "load = 0.2"), &["--jobs", "1"]);
-    let counts = extended.run_with(SWEEP, &["--jobs", "1"]);
+    let counts = extended.run_with(&SWEEP, &["--jobs", "1"]);
     assert_eq!((counts["run-in"].cached, counts["run-in"].computed), (8, 8));
     assert!(is_idle(&counts["first"]));
     assert_same_files(&extended.published("sweep"), &whole.published("sweep"));

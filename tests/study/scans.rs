@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::{Cursor, Write};
 use std::path::Path;
+use std::sync::LazyLock;
 
 use arrow::array::AsArray;
 use arrow::datatypes::Float64Type;
@@ -10,6 +11,7 @@ use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
 use crate::bench::{Bench, text};
+use crate::manifest::manifest;
 
 const NODES: [usize; 2] = [24, 20];
 const STEP: f64 = 2e-6;
@@ -55,34 +57,18 @@ fn x3p() -> Vec<u8> {
     archive.finish().unwrap().into_inner()
 }
 
-const STUDY: &str = r#"
-[study]
-name = "scanned"
-
-[stage.scan]
-kind = "generate"
-method = "file"
-path = "scan.x3p"
-periodic = false
-fill = "harmonic"
-level = ["none", "plane"]
-
-[stage.contact]
-kind = "solve"
-from = "scan"
-boundary = "free"
-effective_modulus = 1e9
-loads = [0.02, 0.1]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.corrected]
-kind = "correct"
-from = "area"
-correction = "2017"
-"#;
+static STUDY: LazyLock<String> = LazyLock::new(|| {
+    manifest("scanned", "")
+        .generate(
+            "scan",
+            "method = 'file'; path = 'scan.x3p'; periodic = false; fill = 'harmonic'; \
+             level = ['none', 'plane']",
+        )
+        .solve("contact", "boundary = 'free'; effective_modulus = 1e9; loads = [0.02, 0.1]")
+        .measure("area", "")
+        .correct("corrected", "correction = '2017'")
+        .text()
+});
 
 fn bench() -> Bench {
     let bench = Bench::new();
@@ -99,7 +85,7 @@ fn holes() -> usize {
 #[test]
 fn a_scan_with_holes_goes_all_the_way_to_a_report() {
     let bench = bench();
-    let manifest = bench.write(STUDY);
+    let manifest = bench.write(&STUDY);
     let manifest = manifest.to_str().unwrap();
     let checked = bench.output(&["check", manifest]);
     assert!(checked.status.success(), "{}", text(&checked.stderr));
@@ -261,7 +247,7 @@ fn heights_of_holes_solve_laplaces_equation_and_others_are_those_of_the_file() {
 #[test]
 fn a_scan_whose_file_is_gone_is_the_one_that_the_tables_are_of() {
     let bench = bench();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let manifest = bench.path("study.toml");
     let table = || {
         let output = bench.output(&["table", manifest.to_str().unwrap(), "corrected", "--csv"]);

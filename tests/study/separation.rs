@@ -1,42 +1,27 @@
 //! Exponential relation between load and mean gap, from surfaces to the fit.
 
+use std::sync::LazyLock;
+
 use crate::bench::{Bench, text};
+use crate::manifest::manifest;
 
-const PRESSED: &str = r#"
-[study]
-name = "separation"
-seed = 11
-
-[stage.surfaces]
-kind = "generate"
-nodes = 128
-hurst = 0.8
-k_lower = 4
-k_upper = 32
-side = 1e-3
-rms_slope = 0.1
-realizations = 6
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = { from = 0.01, to = 0.1, steps = 6, spacing = "geometric" }
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.separation]
-kind = "fit"
-from = "area"
-law = "load-separation"
-bootstrap = 200
-"#;
+static PRESSED: LazyLock<String> = LazyLock::new(|| {
+    manifest("separation", "seed = 11")
+        .generate(
+            "surfaces",
+            "nodes = 128; hurst = 0.8; k_lower = 4; k_upper = 32; side = 1e-3; rms_slope = 0.1; \
+             realizations = 6",
+        )
+        .solve("contact", "loads = { from = 0.01, to = 0.1, steps = 6, spacing = 'geometric' }")
+        .measure("area", "")
+        .fit("separation", "law = 'load-separation'; bootstrap = 200")
+        .text()
+});
 
 #[test]
 fn the_mean_gap_falls_by_half_an_rms_height_while_the_load_grows_by_e() {
     let bench = Bench::new();
-    bench.run(PRESSED);
+    bench.run(&PRESSED);
     let fits = bench.table("separation", "separation");
     assert_eq!(fits.rows(), 1);
     assert_eq!(fits.texts("status").unwrap().value(0), "fitted");

@@ -25,8 +25,8 @@ fn run(session: &Session) -> RunReport {
 #[test]
 fn a_session_writes_what_the_command_writes() {
     let [by_command, by_session] = [Bench::new(), Bench::new()];
-    by_command.run(STUDY);
-    let report = run(&session(&by_session, STUDY));
+    by_command.run(&STUDY);
+    let report = run(&session(&by_session, &STUDY));
     let plan = &report.sampled.plan;
     let wanted: Vec<_> = report.wanted.iter().map(|&task| plan.tasks[task].key).collect();
     assert_eq!(report.outcome.computed, wanted);
@@ -36,18 +36,18 @@ fn a_session_writes_what_the_command_writes() {
 #[test]
 fn a_run_that_is_stopped_goes_on_later_and_ends_with_the_same_bytes() {
     let [undisturbed, stopped] = [Bench::new(), Bench::new()];
-    run(&session(&undisturbed, STUDY));
+    run(&session(&undisturbed, &STUDY));
     let stop = AtomicBool::new(false);
     let stop_after_the_first = |event: Event| {
         if let Event::Finished(_) = event {
             stop.store(true, Ordering::SeqCst);
         }
     };
-    let observed = session(&stopped, STUDY).observed_by(&stop_after_the_first);
+    let observed = session(&stopped, &STUDY).observed_by(&stop_after_the_first);
     let report = observed.run(&alone(), &stop).unwrap();
     assert!(report.outcome.interrupted);
     assert_eq!(report.outcome.computed.len(), 1);
-    let session = session(&stopped, STUDY);
+    let session = session(&stopped, &STUDY);
     let missing = session.status().unwrap().missing.len();
     assert_eq!(missing, report.wanted.len() - 1);
     assert_eq!(run(&session).outcome.computed.len(), missing);
@@ -66,7 +66,7 @@ fn an_observer_hears_of_every_task_once_and_of_what_was_damaged() {
             _ => {}
         }
     };
-    let session = session(&bench, STUDY).observed_by(&on_event);
+    let session = session(&bench, &STUDY).observed_by(&on_event);
     let report = run(&session);
     let (mut finished, damaged) = std::mem::take(&mut *received.lock().unwrap());
     finished.sort_unstable();
@@ -89,7 +89,7 @@ fn an_observer_hears_of_every_task_once_and_of_what_was_damaged() {
 #[test]
 fn refusals_are_distinguished_from_failures() {
     let bench = Bench::new();
-    let session = session(&bench, STUDY);
+    let session = session(&bench, &STUDY);
     let not_yet = session.table("area").unwrap_err();
     assert!(matches!(&not_yet, SessionError::NotComputed { name, .. } if name == "area"));
     assert!(!not_yet.is_misuse());

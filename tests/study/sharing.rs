@@ -34,10 +34,10 @@ fn unpack(archive: &Path) -> Bench {
 #[test]
 fn an_archive_with_its_store_has_nothing_left_to_compute() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let unpacked = unpack(&share(&bench, "whole", &["--store"]));
     let before = unpacked.files();
-    assert!(unpacked.run(STUDY).values().all(is_idle));
+    assert!(unpacked.run(&STUDY).values().all(is_idle));
     let mut after = unpacked.files();
     after.retain(|path, _| !path.ends_with("lock"));
     crate::bench::assert_same_files(&after, &before);
@@ -46,7 +46,7 @@ fn an_archive_with_its_store_has_nothing_left_to_compute() {
 #[test]
 fn an_archive_without_its_store_can_be_read_and_computes_the_same_bytes() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let unpacked = unpack(&share(&bench, "light", &[]));
     assert!(!unpacked.data().join("store").exists());
     let manifest = unpacked.path("study.toml");
@@ -57,7 +57,7 @@ fn an_archive_without_its_store_can_be_read_and_computes_the_same_bytes() {
     );
     assert!(there.status.success(), "{}", text(&there.stderr));
     assert_eq!(there.stdout, here.stdout);
-    let counts = unpacked.run(STUDY);
+    let counts = unpacked.run(&STUDY);
     assert_eq!(counts["light"].computed, 4);
     let tables = |bench: &Bench| {
         let mut files = bench.files();
@@ -73,7 +73,7 @@ fn an_archive_without_its_store_can_be_read_and_computes_the_same_bytes() {
 #[test]
 fn sha256sum_finds_every_file_as_it_was() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let unpacked = unpack(&share(&bench, "checked", &["--store"]));
     let check = |arguments: &[&str]| {
         let mut command = Command::new("sha256sum");
@@ -96,7 +96,7 @@ fn walk(folder: &Path) -> Vec<PathBuf> {
 fn the_same_study_and_day_make_the_same_bytes() {
     let [first, second] = [Bench::new(), Bench::new()];
     let archives = [&first, &second].map(|bench| {
-        bench.run(STUDY);
+        bench.run(&STUDY);
         fs::read(share(bench, "again", &["--store", "--license", "CC-BY-4.0"])).unwrap()
     });
     assert!(archives[0] == archives[1]);
@@ -105,7 +105,7 @@ fn the_same_study_and_day_make_the_same_bytes() {
 #[test]
 fn the_description_names_every_file_and_the_day() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let unpacked = unpack(&share(&bench, "described", &[]));
     let description = fs::read(unpacked.path("ro-crate-metadata.json")).unwrap();
     let description: Value = serde_json::from_slice(&description).unwrap();
@@ -177,13 +177,13 @@ fn what_is_not_the_study_as_it_is_now_is_not_shared() {
         ]);
         (output.status.code(), text(&output.stderr))
     };
-    bench.write(STUDY);
+    bench.write(&STUDY);
     let (code, printed) = share(&bench);
     assert!(
         code == Some(2) && printed.contains("`small` has no tables for the current manifest"),
         "{printed}"
     );
-    bench.run(STUDY);
+    bench.run(&STUDY);
     assert_eq!(share(&bench).0, Some(0));
     let (code, printed) = share(&bench);
     assert!(code == Some(2) && printed.contains("s.zip` already exists"), "{printed}");
@@ -197,7 +197,7 @@ fn what_is_not_the_study_as_it_is_now_is_not_shared() {
 #[test]
 fn a_full_disk_is_reported_once() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let Some(disk) = Disk::mount(&bench.path("disk")) else {
         return;
     };
@@ -215,7 +215,7 @@ fn a_full_disk_is_reported_once() {
 fn names_with_line_breaks_pass_their_checksums_and_hints_are_commands() {
     let bench = Bench::new();
     let manifest = bench.path("two\nlines and 'quotes'.toml");
-    fs::write(&manifest, STUDY).unwrap();
+    fs::write(&manifest, STUDY.as_bytes()).unwrap();
     let manifest = manifest.to_str().unwrap();
     let early = bench.output(&["share", manifest]);
     let printed = text(&early.stderr);
@@ -238,7 +238,7 @@ fn names_with_line_breaks_pass_their_checksums_and_hints_are_commands() {
 #[test]
 fn an_archive_replaces_an_archive_and_nothing_else() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let archive = share(&bench, "s", &[]);
     let first = fs::read(&archive).unwrap();
     share(&bench, "s", &["--replace", "--store"]);
@@ -265,7 +265,7 @@ fn an_archive_replaces_an_archive_and_nothing_else() {
 #[test]
 fn incomplete_stages_are_reported_and_the_rest_is_shared() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     // With more bootstrap samples, the fit is a different task that has not run.
     bench.write(&STUDY.replace("bootstrap = 20", "bootstrap = 21"));
     let manifest = bench.path("study.toml");
@@ -283,7 +283,7 @@ fn incomplete_stages_are_reported_and_the_rest_is_shared() {
 #[test]
 fn a_damaged_table_of_the_store_is_named_with_the_commands_that_replace_it() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let surfaces = bench.table("small", "surfaces");
     let key = surfaces.texts("task").unwrap().value(0).to_owned();
     let file = bench.file_of(&key);
@@ -306,7 +306,7 @@ fn a_damaged_table_of_the_store_is_named_with_the_commands_that_replace_it() {
         assert!(printed.contains(advice), "{command:?}: {printed}");
     }
     assert_eq!(bench.output(&["verify"]).status.code(), Some(1));
-    bench.run(STUDY);
+    bench.run(&STUDY);
     assert!(fs::read(&file).unwrap() == whole);
     for command in &commands {
         let done = bench.output(command);
@@ -317,7 +317,7 @@ fn a_damaged_table_of_the_store_is_named_with_the_commands_that_replace_it() {
 #[test]
 fn a_damaged_table_is_not_shared() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let table = bench.data().join("results/small/area.parquet");
     let mut bytes = fs::read(&table).unwrap();
     let middle = bytes.len() / 2;

@@ -19,7 +19,7 @@ impl Slurm {
     /// Creates the folder with these commands, each a shell script.
     fn with(commands: &[(&str, &str)]) -> Slurm {
         let bench = Bench::new();
-        let manifest = bench.write(STUDY);
+        let manifest = bench.write(&STUDY);
         fs::create_dir(bench.path("bin")).unwrap();
         for (name, script) in commands {
             let path = bench.path("bin").join(name);
@@ -218,7 +218,7 @@ fn the_last_job_computes_what_is_little_and_submits_again_what_is_much() {
     let output = slurm.output("finish", &["--jobs", "1", "--round", "1"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert_eq!(slurm.log().lines().count(), 4);
-    slurm.compare(STUDY);
+    slurm.compare(&STUDY);
 }
 
 #[test]
@@ -326,7 +326,7 @@ fn scripts_compute_the_study_under_any_scheduler_that_counts() {
     slurm.compute_elements();
     let output = slurm.output("finish", &[]);
     assert!(output.status.success() && !text(&output.stderr).contains("no receipt"));
-    slurm.compare(STUDY);
+    slurm.compare(&STUDY);
 }
 
 /// Submits a small adaptive study and completes it in rounds.

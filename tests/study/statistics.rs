@@ -2,65 +2,34 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::sync::LazyLock;
 
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, is_idle, text};
 use crate::columns::assert_kept;
+use crate::manifest::manifest;
 
 /// Study of a random surface as a scan, its statistics, and random surfaces with its spectrum.
-const ENSEMBLE: &str = r#"
-[study]
-name = "ensemble"
-seed = 3
-
-[stage.scan]
-kind = "generate"
-nodes = 64
-side = 5.0
-hurst = 0.8
-k_lower = 2
-k_rolloff = 4
-k_upper = 31
-rms_slope = 0.1
-
-[stage.spectrum]
-kind = "measure"
-from = "scan"
-what = "spectrum"
-
-[stage.drawn]
-kind = "generate"
-method = "spectrum"
-from = "spectrum"
-nodes = 64
-side = 5.0
-realizations = 20
-
-[stage.drawn_spectrum]
-kind = "measure"
-from = "drawn"
-what = "spectrum"
-
-[stage.scan_roughness]
-kind = "measure"
-from = "scan"
-what = "roughness"
-
-[stage.drawn_roughness]
-kind = "measure"
-from = "drawn"
-what = "roughness"
-
-[stage.contact]
-kind = "solve"
-from = "drawn"
-loads = [0.02]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#;
+static ENSEMBLE: LazyLock<String> = LazyLock::new(|| {
+    manifest("ensemble", "seed = 3")
+        .generate(
+            "scan",
+            "nodes = 64; side = 5.0; hurst = 0.8; k_lower = 2; k_rolloff = 4; k_upper = 31; \
+             rms_slope = 0.1",
+        )
+        .measure("spectrum", "what = 'spectrum'")
+        .generate(
+            "drawn",
+            "from = 'spectrum'; method = 'spectrum'; nodes = 64; side = 5.0; realizations = 20",
+        )
+        .measure("drawn_spectrum", "what = 'spectrum'")
+        .measure("scan_roughness", "from = 'scan'; what = 'roughness'")
+        .measure("drawn_roughness", "from = 'drawn'; what = 'roughness'")
+        .solve("contact", "from = 'drawn'; loads = [0.02]")
+        .measure("area", "")
+        .text()
+});
 
 fn values(table: &Table, name: &str) -> Vec<f64> {
     let column = table.reals(name).unwrap().iter();
@@ -86,7 +55,7 @@ fn mean_and_sd(values: &[f64]) -> (f64, f64) {
 #[test]
 fn surfaces_drawn_from_a_measured_spectrum_have_it_within_their_scatter() {
     let bench = Bench::new();
-    bench.run(ENSEMBLE);
+    bench.run(&ENSEMBLE);
     let table = |stage: &str| bench.table("ensemble", stage);
     let (scan, drawn) = (table("spectrum"), table("drawn_spectrum"));
     let drawn = by(&drawn, "wavenumber", "spectral_density");
@@ -139,25 +108,16 @@ fn a_spectrum_in_a_file_is_drawn_in_its_own_unit_or_another() {
     )
     .unwrap();
     let manifest = |keys: &str| {
-        format!(
-            r#"
-[study]
-name = "given"
-
-[stage.surfaces]
-kind = "generate"
-method = "spectrum"
-path = "spectrum.csv"
-nodes = 64
-realizations = 2
-{keys}
-
-[stage.statistics]
-kind = "measure"
-from = "surfaces"
-what = "roughness"
-"#
-        )
+        manifest("given", "")
+            .generate(
+                "surfaces",
+                &format!(
+                    "method = 'spectrum'; path = 'spectrum.csv'; nodes = 64; realizations = 2; \
+                     {keys}"
+                ),
+            )
+            .measure("statistics", "what = 'roughness'")
+            .text()
     };
     let heights = |keys: &str| {
         bench.run_with(&manifest(keys), &["--replace"]);
@@ -202,29 +162,16 @@ fn an_ensemble_with_a_measured_spectrum_grows_until_a_mean_is_known() {
 #[test]
 fn a_grain_is_a_parameter_that_is_swept() {
     let bench = Bench::new();
-    let manifest = r#"
-[study]
-name = "grain"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 64
-hurst = 0.8
-k_lower = 4
-k_upper = 24
-anisotropy = [{ ratio = 1 }, { ratio = 3.0 }, { ratio = 3.0, angle = 90 }]
-realizations = 2
-
-[stage.scales]
-kind = "measure"
-from = "surfaces"
-what = "scales"
-
-[stage.mean]
-kind = "aggregate"
-from = "surfaces"
-over = ["m20", "m02"]
-"#;
+    let manifest = &manifest("grain", "")
+        .generate(
+            "surfaces",
+            "nodes = 64; hurst = 0.8; k_lower = 4; k_upper = 24; \
+             anisotropy = [{ ratio = 1 }, { ratio = 3.0 }, { ratio = 3.0, angle = 90 }]; \
+             realizations = 2",
+        )
+        .measure("scales", "what = 'scales'")
+        .aggregate("mean", "from = 'surfaces'; over = ['m20', 'm02']")
+        .text();
     bench.run(manifest);
     let mean = bench.table("grain", "mean");
     let (along_x, along_y) = (values(&mean, "m20_mean"), values(&mean, "m02_mean"));
@@ -267,34 +214,17 @@ over = ["m20", "m02"]
 fn a_fit_finds_the_hurst_exponent_of_an_ensemble_and_of_one_surface() {
     let bench = Bench::new();
     for realizations in [1, 8] {
-        let manifest = format!(
-            r#"
-[study]
-name = "fit"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 128
-side = 2.0
-hurst = 0.7
-k_lower = 1
-k_rolloff = 8
-k_upper = 63
-realizations = {realizations}
-
-[stage.spectrum]
-kind = "measure"
-from = "surfaces"
-what = "spectrum"
-
-[stage.law]
-kind = "fit"
-from = "spectrum"
-law = "self-affine"
-window = [1, 190]
-bootstrap = 100
-"#
-        );
+        let manifest = manifest("fit", "")
+            .generate(
+                "surfaces",
+                &format!(
+                    "nodes = 128; side = 2.0; hurst = 0.7; k_lower = 1; k_rolloff = 8; \
+                     k_upper = 63; realizations = {realizations}"
+                ),
+            )
+            .measure("spectrum", "what = 'spectrum'")
+            .fit("law", "law = 'self-affine'; window = [1, 190]; bootstrap = 100")
+            .text();
         bench.run_with(&manifest, &["--replace"]);
         assert_kept(&bench, "fit", &bench.path("study.toml"));
         let law = bench.table("fit", "law");
@@ -314,8 +244,10 @@ bootstrap = 100
 #[test]
 fn what_cannot_be_drawn_again_cannot_be_pooled() {
     let bench = Bench::new();
-    let manifest =
-        format!("{ENSEMBLE}\n[stage.pooled]\nkind = \"measure\"\nfrom = \"drawn\"\npool = true\n");
+    let manifest = format!(
+        "{}\n[stage.pooled]\nkind = \"measure\"\nfrom = \"drawn\"\npool = true\n",
+        *ENSEMBLE
+    );
     let path = bench.write(&manifest);
     let output = bench.output(&["check", path.to_str().unwrap()]);
     let printed = text(&output.stderr);

@@ -88,9 +88,9 @@ fn tables_of_a_store_below_are_not_computed_again() {
 fn loads_in_two_stores_give_the_bytes_of_one_store() {
     let (group, alone) = (group(), Bench::new());
     let (before, own) = (state(&group), above(&group));
-    let counts = own.run(STUDY);
+    let counts = own.run(&STUDY);
     assert_eq!((counts["surfaces"].computed, counts["light"].computed), (0, 4));
-    alone.run(STUDY);
+    alone.run(&STUDY);
     assert_same_files(&own.published("small"), &alone.published("small"));
     let own_rows = own.files().into_keys().filter(|path| path.starts_with("store")).count();
     assert!(own_rows < alone.files().into_keys().filter(|path| path.starts_with("store")).count());

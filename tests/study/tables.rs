@@ -28,7 +28,7 @@ fn refusal(bench: &Bench, arguments: &[&str], code: i32) -> String {
 #[test]
 fn json_and_csv_give_every_row_to_the_last_digit() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let stored = bench.table("small", "area");
     let loads = stored.reals("load").unwrap();
     let json = table(&bench, &["area", "--json"]);
@@ -48,7 +48,7 @@ fn json_and_csv_give_every_row_to_the_last_digit() {
 #[test]
 fn booleans_in_csv_are_words_that_r_and_spreadsheets_read() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let query = "select distinct load > 0.06 as heavy from area order by heavy";
     assert_eq!(table(&bench, &["--csv", "--sql", query]), "heavy\nFALSE\nTRUE\n");
 }
@@ -56,7 +56,7 @@ fn booleans_in_csv_are_words_that_r_and_spreadsheets_read() {
 #[test]
 fn a_table_for_reading_says_what_it_leaves_out() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let printed = table(&bench, &["area", "--rows", "3"]);
     for part in ["in every row: method filter", "k_upper", "… 13 more rows", "more columns"] {
         assert!(printed.contains(part), "{part} in\n{printed}");
@@ -68,7 +68,7 @@ fn a_table_for_reading_says_what_it_leaves_out() {
 #[test]
 fn a_query_joins_the_tables_of_all_stages() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let query = "select a.load, a.area_fraction * a.nodes * a.nodes - c.contact_nodes as difference \
                  from area a join light c using (surface, load)";
     let answer = table(&bench, &["--sql", query, "--json"]);
@@ -82,7 +82,7 @@ fn a_query_joins_the_tables_of_all_stages() {
 #[test]
 fn what_is_not_there_is_named_with_what_is() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let stage = refusal(&bench, &["aera"], 2);
     assert!(stage.contains("did you mean `area`?"), "{stage}");
     assert!(stage.contains("`corrected`"), "{stage}");
@@ -100,7 +100,7 @@ fn what_is_not_there_is_named_with_what_is() {
 #[test]
 fn errors_of_a_query_list_only_its_own_tables() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let column = refusal(&bench, &["--sql", "select clusters from surfaces"], 2);
     assert!(column.contains("there is no column `clusters`"), "{column}");
     assert!(column.contains("`nayak`"), "{column}");
@@ -115,14 +115,14 @@ fn errors_of_a_query_list_only_its_own_tables() {
 fn a_deep_query_is_answered_and_a_deeper_one_refused() {
     let bench = Bench::new();
     let sum = |terms: usize| format!("select {} as s from area", vec!["load"; terms].join(" + "));
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let answer = table(&bench, &["--sql", &sum(200), "--json"]);
     assert_eq!(answer.lines().count(), 16);
     let refused = refusal(&bench, &["--sql", &sum(3000)], 2);
     assert!(refused.contains("nests more than"), "{refused}");
     let stage =
         format!("[stage.deep]\nkind = \"aggregate\"\nfrom = \"area\"\nsql = \"{}\"", sum(3000));
-    let path = bench.write(&format!("{STUDY}\n{stage}"));
+    let path = bench.write(&format!("{}\n{stage}", *STUDY));
     let output = bench.output(&["check", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     let printed = text(&output.stderr);
@@ -132,7 +132,7 @@ fn a_deep_query_is_answered_and_a_deeper_one_refused() {
 #[test]
 fn a_panic_of_polars_becomes_an_error() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let query = "select greatest() as g from area";
     let printed = refusal(&bench, &["--sql", query], 2);
     assert!(printed.starts_with("error: polars cannot answer this query"), "{printed}");
@@ -142,7 +142,7 @@ fn a_panic_of_polars_becomes_an_error() {
 #[test]
 fn what_is_not_computed_names_the_command_that_computes_it() {
     let bench = Bench::new();
-    bench.write(STUDY);
+    bench.write(&STUDY);
     for arguments in [&["area"] as &[&str], &["--sql", "select * from area"]] {
         let printed = refusal(&bench, arguments, 1);
         assert!(printed.contains("`area` has no results"), "{printed}");
@@ -154,7 +154,7 @@ fn what_is_not_computed_names_the_command_that_computes_it() {
 #[test]
 fn a_table_follows_its_manifest_and_says_what_is_missing() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     // Two surfaces per spectrum exist, and the manifest requests a third.
     let path = bench.write(&STUDY.replace("realizations = 2", "realizations = 3"));
     let output = bench.output(&["table", path.to_str().unwrap(), "area", "--json"]);
@@ -169,7 +169,7 @@ fn a_table_follows_its_manifest_and_says_what_is_missing() {
 #[test]
 fn a_reader_that_leaves_early_is_no_failure() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let path = bench.path("study.toml");
     for format in ["--csv", "--json", "--rows=0"] {
         let mut child = bench

@@ -3,11 +3,13 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use asperity::tables::table::Table;
 use serde_json::Value;
 
 use crate::bench::{Bench, assert_same_files, text};
+use crate::manifest::manifest;
 use crate::reference::assert_near;
 
 /// Two bodies and the contact of their sum, which an independent solver has computed to 1e-12.
@@ -70,41 +72,26 @@ from = "contact"
     )
 }
 
-const RANDOM: &str = r#"
-[study]
-name = "pair"
-
-[stage.upper]
-kind = "generate"
-nodes = 48
-hurst = 0.8
-k_lower = 2
-k_upper = [4, 8]
-rms_slope = 0.1
-seed = 1
-realizations = 2
-
-[stage.lower]
-kind = "generate"
-nodes = 48
-hurst = 0.5
-k_lower = 2
-k_upper = 6
-rms_slope = 0.05
-seed = 2
-realizations = 2
-
-[stage.contact]
-kind = "solve"
-from = "upper"
-against = "lower"
-shift = [[0, 0], [0.25, 0.1]]
-loads = [0.02, 0.1]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#;
+static RANDOM: LazyLock<String> = LazyLock::new(|| {
+    manifest("pair", "")
+        .generate(
+            "upper",
+            "nodes = 48; hurst = 0.8; k_lower = 2; k_upper = [4, 8]; rms_slope = 0.1; seed = 1; \
+             realizations = 2",
+        )
+        .generate(
+            "lower",
+            "nodes = 48; hurst = 0.5; k_lower = 2; k_upper = 6; rms_slope = 0.05; seed = 2; \
+             realizations = 2",
+        )
+        .solve(
+            "contact",
+            "from = 'upper'; against = 'lower'; shift = [[0, 0], [0.25, 0.1]]; \
+             loads = [0.02, 0.1]",
+        )
+        .measure("area", "")
+        .text()
+});
 
 fn reals(table: &Table, name: &str) -> Vec<f64> {
     table.reals(name).unwrap().iter().map(Option::unwrap).collect()
@@ -206,7 +193,7 @@ fn two_waves_with_a_shift_are_one_wave_of_another_amplitude() {
 #[test]
 fn each_surface_is_pressed_against_the_one_with_the_same_number() {
     let bench = Bench::new();
-    let counts = bench.run(RANDOM);
+    let counts = bench.run(&RANDOM);
     assert_eq!(counts["contact"].computed, 8);
     let names = |stage: &str| {
         let table = bench.table("pair", stage);
@@ -246,7 +233,7 @@ fn a_single_surface_is_pressed_against_all_surfaces_of_the_other_stage() {
 #[test]
 fn more_pairs_and_shifts_keep_the_bytes_of_the_others() {
     let grown = Bench::new();
-    grown.run(RANDOM);
+    grown.run(&RANDOM);
     let more = RANDOM.replace("realizations = 2", "realizations = 3");
     let more = more.replace("[0.25, 0.1]]", "[0.25, 0.1], [0.5, 0.5]]");
     let counts = grown.run(&more);
@@ -269,7 +256,7 @@ fn a_path_with_adhesion_presses_both_surfaces() {
 #[test]
 fn maps_of_a_pair_are_drawn_again() {
     let bench = Bench::new();
-    bench.run(RANDOM);
+    bench.run(&RANDOM);
     let key = texts(&bench.table("pair", "contact"), "task").swap_remove(0);
     let path = bench.path("maps.npz");
     let arguments = ["export", &key, "--output", path.to_str().unwrap()];
@@ -295,7 +282,7 @@ fn a_study_without_a_second_body_names_the_key_for_it() {
     let both = both.replace("from = \"upper\"", "from = [\"upper\", \"lower\"]");
     let alone = both.replace("shift = [[0, 0], [0.25, 0.1]]\n", "");
     assert!(warnings(&alone)[0].contains("name one of them in `against`"));
-    assert!(warnings(RANDOM).is_empty());
+    assert!(warnings(&RANDOM).is_empty());
     let itself =
         RANDOM.replace("[4, 8]", "8").replace("against = \"lower\"", "against = \"upper\"");
     assert!(warnings(&itself)[0].contains("both bodies of a pair are the same surface"));
@@ -305,9 +292,9 @@ fn a_study_without_a_second_body_names_the_key_for_it() {
 fn theories_of_one_spectrum_are_left_out_for_pairs() {
     let bench = Bench::new();
     let mean = "\n[stage.mean]\nkind = \"aggregate\"\nfrom = \"area\"\nover = \"area_fraction\"\n";
-    bench.run(&format!("{RANDOM}{mean}models = \"persson\"\n"));
+    bench.run(&format!("{}{mean}models = \"persson\"\n", *RANDOM));
     assert!(bench.table("pair", "mean").has("area_persson"));
-    let path = bench.write(&format!("{RANDOM}{mean}models = \"bush-gibson-thomas\"\n"));
+    let path = bench.write(&format!("{}{mean}models = \"bush-gibson-thomas\"\n", *RANDOM));
     let output = bench.output(&["check", path.to_str().unwrap()]);
     assert!(text(&output.stderr).contains("pairs of surfaces"), "{}", text(&output.stderr));
 }

@@ -3,6 +3,7 @@
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, assert_same_files, real, study_of_map, text};
+use crate::manifest::stages_from;
 
 /// Data of an independent solver by projected gradients.
 fn reference(name: &str) -> String {
@@ -10,22 +11,16 @@ fn reference(name: &str) -> String {
 }
 
 fn study(loads: &str) -> String {
-    let stages = format!(
-        r#"
-[stage.contact]
-kind = "solve"
-from = "surface"
-loads = {loads}
-load_unit = "absolute"
-hardness = 0.6
-path = "as-given"
-tolerance = 1e-9
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#
-    );
+    let stages = stages_from("surface")
+        .solve(
+            "contact",
+            &format!(
+                "loads = {loads}; load_unit = 'absolute'; hardness = 0.6; path = 'as-given'; \
+                 tolerance = 1e-9"
+            ),
+        )
+        .measure("area", "")
+        .text();
     study_of_map("cycle", &reference("heights.npy"), &stages)
 }
 

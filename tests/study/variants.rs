@@ -21,7 +21,7 @@ fn derived() -> String {
 #[test]
 fn expressions_give_the_keys_and_the_bytes_of_numbers() {
     let [plain, written] = [Bench::new(), Bench::new()];
-    plain.run(STUDY);
+    plain.run(&STUDY);
     written.run(&derived());
     assert_same_files(&written.files(), &plain.files());
     // Every task is found in the store of the other study.
@@ -57,7 +57,7 @@ fn a_variant_has_the_bytes_of_the_manifest_that_it_stands_for() {
 fn a_setting_is_an_edit_of_the_manifest() {
     let [edited, set] = [Bench::new(), Bench::new()];
     edited.run(&STUDY.replace("realizations = 2", "realizations = 3"));
-    set.run(STUDY);
+    set.run(&STUDY);
     let settings = ["--set", "stage.surfaces.realizations=3"];
     let manifest = set.path("study.toml");
     let manifest = manifest.to_str().unwrap();
@@ -67,18 +67,18 @@ fn a_setting_is_an_edit_of_the_manifest() {
     assert!(text(&explained.stdout).contains("2 to run"), "{}", text(&explained.stdout));
     let checked = set.output(&[&["check", manifest], &settings[..]].concat());
     assert!(checked.status.success(), "{}", text(&checked.stderr));
-    set.run_with(STUDY, &settings);
+    set.run_with(&STUDY, &settings);
     assert_eq!(set.table("small", "area").rows(), edited.table("small", "area").rows());
     let results = set.data().join("results/small");
     let effective = fs::read_to_string(results.join("manifest.toml")).unwrap();
     assert!(effective.contains("realizations = 3") || effective.contains("realizations=3"));
     assert!(effective.contains("# --set stage.surfaces.realizations=3"), "{effective}");
     // Without the setting the study is the one of the file again, and nothing is computed.
-    let counts = set.run(STUDY);
+    let counts = set.run(&STUDY);
     assert!(counts.values().all(|count| count.computed == 0));
     assert!(!results.join("manifest.toml").exists());
     let other = Bench::new();
-    other.run(STUDY);
+    other.run(&STUDY);
     let tables = |bench: &Bench| {
         let names = ["surfaces", "area", "law", "curves"];
         names.map(|name| {
@@ -91,7 +91,7 @@ fn a_setting_is_an_edit_of_the_manifest() {
 #[test]
 fn commands_that_read_results_take_the_settings_of_the_run() {
     let bench = Bench::new();
-    let path = bench.write(&with_claims(STUDY));
+    let path = bench.write(&with_claims(&STUDY));
     let path = path.to_str().unwrap();
     let with =
         |words: &[&str]| bench.output(&[words, &["--set", "stage.surfaces.hurst=0.5"]].concat());
@@ -118,7 +118,7 @@ fn commands_that_read_results_take_the_settings_of_the_run() {
 #[test]
 fn mistakes_point_to_the_file_or_the_option() {
     let bench = Bench::new();
-    let manifest = bench.write(STUDY);
+    let manifest = bench.write(&STUDY);
     let manifest = manifest.to_str().unwrap();
     for (setting, expected) in [
         ("stage.surfaces.hurst=8", "--set:1:22"),
@@ -213,7 +213,7 @@ fn an_archive_holds_the_extended_manifests() {
 #[test]
 fn every_command_that_reads_a_manifest_reads_settings() {
     let bench = Bench::new();
-    bench.run(STUDY);
+    bench.run(&STUDY);
     let manifest = bench.path("study.toml");
     let manifest = manifest.to_str().unwrap();
     let setting = ["--set", "stage.surfaces.hurst=2"];

@@ -1,32 +1,23 @@
 //! Warnings about a study before its run, and their accuracy.
 
+use std::sync::LazyLock;
+
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, study_of_map, text};
+use crate::manifest::manifest;
 
-const COARSE: &str = r#"
-[study]
-name = "coarse"
-seed = 5
-
-[stage.surfaces]
-kind = "generate"
-nodes = [64, 128, 512]
-hurst = 0.8
-k_lower = 4
-k_upper = 32
-realizations = 4
-heights = "redraw"
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = [0.06]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#;
+static COARSE: LazyLock<String> = LazyLock::new(|| {
+    manifest("coarse", "seed = 5")
+        .generate(
+            "surfaces",
+            "nodes = [64, 128, 512]; hurst = 0.8; k_lower = 4; k_upper = 32; realizations = 4; \
+             heights = 'redraw'",
+        )
+        .solve("contact", "loads = [0.06]")
+        .measure("area", "")
+        .text()
+});
 
 #[test]
 fn a_coarse_mesh_gives_a_warning_on_standard_error() {
@@ -59,7 +50,7 @@ fn a_coarse_mesh_gives_a_warning_on_standard_error() {
 #[test]
 fn a_fine_mesh_gives_no_warning() {
     let bench = Bench::new();
-    let path = bench.write(STUDY);
+    let path = bench.write(&STUDY);
     let path = path.to_str().unwrap();
     assert!(bench.output(&["check", path]).stderr.is_empty());
     let plan = bench.output(&["plan", path, "--json"]);
@@ -70,7 +61,7 @@ fn a_fine_mesh_gives_no_warning() {
 #[test]
 fn the_mesh_adds_as_much_to_the_area_as_the_warning_says() {
     let bench = Bench::new();
-    bench.run(COARSE);
+    bench.run(&COARSE);
     let table = bench.table("coarse", "area");
     let nodes = table.integers("nodes").unwrap();
     let areas = table.reals("area_fraction").unwrap();

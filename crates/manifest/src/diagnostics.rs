@@ -11,8 +11,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use miette::{
-    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError,
-    MietteSpanContents, NamedSource, SourceCode, SourceSpan, SpanContents,
+    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode,
 };
 use thiserror::Error;
 
@@ -23,8 +22,8 @@ pub type Span = Range<usize>;
 const MAX_COLLECTED: usize = 200;
 /// Maximum number of problems that are displayed.
 const MAX_SHOWN: usize = 20;
-/// Number of bytes above which the lines around a mistake are cut: a list of a hundred thousand
-/// values may be one line.
+/// Number of bytes above which the lines around a mistake are not displayed: a list of a hundred
+/// thousand values may be one line.
 const MAX_EXCERPT: usize = 2000;
 
 /// A mistake in a manifest, with its positions and help.
@@ -203,10 +202,10 @@ impl ManifestErrors {
         }
         let handler =
             GraphicalReportHandler::new_themed(theme).with_wrap_lines(false).with_links(false);
-        let named = self.sources.iter().map(|source| {
-            NamedSource::new(sanitized(&source.name), Lines(sanitized(&source.text)))
-        });
-        let named: Vec<_> = named.collect();
+        let sources = self.sources.iter();
+        let named: Vec<_> = sources
+            .map(|source| NamedSource::new(sanitized(&source.name), sanitized(&source.text)))
+            .collect();
         let mut page = String::new();
         for problem in self.problems.iter().take(MAX_SHOWN) {
             let index = self.source_index(problem.start());
@@ -214,8 +213,9 @@ impl ManifestErrors {
             if problem.labels.is_empty() {
                 page.push_str(&format!("{}:\n", sanitized(&self.file)));
             }
-            if handler.render_report(&mut page, &shown).is_err() {
-                page.push_str(&sanitized(&format!("{}: {}\n", self.file, problem.message)));
+            if shown.is_long() || handler.render_report(&mut page, &shown).is_err() {
+                let place = self.place(problem).unwrap_or_else(|| self.file.clone());
+                page.push_str(&sanitized(&format!("{place}: {problem}\n")));
             }
             page.push('\n');
         }
@@ -249,10 +249,7 @@ impl ManifestErrors {
         let start = self.sources[index].start;
         for (span, label) in &problem.labels {
             let other = self.source_index(span.start);
-            let is_far = own.labels.first().is_some_and(|(first, _): &(Span, String)| {
-                (first.start + start).abs_diff(span.start) > MAX_EXCERPT
-            });
-            if other == index && !is_far {
+            if other == index {
                 let span = span.start.saturating_sub(start)..span.end.saturating_sub(start);
                 own.labels.push((span, label.clone()));
                 continue;
@@ -295,12 +292,12 @@ struct ProblemInText<'a> {
     message: String,
     labels: Vec<LabeledSpan>,
     help: Option<String>,
-    source: &'a NamedSource<Lines>,
+    source: &'a NamedSource<String>,
 }
 
 impl<'a> ProblemInText<'a> {
-    fn new(problem: &Problem, source: &'a NamedSource<Lines>) -> Self {
-        let Lines(text) = source.inner();
+    fn new(problem: &Problem, source: &'a NamedSource<String>) -> Self {
+        let text = source.inner();
         let label = |(span, label): &(Span, String)| {
             let span = first_line(span, text);
             LabeledSpan::new_with_span(Some(sanitized(label)), span)
@@ -317,34 +314,13 @@ impl<'a> ProblemInText<'a> {
             source,
         }
     }
-}
 
-/// Text whose lines are cut around a mistake if they are long.
-struct Lines(String);
-
-impl SourceCode for Lines {
-    fn read_span<'a>(
-        &'a self,
-        span: &SourceSpan,
-        before: usize,
-        after: usize,
-    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        const MARGIN: usize = 60;
-        let Lines(text) = self;
-        let contents = text.read_span(span, before, after)?;
-        let first = text.floor_char_boundary(span.offset());
-        let last = text.ceil_char_boundary(span.offset() + span.len());
-        if contents.data().len() <= MAX_EXCERPT || last - first > MAX_EXCERPT {
-            return Ok(contents);
-        }
-        let line = text[..first].rfind('\n').map_or(0, |end| end + 1);
-        let end = text[last..].find('\n').map_or(text.len(), |length| last + length);
-        let from = text.floor_char_boundary(first.saturating_sub(MARGIN).max(line));
-        let to = text.ceil_char_boundary((last + MARGIN).min(end));
-        let above = text[..from].matches('\n').count();
-        let data = &text.as_bytes()[from..to];
-        let cut = MietteSpanContents::new(data, (from..to).into(), above, from - line, 1);
-        Ok(Box::new(cut))
+    /// Returns whether the lines around a label are too long for a display.
+    fn is_long(&self) -> bool {
+        self.labels.iter().any(|label| {
+            let excerpt = self.source.read_span(label.inner(), 1, 1);
+            excerpt.is_ok_and(|excerpt| excerpt.data().len() > MAX_EXCERPT)
+        })
     }
 }
 
@@ -354,8 +330,8 @@ fn first_line(span: &Span, text: &str) -> Span {
     let start = span.start.min(text.len());
     let end = span.end.clamp(start, text.len());
     let lines = text.get(start..end).unwrap_or_default();
-    let length = lines.find(['\r', '\n']).unwrap_or(lines.len()).min(MAX_EXCERPT / 2);
-    start..text.floor_char_boundary(start + length)
+    let length = lines.find(['\r', '\n']).unwrap_or(lines.len());
+    start..start + length
 }
 
 impl fmt::Display for ProblemInText<'_> {
@@ -554,7 +530,7 @@ mod tests {
         }
         let page = problems.into_errors("study.toml", &text).render(false);
         assert!(page.len() < 20_000, "{} bytes", page.len());
-        assert!(page.contains("study.toml:1:10") && page.contains("^^^^"), "{page}");
+        assert!(page.contains("study.toml:1:10: wrong (here)"), "{page}");
         assert!(
             page.contains("200 problems in `study.toml`, of which 180 are not shown"),
             "{page}"

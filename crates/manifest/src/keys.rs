@@ -21,7 +21,7 @@ pub mod parameters;
 pub mod quantity;
 pub mod reader;
 mod schema;
-pub mod tried;
+pub mod synonyms;
 pub mod validation;
 pub mod values;
 

@@ -6,7 +6,7 @@ use arrow::array::{Array, ArrayRef, AsArray};
 use arrow::datatypes::{Float64Type, Int64Type};
 use serde::Serialize;
 
-use super::rows::{Group, MatchedRows};
+use super::rows::{MatchedRows, RowGroup};
 use asperity_pipeline::results::OWN_COLUMNS;
 use asperity_stages::columns::{REALIZATION, SEED, SURFACE};
 use asperity_stages::ensemble::ParameterPoint;
@@ -77,15 +77,6 @@ pub enum Test {
     Welch,
 }
 
-impl Test {
-    pub fn name(self) -> &'static str {
-        match self {
-            Test::Paired => "paired",
-            Test::Welch => "welch",
-        }
-    }
-}
-
 impl ColumnComparison {
     /// Returns whether the values of the column are equal in twelve digits.
     pub fn is_equal(&self) -> bool {
@@ -116,7 +107,7 @@ impl MeanComparison {
     }
 
     /// Compares the means of a group. Differences up to `noise` are rounding errors.
-    fn new(group: &Group, a: &Values, b: &Values, noise: f64) -> Option<MeanComparison> {
+    fn new(group: &RowGroup, a: &Values, b: &Values, noise: f64) -> Option<MeanComparison> {
         let pairs: Vec<(f64, f64)> =
             group.pairs().filter_map(|(row, other)| Some((a[row]?, b[other]?))).collect();
         let test = if group.pairs().next().is_some() { Test::Paired } else { Test::Welch };
@@ -183,7 +174,7 @@ pub fn compare(a: &Table, b: &Table, matched: &MatchedRows) -> Vec<ColumnCompari
     let compared = columns.map(|column| {
         let [array_a, array_b] =
             [a, b].map(|table| table.batch().column_by_name(&column.name).expect("both have it"));
-        let pairs = matched.groups.iter().flat_map(Group::pairs);
+        let pairs = matched.groups.iter().flat_map(RowGroup::pairs);
         let (differing, means) = match (numbers(array_a), numbers(array_b)) {
             (Some(a), Some(b)) => {
                 let noise = RESOLUTION * largest_mean(&matched.groups, [&a, &b]);
@@ -242,7 +233,7 @@ pub fn are_identical(a: &Table, b: &Table) -> bool {
 }
 
 /// Returns the largest magnitude of the means of a column at the points and loads of both tables.
-fn largest_mean(groups: &[Group], values: [&Values; 2]) -> f64 {
+fn largest_mean(groups: &[RowGroup], values: [&Values; 2]) -> f64 {
     let means = groups.iter().flat_map(|group| {
         [0, 1].map(|side| {
             let own = group.rows[side].values().filter_map(|&row| values[side][row]);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use arrow::array::{ArrayRef, BooleanArray, Int64Array};
 use arrow::datatypes::{Field, Schema};
 
-use super::{Comparison, MeanComparison};
+use super::{Comparison, MeanComparison, Test};
 use crate::session::SessionError;
 use asperity_stages::columns::{LOAD, PRESSURE};
 use asperity_tables::column::{
@@ -14,7 +14,7 @@ use asperity_tables::column::{
 };
 use asperity_tables::parquet::{self, Metadata};
 use asperity_tables::source::TableSource;
-use asperity_tables::store::files::write_file;
+use asperity_tables::store::files::{folder_of, write_file};
 use asperity_tables::table::Table;
 
 /// Name and value of the metadata entry by which a file is known to be a comparison.
@@ -36,9 +36,8 @@ struct Row<'a> {
 /// Returns an error if the file cannot be written, or if it exists and is not a comparison.
 pub fn write(comparison: &Comparison, path: &Path) -> Result<(), SessionError> {
     if path.symlink_metadata().is_ok() && !is_comparison(path) {
-        return Err(SessionError::Refused(format!(
-            "`{}` was not written by `asperity diff` and will not be overwritten; choose another \
-             file",
+        return Err(SessionError::refused(format!(
+            "`{}` was not written by `asperity diff`; choose another file",
             path.display()
         )));
     }
@@ -46,9 +45,7 @@ pub fn write(comparison: &Comparison, path: &Path) -> Result<(), SessionError> {
     let version = entry(("version", env!("CARGO_PKG_VERSION")));
     let metadata = Metadata { key: None, entries: vec![entry(MADE_BY), version] };
     let bytes = parquet::encode(&table(comparison), &metadata);
-    let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    write_file(path, &bytes, folder.unwrap_or(Path::new(".")))?;
-    Ok(())
+    Ok(write_file(path, &bytes, folder_of(path))?)
 }
 
 fn is_comparison(path: &Path) -> bool {
@@ -68,7 +65,7 @@ pub fn table(comparison: &Comparison) -> Table {
                     stage: &stage.stage,
                     column: &column.column,
                     unit: &column.unit,
-                    load_column: tables.load_column,
+                    load_column: tables.rows.load_column,
                     mean,
                 }));
             }
@@ -123,7 +120,10 @@ fn results(rows: &[Row]) -> Columns {
     };
     let mut columns = Columns::default();
     columns.result("row", "number among rows that no column distinguishes", count(|m| m.row));
-    let test = texts(rows.iter().map(|row| row.mean.test.name()));
+    let test = texts(rows.iter().map(|row| match row.mean.test {
+        Test::Paired => "paired",
+        Test::Welch => "welch",
+    }));
     columns.result("test", "`paired` by surface, or `welch` for independent surfaces", test);
     columns.result("values_a", "number of values in the mean of A", count(|m| m.values_a));
     columns.result("values_b", "number of values in the mean of B", count(|m| m.values_b));

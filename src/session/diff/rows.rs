@@ -21,7 +21,7 @@ const MAX_NAMED: usize = 3;
 
 /// Rows of two tables A and B that agree in the parameter point and the load, by surface.
 #[derive(Debug)]
-pub struct Group {
+pub struct RowGroup {
     pub point: ParameterPoint,
     /// Load in the unit of the manifest; `None` if the tables have no loads.
     pub load: Option<f64>,
@@ -34,19 +34,25 @@ pub struct Group {
 /// Result of matching two tables.
 #[derive(Debug)]
 pub struct MatchedRows {
-    pub groups: Vec<Group>,
-    /// Name of the column of loads.
-    pub load_column: &'static str,
-    /// Smallest and largest load of A and of B, if no load is in both.
-    pub disjoint_loads: Option<[[f64; 2]; 2]>,
+    pub groups: Vec<RowGroup>,
+    pub rows: RowMatches,
+}
+
+/// Numbers of rows that two tables A and B share, and that only one of them has.
+#[derive(Debug, Serialize)]
+pub struct RowMatches {
+    /// Number of rows that both tables have.
+    pub common: usize,
+    pub only_in_a: UnmatchedRows,
+    pub only_in_b: UnmatchedRows,
     /// Parameters that differ between the tables and are therefore not used for matching.
     pub across: Vec<String>,
     /// Parameters that distinguish the points.
     pub varying: Vec<String>,
-    /// Number of rows that both tables have.
-    pub common: usize,
-    /// Rows that only A has, and rows that only B has.
-    pub only: [UnmatchedRows; 2],
+    pub load_column: &'static str,
+    /// Smallest and largest load of A and of B, if no load is in both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub disjoint_loads: Option<[[f64; 2]; 2]>,
 }
 
 /// Rows that only one of two tables has.
@@ -105,22 +111,24 @@ impl MatchedRows {
             matching.add(side, table, load_column, reduced)?;
         }
         let varying = matching.varying();
-        let (common, only) = matching.counts(load_column, &varying);
-        Ok(MatchedRows {
-            disjoint_loads: disjoint_loads(&matching.groups),
-            groups: matching.groups,
-            load_column,
+        let (common, [only_in_a, only_in_b]) = matching.counts(load_column, &varying);
+        let disjoint_loads = disjoint_loads(&matching.groups);
+        let rows = RowMatches {
+            common,
+            only_in_a,
+            only_in_b,
             across,
             varying,
-            common,
-            only,
-        })
+            load_column,
+            disjoint_loads,
+        };
+        Ok(MatchedRows { groups: matching.groups, rows })
     }
 }
 
 /// Returns the smallest and the largest load of both tables, if they have loads and no load is in
 /// both.
-fn disjoint_loads(groups: &[Group]) -> Option<[[f64; 2]; 2]> {
+fn disjoint_loads(groups: &[RowGroup]) -> Option<[[f64; 2]; 2]> {
     let loads = |side: usize| -> Vec<f64> {
         let own = groups.iter().filter(|group| !group.rows[side].is_empty());
         own.filter_map(|group| group.load).collect()
@@ -193,7 +201,7 @@ type LoadKey = Option<u64>;
 /// Groups of rows, and the points, surfaces and loads of each table.
 #[derive(Default)]
 struct Matching {
-    groups: Vec<Group>,
+    groups: Vec<RowGroup>,
     points: BTreeMap<ParameterPoint, usize>,
     /// Index of the group of a point, load and repetition.
     index: HashMap<(usize, LoadKey, usize), usize>,
@@ -229,7 +237,12 @@ impl Matching {
                 let group = *self.index.entry((number, key, *repetition)).or_insert(next);
                 if group == next {
                     let (point, repetition) = (point.clone(), *repetition);
-                    self.groups.push(Group { point, load, repetition, rows: Default::default() });
+                    self.groups.push(RowGroup {
+                        point,
+                        load,
+                        repetition,
+                        rows: Default::default(),
+                    });
                 }
                 self.groups[group].rows[side].insert(member, row);
             }
@@ -289,7 +302,7 @@ impl Matching {
     }
 }
 
-impl Group {
+impl RowGroup {
     /// Describes the load and the number of the row, as in `load 0.1`.
     pub fn position(&self, load_column: &str) -> String {
         let load = self.load.map(|load| format!("{load_column} {load}"));
@@ -341,8 +354,8 @@ mod tests {
             (0.8, 0.1, 1, 0.02),
         ]);
         let matched = MatchedRows::new(&a, &b).unwrap();
-        assert_eq!(matched.common, 1);
-        let [only_a, only_b] = matched.only;
+        assert_eq!(matched.rows.common, 1);
+        let [only_a, only_b] = [matched.rows.only_in_a, matched.rows.only_in_b];
         assert_eq!((only_a.rows, only_a.points.rows), (1, 1));
         assert_eq!(only_a.points.first, ["hurst 0.3"]);
         assert_eq!((only_b.rows, only_b.surfaces.rows, only_b.loads.rows), (3, 2, 1));
@@ -355,8 +368,8 @@ mod tests {
         let a = table(&[(0.3, 0.1, 0, 0.01), (0.3, 0.1, 0, 0.03)]);
         let b = table(&[(0.3, 0.1, 0, 0.02)]);
         let matched = MatchedRows::new(&a, &b).unwrap();
-        assert_eq!(matched.disjoint_loads, Some([[0.01, 0.03], [0.02, 0.02]]));
-        assert_eq!(MatchedRows::new(&a, &a).unwrap().disjoint_loads, None);
+        assert_eq!(matched.rows.disjoint_loads, Some([[0.01, 0.03], [0.02, 0.02]]));
+        assert_eq!(MatchedRows::new(&a, &a).unwrap().rows.disjoint_loads, None);
     }
 
     #[test]
@@ -364,11 +377,11 @@ mod tests {
         let a = table(&[(0.3, 0.1, 0, 0.01), (0.8, 0.1, 0, 0.01)]);
         let b = table(&[(0.3, 0.2, 0, 0.01), (0.8, 0.2, 0, 0.01)]);
         let matched = MatchedRows::new(&a, &b).unwrap();
-        assert_eq!((matched.common, matched.across), (2, vec!["tolerance".to_owned()]));
+        assert_eq!((matched.rows.common, matched.rows.across), (2, vec!["tolerance".to_owned()]));
         // Without the exponent, the two points of A would be one point.
         let b = table(&[(0.5, 0.2, 0, 0.01)]);
         let matched = MatchedRows::new(&a, &b).unwrap();
-        assert_eq!((matched.common, matched.across), (0, vec!["tolerance".to_owned()]));
+        assert_eq!((matched.rows.common, matched.rows.across), (0, vec!["tolerance".to_owned()]));
     }
 
     #[test]
@@ -377,16 +390,16 @@ mod tests {
         let a = table(&[(0.2, 0.4, 0, 0.01), (0.4, 0.8, 0, 0.01), (0.8, 1.6, 0, 0.01)]);
         let b = table(&[(0.2, 0.8, 0, 0.01), (0.4, 1.6, 0, 0.01), (0.8, 3.2, 0, 0.01)]);
         let matched = MatchedRows::new(&a, &b).unwrap();
-        assert_eq!((matched.common, matched.across), (3, vec!["tolerance".to_owned()]));
+        assert_eq!((matched.rows.common, matched.rows.across), (3, vec!["tolerance".to_owned()]));
     }
 
     #[test]
     fn rows_that_no_column_distinguishes_are_matched_in_their_order() {
         let [a, b] = [2, 3].map(|rows| table(&vec![(0.3, 0.1, 0, 0.01); rows]));
         let matched = MatchedRows::new(&a, &b).unwrap();
-        assert_eq!((matched.common, matched.only[1].rows), (2, 1));
-        assert_eq!(matched.only[1].loads.first, ["load 0.01, row 3"]);
-        let pairs: Vec<_> = matched.groups.iter().flat_map(Group::pairs).collect();
+        assert_eq!((matched.rows.common, matched.rows.only_in_b.rows), (2, 1));
+        assert_eq!(matched.rows.only_in_b.loads.first, ["load 0.01, row 3"]);
+        let pairs: Vec<_> = matched.groups.iter().flat_map(RowGroup::pairs).collect();
         assert_eq!(pairs, [(0, 0), (1, 1)]);
     }
 }

@@ -14,13 +14,14 @@ use bytesize::ByteSize;
 use tempfile::TempDir;
 use zip::ZipArchive;
 
+use crate::session::output_files::begins_with;
 use crate::session::{DataFolder, Observer, Session, SessionError, Setting, StudyResults};
 use crate::share::is_archive;
 use asperity_manifest::names::FAILURES;
 use asperity_pipeline::plan::reasons::record::Record;
 use asperity_pipeline::results::owner::{self, Owner};
 use asperity_tables::source::TableSource;
-use asperity_tables::store::StoreError;
+use asperity_tables::store::{StoreError, listing};
 use asperity_tables::table::Table;
 
 /// Name of the folder with the tables of all studies, in a data folder.
@@ -87,7 +88,7 @@ impl Studies {
     ) -> Result<Studies, SessionError> {
         let is_archive = is_zip(path);
         if (path.is_dir() || is_archive) && !settings.is_empty() {
-            return Err(SessionError::Refused(format!(
+            return Err(SessionError::refused(format!(
                 "settings override keys of a manifest, and `{}` is not a manifest",
                 path.display()
             )));
@@ -107,13 +108,13 @@ impl Studies {
     fn of_folder(path: &Path) -> Result<Studies, SessionError> {
         let (own, in_archive) = (path.join(RESULTS), path.join("data").join(RESULTS));
         let results = if own.is_dir() { own } else { in_archive };
-        let folders = if results.is_dir() { folders(&results)? } else { vec![path.to_owned()] };
+        let folders =
+            if results.is_dir() { listing::folders(&results)? } else { vec![path.to_owned()] };
         let studies: Vec<_> =
             folders.iter().filter_map(|folder| ComparedStudy::published(folder, path)).collect();
         if studies.is_empty() {
-            return Err(SessionError::Refused(format!(
-                "`{}` has no tables of a study; name a manifest, a data folder, a folder such as \
-                 `data/results/STUDY`, or an archive of `asperity share`",
+            return Err(SessionError::refused(format!(
+                "`{}` has no tables of a study; name a manifest, a data folder or an archive",
                 path.display()
             )));
         }
@@ -122,7 +123,7 @@ impl Studies {
 
     fn of_archive(path: &Path, scratch: Option<&Path>) -> Result<Studies, SessionError> {
         if !is_archive(path) {
-            return Err(SessionError::Refused(format!(
+            return Err(SessionError::refused(format!(
                 "`{}` is not an archive of `asperity share`; unpack it and name its data folder",
                 path.display()
             )));
@@ -214,17 +215,6 @@ impl ComparedStudy {
     }
 }
 
-/// Returns the subfolders of a folder, sorted by name.
-fn folders(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
-    let read = |source| StoreError::reading(folder, source);
-    let entries = fs::read_dir(folder).map_err(read)?;
-    let found = entries.map(|entry| entry.map(|entry| entry.path()));
-    let mut paths = found.collect::<Result<Vec<_>, _>>().map_err(read)?;
-    paths.retain(|path| path.is_dir());
-    paths.sort();
-    Ok(paths)
-}
-
 /// Returns the tables of stages in a results folder, by name of the stage.
 fn table_files(folder: &Path) -> Vec<(String, PathBuf)> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
@@ -248,9 +238,7 @@ fn programs(folder: &Path) -> BTreeSet<String> {
 
 /// Returns whether a file begins like a ZIP file.
 pub fn is_zip(path: &Path) -> bool {
-    let mut start = [0; 4];
-    let read = File::open(path).and_then(|mut file| io::Read::read_exact(&mut file, &mut start));
-    read.is_ok() && start == *b"PK\x03\x04"
+    begins_with(path, b"PK\x03\x04")
 }
 
 /// Unpacks the published tables of an archive and their owner files.
@@ -269,8 +257,7 @@ fn unpack_results(archive: &Path, folder: &Path) -> io::Result<()> {
         let limit = MAX_RATIO * file.compressed_size() + (1 << 20);
         if file.size() > limit {
             let reason = format!(
-                "`{}` takes {} in the archive and would take {} on disk; compare an archive that \
-                 `asperity share` wrote",
+                "`{}` takes {} in the archive and would take {} on disk",
                 path.display(),
                 ByteSize(file.compressed_size()).display().si(),
                 ByteSize(file.size()).display().si()

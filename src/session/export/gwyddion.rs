@@ -135,10 +135,8 @@ fn field(map: &Map, is_mask: bool) -> Result<Object, SessionError> {
 }
 
 fn too_large() -> SessionError {
-    SessionError::Refused(
-        "the maps need more than the 4 GB of a `.gwy` file; choose fewer with `--map`, or write them \
-         to a `.npz` file"
-            .to_owned(),
+    SessionError::refused(
+        "a `.gwy` file holds at most 4 GB; choose fewer maps with `--map`, or write to `.npz`",
     )
 }
 

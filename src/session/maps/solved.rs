@@ -151,7 +151,7 @@ impl SolvedTask {
                     _ => Some(pressures),
                 };
                 field.ok_or_else(|| {
-                    SessionError::Refused(format!(
+                    SessionError::refused(format!(
                         "an asperity model has no map of the {}; choose contact or pressures",
                         kind.name()
                     ))

@@ -10,50 +10,24 @@ use serde_json::Value;
 
 use super::planned;
 use crate::bench::{Bench, assert_same_files, is_idle, text};
+use crate::manifest::manifest;
 
 /// Study of two spectra at the loads of the claims, with a fit and means.
 fn study(realizations: &str) -> String {
-    format!(
-        r#"
-[study]
-name = "decided"
-seed = 5
-claims = "yastrebov-2015"
-
-[stage.surfaces]
-kind = "generate"
-nodes = 64
-hurst = 0.8
-k_lower = [2, 4]
-k_upper = 8
-realizations = {realizations}
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-loads = [0.012, 0.024, 0.06]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.corrected]
-kind = "correct"
-from = "area"
-correction = "2017"
-
-[stage.law]
-kind = "fit"
-from = "area"
-bootstrap = 20
-
-[stage.means]
-kind = "aggregate"
-from = "area"
-over = ["area_fraction"]
-statistics = ["mean"]
-"#
-    )
+    manifest("decided", "seed = 5; claims = 'yastrebov-2015'")
+        .generate(
+            "surfaces",
+            &format!(
+                "nodes = 64; hurst = 0.8; k_lower = [2, 4]; k_upper = 8; \
+                 realizations = {realizations}"
+            ),
+        )
+        .solve("contact", "loads = [0.012, 0.024, 0.06]")
+        .measure("area", "")
+        .correct("corrected", "correction = '2017'")
+        .fit("law", "from = 'area'; bootstrap = 20")
+        .aggregate("means", "from = 'area'; over = ['area_fraction']; statistics = ['mean']")
+        .text()
 }
 
 fn until(condition: &str, [at_least, at_most]: [u32; 2]) -> String {

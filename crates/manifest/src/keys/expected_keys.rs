@@ -1,7 +1,7 @@
 //! Reports keys that a table does not have.
 
 use super::derived::Scope;
-use super::{Layout, tried};
+use super::{Layout, synonyms};
 use crate::diagnostics::{Problem, Span, did_you_mean, listed};
 
 /// Function that returns the name of another table that has a key, for messages.
@@ -44,7 +44,7 @@ impl ExpectedKeys<'_> {
         // Tables without expressions, such as `[cluster]`, do not describe physics.
         if self.scope.is_some()
             && let Some((problem, instead)) =
-                tried::answer(&message, key, span.clone(), |one| layout.has(one))
+                synonyms::answer(&message, key, span.clone(), |one| layout.has(one))
         {
             return (problem, instead.map(str::to_owned));
         }

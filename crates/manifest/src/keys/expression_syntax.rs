@@ -3,25 +3,14 @@
 use serde_spanned::Spanned as TomlSpanned;
 use toml::de::DeValue;
 
-use super::quantity::{Dimension, Unit};
+use super::quantity::{Dimension, Unit, split};
 use crate::diagnostics::Problem;
 use crate::expression::ExpressionError;
 
 /// Returns whether a text is a number alone, or a number followed by a unit: `"2"`, `"10 MPa"`.
 pub fn has_unit(text: &str) -> bool {
-    let text = text.trim().trim_start_matches(['+', '-']);
-    let rest = text.trim_start_matches(|letter: char| letter.is_ascii_digit() || letter == '.');
-    if rest.len() == text.len() {
-        return false;
-    }
-    let exponent = rest.strip_prefix(['e', 'E']).map(|power| power.trim_start_matches(['+', '-']));
-    let power = exponent.filter(|power| power.starts_with(|digit: char| digit.is_ascii_digit()));
-    let rest = match power {
-        Some(power) => power.trim_start_matches(|digit: char| digit.is_ascii_digit()),
-        None => rest,
-    };
-    let is_unit = |letter: char| letter.is_alphabetic() || matches!(letter, '%' | '°' | 'µ');
-    rest.trim_start().chars().next().is_none_or(is_unit)
+    let number = text.trim_end_matches(['%', '°', ' ']).trim();
+    number.parse().is_ok_and(f64::is_finite) || split(text).is_some()
 }
 
 /// Returns the problem of an expression that cannot be parsed, or that uses `slope` if there is no

@@ -146,7 +146,7 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
             (Some(axis), DeValue::Array(_)) if !self.pairs.has(name) => {
                 self.axis(axis, key, value);
             }
-            _ if self.layout.lists.contains(&name) => self.list(key, as_list(value)),
+            _ if self.layout.lists.contains(&name) => self.share(key, as_list(value)),
             _ => self.share(key, value),
         }
     }
@@ -154,40 +154,6 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
     fn share(&mut self, key: TomlSpanned<DeString<'i>>, value: TomlSpanned<DeValue<'i>>) {
         if self.is_valid(&key, &value) {
             self.grid.shared.insert(key, value);
-        } else if let Some(rest) = self.valid_numbers(&key, &value) {
-            self.grid.shared.insert(key, rest);
-        }
-    }
-
-    /// Returns an invalid list of numbers without its invalid items, if the rest is a valid value
-    /// of its key. Later checks of the key then report further mistakes in the rest.
-    fn valid_numbers(
-        &self,
-        key: &TomlSpanned<DeString<'i>>,
-        list: &TomlSpanned<DeValue<'i>>,
-    ) -> Option<TomlSpanned<DeValue<'i>>> {
-        let name = key.get_ref().as_ref();
-        let of = |items| TomlSpanned::new(list.span(), DeValue::Array(items));
-        let is_valid =
-            |list: &TomlSpanned<_>| validate(self.layout, name, list, self.expressions).is_empty();
-        let valid = list.get_ref().as_array()?.iter().filter(|item| {
-            let is_number = item.get_ref().is_integer() || item.get_ref().is_float();
-            is_number && is_valid(&of([(*item).clone()].into_iter().collect()))
-        });
-        Some(of(valid.cloned().collect())).filter(is_valid)
-    }
-
-    /// Adds the valid items of a list to the values that all points share.
-    fn list(&mut self, key: TomlSpanned<DeString<'i>>, list: TomlSpanned<DeValue<'i>>) {
-        let items: Vec<_> = list.get_ref().as_array().into_iter().flatten().collect();
-        let is_valid = |item: &&TomlSpanned<DeValue<'i>>| {
-            let alone = DeValue::Array([(*item).clone()].into_iter().collect());
-            self.is_valid(&key, &TomlSpanned::new(item.span(), alone))
-        };
-        let valid: Vec<_> = items.iter().copied().filter(is_valid).cloned().collect();
-        if items.is_empty() || !valid.is_empty() {
-            let valid = DeValue::Array(valid.into_iter().collect());
-            self.share(key, TomlSpanned::new(list.span(), valid));
         }
     }
 

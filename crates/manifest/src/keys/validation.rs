@@ -10,8 +10,7 @@ use super::derived::Expressions;
 use super::quantity::Declared;
 use super::schema::{alternatives, is_number, is_of_type, is_type, words};
 use super::values::{found, shown};
-use super::{Layout, quantity, schema, tried};
-use crate::decimal;
+use super::{Layout, quantity, schema, synonyms};
 use crate::diagnostics::{Problem, did_you_mean, listed, suggestion};
 
 type Written<'i> = TomlSpanned<DeValue<'i>>;
@@ -134,8 +133,7 @@ impl<'a> ValuePath<'a> {
             (_, None) => {
                 let message = format!("`{path}` must be {}", expected(&alternatives));
                 let help = number_in_quotes(value, &alternatives, quantity, help)
-                    .or_else(|| self.help_for_lists.clone().filter(|_| value.is_array()))
-                    .or_else(|| self.as_list(value, &alternatives));
+                    .or_else(|| self.help_for_lists.clone().filter(|_| value.is_array()));
                 let problem = problem(message, found(value));
                 problems.push(match help {
                     Some(help) => problem.help(help),
@@ -143,26 +141,6 @@ impl<'a> ValuePath<'a> {
                 });
             }
         }
-    }
-
-    /// Returns help for a single value in the place of a list.
-    fn as_list(&self, value: &DeValue<'_>, alternatives: &[&Value]) -> Option<String> {
-        let items = alternatives.iter().find_map(|one| one.get("items"))?;
-        let items = schema::alternatives(items);
-        let text = value.as_str();
-        let is_plain = text.is_some_and(|text| text.parse::<f64>().is_ok());
-        let has_unit = text.is_some_and(|text| quantity::split(text).is_some());
-        let fits =
-            |one: &&Value| is_of_type(value, one) || is_number(one) && (is_plain || has_unit);
-        let item = match value {
-            DeValue::String(text) if is_plain => text.to_string(),
-            DeValue::String(text) => format!("{text:?}"),
-            DeValue::Table(_) => "{ … }".to_owned(),
-            other => shown(other),
-        };
-        let is_meant = !self.is_item && items.iter().any(fits);
-        let name = self.path.rsplit('.').next().filter(|_| is_meant)?;
-        Some(format!("write a list: `{name} = [{item}]`"))
     }
 
     fn check_table(
@@ -189,7 +167,7 @@ impl<'a> ValuePath<'a> {
             let message = format!("`{path}` has no key `{name}`");
             let has = |one: &str| keys.contains_key(one);
             if self.expressions.is_some()
-                && let Some((problem, instead)) = tried::answer(&message, name, key.span(), has)
+                && let Some((problem, instead)) = synonyms::answer(&message, name, key.span(), has)
             {
                 meant.extend(instead);
                 problems.push(problem);
@@ -311,39 +289,24 @@ fn wrong_length(length: usize, schema: &Value) -> Option<String> {
     })
 }
 
-/// Returns help for a number that is written as a text, alone or with a unit or a percent sign.
-/// `about` describes the key.
+/// Returns help for a number that is written as a text, alone or with a unit. `about` describes the
+/// key.
 fn number_in_quotes(
     value: &DeValue<'_>,
     alternatives: &[&Value],
     quantity: Option<Declared>,
     about: Option<&str>,
 ) -> Option<String> {
-    let schema = alternatives.iter().find(|one| is_number(one))?;
+    alternatives.iter().find(|one| is_number(one))?;
     let text = value.as_str()?.trim();
     if text.parse::<f64>().is_ok() {
         return Some("write numbers without quotes".to_owned());
     }
-    let percent = text.strip_suffix('%').map(str::trim_end);
-    let percent = percent.filter(|number| number.parse::<f64>().is_ok());
-    if let Some(Declared { dimension, or_ratio: false }) = quantity {
-        let unit = dimension.common_unit();
-        return percent.map(|_| format!("write a {dimension} with its unit, such as \"1 {unit}\""));
-    }
-    let (number, unit) = match percent {
-        Some(percent) => (decimal::written(decimal::shifted(percent, -2)), "%"),
-        None => quantity::split(text).map(|(number, unit)| (number.to_owned(), unit))?,
-    };
-    let parsed = DeValue::parse(&number).ok()?;
-    let parsed = Some(parsed.get_ref()).filter(|number| is_of_type(number, schema))?;
-    let must = out_of_bounds(parsed, schema);
-    if unit == "%" && must.is_none() {
-        return Some(format!("write `{number}` for {text}"));
-    }
+    let is_pure = quantity.is_none_or(|declared| declared.or_ratio);
+    quantity::split(text).filter(|_| is_pure)?;
     // The number without its unit may mean something else, so the advice is the meaning of the key.
-    let must = must.map_or_else(String::new, |must| format!(", which {must}"));
     let about = about.map_or_else(String::new, |about| format!("; {about}"));
-    Some(format!("write a number without a unit{must}{about}"))
+    Some(format!("write a number without a unit{about}"))
 }
 
 #[cfg(test)]

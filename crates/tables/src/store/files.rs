@@ -24,6 +24,12 @@ pub(crate) const DAMAGED: &str = ".damaged";
 /// Maximum time between writing a file and flushing its folder.
 const MAX_WAIT: Duration = Duration::from_secs(1);
 
+/// Returns the folder of a file.
+pub fn folder_of(path: &Path) -> &Path {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    folder.unwrap_or(Path::new("."))
+}
+
 /// Writes a file atomically, even in case of a power cut.
 ///
 /// The file is first written to the folder `staging` and flushed, and then renamed to `path`, where

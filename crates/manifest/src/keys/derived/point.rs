@@ -25,7 +25,7 @@ pub struct Point<'a> {
     /// Keys with a problem that has been reported.
     reported_keys: &'a BTreeSet<String>,
     /// Results by the position of the expression.
-    results: RefCell<BTreeMap<usize, Progress>>,
+    results: RefCell<BTreeMap<usize, Evaluation>>,
     /// Numbers of the parameters that have been evaluated.
     known_parameters: RefCell<BTreeMap<String, f64>>,
     /// Expressions whose evaluation has begun, each with its key. The evaluation of one expression
@@ -37,7 +37,7 @@ pub struct Point<'a> {
 
 /// The outcome of the evaluation of an expression.
 #[derive(Clone, Copy)]
-enum Progress {
+enum Evaluation {
     Done(f64),
     /// The expression has no result, and a problem was reported.
     Failed,
@@ -111,8 +111,8 @@ impl<'a> Point<'a> {
     ) -> Result<f64, Failure> {
         let span = written.span();
         match self.results.borrow().get(&span.start) {
-            Some(Progress::Done(result)) => return Ok(*result),
-            Some(Progress::Failed) => return Err(Failure::Reported),
+            Some(Evaluation::Done(result)) => return Ok(*result),
+            Some(Evaluation::Failed) => return Err(Failure::Reported),
             None => {}
         }
         let begun = self.under_way.borrow().iter().position(|(_, other)| *other == span);
@@ -126,7 +126,8 @@ impl<'a> Point<'a> {
         self.under_way.borrow_mut().push((key.to_owned(), span.clone()));
         let result = self.computed(key, expression);
         self.under_way.borrow_mut().pop();
-        let progress = result.as_ref().map_or(Progress::Failed, |result| Progress::Done(*result));
+        let progress =
+            result.as_ref().map_or(Evaluation::Failed, |result| Evaluation::Done(*result));
         self.results.borrow_mut().insert(span.start, progress);
         result.map_err(|failure| {
             if let Failure::Reason(reason) = failure {

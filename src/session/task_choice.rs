@@ -7,10 +7,11 @@ use arrow::array::{Array, AsArray};
 use arrow::datatypes::{DataType, Field, Float64Type};
 use arrow::util::display::array_value_to_string;
 
-use super::words::{counted, listed, short};
-use super::{SessionError, UnknownName, names};
+use super::formatting::{counted, listed, short};
+use super::name_lookup::TaskNameError;
+use super::{SessionError, UnknownName};
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
-use asperity_stages::columns::{BRANCH, LOAD, MEAN_GAP, PRESSURE, STEP};
+use asperity_stages::columns::{BRANCH, LOAD, MEAN_GAP, PRESSURE, STEP, SURFACE};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::units::{length_unit, pressure_unit};
 use asperity_tables::column::Role;
@@ -158,31 +159,23 @@ impl ChosenLoad {
         let given = load_column(table);
         match self.quantity {
             ChosenQuantity::Load if given == MEAN_GAP.name => {
-                let message = "the manifest prescribes mean gaps; choose one with `--gap` instead of \
-                               `--load`";
-                return Err(SessionError::Refused(message.to_owned()));
+                return Err(SessionError::refused(
+                    "the manifest prescribes mean gaps; use `--gap`",
+                ));
             }
             ChosenQuantity::MeanGap if given != MEAN_GAP.name => {
-                let message = "the manifest prescribes loads; choose one with `--load` instead of \
-                               `--gap`";
-                return Err(SessionError::Refused(message.to_owned()));
+                return Err(SessionError::refused("the manifest prescribes loads; use `--load`"));
             }
             _ => {}
         }
         let Some(unit) = self.unit else { return Ok((given, self.number)) };
-        let (column, symbol, word) = match unit.dimension {
-            Dimension::Length => (MEAN_GAP.name, length_unit(table), "mean gap"),
-            Dimension::Pressure => (PRESSURE.name, pressure_unit(table), "load"),
-            Dimension::Work | Dimension::Conductivity | Dimension::Resistivity => {
-                unreachable!("states are read as mean gaps or loads")
-            }
+        let (column, symbol) = match unit.dimension {
+            Dimension::Length => (MEAN_GAP.name, length_unit(table)),
+            _ => (PRESSURE.name, pressure_unit(table)),
         };
         let own = symbol.as_deref().and_then(Unit::find).ok_or_else(|| {
-            SessionError::Refused(format!(
-                "the manifest names no unit of {}; give the {word} as a number in the unit of the \
-                 study",
-                unit.dimension
-            ))
+            let dimension = unit.dimension;
+            SessionError::refused(format!("the study has no unit of {dimension}; omit the unit"))
         })?;
         Ok((column, self.number * unit.factor_to(own)))
     }
@@ -191,23 +184,13 @@ impl ChosenLoad {
 /// Error in a load or a mean gap on the command line.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidLoad {
-    #[error("expected a finite number, or a {dimension} such as `{}`", example(*dimension))]
+    #[error("expected a finite number, or a {dimension} such as `10 {}`", dimension.common_unit())]
     Form { dimension: Dimension },
     #[error(
         "unknown unit `{symbol}`; units of {dimension} are {}",
         listed(dimension.names(), "and")
     )]
     Unit { symbol: String, dimension: Dimension },
-}
-
-fn example(dimension: Dimension) -> &'static str {
-    match dimension {
-        Dimension::Length => "20 nm",
-        Dimension::Pressure => "10 MPa",
-        Dimension::Work => "50 mJ/m²",
-        Dimension::Conductivity => "400 W/(m K)",
-        Dimension::Resistivity => "17 nΩ m",
-    }
 }
 
 /// Returns the elements of `rows` with the load `load`; there is at least one.
@@ -238,16 +221,15 @@ pub fn rows_under(
         _ => None,
     };
     let text = |load: f64| match &unit {
-        Some(unit) => format!("{} {unit}", load_as_typed(load)),
-        None => load_as_typed(load),
+        Some(unit) => format!("{} {unit}", short(load)),
+        None => short(load),
     };
     let nearest: Vec<String> = lower.into_iter().chain(higher).map(text).collect();
-    let requested = format!("no row has `{column}` = {}", text(load));
-    Err(SessionError::Refused(match nearest.as_slice() {
-        [] => "the task has no loads".to_owned(),
-        [nearest] => format!("{requested}; the nearest is {nearest}"),
-        [lower, higher, ..] => format!("{requested}; the nearest are {lower} and {higher}"),
-    }))
+    let verb = if nearest.len() == 1 { "is" } else { "are" };
+    let (load, nearest) = (text(load), nearest.join(" and "));
+    Err(SessionError::refused(format!(
+        "no row has `{column}` = {load}; the nearest {verb} {nearest}"
+    )))
 }
 
 /// Returns the only element of `rows`, which have the same load. The rows of a task without a path
@@ -260,24 +242,13 @@ pub fn only_state(table: &Table, rows: &[usize]) -> Result<usize, SessionError> 
         return Ok(rows[0]);
     }
     let (branches, steps) = (table.texts(BRANCH.name)?, table.integers(STEP.name)?);
-    let mut words: Vec<String> = rows.iter().map(|&row| branches.value(row).to_owned()).collect();
-    words.dedup();
-    let choices = if words.len() == rows.len() {
-        format!("branch={}", words.join(" | "))
-    } else {
-        let steps: Vec<String> = rows.iter().map(|&row| steps.value(row).to_string()).collect();
-        format!("step={}", steps.join(" | "))
-    };
-    Err(SessionError::Refused(format!(
-        "{} of the path match; choose one by\n  {choices}",
-        counted(rows.len(), "state")
+    let states =
+        rows.iter().map(|&row| format!("\n  {} step={}", branches.value(row), steps.value(row)));
+    Err(SessionError::refused(format!(
+        "{} of the path match; choose one by its `step`:{}",
+        counted(rows.len(), "state"),
+        states.collect::<String>()
     )))
-}
-
-/// Formats a load as users write it: `0.1`, `1e8`.
-pub fn load_as_typed(load: f64) -> String {
-    let is_short = load == 0.0 || (1e-4..1e6).contains(&load.abs());
-    if is_short { short(load) } else { format!("{load:e}") }
 }
 
 impl FromStr for Coordinate {
@@ -304,34 +275,33 @@ pub fn chosen_task(
     if let Some(load) = load.filter(|_| table.has(LOAD.name)) {
         rows = rows_under(table, &rows, load)?;
     }
-    let rows = table.pick(&rows);
-    let tasks: BTreeSet<&str> = rows.texts("task")?.iter().flatten().collect();
+    let keys = table.texts("task")?;
+    let tasks: BTreeSet<&str> = rows.iter().map(|&row| keys.value(row)).collect();
     if tasks.len() == 1 {
         let word: String = tasks.into_iter().collect();
         let rows = rows_of_task(table, &selected, &word)?;
-        let key = word.parse().map_err(|_| names::TaskNameError::InvalidKey { word })?;
+        let key = word.parse().map_err(|_| TaskNameError::InvalidKey { word })?;
         return Ok(ChosenTask { key, rows });
     }
-    let columns = rows.coordinates();
+    let columns = table.coordinates();
     let fields = columns.batch().schema_ref().fields().iter().zip(columns.batch().columns());
     let is_typed = |field: &Field| {
         let name = field.name().as_str();
         // The surfaces of a spectrum are told by their realization, not by a measured slope.
         let is_measured = Role::from_field(field) == Some(Role::Surface)
             && *field.data_type() == DataType::Float64;
-        let is_load = [LOAD.name, PRESSURE.name, MEAN_GAP.name].contains(&name);
         // A task with adhesion has all branches of its path.
         let is_state = name == BRANCH.name && table.has(STEP.name);
-        !is_load && !is_state && name != "surface" && !is_measured
+        let others = [LOAD.name, PRESSURE.name, MEAN_GAP.name, SURFACE.name];
+        !is_state && !is_measured && !others.contains(&name)
     };
     let choices = fields.filter(|(field, _)| is_typed(field)).filter_map(|(field, values)| {
-        let name = field.name();
-        let values = distinct(values.as_ref());
-        (values.len() > 1).then(|| format!("\n  {name}={}", values.join(" | ")))
+        let values = distinct(values.as_ref(), &rows);
+        (values.len() > 1).then(|| format!("\n  {}={}", field.name(), values.join(" | ")))
     });
     let differing: String = choices.collect();
     let tasks = counted(tasks.len(), "task");
-    Err(SessionError::Refused(format!("{tasks} of `{stage}` match; choose one by{differing}")))
+    Err(SessionError::refused(format!("{tasks} of `{stage}` match; choose one by{differing}")))
 }
 
 /// Returns the elements of `selected` that are rows of a task.
@@ -366,12 +336,9 @@ impl Coordinate {
         let has = |row: &usize| is_value(values.as_ref(), *row, value);
         let found: Vec<usize> = rows.iter().copied().filter(has).collect();
         if found.is_empty() {
-            let picked = coordinates.pick(rows);
-            let others = picked.batch().column_by_name(column);
-            let there =
-                others.map(|values| distinct(values.as_ref()).join(", ")).unwrap_or_default();
+            let there = distinct(values.as_ref(), rows).join(", ");
             let message = format!("no row has `{column}` = {value}; available: {there}");
-            return Err(SessionError::Refused(message));
+            return Err(SessionError::refused(message));
         }
         Ok(found)
     }
@@ -390,10 +357,10 @@ fn is_value(values: &dyn Array, row: usize, wanted: &str) -> bool {
     }
 }
 
-/// Returns the distinct values of a column in order of appearance.
-fn distinct(values: &dyn Array) -> Vec<String> {
+/// Returns the distinct values of a column in some rows, in order of appearance.
+fn distinct(values: &dyn Array, rows: &[usize]) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
-    for row in (0..values.len()).filter(|&row| values.is_valid(row)) {
+    for &row in rows.iter().filter(|&&row| values.is_valid(row)) {
         let value = array_value_to_string(values, row).unwrap_or_default();
         if !found.contains(&value) {
             found.push(value);

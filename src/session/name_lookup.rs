@@ -38,8 +38,7 @@ impl UnknownName {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TaskNameError {
     #[error(
-        "`{word}` is not a key; give the 32 hexadecimal digits of the column `task` of a table, or at \
-         least the first {}",
+        "`{word}` is not a key; give digits of the column `task` of a table, at least the first {}",
         MIN_DIGITS
     )]
     InvalidKey { word: String },
@@ -49,8 +48,7 @@ pub enum TaskNameError {
     )]
     Ambiguous { digits: String, keys: Vec<TaskKey> },
     #[error(
-        "`{}` has no finished task {word}; give a key from the column `task` of a table (the column \
-         `surface` has no keys), or run the study first",
+        "`{}` has no finished task {word}; give a key from the column `task` of a table",
         store.display()
     )]
     NotFinished { word: String, store: PathBuf },

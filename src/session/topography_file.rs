@@ -142,8 +142,8 @@ impl DescribedChannel {
         let mut notes = channel.notes();
         notes.extend(channel.suspect_number().map(|SuspectNumber { number, count }| {
             format!(
-                "{count} points have the number {number:?}, far from all others; if it marks points \
-                 without a height, set `missing = {number:?}` in the manifest"
+                "{count} points have the number {number:?}, far from all others; see the key \
+                 `missing`"
             )
         }));
         notes.extend(
@@ -194,7 +194,7 @@ fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, Sess
             UnknownName::new(error.to_string(), wanted, &all).into()
         }
         ChannelError::OutOfRange { .. } | ChannelError::Ambiguous { .. } => {
-            SessionError::Refused(error.to_string())
+            SessionError::refused(error.to_string())
         }
     })
 }

@@ -1,13 +1,13 @@
 //! Files that a command writes where the user asks for them.
 
 use std::ffi::OsStr;
-use std::fs::{self, File};
-use std::io::{self, BufRead, BufReader, Read, Seek};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek, Write};
 use std::path::Path;
 
 use super::SessionError;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{write_file, write_with};
+use asperity_tables::store::files::{folder_of, write_with};
 
 /// Number of first bytes by which two files are of the same kind.
 const SIGNATURE: usize = 4;
@@ -17,10 +17,7 @@ pub fn has_suffix(path: &Path, suffix: &str) -> bool {
     path.extension().is_some_and(|found: &OsStr| found.eq_ignore_ascii_case(suffix))
 }
 
-/// Writes a file of the kind `kind`, such as `PNG`.
-///
-/// A file with the same content is not changed. Another file of this kind, which begins with the
-/// same bytes, is overwritten if `replace` is set. A file of another kind is never overwritten.
+/// Writes a file of the kind `kind`, such as `PNG`; see [`write_output_with`].
 ///
 /// # Errors
 /// Returns an error if the file must not be overwritten or cannot be written.
@@ -30,25 +27,17 @@ pub fn write_output(
     kind: &str,
     replace: bool,
 ) -> Result<(), SessionError> {
-    if is_stream(path) {
-        return Ok(fs::write(path, bytes).map_err(|source| unwritten(path, source))?);
-    }
-    if let Some(there) = beginning(path, bytes.len() + 1)? {
-        if there == bytes {
-            return Ok(());
-        }
-        if !there.starts_with(&bytes[..bytes.len().min(SIGNATURE)]) {
-            return Err(not_of_kind(path, kind));
-        }
-        if !replace {
-            return Err(exists(path));
-        }
-    }
-    Ok(write_file(path, bytes, folder_of(path))?)
+    let signature = &bytes[..bytes.len().min(SIGNATURE)];
+    write_output_with(path, kind, signature, replace, |file| {
+        Ok(file.write_all(bytes).map_err(|source| unwritten(path, source))?)
+    })
 }
 
-/// Writes a file of the kind `kind` in parts, as [`write_output`] writes one whose bytes are in
-/// memory. `signature` are the first bytes of its kind, and `write` writes the content.
+/// Writes a file of the kind `kind`, whose content `write` writes.
+///
+/// A file with the same content is not changed. Another file of this kind, which begins with the
+/// same `signature`, is overwritten if `replace` is set. A file of another kind is never
+/// overwritten.
 ///
 /// # Errors
 /// Returns an error if the file must not be overwritten or cannot be written, and the errors of
@@ -64,7 +53,10 @@ pub fn write_output_with(
     let failed = |source: io::Error| unwritten(path, source);
     let there = if is_stream(path) { None } else { beginning(path, signature.len())? };
     if there.as_ref().is_some_and(|there| there != signature) {
-        return Err(not_of_kind(path, kind));
+        return Err(SessionError::refused(format!(
+            "`{}` is not a {kind} file and will not be overwritten; choose another file",
+            path.display()
+        )));
     }
     if there.is_none_or(|_| replace) && !is_stream(path) {
         let mut error = None;
@@ -93,7 +85,8 @@ pub fn write_output_with(
     if is_equal(BufReader::new(file), BufReader::new(there)).map_err(failed)? {
         return Ok(());
     }
-    Err(exists(path))
+    let message = format!("`{}` already exists; use `--replace` to overwrite it", path.display());
+    Err(SessionError::refused(message))
 }
 
 /// Returns whether two readers have the same bytes.
@@ -112,31 +105,13 @@ fn is_equal(mut one: impl BufRead, mut other: impl BufRead) -> io::Result<bool> 
     }
 }
 
-fn not_of_kind(path: &Path, kind: &str) -> SessionError {
-    SessionError::Refused(format!(
-        "`{}` is not a {kind} file and will not be overwritten; choose another file",
-        path.display()
-    ))
-}
-
-fn exists(path: &Path) -> SessionError {
-    let message = format!("`{}` already exists; use `--replace` to overwrite it", path.display());
-    SessionError::Refused(message)
-}
-
-/// Returns the folder of a file.
-pub fn folder_of(path: &Path) -> &Path {
-    let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    folder.unwrap_or(Path::new("."))
-}
-
 /// Writes a picture to a file whose name ends in `.png`; see [`write_output`].
 ///
 /// # Errors
 /// Returns an error if the name has another suffix, or the errors of [`write_output`].
 pub fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionError> {
     if !is_stream(path) && !has_suffix(path, "png") {
-        return Err(SessionError::Refused(format!(
+        return Err(SessionError::refused(format!(
             "the picture is written as a PNG file, but `{}` does not end in `.png`; use `{}`",
             path.display(),
             path.with_extension("png").display()
@@ -149,6 +124,12 @@ pub fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionEr
 pub fn is_stream(path: &Path) -> bool {
     let metadata = path.metadata();
     metadata.is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
+}
+
+/// Returns whether a file can be read and begins with these bytes.
+pub fn begins_with(path: &Path, signature: &[u8]) -> bool {
+    let start = beginning(path, signature.len()).ok().flatten();
+    start.is_some_and(|start| start == signature)
 }
 
 /// Returns up to `limit` bytes from the start of a file, or `None` if it does not exist.
