@@ -280,7 +280,7 @@ impl Session<'_> {
     /// Returns an error if the query is invalid or contains unknown names, or if a table cannot be
     /// read.
     pub fn sql(&self, query: &str) -> Result<Table, SessionError> {
-        self.tables()?.sql(query)
+        Ok(self.tables()?.sql(query)?.0)
     }
 
     /// Describes the columns of one stage or of all stages; the study need not have run.

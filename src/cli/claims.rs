@@ -14,7 +14,7 @@ use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
 use crate::session::claims::{
     Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped, verdict,
 };
-use crate::session::formatting::{counted, shell_word, significant};
+use crate::session::formatting::{counted, shell_word, significant, wrapped};
 use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
@@ -65,22 +65,11 @@ pub fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode
     })
 }
 
-/// Wraps a text to 100 columns and indents all lines.
-fn wrapped(indent: usize, text: &str) -> String {
-    const WIDTH: usize = 100;
-    let mut lines = String::new();
-    let mut column = WIDTH;
-    for word in text.split_whitespace() {
-        let length = word.chars().count();
-        if column + 1 + length > WIDTH {
-            lines += &format!("\n{:indent$}{word}", "");
-            column = indent + length;
-        } else {
-            lines += &format!(" {word}");
-            column += 1 + length;
-        }
-    }
-    lines.trim_start_matches('\n').to_owned() + "\n"
+/// Breaks a text into lines and indents them.
+fn indented(indent: usize, text: &str) -> String {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let margin = " ".repeat(indent);
+    format!("{margin}{}\n", wrapped(&words.join(" ")).replace('\n', &format!("\n{margin}")))
 }
 
 /// Formats a number with four significant digits.
@@ -109,7 +98,7 @@ fn list(printer: &ClaimPrinter, claims: &[Claim]) -> String {
 fn list_without_study() -> String {
     let lines = |claim: &Claim| {
         let name = &claim.statement.name;
-        format!("{name} · {}\n{}", claim.data, wrapped(4, &said(&claim.statement)))
+        format!("{name} · {}\n{}", claim.data, indented(4, &said(&claim.statement)))
     };
     by_origin(&shipped(), lines)
         + "A manifest names the file of these claims in `[study]`: `claims = \"yastrebov-2015\"`.\n\
@@ -169,8 +158,8 @@ fn few_lines(printer: &ClaimPrinter, claim: &Claim) -> String {
         verdict(claim),
         statement.name,
         claim.data,
-        wrapped(INDENT, &said),
-        wrapped(INDENT, &found),
+        indented(INDENT, &said),
+        indented(INDENT, &found),
     )
 }
 
@@ -303,7 +292,7 @@ fn claim_details(printer: &ClaimPrinter, claim: &Claim) -> String {
         ClaimOutcome::Noted => {}
     }
     let line =
-        |(name, text): &(&str, String)| format!("{name:<12}{}", wrapped(12, text).trim_start());
+        |(name, text): &(&str, String)| format!("{name:<12}{}", indented(12, text).trim_start());
     format!("{}\n{}{table}\n", statement.name, lines.iter().map(line).collect::<String>())
 }
 

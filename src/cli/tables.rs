@@ -67,8 +67,8 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
     let session = arguments.study.session(data);
     let (table, units): (TableSource, TableUnits) = match (&arguments.sql, &arguments.stage) {
         (Some(query), _) => {
-            let tables = session.tables()?;
-            (tables.sql(query)?.into(), tables.units_of_query(query)?)
+            let (answer, units) = session.tables()?.sql(query)?;
+            (answer.into(), units)
         }
         (None, Some(stage)) => {
             let tables = session.tables()?;

@@ -156,7 +156,7 @@ impl<'m> Export<'m> {
         load: Option<ChosenLoad>,
         stop: &'m AtomicBool,
     ) -> Result<Export<'m>, SessionError> {
-        let kinds = if kinds.is_empty() { maps.kinds() } else { kinds };
+        let kinds = if kinds.is_empty() { maps.kinds() } else { kinds.to_vec() };
         let with_heights = kinds.contains(&MapKind::Heights);
         let heights = with_heights.then(|| maps.map(MapKind::Heights, None, stop)).transpose()?;
         let others = kinds.iter().copied().filter(|kind| *kind != MapKind::Heights);

@@ -62,7 +62,7 @@ fn is_of_a_study(folder: &Path) -> bool {
 }
 
 /// Returns the paths of the tables in a folder of results.
-fn tables(folder: &Path) -> Vec<PathBuf> {
+pub fn tables(folder: &Path) -> Vec<PathBuf> {
     let files = fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = files.map(|file| file.path());
     let is_table = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "parquet");

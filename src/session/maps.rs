@@ -13,7 +13,6 @@ use clap::ValueEnum;
 use serde::Serialize;
 
 use self::solved::SolvedTask;
-use super::formatting::listed;
 use super::task_choice::{ChosenLoad, ChosenRows, Coordinate, chosen_task, only_state, rows_under};
 use super::{DataFolder, Observer, Session, SessionError, name_lookup, open_read_only};
 use asperity_contact::grid::Grid;
@@ -54,24 +53,6 @@ pub enum MapKind {
 }
 
 impl MapKind {
-    /// Maps of contacts without adhesion.
-    const WITHOUT_ADHESION: [MapKind; 5] = [
-        MapKind::Heights,
-        MapKind::Contact,
-        MapKind::Pressures,
-        MapKind::Gap,
-        MapKind::Displacement,
-    ];
-    /// Maps of contacts with adhesion.
-    const WITH_ADHESION: [MapKind; 6] = [
-        MapKind::Heights,
-        MapKind::Contact,
-        MapKind::Repulsive,
-        MapKind::Pressures,
-        MapKind::Gap,
-        MapKind::Displacement,
-    ];
-
     /// Returns true for maps of nodes that belong to a set or not.
     pub fn is_set(self) -> bool {
         matches!(self, MapKind::Contact | MapKind::Repulsive)
@@ -170,17 +151,7 @@ impl Session<'_> {
             });
         }
         let sources = tables.reading.study.sources.clone();
-        let opened = TaskMaps::open(task, self.open_read_only()?, sources);
-        let maps = opened.map_err(|error| match error {
-            SessionError::NoMap { .. } => {
-                let stages = plan.stages.iter();
-                let drawn =
-                    stages.filter(|stage| [Kind::Generate, Kind::Solve].contains(&stage.kind));
-                let names = listed(drawn.map(|stage| stage.name.as_str()), "or");
-                SessionError::refused(format!("stage `{stage}` has no maps; choose {names}"))
-            }
-            other => other,
-        })?;
+        let maps = TaskMaps::open(task, self.open_read_only()?, sources)?;
         maps.only(&chosen.rows)
     }
 }
@@ -322,12 +293,10 @@ impl TaskMaps {
     }
 
     /// Returns the quantities that the task has maps of.
-    pub fn kinds(&self) -> &'static [MapKind] {
-        match &self.contact {
-            Some(contact) if contact.is_path() => &MapKind::WITH_ADHESION,
-            Some(_) => &MapKind::WITHOUT_ADHESION,
-            None => &[MapKind::Heights],
-        }
+    pub fn kinds(&self) -> Vec<MapKind> {
+        let Some(contact) = &self.contact else { return vec![MapKind::Heights] };
+        let all = MapKind::value_variants().iter().copied();
+        all.filter(|kind| contact.is_path() || *kind != MapKind::Repulsive).collect()
     }
 
     /// Returns the contact maps of all loads, or of the states of the first branch of a path.

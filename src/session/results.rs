@@ -74,14 +74,15 @@ impl<'a> Tables<'a> {
         })
     }
 
-    /// Runs an SQL query in which every stage and `failures` are tables.
+    /// Runs an SQL query in which every stage and `failures` are tables. Also returns the units of
+    /// length and pressure that these tables share.
     ///
     /// Only the tables and columns of the query are read.
     ///
     /// # Errors
     /// Returns an error if the query is invalid or contains unknown names, or if a table cannot be
     /// read.
-    pub fn sql(&self, query: &str) -> Result<Table, SessionError> {
+    pub fn sql(&self, query: &str) -> Result<(Table, TableUnits), SessionError> {
         let named = sql::tables_of(query).map_err(refused)?;
         let mut tables = Vec::new();
         let names = self.names().into_iter().chain([FAILURES]);
@@ -90,26 +91,19 @@ impl<'a> Tables<'a> {
             tables.push((name.clone(), self.open(name)?));
         }
         let room = MemoryLimit::new(None, 1).room();
-        sql::ask(query, tables, &known, &BTreeMap::new(), room).map_err(|error| match error {
+        let answer = sql::ask(query, tables, &known, &BTreeMap::new(), room);
+        let table = answer.map_err(|error| match error {
             StageError::Query(error) => refused(error),
             StageError::Store(error) => SessionError::Store(error),
             other => SessionError::Query(chain(&other)),
-        })
+        })?;
+        Ok((table, self.units_of(|name| named.contains(name))))
     }
 
     /// Returns the units of length and pressure of the table of a stage, as the manifest names
     /// them. The tables of `aggregate` stages do not name them.
     pub fn units(&self, stage: &str) -> TableUnits {
         self.units_of(|name| name == stage)
-    }
-
-    /// Returns the units of length and pressure that the tables of a query share.
-    ///
-    /// # Errors
-    /// Returns an error if the query is invalid.
-    pub fn units_of_query(&self, query: &str) -> Result<TableUnits, SessionError> {
-        let named = sql::tables_of(query).map_err(refused)?;
-        Ok(self.units_of(|name| named.contains(name)))
     }
 
     fn units_of(&self, is_read: impl Fn(&str) -> bool) -> TableUnits {

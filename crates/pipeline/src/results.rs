@@ -117,16 +117,9 @@ impl StudyResults {
 
     /// Reads the rows of one stage into memory; see [`StudyResults::open`].
     pub fn rows(&self, stage: &PlannedStage) -> Result<StageRows, ResultsError> {
-        let rows = self.open(stage)?;
-        let table = rows.table.map(|source| source.table()).transpose()?;
-        Ok(StageRows {
-            table,
-            stage: rows.stage,
-            path: rows.path,
-            tasks: rows.tasks,
-            digest: rows.digest,
-            is_published: rows.is_published,
-        })
+        let StageRows { stage, path, tasks, table, digest, is_published } = self.open(stage)?;
+        let table = table.map(|source| source.table()).transpose()?;
+        Ok(StageRows { stage, path, tasks, table, digest, is_published })
     }
 
     /// Opens the rows of one stage.

@@ -106,10 +106,6 @@ pub fn run(
 /// Minimum number of inputs for which one published table is read instead of many stored tables.
 const MANY_INPUTS: usize = 8;
 
-/// Maximum number of times that a damaged table is set aside and read again. The first time finds
-/// all damaged files, unless the disk or another process damages files meanwhile.
-const MAX_ATTEMPTS: usize = 8;
-
 struct Run<'a> {
     plan: &'a Plan,
     stages: Vec<&'a str>,
@@ -245,15 +241,13 @@ impl<'a> Run<'a> {
         if store.has_unreadable(planned.table.key)? {
             self.set_aside(task, None)?;
         }
-        for _ in 0..MAX_ATTEMPTS {
-            match self.compute_rows(task, series, threads) {
-                Err(TaskError::Store(cause)) if cause.is_recomputable() => {
-                    self.set_aside(task, Some(cause))?;
-                }
-                done => return done,
+        match self.compute_rows(task, series, threads) {
+            Err(TaskError::Store(cause)) if cause.is_recomputable() => {
+                self.set_aside(task, Some(cause))?;
+                self.compute_rows(task, series, threads)
             }
+            done => done,
         }
-        self.compute_rows(task, series, threads)
     }
 
     /// Computes the rows and parts of a series that the store lacks. Returns an error if stored
@@ -374,17 +368,14 @@ impl<'a> Run<'a> {
         threads: &Threads,
     ) -> Result<Input<'_>, TaskError> {
         let store = self.reader.store();
-        let mut read = store.read(table, columns);
-        for _ in 0..MAX_ATTEMPTS {
-            match read {
-                Err(cause) if cause.is_recomputable() => {
-                    self.recompute(task, cause, threads)?;
-                    read = store.read(table, columns);
-                }
-                _ => break,
+        let table = match store.read(table, columns) {
+            Err(cause) if cause.is_recomputable() => {
+                self.recompute(task, cause, threads)?;
+                store.read(table, columns)?
             }
-        }
-        Ok(self.input(task, status::with_codes(read?)))
+            read => read?,
+        };
+        Ok(self.input(task, status::with_codes(table)))
     }
 
     /// Returns the table of a task as an input of another task.

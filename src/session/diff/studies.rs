@@ -14,6 +14,7 @@ use bytesize::ByteSize;
 use tempfile::TempDir;
 use zip::ZipArchive;
 
+use crate::session::index::tables;
 use crate::session::output_files::begins_with;
 use crate::session::{DataFolder, Observer, Session, SessionError, Setting, StudyResults};
 use crate::share::is_archive;
@@ -160,14 +161,17 @@ impl Session<'_> {
 impl ComparedStudy {
     /// Opens the published tables of a study. Returns `None` if the folder has none.
     fn published(folder: &Path, path: &Path) -> Option<ComparedStudy> {
-        let files = table_files(folder);
+        let files = tables(folder);
         if files.is_empty() {
             return None;
         }
         let record = Owner::read(folder).map(Owner::into_study);
         let stages = match &record {
             Some(record) => record.stages.iter().map(|stage| stage.name.clone()).collect(),
-            None => files.into_iter().map(|(stage, _)| stage).collect(),
+            None => {
+                let names = files.iter().filter_map(|path| path.file_stem()?.to_str());
+                names.filter(|name| *name != FAILURES).map(str::to_owned).collect()
+            }
         };
         let folder_name = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
         let name = folder_name.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -196,10 +200,10 @@ impl ComparedStudy {
                 Ok(rows.table.map(|table| StageTable { table, finished, tasks }))
             }
             StageTables::Published(folder) => {
-                let files = table_files(folder);
-                let Some((_, path)) = files.into_iter().find(|(name, _)| name == stage) else {
+                let path = folder.join(format!("{stage}.parquet"));
+                if !path.is_file() {
                     return Ok(None);
-                };
+                }
                 let (source, metadata) = TableSource::open(&path)?;
                 let number = |name: &str| metadata.get(name).and_then(|text| text.parse().ok());
                 let tasks = number("tasks").unwrap_or(0);
@@ -215,24 +219,10 @@ impl ComparedStudy {
     }
 }
 
-/// Returns the tables of stages in a results folder, by name of the stage.
-fn table_files(folder: &Path) -> Vec<(String, PathBuf)> {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let found = entries.filter_map(|entry| {
-        let path = entry.path();
-        let stage = path.file_name()?.to_str()?.strip_suffix(".parquet")?.to_owned();
-        (stage != FAILURES).then_some((stage, path))
-    });
-    let mut tables: Vec<_> = found.collect();
-    tables.sort();
-    tables
-}
-
 /// Returns the versions of the program that published the tables in a folder. Tables that cannot be
 /// read are skipped; reading their rows reports the error.
 fn programs(folder: &Path) -> BTreeSet<String> {
-    let opened =
-        table_files(folder).into_iter().filter_map(|(_, path)| TableSource::open(&path).ok());
+    let opened = tables(folder).into_iter().filter_map(|path| TableSource::open(&path).ok());
     opened.filter_map(|(_, metadata)| metadata.get("version").map(str::to_owned)).collect()
 }
 

@@ -4,8 +4,8 @@
 //! the folder only if its study is the same, or if the owner no longer exists because it was renamed
 //! or deleted.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ use crate::results::files_of;
 use crate::study::Study;
 use asperity_manifest::names::FAILURES;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::files::{from_folder, write_whole};
+use asperity_tables::store::files::{from_folder, write_if_changed};
 use asperity_tables::store::listing::FileKind;
 use asperity_tables::store::regular::read_regular;
 
@@ -103,12 +103,7 @@ impl Owner {
 
     /// Writes the owner file, unless it already has the same content.
     pub fn write(&self, folder: &Path) -> Result<(), StoreError> {
-        let path = folder.join(FILE);
-        let bytes = self.bytes();
-        match fs::read(&path) {
-            Ok(written) if written == bytes => Ok(()),
-            _ => write_whole(&path, &bytes, folder),
-        }
+        write_if_changed(&folder.join(FILE), &self.bytes(), folder)
     }
 
     /// Returns whether the manifest still exists and has a study of this name.
@@ -135,14 +130,15 @@ pub fn write_effective_manifest(
     folder: &Path,
 ) -> Result<(), StoreError> {
     let path = folder.join(EFFECTIVE_MANIFEST);
-    let written = fs::read_to_string(&path).ok();
-    if manifest.is_composed() && written.as_ref() != Some(&manifest.text) {
-        return write_whole(&path, manifest.text.as_bytes(), folder);
+    if manifest.is_composed() {
+        return write_if_changed(&path, manifest.text.as_bytes(), folder);
     }
-    if !manifest.is_composed() && written.is_some() {
-        return fs::remove_file(&path).map_err(|source| StoreError::writing(path, source));
+    match fs::remove_file(&path) {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => {
+            Err(StoreError::writing(path, source))
+        }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// Returns the path of the manifest that was run last in a results folder, and its description.

@@ -44,6 +44,17 @@ pub fn write_whole(path: &Path, bytes: &[u8], staging: &Path) -> Result<(), Stor
     flush_folder(path.parent().unwrap_or(Path::new(".")))
 }
 
+/// Writes a file as [`write_whole`] does, unless it already has the same content.
+///
+/// # Errors
+/// Returns the same errors as [`write_whole`].
+pub fn write_if_changed(path: &Path, bytes: &[u8], staging: &Path) -> Result<(), StoreError> {
+    match fs::read(path) {
+        Ok(written) if written == bytes => Ok(()),
+        _ => write_whole(path, bytes, staging),
+    }
+}
+
 /// Writes a file as [`write_whole`] does, but without flushing its folder. After a power cut, the
 /// file may be missing, but it is never incomplete.
 ///

@@ -5,7 +5,6 @@
 //! with the number of tasks. If the file is lost, only explanations are lost.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -17,7 +16,7 @@ use crate::study::Study;
 use asperity_stages::surface::{Origin, Params};
 use asperity_stages::{Kind, Recipe, Work};
 use asperity_tables::key::Digest;
-use asperity_tables::store::files::write_whole;
+use asperity_tables::store::files::write_if_changed;
 use asperity_tables::store::listing::{FileKind, StoredFile};
 use asperity_tables::store::regular::read_regular;
 use asperity_tables::store::series::Part;
@@ -126,12 +125,7 @@ impl Record {
 
     /// Writes the record to its file, unless the file already has the same content.
     pub fn write(&self, folder: &Path, study: &str) -> Result<(), StoreError> {
-        let path = Record::path(folder, study);
-        let bytes = self.bytes();
-        match fs::read(&path) {
-            Ok(written) if written == bytes => Ok(()),
-            _ => write_whole(&path, &bytes, folder),
-        }
+        write_if_changed(&Record::path(folder, study), &self.bytes(), folder)
     }
 }
 

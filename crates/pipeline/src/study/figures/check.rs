@@ -9,7 +9,7 @@ use crate::manifest::figure::{
 };
 use crate::study::graph::check_name;
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
+use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed, suggestion};
 use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Key, Spanned};
@@ -107,7 +107,8 @@ where
         let known = || stages.iter().copied();
         let message = format!("there is no stage {:?}", from.value);
         let help = format!("the stages are {}", listed(known(), "and"));
-        return checks.reject(unknown(message, from, known(), "unknown stage").help(help));
+        let label = suggestion('"', &from.value, known(), "unknown stage");
+        return checks.reject(Problem::new(message, from.span.clone(), label).help(help));
     }
     // If the stage has problems of its own, its columns are unknown.
     let table = (context.table)(&from.value)?;
@@ -263,8 +264,8 @@ impl<'a> Columns<'a, '_> {
         }
         if let Some(from) = keys.from.written().filter(|from| !stages.contains(&&*from.value)) {
             let message = format!("there is no stage {:?}", from.value);
-            let problem = unknown(message, from, stages.iter().copied(), "unknown stage");
-            return self.checks.reject(problem);
+            let label = suggestion('"', &from.value, stages.iter().copied(), "unknown stage");
+            return self.checks.reject(Problem::new(message, from.span.clone(), label));
         }
         let own = keys.from.written().is_none();
         let free = if keys.area.0.is_some() { LOAD.name } else { x };
@@ -381,12 +382,12 @@ impl<'a> Columns<'a, '_> {
         if let Some(label) = needed_key(base, self.is_known) {
             return self.checks.reject(Problem::new(message, written.span.clone(), label));
         }
-        let problem = unknown(message, written, known(), "unknown column");
-        let problem = match did_you_mean(&written.value, known()) {
+        let label = suggestion('"', &written.value, known(), "unknown column");
+        let problem = Problem::new(message, written.span.clone(), label);
+        self.checks.reject(match did_you_mean(&written.value, known()) {
             Some(_) => problem,
             None => problem.help(format!("its columns are {}", listed(known(), "and"))),
-        };
-        self.checks.reject(problem)
+        })
     }
 
     fn quantities(
@@ -629,18 +630,4 @@ fn empty_selections(
         }
     }
     empty
-}
-
-/// Creates the problem of an unknown name, with a suggestion.
-fn unknown<'k>(
-    message: String,
-    written: &Spanned<String>,
-    known: impl Iterator<Item = &'k str>,
-    otherwise: &str,
-) -> Problem {
-    let label = match did_you_mean(&written.value, known) {
-        Some(meant) => format!("did you mean \"{meant}\"?"),
-        None => otherwise.to_owned(),
-    };
-    Problem::new(message, written.span.clone(), label)
 }

@@ -129,12 +129,13 @@ impl Store {
         values: &[f64],
         columns: Columns,
     ) -> Result<(Table, Provenance), StoreError> {
-        let exact = FileName { key, rows: Some(RowsName::new(part, values)) };
-        if names.contains(&exact) {
-            return self.read_file(&exact, columns);
-        }
         let (mut tables, mut last_made) = (Vec::new(), None);
         let chosen = self.chosen(names, part, values).ok_or_else(|| not_found(&self.path(key)))?;
+        if let [(name, _)] = chosen[..]
+            && name.rows == Some(RowsName::new(part, values))
+        {
+            return self.read_file(name, columns);
+        }
         for (name, here) in chosen {
             let (table, made) = self.read_file(name, columns)?;
             let of_rows = values_in(&table, column, &self.path(key))?;
@@ -157,6 +158,10 @@ impl Store {
         part: Option<&str>,
         values: &[f64],
     ) -> Option<Vec<(&'n FileName, Vec<f64>)>> {
+        let exact = Some(RowsName::new(part, values));
+        if let Some(name) = names.iter().find(|name| name.rows == exact) {
+            return Some(vec![(name, values.to_vec())]);
+        }
         let mut missing = values.to_vec();
         let mut chosen = Vec::new();
         for name in names.iter().filter(|name| is_of(name, part)) {
@@ -184,13 +189,8 @@ impl Store {
         let parts = series.parts.iter().map(|of| (Some(of.part.name.as_str()), &of.values));
         let mut read = Vec::new();
         for (part, values) in [(None, &series.values)].into_iter().chain(parts) {
-            let exact = FileName { key: table.key, rows: Some(RowsName::new(part, values)) };
-            if names.contains(&exact) {
-                read.push(exact);
-            } else {
-                let chosen = self.chosen(names, part, values)?.into_iter();
-                read.extend(chosen.map(|(name, _)| name.clone()));
-            }
+            let chosen = self.chosen(names, part, values)?.into_iter();
+            read.extend(chosen.map(|(name, _)| name.clone()));
         }
         Some(read)
     }
