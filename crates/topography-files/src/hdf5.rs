@@ -31,6 +31,7 @@ mod links;
 mod stored;
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5_reader::group::Group;
@@ -75,6 +76,7 @@ pub fn maps(
         known: BTreeMap::new(),
         read: BTreeSet::new(),
         unreadable: vec![],
+        is_located: Cell::new(false),
     };
     let (groups, folder) = file.folder(String::new(), root, members)?;
     let mut channels = file.channels(&folder);
@@ -136,6 +138,8 @@ struct Groups<'a> {
     read: BTreeSet<u64>,
     /// Reasons why parts of the file could not be read.
     unreadable: Vec<FormatError>,
+    /// True if the coordinates of the current group are those of one of its maps.
+    is_located: Cell<bool>,
 }
 
 /// Group with its datasets.
@@ -200,16 +204,19 @@ impl Groups<'_> {
         let named = folder.attributes.text("signal").ok().flatten();
         let name = named.filter(|_| folder.is_nexus()).unwrap_or_default();
         let is_signal = |dataset: &&Dataset| dataset.name() == name;
-        let (signal, others): (Vec<_>, Vec<_>) = folder.datasets.iter().partition(is_signal);
         let coordinates = folder.coordinates();
-        for dataset in signal.into_iter().chain(others) {
-            let is_coordinate =
-                || coordinates.is_some_and(|of| of.iter().any(|one| one.name() == dataset.name()));
+        let is_coordinate = |dataset: &&Dataset| {
+            coordinates.is_some_and(|of| of.iter().any(|one| one.name() == dataset.name()))
+        };
+        let mut datasets: Vec<&Dataset> = folder.datasets.iter().collect();
+        datasets.sort_by_key(|dataset| (is_coordinate(dataset), !is_signal(dataset)));
+        self.is_located.set(false);
+        for dataset in datasets {
+            if is_coordinate(&dataset) && self.is_located.get() {
+                break;
+            }
             // The same dataset may have several names.
-            if Array::is_map_of(dataset.shape())
-                && !is_coordinate()
-                && self.read.insert(dataset.address())
-            {
+            if Array::is_map_of(dataset.shape()) && self.read.insert(dataset.address()) {
                 match self.channels_of(folder, dataset) {
                     Ok(maps) => channels.extend(maps),
                     Err(error) => self.unreadable.push(error),
@@ -311,7 +318,9 @@ impl Groups<'_> {
             })
         });
         let [x, y] = read;
-        Coordinates::axes([first, second].map(|length| length as usize), &x?, &y?)
+        let axes = Coordinates::axes([first, second].map(|length| length as usize), &x?, &y?)?;
+        self.is_located.set(self.is_located.get() || axes.is_some());
+        Ok(axes)
     }
 
     /// Returns the axes of a dataset with dimension scales or with names of its dimensions.

@@ -498,4 +498,45 @@ mod tests {
         let sides = array.channels().unwrap()[0].size().sides().unwrap();
         assert!((sides[0] / 3e-6 - 1.0).abs() < 1e-14 && (sides[1] / 2e-3 - 1.0).abs() < 1e-14);
     }
+
+    /// Returns the steps of the axes of a map of 2 × 3 numbers with these coordinates x and y.
+    fn steps(x: (&[usize], &[f64]), y: (&[usize], &[f64])) -> Option<Vec<Option<f64>>> {
+        let of = |name: &str, (shape, numbers): (&[usize], &[f64])| Coordinates {
+            name: name.to_owned(),
+            shape: shape.to_vec(),
+            numbers: numbers.to_vec(),
+            attributes: Attributes::default(),
+        };
+        let axes = Coordinates::axes([2, 3], &of("x", x), &of("y", y)).unwrap()?;
+        Some(axes.iter().map(|axis| axis.step).collect())
+    }
+
+    #[test]
+    fn coordinates_beside_a_map_tell_its_axes() {
+        let (three, two) = ([0.0, 5.0, 10.0], [0.0, 2.0]);
+        assert_eq!(steps((&[3], &three), (&[2], &two)), Some(vec![Some(2.0), Some(5.0)]));
+        assert_eq!(steps((&[2, 1], &two), (&[1, 3], &three)), Some(vec![Some(2.0), Some(5.0)]));
+        let mesh_x = [0.0, 5.0, 10.0, 0.0, 5.0, 10.0];
+        let mesh_y = [0.0, 0.0, 0.0, 2.0, 2.0, 2.0];
+        let of_mesh = steps((&[2, 3], &mesh_x), (&[2, 3], &mesh_y));
+        assert_eq!(of_mesh, Some(vec![Some(2.0), Some(5.0)]));
+        // Other lengths, and components of a vector that are called x and y.
+        assert_eq!(steps((&[4], &[0.0, 1.0, 2.0, 3.0]), (&[2], &two)), None);
+        assert_eq!(steps((&[2, 3], &mesh_x), (&[2, 3], &[1.0, 0.0, 2.0, 0.0, 4.0, 1.0])), None);
+    }
+
+    #[test]
+    fn names_that_tell_nothing_are_a_note() {
+        let channel = &array(Axis::named("i"), Axis::named("j")).channels().unwrap()[0];
+        assert_eq!(
+            channel.notes(),
+            ["axis `i` is taken for x and `j` for y; their names do not tell"]
+        );
+        let by_attribute = |name: &str, direction: &str| {
+            let attribute = ("axis".to_owned(), Value::Texts(vec![direction.to_owned()]));
+            Axis::new(name, &[0.0, 1.0, 2.0], &Attributes(vec![attribute])).unwrap()
+        };
+        let channel = &array(by_attribute("i", "Y"), by_attribute("j", "X")).channels().unwrap()[0];
+        assert_eq!((channel.nodes(), channel.notes().len()), ([3, 2], 0));
+    }
 }

@@ -7,7 +7,6 @@
 //! NumPy 2.4 makes them) give the sides and the order of the axes.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use super::archive::Archive;
 use super::channel::Channel;
@@ -33,20 +32,23 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = text(&mut archive, "unit.npy");
     let unit = text.as_deref().map_or(Unit::None, Unit::parse);
     let sides = sides(&mut archive)?;
-    let mut arrays = BTreeMap::new();
-    for path in &names {
-        let name = path.strip_suffix(".npy").unwrap_or(path);
-        arrays.insert(name, archive.file(path, decoded_limit(bytes.len()))?);
-    }
-    let coordinates = if sides.is_none() { coordinates(&arrays) } else { None };
+    let limit = decoded_limit(bytes.len());
+    let coordinates = match sides {
+        Some(_) => None,
+        None => coordinates(&mut archive, &names, limit)?,
+    };
+    let is_coordinate =
+        |name: &str| coordinates.iter().flatten().any(|coordinate| coordinate.name == name);
+    let mut arrays: Vec<&str> = names.iter().filter_map(|path| path.strip_suffix(".npy")).collect();
+    arrays.sort_by_key(|name| is_coordinate(name));
+    let mut is_located = false;
     let mut ranked = Vec::new();
     let mut unused = Vec::new();
-    for path in &names {
-        let name = path.strip_suffix(".npy").unwrap_or(path);
-        let is_coordinate =
-            || coordinates.iter().flatten().any(|coordinate| coordinate.name == name);
-        match npy_array(&arrays[name]) {
-            _ if is_coordinate() => {}
+    for name in arrays {
+        if is_located && is_coordinate(name) {
+            break;
+        }
+        match npy_array(&archive.file(&format!("{name}.npy"), limit)?) {
             Ok((nodes, numbers)) if nodes.iter().all(|count| *count > 1) => {
                 let known_rank = HEIGHTS.iter().position(|known| name.eq_ignore_ascii_case(known));
                 let axes = match (&coordinates, sides) {
@@ -54,6 +56,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
                     (None, Some(sides)) => Some(axes_of_sides(sides, &unit)),
                     (None, None) => None,
                 };
+                is_located |= axes.is_some() && coordinates.is_some();
                 let array = Array {
                     name: name.to_owned(),
                     shape: nodes.to_vec(),
@@ -88,15 +91,25 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 }
 
 /// Returns the coordinates x and y, if there is one array of each.
-fn coordinates(arrays: &BTreeMap<&str, Vec<u8>>) -> Option<[Coordinates; 2]> {
-    let find = |direction| {
-        let mut names = arrays.keys().filter(|name| Direction::of_name(name) == Some(direction));
-        let name = names.next().filter(|_| names.next().is_none())?;
-        let (shape, numbers) = npy_numbers(&arrays[name])?;
-        let name = (*name).to_owned();
-        Some(Coordinates { name, shape, numbers, attributes: Attributes::default() })
+fn coordinates(
+    archive: &mut Archive<'_>,
+    names: &[String],
+    limit: usize,
+) -> Result<Option<[Coordinates; 2]>, FormatError> {
+    let mut find = |direction| {
+        let stems = names.iter().filter_map(|path| path.strip_suffix(".npy"));
+        let mut found = stems.filter(|name| Direction::of_name(name) == Some(direction));
+        let (Some(name), None) = (found.next(), found.next()) else { return Ok(None) };
+        let array = npy_numbers(&archive.file(&format!("{name}.npy"), limit)?);
+        Ok(array.map(|(shape, numbers)| Coordinates {
+            name: name.to_owned(),
+            shape,
+            numbers,
+            attributes: Attributes::default(),
+        }))
     };
-    Some([find(Direction::X)?, find(Direction::Y)?])
+    let (x, y) = (find(Direction::X)?, find(Direction::Y)?);
+    Ok(x.zip(y).map(|(x, y)| [x, y]))
 }
 
 /// Returns axes x and y with the given sides.
