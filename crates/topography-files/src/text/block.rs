@@ -30,6 +30,8 @@ pub struct Block {
     corner: Option<String>,
     /// Numbers of lines after which an empty line follows.
     pub breaks: Vec<usize>,
+    /// Numbers of cells as in [`Row::commas`].
+    commas: [usize; 2],
 }
 
 impl Block {
@@ -116,6 +118,7 @@ impl Block {
         self.ends_empty &= row.ends_empty();
         row.empty.iter().for_each(|&index| self.empty[index] += 1);
         self.numbers.extend(row.numbers);
+        self.commas = [0, 1].map(|index| self.commas[index] + row.commas[index]);
         self.lines += 1;
         Ok(())
     }
@@ -167,13 +170,18 @@ impl Block {
     /// Reads the channels of the part.
     pub fn channels<'a>(mut self) -> Result<Vec<Channel<'a>>, FormatError> {
         let dropped = self.drop_empty_columns();
+        let mut notes = Vec::new();
+        if dropped > 0 {
+            notes.push(format!("{dropped} columns between tabs are empty and are not used"));
+        }
+        if self.commas[0] > 0 && self.commas[0] == self.commas[1] {
+            let note =
+                "commas are taken for decimal signs, although all are followed by three digits";
+            notes.push(note.to_owned());
+        }
         let channels = self.points_or_matrices()?;
-        Ok(if dropped == 0 {
-            channels
-        } else {
-            let note = format!("{dropped} columns between tabs are empty and are not used");
-            channels.into_iter().map(|channel| channel.noted(&note)).collect()
-        })
+        let noted = |channel| notes.iter().fold(channel, Channel::noted);
+        Ok(channels.into_iter().map(noted).collect())
     }
 
     fn points_or_matrices<'a>(self) -> Result<Vec<Channel<'a>>, FormatError> {

@@ -36,6 +36,8 @@ pub struct Row {
     pub empty: Vec<usize>,
     /// Cells that are neither numbers nor words for missing points.
     pub words: Vec<Word>,
+    /// Number of cells with a decimal comma, and of those that would also be thousands: `1,234`.
+    pub commas: [usize; 2],
 }
 
 /// Cell that is not a number.
@@ -62,7 +64,7 @@ impl Row {
     pub fn has_comment(&self, columns: usize) -> bool {
         self.words.first().is_some_and(|word| {
             let starts = ["#", "%", "//"].iter().any(|mark| word.text.starts_with(mark));
-            word.index == columns && self.separator.is_none() && starts
+            word.index == columns && starts
         })
     }
 
@@ -111,6 +113,10 @@ impl Notation {
                 row.numbers.push(f64::NAN);
             } else if let Some(number) = self.number(cell) {
                 row.numbers.push(number);
+                if self.has_decimal_comma(cell) {
+                    row.commas[0] += 1;
+                    row.commas[1] += usize::from(is_of_thousands(cell));
+                }
             } else {
                 row.numbers.push(f64::NAN);
                 let before = &line[..cell.as_ptr() as usize - line.as_ptr() as usize];
@@ -124,6 +130,10 @@ impl Notation {
             (false, 0) => Line::Words(None),
             (false, _) => Line::Words(Some(row)),
         }
+    }
+
+    fn has_decimal_comma(self, cell: &str) -> bool {
+        matches!(self, Notation::DecimalCommas | Notation::CommasBetween) && cell.contains(',')
     }
 
     fn separator(self, line: &str) -> Option<char> {
@@ -163,6 +173,12 @@ impl Notation {
         };
         number.or_else(|| number::is_missing(word).then_some(f64::NAN))
     }
+}
+
+/// Returns true if a number with a comma may also be one of thousands, as `1,234` but not `0,123`.
+fn is_of_thousands(cell: &str) -> bool {
+    let digits = cell.trim_matches('"').trim_start_matches(['+', '-']);
+    !digits.starts_with('0') && ungrouped(digits, ',').is_some()
 }
 
 /// Removes the separators between groups of three digits. Returns `None` if the groups before the

@@ -100,7 +100,8 @@ impl Title {
 ///
 /// Words that are separated in another way are titles only if they name x and y, or units: a
 /// comment may have any number of words. `write.table` of R has no title above the names of the
-/// lines, but quotes around all others. Returns `None` if the line has no titles.
+/// lines, but quotes around all others, or titles such as `V1`. Returns `None` if the line has no
+/// titles.
 pub fn titles(line: &str, separator: Option<char>, columns: usize) -> Option<Vec<Title>> {
     let text = line.trim_start().trim_start_matches(['#', '%']);
     let parsed = |cells: Vec<&str>| -> Option<Vec<Title>> {
@@ -120,8 +121,12 @@ pub fn titles(line: &str, separator: Option<char>, columns: usize) -> Option<Vec
     }
     let cells = separator.map_or_else(|| text.split_whitespace().collect(), |one| split(text, one));
     let is_quoted = |cell: &&str| cell.len() > 1 && cell.starts_with('"') && cell.ends_with('"');
-    if cells.len() + 1 == columns && cells.iter().all(is_quoted) {
-        return Some([""].into_iter().chain(cells).map(Title::parse).collect());
+    if cells.len() + 1 == columns {
+        let is_numbered =
+            |cell: &&str| cell.starts_with('V') && number::parse(&cell[1..]).is_some();
+        if cells.iter().all(is_quoted) || cells.iter().all(is_numbered) {
+            return Some([""].into_iter().chain(cells).map(Title::parse).collect());
+        }
     }
     let is_certain = |titles: &Vec<Title>| {
         let has = |role| titles.iter().any(|title| title.role() == role);

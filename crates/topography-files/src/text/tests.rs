@@ -31,6 +31,32 @@ fn decimal_commas_are_not_taken_for_separators() {
 }
 
 #[test]
+fn commas_that_may_separate_thousands_are_a_note() {
+    let notes = |text: &str| channels(text)[0].notes().len();
+    assert_eq!(notes("1,234\t2,345\t3,456\t1\n3,456\t4,567\t5,678\t2\n"), 1);
+    assert_eq!(notes("\"1,234\",2,3,4\n5,6,7,8\n"), 1);
+    assert_eq!(notes("1,234\t2,345\t3,456\t1\n3,456\t4,56\t5,678\t2\n"), 0);
+    assert_eq!(notes("0,123\t2,345\t3,456\t1\n3,456\t4,567\t5,678\t2\n"), 0);
+}
+
+#[test]
+fn a_comment_after_the_numbers_is_no_part_of_the_map() {
+    for text in ["1 2 3 4 # a\n5 6 7 8\n", "1,2,3,4,# a\n5,6,7,8\n", "1 2 3 4\n5 6 7 8 % a\n"] {
+        assert_eq!(channels(text)[0].nodes(), [4, 2], "{text}");
+    }
+}
+
+#[test]
+fn names_of_lines_in_tables_of_r_are_no_heights() {
+    for titles in ["\"V1\" \"V2\" \"V3\"", "V1 V2 V3"] {
+        let text = format!("{titles}\n1 7 5 9\n2 3 8 1\n");
+        let channel = &channels(&text)[0];
+        assert_eq!(channel.map().heights(), [7.0, 3.0, 5.0, 8.0, 9.0, 1.0], "{titles}");
+        assert_eq!(channel.notes(), ["the first column is taken for numbers of lines"]);
+    }
+}
+
+#[test]
 fn several_maps_in_a_file_have_separate_headers() {
     let one = "# Channel: A\n# Width: 1 µm\n# Height: 2 µm\n# Value units: m\n1 2\n3 4\n";
     let other = "# Channel: B\n# Width: 3 µm\n# Height: 2 µm\n# Value units: V\n1 2 3\n";
