@@ -12,7 +12,7 @@ use super::input::decoded_limit;
 use super::npz::is_npz;
 
 /// Containers that are named by their first bytes, with what to do.
-const NAMED: [(&[u8], &str, &str); 9] = [
+const NAMED: [(&[u8], &str, &str); 13] = [
     (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", UNPACK),
     (b"Rar!\x1a\x07", "a RAR archive", UNPACK),
     (b"\xfd7zXZ\0", "a file compressed by xz", UNPACK),
@@ -22,8 +22,13 @@ const NAMED: [(&[u8], &str, &str); 9] = [
     (b"MATLAB 5.0", "a MATLAB file of version 5 to 7", "save the map again with `-v7.3`"),
     (b"%PDF", "a PDF document", "export the heights as a file of its instrument or as text"),
     (b"PK\x05\x06", "an empty zip archive", "pack the file again"),
+    (b"\x89PNG", "a PNG picture", PICTURE),
+    (b"\xff\xd8\xff", "a JPEG picture", PICTURE),
+    (b"GIF8", "a GIF picture", PICTURE),
+    (b"PAR1", "a Parquet file", "export the heights as CSV or as a NumPy array"),
 ];
 const UNPACK: &str = "unpack it first";
+const PICTURE: &str = "its colours are no heights; export the heights as numbers";
 
 /// First bytes of a compound file of Microsoft.
 const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1";

@@ -197,16 +197,24 @@ fn errors_name_the_entry_and_the_expected_value() {
 
 #[test]
 fn the_error_for_an_unknown_format_lists_all_readers() {
-    let error = read(b"GIF89a\x01\x00").unwrap_err();
+    let error = read(b"MAP89a\x01\x00").unwrap_err();
     let TopographyFileError::Unknown { others, .. } = &error else { panic!("{error}") };
     assert_eq!(others[..3], ["nmm", "plux", "npz"]);
     let error = error.to_string();
     assert!(
-        error.starts_with("no known format matches the file, which starts with `GIF89a` ("),
+        error.starts_with("no known format matches the file, which starts with `MAP89a` ("),
         "{error}"
     );
     assert!(error.contains("as text: not a text file: it has the character \\u{1}"), "{error}");
     assert_eq!(read(b"").unwrap_err(), TopographyFileError::Empty);
+}
+
+#[test]
+fn pictures_are_named() {
+    assert_eq!(
+        read(b"GIF89a\x01\x00").unwrap_err().to_string(),
+        "the file is a GIF picture; its colours are no heights; export the heights as numbers"
+    );
 }
 
 #[test]
