@@ -148,28 +148,26 @@ impl fmt::Display for AdaptiveStage {
         let AdaptiveStage { name, surfaces, growth, .. } = self;
         let Growth { at_most, until, .. } = growth.as_ref();
         write!(formatter, "{name}: {surfaces} surfaces per point")?;
-        match &self.condition {
-            Condition::Open { .. } => {
+        match (&self.condition, until) {
+            (Condition::Open { .. }, _) => {
                 write!(formatter, " so far, at most {at_most}, until {until}")
             }
-            Condition::Holds(finding) => match (finding, until) {
-                (Finding::Error(error), Until::Mean(mean)) => {
-                    write!(formatter, ", {until} holds at {}", mean.limit * *error)
-                }
-                (finding, _) => write!(formatter, ": {}", ClaimSummary(finding)),
-            },
-            Condition::Fails(finding) => match (finding, until) {
-                (Finding::Error(error), _) if error.is_infinite() => write!(
-                    formatter,
-                    " (the maximum); {until} cannot be checked: a mean is of a single surface"
-                ),
-                (Finding::Error(error), Until::Mean(mean)) => write!(
-                    formatter,
-                    " (the maximum); {until} does not hold: it is {}",
-                    mean.limit * *error
-                ),
-                (finding, _) => write!(formatter, " (the maximum): {}", ClaimSummary(finding)),
-            },
+            (Condition::Holds(Finding::Error(error)), Until::Mean(mean)) => {
+                write!(formatter, ", {until} holds at {}", mean.limit * *error)
+            }
+            (Condition::Fails(Finding::Error(error)), _) if error.is_infinite() => write!(
+                formatter,
+                " (the maximum); {until} cannot be checked: a mean is of a single surface"
+            ),
+            (Condition::Fails(Finding::Error(error)), Until::Mean(mean)) => write!(
+                formatter,
+                " (the maximum); {until} does not hold: it is {}",
+                mean.limit * *error
+            ),
+            (Condition::Holds(finding), _) => write!(formatter, ": {}", ClaimSummary(finding)),
+            (Condition::Fails(finding), _) => {
+                write!(formatter, " (the maximum): {}", ClaimSummary(finding))
+            }
         }
     }
 }

@@ -32,8 +32,8 @@ use asperity_stages::check_context::FromKey;
 use asperity_stages::generate::method::SurfacePoints;
 use asperity_stages::registry::{StagePoints, StageVariant, with_article};
 
-use self::claim::{WrittenClaims, WrittenTable};
-use self::figure::WrittenFigure;
+use self::claim::WrittenClaims;
+use self::figure::{WrittenFigure, WrittenTable};
 
 pub use schema::schema;
 
@@ -188,16 +188,13 @@ pub fn read_figures_of(text: &str) -> Vec<WrittenFigure> {
 /// Reads the figures in the order of the file.
 fn read_figures(entry: Entry, problems: &mut Problems) -> Vec<WrittenFigure> {
     let entries = entries_of(entry, "figures", MAX_FIGURES, problems).into_iter();
-    entries.filter_map(|entry| read_figure(entry, problems)).collect()
-}
-
-fn read_figure(entry: Entry, problems: &mut Problems) -> Option<WrittenFigure> {
-    let span = entry.0.span();
-    let name = Spanned { value: entry.0.get_ref().to_string(), span: span.clone() };
-    let mut table = table_of(entry, problems)?;
-    figure::in_british_spelling(&mut table);
-    let expected = ExpectedKeys::of_table("a figure");
-    Some(WrittenFigure { name, keys: reader::read(table, span, &expected, problems) })
+    let figures = entries.filter_map(|(name, mut value)| {
+        if let DeValue::Table(table) = value.get_mut() {
+            figure::in_british_spelling(table);
+        }
+        read_named((name, value), "a figure", problems)
+    });
+    figures.collect()
 }
 
 /// Reads the tables of claims or of their data in the order of the file.

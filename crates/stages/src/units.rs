@@ -16,6 +16,23 @@ const ABSOLUTE: [&str; 7] = ["N", "K/W", "W/(m K)", "W/(m² K)", "Ω", "Ω m", "
 /// Unit of an energy per area in the declarations of columns.
 const WORK: &str = "pressure × length";
 
+/// Parameters of recipes that are lengths in the unit of the surface.
+const LENGTHS: [&str; 6] = ["side", "rms_height", "radius", "amplitude", "depth", "high_pass"];
+/// Parameters of recipes that are loads in the unit of the manifest.
+const LOADS: [&str; 2] = ["loads", "pressures"];
+
+/// Returns the unit of a parameter of a recipe, if the manifest names one. `text` returns the text
+/// that another parameter of the recipe is.
+pub fn unit_of_parameter(name: &str, text: impl Fn(&str) -> Option<String>) -> Option<String> {
+    let is_absolute = || text("load_unit").is_some_and(|unit| unit == "absolute");
+    match name {
+        _ if LENGTHS.contains(&name) => text("unit"),
+        "effective_modulus" => text("pressure_unit"),
+        _ if LOADS.contains(&name) && is_absolute() => text("pressure_unit"),
+        _ => None,
+    }
+}
+
 /// The units of length and pressure that all rows of a table share.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TableUnits {

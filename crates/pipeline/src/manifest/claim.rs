@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::figure::Selected;
+use super::figure::{Selected, WrittenTable};
 use asperity_manifest::keys::declare::{list, required};
-use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
+use asperity_manifest::keys::{Key, Spanned, deserialize_either, table};
 
 /// A statement that `asperity claims` tests with the results of the study: each quantity must be as
 /// expected. Claims do not influence results or their keys.
@@ -285,13 +285,6 @@ pub enum QuantityKey {
 }
 
 deserialize_either!(QuantityKey { word => Word, table => Table });
-
-/// One table `[claim.NAME]` or `[data.NAME]` as written.
-#[derive(Debug)]
-pub struct WrittenTable<T> {
-    pub name: Spanned<String>,
-    pub keys: Section<T>,
-}
 
 /// Claims and data of a manifest or of a file of claims, as written.
 #[derive(Debug, Default)]

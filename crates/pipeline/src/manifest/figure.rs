@@ -273,12 +273,15 @@ impl Selected {
     }
 }
 
-/// One table `[figure.NAME]` as written.
+/// A named table as written, such as `[figure.NAME]`.
 #[derive(Debug)]
-pub struct WrittenFigure {
+pub struct WrittenTable<T> {
     pub name: Spanned<String>,
-    pub keys: Section<FigureTable>,
+    pub keys: Section<T>,
 }
+
+/// One table `[figure.NAME]` as written.
+pub type WrittenFigure = WrittenTable<FigureTable>;
 
 /// Renames the key `color` to `colour`, unless the table has both.
 pub fn in_british_spelling(table: &mut DeTable<'_>) {

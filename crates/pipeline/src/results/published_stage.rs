@@ -12,7 +12,7 @@ use asperity_tables::parallel::locked;
 use asperity_tables::parquet::Metadata;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
-use asperity_tables::store::series::{SeriesRows, TableRef};
+use asperity_tables::store::series::TableRef;
 use asperity_tables::table::{Stacking, Table};
 
 /// Name of the metadata entry that has the kind of a published stage.
@@ -191,8 +191,19 @@ impl PublishedStage {
             [range] => Some(range.clone()),
             _ => None,
         };
+        let is_whole = |table: &TableRef, part: &Table| {
+            table.series.as_deref().is_none_or(|series| {
+                light_parts(table) == self.parts
+                    && series.is_whole(part)
+                    && series.among(part).is_some_and(|own| own.rows() == part.rows())
+            })
+        };
         let mut located = tables.map_while(|table| Some((table, range(table)?)));
         let (first, mut all) = located.next()?;
+        // If the first table has other rows now, the others mostly have, too: they are not read.
+        if !is_whole(first, &self.slice(all.clone(), missing)?) {
+            return None;
+        }
         let end = missing.end_from(all.start);
         let mut found = vec![(first, all.len())];
         for (table, next) in located {
@@ -207,19 +218,13 @@ impl PublishedStage {
         let mut rows = Vec::new();
         let mut start = 0;
         for (table, count) in found {
-            let part = whole.slice(start..start + count);
-            let is_it = |series: &SeriesRows| {
-                light_parts(table) == self.parts
-                    && series.is_whole(&part)
-                    && series.among(&part).is_some_and(|own| own.rows() == count)
-            };
-            if !table.series.as_deref().is_none_or(is_it) {
+            if !is_whole(table, &whole.slice(start..start + count)) {
                 break;
             }
             rows.push(count);
             start += count;
         }
-        (!rows.is_empty()).then(|| (rows, whole.slice(0..start)))
+        Some((rows, whole.slice(0..start)))
     }
 
     /// Returns the rows `rows`, whose tasks all lack the same columns, without these columns.
@@ -298,6 +303,7 @@ mod tests {
 
     use super::*;
     use asperity_tables::key::TaskKey;
+    use asperity_tables::store::series::SeriesRows;
 
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
     const GAP: Column = Column::result("gap", ColumnKind::Real, "1", "gap");

@@ -9,6 +9,7 @@ use serde_json::{Map, Value};
 use crate::plan::reasons::record::{PointRecord, StageRecord};
 use asperity_manifest::keys::quantity;
 use asperity_stages::aggregate::Statistic;
+use asperity_stages::units::unit_of_parameter;
 
 /// Cause that makes tasks run, and the stage in which it arose.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -360,21 +361,9 @@ impl<'a> KnownValues<'a> {
     }
 }
 
-/// Parameters of recipes that are lengths in the unit of the surface.
-const LENGTHS: [&str; 6] = ["side", "rms_height", "radius", "amplitude", "depth", "high_pass"];
-/// Parameters of recipes that are loads in the unit of the manifest.
-const LOADS: [&str; 2] = ["loads", "pressures"];
-
 /// Returns the unit of a parameter of a point, if the manifest names one.
 pub(super) fn unit_of(point: &PointRecord, name: &str) -> Option<String> {
-    let text = |name: &str| serde_json::from_str::<String>(point.fields.get(name)?).ok();
-    let is_absolute = || text("load_unit").is_some_and(|unit| unit == "absolute");
-    match name {
-        _ if LENGTHS.contains(&name) => text("unit"),
-        "effective_modulus" => text("pressure_unit"),
-        _ if LOADS.contains(&name) && is_absolute() => text("pressure_unit"),
-        _ => None,
-    }
+    unit_of_parameter(name, |name| serde_json::from_str(point.fields.get(name)?).ok())
 }
 
 /// Formats the value of a parameter of a point, with its unit if the manifest names one.

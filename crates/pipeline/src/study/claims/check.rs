@@ -7,9 +7,9 @@ use super::{
 };
 use crate::manifest::claim::{
     ClaimTable, DataTable, LoadKey, Origin, QuantityKey, RangeKey, SourceKind, Statistic,
-    WrittenClaims, WrittenTable,
+    WrittenClaims,
 };
-use crate::manifest::figure::Selected;
+use crate::manifest::figure::{Selected, WrittenTable};
 use crate::study::figures::is_number;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
