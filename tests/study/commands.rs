@@ -139,7 +139,7 @@ fn show_says_what_it_wants_when_it_gets_something_else() {
     assert_eq!(unknown.status.code(), Some(1));
     assert!(text(&unknown.stderr).contains("no finished task 0000"));
     let nonsense = bench.output(&["show", "nonsense"]);
-    assert!(text(&nonsense.stderr).contains("32 hexadecimal digits"));
+    assert!(text(&nonsense.stderr).contains("is not a key"));
     let foreign = bench.write("[study]");
     let foreign = bench.output(&["show", foreign.to_str().unwrap()]);
     assert_eq!(foreign.status.code(), Some(2));

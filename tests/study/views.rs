@@ -85,7 +85,7 @@ fn the_suffix_of_a_picture_names_its_format_and_other_suffixes_are_refused() {
     for suffix in ["webp", "txt", "parquet"] {
         let path = bench.path(&format!("map.{suffix}"));
         let printed = refused(&bench, &[&key, "--output", path.to_str().unwrap()]);
-        assert!(printed.contains("`.png`, `.svg` or `.pdf`"), "{printed}");
+        assert!(printed.contains("`.png`, `.svg`, `.pdf`"), "{printed}");
         assert!(!path.exists());
     }
 }
