@@ -240,7 +240,7 @@ impl SetArguments {
     fn refuse(&self) -> Result<(), Failure> {
         match self.settings.as_slice() {
             [] => Ok(()),
-            _ => Err(misused("`--set` overrides keys of a manifest; give one")),
+            _ => Err(misused("`--set` needs a manifest")),
         }
     }
 }

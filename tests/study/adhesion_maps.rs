@@ -7,6 +7,7 @@ use asperity::session::{Coordinate, Map, MapKind, Session, SessionError};
 
 use crate::adhesion::study;
 use crate::bench::{Bench, real, text};
+use crate::manifest::manifest;
 
 /// Returns a map of the states that `words` select, such as `branch=separation`.
 fn map(
@@ -116,32 +117,16 @@ fn mean_contact_pressures_are_means_of_the_pressures_over_the_nodes() {
     // reference/faults/F7-mean-contact-pressure.
     let bench = Bench::new();
     bench.run(
-        r#"
-[study]
-name = "sticky"
-
-[stage.surface]
-kind = "generate"
-method = "wave-product"
-nodes = 32
-amplitude = 0.05
-
-[stage.contact]
-kind = "solve"
-from = "surface"
-loads = [0.0, 0.02, 0.1]
-adhesion = { work = 0.002, range = 0.03 }
-tolerance = 1e-8
-
-[stage.area]
-kind = "measure"
-from = "contact"
-
-[stage.repulsive]
-kind = "measure"
-from = "contact"
-set = "repulsive"
-"#,
+        &manifest("sticky", "")
+            .generate("surface", "method = 'wave-product'; nodes = 32; amplitude = 0.05")
+            .solve(
+                "contact",
+                "loads = [0.0, 0.02, 0.1]; adhesion = { work = 0.002, range = 0.03 }; \
+                 tolerance = 1e-8",
+            )
+            .measure("area", "")
+            .measure("repulsive", "from = 'contact'; set = 'repulsive'")
+            .text(),
     );
     for row in 0..3 {
         let of = |kind| map(&bench, &[&format!("step={}", row + 1)], kind, None).unwrap();

@@ -3,7 +3,7 @@
 use asperity::tables::table::Table;
 
 use crate::bench::{Bench, real, study_of_map};
-use crate::manifest::stages_from;
+use crate::manifest::{manifest, stages_from};
 
 /// Surface whose stiffness an independent program has computed.
 fn reference(name: &str) -> String {
@@ -122,42 +122,27 @@ fn yielded_contacts_conduct_as_stiffly_as_they_begin_to_unload() {
 
 /// A study in physical units whose numbers can be computed from its dimensionless columns.
 fn copper(keys: &str) -> String {
-    let body = "{ youngs_modulus = \"120 GPa\", poisson_ratio = 0.34 KEYS }";
-    format!(
-        r#"
-[study]
-name = "copper"
-
-[stage.surface]
-kind = "generate"
-nodes = [64, 32]
-side = ["200 um", "100 um"]
-hurst = 0.8
-k_lower = 2
-k_upper = 8
-rms_height = "0.5 um"
-
-[stage.contact]
-kind = "solve"
-from = "surface"
-bodies = [{}, {}]
-hardness = "900 MPa"
-loads = ["10 MPa", "50 MPa"]
-{keys}
-
-[stage.resistance]
-kind = "measure"
-from = "contact"
-
-[stage.mean]
-kind = "aggregate"
-from = "resistance"
-over = ["electrical_resistance"]
-statistics = ["mean"]
-"#,
-        body.replace("KEYS", ", conductivity = \"4 W/(cm K)\", resistivity = 17e-9"),
-        body.replace("KEYS", ", conductivity = 100, resistivity = \"3.3 uohm cm\"")
-    )
+    let [one, other] = [
+        "conductivity = '4 W/(cm K)', resistivity = 17e-9",
+        "conductivity = 100, resistivity = '3.3 uohm cm'",
+    ]
+    .map(|keys| format!("{{ youngs_modulus = '120 GPa', poisson_ratio = 0.34, {keys} }}"));
+    manifest("copper", "")
+        .generate(
+            "surface",
+            "nodes = [64, 32]; side = ['200 um', '100 um']; hurst = 0.8; k_lower = 2; k_upper = 8; \
+             rms_height = '0.5 um'",
+        )
+        .solve(
+            "contact",
+            &format!(
+                "bodies = [{one}, {other}]; hardness = '900 MPa'; \
+                 loads = ['10 MPa', '50 MPa']; {keys}"
+            ),
+        )
+        .measure("resistance", "")
+        .aggregate("mean", "over = ['electrical_resistance']; statistics = ['mean']")
+        .text()
 }
 
 #[test]

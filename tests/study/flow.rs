@@ -72,28 +72,15 @@ fn interfaces_become_stiffer_under_load_and_the_ends_of_a_block_have_no_slope() 
 fn a_paraboloid_on_a_free_half_space_is_as_stiff_as_hertz_says() {
     let bench = Bench::new();
     bench.run(
-        r#"
-[study]
-name = "hertz"
-
-[stage.surfaces]
-kind = "generate"
-method = "paraboloid"
-nodes = 256
-radius = 1.0
-
-[stage.contact]
-kind = "solve"
-from = "surfaces"
-boundary = "free"
-load_unit = "absolute"
-loads = [0.0019, 0.002, 0.0021, 0.0095, 0.01, 0.0105]
-
-[stage.area]
-kind = "measure"
-from = "contact"
-stiffness = true
-"#,
+        &manifest("hertz", "")
+            .generate("surfaces", "method = 'paraboloid'; nodes = 256; radius = 1.0")
+            .solve(
+                "contact",
+                "boundary = 'free'; load_unit = 'absolute'; \
+                 loads = [0.0019, 0.002, 0.0021, 0.0095, 0.01, 0.0105]",
+            )
+            .measure("area", "stiffness = true")
+            .text(),
     );
     let area = bench.table("hertz", "area");
     let pressure = area.reals("pressure").unwrap();

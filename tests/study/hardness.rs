@@ -149,24 +149,18 @@ fn loads_go_on_beyond_full_contact_as_long_as_the_material_yields_there() {
     let wave = |hardness: f64| {
         let bench = Bench::new();
         // Full contact at 1/√2, where the peak is twice as high; crests yield at loads above 1.061.
-        bench.run(&format!(
-            "
-[study]
-name = \"wave\"
-[stage.wave]
-kind = \"generate\"
-method = \"wave\"
-nodes = 32
-amplitude = 0.01
-waves = 1
-[stage.contact]
-kind = \"solve\"
-from = \"wave\"
-hardness = {hardness}
-hardness_unit = \"relative\"
-loads = [0.4, 0.99, 1.27, 1.5]
-"
-        ));
+        bench.run(
+            &manifest("wave", "")
+                .generate("wave", "method = 'wave'; nodes = 32; amplitude = 0.01; waves = 1")
+                .solve(
+                    "contact",
+                    &format!(
+                        "hardness = {hardness}; hardness_unit = 'relative'; \
+                         loads = [0.4, 0.99, 1.27, 1.5]"
+                    ),
+                )
+                .text(),
+        );
         bench.table("wave", "contact")
     };
     let yields = wave(1.7678);
@@ -193,21 +187,10 @@ fn a_load_that_only_the_surface_shows_to_be_too_much_fails_and_leaves_the_rest()
     fs::copy(from, bench.path("scan.npy")).unwrap();
     // 0.006 E* is 0.3 of E* × rms slope.
     let path = bench.write(
-        "
-[study]
-name = \"overloaded\"
-[stage.scan]
-kind = \"generate\"
-method = \"file\"
-path = \"scan.npy\"
-side = 1.0
-periodic = true
-[stage.contact]
-kind = \"solve\"
-from = \"scan\"
-hardness = [0.006, 0.009]
-loads = [0.1, 0.3]
-",
+        &manifest("overloaded", "")
+            .generate("scan", "method = 'file'; path = 'scan.npy'; side = 1.0; periodic = true")
+            .solve("contact", "hardness = [0.006, 0.009]; loads = [0.1, 0.3]")
+            .text(),
     );
     let output = bench.output(&["run", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));

@@ -66,7 +66,7 @@ fn a_run_works_on_fewer_surfaces_where_memory_is_scarce_and_says_so() {
     };
     let one = least(&scarce, &scarce.write(&STUDY));
     let printed = run(&scarce, &one.0.to_string());
-    assert!(printed.contains("1 of 2 tasks run in parallel to stay below the"), "{printed}");
+    assert!(printed.contains("1 of 2 tasks of"), "{printed}");
     let printed = run(&ample, "1GiB");
     assert!(!printed.contains("in parallel"), "{printed}");
     let tables = |bench: &Bench| {

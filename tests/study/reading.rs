@@ -161,7 +161,7 @@ fn a_map_is_drawn_where_it_is_and_otherwise_the_command_is_named_that_brings_it_
     fs::remove_file(&picture).unwrap();
     let (code, _, printed) = command(&bench, "view", &arguments);
     assert_eq!(code, Some(1));
-    assert!(printed.contains("only its rows"), "{printed}");
+    assert!(printed.contains("has no maps of task"), "{printed}");
     assert!(printed.contains("asperity run "), "{printed}");
     assert!(!picture.exists());
 }

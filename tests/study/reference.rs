@@ -102,34 +102,23 @@ fn contact_and_saturation_are_what_another_code_finds() {
         let file = format!("{name}.npy");
         fs::copy(with_hardness(&file), bench.path(&file)).unwrap();
         let hardness = of_others("hardness")[0];
-        bench.run(&format!(
-            r#"
-[study]
-name = "outside"
-
-[stage.scan]
-kind = "generate"
-method = "file"
-path = "{file}"
-side = 1.0
-periodic = true
-
-[stage.contact]
-kind = "solve"
-from = "scan"
-effective_modulus = 1.0
-hardness = {hardness:?}
-loads = {:?}
-load_unit = "absolute"
-tolerance = 1e-8
-pressures = "all"
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#,
-            of_others("pressure"),
-        ));
+        let loads = of_others("pressure");
+        bench.run(
+            &manifest("outside", "")
+                .generate(
+                    "scan",
+                    &format!("method = 'file'; path = '{file}'; side = 1.0; periodic = true"),
+                )
+                .solve(
+                    "contact",
+                    &format!(
+                        "effective_modulus = 1.0; hardness = {hardness:?}; loads = {loads:?}; \
+                         load_unit = 'absolute'; tolerance = 1e-8; pressures = 'all'"
+                    ),
+                )
+                .measure("area", "")
+                .text(),
+        );
         let area = bench.table("outside", "area");
         for (here, there) in [
             ("contact_nodes", "contact_nodes"),

@@ -9,6 +9,7 @@ use zip::ZipArchive;
 
 use crate::bench::{Bench, STUDY, is_idle, text};
 use crate::disk::Disk;
+use crate::manifest::manifest;
 
 const DAY: &str = "2026-11-22";
 
@@ -134,22 +135,18 @@ fn input_files_lie_where_the_manifest_finds_them() {
     fs::create_dir_all(&manifests).unwrap();
     let scan = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/topography/pyramid.x3p");
     fs::copy(scan, maps.join("scan.x3p")).unwrap();
-    let manifest = manifests.join("scan.toml");
+    let path = manifests.join("scan.toml");
     fs::write(
-        &manifest,
-        r#"
-        [study]
-        name = "scan"
-        [stage.scan]
-        kind = "generate"
-        method = "file"
-        path = "../maps/scan.x3p"
-        periodic = false
-        fill = "nearest"
-    "#,
+        &path,
+        manifest("scan", "")
+            .generate(
+                "scan",
+                "method = 'file'; path = '../maps/scan.x3p'; periodic = false; fill = 'nearest'",
+            )
+            .text(),
     )
     .unwrap();
-    let manifest = manifest.to_str().unwrap();
+    let manifest = path.to_str().unwrap();
     let run = bench.output(&["run", manifest]);
     assert!(run.status.success(), "{}", text(&run.stderr));
     let archive = bench.path("scan.zip");

@@ -36,40 +36,21 @@ fn changed(name: &str, change: impl FnOnce(&mut [u8])) -> Vec<u8> {
 }
 
 fn measured(lower: &Path, keys: &str) -> String {
-    format!(
-        r#"
-[study]
-name = "pair"
-
-[stage.upper]
-kind = "generate"
-method = "file"
-path = "{}"
-side = 1.0
-periodic = true
-
-[stage.lower]
-kind = "generate"
-method = "file"
-path = "{}"
-side = 1.0
-periodic = true
-
-[stage.contact]
-kind = "solve"
-from = "upper"
-against = "lower"
-loads = [0.02, 0.06, 0.2]
-tolerance = 1e-9
-{keys}
-
-[stage.area]
-kind = "measure"
-from = "contact"
-"#,
-        reference("body1.npy").display(),
-        lower.display()
-    )
+    let file = |path: &Path| {
+        format!("method = 'file'; path = '{}'; side = 1.0; periodic = true", path.display())
+    };
+    manifest("pair", "")
+        .generate("upper", &file(&reference("body1.npy")))
+        .generate("lower", &file(lower))
+        .solve(
+            "contact",
+            &format!(
+                "from = 'upper'; against = 'lower'; loads = [0.02, 0.06, 0.2]; tolerance = 1e-9; \
+                 {keys}"
+            ),
+        )
+        .measure("area", "")
+        .text()
 }
 
 static RANDOM: LazyLock<String> = LazyLock::new(|| {

@@ -151,9 +151,24 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         }
     }
 
+    /// Adds a value to those that all points share. If items of a list are invalid, the others are
+    /// kept, so that later checks of the key report further mistakes.
     fn share(&mut self, key: TomlSpanned<DeString<'i>>, value: TomlSpanned<DeValue<'i>>) {
         if self.is_valid(&key, &value) {
             self.grid.shared.insert(key, value);
+            return;
+        }
+        let is_valid = |items: &[TomlSpanned<DeValue<'i>>]| {
+            let array = DeValue::Array(items.iter().cloned().collect());
+            let list = TomlSpanned::new(value.span(), array);
+            validate(self.layout, key.get_ref(), &list, self.expressions).is_empty()
+        };
+        let items = value.get_ref().as_array().into_iter().flatten();
+        let valid: Vec<_> =
+            items.filter(|item| is_valid(std::slice::from_ref(*item))).cloned().collect();
+        if !valid.is_empty() && is_valid(&valid) {
+            let rest = DeValue::Array(valid.into_iter().collect());
+            self.grid.shared.insert(key, TomlSpanned::new(value.span(), rest));
         }
     }
 

@@ -76,7 +76,7 @@ const SYNONYMS: [Synonyms; 17] = [
     },
     Synonyms {
         words: "approach displacement gap indentation indentation_depth mean_gap separation",
-        keys: &[],
+        keys: &["gaps"],
         help: "a `solve` stage prescribes `loads`, or with `adhesion` and `control = \"gap\"` the mean \
                `gaps`; the column `mean_gap` is a result",
     },
