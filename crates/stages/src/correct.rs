@@ -231,8 +231,10 @@ pub fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> O
     let point = section.points.first()?;
     let checks = &mut Checks::new(section, point, context.problems);
     let corrections = corrections(&point.table, checks)?;
-    check_cells(&corrections, section, &context.surfaces, checks)?;
-    check_physics(&corrections, section, &context.surfaces, checks)?;
+    if let Some(correction) = corrections.iter().find(|correction| correction.coefficient > 0.0) {
+        check_cells(correction, section, &context.surfaces, checks)?;
+        check_physics(correction, section, &context.surfaces, checks)?;
+    }
     let params = Params { corrections };
     Some(vec![Recipe::Correct(Arc::new(params))])
 }
@@ -240,13 +242,12 @@ pub fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> O
 /// Refuses corrections of cells that are not square, because the coefficients depend on the shape
 /// of the cells and on the directions of the edges.
 fn check_cells(
-    corrections: &[Correction],
+    correction: &Correction,
     section: &Section<CorrectTable>,
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<()> {
-    let corrects = corrections.iter().find(|correction| correction.coefficient > 0.0);
-    let (Some(correction), Some((stage, ratio))) = (corrects, &surfaces.non_square) else {
+    let Some((stage, ratio)) = &surfaces.non_square else {
         return Some(());
     };
     let message = format!(
@@ -265,15 +266,14 @@ fn check_cells(
 /// Refuses corrections of contacts with adhesion or with a layer, for which the coefficients are
 /// not measured.
 fn check_physics(
-    corrections: &[Correction],
+    correction: &Correction,
     section: &Section<CorrectTable>,
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<()> {
-    let corrects = corrections.iter().find(|correction| correction.coefficient > 0.0);
     let adhesion = surfaces.stage_with(Property::WithAdhesion).zip(Some("adhesion"));
     let layer = surfaces.stage_with(Property::WithLayer).zip(Some("layer"));
-    let (Some(correction), Some((stage, key))) = (corrects, adhesion.or(layer)) else {
+    let Some((stage, key)) = adhesion.or(layer) else {
         return Some(());
     };
     let message = format!(

@@ -43,6 +43,7 @@ use asperity_contact::asperities::Interaction;
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Boundary;
 use asperity_contact::solver::{Body, Hardness, Settings, cost};
+use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
@@ -271,16 +272,21 @@ pub enum Pressures {
 /// Memory for the contact map of a load and other results, in bytes per node.
 const WORK_BYTES_PER_NODE: f64 = 3.0;
 
+/// Returns the surface of a task, and its row in the table of its stage.
+fn pressed<'a>(inputs: &'a [Input], context: &Context) -> Result<(Surface, &'a Table), StageError> {
+    let [Input { recipe: Recipe::Generate(drawn), table, .. }] = inputs else {
+        unreachable!("the plan gives one surface to each task")
+    };
+    Ok((drawn.surface(table, context.sources, context.threads)?, table))
+}
+
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Solve
     }
 
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
-        let [Input { recipe: Recipe::Generate(drawn), table, .. }] = inputs else {
-            unreachable!("the plan gives one surface to each task")
-        };
-        let surface = drawn.surface(table, context.sources, context.threads)?;
+        let (surface, table) = pressed(inputs, context)?;
         match self.asperities {
             Some(interaction) => asperities::solve(self, interaction, surface, table, context),
             None => contact::solve(self, surface, table, context),

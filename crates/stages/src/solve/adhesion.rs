@@ -22,6 +22,7 @@ use crate::columns::*;
 use crate::per_axis::PerAxis;
 use crate::reduced_units::PressureUnit;
 use crate::solve::adhesion::control::Control;
+use crate::solve::pressed;
 use crate::surface::pair;
 use crate::{
     Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates,
@@ -172,10 +173,7 @@ impl Stage for Params {
     }
 
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
-        let [Input { recipe: Recipe::Generate(drawn), table, .. }] = inputs else {
-            unreachable!("the plan gives one surface to each task")
-        };
-        let surface = drawn.surface(table, context.sources, context.threads)?;
+        let (surface, table) = pressed(inputs, context)?;
         path::solve(self, surface, table, context)
     }
 
