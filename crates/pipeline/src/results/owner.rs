@@ -1,8 +1,8 @@
 //! Owner of a results folder: the manifest whose study it has.
 //!
-//! The owner may change its study in any way. Another manifest with the same study name may write to
-//! the folder only if its study is the same, or if the owner no longer exists because it was renamed
-//! or deleted.
+//! The owner may change its study in any way. Another manifest with the same study name may write
+//! to the folder only if its study is the same, or if the owner no longer exists because it was
+//! renamed or deleted.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -62,8 +62,8 @@ pub struct Taken {
 }
 
 impl Owner {
-    /// Creates the owner of the results folder `folder`. If another manifest with the same study has
-    /// it, this one stays the owner, so that a copy cannot be edited at its expense.
+    /// Creates the owner of the results folder `folder`. If another manifest with the same study
+    /// has it, this one stays the owner, so that a copy cannot be edited at its expense.
     pub fn new(manifest: &Path, study: &Study, plan: &Plan, folder: &Path) -> Owner {
         let owner = Owner::at(relative_path(manifest, folder), study, plan);
         let before = Owner::read(folder).filter(|before| {
@@ -148,8 +148,8 @@ pub fn manifest_of(folder: &Path) -> Option<(PathBuf, Option<String>)> {
     Some((owner.path(folder), owner.description))
 }
 
-/// Checks that a study can be written to its results folder `folder`. Returns the path of the former
-/// owner if it no longer exists.
+/// Checks that a study can be written to its results folder `folder`. Returns the path of the
+/// former owner if it no longer exists.
 ///
 /// # Errors
 /// Returns an error if the folder has results of another study.

@@ -8,8 +8,8 @@ use crate::study::{Study, Warning};
 use asperity_stages::solve::exceeded_hardness::{self, unused_hardness};
 use asperity_tables::table::{Table, TableError};
 
-/// Returns the warnings about the results of a study. `read` returns the table of the stage with the
-/// given index, or `None` if there is none.
+/// Returns the warnings about the results of a study. `read` returns the table of the stage with
+/// the given index, or `None` if there is none.
 ///
 /// # Errors
 /// Returns an error if a table cannot be read or is not one of its stage.
@@ -20,7 +20,8 @@ pub fn warnings<E: From<TableError>>(
 ) -> Result<Vec<Warning>, E> {
     let mut warnings = Vec::new();
     for (index, (stage, planned)) in study.stages.iter().zip(&plan.stages).enumerate() {
-        // The recipes are those of the study, because stages with different bodies may share a task.
+        // The recipes are those of the study, because stages with different bodies may share a
+        // task.
         let recipes = stage.work.recipes();
         if recipes.iter().all(|recipe| unused_hardness(recipe).is_none()) {
             continue;

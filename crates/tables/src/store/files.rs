@@ -33,8 +33,8 @@ pub fn folder_of(path: &Path) -> &Path {
 /// Writes a file atomically, even in case of a power cut.
 ///
 /// The file is first written to the folder `staging` and flushed, and then renamed to `path`, where
-/// it replaces an existing file. Both must be on the same disk. If the process is killed, it leaves the file in `staging`, with a name
-/// that identifies the process.
+/// it replaces an existing file. Both must be on the same disk. If the process is killed, it leaves
+/// the file in `staging`, with a name that identifies the process.
 ///
 /// # Errors
 /// Returns an error if a folder cannot be created, or if the file cannot be written, flushed or

@@ -5,9 +5,9 @@ use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
-/// Adds owner and permissions to an error of the kind `PermissionDenied`: those of the file or folder
-/// at `path` or, if it cannot be seen, of the nearest folder above it. Other errors are returned
-/// unchanged.
+/// Adds owner and permissions to an error of the kind `PermissionDenied`: those of the file or
+/// folder at `path` or, if it cannot be seen, of the nearest folder above it. Other errors are
+/// returned unchanged.
 pub(crate) fn explained(error: io::Error, path: &Path) -> io::Error {
     if error.kind() != io::ErrorKind::PermissionDenied {
         return error;
