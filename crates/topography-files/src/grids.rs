@@ -52,7 +52,7 @@ fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let first = words.clone().next().unwrap_or_default().to_ascii_lowercase();
         let first = first.trim_end_matches([':', '=']);
         let is_named = |names: &&[&str]| heights.is_empty() && names.contains(&first);
-        if let Some(entry) = ESRI_NAMES.iter().position(|names| is_named(&names)) {
+        if let Some(entry) = ESRI_NAMES.iter().position(is_named) {
             let text = words.nth(1).unwrap_or_default();
             let number = esri_number(text);
             // The type of the numbers is a word.

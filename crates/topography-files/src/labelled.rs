@@ -315,7 +315,8 @@ impl<'a> Array<'a> {
     /// Returns a note if the names of the axes x and y tell nothing.
     fn plane_note(&self, x: usize, y: usize) -> Option<String> {
         let [x, y] = [x, y].map(|axis| &self.axes[axis]);
-        let is_guess = [x, y].iter().all(|axis| axis.direction().is_none() && axis.name != "");
+        let is_guess =
+            [x, y].iter().all(|axis| axis.direction().is_none() && !axis.name.is_empty());
         is_guess.then(|| {
             let [x, y] = [&x.name, &y.name];
             format!("axis `{x}` is taken for x and `{y}` for y; their names do not tell")

@@ -257,7 +257,7 @@ impl<'a> Directory<'a> {
             Blocks { size, offsets: STRIP_OFFSETS, bytes: STRIP_BYTES }
         };
         let [across, down] = [width.div_ceil(blocks.size[0]), length.div_ceil(blocks.size[1])];
-        if across > 1 && blocks.size[0] * bits % 8 != 0 {
+        if across > 1 && !(blocks.size[0] * bits).is_multiple_of(8) {
             let allowed = "a multiple of 16";
             return Err(FormatError::value("width of the TIFF tiles", blocks.size[0], allowed));
         }
