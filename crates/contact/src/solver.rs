@@ -85,7 +85,7 @@ use super::fft::Scratch;
 use super::threads::Threads;
 
 mod balance;
-mod blocks;
+pub(crate) mod blocks;
 mod body;
 mod bounds;
 mod candidates;
@@ -94,7 +94,7 @@ pub mod cost;
 mod initial_guess;
 pub(crate) mod lanes;
 mod line_search;
-mod marks;
+pub(crate) mod marks;
 mod mesh;
 mod nested;
 mod passes;

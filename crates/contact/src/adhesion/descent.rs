@@ -10,21 +10,29 @@
 //!
 //! ```text
 //! F ← nodes that are open, or whose wall would pull (λ < 0)        the free nodes
-//! r ← λ on F, 0 elsewhere; less its mean on F if the mean gap is prescribed
-//! z ← A r on F, with the compliance A of the body                  first transform pair
+//! s ← shape of the displacement that changes the mean gap: 1 − X 1 on F
+//! r ← λ on F, 0 elsewhere; less the number for which Σ s r = 0, if the mean gap is prescribed
+//! z ← M r on F, with the preconditioner M                          first transform pair
 //! β ← Σ z y / Σ d y, with the change y of r by the last step d     not below zero
-//! t ← −z + β d on F
+//! t ← −z + β d on F; less the multiple of s for which Σ t = 0, if the mean gap is prescribed
 //! d ← max(g + τ t, 0) − g, with the mean zero if it is prescribed
 //! q ← S d                                                          second transform pair
 //! α ← the lowest energy along d
 //! g ← g + α d
 //! ```
 //!
+//! M is the compliance of the free nodes while the wall holds the others (`preconditioner`). The
+//! shape s rises from zero at the edges of contact as displacements do. A mean that is subtracted
+//! as a constant would jump there, and add short waves to each direction.
+//!
 //! A pair of transforms is saved by choosing the length τ of the clipped step from the last
-//! iteration. A wrong choice does no harm, because α corrects it, unless further nodes close. If
-//! the load is prescribed, the uniform wave belongs to the unknowns. A has no entry for it, and the
-//! compliance of the free nodes to a uniform displacement takes its place. Nodes of the wall that t
-//! would push into it do not move (`direction`).
+//! iteration. A wrong choice does no harm, because α corrects it, unless further nodes close. Then
+//! α is at most 1, and τ grows to the length at which the derivative along d would vanish. The
+//! energy of a contact that forms or breaks is almost level, and steps along it must become long.
+//!
+//! If the load is prescribed, the uniform wave belongs to the unknowns. A has no entry for it, and
+//! the compliance to displacements of the shape s takes its place. Nodes of the wall that t would
+//! push into it do not move (`direction`).
 //!
 //! Where many nodes are about to close, the clipped step may lead uphill, or be so nearly level
 //! that the line search hardly moves. A step therefore counts only if it lowers the energy by a
@@ -36,7 +44,8 @@
 use super::body::Body;
 use super::exponential::exponential;
 use super::line_search::{AlongStep, Line};
-use super::passes::visit;
+use super::passes::{Domain, visit};
+use super::preconditioner::Continuation;
 use super::{Adhesion, Settings, Stop};
 use crate::fft::Scratch;
 use crate::solver::Watch;
@@ -49,7 +58,7 @@ mod shake;
 const FAR: f64 = 30.0;
 
 /// Bounds of the predicted length τ.
-const LENGTHS: [f64; 2] = [0.2, 1.5];
+const LENGTHS: [f64; 2] = [0.2, 5.0];
 
 /// Largest factor by which a step may be extended if no node closes.
 const LONGEST_EXTENSION: f64 = 4.0;
@@ -99,25 +108,31 @@ pub struct Fields {
     pub pull: Vec<f64>,
     residual: Vec<f64>,
     last_residual: Vec<f64>,
+    /// Shape s of the displacements that change the mean gap: positive at free nodes, zero at
+    /// others.
+    shape: Vec<f64>,
     /// Correction z, then the direction t.
     direction: Vec<f64>,
     /// Last step d. Between descents, a buffer.
     pub step: Vec<f64>,
     step_pressure: Vec<f64>,
+    continuation: Continuation,
 }
 
 impl Fields {
-    pub fn new(nodes: usize) -> Self {
-        let zeros = || vec![0.0; nodes];
+    pub fn new(domain: Domain) -> Self {
+        let zeros = || vec![0.0; domain.mesh_nodes()];
         Self {
             gap: zeros(),
             pressure: zeros(),
             pull: zeros(),
             residual: zeros(),
             last_residual: zeros(),
+            shape: zeros(),
             direction: zeros(),
             step: zeros(),
             step_pressure: zeros(),
+            continuation: Continuation::new(domain),
         }
     }
 }
@@ -136,9 +151,6 @@ pub struct End {
 struct Balance {
     error: f64,
     mean_pressure: f64,
-    free: f64,
-    /// Mean of the residual over the mesh.
-    residual: f64,
     is_apart: bool,
 }
 
@@ -204,26 +216,26 @@ impl Descent<'_> {
             if watch.is_interrupted() {
                 return end(Stop::Interrupted);
             }
+            let with_compliance = failures < FAILURES_WITH_COMPLIANCE;
+            let force = self.precondition(with_compliance);
             if self.control != Control::MeanGap && iterations % UNIFORM_EVERY == 0 {
-                uniform = self.uniform_compliance(balance.mean_pressure);
+                uniform = self.uniform_compliance();
             }
             iterations += 1;
-            let with_compliance = failures < FAILURES_WITH_COMPLIANCE;
-            self.precondition(with_compliance);
-            let uniform = if with_compliance { uniform } else { 0.0 };
-            self.find_direction(has_step, &balance, uniform);
+            let shift = if with_compliance { uniform * force } else { 0.0 };
+            self.find_direction(has_step, shift);
             length = self.limited(length);
             self.clip(length);
             self.body.stiffness(&self.fields.step, &mut self.fields.step_pressure, self.scratch);
             self.pairs += 1;
             let line = self.line(balance.mean_pressure);
             is_fresh = false;
-            let best = if line.slope < 0.0 { line.best(self.along()) } else { 0.0 };
+            let [best, wanted] = if line.slope < 0.0 { line.best(self.along()) } else { [0.0; 2] };
             idle = if best * line.reach > IDLE_STEP { 0 } else { idle + 1 };
             let least_gain = if with_compliance { LEAST_GAIN * line.gradient_gain } else { 0.0 };
             if best > 0.0 && -line.slope * best >= least_gain {
                 self.take(best);
-                length = (length * best).clamp(LENGTHS[0], LENGTHS[1]);
+                length = (length * wanted).clamp(LENGTHS[0], LENGTHS[1]);
                 (has_step, failures) = (true, 0);
             } else {
                 // Clipping turned the step uphill. A shorter step along −z alone is clipped less.
@@ -249,9 +261,10 @@ impl Descent<'_> {
         attract(threads, self.body, self.adhesion, gap, pull);
     }
 
-    /// Computes the residual.
+    /// Computes the residual, and sets the shape to 1 at free nodes: at open nodes, and at closed
+    /// ones whose force, less than zero, would have to pull at them.
     fn balance(&mut self) -> Balance {
-        let Fields { gap, pressure, pull, residual, .. } = &mut *self.fields;
+        let Fields { gap, pressure, pull, residual, shape, .. } = &mut *self.fields;
         let (threads, domain) = (self.threads, self.body.domain);
         let maps = [&gap[..], &pressure[..], &pull[..]];
         let nodes = domain.mesh_nodes() as f64;
@@ -267,28 +280,22 @@ impl Descent<'_> {
                 if open > 0.0 { -sum / open } else { closed }
             }
         };
-        let found = visit(threads, domain, maps, [&mut residual[..]], |site, x, [_]| {
+        let outputs = [&mut residual[..], &mut shape[..]];
+        let found = visit(threads, domain, maps, outputs, |site, x, [_, _]| {
             let [gap, pressure, pull] = x;
             let force = pressure + pull + mean_pressure;
             let is_open = gap > site.floor;
-            let free = site.free(gap, force);
+            let free = f64::from(u8::from(is_open || force < 0.0));
             let closed = f64::from(u8::from(!is_open));
             let error = if is_open { force.abs() } else { -force };
-            ([free * force], [free, free * force, pull, closed], [error])
+            ([free * force, free], [pull, closed], [error])
         });
-        let ([free, sum, pull, closed], [error]) = (found.sums, found.highest);
-        let is_apart =
-            closed == 0.0 && mean_pressure < 0.0 && pull < -APART * mean_pressure * nodes;
-        let is_apart = is_apart && self.control != Control::MeanGap;
-        if self.control != Control::MeanGap || free == 0.0 {
-            return Balance { error, mean_pressure, free, residual: sum / nodes, is_apart };
-        }
-        let mean = sum / free;
-        visit(threads, domain, maps, [residual], |site, [gap, pressure, pull], [residual]| {
-            let free = site.free(gap, pressure + pull + mean_pressure);
-            ([residual - free * mean], [0.0; 0], [0.0; 0])
-        });
-        Balance { error, mean_pressure, free, residual: 0.0, is_apart }
+        let ([pull, closed], [error]) = (found.sums, found.highest);
+        let is_apart = self.control != Control::MeanGap
+            && closed == 0.0
+            && mean_pressure < 0.0
+            && pull < -APART * mean_pressure * nodes;
+        Balance { error, mean_pressure, is_apart }
     }
 
     /// Computes the step d of length τ, clipped where gaps would become negative. If the mean gap

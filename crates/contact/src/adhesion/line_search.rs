@@ -51,13 +51,14 @@ pub struct AlongStep<'a> {
 }
 
 impl Line {
-    /// Returns the α > 0 of the first minimum of the energy that the search finds. The derivative
-    /// is negative up to there, or a larger α would not be feasible.
-    pub fn best(&self, along: AlongStep) -> f64 {
+    /// Returns the α > 0 of the first minimum of the energy that the search finds, and the α at
+    /// which the derivative would vanish. The derivative is negative up to the first α. Both differ
+    /// where a larger first α would not be feasible.
+    pub fn best(&self, along: AlongStep) -> [f64; 2] {
         let curvature = self.stiffness - self.attraction[0];
         let first = if curvature > 0.0 { -self.slope / curvature } else { 1.0 };
         let mut at = first.clamp(0.1, self.longest);
-        let (mut below, mut above) = (0.0, f64::INFINITY);
+        let (mut below, mut above, mut wanted) = (0.0, f64::INFINITY, None);
         for _ in 0..TRIALS {
             let [slope, curvature] = self.derivatives(at, along);
             if slope.abs() < SLOPE_LEFT * -self.slope {
@@ -66,6 +67,8 @@ impl Line {
             if slope < 0.0 {
                 below = at;
                 if at >= self.longest {
+                    let newton = if curvature > 0.0 { at - slope / curvature } else { f64::MAX };
+                    wanted = Some(newton.min(2.0 * at));
                     break;
                 }
             } else {
@@ -81,7 +84,7 @@ impl Line {
             };
             at = at.min(self.longest);
         }
-        at
+        [at, wanted.unwrap_or(at)]
     }
 
     /// Returns f(α) and its derivative.

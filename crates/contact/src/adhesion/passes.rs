@@ -26,7 +26,7 @@ impl Domain {
     }
 
     /// Returns the number of nodes of a row of the mesh that belong to the map.
-    fn inside(&self, row: Row) -> usize {
+    pub fn inside(&self, row: Row) -> usize {
         if row.index() < self.map[0] { self.map[1] } else { 0 }
     }
 }
@@ -38,14 +38,6 @@ pub struct Site {
     pub floor: f64,
     /// 1 on the map, and 0 outside.
     pub weight: f64,
-}
-
-impl Site {
-    /// Returns 1 for a free node, and 0 for others: an open node is free, and so is a closed one
-    /// whose force, less than zero, would have to pull at it.
-    pub fn free(self, gap: f64, force: f64) -> f64 {
-        f64::from(u8::from(gap > self.floor || force < 0.0))
-    }
 }
 
 const ON_MAP: Site = Site { floor: 0.0, weight: 1.0 };

@@ -36,7 +36,7 @@ use asperity_tables::table::Table;
 
 /// Version of the numbers with adhesion. Only recipes with adhesion contain it, so raising it does
 /// not recompute other contacts.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// Number of pairs of transforms by which a state takes fewer pairs if the tolerance is tenfold.
 /// With the default tolerance of the solver, 1e-9, it takes [`AdhesivePath::PAIRS_PER_STATE`].

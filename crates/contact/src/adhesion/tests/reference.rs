@@ -5,6 +5,8 @@
 
 use super::*;
 use crate::fft::Transform;
+use crate::topography::random::{Amplitude, RandomSurface};
+use crate::topography::spectrum::Spectrum;
 
 #[test]
 fn states_at_mean_gaps_are_those_of_independent_solvers() {
@@ -90,4 +92,26 @@ fn loading_and_unloading_ends_with_the_pull_off_of_an_independent_solver() {
     let load = state.pull_off_load.unwrap();
     assert!(load < -0.022 + 1e-9 && load > -0.024, "{load}");
     assert_eq!(path.gap(), None);
+}
+
+#[test]
+fn a_cycle_with_jumps_takes_few_pairs_and_returns_to_its_first_state() {
+    let spectrum = Spectrum { hurst: 0.8, k_lower: 4, k_rolloff: 4, k_upper: 32, anisotropy: None };
+    let amplitude = Amplitude::Gaussian;
+    let surface = RandomSurface { spectrum, amplitude, rms_slope: 1.0, seed: 3, realization: 0 };
+    let heights = surface.draw(square(128, 1.0));
+    let mut path = path(128, heights.heights(), Adhesion::new(0.016, 0.02).unwrap());
+    let approach: Vec<f64> = (0..20).map(|step| 0.1 - 0.004 * f64::from(step)).collect();
+    let gaps = approach.iter().chain(approach.iter().rev().skip(1));
+    let settings = Settings { tolerance: 1e-6, ..Settings::default() };
+    let states: Vec<AdhesiveState> =
+        gaps.map(|gap| path.step(Target::MeanGap(*gap), &settings, &|| false)).collect();
+    assert!(states.iter().all(|state| state.stop == Stop::Converged));
+    let [first, last] = [states[0], states[38]];
+    assert!((first.mean_pressure - last.mean_pressure).abs() < 1e-6);
+    // The path is not reversible: contacts break later than they form.
+    assert!(states[10].contact_nodes < states[28].contact_nodes);
+    let mean = states.iter().map(|state| f64::from(state.pairs)).sum::<f64>() / 39.0;
+    let most = states.iter().map(|state| state.pairs).max();
+    assert!(mean < 90.0 && most < Some(240), "{mean} pairs a state, {most:?} in the worst");
 }
