@@ -268,6 +268,7 @@ impl Descent<'_> {
         let (threads, domain) = (self.threads, self.body.domain);
         let maps = [&gap[..], &pressure[..], &pull[..]];
         let nodes = domain.mesh_nodes() as f64;
+        // p₀ ← −mean of S(g + h) + a over the open nodes, if the mean gap is prescribed
         let mean_pressure = match self.control {
             Control::Load(load) => load,
             Control::MeanGap => {
@@ -280,6 +281,7 @@ impl Descent<'_> {
                 if open > 0.0 { -sum / open } else { closed }
             }
         };
+        // λ ← S(g + h) + a + p₀; r ← λ on F
         let outputs = [&mut residual[..], &mut shape[..]];
         let found = visit(threads, domain, maps, outputs, |site, x, [_, _]| {
             let [gap, pressure, pull] = x;
@@ -303,6 +305,7 @@ impl Descent<'_> {
     fn clip(&mut self, length: f64) {
         let Fields { gap, direction, step, .. } = &mut *self.fields;
         let (threads, domain) = (self.threads, self.body.domain);
+        // d ← max(g + τ t, 0) − g; sums of the opening and of the closing steps
         let maps = [&gap[..], &direction[..]];
         let found = visit(threads, domain, maps, [&mut step[..]], |site, [gap, direction], [_]| {
             let end = gap + length * direction;
@@ -313,6 +316,7 @@ impl Descent<'_> {
         if self.control != Control::MeanGap {
             return;
         }
+        // d ← d Σ closing / Σ opening where d > 0
         let [opens, closes] = found.sums;
         let part = if opens > 0.0 { closes / opens } else { 0.0 };
         visit(threads, domain, [], [&mut step[..]], |_, [], [step]| {
@@ -366,6 +370,7 @@ impl Descent<'_> {
     /// Adds `part` of the step to the gaps.
     fn take(&mut self, part: f64) {
         let Fields { gap, pressure, pull, step, step_pressure, .. } = &mut *self.fields;
+        // d ← α d; g ← max(g + d, 0); S(g + h) ← S(g + h) + α q
         let outputs = [&mut gap[..], &mut pressure[..], &mut step[..]];
         let (threads, domain) = (self.threads, self.body.domain);
         visit(threads, domain, [step_pressure], outputs, |site, [added], [gap, pressure, step]| {

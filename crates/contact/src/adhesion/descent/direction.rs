@@ -29,6 +29,7 @@ impl Descent<'_> {
             &mut *self.fields;
         let (threads, domain) = (self.threads, self.body.domain);
         if with_compliance {
+            // s ← 1 − X 1 on F
             direction.fill(1.0);
             continuation.subtract(threads, shape, direction);
             visit(threads, domain, [&direction[..]], [&mut shape[..]], |_, [rest], [free]| {
@@ -36,12 +37,14 @@ impl Descent<'_> {
                 ([free * shape], [0.0; 0], [0.0; 0])
             });
         }
+        // Σ s r, Σ s
         let inputs = [&residual[..], &shape[..]];
         let found = visit(threads, domain, inputs, [], |_, [residual, shape], []| {
             ([], [shape * residual, shape], [0.0; 0])
         });
         let [force, weight] = found.sums;
         let level = if self.control == Control::MeanGap { force / weight } else { 0.0 };
+        // x ← r − Σ s r / Σ s on F
         let factor = if with_compliance { 1.0 } else { self.body.least_compliance };
         let forces = if with_compliance { &mut *step_pressure } else { &mut *direction };
         visit(threads, domain, inputs, [&mut forces[..]], |_, [residual, shape], [_]| {
@@ -49,6 +52,7 @@ impl Descent<'_> {
             ([force], [0.0; 0], [0.0; 0])
         });
         if with_compliance {
+            // x ← −Xᵀ x on C; z ← (1 − X) A x on F
             continuation.hold(threads, shape, step_pressure);
             self.body.compliance(step_pressure, direction, self.scratch);
             self.pairs += 1;
@@ -71,13 +75,14 @@ impl Descent<'_> {
         1.0 / stiffness.max(LEAST_UNIFORM_STIFFNESS)
     }
 
-    /// Turns z + `shift` s into the direction t.
+    /// Turns z + c s, with c = `shift`, into the direction t.
     pub(super) fn find_direction(&mut self, has_step: bool, shift: f64) {
         let Fields { gap, residual, last_residual, direction, step, shape, .. } = &mut *self.fields;
         let (threads, domain) = (self.threads, self.body.domain);
         let [gap, shape] = [&gap[..], &shape[..]];
         let inputs = [shape, &residual[..], &step[..]];
         let outputs = [&mut direction[..], &mut last_residual[..]];
+        // z ← z + c s; sums of z, d and s, alone, times r and times the change y of r
         let found = visit(threads, domain, inputs, outputs, |_, x, [z, last]| {
             let [shape, residual, step] = x;
             let free = f64::from(u8::from(shape > 0.0));
@@ -110,7 +115,7 @@ impl Descent<'_> {
                 beta = 0.0;
             }
         }
-        // Nodes of the wall that the direction would push into it stay where they are.
+        // t ← z̄ s − z + β (d − d̄ s), or 0 for nodes of the wall that t would push into it
         let inputs = [gap, shape, &step[..]];
         let found = visit(threads, domain, inputs, [&mut direction[..]], |site, x, [z]| {
             let [gap, shape, step] = x;
@@ -124,6 +129,7 @@ impl Descent<'_> {
             return;
         }
         let [sum, moving] = found.sums;
+        // t ← t − s Σ t / Σ s over the moving nodes
         let mean = sum / moving;
         visit(threads, domain, [gap, shape], [&mut direction[..]], |site, x, [moved]| {
             let [gap, shape] = x;
