@@ -6,7 +6,7 @@ use asperity_contact::grid::Boundary;
 
 /// Version of the numbers of loads with a free boundary. It is part of their recipes only, so that
 /// raising it does not recompute periodic loads.
-const FREE_BOUNDARY_VERSION: u32 = 2;
+const FREE_BOUNDARY_VERSION: u32 = 3;
 
 #[derive(Serialize, Deserialize)]
 struct BoundaryRecipe {

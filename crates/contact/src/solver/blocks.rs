@@ -5,6 +5,6 @@ mod levels;
 mod rows;
 mod two_level;
 
-pub use extension::Extension;
+pub use extension::{Extension, SIDE};
 pub use rows::{ExtendedRows, ResidualRows, TransposeInput, TransposeOutput};
 pub use two_level::{BlockBuffers, Nodal, TwoLevel};

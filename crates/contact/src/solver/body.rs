@@ -105,8 +105,12 @@ impl Body {
             Boundary::Periodic => 0.0,
             Boundary::Free => FREE_BYTES,
         };
+        let clipping = match self.elastic {
+            Elastic::HalfSpace(Boundary::Periodic) => 0.0,
+            Elastic::HalfSpace(Boundary::Free) | Elastic::Layer(_) => CLIPPING_BYTES,
+        };
         let yielding = self.hardness.map_or(0.0, |_| YIELDING_BYTES);
-        bytes_per_node(tolerance) + around + yielding
+        bytes_per_node(tolerance) + around + clipping + yielding
     }
 
     /// Returns the memory that each [sibling](Solver::sibling) of a solver of this body needs for
@@ -126,6 +130,10 @@ impl Body {
 /// computed, and for coarser meshes. A run on 2048² nodes had a peak of 106 bytes per node in
 /// total.
 const FREE_BYTES: f64 = 61.0;
+
+/// Additional memory for the compensation of clipped pressures, in bytes per node: five maps of
+/// blocks of 4 × 4 nodes, with larger blocks and those of coarser meshes.
+const CLIPPING_BYTES: f64 = 2.0;
 
 /// Memory that siblings share, in bytes per node: heights in both precisions take 12 bytes and
 /// three kernels 4. Heights and kernels of coarser meshes take 6 bytes per node of these meshes, 2

@@ -226,6 +226,9 @@ impl InnerSolver {
                 sees_all_rows: control.sees_all_rows || self.must_balance(target / residual),
             };
             let direction = self.direction(last.as_ref(), control.step_length(), balancing);
+            if control.compensates_clipping {
+                self.compensate_clipping(direction);
+            }
             // p ← clamp(p + τ t, 0, H)
             let sums = self.update_pressure(direction, is_last);
             let line = self.line_search(&sums, &state);
@@ -287,6 +290,33 @@ impl InnerSolver {
         };
         let (mesh, scratch) = (&self.mesh, &mut self.scratch);
         self.pairs += self.preconditioner.apply(kind, mesh, residual, scratch, &self.threads);
+    }
+
+    /// Changes the corrections z such that clipped pressures are taken from the nodes around them.
+    fn compensate_clipping(&mut self, direction: Direction) {
+        let residual = Residual {
+            gap: &self.gap,
+            level: self.level,
+            last_step: &self.last_step,
+            active: &self.active,
+        };
+        self.preconditioner.compensate_clipping(
+            &self.mesh,
+            (direction, self.ceiling() as f32),
+            (&self.reference_pressure, &self.pressure_increment),
+            residual,
+            &mut self.scratch,
+            &self.threads,
+        );
+    }
+
+    /// Returns the control of the steps of a load, which begins from a coarser mesh if `is_nested`.
+    pub fn step_control(&self, is_nested: bool) -> StepControl {
+        let control = StepControl::new(is_nested);
+        if self.preconditioner.compensates_clipping() {
+            return control.compensating_clipping(!self.mesh.has_margin());
+        }
+        control
     }
 
     /// Returns the line search along a step with these sums from `state`.

@@ -37,7 +37,7 @@ impl Solver {
             self.guess_from_full_contact(self.inner.load);
         }
         self.impose_load();
-        (StepControl::default(), self.evaluate_guess(settings))
+        (self.inner.step_control(false), self.evaluate_guess(settings))
     }
 
     pub(super) fn is_light(&self) -> bool {

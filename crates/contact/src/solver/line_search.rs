@@ -149,6 +149,9 @@ impl LineSearch {
 /// many pairs.
 const STEP_LENGTH: f64 = 0.9;
 
+/// The same on a coating, where clipped pressures are compensated and do not make steps too long.
+const COATING_STEP_LENGTH: f64 = 1.0;
+
 /// Number of iterations after which [`StepControl`] adapts the step length to the best ones.
 ///
 /// Loads that take so many iterations need other lengths than most, for example on elongated cells.
@@ -195,6 +198,8 @@ const MIN_SAMPLE_DAMPING: f64 = 0.01;
 pub struct StepControl {
     /// True after a start from a coarser mesh.
     pub is_nested: bool,
+    /// True if clipped pressures are compensated.
+    pub compensates_clipping: bool,
     pub iteration: usize,
     /// Step length, before `damping` and `caution`.
     length: f64,
@@ -208,10 +213,12 @@ pub struct StepControl {
     pub last: Option<LastStep>,
 }
 
-impl Default for StepControl {
-    fn default() -> Self {
+impl StepControl {
+    /// Creates the control of the steps of a load, which begins from a coarser mesh if `is_nested`.
+    pub fn new(is_nested: bool) -> Self {
         Self {
-            is_nested: false,
+            is_nested,
+            compensates_clipping: false,
             iteration: 0,
             length: STEP_LENGTH,
             damping: 1.0,
@@ -220,11 +227,12 @@ impl Default for StepControl {
             last: None,
         }
     }
-}
 
-impl StepControl {
-    pub fn nested() -> Self {
-        Self { is_nested: true, ..Self::default() }
+    /// Returns the control where clipped pressures are compensated: on a coating if `is_coating`,
+    /// otherwise with a free boundary.
+    pub fn compensating_clipping(self, is_coating: bool) -> Self {
+        let length = if is_coating { COATING_STEP_LENGTH } else { STEP_LENGTH };
+        Self { compensates_clipping: true, length, ..self }
     }
 
     /// Takes the last step of earlier iterations. Gaps in contact are about `offset` after it.
@@ -247,8 +255,9 @@ impl StepControl {
             let factor = 0.5 + 0.5 * (self.caution * best).min(2.0);
             self.length = (self.length * factor).clamp(shortest, longest);
         }
-        // The first step from a guess clips many nodes, and this clipping must not be undone.
-        let is_first = self.iteration == 0;
+        // The first step from a guess clips many nodes, and this clipping must not be undone,
+        // except on a body that would sink under it.
+        let is_first = self.iteration == 0 && !self.compensates_clipping;
         self.iteration += 1;
         // It says little about the next step, except after a coarser mesh, where few nodes are
         // clipped.
@@ -267,8 +276,11 @@ impl StepControl {
     }
 
     /// Returns whether corrections extend the residual to nodes that are not free.
+    ///
+    /// Where clipped pressures are compensated, clipping does not spoil these corrections, and
+    /// local ones would leave long waves unsolved.
     pub fn uses_extension(&self) -> bool {
-        self.damping >= MIN_EXTENDING_DAMPING
+        self.compensates_clipping || self.damping >= MIN_EXTENDING_DAMPING
     }
 
     pub fn shorten_steps(&mut self) {

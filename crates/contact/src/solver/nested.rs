@@ -175,7 +175,7 @@ impl InnerSolver {
     fn find_coarse(&mut self, mut start: State, watch: &dyn Watch) -> (PendingUpdate, f64) {
         let goal = Goal { residual: TOLERANCE, is_evaluated: false };
         let stop = |pairs| pairs >= PAIR_LIMIT || watch.is_interrupted();
-        let mut control = StepControl::nested();
+        let mut control = self.step_control(true);
         loop {
             let End::Residual { pending, offset, is_reached } =
                 self.iterate(&mut control, start, goal, &stop)
@@ -451,7 +451,7 @@ impl Solver {
         watch: &dyn Watch,
     ) -> Option<(StepControl, Evaluation)> {
         self.with_coarser(self.inner.bound, watch, |solver, found| {
-            let mut control = StepControl::nested();
+            let mut control = solver.inner.step_control(true);
             // The mean displacement is zero. The displacement of a node in contact is its height
             // plus the reference.
             let displacement = solver.problem.highest + found.reference;

@@ -2,11 +2,13 @@
 
 use crate::fft::{Band, Row};
 
+mod clipped;
 mod evaluate;
 mod peek;
 mod update_gap;
 mod update_pressure;
 
+pub use clipped::FindClipped;
 pub use evaluate::{
     GapOutput, GapStatistics, PressureInput, PromotedInput, StepOutput, StepScaling, promote,
 };

@@ -283,7 +283,7 @@ pub mod tests {
         let fine = bytes_per_node(64, "loads = [0.1, 0.2]\ntolerance = 1e-8");
         assert_eq!(fine, bytes_per_node(64, few) + 4.0);
         let free = bytes_per_node(64, "loads = [0.1, 0.2]\nboundary = \"free\"");
-        assert_eq!(free, bytes_per_node(64, few) + 61.0);
+        assert_eq!(free, bytes_per_node(64, few) + 63.0);
         let kept = bytes_per_node(64, "loads = [0.1, 0.2]\npressures = \"all\"");
         assert!(kept > bytes_per_node(64, few) + 2.0 * 8.0);
         let contacts = bytes_per_node(64, "loads = { to = 0.2, steps = 90 }");

@@ -8,7 +8,7 @@ use asperity_tables::column::{Column, Value};
 use asperity_tables::table::{Table, TableError};
 
 /// Version of the numbers of layers. Only recipes with a layer contain it.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// A layer as given in the manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

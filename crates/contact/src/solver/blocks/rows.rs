@@ -192,15 +192,20 @@ pub struct TransposeInput<'a> {
 
 impl Extension {
     pub fn transpose_input(&mut self) -> TransposeInput<'_> {
-        let smallest = &mut self.levels[0];
-        let blocks = smallest.blocks[1];
-        let [for_before, for_after] = &mut self.for_neighbours;
-        TransposeInput {
+        self.transpose_input_and_free().0
+    }
+
+    /// Returns the input of the transpose, and the numbers of free nodes in the smallest blocks.
+    pub fn transpose_input_and_free(&mut self) -> (TransposeInput<'_>, Band<'_, f32>) {
+        let Self { levels, for_neighbours: [for_before, for_after], .. } = self;
+        let Level { blocks, free, values, .. } = &mut levels[0];
+        let input = TransposeInput {
             rows: self.nodes[0],
-            blocks,
-            bands: [for_before, &mut smallest.values, for_after].map(|map| Band::new(map)),
-            sums: empty_sums(blocks),
-        }
+            blocks: blocks[1],
+            bands: [for_before, values, for_after].map(|map| Band::new(map)),
+            sums: empty_sums(blocks[1]),
+        };
+        (input, Band::new(free))
     }
 
     pub fn transpose_output(&self) -> TransposeOutput<'_> {

@@ -125,6 +125,17 @@ impl Nodal<'_> {
         });
     }
 
+    /// Passes all rows of corrections to `pass`. `scratch` lends its rows, whatever they contain.
+    pub fn read<P: Pass<f32>>(
+        self,
+        row_nodes: usize,
+        pass: &mut Wide<P>,
+        transform: &Transform<f32>,
+        scratch: &mut Scratch<f32>,
+    ) {
+        self.over(row_nodes, pass, |rows| transform.read_stored(rows, scratch));
+    }
+
     /// Passes all rows of corrections to `pass`, and begins the convolution of the rows that `pass`
     /// writes in their place.
     pub fn begin<P: Pass<f32>>(

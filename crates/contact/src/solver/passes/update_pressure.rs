@@ -165,6 +165,20 @@ impl Direction {
         }
     }
 
+    /// Returns the pressure of a free node after the step, before it is clipped. `correction` is
+    /// the correction of the node, `pressure` its pressure before the pending update, and `last`
+    /// its last step.
+    #[inline(always)]
+    pub fn unclipped(&self, correction: f32, pressure: f32, last: f32) -> f32 {
+        let direction = self.scaling * pressure - correction - self.mean + self.beta * last;
+        let due = self.of_pressure * pressure + self.of_step * last;
+        pressure + due + self.step_length * direction
+    }
+
+    pub fn step_length(&self) -> f32 {
+        self.step_length
+    }
+
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "a row of each map")]
     fn follow<S: Simd, const R: usize, const YIELDS: bool>(

@@ -115,13 +115,48 @@ fn layers_take_hardly_more_pairs_than_half_spaces() {
         (rigid(0.01, 0.3, Base::Bonded), 1.1),
         (coated(0.05, 0.1), 1.1),
         // Thin incompressible layers and stiff coatings are not as well preconditioned.
-        (rigid(0.05, 0.5, Base::Bonded), 1.4),
-        (rigid(0.01, 0.5, Base::Bonded), 1.6),
-        (coated(0.05, 4.0), 1.7),
-        (coated(0.05, 20.0), 6.0),
+        (rigid(0.05, 0.5, Base::Bonded), 1.1),
+        (rigid(0.01, 0.5, Base::Bonded), 1.4),
+        (coated(0.05, 4.0), 1.2),
+        (coated(0.05, 20.0), 2.0),
+        (coated(0.05, 100.0), 4.0),
     ] {
         let ratio = f64::from(pairs(body)) / f64::from(half_space);
         assert!(ratio <= most, "{body:?}: {ratio}");
+    }
+}
+
+#[test]
+fn stiff_coatings_converge_and_touch_where_they_do_at_a_small_tolerance() {
+    let nodes = 128;
+    let spectrum = Spectrum { hurst: 0.8, k_lower: 4, k_rolloff: 4, k_upper: 16, anisotropy: None };
+    let amplitude = Amplitude::Gaussian;
+    let surface = RandomSurface { spectrum, amplitude, rms_slope: 1.0, seed: 1, realization: 0 };
+    let heights = surface.draw(square(nodes, 1.0)).into_heights();
+    for (modulus_ratio, most) in [(20.0, 60), (100.0, 150)] {
+        for thickness in [0.02, 0.08] {
+            for hardness in [None, Some(0.8)] {
+                let support = Support::HalfSpace { poisson_ratio: 0.3, modulus_ratio };
+                let elastic = Elastic::Layer(Layer::new(thickness, 0.3, support).unwrap());
+                let hardness = hardness.map(|hardness| Hardness::new(hardness).unwrap());
+                let mut solver = Body { elastic, hardness }.solver(square(nodes, 1.0), &heights);
+                for load in [0.01, 0.05, 0.2] {
+                    let mut touching = |tolerance| {
+                        let settings = Settings { tolerance, ..Settings::default() };
+                        let outcome = press(&mut solver, load, &settings);
+                        assert_eq!(outcome.stop, Stop::Converged, "{elastic:?}, {load}");
+                        let touching: Vec<bool> =
+                            solver.pressure().iter().map(|p| *p > 0.0).collect();
+                        (outcome.pairs, touching)
+                    };
+                    let (pairs, found) = touching(DEFAULT_TOLERANCE);
+                    let (_, exact) = touching(1e-10);
+                    let wrong = found.iter().zip(&exact).filter(|(a, b)| a != b).count();
+                    assert!(pairs <= most, "{elastic:?}, {hardness:?}, {load}: {pairs} pairs");
+                    assert!(wrong <= 2, "{elastic:?}, {hardness:?}, {load}: {wrong} nodes");
+                }
+            }
+        }
     }
 }
 
