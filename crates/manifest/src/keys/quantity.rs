@@ -33,7 +33,7 @@ pub use unit::{Dimension, Unit};
 
 /// Regular expression of a number with a unit, for editors.
 pub const PATTERN: &str =
-    concat!(r"^\s*[+-]?[0-9.]+([eE][+-]?[0-9]+)?", r"\s*[^\s0-9.+*-]\S*(\s[^\s0-9.+*-]\S*)?\s*$",);
+    concat!(r"^\s*[+-]?[0-9.]+([eE][+-]?[0-9]+)?", r"\s*[^\s0-9.+*-]\S*(\s[^\s0-9.+*-]\S*)*\s*$",);
 
 /// The declaration that the numbers of a key are quantities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,7 +77,7 @@ pub fn split(text: &str) -> Option<(&str, &str)> {
     }
     let (number, unit) = (&text[..end], text[end..].trim_start());
     let is_unit = unit.starts_with(char::is_alphabetic)
-        && unit.chars().all(|letter| letter.is_alphanumeric() || "_/^·⋅ ()".contains(letter));
+        && unit.chars().all(|letter| letter.is_alphanumeric() || "_/^*-⁻·⋅ ()".contains(letter));
     (is_unit && number.parse::<f64>().is_ok()).then_some((number, unit))
 }
 

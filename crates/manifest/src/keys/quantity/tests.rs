@@ -103,6 +103,31 @@ fn quantities_keep_their_unit_and_metres_and_pascals_get_a_prefix() {
 }
 
 #[test]
+fn a_product_of_units_may_be_written_like_in_the_si_brochure_and_in_programs() {
+    for (text, symbol) in [
+        ("W m^-1 K^-1", "W/(m K)"),
+        ("W m⁻¹ K⁻¹", "W/(m K)"),
+        ("W/(m*K)", "W/(m K)"),
+        ("W/m/K", "W/(m K)"),
+        ("W/mK", "W/(m K)"),
+        ("W/(cm·K)", "W/(cm K)"),
+        ("J m⁻²", "J/m²"),
+        ("J m-2", "J/m²"),
+        ("mJ/m2", "mJ/m²"),
+        ("Pa·m", "J/m²"),
+        ("N/m^2", "Pa"),
+        ("N*mm^-2", "MPa"),
+        ("Ω*m", "Ω m"),
+    ] {
+        assert_eq!(Unit::find(text).map(|unit| unit.symbol), Some(symbol), "{text}");
+        assert_eq!(split(&format!("3.5 {text}")), Some(("3.5", text)));
+    }
+    for text in ["W/m K", "W m^ K", "W/", "W//m", "m/m", "(m", "Nm2", "m^999", "", "mPa", "mm mm"] {
+        assert_eq!(Unit::find(text), None, "{text}");
+    }
+}
+
+#[test]
 fn a_unit_has_several_spellings() {
     for text in ["um", "µm", "μm"] {
         assert_eq!(Unit::find(text).unwrap().symbol, "µm");

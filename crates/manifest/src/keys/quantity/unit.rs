@@ -29,62 +29,69 @@ pub struct Unit {
     /// True for the metre, the pascal and the joule per square metre, and for their multiples by
     /// 1000.
     pub(super) is_si: bool,
-    /// Further spellings of the unit.
-    spellings: &'static [&'static str],
+    /// Spelling in ASCII for keyboards that lack a letter of the symbol.
+    plain: Option<&'static str>,
 }
 
-const fn unit(
-    symbol: &'static str,
-    dimension: Dimension,
-    power: i32,
-    spellings: &'static [&'static str],
-) -> Unit {
+const fn unit(symbol: &'static str, dimension: Dimension, power: i32) -> Unit {
     let is_prefixed =
         matches!(dimension, Dimension::Length | Dimension::Pressure | Dimension::Work);
     let is_newton = matches!(symbol.as_bytes(), [b'N', ..] | [b'm', b'N', ..]);
     let is_si = is_prefixed && power % 3 == 0 && !is_newton;
-    Unit { symbol, dimension, power, is_si, spellings }
+    Unit { symbol, dimension, power, is_si, plain: None }
+}
+
+const fn unit_or(
+    symbol: &'static str,
+    plain: &'static str,
+    dimension: Dimension,
+    power: i32,
+) -> Unit {
+    Unit { plain: Some(plain), ..unit(symbol, dimension, power) }
 }
 
 /// All units. Messages list the symbols in this order.
 pub static UNITS: [Unit; 27] = [
-    unit("m", Dimension::Length, 0, &[]),
-    unit("cm", Dimension::Length, -2, &[]),
-    unit("mm", Dimension::Length, -3, &[]),
-    // The Greek letter mu stands for the micro sign.
-    unit("µm", Dimension::Length, -6, &["um", "μm", "micron", "microns"]),
-    unit("nm", Dimension::Length, -9, &[]),
-    unit("Å", Dimension::Length, -10, &["\u{212b}", "angstrom"]),
-    unit("pm", Dimension::Length, -12, &[]),
-    unit("Pa", Dimension::Pressure, 0, &["N/m²", "N/m^2", "N/m2"]),
-    unit("kPa", Dimension::Pressure, 3, &[]),
-    unit("MPa", Dimension::Pressure, 6, &[]),
-    unit("GPa", Dimension::Pressure, 9, &[]),
-    unit("N/mm²", Dimension::Pressure, 6, &["N/mm^2", "N/mm2"]),
-    unit("bar", Dimension::Pressure, 5, &[]),
-    unit("J/m²", Dimension::Work, 0, &["J/m^2", "J/m2", "Pa·m"]),
-    unit("mJ/m²", Dimension::Work, -3, &["mJ/m^2", "mJ/m2"]),
-    unit("µJ/m²", Dimension::Work, -6, &["uJ/m^2", "uJ/m2", "uJ/m²", "μJ/m²"]),
-    unit("kJ/m²", Dimension::Work, 3, &["kJ/m^2", "kJ/m2"]),
-    unit("N/m", Dimension::Work, 0, &[]),
-    unit("mN/m", Dimension::Work, -3, &[]),
-    unit("W/(m K)", Dimension::Conductivity, 0, &["W/m/K", "W/mK", "W/(mK)"]),
-    unit("mW/(m K)", Dimension::Conductivity, -3, &["mW/m/K", "mW/mK", "mW/(mK)"]),
-    unit("W/(cm K)", Dimension::Conductivity, 2, &["W/cm/K", "W/cmK", "W/(cmK)"]),
-    unit("Ω m", Dimension::Resistivity, 0, &["ohm m", "Ωm"]),
-    unit("Ω cm", Dimension::Resistivity, -2, &["ohm cm", "Ωcm"]),
-    unit("µΩ m", Dimension::Resistivity, -6, &["uohm m", "µΩm"]),
-    unit("µΩ cm", Dimension::Resistivity, -8, &["uohm cm", "µΩcm"]),
-    unit("nΩ m", Dimension::Resistivity, -9, &["nohm m", "nΩm"]),
+    unit("m", Dimension::Length, 0),
+    unit("cm", Dimension::Length, -2),
+    unit("mm", Dimension::Length, -3),
+    unit_or("µm", "um", Dimension::Length, -6),
+    unit("nm", Dimension::Length, -9),
+    unit_or("Å", "angstrom", Dimension::Length, -10),
+    unit("pm", Dimension::Length, -12),
+    unit("Pa", Dimension::Pressure, 0),
+    unit("kPa", Dimension::Pressure, 3),
+    unit("MPa", Dimension::Pressure, 6),
+    unit("GPa", Dimension::Pressure, 9),
+    unit_or("N/mm²", "N/mm^2", Dimension::Pressure, 6),
+    unit("bar", Dimension::Pressure, 5),
+    unit_or("J/m²", "J/m^2", Dimension::Work, 0),
+    unit_or("mJ/m²", "mJ/m^2", Dimension::Work, -3),
+    unit_or("µJ/m²", "uJ/m^2", Dimension::Work, -6),
+    unit_or("kJ/m²", "kJ/m^2", Dimension::Work, 3),
+    unit("N/m", Dimension::Work, 0),
+    unit("mN/m", Dimension::Work, -3),
+    unit("W/(m K)", Dimension::Conductivity, 0),
+    unit("mW/(m K)", Dimension::Conductivity, -3),
+    unit("W/(cm K)", Dimension::Conductivity, 2),
+    unit_or("Ω m", "ohm m", Dimension::Resistivity, 0),
+    unit_or("Ω cm", "ohm cm", Dimension::Resistivity, -2),
+    unit_or("µΩ m", "uohm m", Dimension::Resistivity, -6),
+    unit_or("µΩ cm", "uohm cm", Dimension::Resistivity, -8),
+    unit_or("nΩ m", "nohm m", Dimension::Resistivity, -9),
 ];
 
 impl Unit {
-    /// Returns the unit with this symbol or spelling.
+    /// Returns the unit with this symbol, or the unit that a product of units equals: `W/(m K)` for
+    /// `W m^-1 K⁻¹`, and `Pa` for `N/m²`.
     pub fn find(text: &str) -> Option<&'static Unit> {
-        let has = |text: &str| {
-            UNITS.iter().find(|unit| unit.symbol == text || unit.spellings.contains(&text))
-        };
-        has(text.trim()).or_else(|| has(&respelt(text)))
+        let named = UNITS.iter().find(|unit| unit.symbol == text.trim());
+        named.or_else(|| {
+            let Product { power, exponents } = Product::parse(&respelt(text))?;
+            let is_it =
+                |unit: &&Unit| unit.power == power && unit.dimension.exponents() == exponents;
+            UNITS.iter().find(is_it)
+        })
     }
 
     /// Returns the unit of the SI of the dimension.
@@ -108,11 +115,136 @@ impl Unit {
     }
 }
 
-/// Returns a product of units in the spelling of the list: `µΩ cm` for `uOhm·cm`.
+/// Returns a text with one spelling of each letter: `µΩ cm` for `uOhm cm`.
 fn respelt(text: &str) -> String {
-    let text = text.replace(['·', '⋅'], " ").replace(['\u{2126}'], "Ω").replace(['μ'], "µ");
-    let text = text.replace("ohm", "Ω").replace("Ohm", "Ω").replace("uΩ", "µΩ");
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    let one_letter = text.replace('\u{2126}', "Ω").replace('μ', "µ").replace('\u{212b}', "Å");
+    one_letter.replace("ohm", "Ω").replace("Ohm", "Ω")
+}
+
+/// Units of which all others are products, and products with names: power of ten, and exponents of
+/// m, N, W, K and Ω.
+const NAMED: [(&str, Product); 12] = [
+    ("m", Product { power: 0, exponents: [1, 0, 0, 0, 0] }),
+    ("N", Product { power: 0, exponents: [0, 1, 0, 0, 0] }),
+    ("W", Product { power: 0, exponents: [0, 0, 1, 0, 0] }),
+    ("K", Product { power: 0, exponents: [0, 0, 0, 1, 0] }),
+    ("Ω", Product { power: 0, exponents: [0, 0, 0, 0, 1] }),
+    ("Pa", Product { power: 0, exponents: [-2, 1, 0, 0, 0] }),
+    ("J", Product { power: 0, exponents: [1, 1, 0, 0, 0] }),
+    ("bar", Product { power: 5, exponents: [-2, 1, 0, 0, 0] }),
+    ("Å", Product { power: -10, exponents: [1, 0, 0, 0, 0] }),
+    ("angstrom", Product { power: -10, exponents: [1, 0, 0, 0, 0] }),
+    ("micron", Product { power: -6, exponents: [1, 0, 0, 0, 0] }),
+    ("microns", Product { power: -6, exponents: [1, 0, 0, 0, 0] }),
+];
+
+const PREFIXES: [(char, i32); 9] = [
+    ('p', -12),
+    ('n', -9),
+    ('µ', -6),
+    ('u', -6),
+    ('m', -3),
+    ('c', -2),
+    ('k', 3),
+    ('M', 6),
+    ('G', 9),
+];
+
+/// Product of powers of units.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Product {
+    /// Power of ten.
+    power: i32,
+    /// Exponents of m, N, W, K and Ω.
+    exponents: [i32; 5],
+}
+
+impl Product {
+    /// Parses a product such as `W/(m K)`, `W m^-1 K⁻¹` or `N*mm-2`. A slash applies to the unit or
+    /// the parenthesis after it. Returns `None` for all other texts.
+    fn parse(text: &str) -> Option<Product> {
+        let (mut product, mut sign, mut rest) = (Product::default(), 1, text.trim());
+        loop {
+            let (factor, after) = match rest.strip_prefix('(') {
+                Some(inner) => {
+                    let (inside, after) = inner.split_once(')')?;
+                    (Product::parse(inside)?, after)
+                }
+                None => {
+                    let end = rest.find(|letter: char| !letter.is_alphabetic());
+                    let (word, after) = rest.split_at(end.unwrap_or(rest.len()));
+                    let (exponent, after) = exponent(after)?;
+                    (Product::of_word(word, exponent)?, after)
+                }
+            };
+            product = product.times(factor, sign);
+            let next = after.trim_start();
+            if next.is_empty() {
+                return Some(product);
+            }
+            let divisor = next.strip_prefix('/');
+            sign = if divisor.is_some() { -1 } else { 1 };
+            let factor = divisor.or_else(|| next.strip_prefix(['*', '·', '⋅'])).unwrap_or(next);
+            rest = factor.trim_start();
+        }
+    }
+
+    /// Returns a power of a unit, or the product of two units that are written without a space:
+    /// `mK`. An exponent of such a word would be ambiguous.
+    fn of_word(word: &str, exponent: i32) -> Option<Product> {
+        let one = Product::default();
+        if let Some(unit) = Product::of_unit(word) {
+            return Some(one.times(unit, exponent));
+        }
+        let mut splits = word.char_indices().skip(1).map(|(at, _)| word.split_at(at));
+        let units = splits.find_map(|(a, b)| Some([Product::of_unit(a)?, Product::of_unit(b)?]));
+        units.filter(|_| exponent == 1).map(|[a, b]| a.times(b, 1))
+    }
+
+    /// Returns a unit with or without a prefix. The kelvin takes none: `mK` is a metre kelvin.
+    fn of_unit(word: &str) -> Option<Product> {
+        let named =
+            |word: &str| NAMED.iter().find(|(name, _)| *name == word).map(|(_, unit)| *unit);
+        named(word).or_else(|| {
+            let mut letters = word.chars();
+            let first = letters.next()?;
+            let (_, power) = PREFIXES.iter().find(|(prefix, _)| *prefix == first)?;
+            let unit = named(letters.as_str()).filter(|_| letters.as_str() != "K")?;
+            Some(Product { power: unit.power + power, ..unit })
+        })
+    }
+
+    /// Returns the product with a power of another one.
+    fn times(self, other: Product, exponent: i32) -> Product {
+        let mut exponents = self.exponents;
+        for (own, other) in exponents.iter_mut().zip(other.exponents) {
+            *own += exponent * other;
+        }
+        Product { power: self.power + exponent * other.power, exponents }
+    }
+}
+
+/// Splits off the exponent at the start of a text: 2 for `²/s`, `^2/s` and `2/s`, and 1 for `/s`.
+fn exponent(text: &str) -> Option<(i32, &str)> {
+    const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+    let (text, is_required) = text.strip_prefix('^').map_or((text, false), |rest| (rest, true));
+    let mut digits = String::new();
+    let mut end = 0;
+    for (index, letter) in text.char_indices() {
+        let digit = RAISED.chars().zip('0'..='9').find(|(raised, _)| *raised == letter);
+        match (digit, letter) {
+            (Some((_, digit)), _) | (None, digit @ '0'..='9') => digits.push(digit),
+            (None, '-' | '⁻') if index == 0 => digits.push('-'),
+            _ => break,
+        }
+        end = index + letter.len_utf8();
+    }
+    if end == 0 && !is_required {
+        return Some((1, text));
+    }
+    // Larger exponents than those of units could overflow.
+    let exponent: i8 = digits.parse().ok()?;
+    Some((exponent.into(), &text[end..]))
 }
 
 impl Dimension {
@@ -122,18 +254,30 @@ impl Dimension {
         matches!(self, Dimension::Conductivity | Dimension::Resistivity)
     }
 
+    /// Returns the exponents of m, N, W, K and Ω.
+    fn exponents(self) -> [i32; 5] {
+        match self {
+            Dimension::Length => [1, 0, 0, 0, 0],
+            Dimension::Pressure => [-2, 1, 0, 0, 0],
+            Dimension::Work => [-1, 1, 0, 0, 0],
+            Dimension::Conductivity => [-1, 0, 1, -1, 0],
+            Dimension::Resistivity => [1, 0, 0, 0, 1],
+        }
+    }
+
     /// Returns the symbol of the unit that a text probably means.
     pub fn did_you_mean(self, text: &str) -> Option<&'static str> {
-        let of_dimension = || UNITS.iter().filter(move |unit| unit.dimension == self);
-        let names = |unit: &'static Unit| unit.spellings.iter().copied().chain([unit.symbol]);
+        let words = NAMED.iter().map(|(word, _)| *word);
+        let is_its = |word: &&str| Unit::find(word).is_some_and(|unit| unit.dimension == self);
+        let names: Vec<&str> = self.names().chain(words.filter(is_its)).collect();
         let sorted = |text: &str| {
             let mut letters: Vec<char> = text.chars().collect();
             letters.sort_unstable();
             letters
         };
         let has_same_letters = |name: &&str| sorted(name) == sorted(text);
-        let meant = of_dimension().flat_map(names).find(has_same_letters);
-        let meant = meant.or_else(|| did_you_mean(text, of_dimension().flat_map(names)));
+        let transposed = names.iter().copied().find(has_same_letters);
+        let meant = transposed.or_else(|| did_you_mean(text, names.iter().copied()));
         meant.and_then(Unit::find).map(|unit| unit.symbol)
     }
 
@@ -152,10 +296,7 @@ impl Dimension {
     /// keyboards lack another spelling.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         let units = UNITS.iter().filter(move |unit| unit.dimension == self);
-        units.flat_map(|unit| {
-            let plain = unit.spellings.iter().copied().find(|name| name.is_ascii());
-            [unit.symbol].into_iter().chain(plain.filter(|_| !unit.symbol.is_ascii()))
-        })
+        units.flat_map(|unit| [unit.symbol].into_iter().chain(unit.plain))
     }
 }
 
