@@ -461,7 +461,7 @@ fn printed(
 
 /// Returns the unit of a column if it is made of units of length and pressure that the table names.
 fn named_unit(field: &Field, units: &TableUnits) -> Option<String> {
-    units.shown(field.metadata().get("unit")?)
+    units.shown(&Description::from(field).unit)
 }
 
 /// Prints a single row with one column per line.

@@ -176,7 +176,9 @@ impl DescribedColumns {
             .map(|((stage, table), units)| DescribedColumns {
                 stage: Some(stage.name.clone()),
                 kind: stage.work.kind(),
-                columns: in_units(results::with_own_columns(table).descriptions(), &units),
+                columns: results::with_own_columns(table)
+                    .with_named_units(|unit| units.name(unit))
+                    .descriptions_in_units(),
             })
             .collect();
         if let Some(wanted) = wanted {
@@ -187,12 +189,6 @@ impl DescribedColumns {
         }
         Ok(described)
     }
-}
-
-/// Names the units of length and pressure in the units of columns.
-fn in_units(mut columns: Vec<Description>, units: &TableUnits) -> Vec<Description> {
-    columns.iter_mut().for_each(|column| column.unit = units.name(&column.unit));
-    columns
 }
 
 /// Options of the method [`Session::report`].

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::path::Path;
 
 use asperity::plan::Kind;
-use asperity::session::{DescribedColumns, Session, TableUnits};
+use asperity::session::{DescribedColumns, Session};
 use asperity::tables::parquet;
 use serde_json::{Value, json};
 
@@ -30,10 +30,7 @@ pub fn assert_kept(bench: &Bench, study: &str, manifest: &Path) {
     for described in promised(manifest) {
         let stage = name(&described);
         let table = bench.table(study, stage);
-        let units = TableUnits::from_table(&table);
-        let mut written = table.descriptions();
-        written.iter_mut().for_each(|column| column.unit = units.name(&column.unit));
-        assert_eq!(written, described.columns, "{stage} of {study}");
+        assert_eq!(table.descriptions_in_units(), described.columns, "{stage} of {study}");
     }
 }
 

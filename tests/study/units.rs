@@ -3,6 +3,8 @@
 use std::fs;
 use std::sync::LazyLock;
 
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
 use crate::bench::{Bench, STUDY, text};
 use crate::manifest::manifest;
 
@@ -120,6 +122,11 @@ fn quantities_with_units_give_the_numbers_of_converted_plain_numbers() {
         assert!(!other.has("unit") && !other.has("pressure_unit"), "{stage}");
         assert_eq!(one.has("pressure_unit"), stage != "surfaces");
     }
+    let contact = fs::File::open(one.path("data/results/steel/contact.parquet")).unwrap();
+    let described = ParquetRecordBatchReaderBuilder::try_new(contact).unwrap();
+    let metadata = |name: &str| described.schema().field_with_name(name).unwrap().metadata();
+    let units = ["pressure", "load", "mean_gap", "energy"].map(|name| &*metadata(name)["unit"]);
+    assert_eq!(units, ["MPa", "E* × rms slope", "µm", "J/m²"]);
     let table = one.table("steel", "contact");
     assert_eq!(table.reals("pressure").unwrap().value(2), 40.0);
     assert_eq!(table.texts("pressure_unit").unwrap().value(0), "MPa");

@@ -132,7 +132,7 @@ impl StudyResults {
     pub fn open(&self, stage: &PlannedStage) -> Result<StageRows<TableSource>, ResultsError> {
         let StudyResults { plan, reader, .. } = self;
         let sources = &self.study.sources;
-        let description = described(&self.empty_tables, &self.study, &stage.name)?;
+        let description = &described(&self.empty_tables, &self.study, &stage.name)?;
         let path = path(&self.folder, &plan.study, &stage.name);
         let mut published = TableSource::open(&path);
         let stored = stage.tasks_where(&reader.store().have(&plan.tables_of(stage)));
@@ -199,14 +199,11 @@ pub enum ResultsError {
 
 /// Returns the table of a stage without rows. Its columns have the units and meanings that are
 /// added to published tables; the tables of the store lack them.
-fn described<'a>(
-    tables: &'a EmptyTables,
-    study: &Study,
-    stage: &str,
-) -> Result<&'a Table, ResultsError> {
-    tables
-        .named(study, stage)
-        .map_err(|source| ResultsError::Columns { stage: stage.to_owned(), source })
+fn described(tables: &EmptyTables, study: &Study, stage: &str) -> Result<Table, ResultsError> {
+    let unknown = |source| ResultsError::Columns { stage: stage.to_owned(), source };
+    let table = tables.named(study, stage).map_err(unknown)?;
+    let units = study.units_of(stage);
+    Ok(table.with_named_units(|unit| units.name(unit)))
 }
 
 /// Returns a table without rows, with the columns of `table` and those that only published tables
@@ -276,5 +273,6 @@ fn files_of(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
 /// surface files and the descriptions of the columns.
 fn digest(plan: &Plan, tasks: &[usize], sources: &SurfaceFiles, description: &Table) -> String {
     let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
-    Digest::from_params(&(FORMAT, keys, sources.paths(), description.descriptions())).to_string()
+    Digest::from_params(&(FORMAT, keys, sources.paths(), description.descriptions_in_units()))
+        .to_string()
 }

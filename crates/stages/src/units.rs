@@ -13,6 +13,9 @@ use asperity_topography_files::length_ratio;
 /// Units of columns that do not follow from the units of length and pressure of a table.
 const ABSOLUTE: [&str; 7] = ["N", "K/W", "W/(m K)", "W/(m² K)", "Ω", "Ω m", "Ω m²"];
 
+/// Parts of units that are multiples of a surface's own scales.
+const SCALES: [&str; 2] = ["E*", "rms"];
+
 /// Unit of an energy per area in the declarations of columns.
 const WORK: &str = "pressure × length";
 
@@ -99,9 +102,14 @@ impl TableUnits {
 
     /// Returns the name of the unit that the head of a printed column shows. Returns `None` if the
     /// table does not name the unit of length or pressure on which it depends.
+    ///
+    /// A table in MPa also shows the units of reduced numbers, which would be read as MPa.
     pub fn shown(&self, unit: &str) -> Option<String> {
         let named = self.name(unit);
-        (named != unit || ABSOLUTE.contains(&unit)).then_some(named)
+        let is_reduced = SCALES.iter().any(|scale| unit.contains(scale));
+        let is_shown =
+            named != unit || ABSOLUTE.contains(&unit) || (is_reduced && self.pressure.is_some());
+        is_shown.then_some(named)
     }
 
     /// Returns the unit of the product of a pressure and a length, if it has a name of its own.
@@ -164,6 +172,8 @@ mod tests {
         let [length, pressure] = ["cm", "MPa"].map(|unit| Some(unit.to_owned()));
         assert_eq!(TableUnits { length, pressure }.name("pressure × length"), "MPa × cm");
         assert_eq!(units.name("E* × rms slope"), "E* × rms slope");
+        assert_eq!(units.shown("E* × rms slope").as_deref(), Some("E* × rms slope"));
+        assert_eq!(TableUnits::default().shown("E* × rms slope"), None);
         let mixed = TableUnits::from_source(&table(["µm", "nm"]).into()).unwrap();
         assert_eq!((mixed.length, mixed.pressure.as_deref()), (None, Some("MPa")));
     }

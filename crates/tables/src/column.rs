@@ -126,9 +126,12 @@ impl Column {
 /// [`WORDING`].
 pub(crate) const ROLE: &str = "role";
 pub(crate) const CODES: &str = "codes";
+/// Metadata key for the declared unit of a column whose `unit` names those of the study:
+/// `pressure` beside `MPa`.
+pub(crate) const DIMENSION: &str = "dimension";
 /// Metadata keys of the unit, the meaning and the codes of a column. Task files omit these entries,
 /// so that a change of wording does not change stored results.
-pub(crate) const WORDING: [&str; 3] = ["unit", "meaning", CODES];
+pub(crate) const WORDING: [&str; 4] = ["unit", DIMENSION, "meaning", CODES];
 
 /// Returns the metadata of the Arrow field of a column with this role, unit and meaning.
 pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
@@ -143,6 +146,7 @@ pub struct Description {
     pub kind: &'static str,
     /// `parameter`, `surface`, `load`, `derived`, `result` or `heavy`.
     pub role: String,
+    /// Unit as it was declared: `pressure`, also where the field names the unit of the study.
     pub unit: String,
     /// Meaning of the values in one phrase.
     pub meaning: String,
@@ -159,6 +163,12 @@ pub struct ExplainedCode {
 }
 
 impl Description {
+    /// Describes a column with the unit that the study has named, `MPa` in place of `pressure`.
+    pub fn in_units(field: &Field) -> Description {
+        let unit = field.metadata().get("unit").cloned().unwrap_or_default();
+        Description { unit, ..Description::from(field) }
+    }
+
     /// Returns the meaning, followed by the codes with their explanations.
     pub fn explained(&self) -> String {
         let codes: Vec<String> =
@@ -173,6 +183,7 @@ impl Description {
 impl From<&Field> for Description {
     fn from(field: &Field) -> Description {
         let entry = |name: &str| field.metadata().get(name).cloned().unwrap_or_default();
+        let dimension = field.metadata().get(DIMENSION).cloned();
         Description {
             name: field.name().clone(),
             kind: match field.data_type() {
@@ -184,7 +195,7 @@ impl From<&Field> for Description {
                 _ => "reals",
             },
             role: entry("role"),
-            unit: entry("unit"),
+            unit: dimension.unwrap_or_else(|| entry("unit")),
             meaning: entry("meaning"),
             codes: serde_json::from_str(&entry(CODES)).unwrap_or_default(),
         }

@@ -11,7 +11,7 @@ use arrow::compute::{concat, take};
 use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Metadata, Schema, SchemaRef};
 use arrow::record_batch::{RecordBatch, RecordBatchOptions};
 
-use super::column::{Column, Description, Role, Value, WORDING};
+use super::column::{Column, DIMENSION, Description, Role, Value, WORDING};
 
 /// Table with named columns. Cloning is cheap, because clones share their data.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,6 +99,13 @@ impl Table {
         fields.map(|field| field.as_ref().into()).collect()
     }
 
+    /// Returns the descriptions of the columns with the units that
+    /// [`with_named_units`](Table::with_named_units) has named.
+    pub fn descriptions_in_units(&self) -> Vec<Description> {
+        let fields = self.0.schema_ref().fields().iter();
+        fields.map(|field| Description::in_units(field)).collect()
+    }
+
     /// Returns the table with the units, meanings and codes that columns of the same names have in
     /// `other`. Columns that `other` lacks remain unchanged.
     pub fn described_by(&self, other: &Table) -> Table {
@@ -108,6 +115,20 @@ impl Table {
             let wording = known.metadata().iter().filter(|(entry, _)| WORDING.contains(&&***entry));
             let metadata =
                 wording.fold(without_wording(&field), |all, (entry, text)| all.with(entry, text));
+            field.with_metadata(metadata)
+        })
+    }
+
+    /// Returns the table with the units that `name` gives to the declared units of its columns, for
+    /// other programs. [`Description`] keeps the declared ones.
+    pub fn with_named_units(&self, name: impl Fn(&str) -> String) -> Table {
+        self.with_fields(|field| {
+            let declared = Description::from(&field).unit;
+            let unit = name(&declared);
+            if unit == declared {
+                return field;
+            }
+            let metadata = field.metadata().clone().with(DIMENSION, declared).with("unit", unit);
             field.with_metadata(metadata)
         })
     }

@@ -108,7 +108,7 @@ impl Publisher<'_> {
     /// Writes the table of one stage if it has finished tasks, unless the same table exists.
     fn publish(&self, stage: &PlannedStage) -> Result<PublishedTable, ResultsError> {
         let SampledStudy { study, plan, .. } = self.sampled;
-        let description = described(&self.empty_tables, study, &stage.name)?;
+        let description = &described(&self.empty_tables, study, &stage.name)?;
         let context = RowContext { plan, stage, sources: &study.sources, description };
         let path = self.folder.join(file(&stage.name));
         let table = |finished| PublishedTable {
@@ -167,7 +167,7 @@ impl Publisher<'_> {
         let Some(first) = groups.next().transpose()? else {
             return Ok(None);
         };
-        let columns = first.descriptions();
+        let columns = first.descriptions_in_units();
         let metadata = metadata(plan, stage, &columns, &missing, finished, digest);
         self.own()?;
         // Keep other runs on this machine from replacing tables meanwhile.

@@ -15,6 +15,12 @@ impl Study {
         of_stages(&self.stages)
     }
 
+    /// Returns the units of the table of the stage with the name `stage`.
+    pub fn units_of(&self, stage: &str) -> TableUnits {
+        let named = self.stages.iter().zip(self.units()).find(|(known, _)| known.name == stage);
+        named.map(|(_, units)| units).unwrap_or_default()
+    }
+
     /// Returns the loads of all contacts of the surfaces of a stage. The surfaces can also be
     /// bodies of the pairs that a contact reads (`against`).
     pub fn contact_loads(&self, surfaces: usize) -> ContactLoads {

@@ -24,7 +24,7 @@ use asperity_stages::columns::{LOAD, PRESSURE, needed_key};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::units::TableUnits;
 use asperity_statistics::expectation::Expectation;
-use asperity_tables::column::Role;
+use asperity_tables::column::{Description, Role};
 use asperity_tables::table::Table;
 
 /// Stages of a study and files, as far as the checks of claims need them.
@@ -470,7 +470,7 @@ impl<'t> Checker<'_, '_, 't> {
         let table = (self.context.table)(stage)?;
         let field = table.batch().schema_ref().field_with_name(column).ok()?;
         let units = (self.context.units)(stage)?;
-        Unit::find(&units.shown(field.metadata().get("unit")?)?)
+        Unit::find(&units.shown(&Description::from(field).unit)?)
     }
 
     fn test(&mut self, keys: &ClaimTable) -> Option<Test> {
