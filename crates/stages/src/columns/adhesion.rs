@@ -61,6 +61,8 @@ columns! {
     /// largest tension that the contact bears, as a negative load. It is given in the row of the
     /// first load below it; null in all other rows
     pub const PULL_OFF_LOAD: Column = real("pull_off_load", "E* × rms slope");
+    /// pull-off load as a mean pressure over the nominal area, in the unit of `pressure`
+    pub const PULL_OFF_PRESSURE: Column = real("pull_off_pressure", "pressure");
     /// Tabor parameter (R w²/E*²)^(1/3)/ρ of the surface with the radius of curvature R = 1/√m₄,
     /// where m₄ is computed from finite differences under a free boundary; null for flat surfaces.
     /// Small values are near the limit of Derjaguin, Muller & Toporov, large ones near that of

@@ -46,7 +46,7 @@ const COPIED: [Column; 8] = [
 pub const ADHESION_VERSION: u32 = 2;
 
 /// Columns that are copied from the states of a path with adhesion, in addition.
-const COPIED_WITH_ADHESION: [Column; 8] = [
+const COPIED_WITH_ADHESION: [Column; 9] = [
     STEP,
     REPULSIVE_FRACTION,
     ATTRACTIVE_PRESSURE,
@@ -54,6 +54,7 @@ const COPIED_WITH_ADHESION: [Column; 8] = [
     ADHESION_ENERGY,
     DISSIPATED_ENERGY,
     PULL_OFF_LOAD,
+    PULL_OFF_PRESSURE,
     TABOR,
 ];
 

@@ -63,6 +63,10 @@ impl StateRow<'_> {
         Some(reduced(self.bound()?) * self.surface.scales.pressure())
     }
 
+    fn pull_off_pressure(&self) -> Option<f64> {
+        self.state.pull_off_load.map(|load| load * self.surface.scales.pressure())
+    }
+
     fn fraction(&self, count: usize) -> f64 {
         let [nodes_x, nodes_y] = self.surface.scales.nodes;
         count as f64 / (nodes_x * nodes_y) as f64
@@ -116,6 +120,7 @@ pub fn columns<'a>() -> TableColumns<Params, StateRow<'a>> {
             column(ADHESION_ENERGY, OptionalReal(|row| row.mean.adhesion)),
             column(DISSIPATED_ENERGY, OptionalReal(|row| row.dissipated)),
             column(PULL_OFF_LOAD, OptionalReal(|row| row.state.pull_off_load)),
+            column(PULL_OFF_PRESSURE, OptionalReal(StateRow::pull_off_pressure)),
             column(PAIRS, Count(|row| row.state.pairs as usize)),
             column(ADHESIVE_RESIDUAL, OptionalReal(|row| row.bound().map(|state| state.residual))),
             column(ADHESIVE_STOP, Text(|row| stop_name(row.state.stop))),
