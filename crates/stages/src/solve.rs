@@ -139,7 +139,7 @@ pub struct Params {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_bins: Option<EqualBins>,
     /// True if the flow through the gap is computed under every load.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(skip_serializing_if = "std::ops::Not::not", serialize_with = "flow_recipe")]
     pub flow: bool,
     /// Stiffness of the contact that is computed under every load.
     #[serde(skip_serializing_if = "Stiffness::is_none", serialize_with = "stiffness_recipe")]
@@ -445,6 +445,11 @@ fn stiffness_recipe<S: Serializer>(
         Stiffness::LoadingAndUnloading => serializer.serialize_str("loading and unloading"),
         other => serializer.serialize_bool(!other.is_none()),
     }
+}
+
+/// Serializes the flow for a recipe, as the version of its numbers.
+fn flow_recipe<S: Serializer>(_: &bool, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_u32(parts::FLOW_VERSION)
 }
 
 /// Version of the numbers of asperity models. Only their recipes contain it.

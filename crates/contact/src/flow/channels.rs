@@ -4,32 +4,28 @@
 //! roots with little dissipation. It also assigns a periodic image of the cell to each node. A
 //! channel percolates if a link outside the forest joins nodes of inconsistent images.
 
-use super::graph::Graph;
+use std::ops::Range;
+
 use crate::grid::Grid;
 
-/// Placeholder for a node without index, number or tree.
+/// Placeholder for a node without tree or aggregate.
 pub const NONE: u32 = u32::MAX;
 
-/// Nodes of all channels that percolate along x or y. They are numbered in the order of the grid.
+/// Channels that percolate along x or y, with the maximum spanning tree of each.
 pub struct Channels {
     /// `true` if a channel percolates: one entry for x and one for y.
     pub percolates: [bool; 2],
-    /// Number of nodes in all percolating channels.
-    pub count: usize,
-    /// Number of each node of the grid in these channels, or [`NONE`].
-    numbers: Vec<u32>,
-    /// Link of each node to its parent in the spanning forest, from the leaves to the roots. Roots
-    /// have none.
-    pub parent_links: Vec<ParentLink>,
-    /// Number of the root of each channel, and the conductance of the best link of the channel.
-    roots: Vec<(u32, f64)>,
+    /// Nodes of the channels, tree by tree, each in depth-first order from its root.
+    order: Vec<u32>,
+    /// Mark of each node of the grid; see [`Forest::marks`].
+    marks: Vec<u8>,
 }
 
 /// Link from a node to its parent in the spanning forest.
 #[derive(Debug, Clone, Copy)]
 pub struct ParentLink {
-    pub node: u32,
-    pub parent: u32,
+    pub node: usize,
+    pub parent: usize,
     pub conductance: f64,
     /// Signed number of crossings of the seams along x and along y, on the way from the node to its
     /// parent.
@@ -37,64 +33,45 @@ pub struct ParentLink {
 }
 
 impl Channels {
-    /// Finds the channels that percolate along x or y.
-    pub fn new(links: &Links) -> Channels {
+    /// Finds the channels that percolate along x or y, and removes all other links.
+    pub fn new(links: &mut Links) -> Channels {
         let forest = Forest::new(links);
         let percolation = forest.percolation(links);
         let percolates = |node: usize| match forest.components[node] {
             NONE => false,
             component => percolation[component as usize].contains(&true),
         };
-        let mut count = 0;
-        let numbers: Vec<u32> = (0..links.count())
-            .map(|node| {
-                if percolates(node) {
-                    count += 1;
-                    count - 1
-                } else {
-                    NONE
-                }
-            })
-            .collect();
-        let parent_links = forest.order.iter().rev().filter_map(|&node| {
-            let link = forest.parent_link(links, node as usize)?;
-            (numbers[node as usize] != NONE).then(|| ParentLink {
-                node: numbers[node as usize],
-                parent: numbers[link.parent as usize],
-                ..link
-            })
-        });
-        let roots = forest.roots.iter().filter_map(|&(root, conductance)| {
-            let number = numbers[root as usize];
-            (number != NONE).then_some((number, conductance))
-        });
+        for conductances in &mut links.conductances {
+            for (node, conductance) in conductances.iter_mut().enumerate() {
+                *conductance = if percolates(node) { *conductance } else { 0.0 };
+            }
+        }
+        let mut order = forest.order;
+        order.retain(|&node| percolates(node as usize));
+        order.shrink_to_fit();
         Channels {
-            roots: roots.collect(),
             percolates: [0, 1].map(|axis| percolation.iter().any(|along| along[axis])),
-            count: count as usize,
-            parent_links: parent_links.collect(),
-            numbers,
+            order,
+            marks: forest.marks,
         }
     }
 
-    /// Iterates over the links of the channels, with the numbers of their ends in the channels.
-    pub fn links<'a>(&'a self, links: &'a Links) -> impl Iterator<Item = (Link, [usize; 2])> {
-        let numbered = links.iter().map(|link| {
-            let ends = [link.from, link.to].map(|node| self.numbers[node] as usize);
-            (link, ends)
-        });
-        numbered.filter(|(_, ends)| ends[0] != NONE as usize)
+    /// Returns the number of nodes in the channels.
+    pub fn count(&self) -> usize {
+        self.order.len()
     }
 
-    /// Returns the graph of the nodes and links of the channels.
-    ///
-    /// The root of each channel is linked to the ground, with the conductance of its best link.
-    pub fn graph(&self, links: &Links) -> Graph {
-        let links = || {
-            let links = self.links(links);
-            links.map(|(link, [from, to])| (from as u32, to as u32, link.conductance))
-        };
-        Graph::new(self.count, self.roots.clone(), links)
+    /// Iterates over the links of the nodes to their parents, from the leaves to the roots. Roots
+    /// have none.
+    pub fn parent_links<'a>(&'a self, links: &'a Links) -> impl Iterator<Item = ParentLink> {
+        let with_parent = |&&node: &&u32| self.marks[node as usize] & HAS_PARENT != 0;
+        self.order.iter().rev().filter(with_parent).map(|&node| {
+            let node = node as usize;
+            let direction = usize::from(self.marks[node] >> PARENT & 3);
+            let link = link(links, node, direction);
+            let (parent, crossings) = step(&link, direction);
+            ParentLink { node, parent, conductance: f64::from(link.conductance), crossings }
+        })
     }
 }
 
@@ -111,15 +88,15 @@ struct Forest {
     /// Mark of each node: a bit for each direction with a link of the forest, and the direction of
     /// its parent.
     marks: Vec<u8>,
-    /// Nodes of one tree after another, each in breadth-first order from its root.
+    /// Nodes of one tree after another, each in depth-first order from its root: neighbours in
+    /// this order are mostly neighbours on the grid, too.
     order: Vec<u32>,
     /// Index of the tree of each node, or [`NONE`] for a node without links.
     components: Vec<u32>,
     /// Periodic image of each node relative to its root, in cells along x and y.
     periods: Vec<[i32; 2]>,
-    /// Root of each tree, and the conductance of the best link of the tree. The root is an end of
-    /// this link.
-    roots: Vec<(u32, f64)>,
+    /// Number of trees.
+    trees: u32,
 }
 
 impl Forest {
@@ -131,32 +108,31 @@ impl Forest {
             order: Vec::new(),
             components: vec![NONE; nodes],
             periods: vec![[0; 2]; nodes],
-            roots: Vec::new(),
+            trees: 0,
         };
         for link in ranked.iter().map(|rank| by_rank(links, *rank)) {
             if forest.components[link.from] == NONE {
                 forest.grow(links, link.from);
-                forest.roots.push((link.from as u32, link.conductance));
             }
         }
         forest
     }
 
-    /// Visits all nodes of the tree of `root`, breadth first. Sets their order, component, period
+    /// Visits all nodes of the tree of `root`, depth first. Sets their order, component, period
     /// and parent.
     fn grow(&mut self, links: &Links, root: usize) {
-        let component = self.roots.len() as u32;
+        let component = self.trees;
+        self.trees += 1;
         self.components[root] = component;
-        let mut next = self.order.len();
-        self.order.push(root as u32);
-        while let Some(&node) = self.order.get(next) {
-            next += 1;
-            let node = node as usize;
+        let mut unvisited = vec![root];
+        while let Some(node) = unvisited.pop() {
+            self.order.push(node as u32);
             for direction in 0..DIRECTIONS {
                 if self.marks[node] & 1 << direction == 0 {
                     continue;
                 }
-                let (neighbour, crossings) = step(links, node, direction);
+                let link = link(links, node, direction);
+                let (neighbour, crossings) = step(&link, direction);
                 if self.components[neighbour] != NONE {
                     continue;
                 }
@@ -166,63 +142,57 @@ impl Forest {
                     [x + i32::from(crossings[0]), y + i32::from(crossings[1])];
                 let back = (direction + 2) % DIRECTIONS;
                 self.marks[neighbour] |= HAS_PARENT | (back as u8) << PARENT;
-                self.order.push(neighbour as u32);
+                unvisited.push(neighbour);
             }
         }
-    }
-
-    /// Returns the link of a node to its parent, both as indices of the grid, or `None` for a root.
-    fn parent_link(&self, links: &Links, node: usize) -> Option<ParentLink> {
-        let marks = self.marks[node];
-        (marks & HAS_PARENT != 0).then(|| {
-            let direction = usize::from(marks >> PARENT & 3);
-            let (parent, crossings) = step(links, node, direction);
-            ParentLink {
-                node: node as u32,
-                parent: parent as u32,
-                conductance: link(links, node, direction).conductance,
-                crossings,
-            }
-        })
     }
 
     /// Returns, for each tree, whether it percolates along x and along y through all links between
     /// the nodes of the tree, including links outside the forest.
     fn percolation(&self, links: &Links) -> Vec<[bool; 2]> {
-        let mut percolation = vec![[false; 2]; self.roots.len()];
-        for link in links.iter() {
-            let [from, to] = [link.from, link.to].map(|node| self.periods[node]);
-            let along = &mut percolation[self.components[link.from] as usize];
-            for axis in [0, 1] {
-                let crossing = i32::from(axis == link.axis && link.crosses_seam);
-                along[axis] |= from[axis] + crossing != to[axis];
+        let mut percolation = vec![[false; 2]; self.trees as usize];
+        links.iter().for_each(|(from, axis)| {
+            let link = links.leaving(from, axis);
+            let mut across = self.periods[from];
+            across[axis] += i32::from(link.crosses_seam);
+            let to = self.periods[link.to];
+            if across != to {
+                let along = &mut percolation[self.components[from] as usize];
+                *along = [0, 1].map(|axis| along[axis] || across[axis] != to[axis]);
             }
-        }
+        });
         percolation
     }
 }
 
-/// Returns all links in descending order of conductance. The lower 32 bits of each number are
-/// 2 × node + axis.
-fn ranked(links: &Links) -> Vec<u64> {
-    // The upper 32 bits are the inverted bits of the conductance in single precision.
-    let ranks = links.iter().map(|link| {
-        let rank = u64::from(!(link.conductance as f32).to_bits());
-        rank << 32 | (2 * link.from + link.axis) as u64
+/// Returns all links as 2 × node + axis, in descending order of the upper sixteen bits of their
+/// conductances: conductances that differ by less than a hundredth may be in any order.
+fn ranked(links: &Links) -> Vec<u32> {
+    let rank = |from: usize, axis: usize| {
+        let conductance: f32 = links.conductances[axis][from];
+        usize::from(!(conductance.to_bits() >> 16) as u16)
+    };
+    let mut starts = vec![0_u32; (1 << 16) + 1];
+    links.iter().for_each(|(from, axis)| starts[rank(from, axis) + 1] += 1);
+    for rank in 0..1 << 16 {
+        starts[rank + 1] += starts[rank];
+    }
+    let mut ranked = vec![0; starts[1 << 16] as usize];
+    links.iter().for_each(|(from, axis)| {
+        let next = &mut starts[rank(from, axis)];
+        ranked[*next as usize] = (2 * from + axis) as u32;
+        *next += 1;
     });
-    let mut ranked: Vec<u64> = ranks.collect();
-    ranked.sort_unstable();
     ranked
 }
 
-fn by_rank(links: &Links, rank: u64) -> Link {
-    let index = rank as u32 as usize;
-    links.leaving(index / 2, index % 2)
+fn by_rank(links: &Links, rank: u32) -> Link {
+    links.leaving(rank as usize / 2, rank as usize % 2)
 }
 
 /// Returns, for each node, the bits of the directions in which it has a link of the maximum
 /// spanning forest.
-fn best_links(links: &Links, ranked: &[u64]) -> Vec<u8> {
+fn best_links(links: &Links, ranked: &[u32]) -> Vec<u8> {
     let nodes = links.count();
     let mut parents: Vec<u32> = (0..nodes as u32).collect();
     let mut marks = vec![0; nodes];
@@ -253,10 +223,9 @@ fn link(links: &Links, node: usize, direction: usize) -> Link {
     }
 }
 
-/// Returns the neighbour of a node in a direction, and the signed number of crossings of the seams
-/// along x and y on the way to it.
-fn step(links: &Links, node: usize, direction: usize) -> (usize, [i8; 2]) {
-    let link = link(links, node, direction);
+/// Returns the end of a link in a direction, and the signed number of crossings of the seams along
+/// x and y on the way to it.
+fn step(link: &Link, direction: usize) -> (usize, [i8; 2]) {
     let mut crossings = [0; 2];
     let (neighbour, along) = match direction {
         0 | 1 => (link.to, 1),
@@ -266,11 +235,17 @@ fn step(links: &Links, node: usize, direction: usize) -> (usize, [i8; 2]) {
     (neighbour, crossings)
 }
 
+/// Minimum conductance of an open link, as a fraction of the conductance of the deepest gap.
+///
+/// Single precision cannot hold the product of two numbers far below it. A gap of 1e-10 of the
+/// deepest has this conductance.
+const LEAST_CONDUCTANCE: f32 = 1e-30;
+
 /// Conductances of the links between neighbouring nodes of a periodic map.
 pub struct Links {
     nodes: [usize; 2],
     /// Conductances of the links along x and along y, indexed by the first node of the link.
-    conductances: [Vec<f64>; 2],
+    conductances: [Vec<f32>; 2],
     /// For each axis, the index i for which the links from nodes i to nodes i + 1 cross the seam.
     seams: [usize; 2],
 }
@@ -281,26 +256,33 @@ pub struct Link {
     pub axis: usize,
     pub from: usize,
     pub to: usize,
-    pub conductance: f64,
+    pub conductance: f32,
     /// `true` if the link crosses the seam, where the pressure has its step.
     pub crosses_seam: bool,
 }
 
 impl Links {
     /// Computes the conductances of the links of a map of gaps: the harmonic mean of (g/`unit`)³ at
-    /// both nodes, times Δy/Δx along x and Δx/Δy along y.
+    /// both nodes, times Δy/Δx along x and Δx/Δy along y, in single precision and at least
+    /// [`LEAST_CONDUCTANCE`].
     ///
     /// The conductance is zero if one of the gaps is not positive.
     pub fn between(grid: Grid, gap: &[f64], unit: f64) -> Links {
-        let cubed = |gap: &f64| (gap.max(0.0) / unit).powi(3);
-        let cubed: Vec<f64> = gap.iter().map(cubed).collect();
         let [step_x, step_y] = grid.spacing();
         let mut links =
             Links { nodes: grid.nodes(), conductances: [Vec::new(), Vec::new()], seams: [0; 2] };
         for (axis, aspect) in [step_y / step_x, step_x / step_y].into_iter().enumerate() {
-            let conductance =
-                |node| aspect * harmonic_mean(cubed[node], cubed[links.next(node, axis)]);
-            links.conductances[axis] = (0..cubed.len()).map(conductance).collect();
+            let conductance = |node| {
+                let [one, other] = [gap[node], gap[links.next(node, axis)]];
+                if one > 0.0 && other > 0.0 {
+                    let [one, other] = [one / unit, other / unit].map(|gap| gap * gap * gap);
+                    let mean = 2.0 * one * (other / (one + other));
+                    ((aspect * mean) as f32).max(LEAST_CONDUCTANCE)
+                } else {
+                    0.0
+                }
+            };
+            links.conductances[axis] = (0..gap.len()).map(conductance).collect();
             links.seams[axis] = links.least_conducting_section(axis);
         }
         links
@@ -311,20 +293,19 @@ impl Links {
         self.nodes[0] * self.nodes[1]
     }
 
-    /// Iterates over the links with positive conductance, row by row.
-    pub fn iter(&self) -> impl Iterator<Item = Link> {
-        let [rows, row_nodes] = self.nodes;
-        let indices = (0..rows).flat_map(move |i| (0..row_nodes).map(move |j| [i, j]));
-        let links = indices.enumerate().flat_map(|(from, indices)| {
-            [1, 0].map(|axis| Link {
-                axis,
-                from,
-                to: self.neighbour(from, indices, axis),
-                conductance: self.conductances[axis][from],
-                crosses_seam: indices[axis] == self.seams[axis],
-            })
-        });
-        links.filter(|link| link.conductance > 0.0)
+    /// Returns the index i along an axis for which the links from nodes i to nodes i + 1 cross the
+    /// seam.
+    pub fn seam(&self, axis: usize) -> usize {
+        self.seams[axis]
+    }
+
+    /// Iterates over the links with positive conductance, as pairs of first node and axis.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, usize)> {
+        [0, 1].into_iter().flat_map(|axis| {
+            let conductances = self.conductances[axis].iter().enumerate();
+            let open = conductances.filter(|(_, conductance)| **conductance > 0.0);
+            open.map(move |(from, _)| (from, axis))
+        })
     }
 
     /// Returns the link from a node to the next node along an axis. Its conductance may be zero.
@@ -351,6 +332,100 @@ impl Links {
             _ => to - 1,
         };
         self.leaving(from, axis)
+    }
+
+    /// Returns the numbers of rows and of nodes in a row.
+    pub fn nodes(&self) -> [usize; 2] {
+        self.nodes
+    }
+
+    /// Returns the row and column of each node, counted from the seams.
+    pub fn positions(&self) -> Vec<[u32; 2]> {
+        let [rows, columns] = [0, 1].map(|axis| {
+            let count = self.nodes[axis];
+            (0..count).map(move |index| ((index + count - self.seams[axis] - 1) % count) as u32)
+        });
+        rows.flat_map(|row| columns.clone().map(move |column| [row, column])).collect()
+    }
+
+    /// Iterates over the neighbours of a node, with the conductances of the links to them.
+    pub fn neighbours(&self, node: usize) -> impl Iterator<Item = (usize, f32)> {
+        let [rows, row_nodes] = self.nodes;
+        let [i, j] = self.indices(node);
+        let above = if i > 0 { node - row_nodes } else { node + (rows - 1) * row_nodes };
+        let before = if j > 0 { node - 1 } else { node + row_nodes - 1 };
+        let [below, after] = [0, 1].map(|axis| self.neighbour(node, [i, j], axis));
+        let [along_x, along_y] = &self.conductances;
+        [
+            (above, along_x[above]),
+            (before, along_y[before]),
+            (after, along_y[node]),
+            (below, along_x[node]),
+        ]
+        .into_iter()
+    }
+
+    /// Returns the nodes of a row.
+    pub fn row(&self, row: usize) -> Range<usize> {
+        row * self.nodes[1]..(row + 1) * self.nodes[1]
+    }
+
+    /// Returns the rows before and after a row.
+    pub fn adjacent_rows(&self, row: usize) -> [usize; 2] {
+        let rows = self.nodes[0];
+        [if row == 0 { rows - 1 } else { row - 1 }, if row + 1 == rows { 0 } else { row + 1 }]
+    }
+
+    /// Writes the current that leaves each node of a row to `outflow`, where `potentials` are those
+    /// of the row before, of the row itself and of the row after.
+    ///
+    /// Currents are computed from differences, so that rounding errors are small compared with the
+    /// currents where neighbours have nearly equal potentials.
+    pub fn row_outflow(&self, row: usize, potentials: [&[f64]; 3], outflow: &mut [f64]) {
+        let count = self.nodes[1];
+        let [above, own, below] = potentials.map(|potentials| &potentials[..count]);
+        let [up, down, right] = self.row_conductances(row);
+        let outflow = &mut outflow[..count];
+        let between = |links: [f32; 4], [above, below, before, after]: [f64; 4], own: f64| {
+            let [up, down, left, right] = links.map(f64::from);
+            up * (own - above)
+                + down * (own - below)
+                + right * (own - after)
+                + left * (own - before)
+        };
+        let last = count - 1;
+        for j in 1..last {
+            let links = [up[j], down[j], right[j - 1], right[j]];
+            outflow[j] = between(links, [above[j], below[j], own[j - 1], own[j + 1]], own[j]);
+        }
+        for j in [0, last] {
+            let (before, after) = ((j + last) % count, (j + 1) % count);
+            let links = [up[j], down[j], right[before], right[j]];
+            outflow[j] = between(links, [above[j], below[j], own[before], own[after]], own[j]);
+        }
+    }
+
+    /// Returns the inverse of the sum of the conductances at each node, or one for a node without
+    /// links.
+    pub fn inverse_diagonal(&self) -> Vec<f32> {
+        let rows = (0..self.nodes[0]).flat_map(|row| {
+            let [up, down, right] = self.row_conductances(row);
+            let mut left = right[right.len() - 1];
+            up.iter().zip(down).zip(right).map(move |((up, down), right)| {
+                let sum = up + down + right + left;
+                left = *right;
+                if sum > 0.0 { 1.0 / sum } else { 1.0 }
+            })
+        });
+        rows.collect()
+    }
+
+    /// Returns the conductances from the nodes of a row to the row before, to the row after, and to
+    /// the next node of the row.
+    pub fn row_conductances(&self, row: usize) -> [&[f32]; 3] {
+        let [before, _] = self.adjacent_rows(row);
+        let [along_x, along_y] = &self.conductances;
+        [&along_x[self.row(before)], &along_x[self.row(row)], &along_y[self.row(row)]]
     }
 
     fn next(&self, node: usize, axis: usize) -> usize {
@@ -380,14 +455,9 @@ impl Links {
     fn least_conducting_section(&self, axis: usize) -> usize {
         let mut sums = vec![0.0; self.nodes[axis]];
         for (node, conductance) in self.conductances[axis].iter().enumerate() {
-            sums[self.indices(node)[axis]] += conductance;
+            sums[self.indices(node)[axis]] += f64::from(*conductance);
         }
         let least = sums.iter().enumerate().min_by(|one, other| one.1.total_cmp(other.1));
         least.expect("there is a node").0
     }
-}
-
-/// Returns the harmonic mean, or zero if a number is not positive.
-fn harmonic_mean(one: f64, other: f64) -> f64 {
-    if one > 0.0 && other > 0.0 { 2.0 / (1.0 / one + 1.0 / other) } else { 0.0 }
 }

@@ -155,8 +155,9 @@ columns! {
         pub const FLOW_CONDUCTIVITY_X: Column = real("flow_conductivity_x", "length³");
         /// effective conductivity along y, see `flow_conductivity_x`
         pub const FLOW_CONDUCTIVITY_Y: Column = real("flow_conductivity_y", "length³");
-        /// relative difference between the upper and the lower bound of the flow (principles of
-        /// Dirichlet and Thomson); the larger value of the flows along x and y
+        /// upper bound of the relative error of the flow on the mesh: the difference between its
+        /// upper and its lower bound (principles of Dirichlet and Thomson), at most 1e-6; the
+        /// larger value of the flows along x and y
         pub const FLOW_RESIDUAL: Column = real("flow_residual", "1");
         /// how the computation of the flow along x and y ended
         pub const FLOW_STOP: Column = text("flow_stop").with_codes(codes![

@@ -274,7 +274,7 @@ fn a_series_names_its_loads_and_parts() {
     assert_eq!(
         parts,
         [
-            ("flow", all),
+            ("flow_2", all),
             ("stiffness", all),
             ("pressures", &[0.1]),
             ("pressure_counts_8_2.5", all),
@@ -293,7 +293,7 @@ fn a_series_names_its_loads_and_parts() {
 #[test]
 fn a_restricted_recipe_has_only_the_wanted_loads_and_parts() {
     let params = Params { pressures: Pressures::At(vec![0.1]), ..params_with_parts() };
-    let wanted = restricted(&params, &[0.3], |part| part.name != "flow");
+    let wanted = restricted(&params, &[0.3], |part| part.name != "flow_2");
     assert_eq!(wanted.loads, [0.3]);
     assert_eq!(wanted.pressures, Pressures::None, "the pressures under this load are not stored");
     assert!(!wanted.flow && wanted.gap_bins.is_some() && wanted.pressure_bins.is_some());
