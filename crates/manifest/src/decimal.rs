@@ -24,8 +24,8 @@ pub fn nearest(value: f64) -> f64 {
 /// The decimal point is moved before the text is converted to binary, so that the result is exact
 /// wherever the decimal result is. Returns infinity if the text is not a number.
 pub fn shifted(text: &str, power: i32) -> f64 {
-    let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
-    let exponent = exponent.parse::<i32>().map_or(i32::MAX, |own| own.saturating_add(power));
+    let (digits, own_power) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let exponent = own_power.parse::<i32>().map_or(i32::MAX, |own| own.saturating_add(power));
     format!("{digits}e{exponent}").parse().unwrap_or(f64::INFINITY)
 }
 

@@ -56,8 +56,9 @@ impl Problem {
         let labels = links
             .iter()
             .zip(names.windows(2))
-            .map(|((_, span), pair)| (span.clone(), format!("`{}` {verb} `{}`", pair[0], pair[1])));
-        let labels = labels.take(MAX_MARKED).collect();
+            .map(|((_, span), pair)| (span.clone(), format!("`{}` {verb} `{}`", pair[0], pair[1])))
+            .take(MAX_MARKED)
+            .collect();
         Problem { message: format!("{message}: {}", names.join(" ← ")), labels, help: None }
     }
 
@@ -162,8 +163,8 @@ pub struct SourceText {
 impl SourceText {
     /// Returns line and column of a position in a span, counted from 1 in characters.
     pub fn line_and_column(&self, position: usize) -> [usize; 2] {
-        let before = self.text.char_indices();
-        let before = before.take_while(|(index, _)| index + self.start < position);
+        let all = self.text.char_indices();
+        let before = all.take_while(|(index, _)| index + self.start < position);
         before.fold([1, 1], |[line, column], (_, character)| match character {
             '\n' => [line + 1, 1],
             _ => [line, column + 1],
@@ -410,9 +411,9 @@ pub fn counted(number: usize, thing: &str) -> String {
 
 /// Quotes a path as one word of a shell command.
 pub fn shell_word(path: &Path) -> String {
-    let path = path.to_string_lossy();
-    let word = shlex::try_quote(&path).map(|word| word.into_owned());
-    word.unwrap_or_else(|_| path.replace('\0', ""))
+    let text = path.to_string_lossy();
+    let word = shlex::try_quote(&text).map(|word| word.into_owned());
+    word.unwrap_or_else(|_| text.replace('\0', ""))
 }
 
 /// Formats words in backticks as a list, with `and` before the last word: `a`, `b` and `c`.

@@ -213,8 +213,7 @@ impl Expression {
                 values.map(|value| -value).collect()
             }
             Expression::Operation(operator, one, other) => {
-                let pairs = one.values(column, loads).into_iter();
-                let pairs = pairs.zip(other.values(column, loads));
+                let pairs = one.values(column, loads).into_iter().zip(other.values(column, loads));
                 pairs.map(|(one, other)| operator.apply(one, other)).collect()
             }
             Expression::Call(function, one) => {

@@ -27,9 +27,8 @@ pub fn syntax_problem(
         None => (written.span(), "`slope` needs the loads of a surface".to_owned()),
     };
     let words = text.split(|letter: char| " *+-/^()\"".contains(letter));
-    let words =
-        words.map(|word| word.trim_start_matches(|letter: char| "0123456789.".contains(letter)));
-    let unit = words.filter_map(Unit::find).next();
+    let is_of_number = |letter: char| "0123456789.".contains(letter);
+    let unit = words.filter_map(|word| Unit::find(word.trim_start_matches(is_of_number))).next();
     let or_name = |key, unit: &Unit| {
         format!(", or name the unit by `{key} = \"{}\"` and leave it out here", unit.symbol)
     };

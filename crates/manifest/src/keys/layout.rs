@@ -153,8 +153,8 @@ impl Layout {
         let mut schema = settings.into_generator().into_root_schema_for::<T>();
         schema.remove("title");
         let mut take_marked = |marker: &str| {
-            let properties = schema.get_mut("properties").and_then(Value::as_object_mut);
-            let properties = properties.expect("a table is an object");
+            let object = schema.get_mut("properties").and_then(Value::as_object_mut);
+            let properties = object.expect("a table is an object");
             let mut is_marked = |name: &str| {
                 let key = properties.get_mut(name).and_then(Value::as_object_mut);
                 key.is_some_and(|key| key.remove(marker).is_some())

@@ -79,8 +79,8 @@ impl Pairs {
         let beside_pairs = notations.iter().any(|(_, notation)| *notation == Notation::Pairs);
         let differ = two.iter().all(|(_, notation)| *notation == Notation::TwoNumbers(true));
         let are_pairs = two.len() > 1 || beside_pairs;
-        let always = layout.always_pairs.iter().copied();
-        let always = always.filter(|key| is_two(&Notation::of(table, key)));
+        let listed = layout.always_pairs.iter().copied();
+        let always = listed.filter(|key| is_two(&Notation::of(table, key)));
         let together = two.iter().map(|(key, _)| *key).filter(|_| are_pairs);
         Pairs {
             may_be_swept: are_pairs && two.len() > 1 && differ,

@@ -185,8 +185,8 @@ impl<'v> Scalar<'v> {
         let number = shown(self.value.get_ref());
         let message = format!("`{}` has no unit, but `{}` has one", self.path, first.path);
         let label = format!("write \"{number} {symbol}\" if it is in {symbol}");
-        let problem = Problem::new(message, self.value.span(), label);
-        let problem = problem.and(named.span.clone(), "has a unit");
+        let problem =
+            Problem::new(message, self.value.span(), label).and(named.span.clone(), "has a unit");
         match key {
             Some(key) => problem.help(format!(
                 "or set `{key} = \"{symbol}\"`, which is then the unit of all numbers without a unit"
@@ -342,8 +342,8 @@ fn visit<'v>(
         DeValue::Table(table) => {
             for (name, value) in table {
                 let name = name.get_ref().as_ref();
-                let own = alternatives(schema);
-                let own = own.into_iter().find_map(|one| one.get("properties")?.get(name));
+                let mut schemas = alternatives(schema).into_iter();
+                let own = schemas.find_map(|one| one.get("properties")?.get(name));
                 let path = format!("{path}.{name}");
                 visit(key, path, value, own.unwrap_or(&Value::Null), None, found);
             }

@@ -189,11 +189,11 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
             self.reported_keys.insert(key.get_ref().to_string());
             return;
         }
-        let mut values: Vec<_> = values.into_iter().collect();
-        values.retain(|value| self.is_valid(&key, value));
-        remove_repeats(key.get_ref(), &mut values, self.problems);
-        if !values.is_empty() {
-            self.grid.axes.insert(axis, Axis { key, values });
+        let mut valid: Vec<_> =
+            values.into_iter().filter(|value| self.is_valid(&key, value)).collect();
+        remove_repeats(key.get_ref(), &mut valid, self.problems);
+        if !valid.is_empty() {
+            self.grid.axes.insert(axis, Axis { key, values: valid });
         }
     }
 
@@ -202,8 +202,8 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         let help = "each table is one parameter point: `cases = [{ … }, { … }]`";
         match value.into_inner() {
             DeValue::Array(cases) if !cases.is_empty() => {
-                let cases: Vec<_> = cases.into_iter().filter_map(|case| self.case(case)).collect();
-                self.grid.cases = Some(cases);
+                let read: Vec<_> = cases.into_iter().filter_map(|case| self.case(case)).collect();
+                self.grid.cases = Some(read);
             }
             other => {
                 let label = match &other {
@@ -269,8 +269,8 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         };
         let Grid { shared, axes, cases, .. } = &self.grid;
         let in_all_cases = |name: &str| {
-            let cases = cases.as_deref().unwrap_or_default();
-            !cases.is_empty() && cases.iter().all(|(_, case)| case.contains_key(name))
+            let all = cases.as_deref().unwrap_or_default();
+            !all.is_empty() && all.iter().all(|(_, case)| case.contains_key(name))
         };
         let is_given = |name: &str| {
             shared.contains_key(name)
@@ -373,8 +373,8 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         for (key, value) in table {
             let name = key.get_ref().to_string();
             let value = replaced(value, &numbers);
-            let mistakes = value.iter().flat_map(|value| validate(self.layout, &name, value, None));
-            let mistakes: Vec<_> = mistakes.collect();
+            let validated = |value| validate(self.layout, &name, value, None);
+            let mistakes: Vec<_> = value.iter().flat_map(validated).collect();
             match value {
                 Some(value) if mistakes.is_empty() => {
                     plain.insert(key, value);
@@ -451,9 +451,9 @@ impl<'i> Grid<'i> {
     /// `axis`, or any other key. Returns `None` if the table does not contain the key outside its
     /// cases.
     fn common_key(&self, axis: Option<usize>, name: &str) -> Option<Span> {
-        let axis = axis.and_then(|axis| self.axes.get(&axis)).map(|axis| &axis.key);
+        let swept = axis.and_then(|axis| self.axes.get(&axis)).map(|axis| &axis.key);
         let shared = || self.shared.get_key_value(name).map(|(key, _)| key);
-        axis.or_else(shared).map(TomlSpanned::span)
+        swept.or_else(shared).map(TomlSpanned::span)
     }
 
     /// Returns the axes in the order of their keys. The axis of a parameter precedes that of the
@@ -463,8 +463,8 @@ impl<'i> Grid<'i> {
             let values = &parameters?.get(name)?.values;
             Some((*index, Values::OfParameter(name, values)))
         });
-        let of_keys = self.axes.iter();
-        let of_keys = of_keys.map(|(&index, axis)| (index, Values::OfKey(&axis.key, &axis.values)));
+        let own = self.axes.iter();
+        let of_keys = own.map(|(&index, axis)| (index, Values::OfKey(&axis.key, &axis.values)));
         let mut axes: Vec<_> = of_parameters.chain(of_keys).collect();
         // The sort is stable.
         axes.sort_by_key(|(index, _)| *index);

@@ -70,8 +70,8 @@ impl<'a> ValuePath<'a> {
     ) {
         let Self { path, .. } = self;
         let about = schema.get("description").and_then(Value::as_str).filter(|_| !self.is_item);
-        let help = about.map(|about| format!("`{path}`: {about}"));
-        let help = help.as_deref().or(outer_help);
+        let own_help = about.map(|about| format!("`{path}`: {about}"));
+        let help = own_help.as_deref().or(outer_help);
         let value = written.get_ref();
         let alternatives = alternatives(schema);
         let mut fitting = alternatives.iter().copied().filter(|one| is_of_type(value, one));
@@ -197,12 +197,11 @@ impl<'a> ValuePath<'a> {
 
 /// Returns the problem of a value that is none of the words allowed for its key.
 pub fn unknown_word(key: &str, value: &Written<'_>, words: &[&str]) -> Problem {
-    let words = words.iter().copied();
-    let help = format!("one of {}", listed(words.clone(), "and"));
+    let help = format!("one of {}", listed(words.iter().copied(), "and"));
     let (message, label) = match value.get_ref().as_str() {
         Some(written) => (
             format!("`{key}` cannot be {written:?}"),
-            suggestion('"', written, words, "unknown word"),
+            suggestion('"', written, words.iter().copied(), "unknown word"),
         ),
         None => (format!("`{key}` must be a word in quotes"), found(value.get_ref())),
     };

@@ -118,8 +118,8 @@ impl<'a> Point<'a> {
         let begun = self.under_way.borrow().iter().position(|(_, other)| *other == span);
         if let Some(first) = begun {
             let message = "keys depend on each other in a cycle";
-            let problem = Problem::cycle(message, "uses", &self.under_way.borrow()[first..]);
-            let problem = problem.help("write one of these keys as a number");
+            let problem = Problem::cycle(message, "uses", &self.under_way.borrow()[first..])
+                .help("write one of these keys as a number");
             self.problems.borrow_mut().push((key.to_owned(), problem));
             return Err(Failure::Reported);
         }
@@ -142,14 +142,14 @@ impl<'a> Point<'a> {
 
     fn computed(&self, key: &str, expression: &Expression) -> Result<f64, Failure> {
         let names = expression.columns().into_iter();
-        let values = names.map(|name| Ok((name, self.name(name, key)?)));
-        let values = values.collect::<Result<BTreeMap<&str, f64>, Failure>>()?;
+        let values: BTreeMap<&str, f64> =
+            names.map(|name| Ok((name, self.name(name, key)?))).collect::<Result<_, Failure>>()?;
         let result = expression.value(&|name| values[name]);
         if result.is_finite() {
             return Ok(result);
         }
-        let values = values.iter().map(|(name, value)| format!("`{name}` is {value}, "));
-        Err(Failure::Reason(format!("{}the result is {result}", values.collect::<String>())))
+        let told = values.iter().map(|(name, value)| format!("`{name}` is {value}, "));
+        Err(Failure::Reason(format!("{}the result is {result}", told.collect::<String>())))
     }
 
     /// Returns the number that a name means in the value of `key`.
@@ -201,8 +201,8 @@ impl<'a> Point<'a> {
         let mut pending = vec![name.to_owned()];
         while let Some(name) = pending.last() {
             let first = || parameters.get(name).and_then(|parameter| parameter.values.first());
-            let value = self.chosen.get(name.as_str()).copied().or_else(first);
-            let value = value.ok_or(Failure::Reported)?;
+            let value =
+                self.chosen.get(name.as_str()).copied().or_else(first).ok_or(Failure::Reported)?;
             let number = match value.get_ref() {
                 DeValue::String(text) if has_unit(text) => {
                     let reason = format!(
@@ -216,8 +216,10 @@ impl<'a> Point<'a> {
                     let expression =
                         Expression::parse_without_pi(text).map_err(|_| Failure::Reported)?;
                     let names = expression.columns().into_iter();
-                    let unknown = names.filter(|name| !known.contains_key(*name));
-                    let unknown: Vec<String> = unknown.map(str::to_owned).collect();
+                    let unknown: Vec<String> = names
+                        .filter(|name| !known.contains_key(*name))
+                        .map(str::to_owned)
+                        .collect();
                     if !unknown.is_empty() {
                         pending.extend(unknown);
                         continue;
@@ -253,12 +255,12 @@ pub fn replaced<'p>(value: Written<'p>, numbers: &'p Numbers) -> Option<Written<
     let span = value.span();
     let plain = match value.into_inner() {
         DeValue::Array(items) => {
-            let items = items.into_iter().map(|item| replaced(item, numbers));
-            DeValue::Array(items.collect::<Option<_>>()?)
+            let all = items.into_iter().map(|item| replaced(item, numbers));
+            DeValue::Array(all.collect::<Option<_>>()?)
         }
         DeValue::Table(table) => {
-            let entries = table.into_iter();
-            let entries = entries.map(|(key, value)| Some((key, replaced(value, numbers)?)));
+            let entries =
+                table.into_iter().map(|(key, value)| Some((key, replaced(value, numbers)?)));
             DeValue::Table(entries.collect::<Option<_>>()?)
         }
         other => match numbers.get(&span.start) {
