@@ -17,7 +17,6 @@ use asperity_stages::Kind;
 use asperity_stages::ensemble::ParameterPoint;
 use asperity_statistics::expectation::Expectation;
 use asperity_statistics::intervals::Weights;
-use asperity_tables::column::Value;
 use asperity_tables::table::TableError;
 
 /// Tests a claim.
@@ -498,13 +497,8 @@ fn family(test: &Test, group: &Group) -> Vec<f64> {
     let varied: BTreeSet<&str> = on.flat_map(Expression::columns).collect();
     let follows = ["nayak", "k_rolloff"];
     let is_other = |name: &str| !varied.contains(name) && !follows.contains(&name);
-    let others = group.point.iter().filter(|(name, _)| is_other(name));
-    let number = |value: &Value| match value {
-        Value::Real(number) => *number,
-        Value::Integer(number) => *number as f64,
-        _ => 0.0,
-    };
-    others.map(|(_, value)| number(value)).collect()
+    let others = group.point.iter().map(|(name, _)| name).filter(|name| is_other(name));
+    others.map(|name| group.number(name).unwrap_or(0.0)).collect()
 }
 
 /// Returns tuples of each group and the first group in the order of the claim.
@@ -651,10 +645,10 @@ fn needs(test: &Test, groups: &Groups) -> String {
             });
             let distance = |load: &f64| (load - first.value).abs();
             let nearest = known.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            let nearest = nearest.map_or_else(String::new, |load| {
+            let note = nearest.map_or_else(String::new, |load| {
                 format!("; the load nearest to {} is {load}", first.value)
             });
-            return format!("a load at {}{nearest}", wanted.join(" or "));
+            return format!("a load at {}{note}", wanted.join(" or "));
         }
     }
     test.needs.clone().unwrap_or_else(|| match test.along.as_slice() {

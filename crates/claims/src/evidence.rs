@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use arrow::array::Array;
 
 use crate::limits::{KappaPoints, LimitsFit, kappa_points};
-use crate::setting::{Setting, Spectrum, Varied, key, of_asperities, spectrum};
+use crate::setting::{Setting, Varied, of_asperities, spectrum};
 use asperity_manifest::decimal;
 use asperity_manifest::expression::Expression;
 use asperity_pipeline::plan::Plan;
@@ -20,7 +20,7 @@ use asperity_stages::fit::percolation::Measured;
 use asperity_stages::{Kind, Recipe};
 use asperity_statistics::Window;
 use asperity_statistics::percolation::{Channels, PercolationProblem};
-use asperity_tables::column::{Column, ColumnKind, Role, Value};
+use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
 
 /// Table of the finished tasks of a stage.
@@ -142,8 +142,8 @@ impl Evidence {
             (true, true) => Setting::most_frequent(of(Kind::Generate)),
         };
         let stacked = |tables: Vec<&Table>| {
-            let tables: Vec<Table> = tables.into_iter().map(|table| setting.rows(table)).collect();
-            Table::stack(&tables)
+            let in_setting = tables.into_iter().map(|table| setting.rows(table));
+            Table::stack(&in_setting.collect::<Vec<_>>())
         };
         let is_pressures = |table: &&Table| table.has(PRESSURE_DENSITY.name);
         let pressures = stacked(of(Kind::Measure).filter(is_pressures).collect())?;
@@ -163,7 +163,7 @@ impl Evidence {
                 }
             }
         }
-        let varied = Varied::among(spectra.iter());
+        let varied = Varied::among(&spectra);
         Ok(Evidence { stages, of_kind, pressures, kappa: Vec::new(), varied, setting })
     }
 
@@ -186,11 +186,11 @@ impl Evidence {
             Source::Spectra(kind) => self.of_kind.get(kind),
         };
         let Some(table) = table else { return Table::empty(&[]) };
-        let columns = data
+        let columns: Vec<_> = data
             .selection
             .iter()
-            .map(|(name, values)| (table.batch().column_by_name(name), values));
-        let columns: Vec<_> = columns.collect();
+            .map(|(name, values)| (table.batch().column_by_name(name), values))
+            .collect();
         let is_selected = |row: &usize| {
             columns.iter().all(|(column, values): &(_, &Vec<SelectedValue>)| {
                 let cell = column.and_then(|column| Value::from_array(column, *row));
@@ -213,17 +213,16 @@ impl Evidence {
             let columns = data.value.columns().into_iter().map(str::to_owned);
             let rows = RowValues { table: &table, value: &data.value, columns: columns.collect() };
             for ensemble in ensembles_of(&table)? {
-                let Some((point, name, order)) = self.identity(data, &table, &ensemble)? else {
+                let Some((point, name)) = self.identity(data, &table, &ensemble)? else {
                     continue;
                 };
-                groups.push((order, rows.group(&ensemble, point, name)));
+                groups.push(rows.group(&ensemble, point, name));
             }
-            groups.retain(|(_, group)| !group.values.is_empty());
+            groups.retain(|group| !group.values.is_empty());
         }
-        groups.sort_by(|one, other| one.0.cmp(&other.0));
+        groups.sort_by(|one, other| one.point.cmp(&other.point));
         // If a spectrum was solved with several tolerances, the first one counts.
-        groups.dedup_by(|next, kept| next.0 == kept.0);
-        let mut groups: Vec<Group> = groups.into_iter().map(|(_, group)| group).collect();
+        groups.dedup_by(|next, kept| next.point == kept.point);
         if let Some(other) = &data.otherwise {
             for group in self.groups(other)? {
                 if groups.iter().all(|known| known.point != group.point) {
@@ -239,20 +238,16 @@ impl Evidence {
         Ok(groups)
     }
 
-    /// Returns the parameters, the name and the order of a group, or `None` if claims on spectra
-    /// leave it out.
+    /// Returns the parameters and the name of a group, or `None` if claims on spectra leave it out.
     fn identity(
         &self,
         data: &DataSpec,
         table: &Table,
         ensemble: &Ensemble,
-    ) -> Result<Option<(ParameterPoint, String, ParameterPoint)>, TableError> {
+    ) -> Result<Option<(ParameterPoint, String)>, TableError> {
         if matches!(data.source, Source::Spectra(_)) {
             let spectrum = spectrum(table, ensemble.first)?;
-            return Ok(spectrum.map(|spectrum| {
-                let point = point_of(&spectrum);
-                (point.clone(), self.varied.name(&spectrum), point)
-            }));
+            return Ok(spectrum.map(|point| (point.clone(), self.varied.name(&point))));
         }
         let fixed: Vec<&str> = data
             .selection
@@ -262,7 +257,8 @@ impl Evidence {
             .collect();
         let point = ensemble.point.clone().without(&fixed);
         let shared = ParameterPoint::from_row(&table.common(), 0);
-        Ok(Some((point.clone(), point.clone().beyond(&shared).to_string(), point)))
+        let name = point.clone().beyond(&shared).to_string();
+        Ok(Some((point, name)))
     }
 
     /// Returns the fractions of the nominal area with pressures from `low` to `high`, by spectrum,
@@ -292,9 +288,9 @@ impl Evidence {
             let ends = [middle - 0.5 * width, middle + 0.5 * width].map(decimal::nearest);
             let columns = vec![PRESSURE_DENSITY.name.to_owned()];
             let rows = RowValues { table: &table, value: &density, columns };
-            let mut group = rows.group(&bin, point_of(&spectrum), self.varied.name(&spectrum));
+            let mut group = rows.group(&bin, spectrum.clone(), self.varied.name(&spectrum));
             group.values.iter_mut().flatten().for_each(|value| *value *= width);
-            bins.entry(key(&spectrum)).or_default().push((ends, group));
+            bins.entry(spectrum).or_default().push((ends, group));
         }
         Ok(bins.into_values().filter_map(|bins| sum_between(bins, low, high)).collect())
     }
@@ -314,7 +310,7 @@ impl Evidence {
         let measured = Measured::new(&table)?;
         let mut groups: Vec<Group> = Vec::new();
         for ensemble in ensembles(&table)? {
-            let Some((point, name, _)) = self.identity(data, &table, &ensemble)? else { continue };
+            let Some((point, name)) = self.identity(data, &table, &ensemble)? else { continue };
             let members = 0..ensemble.members.len();
             let surfaces: Vec<_> =
                 members.map(|member| measured.interfaces(&ensemble, member)).collect();
@@ -359,8 +355,8 @@ impl Evidence {
                 continue;
             };
             groups.push(Group {
-                name: format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper),
-                point: point_of(&spectrum),
+                name: spectrum.clone().only(&[K_LOWER.name, K_UPPER.name]).to_string(),
+                point: spectrum,
                 loads: vec![f64::NAN; 2],
                 given: vec![f64::NAN; 2],
                 values: vec![covariances, variances],
@@ -371,19 +367,6 @@ impl Evidence {
         }
         Ok(groups)
     }
-}
-
-/// Returns the parameters of a spectrum.
-pub fn point_of(spectrum: &Spectrum) -> ParameterPoint {
-    let mut cells = vec![
-        (HURST, Value::Real(spectrum.hurst)),
-        (K_LOWER, Value::Integer(spectrum.k_lower)),
-        (K_ROLLOFF, Value::Integer(spectrum.k_rolloff)),
-        (K_UPPER, Value::Integer(spectrum.k_upper)),
-        (NODES, Value::Integer(spectrum.nodes)),
-    ];
-    cells.extend(spectrum.nayak().map(|nayak| (NAYAK_OF_MODES, Value::Real(nayak))));
-    ParameterPoint::from_cells(cells)
 }
 
 fn uses_pressures(data: &DataSpec) -> bool {
@@ -536,8 +519,8 @@ fn limits(
             let Law::Limits(choices) = &params.law else {
                 continue;
             };
-            let inputs = stage.inputs.iter();
-            let inputs: Vec<Table> = inputs.filter_map(|&input| tables[input].clone()).collect();
+            let table_of = |&input: &usize| tables[input].clone();
+            let inputs: Vec<Table> = stage.inputs.iter().filter_map(table_of).collect();
             if !inputs.is_empty() {
                 fits.push(LimitsFit {
                     choices: choices.as_ref().clone(),
@@ -549,13 +532,3 @@ fn limits(
     }
     Ok(fits)
 }
-
-/// Column of Nayak's parameter α over the modes of the cell, as a parameter of a group.
-const NAYAK_OF_MODES: Column = Column {
-    name: "nayak",
-    role: Role::Parameter,
-    kind: ColumnKind::Real,
-    unit: "1",
-    meaning: "Nayak's parameter over the modes of the cell",
-    codes: &[],
-};

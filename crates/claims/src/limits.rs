@@ -22,7 +22,6 @@ use asperity_stages::fit::limits::{LimitChoices, groups};
 use asperity_statistics::Window;
 use asperity_statistics::intervals::Weights;
 use asperity_statistics::limits::{LimitFit, LimitPoint, LimitProblem, Observed, TermForm};
-use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 
 /// Largest load at which κ is compared with the theories for vanishing loads.
@@ -152,8 +151,7 @@ pub fn kappa_points(fits: &[LimitsFit], setting: &Setting) -> Result<Vec<KappaPo
         };
         let groups = groups(&table, choices, *window)?;
         for group in &groups {
-            let point = ParameterPoint::from_row(&table.in_role(Role::Parameter), group.row);
-            let point = point.only(&[HURST.name]);
+            let point = ParameterPoint::from_row(&table, group.row).only(&[HURST.name]);
             for load in group.loads.iter().flatten().copied() {
                 let label = match groups.len() {
                     1 => format!("load {load}"),
@@ -184,8 +182,8 @@ fn corrected_as_in_2017(table: &Table, setting: &Setting) -> Result<Option<Table
     }
     let table = setting.rows(table);
     let corrections = table.texts(CORRECTION.name)?;
-    let own = (0..table.rows()).filter(|&row| corrections.value(row) == OF_2017);
-    let own: Vec<usize> = own.collect();
+    let own: Vec<usize> =
+        (0..table.rows()).filter(|&row| corrections.value(row) == OF_2017).collect();
     Ok((!own.is_empty()).then(|| table.pick(&own)))
 }
 
@@ -193,9 +191,8 @@ fn corrected_as_in_2017(table: &Table, setting: &Setting) -> Result<Option<Table
 /// the fit has other terms.
 fn small_numbers(choices: &LimitChoices) -> Option<[usize; 3]> {
     let of = |columns: &[&str]| {
-        let columns: BTreeSet<&str> = columns.iter().copied().collect();
-        let mut terms = choices.terms.iter();
-        terms.position(|term| term.of.columns().into_iter().collect::<BTreeSet<_>>() == columns)
+        let wanted: BTreeSet<&str> = columns.iter().copied().collect();
+        choices.terms.iter().position(|term| term.of.columns() == wanted)
     };
     let all = [
         of(&[K_LOWER.name])?,

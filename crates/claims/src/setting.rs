@@ -9,13 +9,13 @@ use std::fmt;
 
 use arrow::array::Array;
 
-use asperity_contact::topography::spectrum;
+use asperity_stages::aggregate::nayak_parameters;
 use asperity_stages::columns::*;
 use asperity_stages::ensemble::{ParameterPoint, grouped};
 use asperity_stages::grids::Meshes;
 use asperity_stages::solve::is_unconverged;
 use asperity_stages::surface::coordinates;
-use asperity_tables::column::{Role, Value};
+use asperity_tables::column::{Column, ColumnKind, Role, Value};
 use asperity_tables::table::{Table, TableError};
 
 /// Names of the parameters that claims compare.
@@ -106,21 +106,22 @@ impl Setting {
                     EXCLUDING_COLUMNS.iter().all(|name| is_without(name, point.get(name)));
                 match point.get(HURST.name).filter(|_| is_meant) {
                     Some(_) => {
-                        let point = point.without(&COMPARED).without(&ANISOTROPY_PARAMETERS);
-                        settings.add(point, rows.len());
+                        let setting = point.without(&COMPARED).without(&ANISOTROPY_PARAMETERS);
+                        settings.add(setting, rows.len());
                     }
                     None => not_drawn.add(point.only(&NOT_COMPARED), rows.len()),
                 }
             }
         }
-        let chosen = settings.0.iter().min_by_key(|(point, rows)| {
+        let most_frequent = settings.0.iter().min_by_key(|(point, rows)| {
             let tolerance = point.get(TOLERANCE.name).cloned();
             (Reverse(*rows), tolerance)
         });
-        let chosen = chosen.map(|(point, _)| point.clone()).unwrap_or_default();
-        let others = settings.0.into_iter().chain(not_drawn.0);
-        let others = others.filter(|(point, _)| *point != chosen);
-        let left_out = others.map(|(point, rows)| LeftOut { differs: point.beyond(&chosen), rows });
+        let chosen = most_frequent.map(|(point, _)| point.clone()).unwrap_or_default();
+        let all = settings.0.into_iter().chain(not_drawn.0);
+        let left_out = all
+            .filter(|(point, _)| *point != chosen)
+            .map(|(point, rows)| LeftOut { differs: point.beyond(&chosen), rows });
         Setting { left_out: left_out.collect(), point: chosen }
     }
 
@@ -133,15 +134,14 @@ impl Setting {
     /// Returns the rows in the setting that no column of `without` excludes (see [`is_without`]).
     fn rows_of_any(&self, table: &Table, without: &[&str]) -> Table {
         let batch = table.batch();
-        let asked = self.point.iter();
-        let asked = asked.filter_map(|(name, value)| Some((batch.column_by_name(name)?, value)));
+        let column_of = |(name, value)| Some((batch.column_by_name(name)?, value));
         let mut rows: Vec<usize> = (0..table.rows()).collect();
         for name in without {
             if let Some(column) = batch.column_by_name(name) {
                 rows.retain(|&row| is_without(name, Value::from_array(column, row).as_ref()));
             }
         }
-        for (column, value) in asked {
+        for (column, value) in self.point.iter().filter_map(column_of) {
             rows.retain(|&row| Value::from_array(column, row).as_ref() == Some(value));
         }
         table.pick(&rows)
@@ -190,65 +190,35 @@ impl fmt::Display for LeftOut {
     }
 }
 
-/// Spectrum and number of nodes per side.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Spectrum {
-    pub hurst: f64,
-    pub k_lower: i64,
-    /// Roll-off wavenumber, at the upper end of the plateau.
-    pub k_rolloff: i64,
-    pub k_upper: i64,
-    pub nodes: i64,
-}
-
-impl Spectrum {
-    /// Returns true if the spectrum has no plateau.
-    pub fn is_plain(&self) -> bool {
-        self.k_lower == self.k_rolloff
-    }
-
-    /// Returns Nayak's parameter α over the modes of the cell.
-    pub fn nayak(&self) -> Option<f64> {
-        let whole = |k: i64| u32::try_from(k).ok();
-        let spectrum = spectrum::Spectrum {
-            hurst: self.hurst,
-            k_lower: whole(self.k_lower)?,
-            k_rolloff: whole(self.k_rolloff)?,
-            k_upper: whole(self.k_upper)?,
-            anisotropy: None,
-        };
-        spectrum.nayak_on_a_square()
-    }
-}
-
-/// Returns the spectrum of a row, or `None` if the surface is on a rectangle, a pair of surfaces,
-/// has yielded, or is not drawn from a spectrum.
-pub fn spectrum(table: &Table, row: usize) -> Result<Option<Spectrum>, TableError> {
-    if !table.has(HURST.name) || table.reals(HURST.name)?.is_null(row) {
+/// Returns the parameters of the spectrum and the mesh of a row, with Nayak's parameter over the
+/// modes of the cell. Returns `None` if the surface is on a rectangle, a pair of surfaces, has
+/// yielded, or is not drawn from a spectrum.
+pub fn spectrum(table: &Table, row: usize) -> Result<Option<ParameterPoint>, TableError> {
+    if !table.has(HURST.name) || coordinates::is_altered(table, row) {
         return Ok(None);
     }
-    if coordinates::is_altered(table, row) {
-        return Ok(None);
-    }
-    let whole = |name: &str| Ok::<_, TableError>(table.integers(name)?.value(row));
+    let own = table.pick(&[row]);
+    let cutoffs = [HURST.name, K_LOWER.name, K_ROLLOFF.name, K_UPPER.name];
+    let point = ParameterPoint::from_row(&own, 0).only(&cutoffs);
     // The paper only has squares.
-    let Some(nodes) = Meshes::new(table)?.of_square(row) else {
+    let Some(nodes) = Meshes::new(&own)?.of_square(0).filter(|_| point.get(HURST.name).is_some())
+    else {
         return Ok(None);
     };
-    Ok(Some(Spectrum {
-        hurst: table.reals(HURST.name)?.value(row),
-        k_lower: whole(K_LOWER.name)?,
-        k_rolloff: whole(K_ROLLOFF.name)?,
-        k_upper: whole(K_UPPER.name)?,
-        nodes,
-    }))
+    let nayak = nayak_parameters(&own)?[0].map(|nayak| (NAYAK_OF_MODES, Value::Real(nayak)));
+    let further = [(NODES, Value::Integer(nodes))].into_iter().chain(nayak);
+    Ok(Some(point.and(ParameterPoint::from_cells(further))))
 }
 
-/// Returns all fields of a spectrum as a sortable key.
-pub fn key(spectrum: &Spectrum) -> (u64, i64, i64, i64, i64) {
-    let Spectrum { hurst, k_lower, k_rolloff, k_upper, nodes } = *spectrum;
-    (hurst.to_bits(), k_lower, k_rolloff, k_upper, nodes)
-}
+/// Column of Nayak's parameter α over the modes of the cell, as a parameter of a group.
+const NAYAK_OF_MODES: Column = Column {
+    name: "nayak",
+    role: Role::Parameter,
+    kind: ColumnKind::Real,
+    unit: "1",
+    meaning: "Nayak's parameter over the modes of the cell",
+    codes: &[],
+};
 
 /// Parameters that names of spectra contain in addition to the cutoffs, because they vary.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -259,30 +229,26 @@ pub struct Varied {
 
 impl Varied {
     /// Finds the parameters that differ among these spectra.
-    pub fn among<'a>(spectra: impl Iterator<Item = &'a Spectrum> + Clone) -> Varied {
-        let first = spectra.clone().next();
-        let differs = |differ: fn(&Spectrum, &Spectrum) -> bool| {
-            let mut spectra = spectra.clone();
-            first.is_some_and(|first| spectra.any(|other| differ(first, other)))
-        };
-        Varied {
-            hurst: differs(|one, other| one.hurst != other.hurst),
-            nodes: differs(|one, other| one.nodes != other.nodes),
-        }
+    pub fn among(spectra: &[ParameterPoint]) -> Varied {
+        let varies =
+            |name: &str| spectra.iter().any(|spectrum| spectrum.get(name) != spectra[0].get(name));
+        Varied { hurst: varies(HURST.name), nodes: varies(NODES.name) }
     }
 
-    /// Returns the name of a spectrum: `k_lower 4, k_upper 32`, followed by the other parameters
-    /// that vary.
-    pub fn name(&self, spectrum: &Spectrum) -> String {
-        let mut name = format!("k_lower {}, k_upper {}", spectrum.k_lower, spectrum.k_upper);
-        if !spectrum.is_plain() {
-            name += &format!(", k_rolloff {}", spectrum.k_rolloff);
+    /// Returns the name of a spectrum: `k_lower 4, k_upper 32`, followed by the roll-off of a
+    /// plateau and the other parameters that vary.
+    pub fn name(&self, spectrum: &ParameterPoint) -> String {
+        let mut name = spectrum.clone().only(&[K_LOWER.name, K_UPPER.name]).to_string();
+        let rolloff = spectrum.get(K_ROLLOFF.name);
+        let plateau = rolloff.filter(|rolloff| spectrum.get(K_LOWER.name) != Some(*rolloff));
+        if let Some(rolloff) = plateau {
+            name += &format!(", k_rolloff {rolloff}");
         }
-        if self.hurst {
-            name += &format!(", H {}", spectrum.hurst);
+        if let Some(hurst) = spectrum.get(HURST.name).filter(|_| self.hurst) {
+            name += &format!(", H {hurst}");
         }
-        if self.nodes {
-            name += &format!(", {} nodes", spectrum.nodes);
+        if let Some(nodes) = spectrum.get(NODES.name).filter(|_| self.nodes) {
+            name += &format!(", {nodes} nodes");
         }
         name
     }

@@ -182,8 +182,8 @@ impl Curve<'_> {
             let rest = persson::approach(load) - 2.0 * load * load;
             Some((std::f64::consts::SQRT_2 * load, approach - rest))
         };
-        let points = self.near_full_contact().into_iter().map(point);
-        let points: Vec<(f64, f64)> = points.collect::<Option<_>>()?;
+        let points: Vec<(f64, f64)> =
+            self.near_full_contact().into_iter().map(point).collect::<Option<_>>()?;
         let residual = |exponent: f64| {
             let rests = points.iter().map(|(x, f)| f - libm::pow(*x, exponent));
             let mean = rests.clone().sum::<f64>() / points.len() as f64;
