@@ -21,7 +21,7 @@ use kuva::render::plots::Plot;
 use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
 
 use crate::charts::chart::{Chart, Series};
-use crate::charts::map_panel::{Frame, MapPanel, WORDS};
+use crate::charts::map_panel::{Frame, MapPanel, WORDS, words};
 use crate::charts::style::{Colour, Style};
 use crate::charts::svg::{finished, resized, shift};
 use crate::charts::text::{lines_of, width_of};
@@ -81,15 +81,10 @@ impl Figure {
         Figure::from_charts(vec![vec![chart]], [600.0, 410.0])
     }
 
-    /// Creates a figure with two charts side by side.
-    pub fn side_by_side(left: Chart, right: Chart) -> Figure {
-        Figure::from_charts(vec![vec![left, right]], [430.0, 340.0])
-    }
-
     pub fn from_charts(rows: Vec<Vec<Chart>>, panel: [f64; 2]) -> Figure {
-        let panels = |row: Vec<Chart>| row.into_iter().map(|c| Panel::Chart(Box::new(c)));
-        let rows = rows.into_iter().map(|row| panels(row).collect()).collect();
-        Figure::from_panels(rows, panel)
+        let panels =
+            |row: Vec<Chart>| row.into_iter().map(|chart| Panel::Chart(Box::new(chart))).collect();
+        Figure::from_panels(rows.into_iter().map(panels).collect(), panel)
     }
 
     pub fn from_panels(rows: Vec<Vec<Panel>>, panel: [f64; 2]) -> Figure {
@@ -110,8 +105,8 @@ impl Figure {
         const FLATTEST: f64 = 0.25;
         // The drawing has letters of a fixed size, and the files are scaled.
         let scale = font / f64::from(WORDS);
-        let width = width.unwrap_or_else(|| self.width());
-        let panel_width = |columns: f64| (width / scale - 2.0 * MARGIN + GAP) / columns - GAP;
+        let outer_width = width.unwrap_or_else(|| self.width());
+        let panel_width = |columns: f64| (outer_width / scale - 2.0 * MARGIN + GAP) / columns - GAP;
         let mut columns = self.columns();
         while columns > 1.0 && panel_width(columns) < NARROWEST {
             columns -= 1.0;
@@ -131,7 +126,7 @@ impl Figure {
                 return Err(scale * (around + rows * least));
             }
         }
-        self.sheet = Some([width, scale * (around + rows * self.panel[1])]);
+        self.sheet = Some([outer_width, scale * (around + rows * self.panel[1])]);
         Ok(())
     }
 
@@ -188,16 +183,7 @@ impl Figure {
         let mut pictures = String::new();
         for (line, content) in self.title_lines().into_iter().enumerate() {
             let y = MARGIN + (line as f64 + 0.75) * TITLE_LINE;
-            scene.add(Primitive::Text {
-                x: width / 2.0,
-                y,
-                content,
-                size: TITLE,
-                anchor: TextAnchor::Middle,
-                rotate: None,
-                bold: false,
-                color: Some(Colour::Text.css().into()),
-            });
+            scene.add(words(content, [width / 2.0, y], TITLE, TextAnchor::Middle));
         }
         let maps = self.rows.iter().flatten().filter_map(Panel::map);
         let frame = Frame::new(maps, panel_width);
@@ -288,16 +274,7 @@ impl ColourScale {
         const SPACE: f64 = ColourScale::SPACE;
         let (before, above) = self.texts(width);
         let mut top = top;
-        let text = |x, y, content, anchor| Primitive::Text {
-            x,
-            y,
-            content,
-            size: WORDS - 1,
-            anchor,
-            rotate: None,
-            bold: false,
-            color: Some(Colour::Text.css().into()),
-        };
+        let text = |x, y, content, anchor| words(content, [x, y], WORDS - 1, anchor);
         for line in above {
             scene.add(text(width / 2.0, top + 15.5, line, TextAnchor::Middle));
             top += Self::ROW[1];
@@ -328,11 +305,6 @@ impl ColourScale {
             scene.add(text(x, top + 15.5, content, anchor));
         }
     }
-}
-
-/// Arranges charts in rows of two. In longer rows, texts would be too small on a page.
-pub fn in_pairs(charts: Vec<Chart>) -> Vec<Vec<Chart>> {
-    in_rows(2, charts)
 }
 
 /// Arranges items in rows of `columns`; the last row may be shorter.
@@ -406,14 +378,14 @@ impl Block {
         let most = (((width + GUTTER) / column) as usize).max(1);
         let rows = entries.len().div_ceil(most).max(1);
         let columns = entries.len().div_ceil(rows).max(1);
-        let entries = entries.into_iter().map(|entry| {
+        let with_lines = entries.into_iter().map(|entry| {
             let lines = match columns {
                 1 if column > width + GUTTER => lines_of(&entry.label, width - SAMPLE, words),
                 _ => vec![entry.label.clone()],
             };
             (entry, lines)
         });
-        Block { entries: entries.collect(), columns, column: column.min(width + GUTTER) }
+        Block { entries: with_lines.collect(), columns, column: column.min(width + GUTTER) }
     }
 
     /// Returns the entries of each column.
@@ -463,27 +435,15 @@ impl Legend {
                 for (entry, lines) in entries {
                     self.draw_sample(scene, entry, x, y);
                     for line in lines {
-                        self.draw_label(scene, line, [x + SAMPLE, y]);
+                        // The centre of the letters is at `y`.
+                        let at = [x + SAMPLE, y + f64::from(self.words) * 0.36];
+                        scene.add(words(line.clone(), at, self.words, TextAnchor::Start));
                         y += self.row();
                     }
                 }
             }
             top += self.row() * block.rows() as f64;
         }
-    }
-
-    /// Draws a label whose vertical centre is at `y`.
-    fn draw_label(&self, scene: &mut Scene, label: &str, [x, y]: [f64; 2]) {
-        scene.add(Primitive::Text {
-            x,
-            y: y + f64::from(self.words) * 0.36,
-            content: label.to_owned(),
-            size: self.words,
-            anchor: TextAnchor::Start,
-            rotate: None,
-            bold: false,
-            color: Some(Colour::Text.css().into()),
-        });
     }
 
     /// Draws the line and the marker of an entry from `x` on.
@@ -552,6 +512,7 @@ mod tests {
             points: [0.0, 0.5, 1.0, f64::NAN].map(point).to_vec(),
             style: Style::marker(Colour::Series(0), style::marker(1)),
             label: Some("k_lower 4".to_owned()),
+            is_held: false,
         });
         let line = Style::line(Colour::Text, Dash::Dashed, 1.5);
         chart.series.push(Series::new([(0.1, 0.1), (1.0, 1.0)], line).named("a & b < c"));
@@ -599,7 +560,7 @@ mod tests {
     #[test]
     fn charts_of_a_sheet_stand_beside_each_other() {
         let chart = || Chart::new(Axis::linear("x"), Axis::linear("y"));
-        let svg = Figure::side_by_side(chart(), chart()).to_svg("two");
+        let svg = Figure::from_charts(vec![vec![chart(), chart()]], [430.0, 340.0]).to_svg("two");
         // Each chart is in its own group; the second is shifted by the width of a panel and a gap.
         let groups: Vec<&str> = svg.split("translate(").skip(1).collect();
         assert!(groups[0].starts_with("8.0,8.0)"), "{}", &groups[0][..20]);

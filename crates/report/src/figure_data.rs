@@ -1,5 +1,4 @@
-//! The tables of a study in the form that figures use: curves of ensembles, styles, notes for
-//! captions, and lines of a manifest that would add a figure.
+//! What all figures of a study share: ensembles of contacts, styles, units, and notes for captions.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -7,24 +6,23 @@ use std::path::Path;
 use arrow::array::{Array, Float64Array};
 
 use crate::ReportError;
-use crate::charts::chart::{DataPoint, Series};
-use crate::charts::style::Style;
-use crate::ensembles::{self, Bars, EnsembleCurves, Mean, Point};
 use crate::finished::{FinishedStage, FinishedStages};
 use crate::loads::Loads;
+use crate::points::{self, Point, as_named};
 use crate::samples::MeasuredMaps;
 use crate::styles::{Lengths, Styles};
 use crate::symbols::Files;
 use crate::units::{LengthUnit, Units};
-use asperity_contact::grid::Grid;
 use asperity_contact::morphology::area::YASTREBOV_2017;
 use asperity_contact::topography::spectrum::Spectrum;
 use asperity_pipeline::plan::Plan;
+use asperity_pipeline::study::figures::ErrorBars;
 use asperity_stages::columns::{
-    AREA_CORRECTED, AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, K_UPPER, LAYER_THICKNESS, LOAD,
-    PERIMETER_MANHATTAN, REALIZATION, SURFACE, WORK_OF_ADHESION,
+    AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, LAYER_THICKNESS, LOAD, PERIMETER_MANHATTAN,
+    REALIZATION, SURFACE, WORK_OF_ADHESION,
 };
-use asperity_stages::correct::AS_COUNTED;
+use asperity_stages::ensemble::{self, Ensemble};
+use asperity_stages::grids::Grids;
 use asperity_stages::surface::Origin;
 use asperity_stages::{Kind, Recipe, departures, generate};
 use asperity_tables::column::Role;
@@ -32,8 +30,6 @@ use asperity_tables::table::{Table, TableError};
 
 /// Largest load that the paper calls light, in units of E* × rms slope.
 pub const LIGHT: f64 = 0.06;
-/// Column of the area that `measure` counts.
-pub const COUNTED_AREA: &str = AREA_FRACTION.name;
 
 /// Data from which all figures are drawn.
 pub struct FigureData<'a> {
@@ -41,15 +37,15 @@ pub struct FigureData<'a> {
     pub units: Units,
     pub loads: Loads,
     pub maps: MeasuredMaps,
-    pub measured: Vec<EnsembleCurves<'a>>,
-    pub corrected: Vec<EnsembleCurves<'a>>,
+    /// Ensembles of measured contacts, without adhesion and layers, in their tables.
+    pub measured: Vec<(&'a Table, Ensemble)>,
     /// Colours, markers and labels of the parameter points.
     pub styles: Styles,
     /// Names of the files of measured surfaces.
     pub files: Files,
     /// Sentences on assumptions of the theories that the study does not satisfy, or an empty text.
     pub caveat: String,
-    pub bars: Bars,
+    pub bars: ErrorBars,
     /// Keys that the manifest computes from other keys.
     pub derived: BTreeSet<String>,
 }
@@ -58,17 +54,16 @@ impl<'a> FigureData<'a> {
     /// Sorts the rows of a study into ensembles.
     pub fn new(
         finished: &'a FinishedStages<'a>,
-        bars: Bars,
+        bars: ErrorBars,
         derived: BTreeSet<String>,
     ) -> Result<FigureData<'a>, ReportError> {
         let files = files(finished)?;
         let units = Units::from_stages(finished)?;
-        let measured = curves(finished, Kind::Measure, AREA_FRACTION.name, bars)?;
-        let corrected = curves(finished, Kind::Correct, AREA_CORRECTED.name, bars)?;
+        let measured = measured(finished)?;
         let mut points: Vec<Point> = if measured.is_empty() {
             points_of_surfaces(finished)?
         } else {
-            measured.iter().map(|one| one.point.clone()).collect()
+            measured.iter().map(|(_, ensemble)| as_named(&ensemble.point)).collect()
         };
         // Include planned points, so later results do not change the styles of existing ones.
         if let Some(like) = points.first().cloned() {
@@ -81,7 +76,6 @@ impl<'a> FigureData<'a> {
             loads: Loads::from_stages(finished, &units)?,
             units,
             measured,
-            corrected,
             caveat: caveat(finished, &styles)?,
             styles,
             files,
@@ -90,54 +84,35 @@ impl<'a> FigureData<'a> {
         })
     }
 
-    /// Returns the corrections of the study other than `none`, in order of appearance.
-    pub fn corrections(&self) -> Vec<&str> {
-        let mut found: Vec<&str> = Vec::new();
-        for name in self.corrected.iter().filter_map(|one| one.correction.as_deref()) {
-            if name != AS_COUNTED && !found.contains(&name) {
-                found.push(name);
-            }
-        }
-        found
-    }
-
-    /// Returns the ensembles with one correction.
-    pub fn under(&self, correction: &str) -> impl Iterator<Item = &EnsembleCurves<'a>> {
-        let wanted = move |one: &&EnsembleCurves| one.correction.as_deref() == Some(correction);
-        self.corrected.iter().filter(wanted)
-    }
-
-    /// Returns the label of an ensemble in legends.
-    pub fn label(&self, ensemble: &EnsembleCurves) -> String {
-        let alone = if ensemble.surfaces == 1 { "the surface" } else { "mean of the surfaces" };
-        self.styles.name(&ensemble.point, alone)
-    }
-
-    /// Returns the number of surfaces of each parameter point with measured contacts.
-    pub fn sample(&self) -> Vec<usize> {
-        let mut counts: BTreeMap<&Point, usize> = BTreeMap::new();
-        for ensemble in &self.measured {
-            let count = counts.entry(&ensemble.point).or_default();
-            *count = ensemble.surfaces.max(*count);
-        }
-        counts.into_values().collect()
+    /// Returns the styles of parameter points that are not those of the page.
+    pub fn styles_of(&self, points: &[Point]) -> Styles {
+        let lengths = lengths(self.finished, &self.units, points);
+        Styles::new(points, &self.files).with_lengths(lengths)
     }
 
     /// Returns a sentence with the mesh error of the counted areas, estimated from the perimeter
     /// with the correction `2017`. Returns an empty text if there are no counted areas.
-    pub fn share_of_mesh(&self) -> Result<String, TableError> {
+    pub fn share_of_mesh(&self) -> Result<String, ReportError> {
         let mut shares = Vec::new();
-        for ensemble in &self.measured {
-            let (areas, perimeters) =
-                (ensemble.mean(COUNTED_AREA)?, ensemble.mean(PERIMETER_MANHATTAN.name)?);
-            let pairs = areas.iter().zip(&perimeters);
-            let distance = |mean: &Mean| (mean.load / LIGHT).ln().abs();
-            let nearest = pairs.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
-            let grid = ensembles::grid(&ensemble.point).filter(Grid::has_square_cells);
-            if let (Some((area, perimeter)), Some(grid)) = (nearest, grid) {
+        for (table, ensemble) in &self.measured {
+            let complete = (0..ensemble.loads.len()).filter_map(|index| {
+                Some((ensemble.loads[index].reduced, ensemble.complete(index)?))
+            });
+            let distance = |load: f64| (load / LIGHT).ln().abs();
+            let nearest =
+                complete.min_by(|one, other| distance(one.0).total_cmp(&distance(other.0)));
+            let Some((_, rows)) = nearest else { continue };
+            let grid = Grids::new(table)?.grid(rows[0]).map_err(ReportError::Surface)?;
+            let sum = |values: &Float64Array| -> Option<f64> {
+                rows.iter().map(|&row| values.is_valid(row).then(|| values.value(row))).sum()
+            };
+            let area = sum(table.reals(AREA_FRACTION.name)?);
+            let perimeter = sum(table.reals(PERIMETER_MANHATTAN.name)?);
+            if let (Some(area), Some(perimeter), true) = (area, perimeter, grid.has_square_cells())
+            {
                 // S_d Δx/(L_x L_y).
-                let edge = perimeter.mean / (grid.cell().size()[0] * grid.nodes()[1] as f64);
-                shares.push(100.0 * YASTREBOV_2017 * edge / area.mean);
+                let edge = perimeter / (grid.cell().size()[0] * grid.nodes()[1] as f64);
+                shares.push(100.0 * YASTREBOV_2017 * edge / area);
             }
         }
         let ends = [f64::min, f64::max].map(|end| shares.iter().copied().reduce(end));
@@ -148,123 +123,16 @@ impl<'a> FigureData<'a> {
         Ok(format!(
             "According to the correction of 2017, {range} % of the counted area at the load \
              nearest to {} is an error of the mesh.",
-            self.loads.text_of_reduced(self.heaviest_light_load()?),
+            self.loads.text_of_reduced(LIGHT),
         ))
     }
-
-    /// Returns the largest load of the measured contacts up to [`LIGHT`]: the end of the axes of
-    /// figures of light loads.
-    pub fn heaviest_light_load(&self) -> Result<f64, TableError> {
-        let mut heaviest = 0.0_f64;
-        for ensemble in &self.measured {
-            let light = up_to(LIGHT, ensemble.mean(COUNTED_AREA)?);
-            heaviest = light.iter().fold(heaviest, |most, mean| most.max(mean.load));
-        }
-        Ok(if heaviest > 0.0 { heaviest } else { LIGHT })
-    }
-
-    /// Returns the lines of a manifest that define a stage: its header and `lines`. If the study
-    /// has a stage with this name, the name is changed.
-    fn stage(&self, name: &str, lines: &str) -> String {
-        let stages = &self.finished.plan.stages;
-        let is_taken = |name: &str| stages.iter().any(|stage| stage.name == name);
-        let mut free = name.to_owned();
-        while is_taken(&free) {
-            free += "-2";
-        }
-        format!("[stage.{free}]\n{lines}")
-    }
-
-    /// Returns the name of the first stage of this kind, or `otherwise`.
-    fn source(&self, kind: Kind, otherwise: &str) -> String {
-        self.finished.name_of(kind).unwrap_or(otherwise).to_owned()
-    }
-
-    pub fn lines_of_loads(&self, loads: &str) -> String {
-        let surfaces = self.source(Kind::Generate, "surfaces");
-        let solve = format!("kind = \"solve\"\nfrom = \"{surfaces}\"\nloads = {loads}\n\n");
-        let measure = "kind = \"measure\"\nfrom = \"loads\"";
-        self.stage("loads", &solve) + &self.stage("contacts", measure)
-    }
-
-    pub fn lines_of_corrections(&self) -> String {
-        let measured = self.source(Kind::Measure, "area");
-        let lines = format!(
-            "kind = \"correct\"\nfrom = \"{measured}\"\ncorrection = [\"none\", \"pi/8\", \"2017\"]"
-        );
-        self.stage("corrected", &lines)
-    }
-
-    /// Returns lines that give several spectra: a sweep of a cutoff in the stage that draws
-    /// surfaces or, without such a stage, a new stage.
-    pub fn lines_of_spectra(&self, cutoff: &str) -> String {
-        let mut stages = self.finished.stages.iter();
-        let drawn =
-            stages.find(|stage| stage.kind == Kind::Generate && stage.table.has(K_UPPER.name));
-        match drawn {
-            Some(stage) => {
-                let values = if cutoff == K_UPPER.name { "[8, 16, 32]" } else { "[1, 2, 4]" };
-                format!("{cutoff} = {values}  # in the stage `{}`", stage.name)
-            }
-            None => self.lines_of_surfaces(),
-        }
-    }
-
-    pub fn lines_of_heights(&self) -> String {
-        let surfaces = self.source(Kind::Generate, "surfaces");
-        let lines = format!(
-            "kind = \"measure\"\nfrom = \"{surfaces}\"\nbins = 1000\nrange = 5.0\npool = true"
-        );
-        self.stage("density", &lines)
-    }
-
-    pub fn lines_of_scales(&self) -> String {
-        let surfaces = self.source(Kind::Generate, "surfaces");
-        let lines = format!("kind = \"measure\"\nfrom = \"{surfaces}\"\nwhat = \"scales\"");
-        self.stage("slopes", &lines)
-    }
-
-    pub fn lines_of_surfaces(&self) -> String {
-        let lines = "kind = \"generate\"\nnodes = 256\nhurst = 0.8\nk_lower = [1, 2, 4]\n\
-                     k_upper = [8, 16, 32]\nrealizations = 50";
-        self.stage("random-surfaces", lines)
-    }
-
-    /// Returns lines of a manifest that fit the error of the mesh to the same surfaces on several
-    /// meshes.
-    pub fn lines_of_meshes(&self) -> String {
-        let measured = self.source(Kind::Measure, "area");
-        let lines = format!(
-            "kind = \"fit\"            # with `nodes = [128, 256, 512]` in the stage of surfaces\n\
-             from = \"{measured}\"\nlaw = \"mesh-convergence\""
-        );
-        self.stage("regression", &lines)
-    }
-}
-
-pub fn series(means: &[Mean], style: Style) -> Series {
-    let points = means.iter().map(|mean| DataPoint { x: mean.load, y: mean.mean, bar: mean.bar() });
-    Series { points: points.collect(), style, label: None }
-}
-
-/// Returns the interval of a row, if both ends are known.
-pub fn interval(lower: &Float64Array, upper: &Float64Array, row: usize) -> Option<[f64; 2]> {
-    let is_known = lower.is_valid(row) && upper.is_valid(row);
-    is_known.then(|| [lower.value(row), upper.value(row)])
-}
-
-/// Returns the means up to a load.
-pub fn up_to(load: f64, means: Vec<Mean>) -> Vec<Mean> {
-    // Loads are read as decimals or computed in steps, so the last one may deviate by rounding.
-    let is_light = |mean: &Mean| mean.load <= load * (1.0 + 1e-9);
-    means.into_iter().filter(is_light).collect()
 }
 
 /// Returns the unit of the parameters that are lengths.
 pub fn lengths(finished: &FinishedStages, units: &Units, points: &[Point]) -> Lengths {
     let tables = finished.stages.iter().map(|stage| &stage.table);
-    let columns = tables.flat_map(|table| table.in_role(Role::Parameter).descriptions());
-    let columns = columns.filter(|column| column.unit == "length").map(|column| column.name);
+    let parameters = tables.flat_map(|table| table.in_role(Role::Parameter).descriptions());
+    let columns = parameters.filter(|column| column.unit == "length").map(|column| column.name);
     let known: BTreeSet<Option<&str>> = points.iter().map(|point| units.at(point)).collect();
     let own = known.first().copied().flatten().filter(|_| known.len() == 1);
     Lengths {
@@ -299,24 +167,18 @@ fn files(finished: &FinishedStages) -> Result<Files, TableError> {
     Ok(called.collect())
 }
 
-fn curves<'a>(
+fn measured<'a>(
     finished: &'a FinishedStages<'a>,
-    kind: Kind,
-    area: &str,
-    bars: Bars,
-) -> Result<Vec<EnsembleCurves<'a>>, TableError> {
-    let is_curve =
-        |table: &Table| [SURFACE.name, LOAD.name, area].iter().all(|name| table.has(name));
-    let is_other =
-        |table: &Table| table.has(WORK_OF_ADHESION.name) || table.has(LAYER_THICKNESS.name);
-    let stages = finished.stages.iter();
-    let curves = stages
-        .filter(|stage| stage.kind == kind && is_curve(&stage.table) && !is_other(&stage.table));
-    let mut ensembles = Vec::new();
-    for stage in curves {
-        ensembles.extend(ensembles::from_table(&stage.table, bars)?);
+) -> Result<Vec<(&'a Table, Ensemble)>, TableError> {
+    let mut measured = Vec::new();
+    for FinishedStage { kind, table, .. } in &finished.stages {
+        let is_other = table.has(WORK_OF_ADHESION.name) || table.has(LAYER_THICKNESS.name);
+        let has_areas = [SURFACE, LOAD, AREA_FRACTION].iter().all(|column| table.has(column.name));
+        if *kind == Kind::Measure && has_areas && !is_other {
+            measured.extend(ensemble::ensembles(table)?.into_iter().map(|one| (table, one)));
+        }
     }
-    Ok(ensembles)
+    Ok(measured)
 }
 
 /// Returns the distinct parameter points of the study's surfaces, in order of appearance, from the
@@ -331,7 +193,7 @@ fn points_of_surfaces(finished: &FinishedStages) -> Result<Vec<Point>, TableErro
         let is_another =
             |row| realizations.is_some_and(|all| all.is_valid(row) && all.value(row) > 0);
         for row in (0..table.rows()).filter(|&row| row == 0 || !is_another(row)) {
-            let point = ensembles::point(table, row);
+            let point = points::at_row(table, row);
             if !points.contains(&point) {
                 points.push(point);
             }
@@ -354,10 +216,8 @@ fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
         };
         if !spectra.contains(&&surface.spectrum) {
             spectra.push(&surface.spectrum);
-            let mut point = like.clone();
-            point.remove(K_ROLLOFF.name);
-            point.extend(ensembles::point(&generate::own_row(&params.origin), 0));
-            points.push(point);
+            let own = points::at_row(&generate::own_row(&params.origin), 0);
+            points.push(like.clone().without(&[K_ROLLOFF.name]).and(own));
         }
     }
     points
@@ -376,7 +236,7 @@ fn caveat(finished: &FinishedStages, styles: &Styles) -> Result<String, ReportEr
             if point.departures.is_empty() {
                 continue;
             }
-            let label = styles.name(&ensembles::point(&point.coordinates, 0), "these surfaces");
+            let label = styles.name(&points::at_row(&point.coordinates, 0), "these surfaces");
             let line = format!("{label} ({})", point.departures.join(", "));
             if !descriptions.contains(&line) {
                 descriptions.push(line);

@@ -4,18 +4,12 @@
 //! Each figure is a [`Definition`] with a function that draws the figure from the tables of a
 //! study.
 
-mod adhesion;
 mod adhesion_maps;
-mod asperities;
 mod automatic;
-mod collapse;
 mod contact_maps;
 mod curves;
 mod declared;
-mod distributions;
 mod heights;
-mod limits;
-mod mesh;
 mod shipped;
 mod spectra;
 
@@ -36,25 +30,16 @@ use asperity_pipeline::study::Study;
 use asperity_pipeline::study::figures::FigureSpec;
 
 /// Figures that code draws, which every study can have.
-const CODED: [&Definition; 15] = [
+const CODED: [&Definition; 6] = [
     &heights::MAPS,
     &heights::HEIGHTS,
     &spectra::SPECTRUM,
     &spectra::SLOPE_BY_SCALE,
     &contact_maps::CONTACT_MAPS,
-    &collapse::COLLAPSE,
-    &mesh::MESH,
-    &distributions::CONTACT_PRESSURES,
-    &distributions::GAPS,
-    &distributions::CLUSTERS,
-    &adhesion::LOOP,
-    &adhesion::AREAS,
     &adhesion_maps::MAPS,
-    &asperities::ASPERITIES,
-    &limits::LIMITS,
 ];
 
-pub use shipped::names;
+pub use shipped::{missing, names};
 
 /// A figure that a page may have.
 pub enum Planned<'a> {
@@ -69,8 +54,9 @@ impl Planned<'_> {
     /// ones, and all others. A declared figure takes the place of another one with its name.
     pub fn all<'a>(study: &'a Study, finished: &FinishedStages) -> Vec<Planned<'a>> {
         let declared = study.figures.iter().map(Planned::Declared);
-        let automatic = automatic::figures(study, finished).into_iter();
-        let automatic = automatic.map(|figure| Planned::Automatic(Box::new(figure)));
+        let automatic = automatic::figures(study, finished)
+            .into_iter()
+            .map(|figure| Planned::Automatic(Box::new(figure)));
         // Some file systems do not distinguish case.
         let is_declared =
             |name: &&str| study.figures.iter().any(|figure| figure.name.to_lowercase() == **name);
@@ -108,16 +94,22 @@ impl Planned<'_> {
     }
 
     pub fn draw(&self, data: &FigureData) -> Result<Drawn, ReportError> {
-        match self {
-            Planned::Declared(figure) => declared::draw(data, figure),
+        let drawn = match self {
+            Planned::Declared(figure) => return declared::draw(data, figure),
             // Nobody waits for an automatic figure that cannot be drawn.
-            Planned::Automatic(figure) => Ok(match declared::draw(data, figure)? {
-                Drawn::Missing { .. } => Drawn::NotAsked,
-                drawn => drawn,
-            }),
-            Planned::Coded(definition) => (definition.draw)(data),
-            Planned::Shipped(figure) => shipped::draw(data, figure),
-        }
+            Planned::Automatic(figure) => {
+                return Ok(match declared::draw(data, figure)? {
+                    Drawn::Missing { .. } => Drawn::NotAsked,
+                    drawn => drawn,
+                });
+            }
+            Planned::Coded(definition) => (definition.draw)(data)?,
+            Planned::Shipped(figure) => shipped::draw(data, figure)?,
+        };
+        Ok(match drawn {
+            Drawn::NotAsked => missing(data, self.name()),
+            drawn => drawn,
+        })
     }
 }
 
@@ -162,7 +154,7 @@ pub enum Drawn {
         /// Lines of a manifest that would add the data; `None` if the data are lost.
         lines: Option<String>,
     },
-    /// The study has no stage of the special kind that the figure shows.
+    /// The study has no rows that the figure shows.
     NotAsked,
 }
 
@@ -183,18 +175,11 @@ impl Drawn {
         Drawn::Missing { needs: needs.into(), lines: None }
     }
 
-    /// Creates a missing figure with lines of a manifest that would add the data.
-    pub fn missing(needs: impl Into<Cow<'static, str>>, lines: String) -> Drawn {
-        Drawn::Missing { needs: needs.into(), lines: Some(lines) }
-    }
-
-    /// Creates a missing figure of surfaces. If the file of a measured surface is lost, the figure
-    /// needs this file. Otherwise it needs the data `needs`, which the `lines` of a manifest would
-    /// add.
-    pub fn missing_surfaces(data: &FigureData, needs: &'static str, lines: String) -> Drawn {
+    /// Creates a missing figure of surfaces, which is lost if the file of a measured surface is.
+    pub fn missing_surfaces(data: &FigureData) -> Drawn {
         match data.maps {
             MeasuredMaps::Gone => Drawn::gone(FILE_IS_GONE),
-            MeasuredMaps::There(_) => Drawn::missing(needs, lines),
+            MeasuredMaps::There(_) => Drawn::NotAsked,
         }
     }
 }

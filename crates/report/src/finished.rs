@@ -35,8 +35,8 @@ pub struct FinishedStages<'a> {
 impl<'a> FinishedStages<'a> {
     /// Collects the finished stages of a study.
     pub fn new(subject: &Subject<'a>) -> FinishedStages<'a> {
-        let stages = subject.plan.stages.iter().zip(subject.rows).zip(units_of_stages(subject));
-        let stages = stages.filter_map(|((stage, rows), units)| {
+        let all = subject.plan.stages.iter().zip(subject.rows).zip(units_of_stages(subject));
+        let stages = all.filter_map(|((stage, rows), units)| {
             Some(FinishedStage {
                 name: stage.name.clone(),
                 kind: stage.kind,

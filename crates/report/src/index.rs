@@ -6,7 +6,7 @@ use minijinja::value::Serde;
 use serde::Serialize;
 
 use crate::charts::style;
-use crate::earlier::{self, Basis};
+use crate::integrity::{self, Basis};
 use crate::{FIGURES, PAGE, ReportError, page};
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::write_whole;
@@ -72,10 +72,11 @@ struct Contents<'a> {
 pub fn report_of(results: &Path, study: &str) -> [Option<String>; 2] {
     let folder = results.join(study);
     let path = folder.join(PAGE);
-    let Ok(text) = earlier::read_page(&path) else { return [None, None] };
+    let Ok(text) = integrity::read_page(&path) else { return [None, None] };
     let main = Basis::from_page(&text).and_then(|basis| basis.main);
-    let picture = main.map(|name| format!("{FIGURES}/{name}.svg"));
-    let picture = picture.filter(|picture| folder.join(picture).is_file());
+    let picture = main
+        .map(|name| format!("{FIGURES}/{name}.svg"))
+        .filter(|picture| folder.join(picture).is_file());
     [Some(format!("{study}/{PAGE}")), picture.map(|picture| format!("{study}/{picture}"))]
 }
 
@@ -92,7 +93,7 @@ pub fn problems_of_report(results: &Path, study: &str) -> Vec<String> {
         }
         other => other.to_string(),
     };
-    earlier::problems(&results.join(study)).iter().map(in_words).collect()
+    integrity::problems(&results.join(study)).iter().map(in_words).collect()
 }
 
 /// Writes the page of these studies into the folder of results and returns its path.
@@ -105,7 +106,7 @@ pub fn write_index(
     replaces: bool,
 ) -> Result<PathBuf, ReportError> {
     let path = results.join(INDEX);
-    match earlier::read_page(&path) {
+    match integrity::read_page(&path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
         Err(source) => return Err(StoreError::reading(path, source).into()),
         Ok(text) if !replaces && !text.contains(MARK) => {

@@ -1,19 +1,17 @@
 //! The page of a study, `report.html`, and its figures as files.
 //!
-//! [`write()`] reads the finished tables of a study into `FigureData`: curves of ensembles, each
-//! with the same style in all figures. If the data suffice for a figure, it is drawn; otherwise the
-//! page lists the lines of a manifest that would add the data. The page contains the figures, the
-//! tables and their provenance.
+//! [`write()`] draws all figures for which a study has the data, each parameter point with the same
+//! style. For other figures the page lists the lines of a manifest that would add the data. The
+//! page contains the figures, the tables and their provenance.
 //!
 //! | module | content |
 //! |---|---|
 //! | `finished` | the finished stages, with the units of their tables |
-//! | `figure_data` | the rows of a study, sorted for figures; notes for captions; proposed stages |
-//! | `ensembles` | means over the surfaces of a parameter point, with error bars |
+//! | `figure_data` | what all figures of a study share, and notes for captions |
+//! | `points` | parameter points as figures name them; parameters that do not follow from others |
 //! | `surface_curves` | means against wavenumber or distance |
 //! | `samples` | one surface of each parameter point, and measured maps |
 //! | `styles`, `units`, `loads` | colours, markers and labels; units with prefixes; unit of loads |
-//! | `independent` | parameters that do not follow from others |
 //! | `plotted` | points of declared and automatic figures, from the rows of a table |
 //! | `symbols` | labels of axes and legends for columns of tables |
 //! | `figures` | all figures, in files by subject |
@@ -22,38 +20,36 @@
 //! | `charts` | drawing: axes, series, legends, maps; SVG, PNG and PDF |
 //! | `page` | the HTML page: summary, figures, tables, provenance |
 //! | `index` | the page of all studies of a data folder |
-//! | `earlier` | contents and replacement of an earlier report |
+//! | `integrity` | contents of a report, changes of its files, and replacement by a new one |
 
 // Pictures and texts are rounded to a few digits.
 #![allow(clippy::disallowed_methods)]
 
 pub mod animation;
 mod charts;
-mod earlier;
-mod ensembles;
-#[cfg(test)]
-mod every_consumer;
 mod figure_data;
 mod figures;
 mod finished;
-mod independent;
 pub mod index;
+mod integrity;
 mod loads;
 pub mod map_pictures;
 mod page;
 mod plotted;
+mod points;
 pub mod relief;
 mod samples;
 mod styles;
 mod surface_curves;
 mod symbols;
+#[cfg(test)]
+mod tests;
 mod units;
 
 pub use charts::map_panel::{BarNumbers, ColourBar, MapPanel, ScaleBar};
 pub use charts::raster::{Raster, Scale};
 pub use charts::svg::PixelsError;
-pub use earlier::{check_folder, problems};
-pub use ensembles::Bars;
+pub use integrity::{check_folder, problems};
 pub use units::{digits, length_in_words, pressure_in_words};
 
 use std::collections::BTreeSet;
@@ -64,17 +60,17 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::charts::{Figure, pdf, svg};
-use crate::earlier::Basis;
 use crate::figure_data::FigureData;
 use crate::figures::{Drawn, DrawnFigure, Group, MissingFigure, Planned};
 use crate::finished::FinishedStages;
+use crate::integrity::Basis;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::results::FIGURES;
 use asperity_pipeline::results::StageRows;
 use asperity_pipeline::results::reader::ResultReader;
+use asperity_pipeline::study::figures::ErrorBars;
 use asperity_pipeline::study::{Study, Warning};
 use asperity_stages::StageError;
-use asperity_stages::columns::K_LOWER;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::parallel;
 use asperity_tables::store::StoreError;
@@ -84,6 +80,25 @@ use asperity_tables::table::TableError;
 const PAGE: &str = "report.html";
 /// Pixels of a PNG file per pixel of the figure.
 const SCALE: f32 = 2.0;
+
+/// Quantity that error bars show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Bars {
+    /// Standard errors of the mean.
+    #[default]
+    Sem,
+    /// Standard deviations over the surfaces, as in the paper.
+    Sd,
+}
+
+impl From<Bars> for ErrorBars {
+    fn from(bars: Bars) -> ErrorBars {
+        match bars {
+            Bars::Sem => ErrorBars::Sem,
+            Bars::Sd => ErrorBars::Sd,
+        }
+    }
+}
 
 /// Paths of a written report, with the figures that it contains and those that could not be drawn.
 #[derive(Debug, Serialize)]
@@ -227,12 +242,11 @@ pub fn write(
 ) -> Result<Report, ReportError> {
     let finished = FinishedStages::new(subject);
     let derived = subject.study.derived_keys();
-    let data = FigureData::new(&finished, bars, derived)?;
+    let data = FigureData::new(&finished, bars.into(), derived)?;
     // Draw figures in parallel, one task each.
     let planned = Planned::all(subject.study, &finished);
-    let stems = figures::file_stems(&planned);
-    let planned: Vec<_> = planned.into_iter().zip(stems).collect();
-    let drawn = parallel::map(&planned, |(figure, stem)| draw(figure, stem, &data));
+    let named: Vec<_> = planned.iter().zip(figures::file_stems(&planned)).collect();
+    let drawn = parallel::map(&named, |(figure, stem)| draw(figure, stem, &data));
     let (mut there, mut missing) = (Vec::new(), Vec::new());
     for figure in drawn {
         match figure? {
@@ -253,13 +267,13 @@ pub fn write(
     make_folder(folder)?;
     // The page contains digests of the figures, so `verify` must see either both or none.
     let _alone = lock_to_write(folder);
-    earlier::begin(folder);
+    integrity::begin(folder);
     let pictures = folder.join(FIGURES);
-    write_figures(&there, earlier::figure_files(&page), &pictures)?;
+    write_figures(&there, integrity::figure_files(&page), &pictures)?;
     let text = page::html(subject, &data, &there, &missing, &basis, folder);
-    let text = earlier::sealed(text);
+    let text = integrity::sealed(text);
     write_whole(&page, text.as_bytes(), folder)?;
-    earlier::end(folder);
+    integrity::end(folder);
     Ok(Report {
         page,
         figures: pictures,
@@ -278,29 +292,28 @@ fn draw(
 ) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
     let (name, title, mut group) = (stem.to_owned(), figure.title(), figure.group());
     Ok(Some(match figure.draw(data)? {
-        Drawn::Figure { mut figure, mut caption, sliders } => {
+        Drawn::Figure { figure: mut drawing, mut caption, sliders } => {
             if group == Group::Paper {
-                if let Some(note) = data.loads.on_axes(&mut figure) {
+                if let Some(note) = data.loads.on_axes(&mut drawing) {
                     caption = format!("{} {note}", caption.trim_end());
                 }
-                if figure.is_of_maps() {
+                if drawing.is_of_maps() {
                     group = Group::Maps;
-                } else if let Err(axis) = figure.keep_courses() {
-                    let lines = Some(if axis.contains(K_LOWER.name) {
-                        data.lines_of_spectra(K_LOWER.name)
-                    } else {
-                        data.lines_of_loads("{ to = 0.06, steps = 10 }")
-                    });
+                } else if let Err(axis) = drawing.keep_courses() {
+                    let lines = match figures::missing(data, figure.name()) {
+                        Drawn::Missing { lines, .. } => lines,
+                        _ => None,
+                    };
                     let needs = format!("two or more places along the axis `{axis}`").into();
                     return Ok(Some(Err(MissingFigure { name, title, group, needs, lines })));
                 }
             }
-            let alone = svg::alone(&figure.to_svg(&name));
-            let files = svg::to_png(&alone, pixels(&figure))
+            let alone = svg::alone(&drawing.to_svg(&name));
+            let files = svg::to_png(&alone, pixels(&drawing))
                 .and_then(|png| Ok((png, pdf::to_pdf(&alone)?)));
             let (png, pdf) =
                 files.map_err(|source| ReportError::Pixels { name: name.clone(), source })?;
-            let drawing = figure.for_page(&name);
+            let drawing = drawing.for_page(&name);
             Ok(DrawnFigure { name, title, group, drawing, alone, png, pdf, caption, sliders })
         }
         Drawn::Missing { needs, lines } => Err(MissingFigure { name, title, group, needs, lines }),

@@ -4,8 +4,8 @@
 //! the reduced load are drawn against the mean pressure p₀.
 
 use crate::charts::{Figure, Panel};
-use crate::ensembles;
 use crate::finished::FinishedStages;
+use crate::points;
 use crate::units::{LengthUnit, PressureUnit, Scaled, Units, digits};
 use asperity_stages::Kind;
 use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, MEAN_GAP, PRESSURE, PRESSURE_UNIT};
@@ -151,15 +151,14 @@ impl Loads {
 pub fn unit_of_pressures(table: &Table, units: &Units) -> Result<PressureUnit, TableError> {
     if table.has(PRESSURE_UNIT.name) {
         let written = table.texts(PRESSURE_UNIT.name)?;
-        let written = written.iter().flatten().map(PressureUnit::named);
-        return Ok(PressureUnit::common(written));
+        return Ok(PressureUnit::common(written.iter().flatten().map(PressureUnit::named)));
     }
     if table.rows() == 0 || !table.has(EFFECTIVE_MODULUS.name) {
         return Ok(PressureUnit::Unknown);
     }
     let moduli = table.reals(EFFECTIVE_MODULUS.name)?.iter().flatten();
     let least = moduli.fold(f64::INFINITY, f64::min);
-    let ends = [0, table.rows() - 1].map(|row| ensembles::point(table, row));
+    let ends = [0, table.rows() - 1].map(|row| points::at_row(table, row));
     let lengths = LengthUnit::common(ends.iter().map(|point| units.at(point)));
     Ok(PressureUnit::assumed(least, &lengths))
 }
@@ -190,7 +189,6 @@ mod tests {
         let mut chart = Chart::new(Axis::linear(LOAD_LABEL).within(0.0, 0.1), Axis::linear("area"));
         let markers = Style::marker(Colour::Series(0), style::marker(0));
         chart.series.push(Series::new([(0.01, 0.2), (0.1, 0.9)], markers));
-        chart.notes.push((0.05, 0.5, "note".to_owned()));
         let figure = Figure::from_chart(chart);
         let mut converted = figure.clone();
         assert_eq!(PASCALS.on_axes(&mut converted), None);
@@ -201,7 +199,6 @@ mod tests {
         assert!((range[1] - 200.0).abs() < 1e-9, "{range:?}");
         assert!((chart.series[0].points[0].x - 20.0).abs() < 1e-9);
         assert_eq!(chart.series[0].points[0].y, 0.2);
-        assert!((chart.notes[0].0 - 100.0).abs() < 1e-9);
         let mut named = figure.clone();
         let unit = PressureUnit::named("MPa");
         Loads::Pressures { unit, scales: [2e5; 2] }.on_axes(&mut named);

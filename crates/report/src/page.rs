@@ -11,12 +11,13 @@ use minijinja::{Environment, Value};
 use serde::Serialize;
 
 use crate::Subject;
+use crate::charts::svg::escaped;
 use crate::charts::text::with_html_subscripts;
 use crate::charts::{self, style};
-use crate::earlier::Basis;
 use crate::figure_data::FigureData;
 use crate::figures::{DrawnFigure, Group, MissingFigure};
 use crate::finished::FinishedStage;
+use crate::integrity::Basis;
 use crate::page::stages_picture::StageBox;
 use crate::page::summary::Summary;
 use crate::styles::Styles;
@@ -185,12 +186,6 @@ pub fn environment() -> Environment<'static> {
     environment
 }
 
-/// Escapes a text for HTML.
-fn escaped(text: &str) -> String {
-    let escaped = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    escaped.replace('"', "&quot;")
-}
-
 /// Escapes a text for HTML, marks its parts in backticks as code, and writes subscripts elsewhere.
 fn with_code(text: &str) -> String {
     let mut written = String::new();
@@ -209,8 +204,10 @@ fn sections<'f>(figures: &'f [DrawnFigure], styles: &Styles) -> Vec<Section<'f>>
     let notation = "p₀ is the mean pressure, h′ the rms slope, E* the effective modulus. \
                     Dimensionless results for elastic contact depend only on the load y = p₀/(E* \
                     h′).";
-    let notation = [notation.to_owned()].into_iter().chain(styles.meaning());
-    let notation = notation.collect::<Vec<_>>().join(" ");
+    let notation = match styles.meaning() {
+        Some(meaning) => format!("{notation} {meaning}"),
+        None => notation.to_owned(),
+    };
     let all = [
         (Group::Declared, "declared", "Figures of the manifest", None),
         (Group::Automatic, "results", "Results against the varied parameters", None),

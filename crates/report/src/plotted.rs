@@ -17,16 +17,14 @@ use asperity_manifest::expression::Expression;
 use asperity_pipeline::study::figures::{
     BarSource, ErrorBars, FigureSpec, PanelSpec, Quantity, Value as Selected, has_surfaces,
 };
-use asperity_stages::columns::{
-    CONTENT, CORRECTION, HURST, K_LOWER, K_ROLLOFF, K_UPPER, LOAD, STOP, SURFACE,
-};
+use asperity_stages::columns::{LOAD, MEAN_GAP, PRESSURE, STEP, STOP, SURFACE};
 use asperity_stages::ensemble::{self, grouped};
 use asperity_stages::solve::is_unconverged;
 use asperity_statistics::intervals::two_sided_quantile;
 use asperity_tables::column::{Column, ColumnKind, Role, Value, optional_reals};
 use asperity_tables::table::{Table, TableError};
 
-use crate::ensembles;
+use crate::points::{distinct, rank};
 
 /// Level of the intervals of means.
 const LEVEL: f64 = 0.95;
@@ -48,7 +46,7 @@ pub struct Points {
     pub table: Table,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Point {
     pub x: f64,
     pub y: f64,
@@ -60,6 +58,8 @@ pub struct Point {
     pub others: Vec<Option<Value>>,
     /// Index of the first table row of the point.
     pub row: usize,
+    /// Number by which the points of a series are sorted: x or, along a path, the state.
+    pub order: f64,
 }
 
 impl Points {
@@ -71,8 +71,8 @@ impl Points {
         quantity: &Quantity,
     ) -> Result<Points, TableError> {
         let of_surfaces = has_surfaces(table);
-        let table =
-            if of_surfaces { ensemble::without_repeated_rows(table)? } else { table.clone() };
+        let table = in_states(table);
+        let table = if of_surfaces { ensemble::without_repeated_rows(&table)? } else { table };
         let is_shown = |&row: &usize| {
             [&figure.selection, &panel.selection]
                 .iter()
@@ -101,22 +101,25 @@ impl Points {
                 points.extend(numbers.point(&rows).map(|point| (point, rows[0])));
             }
         }
-        let split = keys.split(&table, points.iter().map(|(_, row)| *row).collect());
-        let mut others = split;
-        let colour = figure.colour.clone();
-        let colour = colour.or_else(|| (!others.is_empty()).then(|| others.remove(0)));
+        let mut others = keys.split(&table, points.iter().map(|(_, row)| *row).collect());
+        let colour = match &figure.colour {
+            Some(declared) => Some(declared.clone()),
+            None => (!others.is_empty()).then(|| others.remove(0)),
+        };
         let cell = |name: &str, row: usize| {
             let column = table.batch().column_by_name(name)?;
             value(column.as_ref(), row)
         };
-        let points = points.into_iter().map(|(mut point, row)| {
+        let steps = table.optional(STEP.name, Table::integers)?;
+        let coloured = points.into_iter().map(|(mut point, row)| {
+            point.order = steps.map_or(point.x, |steps| steps.value(row) as f64);
             point.facet = figure.facet.as_deref().and_then(|name| cell(name, row));
             point.colour = colour.as_deref().and_then(|name| cell(name, row));
             point.others = others.iter().map(|name| cell(name, row)).collect();
             point
         });
         Ok(Points {
-            points: points.collect(),
+            points: coloured.collect(),
             colour,
             is_curve: keys.has_x || keys.path.is_some(),
             unconverged: unconverged(&table),
@@ -124,6 +127,24 @@ impl Points {
             table,
         })
     }
+}
+
+/// Returns a table of states along a path with the role of loads for their numbers, because a path
+/// can reach a load or a mean gap several times.
+fn in_states(table: &Table) -> Table {
+    if !table.has(STEP.name) {
+        return table.clone();
+    }
+    let roles = [
+        (STEP, Role::Load),
+        (LOAD, Role::Result),
+        (PRESSURE, Role::Result),
+        (MEAN_GAP, Role::Result),
+    ];
+    let columns = roles.into_iter().filter_map(|(column, role)| {
+        Some((column.with_role(role), table.batch().column_by_name(column.name)?.clone()))
+    });
+    table.without(&roles.map(|(column, _)| column.name)).with(columns.collect())
 }
 
 /// Returns the value of a cell; flags become texts.
@@ -208,20 +229,11 @@ fn points_of_expression(
         let y = all[at];
         // The deviation of the n leave-one-out values, times n − 1, is that of single values.
         let without: Vec<f64> = left_out.iter().map(|values| values[at]).collect();
-        let scatter =
-            ensembles::deviation(&without).map(|scatter| (surfaces as f64 - 1.0) * scatter);
+        let scatter = deviation(&without).map(|scatter| (surfaces as f64 - 1.0) * scatter);
         let half = scatter.and_then(|scatter| half_bar(scatter, surfaces, kind));
-        let bar = half.filter(|half| half.is_finite()).map(|half| [y - half, y + half]);
-        let point = Point {
-            x: mean(&xs?),
-            y,
-            bar,
-            surfaces: Some(surfaces),
-            facet: None,
-            colour: None,
-            others: Vec::new(),
-            row: rows[0],
-        };
+        let bar = half.and_then(|half| around(y, half));
+        let (surfaces, row) = (Some(surfaces), rows[0]);
+        let point = Point { x: mean(&xs?), y, bar, surfaces, row, ..Point::default() };
         y.is_finite().then_some((point, rows[0]))
     });
     Ok(points.collect())
@@ -270,13 +282,13 @@ impl Keys {
         // Without any coordinates, as in results of queries, x alone distinguishes points.
         let has_x = columns.iter().any(|name| name == x) || coordinates.names().is_empty();
         let loads = table.in_role(Role::Load);
-        let path = (!has_x).then(|| {
-            let free = columns.iter().filter(|name| !fixed.contains(name));
-            let varying = free.filter(|name| distinct(table, name) > 1);
-            varying.min_by_key(|name| Reverse(loads.has(name))).cloned()
-        });
+        let free = columns.iter().filter(|name| !fixed.contains(name));
+        let varying = free.filter(|name| distinct(table, name) > 1);
+        let path = match has_x {
+            true => None,
+            false => varying.min_by_key(|name| Reverse(loads.has(name))).cloned(),
+        };
         fixed.extend(has_x.then(|| x.to_owned()));
-        let path = path.flatten();
         fixed.extend(path.clone());
         Keys { columns, fixed, has_x, path }
     }
@@ -284,12 +296,12 @@ impl Keys {
     /// Returns the columns, besides the fixed ones, that are needed to distinguish the points in
     /// these rows.
     fn split(&self, table: &Table, rows: Vec<usize>) -> Vec<String> {
-        let table = table.pick(&rows);
+        let shown = table.pick(&rows);
         let mut known: Vec<&str> = self.fixed.iter().map(String::as_str).collect();
         let mut split = Vec::new();
         for name in self.columns.iter().filter(|name| !self.fixed.contains(name)) {
-            let groups = grouped(&table.only(&known));
-            let differs = |rows: &Vec<usize>| distinct(&table.pick(rows), name) > 1;
+            let groups = grouped(&shown.only(&known));
+            let differs = |rows: &Vec<usize>| distinct(&shown.pick(rows), name) > 1;
             if groups.iter().any(differs) {
                 known.push(name);
                 split.push(name.clone());
@@ -297,22 +309,6 @@ impl Keys {
         }
         split
     }
-}
-
-/// Returns the rank of a coordinate among those that can distinguish series.
-pub fn rank(name: &str) -> usize {
-    const FIRST: [&str; 6] =
-        [CONTENT.name, HURST.name, K_LOWER.name, K_UPPER.name, K_ROLLOFF.name, CORRECTION.name];
-    const LAST: [&str; 7] =
-        ["nodes", "nodes_x", "nodes_y", "side", "side_x", "side_y", "coefficient"];
-    let first = FIRST.iter().position(|first| *first == name);
-    let last = LAST.iter().position(|last| *last == name).map(|at| FIRST.len() + 1 + at);
-    first.or(last).unwrap_or(FIRST.len())
-}
-
-/// Returns the number of different values in a column.
-pub fn distinct(table: &Table, name: &str) -> usize {
-    if table.rows() == 0 { 0 } else { grouped(&table.only(&[name])).len() }
 }
 
 /// Returns the rows of each point of each curve: rows that agree in every coordinate. Points at
@@ -342,85 +338,84 @@ fn complete(table: &Table, keys: &Keys) -> Vec<Vec<Vec<usize>>> {
     curves.into_values().collect()
 }
 
+/// Ends of an error bar, from the first row of a point, its mean, and the values of its rows.
+type Bar = Box<dyn Fn(usize, f64, &[f64]) -> Option<[f64; 2]>>;
+
 /// Numbers of the columns that a figure draws.
-struct Numbers<'a> {
+struct Numbers {
     x: Vec<Option<f64>>,
     y: Vec<Option<f64>>,
-    bars: Bars<'a>,
+    bar: Bar,
+    /// Numbers of surfaces of means over surfaces.
     surfaces: Option<Vec<Option<f64>>>,
-    units: Vec<i64>,
+    /// Sampling units of rows of surfaces.
+    units: Option<Vec<i64>>,
 }
 
-/// Columns of error bars.
-enum Bars<'a> {
-    Source(&'a BarSource),
-    Ends([Vec<Option<f64>>; 2]),
-    Half(Vec<Option<f64>>),
-    Student { errors: Vec<Option<f64>>, surfaces: Vec<Option<f64>> },
-}
-
-impl<'a> Numbers<'a> {
-    fn new(
-        table: &Table,
-        panel: &PanelSpec,
-        quantity: &'a Quantity,
-    ) -> Result<Numbers<'a>, TableError> {
+impl Numbers {
+    fn new(table: &Table, panel: &PanelSpec, quantity: &Quantity) -> Result<Numbers, TableError> {
         let of = |name: &str| reals(table, name);
-        let bars = match &quantity.bars {
-            BarSource::Ends { ends: [lower, upper], .. } => Bars::Ends([of(lower)?, of(upper)?]),
-            BarSource::Half { column, .. } => Bars::Half(of(column)?),
-            BarSource::Student { error, surfaces } => {
-                Bars::Student { errors: of(error)?, surfaces: of(surfaces)? }
+        let bar: Bar = match &quantity.bars {
+            BarSource::None => Box::new(|_, _, _| None),
+            BarSource::Surfaces(kind) => {
+                let kind = *kind;
+                Box::new(move |_, y, values| {
+                    around(y, half_bar(deviation(values)?, values.len(), kind)?)
+                })
             }
-            source => Bars::Source(source),
+            BarSource::Ends { ends, .. } => {
+                let [lower, upper] = [of(&ends[0])?, of(&ends[1])?];
+                Box::new(move |row, _, _| Some([lower[row]?, upper[row]?]))
+            }
+            BarSource::Half { column, .. } => {
+                let half = of(column)?;
+                Box::new(move |row, y, _| around(y, half[row]?))
+            }
+            BarSource::Student { error, surfaces } => {
+                let (errors, counts) = (of(error)?, of(surfaces)?);
+                Box::new(move |row, y, _| {
+                    let count = counts[row].filter(|count| *count >= 2.0)?;
+                    around(y, student(count as usize) * errors[row]?)
+                })
+            }
         };
         let has_counts = !has_surfaces(table) && table.has("surfaces");
+        let is_of_surfaces = matches!(quantity.bars, BarSource::Surfaces(_));
         Ok(Numbers {
             x: of(&panel.x)?,
             y: of(&quantity.column)?,
-            bars,
+            bar,
             surfaces: has_counts.then(|| of("surfaces")).transpose()?,
-            units: ensemble::sampling_units(table)?,
+            units: is_of_surfaces.then(|| ensemble::sampling_units(table)).transpose()?,
         })
     }
 
     /// Returns the point of these rows, or `None` if they have no values.
     fn point(&self, rows: &[usize]) -> Option<Point> {
         let known = || rows.iter().filter(|&&row| self.x[row].is_some() && self.y[row].is_some());
-        let first = *known().next()?;
+        let row = *known().next()?;
         let values: Vec<f64> = known().filter_map(|&row| self.y[row]).collect();
         let xs: Vec<f64> = known().filter_map(|&row| self.x[row]).collect();
         let y = mean(&values);
-        let units: BTreeSet<i64> = known().map(|&row| self.units[row]).collect();
-        let (bar, surfaces) = match &self.bars {
-            Bars::Source(BarSource::Surfaces(kind)) => {
-                let half = ensembles::deviation(&values)
-                    .and_then(|deviation| half_bar(deviation, values.len(), *kind));
-                (half.map(|half| [y - half, y + half]), Some(units.len()))
-            }
-            Bars::Source(_) => (None, None),
-            Bars::Ends([lower, upper]) => {
-                (lower[first].zip(upper[first]).map(<[f64; 2]>::from), None)
-            }
-            Bars::Half(half) => (half[first].map(|half| [y - half, y + half]), None),
-            Bars::Student { errors, surfaces } => {
-                let half = errors[first].zip(surfaces[first]).filter(|(_, count)| *count >= 2.0);
-                let half = half.map(|(error, count)| student(count as usize) * error);
-                (half.map(|half| [y - half, y + half]), None)
-            }
+        let surfaces = match &self.units {
+            Some(units) => Some(known().map(|&row| units[row]).collect::<BTreeSet<i64>>().len()),
+            None => self.surfaces.as_ref().and_then(|counts| Some(counts[row]? as usize)),
         };
-        let counted = || Some(self.surfaces.as_ref()?[first]? as usize);
-        Some(Point {
-            x: mean(&xs),
-            y,
-            bar: bar.filter(|ends| ends.iter().all(|end| end.is_finite())),
-            surfaces: surfaces.or_else(counted),
-            facet: None,
-            colour: None,
-            others: Vec::new(),
-            row: first,
-        })
+        let bar = (self.bar)(row, y, &values);
+        Some(Point { x: mean(&xs), y, bar, surfaces, row, ..Point::default() })
     }
+}
+
+/// Returns the ends of an error bar, if they are finite.
+fn around(y: f64, half: f64) -> Option<[f64; 2]> {
+    half.is_finite().then_some([y - half, y + half])
+}
+
+/// Returns the standard deviation with divisor n − 1, or `None` for fewer than two values.
+fn deviation(values: &[f64]) -> Option<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (values.len() > 1).then(|| (squares / (values.len() - 1) as f64).sqrt())
 }
 
 /// Returns half the length of the error bar of a mean over surfaces, from the standard deviation of
@@ -458,7 +453,7 @@ pub fn reals(table: &Table, name: &str) -> Result<Vec<Option<f64>>, TableError> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_stages::columns::{AREA_FRACTION, REALIZATION};
+    use asperity_stages::columns::{AREA_FRACTION, HURST, REALIZATION};
     use asperity_tables::column::{integers, reals, texts};
 
     const NODES: Column = Column::parameter("nodes", ColumnKind::Integer, "1", "nodes");

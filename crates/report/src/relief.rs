@@ -258,19 +258,19 @@ fn render(triangles: &[Triangle], top: &Top) -> Raster {
     let ([left, right], [bottom, highest]) = (range(0), range(1));
     let margin = MARGIN * WIDTH as f64;
     let scale = (WIDTH as f64 - 2.0 * margin) / (right - left);
-    let height = (scale * (highest - bottom) + 2.0 * margin).ceil() as usize;
-    let height = height.next_multiple_of(SUPERSAMPLING);
+    let least_height = (scale * (highest - bottom) + 2.0 * margin).ceil() as usize;
+    let height = least_height.next_multiple_of(SUPERSAMPLING);
     let mut canvas = Canvas {
         size: [WIDTH, height],
         pixels: vec![PAPER; WIDTH * height],
         depths: vec![f64::INFINITY; WIDTH * height],
     };
     for Triangle { corners, face } in triangles {
-        let corners = corners.map(|position| {
+        let on_canvas = corners.map(|position| {
             let [x, y, depth] = projected(position);
             [margin + scale * (x - left), margin + scale * (highest - y), depth]
         });
-        canvas.fill(corners, |weights| match face {
+        canvas.fill(on_canvas, |weights| match face {
             Face::Wall(colour) => *colour,
             Face::Top(places) => top.colour([0, 1].map(|axis| {
                 places.iter().zip(weights).map(|(place, weight)| weight * place[axis]).sum()

@@ -8,8 +8,8 @@
 
 use crate::ReportError;
 use crate::charts::raster::HeightMap;
-use crate::ensembles::{self, Point};
 use crate::finished::FinishedStages;
+use crate::points::{self, Point};
 use crate::surface_curves::CurvePoint;
 use crate::units::Units;
 use asperity_contact::grid::Boundary;
@@ -19,6 +19,7 @@ use asperity_contact::topography::preparation::Preparation;
 use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::surface::{Axis, Scan, Surface};
 use asperity_contact::topography::{differences, power_spectrum};
+use asperity_pipeline::plan::Task;
 use asperity_stages::surface::origin::MeasuredSurface;
 use asperity_stages::surface::{Heights, Origin};
 use asperity_stages::{Recipe, Stage as _, StageError, ensemble, grids, surface};
@@ -73,8 +74,8 @@ impl Sample<'_> {
         match &self.params.origin {
             Origin::Random { .. } => {
                 let grid = self.params.grid()?;
-                let surface = self.params.origin.random_surface(grid.cell());
-                let surface = surface.expect("the origin is random");
+                let of_origin = self.params.origin.random_surface(grid.cell());
+                let surface = of_origin.expect("the origin is random");
                 let aspect = grid.cell().aspect();
                 let waves = surface.spectrum.max_waves(grid.cell());
                 let shown = [0, 1].map(|axis| {
@@ -87,8 +88,9 @@ impl Sample<'_> {
                 if self.params.heights == Heights::Keep =>
             {
                 let store = finished.archive.store();
-                let table = store.read(&finished.plan.tasks[self.task].table, Columns::All);
-                let table = table.map_err(StageError::Store)?;
+                let table = store
+                    .read(&finished.plan.tasks[self.task].table, Columns::All)
+                    .map_err(StageError::Store)?;
                 self.params.surface(&table, finished.sources, &Threads::one())
             }
             Origin::Spectrum { .. }
@@ -105,11 +107,11 @@ impl Sample<'_> {
 pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
     let (plan, archive) = (finished.plan, finished.archive);
     let tasks = plan.tasks.iter().enumerate();
-    let surfaces = tasks.filter_map(|(at, task)| match &task.recipe {
+    let of_surface = |(at, task): (usize, &'a Task)| match &task.recipe {
         Recipe::Generate(params) => Some((at, params)),
         _ => None,
-    });
-    let surfaces: Vec<_> = surfaces.collect();
+    };
+    let surfaces: Vec<_> = tasks.filter_map(of_surface).collect();
     let tables = surfaces.iter().map(|(task, _)| &plan.tasks[*task].table);
     let have = archive.have(&tables.collect::<Vec<_>>());
     let mut seen: Vec<ensemble::ParameterPoint> = Vec::new();
@@ -129,7 +131,7 @@ pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a
     let samples = (0..shown).map(|index| {
         let (task, params) = first[spread(index)];
         let table = archive.light(&plan.tasks[task].table)?;
-        Ok(Sample { task, params, point: ensembles::point(&table, 0) })
+        Ok(Sample { task, params, point: points::at_row(&table, 0) })
     });
     samples.collect()
 }
@@ -236,8 +238,10 @@ impl MeasuredMap {
             (None, Some(scan)) => file.prepare(scan, sources)?.surface,
             (None, None) => unreachable!("without kept heights an unread file is an error"),
         };
-        let levelled = levelled.and_then(Result::ok).map(|levelled| levelled.scan);
-        let as_measured = levelled.filter(|scan| is_other(scan, &surface));
+        let as_measured = levelled
+            .and_then(Result::ok)
+            .map(|levelled| levelled.scan)
+            .filter(|scan| is_other(scan, &surface));
         let boundary =
             if sample.params.origin.is_open() { Boundary::Free } else { Boundary::Periodic };
         let longer_side = surface.grid().cell().longer_side();

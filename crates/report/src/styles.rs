@@ -6,22 +6,22 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::charts::style::{self, Colour, Dash, GRADIENT_STEPS, SERIES_COLOURS, Style};
-use crate::ensembles::Point;
-use crate::plotted::rank;
+use crate::charts::style::{self, Colour, GRADIENT_STEPS, SERIES_COLOURS, Style};
+use crate::points::{Point, number, rank, text};
 use crate::symbols::{Files, symbol};
 use crate::units::{LengthUnit, Scaled, digits};
 use asperity_stages::columns::{
     CONTENT, HARDNESS, HARDNESS_REDUCED, K_LOWER, K_UPPER, METHOD, NODES, NODES_X, NODES_Y,
     RMS_SLOPE,
 };
+use asperity_tables::column::Value;
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Styles {
     points: Vec<Point>,
     files: Files,
     /// Parameters that differ between points, each with the values in ascending order.
-    varying: Vec<(String, Vec<String>)>,
+    varying: Vec<(String, Vec<Option<Value>>)>,
     colour: Option<usize>,
     marker: Option<usize>,
     /// Combinations of the varying parameters in ascending order, as indices of their values, if
@@ -41,10 +41,10 @@ pub struct Lengths {
 
 impl Lengths {
     /// Returns the value of a parameter as a person writes it.
-    fn told(&self, name: &str, value: &str) -> String {
-        let number = value.parse::<f64>().ok().filter(|_| self.columns.contains(name));
-        let Some(number) = number.filter(|_| self.shared != LengthUnit::Unknown) else {
-            return value.to_owned();
+    fn told(&self, name: &str, value: &Value) -> String {
+        let is_known = self.columns.contains(name) && self.shared != LengthUnit::Unknown;
+        let Some(number) = number(value).filter(|_| is_known) else {
+            return value.to_string();
         };
         let length = self.shared.factor(self.own.as_deref()) * number;
         let Scaled { factor, unit } = self.shared.scaled(length.abs());
@@ -58,28 +58,30 @@ const FOLLOW_FROM_A_FILE: [&str; 5] =
 
 impl Styles {
     /// Assigns colours and markers to these points.
-    pub fn new<'a>(points: impl IntoIterator<Item = &'a Point>, files: &Files) -> Styles {
-        let points: Vec<Point> = points.into_iter().cloned().collect();
-        let mut values: BTreeMap<String, Vec<String>> = BTreeMap::new();
-        for name in points.iter().flat_map(|point| point.keys()) {
-            values.entry(name.clone()).or_default();
+    pub fn new(points: &[Point], files: &Files) -> Styles {
+        let mut values: BTreeMap<String, BTreeSet<Option<Value>>> = BTreeMap::new();
+        for (name, _) in points.iter().flat_map(Point::iter) {
+            values.entry(name.to_owned()).or_default();
         }
         for (name, known) in &mut values {
-            for point in &points {
-                let value = point.get(name).cloned().unwrap_or_default();
-                if !known.contains(&value) {
-                    known.push(value);
-                }
-            }
-            let word = |value: &String| files.get(value).unwrap_or(value).clone();
-            known.sort_by(|one, other| ascending(&word(one), &word(other)));
+            known.extend(points.iter().map(|point| point.get(name).cloned()));
         }
         // Studies with a hardness in both units contain it twice.
         if values.contains_key(HARDNESS.name) {
             values.remove(HARDNESS_REDUCED.name);
         }
-        let varying = values.into_iter().filter(|(_, values)| values.len() > 1);
-        let mut varying: Vec<_> = varying.collect();
+        let file_name = |value: &Option<Value>| match value {
+            Some(Value::Text(text)) => files.get(text).cloned().map(Value::Text),
+            _ => None,
+        };
+        let sorted = |(name, values): (String, BTreeSet<Option<Value>>)| {
+            let mut ascending: Vec<Option<Value>> = values.into_iter().collect();
+            // Colours follow the order of the names of files, not of hashes.
+            ascending.sort_by_cached_key(|value| file_name(value).or_else(|| value.clone()));
+            (name, ascending)
+        };
+        let several = values.into_iter().filter(|(_, values)| values.len() > 1);
+        let mut varying: Vec<_> = several.map(sorted).collect();
         // Cutoffs come first in the name of a spectrum, and what often follows from them last.
         let rank = |name: &str| match name {
             "k_lower" => 0,
@@ -89,7 +91,6 @@ impl Styles {
         varying.sort_by_key(|(name, _)| rank(name));
         varying.retain({
             let mut known: Vec<String> = Vec::new();
-            let points = &points;
             move |(name, _)| {
                 let is_new = is_independent(points, &known, name);
                 if is_new {
@@ -99,17 +100,21 @@ impl Styles {
             }
         });
         let index_of = |wanted: &str| varying.iter().position(|(name, _)| name == wanted);
-        let marker = index_of(K_UPPER.name);
-        let colour = index_of(K_LOWER.name);
         let other = |taken: Option<usize>| (0..varying.len()).find(|&at| Some(at) != taken);
-        let colour = colour.or_else(|| other(marker));
-        let marker = marker.filter(|_| marker != colour).or_else(|| other(colour));
-        let (files, lengths) = (files.clone(), Lengths::default());
-        let combinations = Vec::new();
-        let mut styles = Styles { points, files, varying, colour, marker, combinations, lengths };
+        let upper = index_of(K_UPPER.name);
+        let colour = index_of(K_LOWER.name).or_else(|| other(upper));
+        let marker = upper.filter(|_| upper != colour).or_else(|| other(colour));
+        let mut styles = Styles {
+            points: points.to_vec(),
+            files: files.clone(),
+            varying,
+            colour,
+            marker,
+            ..Styles::default()
+        };
         if styles.varying.len() > 2 {
-            let all = styles.points.iter().map(|point| styles.combination(point));
-            let all: BTreeSet<Vec<usize>> = all.collect();
+            let all: BTreeSet<Vec<usize>> =
+                styles.points.iter().map(|point| styles.combination(point)).collect();
             styles.combinations = all.into_iter().collect();
         }
         styles
@@ -144,19 +149,19 @@ impl Styles {
     /// measured surface. Returns `None` if there are no other points.
     pub fn label(&self, point: &Point) -> Option<String> {
         let file = self.file(point).map(str::to_owned);
-        let parts = self.varying.iter().filter_map(|(name, _)| {
+        let told = |(name, _): &(String, Vec<_>)| {
             let value = point.get(name)?;
             let follows = file.is_some() && FOLLOW_FROM_A_FILE.contains(&name.as_str());
             let told = || format!("{} {}", symbol(name), self.lengths.told(name, value));
             (!follows && self.tells_apart(name, point)).then(told)
-        });
-        let parts: Vec<String> = parts.collect();
+        };
+        let parts: Vec<String> = self.varying.iter().filter_map(told).collect();
         // The file is the same for all points.
         let is_common = self.files.len() == 1
             && self.points.iter().all(|one| self.file(one) == file.as_deref());
         let named = file.clone().filter(|_| parts.is_empty() || !is_common);
         let words: Vec<String> = named.into_iter().chain(parts).collect();
-        let method = |of: &Point| of.get(METHOD.name).cloned();
+        let method = |of: &Point| text(of, METHOD.name).map(str::to_owned);
         if words.is_empty() && self.points.iter().any(|other| method(other) != method(point)) {
             // Only the method distinguishes this surface from measured ones.
             return method(point).map(|method| format!("method {method}"));
@@ -171,7 +176,7 @@ impl Styles {
 
     /// Returns the file name of a measured surface.
     fn file(&self, point: &Point) -> Option<&str> {
-        self.files.get(point.get(CONTENT.name)?).map(String::as_str)
+        self.files.get(text(point, CONTENT.name)?).map(String::as_str)
     }
 
     /// Returns true if the parameter `name` differs between this point and another point with the
@@ -193,7 +198,7 @@ impl Styles {
         let Some((name, values)) = self.colour.map(|at| &self.varying[at]) else {
             return Colour::Series(index);
         };
-        let are_numbers = values.iter().all(|value| value.parse::<f64>().is_ok());
+        let are_numbers = values.iter().all(|value| value.as_ref().and_then(number).is_some());
         if are_numbers && (name != K_LOWER.name || values.len() > MOST) {
             let last = (values.len() - 1) as f64;
             return Colour::Gradient((index as f64 / last * (GRADIENT_STEPS - 1) as f64) as usize);
@@ -204,11 +209,6 @@ impl Styles {
     /// Returns the style of separate markers for a point.
     pub fn markers(&self, point: &Point) -> Style {
         Style::marker(self.colour(point), style::marker(self.marker_index(point)))
-    }
-
-    /// Returns the style of the thin line that joins the markers of a point.
-    pub fn joins(&self, point: &Point) -> Style {
-        Style::line(self.colour(point), Dash::Solid, 1.0)
     }
 
     fn marker_index(&self, point: &Point) -> usize {
@@ -223,7 +223,7 @@ impl Styles {
         let own = self.combination(point);
         let is_same = |combination: &&Vec<usize>| {
             let mut parameters = self.varying.iter().zip(combination.iter().zip(&own));
-            parameters.all(|((name, _), (one, other))| one == other || !point.contains_key(name))
+            parameters.all(|((name, _), (one, other))| one == other || point.get(name).is_none())
         };
         self.combinations.iter().position(|combination| is_same(&combination))
     }
@@ -236,8 +236,7 @@ impl Styles {
         let Some((name, values)) = coordinate.map(|at| &self.varying[at]) else {
             return 0;
         };
-        let value = point.get(name).map_or("", String::as_str);
-        values.iter().position(|known| known == value).unwrap_or(0)
+        values.iter().position(|known| known.as_ref() == point.get(name)).unwrap_or(0)
     }
 }
 
@@ -247,31 +246,27 @@ fn is_independent(points: &[Point], known: &[String], name: &str) -> bool {
     if [K_LOWER.name, K_UPPER.name].contains(&name) || known.is_empty() {
         return true;
     }
-    let values = |point: &Point| -> Vec<Option<String>> {
-        known.iter().map(|name| point.get(name).cloned()).collect()
-    };
-    let mut by_known: BTreeMap<Vec<Option<String>>, Option<&String>> = BTreeMap::new();
+    let mut by_known: BTreeMap<Vec<Option<&Value>>, Option<&Value>> = BTreeMap::new();
     points.iter().any(|point| {
+        let values = known.iter().map(|name| point.get(name)).collect();
         let value = point.get(name);
-        *by_known.entry(values(point)).or_insert(value) != value
+        *by_known.entry(values).or_insert(value) != value
     })
-}
-
-/// Compares numbers by size, and other texts alphabetically.
-pub fn ascending(one: &str, other: &str) -> std::cmp::Ordering {
-    match (one.parse::<f64>(), other.parse::<f64>()) {
-        (Ok(one), Ok(other)) => one.total_cmp(&other),
-        _ => one.cmp(other),
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn point(k_lower: u32, k_upper: u32) -> Point {
-        let entry = |name: &str, value: u32| (name.to_owned(), value.to_string());
-        [entry("k_lower", k_lower), entry("k_upper", k_upper), entry("nodes", 256)].into()
+    use asperity_stages::columns::{EDGES, HURST};
+
+    fn of_exponent(hurst: f64) -> Point {
+        Point::from_cells([(HURST, Value::Real(hurst))])
+    }
+
+    fn point(k_lower: i64, k_upper: i64) -> Point {
+        let cells = [(K_LOWER, k_lower), (K_UPPER, k_upper), (NODES, 256)];
+        Point::from_cells(cells.map(|(column, value)| (column, Value::Integer(value))))
     }
 
     #[test]
@@ -292,22 +287,18 @@ mod tests {
         let alone = Styles::new(&[point(1, 32)], &Files::new());
         assert_eq!(alone.label(&point(1, 32)), None);
         // A surface has fewer coordinates than its contacts, and also has no label.
-        let mut surface = point(1, 32);
-        surface.remove("nodes");
+        let surface = point(1, 32).without(&["nodes"]);
         assert_eq!(alone.label(&surface), None);
     }
 
     #[test]
     fn a_measured_surface_is_called_by_its_file() {
-        let point = |entries: &[(&str, &str)]| -> Point {
-            let entries = entries.iter();
-            entries.map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect()
+        let of_file = |content: &str, slope: f64, edges: &str| {
+            let texts = [(METHOD, "file"), (CONTENT, content), (EDGES, edges)];
+            let texts = texts.map(|(column, text)| (column, Value::Text(text.to_owned())));
+            Point::from_cells(texts.into_iter().chain([(RMS_SLOPE, Value::Real(slope))]))
         };
-        let of_file = |content, slope, edges| {
-            let method = ("method", "file");
-            point(&[method, ("content", content), ("rms_slope", slope), ("edges", edges)])
-        };
-        let [worn, new] = [("c1", "4.751345830974993"), ("c0", "0.2")]
+        let [worn, new] = [("c1", 4.751345830974993), ("c0", 0.2)]
             .map(|(content, slope)| of_file(content, slope, "mirror"));
         let files: Files = [("c1", "worn.npy"), ("c0", "new.npy")]
             .map(|(content, file)| (content.to_owned(), file.to_owned()))
@@ -320,12 +311,16 @@ mod tests {
         let styles = Styles::new(&both, &files);
         assert_eq!([&new, &worn].map(|point| styles.colour(point)), [0, 1].map(Colour::Series));
         // A file that is read twice has the difference in its label.
-        let faded = of_file("c1", "4.2", "taper");
+        let faded = of_file("c1", 4.2, "taper");
         let thrice = [worn.clone(), new.clone(), faded.clone()];
         assert_eq!(label(&thrice, &faded).as_deref(), Some("worn.npy · edges taper"));
         assert_eq!(label(&thrice, &new).as_deref(), Some("new.npy"));
         // A random surface does not add its parameters to the labels of files.
-        let random = point(&[("k_lower", "4"), ("rms_slope", "0.02"), ("method", "filter")]);
+        let random = Point::from_cells([
+            (K_LOWER, Value::Integer(4)),
+            (RMS_SLOPE, Value::Real(0.02)),
+            (METHOD, Value::Text("filter".to_owned())),
+        ]);
         let mixed = [worn.clone(), random.clone()];
         assert_eq!(label(&mixed, &worn).as_deref(), Some("worn.npy"));
         assert_eq!(label(&mixed, &random).as_deref(), Some("method filter"));
@@ -334,10 +329,8 @@ mod tests {
     #[test]
     fn points_of_three_varying_parameters_do_not_look_alike() {
         let points = [0.2, 0.4, 0.6, 0.8].map(|hurst: f64| {
-            [point(1, 8), point(1, 16), point(2, 8), point(2, 16)].map(|mut point| {
-                point.insert("hurst".to_owned(), hurst.to_string());
-                point
-            })
+            [point(1, 8), point(1, 16), point(2, 8), point(2, 16)]
+                .map(|point| point.and(of_exponent(hurst)))
         });
         let points = points.concat();
         let styles = Styles::new(&points, &Files::new());
@@ -346,15 +339,14 @@ mod tests {
             assert!(!looks[..index].contains(look));
         }
         // A surface has fewer coordinates than its contacts.
-        let mut surface = points[5].clone();
-        surface.remove("nodes");
+        let surface = points[5].clone().without(&["nodes"]);
         assert_eq!(styles.markers(&surface), looks[5]);
     }
 
     #[test]
     fn where_no_cutoff_varies_something_else_has_the_colours() {
-        let with = |hurst: &str| Point::from([("hurst".to_owned(), hurst.to_owned())]);
-        let styles = Styles::new(&[with("0.3"), with("0.8")], &Files::new());
-        assert_ne!(styles.colour(&with("0.3")), styles.colour(&with("0.8")));
+        let points = [0.3, 0.8].map(of_exponent);
+        let styles = Styles::new(&points, &Files::new());
+        assert_ne!(styles.colour(&points[0]), styles.colour(&points[1]));
     }
 }

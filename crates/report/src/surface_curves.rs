@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::ensembles::{self, Point};
+use crate::points::{self, Point};
 use asperity_stages::columns::ALONG;
 use asperity_tables::column::Column;
 use asperity_tables::table::{Table, TableError};
@@ -46,10 +46,9 @@ pub fn from_table(
     let weights = weight.map(|weight| table.integers(weight.name)).transpose()?;
     let mut found: Vec<(Point, BTreeMap<u64, Sum>)> = Vec::new();
     for rows in runs(coordinates.values()) {
-        let mut point = ensembles::point(table, rows.start);
-        point.remove(x.name);
-        let index = found.iter().position(|(known, _)| *known == point);
-        let index = index.unwrap_or_else(|| {
+        let point = points::at_row(table, rows.start).without(&[x.name]);
+        let before = found.iter().position(|(known, _)| *known == point);
+        let index = before.unwrap_or_else(|| {
             found.push((point, BTreeMap::new()));
             found.len() - 1
         });
@@ -62,9 +61,9 @@ pub fn from_table(
             sum.1 += 1;
         }
     }
-    let curves = found.into_iter().map(|(mut point, sums)| SurfaceCurve {
-        along: point.remove(ALONG.name),
-        point,
+    let curves = found.into_iter().map(|(point, sums)| SurfaceCurve {
+        along: points::text(&point, ALONG.name).map(str::to_owned),
+        point: point.without(&[ALONG.name]),
         surfaces: sums.values().map(|(_, count, _)| *count).max().unwrap_or(0),
         points: sums.into_iter().map(mean).collect(),
     });
@@ -82,14 +81,6 @@ pub fn runs(coordinates: &[f64]) -> Vec<Range<usize>> {
         .collect();
     starts.push(coordinates.len());
     starts.windows(2).map(|pair| pair[0]..pair[1]).collect()
-}
-
-impl SurfaceCurve {
-    /// Returns true if a surface agrees with the parameter point of this curve.
-    pub fn is_of(&self, surface: &Point) -> bool {
-        let own = self.point.iter();
-        own.into_iter().all(|(name, value)| surface.get(name) == Some(value))
-    }
 }
 
 /// Averages neighbouring points with weights. Returns points (x, y) that are about evenly spaced on
@@ -149,7 +140,6 @@ mod tests {
             .collect();
         let expected = [(2, vec![(1.0, 6.0), (2.0, 3.0)]), (1, vec![(1.0, 5.0)])];
         assert_eq!(told, expected);
-        assert!(found[0].is_of(&found[0].point) && !found[0].is_of(&found[1].point));
     }
 
     #[test]

@@ -8,8 +8,8 @@ use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Description, Value};
 use asperity_tables::table::{Table, TableError};
 
-use crate::ensembles;
 use crate::loads::{self, LOAD_LABEL};
+use crate::points;
 use crate::units::{LengthUnit, PressureUnit, Scaled, Units, digits, prefixed};
 
 /// Names of the files of measured surfaces, by the hash of their content.
@@ -164,7 +164,7 @@ impl Labels {
     pub fn new(known: &Units, table: &Table, named: &TableUnits) -> Result<Labels, TableError> {
         let names = table.names().into_iter();
         let of_length = grouped(&table.only(&[UNIT.name, SPECTRUM_OF.name])).into_iter();
-        let points = of_length.map(|rows| ensembles::point(table, rows[0]));
+        let points = of_length.map(|rows| points::at_row(table, rows[0]));
         let units: BTreeSet<Option<String>> =
             points.map(|point| known.at(&point).map(str::to_owned)).collect();
         let mut lengths = LengthUnit::common(units.iter().map(Option::as_deref));
@@ -181,6 +181,11 @@ impl Labels {
         Ok(Labels { units: units.collect(), lengths, length, pressure })
     }
 
+    /// Returns whether the values of a column are quantities that another column names.
+    pub fn is_unit(&self, column: &str, other: &str) -> bool {
+        self.units.get(column).is_some_and(|unit| *unit == format!("as `{other}`"))
+    }
+
     /// Returns the unit in which values of a column are shown.
     pub fn unit(&self, column: &str, values: impl Iterator<Item = f64>) -> AxisUnit {
         let largest = values.fold(0.0_f64, |most, value| most.max(value.abs()));
@@ -194,6 +199,7 @@ impl Labels {
             _ if column.starts_with(LOAD.name) || column == TANGENTIAL_LOAD.name => {
                 Scaled { factor: 1.0, unit: String::new() }
             }
+            unit if unit.starts_with("as `") => Scaled { factor: 1.0, unit: String::new() },
             unit @ ("m" | "Pa" | "N" | "Ω" | "Ω m" | "W/(m² K)") => prefixed(largest, unit),
             unit => Scaled { factor: 1.0, unit: self.named().name(unit) },
         };
@@ -229,11 +235,10 @@ impl Labels {
     /// Lists the values of a column for messages.
     pub fn values(&self, table: &Table, column: &str) -> String {
         const MOST: usize = 12;
-        let column = table.batch().column_by_name(column);
-        let values = column.iter().flat_map(|column| {
-            (0..table.rows()).filter_map(|row| Value::from_array(column.as_ref(), row))
-        });
-        let values: BTreeSet<Value> = values.collect();
+        let mut values = BTreeSet::new();
+        if let Some(cells) = table.batch().column_by_name(column) {
+            values.extend((0..table.rows()).filter_map(|row| Value::from_array(cells, row)));
+        }
         let told: Vec<String> = values.iter().take(MOST).map(Value::to_string).collect();
         let more = if values.len() > MOST { " …" } else { "" };
         told.join(", ") + more

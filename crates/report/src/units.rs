@@ -11,8 +11,8 @@
 use std::collections::BTreeMap;
 
 use crate::charts::map_panel::ScaleBar;
-use crate::ensembles::Point;
 use crate::finished::FinishedStages;
+use crate::points::{Point, text};
 use asperity_stages::Kind;
 use asperity_stages::columns::{SPECTRUM_OF, SURFACE, UNIT};
 use asperity_stages::units::assumed_pressure_unit;
@@ -79,17 +79,16 @@ impl Units {
     /// Returns the unit of the surfaces at a point. Random surfaces with the spectrum of a measured
     /// surface have the unit of the measured surface.
     pub fn at<'a>(&'a self, point: &'a Point) -> Option<&'a str> {
-        let own = point.get(UNIT.name);
-        let of_model = || self.by_surface.get(point.get(SPECTRUM_OF.name)?);
-        own.or_else(of_model).map(String::as_str)
+        let of_model = || self.by_surface.get(text(point, SPECTRUM_OF.name)?).map(String::as_str);
+        text(point, UNIT.name).or_else(of_model)
     }
 }
 
 impl LengthUnit {
     /// Returns the common unit of surfaces with these units.
     pub fn common<'a>(units: impl IntoIterator<Item = Option<&'a str>>) -> LengthUnit {
-        let units: Option<Vec<&str>> = units.into_iter().collect();
-        match units.as_deref() {
+        let known: Option<Vec<&str>> = units.into_iter().collect();
+        match known.as_deref() {
             Some(["m", others @ ..]) if others.iter().all(|other| *other == "m") => {
                 LengthUnit::Metre
             }
@@ -98,7 +97,7 @@ impl LengthUnit {
             {
                 LengthUnit::Named((*first).to_owned())
             }
-            Some([_, ..]) if units.iter().flatten().all(|unit| in_metres(unit).is_some()) => {
+            Some([_, ..]) if known.iter().flatten().all(|unit| in_metres(unit).is_some()) => {
                 LengthUnit::Metre
             }
             Some(_) | None => LengthUnit::Unknown,
@@ -165,9 +164,9 @@ impl PressureUnit {
 
     /// Returns the common unit of several tables or parameter points.
     pub fn common(units: impl IntoIterator<Item = PressureUnit>) -> PressureUnit {
-        let mut units = units.into_iter();
-        let first = units.next().unwrap_or(PressureUnit::Unknown);
-        if units.all(|other| other == first) { first } else { PressureUnit::Unknown }
+        let mut rest = units.into_iter();
+        let first = rest.next().unwrap_or(PressureUnit::Unknown);
+        if rest.all(|other| other == first) { first } else { PressureUnit::Unknown }
     }
 
     /// Returns the unit of pressures up to `largest`.

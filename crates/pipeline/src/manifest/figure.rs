@@ -125,7 +125,7 @@ pub struct CurveTable {
     /// Stage whose table has a row for each curve, such as a `fit`; its columns are the parameters
     /// of the expression. By default the parameters are those of the table of the figure.
     pub from: Key<String>,
-    /// Selection of the rows of `from`.
+    /// Selection of the rows of `from` or, without `from`, of the series that have the curve.
     #[serde(rename = "where")]
     pub selection: Key<BTreeMap<String, Spanned<Selected>>>,
     /// Expressions for the ends of the curve along x, in columns of `from`. The curve does not

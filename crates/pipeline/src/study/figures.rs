@@ -65,10 +65,22 @@ pub struct Curve {
     pub label: Option<String>,
     /// Stage whose table has a row for each curve.
     pub from: Option<String>,
-    /// Columns that select the rows of `from`.
+    /// Columns that select the rows of `from` or, without it, the series beside which the curve is
+    /// drawn.
     pub selection: BTreeMap<String, Vec<Value>>,
     /// Ends of the curve along x.
     pub range: Option<[Expression; 2]>,
+}
+
+impl Curve {
+    /// Returns whether the curve is a law along x with parameters of another stage, not a level.
+    pub fn is_fit_along(&self, x: &str) -> bool {
+        self.from.is_some()
+            && match &self.law {
+                Law::Value(law) | Law::Area(law) => law.columns().contains(x),
+                Law::Theory { .. } => true,
+            }
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -205,6 +217,14 @@ impl Quantity {
                 columns.iter().any(|name| is_area(name))
                     && columns.iter().all(|name| is_area(name) || *name == LOAD.name)
             }
+        }
+    }
+
+    /// Returns the columns of the ends of its interval.
+    pub fn ends(&self) -> Option<&[String; 2]> {
+        match &self.bars {
+            BarSource::Ends { ends, .. } => Some(ends),
+            _ => None,
         }
     }
 

@@ -70,8 +70,8 @@ impl Axis {
                 [from, to.max(from + room)]
             }
             Spacing::Logarithmic | Spacing::Octaves => {
-                let to = to.max(1.0 / FARTHEST);
-                [from.max(to / RATIO).min(to / 1.01), to]
+                let highest = to.max(1.0 / FARTHEST);
+                [from.max(highest / RATIO).min(highest / 1.01), highest]
             }
         }
     }
@@ -80,9 +80,7 @@ impl Axis {
     /// data beyond each end. Returns `None` without data.
     pub fn reach(&self, data: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
         const BEYOND: f64 = 0.25;
-        let data = data.filter(|&value| self.can_show(value));
-        let (least, most) = data
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (a.min(value), b.max(value)));
+        let [least, most] = self.extremes(data);
         (least <= most).then(|| match self.spacing {
             Spacing::Linear => {
                 let room = BEYOND * if most > least { most - least } else { most.abs() };
@@ -95,13 +93,19 @@ impl Axis {
         })
     }
 
+    /// Returns the smallest and the largest number that the axis can show, or [∞, −∞] for none.
+    fn extremes(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
+        let shown = values.filter(|&value| self.can_show(value));
+        shown.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| {
+            [least.min(value), most.max(value)]
+        })
+    }
+
     fn unbounded_ends(&self, values: impl Iterator<Item = f64>) -> [f64; 2] {
         if let Some(range) = self.range {
             return range;
         }
-        let values = values.filter(|&value| self.can_show(value));
-        let (least, most) = values
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (a.min(value), b.max(value)));
+        let [least, most] = self.extremes(values);
         if least > most {
             return [0.1, 1.0];
         }

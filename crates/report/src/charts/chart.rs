@@ -1,7 +1,6 @@
 //! Series of points over two axes.
 
 use kuva::plot::{LinePlot, ScatterPlot};
-use kuva::render::annotations::TextAnnotation;
 use kuva::render::layout::{AxisLabelOverlap, ComputedLayout, Layout};
 use kuva::render::plots::Plot;
 use kuva::render::render::{PathData, Primitive, Scene, render_multiple};
@@ -17,8 +16,6 @@ const NARROW: f64 = 330.0;
 const EDGE: f64 = 2.0;
 /// Smallest height of the area between the axes, in pixels.
 const LOWEST: f64 = 80.0;
-/// Room for a note above its point, relative to the length of the axis.
-const NOTE_HEIGHT: f64 = 0.08;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
@@ -27,8 +24,6 @@ pub struct Chart {
     pub x: Axis,
     pub y: Axis,
     pub series: Vec<Series>,
-    /// Texts at points (x, y) of the chart.
-    pub notes: Vec<(f64, f64, String)>,
 }
 
 /// Points with a common style and label.
@@ -39,6 +34,8 @@ pub struct Series {
     pub style: Style,
     /// Label in the legend, where series with the same label share one entry.
     pub label: Option<String>,
+    /// Whether the axes hold all points, even of a line that is drawn for comparison.
+    pub is_held: bool,
 }
 
 /// A point with an optional error bar.
@@ -53,11 +50,11 @@ pub struct DataPoint {
 impl Series {
     /// Creates a series of points without error bars.
     pub fn new(points: impl IntoIterator<Item = (f64, f64)>, style: Style) -> Series {
-        let points = points.into_iter();
         Series {
-            points: points.map(|(x, y)| DataPoint { x, y, bar: None }).collect(),
+            points: points.into_iter().map(|(x, y)| DataPoint { x, y, bar: None }).collect(),
             style,
             label: None,
+            is_held: false,
         }
     }
 
@@ -83,7 +80,7 @@ impl Series {
     /// Returns true for a theory, an asymptote or another line that is drawn for comparison.
     pub fn is_guide(&self) -> bool {
         let is_plain = matches!(self.style.colour, Colour::Text | Colour::Muted);
-        is_plain && self.style.marker.is_none()
+        is_plain && self.style.marker.is_none() && !self.is_held
     }
 
     pub fn without_bars(mut self) -> Series {
@@ -99,7 +96,7 @@ impl Series {
 impl Chart {
     /// Creates a chart without series.
     pub fn new(x: Axis, y: Axis) -> Chart {
-        Chart { title: String::new(), x, y, series: Vec::new(), notes: Vec::new() }
+        Chart { title: String::new(), x, y, series: Vec::new() }
     }
 
     /// Returns true if the data have at least two distinct values of x. The data are the series
@@ -134,7 +131,6 @@ impl Chart {
     pub fn convert_x(&mut self, factor: f64, label: String) {
         self.x.convert(factor, label);
         self.series.iter_mut().flat_map(|one| &mut one.points).for_each(|point| point.x *= factor);
-        self.notes.iter_mut().for_each(|(x, _, _)| *x *= factor);
     }
 
     /// Multiplies all values along y by a factor and gives the axis another label.
@@ -144,7 +140,6 @@ impl Chart {
             point.y *= factor;
             point.bar = point.bar.map(|ends| ends.map(|end| factor * end));
         }
-        self.notes.iter_mut().for_each(|(_, y, _)| *y *= factor);
     }
 
     pub fn titled(self, title: impl Into<String>) -> Chart {
@@ -158,13 +153,12 @@ impl Chart {
         let computed = ComputedLayout::from_layout(&layout);
         let series = || self.series.iter();
         let plots = series().flat_map(|series| self.plots(series, &frame, words));
-        let layout = self.with_notes(layout, &frame, words);
         let mut scene = render_multiple(plots.collect(), layout);
         let bars = series().filter_map(|series| self.bars(series, &frame, &computed));
         // Draw error bars below the points: after the axes, before the clipped elements.
         let mut elements = scene.elements.iter();
-        let at = elements.position(|element| matches!(element, Primitive::ClipStart { .. }));
-        let at = at.unwrap_or(scene.elements.len());
+        let first = elements.position(|element| matches!(element, Primitive::ClipStart { .. }));
+        let at = first.unwrap_or(scene.elements.len());
         scene.elements.splice(at..at, bars.collect::<Vec<_>>());
         scene
     }
@@ -247,17 +241,6 @@ impl Chart {
             ComputedLayout::from_layout(&self.layout(&Frame::new(self), any_height, words));
         let between = computed.margin_top + LOWEST + computed.margin_bottom;
         between.max(width_in_two_lines(&self.y.label, words) + 2.0 * EDGE)
-    }
-
-    fn with_notes(&self, mut layout: Layout, frame: &Frame, words: u32) -> Layout {
-        for (x, y, text) in &self.notes {
-            let (x, y) = frame.placed(*x, *y);
-            let note = TextAnnotation::new(text.clone(), x, y)
-                .with_color(Colour::Text.css())
-                .with_font_size(words - 1);
-            layout = layout.with_annotation(note);
-        }
-        layout
     }
 
     pub(super) fn plots(&self, series: &Series, frame: &Frame, words: u32) -> Vec<Plot> {
@@ -348,12 +331,7 @@ impl Frame {
             let [low, high] = point.bar.unwrap_or([point.y; 2]);
             if (x[0]..=x[1]).contains(&point.x) { vec![point.y, low, high] } else { Vec::new() }
         };
-        let mut y = ends(&chart.y, &chart.series, heights);
-        if chart.y.range.is_none() && chart.y.spacing == Spacing::Linear {
-            // A note stands above its point.
-            let room = NOTE_HEIGHT * (y[1] - y[0]);
-            y[1] = chart.notes.iter().fold(y[1], |top, (_, height, _)| top.max(height + room));
-        }
+        let y = ends(&chart.y, &chart.series, heights);
         let spacing = [chart.x.spacing_between(x), chart.y.spacing_between(y)];
         Frame { x, y, spacing, lift: [spacing[0].lift(x), spacing[1].lift(y)] }
     }
@@ -372,11 +350,12 @@ impl Frame {
 /// Returns the ends of an axis of a chart. They follow the data. Guides, such as theories, are in
 /// sight where they are near the data.
 fn ends(axis: &Axis, series: &[Series], values: impl Fn(&DataPoint) -> Vec<f64>) -> [f64; 2] {
-    let of = |series: &Series| series.points.iter().flat_map(&values).collect::<Vec<f64>>();
-    let (guides, data): (Vec<&Series>, Vec<&Series>) =
-        series.iter().partition(|series| series.is_guide());
-    let data: Vec<f64> = data.into_iter().flat_map(of).collect();
-    let guides = guides.into_iter().flat_map(of);
+    let of = |is_guide: bool| {
+        let own = series.iter().filter(move |series| series.is_guide() == is_guide);
+        own.flat_map(|series| &series.points).flat_map(&values)
+    };
+    let data: Vec<f64> = of(false).collect();
+    let guides = of(true);
     match axis.reach(data.iter().copied()) {
         None => axis.ends(guides),
         Some([from, to]) => {
@@ -422,18 +401,6 @@ mod tests {
         assert!(near.x[0] < 0.9 && near.y[1] > 21.0, "{:?} {:?}", near.x, near.y);
         let only_a_guide = Frame::new(&chart(&[], &[(0.0, 1.0), (7.0, 900.0)]));
         assert!(only_a_guide.y[1] > 900.0);
-    }
-
-    #[test]
-    fn an_axis_has_room_for_the_highest_note() {
-        let mut noted = chart(&[(1.0, 10.0), (2.0, 20.0)], &[]);
-        let alone = Frame::new(&noted).y;
-        noted.notes = vec![(1.0, 20.0, "y = 20".to_owned())];
-        let [from, to] = Frame::new(&noted).y;
-        assert_eq!(from, alone[0]);
-        assert!(to > alone[1] && to >= 20.0 + NOTE_HEIGHT * (alone[1] - alone[0]), "{to}");
-        noted.notes[0].1 = 12.0;
-        assert_eq!(Frame::new(&noted).y, alone);
     }
 
     #[test]

@@ -18,7 +18,7 @@ use crate::charts::axis::Spacing;
 use crate::charts::chart::{Chart, Frame, Series};
 use crate::charts::map_panel::{Frame as MapFrame, WORDS};
 use crate::charts::style::Colour;
-use crate::charts::svg::finished;
+use crate::charts::svg::{escaped, finished};
 use crate::charts::{Entry, Figure, Legend, Panel, SAMPLE, add_shifted, entries};
 use asperity_manifest::decimal;
 
@@ -71,9 +71,11 @@ impl Figure {
             panels += 1;
             self.draw_panel(panel, &frame, &legend, &format!("{name}-{panels}"))
         };
-        let rows = self.rows.iter();
-        let rows = rows.map(|row| PageRow { columns, panels: row.iter().map(&mut draw).collect() });
-        let rows = rows.collect();
+        let rows = self
+            .rows
+            .iter()
+            .map(|row| PageRow { columns, panels: row.iter().map(&mut draw).collect() })
+            .collect();
         let colours = self.colours.as_ref().map(|scale| {
             let mut scene = empty_scene([WIDEST, scale.height(WIDEST)]);
             let width = scene.width;
@@ -186,8 +188,8 @@ fn entry_of(chart: &Chart, index: usize, legend: &[Entry]) -> Option<usize> {
                 || (series.label.is_none() && other.style.colour == series.style.colour))
     };
     let (before, after) = chart.series.split_at(index);
-    let label = after.iter().find(is_alike).or_else(|| before.iter().rev().find(is_alike));
-    let label = label?.label.as_ref()?;
+    let alike = after.iter().find(is_alike).or_else(|| before.iter().rev().find(is_alike));
+    let label = alike?.label.as_ref()?;
     legend.iter().position(|entry| entry.label == *label)
 }
 
@@ -232,12 +234,6 @@ fn inside(scene: Scene) -> Vec<Primitive> {
     elements.take_while(|element| !matches!(element, Primitive::ClipEnd)).collect()
 }
 
-/// Escapes a text for an attribute.
-fn escaped(text: &str) -> String {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;");
-    text.replace('>', "&gt;").replace('"', "&quot;")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -255,10 +251,10 @@ mod tests {
             points: [0.5, 1.0, f64::NAN].map(point).to_vec(),
             style: Style::marker(Colour::Series(0), style::marker(1)),
             label: Some("mean".to_owned()),
+            is_held: false,
         });
         let theory = Style::line(Colour::Text, Dash::Dashed, 1.0);
         chart.series.push(Series::new([(0.5, 0.25), (1.0, 1.0)], theory).named("theory"));
-        chart.notes.push((0.7, 0.5, "note".to_owned()));
         chart
     }
 
@@ -300,7 +296,8 @@ mod tests {
 
     #[test]
     fn panels_have_their_own_drawings_and_one_legend() {
-        let figure = Figure::side_by_side(chart(), chart()).for_page("two");
+        let figure =
+            Figure::from_charts(vec![vec![chart(), chart()]], [430.0, 340.0]).for_page("two");
         assert_eq!(figure.rows[0].columns, 2);
         let [left, right] = figure.rows[0].panels.as_slice() else { panic!("two panels") };
         assert!(left.contains("two-1-clip-0") && right.contains("two-2-clip-0"));

@@ -128,7 +128,7 @@ impl MapPanel {
         let line = f64::from(WORDS) * 1.4;
         for (from_last, text) in wrapped(&self.title, width).iter().rev().enumerate() {
             let position = [x + width / 2.0, top - 5.0 - from_last as f64 * line];
-            scene.add(words(text.clone(), position, TextAnchor::Middle));
+            scene.add(words(text.clone(), position, WORDS, TextAnchor::Middle));
         }
         if self.has_outline {
             scene.add(box_of([left, top], map));
@@ -152,7 +152,7 @@ impl ScaleBar {
         let right = left + self.length * pixels_per_length;
         scene.add(line([left, middle], [right, middle], Colour::Text, 3.0));
         let position = [right + SPACE, middle + 4.5];
-        scene.add(words(self.label.clone(), position, TextAnchor::Start));
+        scene.add(words(self.label.clone(), position, WORDS, TextAnchor::Start));
     }
 }
 
@@ -170,8 +170,8 @@ impl ColourBar {
         let [left, right] = match &self.numbers {
             BarNumbers::Ends([lowest, highest]) => {
                 let below = middle + 4.5;
-                scene.add(words(lowest.clone(), [from, below], TextAnchor::Start));
-                scene.add(words(highest.clone(), [to, below], TextAnchor::End));
+                scene.add(words(lowest.clone(), [from, below], WORDS, TextAnchor::Start));
+                scene.add(words(highest.clone(), [to, below], WORDS, TextAnchor::End));
                 [from + width_of(lowest, WORDS) + SPACE, to - width_of(highest, WORDS) - SPACE]
             }
             BarNumbers::Axis { ticks, label } => {
@@ -182,7 +182,7 @@ impl ColourBar {
                     scene.add(tick_label(number, x, [from, to], bottom + TICK + 13.0));
                 }
                 let centre = [(from + to) / 2.0, bottom + TICK + 31.0];
-                scene.add(words(label.clone(), centre, TextAnchor::Middle));
+                scene.add(words(label.clone(), centre, WORDS, TextAnchor::Middle));
                 [from, to]
             }
         };
@@ -195,8 +195,8 @@ impl ColourBar {
 /// Returns the number of a tick, shifted such that it does not reach beyond the bar.
 fn tick_label(number: &str, x: f64, [from, to]: [f64; 2], y: f64) -> Primitive {
     let half = width_of(number, WORDS) / 2.0;
-    let x = x.max(from + half).min(to - half);
-    words(number.to_owned(), [x, y], TextAnchor::Middle)
+    let inside = x.max(from + half).min(to - half);
+    words(number.to_owned(), [inside, y], WORDS, TextAnchor::Middle)
 }
 
 fn line([x1, y1]: [f64; 2], [x2, y2]: [f64; 2], colour: Colour, width: f64) -> Primitive {
@@ -211,12 +211,13 @@ fn line([x1, y1]: [f64; 2], [x2, y2]: [f64; 2], colour: Colour, width: f64) -> P
     }
 }
 
-fn words(content: String, [x, y]: [f64; 2], anchor: TextAnchor) -> Primitive {
+/// Returns a text in the colour of texts, whose baseline is at the point (x, y).
+pub fn words(content: String, [x, y]: [f64; 2], size: u32, anchor: TextAnchor) -> Primitive {
     Primitive::Text {
         x,
         y,
         content,
-        size: WORDS,
+        size,
         anchor,
         rotate: None,
         bold: false,

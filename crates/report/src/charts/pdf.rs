@@ -139,9 +139,9 @@ impl Page {
         let width = number(stroke.width().get());
         let _ = writeln!(self.content, "{width} w {cap} J {join} j");
         if let Some(dashes) = stroke.dasharray() {
-            let dashes: Vec<String> = dashes.iter().copied().map(number).collect();
+            let lengths: Vec<String> = dashes.iter().copied().map(number).collect();
             let offset = number(stroke.dashoffset());
-            let _ = writeln!(self.content, "[{}] {offset} d", dashes.join(" "));
+            let _ = writeln!(self.content, "[{}] {offset} d", lengths.join(" "));
         }
     }
 
@@ -242,8 +242,8 @@ impl Page {
         let mut document = Document::new();
         document.object("<</Type/Catalog/Pages 2 0 R>>");
         document.object("<</Type/Pages/Kids[3 0 R]/Count 1>>");
-        let images = self.images.iter().enumerate();
-        let images = images.map(|(index, _)| format!("/I{index} {} 0 R", FIRST_IMAGE + index));
+        let images =
+            (0..self.images.len()).map(|index| format!("/I{index} {} 0 R", FIRST_IMAGE + index));
         let opacities = self.opacities.keys().map(|parts| {
             let alpha = number(*parts as f32 / 1000.0);
             format!("/f{parts}<</ca {alpha}>>/s{parts}<</CA {alpha}>>")
@@ -309,8 +309,8 @@ impl Font {
     fn descriptor(&self, file: &str) -> String {
         let metrics = self.font.metrics(Size::unscaled(), LocationRef::default());
         let head = self.font.head().expect("the font has a header");
-        let bounds = [head.x_min(), head.y_min(), head.x_max(), head.y_max()];
-        let bounds = bounds.map(|bound| self.thousandths(f32::from(bound)).to_string());
+        let corners = [head.x_min(), head.y_min(), head.x_max(), head.y_max()];
+        let bounds = corners.map(|bound| self.thousandths(f32::from(bound)).to_string());
         let [ascent, descent] =
             [metrics.ascent, metrics.descent].map(|height| self.thousandths(height));
         format!(
@@ -327,9 +327,8 @@ fn unicode_map(glyphs: &BTreeMap<u32, String>) -> String {
                    /CMapName/Texts def\n/CMapType 2 def\n1 begincodespacerange\n<0000><FFFF>\n\
                    endcodespacerange\n"
         .to_owned();
-    let glyphs: Vec<_> = glyphs.iter().collect();
     // A section has at most 100 entries.
-    for section in glyphs.chunks(100) {
+    for section in glyphs.iter().collect::<Vec<_>>().chunks(100) {
         let _ = writeln!(map, "{} beginbfchar", section.len());
         for (id, text) in section {
             let units: String = text.encode_utf16().map(|unit| format!("{unit:04X}")).collect();
@@ -406,8 +405,10 @@ fn matrix(transform: Transform) -> String {
 /// Formats a number without an exponent, which PDF does not have.
 fn number(value: f32) -> String {
     let text = format!("{value:.5}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+    match text.trim_end_matches('0').trim_end_matches('.') {
+        "-0" => "0".to_owned(),
+        shortest => shortest.to_owned(),
+    }
 }
 
 #[cfg(test)]

@@ -163,8 +163,8 @@ pub fn declarations() -> [String; 2] {
 
 /// Replaces CSS variables by the light colours, for programs without them.
 pub fn with_light_colours(svg: &str) -> String {
-    let known = Colour::all().map(|colour| (colour.css(), colour.shades()));
-    let known: HashMap<String, [String; 2]> = known.collect();
+    let known: HashMap<String, [String; 2]> =
+        Colour::all().map(|colour| (colour.css(), colour.shades())).collect();
     let mut parts = svg.split("var(");
     let mut text = parts.next().unwrap_or_default().to_owned();
     for part in parts {

@@ -63,8 +63,8 @@ fn with_own_numbers(svg: &str, name: &str) -> String {
     for part in parts {
         let end = part.find(|c: char| !c.is_ascii_digit()).unwrap_or(part.len());
         let (number, rest) = part.split_at(end);
-        let index = known.iter().position(|&seen| seen == number);
-        let index = index.unwrap_or_else(|| {
+        let before = known.iter().position(|&seen| seen == number);
+        let index = before.unwrap_or_else(|| {
             known.push(number);
             known.len() - 1
         });
@@ -143,6 +143,11 @@ pub fn to_raster(svg: &str, scale: f32) -> Result<Raster, PixelsError> {
     // Separate drawings have a background, so no pixel is transparent.
     let colours = pixels.pixels().iter().map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]);
     Ok(Raster::from_pixels([width as usize, height as usize], colours.collect()))
+}
+
+/// Escapes a text for HTML and for attributes of SVG.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

@@ -8,14 +8,14 @@ use crate::ReportError;
 use crate::charts::map_panel::MapPanel;
 use crate::charts::raster::Scale;
 use crate::charts::{Figure, Panel, in_rows, panel_of_map};
-use crate::ensembles::{self, Point};
 use crate::figure_data::FigureData;
-use crate::figures::contact_maps::{LoadSlider, SliderScale, Step, spread};
+use crate::figures::contact_maps::{LoadSlider, Step, spread};
 use crate::figures::{Definition, Drawn};
 use crate::finished::FinishedStages;
 use crate::map_pictures::{NodeValues, Quantity};
+use crate::points::{self, Point};
 use crate::samples::{self, Sample};
-use crate::units::{length_in_words, scale_bar};
+use crate::units::length_in_words;
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::area::ContactArea;
 use asperity_contact::morphology::map::ContactMap;
@@ -61,8 +61,8 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
             }
             Stored::None => continue,
         };
-        let label = data.styles.label(&path.point).filter(|_| samples.len() > 1);
-        let label = label.unwrap_or_default();
+        let own_label = data.styles.label(&path.point).filter(|_| samples.len() > 1);
+        let label = own_label.unwrap_or_default();
         let shown = path.shown_states()?;
         has_maps |= !shown.is_empty();
         rows.extend(in_rows(3, path.contact_panels(data, &label, &shown)?));
@@ -122,7 +122,7 @@ impl Path {
         let table = archive.store().read(&task.table, Columns::All)?;
         let grid = Grids::new(&table)?.grid(0);
         Ok(Stored::Path(Box::new(Path {
-            point: ensembles::point(&table, 0),
+            point: points::at_row(&table, 0),
             grid: grid.map_err(ReportError::Surface)?,
             length_unit: asperity_stages::units::length_unit(&table),
             table,
@@ -281,17 +281,12 @@ impl Path {
             let load = data.loads.text(loads.value(row), pressures.value(row));
             Ok(Step::new(format!("{load}, {branch}"), area, gaps.value(row), unit, &picture))
         };
+        let steps = spread(bound.len()).map(step).collect::<Result<_, ReportError>>()?;
         let size = self.grid.cell().size();
-        let longer = self.grid.cell().longer_side();
         Ok(Some(LoadSlider {
             label,
-            load_name: data.loads.name(),
-            one: "state",
-            size: size.map(|side| side / longer),
-            scale: scale_bar(size[0], unit)
-                .map(|bar| SliderScale { percent: 100.0 * bar.length / size[0], label: bar.label }),
-            steps: spread(bound.len()).map(step).collect::<Result<_, ReportError>>()?,
             loads: bound.len(),
+            ..LoadSlider::new(data.loads.name(), size, unit, steps)
         }))
     }
 }

@@ -17,8 +17,7 @@ use asperity_tables::column::Column;
 use asperity_tables::table::Table;
 
 use crate::finished::{FinishedStage, FinishedStages};
-use crate::independent::independent;
-use crate::plotted::distinct;
+use crate::points::{distinct, independent};
 use crate::symbols;
 
 /// Number of loads from which on results are drawn against the load.
@@ -106,17 +105,17 @@ fn quantities(kind: Kind, table: &Table) -> Vec<String> {
             names().filter_map(|name| name.strip_suffix(MEAN)).map(str::to_owned).collect()
         }
         Kind::Fit => {
-            let has = |name: &str, end: &str| table.has(&format!("{name}_{end}"));
-            let fitted = names().filter(|name| has(name, "lower") && has(name, "upper"));
-            // A parameter that is given and not fitted has no interval.
-            let is_fitted = |name: &&str| {
-                let ends = ["lower", "upper"].map(|end| format!("{name}_{end}"));
-                ends.iter().chain([&(*name).to_owned()]).all(|name| {
-                    let column = table.batch().column_by_name(name);
-                    column.is_some_and(|column| column.null_count() < column.len())
-                })
+            let has_values = |name: &String| {
+                let column = table.batch().column_by_name(name);
+                column.is_some_and(|column| column.null_count() < column.len())
             };
-            fitted.filter(is_fitted).map(str::to_owned).collect()
+            let parameters = names().filter_map(|name| Quantity::find(table, name, None).ok());
+            // A parameter that is given and not fitted has no interval.
+            let fitted = parameters.filter(|parameter| {
+                has_values(&parameter.column)
+                    && parameter.ends().is_some_and(|ends| ends.iter().all(has_values))
+            });
+            fitted.map(|parameter| parameter.column).collect()
         }
         Kind::Measure | Kind::Correct => {
             let areas = [AREA_CORRECTED.name, AREA_FRACTION.name].into_iter();

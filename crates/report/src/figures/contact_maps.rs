@@ -7,16 +7,16 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use serde::Serialize;
 
 use crate::ReportError;
-use crate::charts::map_panel::{MapPanel, ScaleBar};
+use crate::charts::map_panel::MapPanel;
 use crate::charts::raster::Raster;
 use crate::charts::{Figure, Panel, in_rows, panel_of_map};
-use crate::ensembles::{self, Point};
 use crate::figure_data::FigureData;
 use crate::figures::{Definition, Drawn};
 use crate::finished::FinishedStages;
 use crate::loads::Loads;
+use crate::points::{self, Point};
 use crate::samples::{self, Sample};
-use crate::units::{LengthUnit, scale_bar};
+use crate::units::{digits, length_in_words, scale_bar};
 use asperity_contact::morphology::area::ContactArea;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_stages::columns::{CONTACT, LOAD, MEAN_GAP, PRESSURE};
@@ -63,8 +63,7 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
         }
     }
     if by_sample.is_empty() {
-        let lines = data.lines_of_loads("[0.012, 0.06, 0.14, 0.32, 0.74]");
-        return Ok(Drawn::missing("solved loads", lines));
+        return Ok(Drawn::NotAsked);
     }
     let has_overlay = by_sample.iter().any(|panels| panels.len() > 1);
     let mut caption =
@@ -161,7 +160,7 @@ impl Pressed {
         if block.rows() == 0 {
             return Ok(());
         }
-        self.point = ensembles::point(block, 0);
+        self.point = points::at_row(block, 0);
         let (loads, gaps) = (block.reals(LOAD.name)?, block.reals(MEAN_GAP.name)?);
         let pressures = block.reals(PRESSURE.name)?;
         let bits = block.bytes(CONTACT.name)?;
@@ -169,8 +168,8 @@ impl Pressed {
         for row in 0..block.rows() {
             let grid = grids.grid(row).map_err(ReportError::Surface)?;
             self.size = grid.cell().size();
-            let map = ContactMap::from_bytes(grid.nodes(), bits.value(row));
-            let map = map.map_err(|error| ReportError::Surface(StageError::Map(error)))?;
+            let map = ContactMap::from_bytes(grid.nodes(), bits.value(row))
+                .map_err(|error| ReportError::Surface(StageError::Map(error)))?;
             let mean_gap = gaps.value(row);
             let state = State { map, mean_gap, pressure: pressures.value(row) };
             self.states.insert(loads.value(row).to_bits(), state);
@@ -180,7 +179,7 @@ impl Pressed {
 
     /// Returns the maps at the shown loads and, for several loads, one map that combines them.
     fn panels(&self, label: Option<&str>, loads: &Loads) -> Vec<Panel> {
-        let label = label.map_or_else(String::new, |label| format!("{label} · "));
+        let before = label.map_or_else(String::new, |label| format!("{label} · "));
         let shown = self.nearest();
         let states = shown.iter().map(|load| (load, &self.states[load]));
         let mut panels: Vec<Panel> = ('a'..)
@@ -191,7 +190,7 @@ impl Pressed {
                     Loads::Pressures { .. } => loads.text(f64::from_bits(*load), state.pressure),
                 };
                 let letter = if shown.len() > 1 { format!("({letter}) ") } else { String::new() };
-                let title = format!("{label}{letter}{load}");
+                let title = format!("{before}{letter}{load}");
                 self.panel(title, &Raster::from_contact(&state.map))
             })
             .collect();
@@ -199,20 +198,16 @@ impl Pressed {
             return panels;
         }
         let maps: Vec<ContactMap> = states.map(|(_, state)| state.map.clone()).collect();
-        let title = format!("{label}all loads");
+        let title = format!("{before}all loads");
         panels.push(self.panel(title, &Raster::from_contacts(&maps)));
         panels
     }
 
     fn panel(&self, title: String, picture: &Raster) -> Panel {
         Panel::Map(MapPanel {
-            scale_bar: self.scale_bar(),
+            scale_bar: scale_bar(self.size[0], self.unit.as_deref()),
             ..MapPanel::new(title, picture.at_most(PIXELS), self.size)
         })
-    }
-
-    fn scale_bar(&self) -> Option<ScaleBar> {
-        scale_bar(self.size[0], self.unit.as_deref())
     }
 
     /// Returns the loads nearest to [`SHOWN_LOADS`], each once.
@@ -242,18 +237,12 @@ impl Pressed {
             let unit = self.unit.as_deref();
             Step::new(load, area, *mean_gap, unit, &picture)
         };
-        let longer = self.size[0].max(self.size[1]);
+        let steps = spread(states.len()).map(step).collect();
         LoadSlider {
             label,
-            load_name: loads.name(),
             one: "load",
-            size: self.size.map(|side| side / longer),
-            scale: self.scale_bar().map(|bar| SliderScale {
-                percent: 100.0 * bar.length / self.size[0],
-                label: bar.label,
-            }),
-            steps: spread(states.len()).map(step).collect(),
             loads: states.len(),
+            ..LoadSlider::new(loads.name(), self.size, self.unit.as_deref(), steps)
         }
     }
 }
@@ -276,6 +265,27 @@ pub struct LoadSlider {
     /// Maps at ascending loads, spread over all loads.
     pub steps: Vec<Step>,
     pub loads: usize,
+}
+
+impl LoadSlider {
+    /// Creates a slider of maps with these sides, in `unit`.
+    pub fn new(
+        load_name: &'static str,
+        size: [f64; 2],
+        unit: Option<&str>,
+        steps: Vec<Step>,
+    ) -> LoadSlider {
+        LoadSlider {
+            label: String::new(),
+            load_name,
+            one: "state",
+            size: size.map(|side| side / size[0].max(size[1])),
+            scale: scale_bar(size[0], unit)
+                .map(|bar| SliderScale { percent: 100.0 * bar.length / size[0], label: bar.label }),
+            loads: steps.len(),
+            steps,
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -310,8 +320,8 @@ impl Step {
     ) -> Step {
         Step {
             load,
-            area: format!("{} %", short(100.0 * area)),
-            mean_gap: length_text(mean_gap, unit),
+            area: format!("{} %", digits(100.0 * area, 3)),
+            mean_gap: length_in_words(mean_gap, unit),
             picture: BASE64_STANDARD.encode(picture.to_png()),
         }
     }
@@ -324,30 +334,6 @@ pub fn spread(count: usize) -> impl Iterator<Item = usize> {
         1 => 0,
         _ => step * (count - 1) / (steps - 1),
     })
-}
-
-/// Returns a length with its unit, with a prefix if it is in metres.
-fn length_text(length: f64, unit: Option<&str>) -> String {
-    let shared = LengthUnit::common([unit]);
-    let length = shared.factor(unit) * length;
-    match shared {
-        LengthUnit::Unknown => short(length),
-        LengthUnit::Metre | LengthUnit::Named(_) => {
-            let scaled = shared.scaled(length);
-            format!("{} {}", short(scaled.factor * length), scaled.unit)
-        }
-    }
-}
-
-/// Formats a number with three significant digits.
-fn short(value: f64) -> String {
-    let exponential = format!("{value:.2e}");
-    let rounded = exponential.parse().unwrap_or(value);
-    if rounded == 0.0 || (1e-4..1e5).contains(&rounded.abs()) {
-        format!("{rounded}")
-    } else {
-        format!("{rounded:e}")
-    }
 }
 
 #[cfg(test)]
@@ -363,19 +349,5 @@ mod tests {
             assert!(steps.is_sorted_by(|one, next| one < next), "{steps:?}");
         }
         assert_eq!(spread(0).count(), 0);
-    }
-
-    #[test]
-    fn lengths_are_told_in_their_unit_and_metres_with_a_prefix() {
-        assert_eq!(length_text(1.234e-8, Some("m")), "12.3 nm");
-        assert_eq!(length_text(0.25, Some("µm")), "0.25 µm");
-        assert_eq!(length_text(0.25, Some("px")), "0.25 px");
-        assert_eq!(length_text(0.25, None), "0.25");
-    }
-
-    #[test]
-    fn numbers_have_three_digits_and_no_long_tails() {
-        let shown = [0.0, 0.06, 1.0 / 3.0, 12.345, 2e9, 1.234567e-7].map(short);
-        assert_eq!(shown, ["0", "0.06", "0.333", "12.3", "2e9", "1.23e-7"]);
     }
 }

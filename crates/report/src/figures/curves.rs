@@ -67,18 +67,22 @@ impl Curves<'_> {
             };
             let name = curve.label.clone().or(theory);
             // Fitted curves and those without a name belong to the data of the same colour.
-            let (dash, width) = if curve.from.is_some() || name.is_none() {
+            let (dash, width) = if curve.is_fit_along(&self.panel.x) || name.is_none() {
                 (Dash::Solid, 1.6)
+            } else if curve.from.is_some() {
+                (Dash::Dotted, 1.4)
             } else {
                 dashed += 1;
                 (DASHES[(dashed - 1) % DASHES.len()], if dashed > DASHES.len() { 2.8 } else { 1.6 })
             };
             let is_alone = found.len() == 1;
+            let is_constant = matches!(&curve.law, Law::Value(law) if law.columns().is_empty());
             for (points, colour) in found {
                 let [x, y] = self.factors;
                 let points = points.into_iter().map(|point| (x * point.0, y * point.1));
-                let curve = Series::new(points, Style::line(colour, dash, width));
-                drawn.push(Series { label: name.clone().filter(|_| is_alone), ..curve });
+                let line = Series::new(points, Style::line(colour, dash, width));
+                let label = name.clone().filter(|_| is_alone);
+                drawn.push(Series { label, is_held: is_constant, ..line });
             }
             if let Some(name) = name.filter(|_| !is_alone) {
                 let entry = Style::line(Colour::Text, dash, width);
@@ -93,7 +97,12 @@ impl Curves<'_> {
         let mut own: Vec<Drawn> = Vec::new();
         for one in series {
             let is_common = self.is_smooth(curve) && self.has_no_parameters(curve);
-            let Some(&(_, row)) = one.points.first() else { continue };
+            let first = one.points.first().map(|point| point.1);
+            let Some(row) =
+                first.filter(|&row| is_selected(&one.data.table, row, &curve.selection))
+            else {
+                continue;
+            };
             let points = if self.is_smooth(curve) {
                 self.smooth(curve, one.quantity, (&one.data.table, row), series)?
             } else {
@@ -130,7 +139,9 @@ impl Curves<'_> {
             selection.retain(|name, _| table.has(name));
             for row in (0..table.rows()).filter(|&row| is_selected(table, row, &selection)) {
                 let points = self.smooth(curve, quantity, (table, row), series)?;
-                found.push((points, (self.colour)(table, row)));
+                if !points.is_empty() {
+                    found.push((points, (self.colour)(table, row)));
+                }
             }
         }
         Ok(found)

@@ -11,7 +11,7 @@ use asperity_pipeline::study::figures::{
     FigureSize, FigureSpec, PanelSpec, Quantity, Scales, Value as Selected,
 };
 use asperity_stages::columns::{K_LOWER, K_ROLLOFF, K_UPPER};
-use asperity_tables::column::Value;
+use asperity_tables::column::{Role, Value};
 use asperity_tables::table::Table;
 
 use crate::ReportError;
@@ -20,13 +20,13 @@ use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::map_panel::WORDS;
 use crate::charts::style::{Colour, Dash, Style};
 use crate::charts::{ColourScale, Figure, in_rows};
-use crate::ensembles;
 use crate::figure_data::FigureData;
 use crate::figures::Drawn;
 use crate::figures::curves::{Curves, DataSeries};
-use crate::figures::declared::series_key::{SeriesKey, number};
+use crate::figures::declared::series_key::SeriesKey;
 use crate::finished::FinishedStage;
 use crate::plotted::{Point, Points};
+use crate::points::{self, number};
 use crate::styles::Styles;
 use crate::symbols::{self, AxisUnit, Labels};
 
@@ -50,13 +50,22 @@ pub fn draw(data: &FigureData, figure: &FigureSpec) -> Result<Drawn, ReportError
     draw_from(data, figure, stage, None)
 }
 
-/// Draws a figure from the table of a stage. With `styles`, parameter points look as in the other
-/// figures of the page.
+/// Looks of the parameter points of a figure of every report.
+#[derive(Clone, Copy)]
+pub struct Looks<'a> {
+    pub styles: &'a Styles,
+    /// Parameters that do not influence the look: that of the panels, and those along a series.
+    pub hidden: &'a [&'a str],
+    /// Whether each panel has axes of its own, because densities differ by orders of magnitude.
+    pub has_own_axes: bool,
+}
+
+/// Draws a figure from the table of a stage. Without `looks`, series look as the legend says.
 pub fn draw_from(
     data: &FigureData,
     figure: &FigureSpec,
     stage: &FinishedStage,
-    styles: Option<&Styles>,
+    looks: Option<Looks>,
 ) -> Result<Drawn, ReportError> {
     let mut drawings = Vec::new();
     for panel in &figure.panels {
@@ -66,7 +75,7 @@ pub fn draw_from(
         }
     }
     let labels = Labels::new(&data.units, &stage.table, &stage.units)?;
-    Plot { data, figure, stage, labels, drawings, styles }.draw()
+    Plot { data, figure, stage, labels, drawings, looks }.draw()
 }
 
 /// Returns the title of a figure: that of the manifest, or the quantities.
@@ -102,13 +111,6 @@ fn label(figure: &FigureSpec, column: &str) -> String {
     figure.labels.get(column).cloned().unwrap_or_else(|| symbols::name(column))
 }
 
-/// Returns the parameter point of a row, without the parameter of which each value has a panel.
-pub fn point(table: &Table, row: usize, figure: &FigureSpec) -> ensembles::Point {
-    let mut point = ensembles::point(table, row);
-    figure.facet.iter().for_each(|facet| drop(point.remove(facet)));
-    point
-}
-
 fn lacking(needs: String) -> Drawn {
     Drawn::Missing { needs: needs.into(), lines: None }
 }
@@ -136,7 +138,7 @@ struct Plot<'a> {
     labels: Labels,
     drawings: Vec<Drawing<'a>>,
     /// Looks of parameter points, or `None` for those of the values in the legend.
-    styles: Option<&'a Styles>,
+    looks: Option<Looks<'a>>,
 }
 
 /// A quantity with its points.
@@ -180,7 +182,7 @@ impl Plot<'_> {
         }
         let key = self.key();
         let panels = self.panels();
-        let has_many = self.styles.is_none() && key.colours.len() * key.further.len() > MOST_SERIES;
+        let has_many = self.looks.is_none() && key.colours.len() * key.further.len() > MOST_SERIES;
         if has_many || panels.len() > MOST_PANELS {
             return Ok(lacking(self.too_many()));
         }
@@ -189,12 +191,14 @@ impl Plot<'_> {
             charts.push(self.chart(panel, &key)?);
         }
         // The axes of a declared figure hold its theories, even if they are far from the data.
-        if self.styles.is_some() {
-            share_axes(&mut charts, false);
+        if let Some(looks) = self.looks {
+            if !looks.has_own_axes {
+                share_axes(&mut charts, false);
+            }
         } else if charts.len() > 1 || self.has_curves() {
             share_axes(&mut charts, true);
         }
-        if self.styles.is_none() {
+        if self.looks.is_none() {
             self.add_entries(&mut charts, &key);
         }
         let mut figure = if charts.len() == 1 {
@@ -202,18 +206,16 @@ impl Plot<'_> {
         } else {
             // The quantities of a facet are in one row, if the texts stay large enough.
             let quantities = panels.iter().filter(|panel| panel.facet == panels[0].facet).count();
-            let (columns, size) = if quantities == 3 && self.styles.is_none() {
-                (3, [340.0, 290.0])
-            } else {
-                (2, [430.0, 320.0])
-            };
+            let has_rows = self.looks.is_none() || panels.len() > quantities;
+            let (columns, size) =
+                if quantities == 3 && has_rows { (3, [340.0, 290.0]) } else { (2, [430.0, 320.0]) };
             Figure::from_charts(in_rows(columns, charts), size)
         };
-        if self.styles.is_none() {
+        if self.looks.is_none() {
             figure.colours = self.colour_scale(&key);
         }
         figure.title =
-            self.figure.title.clone().filter(|_| self.styles.is_none()).unwrap_or_default();
+            self.figure.title.clone().filter(|_| self.looks.is_none()).unwrap_or_default();
         if let Err(least) = fit(&mut figure, &self.figure.size) {
             let needs = format!("a `height` of at least {least} mm for its title, axes and legend");
             return Ok(lacking(needs));
@@ -256,8 +258,18 @@ impl Plot<'_> {
     /// Returns the panels, by facets and then by vertical axes.
     fn panels(&self) -> Vec<PanelOf<'_>> {
         let facets: BTreeSet<&Option<Value>> = self.points().map(|point| &point.facet).collect();
+        let facets: Vec<&Option<Value>> = facets.into_iter().collect();
+        let loads = self.stage.table.in_role(Role::Load);
+        let is_of_loads = self.figure.facet.as_ref().is_some_and(|facet| loads.has(facet));
+        let shown = match facets.len() {
+            // Figures of every report show the lightest, the middle and the heaviest load.
+            count @ 4.. if self.looks.is_some() && is_of_loads => {
+                [0, count / 2, count - 1].map(|index| facets[index]).to_vec()
+            }
+            _ => facets,
+        };
         let mut panels: Vec<PanelOf> = Vec::new();
-        for facet in facets {
+        for facet in shown {
             for one in &self.drawings {
                 let label = label(self.figure, one.quantity.base());
                 let is_same = |panel: &PanelOf| {
@@ -318,19 +330,28 @@ impl Plot<'_> {
             Axis { spacing: x_spacing, ..Axis::linear(x_unit.label(&label(self.figure, x))) },
             Axis { spacing: y_spacing, ..Axis::linear(y_unit.label(&panel.label)) },
         );
-        if let (Some(name), Some(_)) = (&self.figure.facet, &panel.facet) {
-            chart = chart.titled(self.told(name, panel.facet.as_ref()));
+        if let (Some(name), Some(value)) = (&self.figure.facet, &panel.facet) {
+            if self.labels.is_unit(column, name) {
+                chart.y.label = format!("{} of {value}", panel.label);
+            } else {
+                chart = chart.titled(self.told(name, panel.facet.as_ref()));
+            }
         }
         let mut series = Vec::new();
         for (index, one) in shown().enumerate() {
             for mut group in self.groups(one, panel, key) {
                 group.points.retain(|point| can_show(panel.spec, point));
-                group.points.sort_by(|one, other| one.x.total_cmp(&other.x));
+                group.points.sort_by(|one, other| one.order.total_cmp(&other.order));
+                if self.looks.is_some_and(|looks| looks.has_own_axes) {
+                    // Bins beyond the last one with a value are empty.
+                    let last = group.points.iter().rposition(|point| point.y != 0.0);
+                    group.points.truncate(last.map_or(0, |last| last + 1));
+                }
                 let placed = self.placed(&group.points, [&x_unit, &y_unit], y_spacing);
                 // Fitted curves, or another quantity, take the place of lines through the points.
-                let is_line = self.styles.is_some() && index > 0;
-                let has_lines = panel.spec.curves.iter().any(|curve| curve.from.is_some())
-                    || (self.styles.is_some() && shown().count() > 1);
+                let is_line = self.looks.is_some() && index > 0;
+                let has_lines = panel.spec.curves.iter().any(|curve| curve.is_fit_along(x))
+                    || (self.looks.is_some() && shown().count() > 1);
                 let is_curve = is_line || (one.points.is_curve && !has_lines);
                 let mut added = drawn(placed, group.style, is_curve, x_spacing);
                 added.retain(|one| !is_line || one.style.marker.is_none());
@@ -350,7 +371,7 @@ impl Plot<'_> {
                 }
             }
         }
-        for one in shown().skip(1).filter(|_| self.styles.is_some()) {
+        for one in shown().skip(1).filter(|_| self.looks.is_some()) {
             let entry = Series::new([], Style::line(Colour::Text, Dash::Solid, 1.0));
             let named = self.figure.legend.get(one.quantity.base());
             chart.series.extend(named.map(|name| entry.named(name.clone())));
@@ -379,7 +400,7 @@ impl Plot<'_> {
         [x, y]: [&AxisUnit; 2],
         spacing: Spacing,
     ) -> Vec<DataPoint> {
-        let is_clipped = self.styles.is_some() && spacing == Spacing::Logarithmic;
+        let is_clipped = self.looks.is_some() && spacing == Spacing::Logarithmic;
         let place = |point: &&Point| {
             // Bars that reach zero have no end on a logarithmic axis.
             let lowest = if is_clipped { point.y / 10.0 } else { f64::NEG_INFINITY };
@@ -406,10 +427,11 @@ impl Plot<'_> {
     /// Returns the series of a quantity in a panel.
     fn groups<'p>(&self, one: &'p Drawing, panel: &PanelOf, key: &SeriesKey) -> Vec<Group<'p>> {
         let mut groups: Vec<Group> = Vec::new();
-        let points = || one.points.points.iter().filter(|point| point.facet == panel.facet);
-        if let Some(styles) = self.styles {
-            for point in points() {
-                let own = self::point(&one.points.table, point.row, self.figure);
+        let points_of_panel =
+            || one.points.points.iter().filter(|point| point.facet == panel.facet);
+        if let Some(Looks { styles, hidden, .. }) = self.looks {
+            for point in points_of_panel() {
+                let own = points::at_row(&one.points.table, point.row).without(hidden);
                 let alone =
                     if point.surfaces == Some(1) { "the surface" } else { "mean of the surfaces" };
                 let style = styles.markers(&own).joined();
@@ -426,7 +448,7 @@ impl Plot<'_> {
             for (index, further) in key.further.iter().enumerate() {
                 let is_own =
                     |point: &&Point| point.colour == *look && self.further(one, point) == *further;
-                let points = points().filter(is_own).collect();
+                let points = points_of_panel().filter(is_own).collect();
                 groups.push(Group { style: key.style(colour, index), label: None, points });
             }
         }
@@ -436,7 +458,7 @@ impl Plot<'_> {
 
     /// Returns the tables of a stage or, for figures of the program, of a kind of stage.
     fn tables(&self, from: &str) -> Vec<&Table> {
-        let is_meant = |stage: &&FinishedStage| match self.styles {
+        let is_meant = |stage: &&FinishedStage| match self.looks {
             Some(_) => stage.kind.name() == from,
             None => stage.name == from,
         };
@@ -446,8 +468,8 @@ impl Plot<'_> {
     /// Returns the colour of the curve of a row of another stage: that of its parameter point, or
     /// of the series with the same value.
     fn colour_of(&self, table: &Table, row: usize, series: &[DataSeries]) -> Colour {
-        if let Some(styles) = self.styles {
-            return styles.colour(&ensembles::point(table, row));
+        if let Some(looks) = self.looks {
+            return looks.styles.colour(&points::at_row(table, row).without(looks.hidden));
         }
         let cell = |name: &str, table: &Table, row| {
             Value::from_array(table.batch().column_by_name(name)?.as_ref(), row)
@@ -493,11 +515,12 @@ fn can_show(panel: &PanelSpec, point: &Point) -> bool {
 /// Returns the series of points: separate markers or, for a curve, a line through all points and
 /// markers at some of them, evenly spaced along the axis.
 fn drawn(points: Vec<DataPoint>, style: Style, is_curve: bool, spacing: Spacing) -> Vec<Series> {
-    let line =
-        Series { points: points.clone(), style: Style { marker: None, ..style }, label: None };
-    let line = (is_curve && points.len() > 1).then(|| line.without_bars());
+    let series = |points, style| Series { points, ..Series::new([], style) };
+    let line = series(points.clone(), Style { marker: None, ..style });
+    let has_course = points.iter().any(|point| point.x != points[0].x);
+    let line = (is_curve && has_course).then(|| line.without_bars());
     let marked = if is_curve { spaced(points, spacing) } else { points };
-    let markers = Series { points: marked, style: Style { line: None, ..style }, label: None };
+    let markers = series(marked, Style { line: None, ..style });
     line.into_iter().chain([markers]).collect()
 }
 
@@ -510,13 +533,16 @@ fn spaced(points: Vec<DataPoint>, spacing: Spacing) -> Vec<DataPoint> {
     if points.len() <= MOST_MARKERS {
         return points;
     }
-    let step = (along(&points[points.len() - 1]) - along(&points[0])) / MOST_MARKERS as f64;
-    let mut next = f64::NEG_INFINITY;
+    let positions = points.iter().map(along);
+    let least = positions.clone().fold(f64::INFINITY, f64::min);
+    let most = positions.fold(f64::NEG_INFINITY, f64::max);
+    let step = (most - least) / MOST_MARKERS as f64;
+    let mut last = f64::NEG_INFINITY;
     let mut kept = points;
     kept.retain(|point| {
-        let is_kept = along(point) >= next;
+        let is_kept = (along(point) - last).abs() >= step;
         if is_kept {
-            next = along(point) + step;
+            last = along(point);
         }
         is_kept
     });

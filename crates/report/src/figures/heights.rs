@@ -1,10 +1,8 @@
-//! Maps of heights (fig. 4) and distributions of heights (figs. 3 and B.1): relative to the rms
-//! height for random surfaces, in the unit of length for measured ones.
+//! Maps of heights (fig. 4), and distributions of the heights of measured surfaces in their unit of
+//! length.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
-
-use arrow::array::Array;
 
 use crate::ReportError;
 use crate::charts::axis::{Axis, Spacing};
@@ -13,17 +11,11 @@ use crate::charts::map_panel::{BarNumbers, ColourBar, MapPanel};
 use crate::charts::raster::{HeightMap, Raster};
 use crate::charts::style::{Colour, Dash, Style};
 use crate::charts::{Figure, Panel, in_rows, panel_of_map};
-use crate::ensembles::{self, Point};
 use crate::figure_data::FigureData;
-use crate::figures::{Definition, Drawn, sample};
-use crate::samples::{
-    self, FILE_IS_GONE, MOST, MeasuredMap, MeasuredMaps, RANGE, Sample, ShownMap,
-};
-use crate::surface_curves::runs;
+use crate::figures::{Definition, Drawn};
+use crate::samples::{self, FILE_IS_GONE, MeasuredMap, MeasuredMaps, RANGE, Sample, ShownMap};
 use crate::units::{LengthUnit, digits, scale_bar};
-use asperity_stages::columns::{BIN, DENSITY, DENSITY_MEAN, DENSITY_NORMAL, DENSITY_SD, SURFACES};
 use asperity_stages::surface::Heights;
-use asperity_tables::table::{Table, TableError};
 
 pub const MAPS: Definition =
     Definition { name: "surfaces", title: "Maps of heights", draw: draw_maps };
@@ -38,8 +30,7 @@ fn draw_maps(data: &FigureData) -> Result<Drawn, ReportError> {
     let mut samples = samples::first_surfaces(data.finished)?;
     samples.retain(|sample| sample.params.heights != Heights::None);
     if samples.is_empty() {
-        let lines = data.lines_of_surfaces();
-        return Ok(Drawn::missing("surfaces with heights", lines));
+        return Ok(Drawn::NotAsked);
     }
     let MeasuredMaps::There(measured) = &data.maps else {
         return Ok(Drawn::gone(FILE_IS_GONE));
@@ -173,197 +164,11 @@ fn columns(samples: &[Sample]) -> usize {
 pub const HEIGHTS: Definition =
     Definition { name: "heights", title: "Distribution of heights", draw: draw_densities };
 
-/// Number of single surfaces that are drawn in addition to the mean.
-const SINGLE: usize = 3;
-/// Largest number of points of a curve. Finer bins are averaged.
-const POINTS: usize = 200;
-
-/// Densities of heights of one parameter point, as points (height, density).
-#[derive(Default)]
-struct Densities {
-    point: Point,
-    surfaces: usize,
-    mean: Vec<(f64, f64)>,
-    deviation: Vec<(f64, f64)>,
-    normal: Vec<(f64, f64)>,
-    single: Vec<Vec<(f64, f64)>>,
-}
-
 fn draw_densities(data: &FigureData) -> Result<Drawn, ReportError> {
-    let mut all: Vec<Densities> = Vec::new();
-    for stage in data.finished.with(&[BIN.name, DENSITY_MEAN.name]) {
-        pooled(&stage.table, &mut all)?;
-    }
-    for stage in data.finished.with(&[BIN.name, DENSITY.name]) {
-        single(&stage.table, &mut all)?;
-    }
-    let measured = measured_charts(data);
-    if all.is_empty() && measured.is_none() {
-        let needs = "a stage of kind `measure` that reads the surfaces, with `bins`";
-        return Ok(Drawn::missing_surfaces(data, needs, data.lines_of_heights()));
-    }
-    let (mut rows, mut captions): (Vec<_>, Vec<_>) = measured.into_iter().unzip();
-    let size = if all.is_empty() { [430.0, 340.0] } else { [300.0, 225.0] };
-    if !all.is_empty() {
-        let shown = &all[..all.len().min(MOST)];
-        rows.extend(shown.iter().map(|densities| density_charts(data, densities)));
-        captions.push(caption_of_densities(shown));
-    }
-    let figure = Figure::from_charts(rows, size);
-    Ok(Drawn::figure(figure, captions.join(" ")))
-}
-
-/// Returns the caption of densities relative to the rms height.
-fn caption_of_densities(shown: &[Densities]) -> String {
-    let surfaces: Vec<usize> = shown.iter().map(|densities| densities.surfaces).collect();
-    format!(
-        "Probability density of heights divided by their rms height: linear, the upper tail, and \
-         logarithmic. Black: mean over {}; dashed: ± one standard deviation between surfaces; \
-         vermilion: normal density; other colours: three single surfaces. Bins are averaged \
-         to {POINTS} points.",
-        sample(&surfaces),
-    )
-}
-
-fn density_charts(data: &FigureData, densities: &Densities) -> Vec<Chart> {
-    let x = Axis::linear("height/rms height");
-    let y = Axis::linear("density");
-    let label = data.styles.label(&densities.point).unwrap_or_default();
-    let series = densities.series();
-    let highest = |from: f64, to: f64| {
-        let points = series.iter().flat_map(|series| &series.points);
-        let densities = points.filter(|point| (from..=to).contains(&point.x)).map(|point| point.y);
-        densities.fold(0.0, f64::max)
+    let Some((charts, caption)) = measured_charts(data) else {
+        return Ok(Drawn::missing_surfaces(data));
     };
-    let [all, tail] = [highest(-5.0, 5.0), highest(2.0, 4.0)];
-    let axes = [
-        (x.clone().within(-5.0, 5.0), y.clone().within(0.0, 1.1 * all)),
-        (x.clone().within(2.0, 4.0), y.within(0.0, 1.1 * tail)),
-        (x.within(-5.0, 5.0), Axis::logarithmic("density").within(1e-6, 2.0 * all)),
-    ];
-    let chart = |(x, y)| Chart { series: series.clone(), ..Chart::new(x, y).titled(label.clone()) };
-    axes.map(chart).into()
-}
-
-impl Densities {
-    /// Computes the mean and the standard deviation of the densities of the single surfaces.
-    fn averaged(self) -> Densities {
-        let bins = self.single.iter().map(Vec::len).min().unwrap_or(0);
-        let surfaces = self.single.len() as f64;
-        let of_bin = |bin: usize| self.single.iter().map(move |curve| curve[bin].1);
-        let mean = |bin: usize| of_bin(bin).sum::<f64>() / surfaces;
-        let deviation = |bin: usize| {
-            let mean = mean(bin);
-            let square = of_bin(bin).map(|density| (density - mean).powi(2)).sum::<f64>();
-            (square / (surfaces - 1.0)).sqrt()
-        };
-        let curve = |value: &dyn Fn(usize) -> f64| {
-            let points = (0..bins).map(|bin| (self.single[0][bin].0, value(bin)));
-            points.collect::<Vec<_>>()
-        };
-        let normal = |bin: usize| (-self.single[0][bin].0.powi(2) / 2.0).exp() / TAU.sqrt();
-        Densities {
-            surfaces: self.single.len(),
-            mean: curve(&mean),
-            deviation: if surfaces > 1.0 { curve(&deviation) } else { Vec::new() },
-            normal: curve(&normal),
-            ..self
-        }
-    }
-
-    fn series(&self) -> Vec<Series> {
-        let mut series: Vec<Series> = Vec::new();
-        let singles = self.single.iter().filter(|_| self.surfaces > 1);
-        for (index, single) in singles.enumerate() {
-            let style = Style::line(Colour::Series([0, 2, 4][index % 3]), Dash::Solid, 0.8);
-            let label = format!("surface {}", index + 1);
-            series.push(thinned(single, style).named(label));
-        }
-        let bound = |sign: f64| {
-            let both = self.mean.iter().zip(&self.deviation);
-            let points: Vec<(f64, f64)> = both
-                .map(|(mean, deviation)| (mean.0, (mean.1 + sign * deviation.1).max(0.0)))
-                .collect();
-            thinned(&points, Style::line(Colour::Text, Dash::Dashed, 1.0))
-        };
-        if !self.deviation.is_empty() {
-            series.push(bound(1.0).named("± standard deviation"));
-            series.push(bound(-1.0));
-        }
-        let mean = Style::line(Colour::Text, Dash::Solid, 1.5);
-        let label = match self.surfaces {
-            1 => "the surface",
-            _ => "mean of the surfaces",
-        };
-        series.push(thinned(&self.mean, mean).named(label));
-        let normal = Style::line(Colour::Series(1), Dash::Solid, 1.5);
-        series.push(thinned(&self.normal, normal).named("normal"));
-        series
-    }
-}
-
-fn thinned(points: &[(f64, f64)], style: Style) -> Series {
-    let joined = points.chunks(points.len().div_ceil(POINTS).max(1)).map(|bins| {
-        let count = bins.len() as f64;
-        let sum = bins.iter().fold((0.0, 0.0), |sum, bin| (sum.0 + bin.0, sum.1 + bin.1));
-        (sum.0 / count, sum.1 / count)
-    });
-    Series::new(joined.collect::<Vec<_>>(), style)
-}
-
-/// Returns the item of `all` for the parameter point of a row, after adding an empty item if `all`
-/// has none.
-fn entry<'a>(table: &Table, row: usize, all: &'a mut Vec<Densities>) -> &'a mut Densities {
-    let mut point = ensembles::point(table, row);
-    point.remove(BIN.name);
-    let at = all.iter().position(|known| known.point == point);
-    let at = at.unwrap_or_else(|| {
-        all.push(Densities { point, ..Densities::default() });
-        all.len() - 1
-    });
-    &mut all[at]
-}
-
-fn pooled(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
-    let bins = table.reals(BIN.name)?;
-    let column = |name: &str| table.reals(name);
-    let (mean, normal) = (column(DENSITY_MEAN.name)?, column(DENSITY_NORMAL.name)?);
-    let deviation = column(DENSITY_SD.name)?;
-    let surfaces = table.integers(SURFACES.name)?;
-    for rows in runs(bins.values()) {
-        let densities = entry(table, rows.start, all);
-        densities.surfaces = surfaces.value(rows.start).unsigned_abs() as usize;
-        for row in rows {
-            let bin = bins.value(row);
-            densities.mean.push((bin, mean.value(row)));
-            densities.normal.push((bin, normal.value(row)));
-            if deviation.is_valid(row) {
-                densities.deviation.push((bin, deviation.value(row)));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Adds the densities of single surfaces to `all`. For parameter points without pooled densities,
-/// also adds their mean.
-fn single(table: &Table, all: &mut Vec<Densities>) -> Result<(), TableError> {
-    let (bins, density) = (table.reals(BIN.name)?, table.reals(DENSITY.name)?);
-    let mut unpooled: Vec<Densities> = Vec::new();
-    for rows in runs(bins.values()) {
-        let curve = rows.clone().map(|row| (bins.value(row), density.value(row)));
-        let point = entry(table, rows.start, all).point.clone();
-        let pooled = all.iter_mut().find(|known| known.point == point && known.surfaces > 0);
-        let densities = match pooled {
-            Some(densities) => densities,
-            None => entry(table, rows.start, &mut unpooled),
-        };
-        densities.single.push(curve.collect());
-    }
-    all.retain(|densities| densities.surfaces > 0);
-    all.extend(unpooled.into_iter().map(Densities::averaged));
-    all.iter_mut().for_each(|densities| densities.single.truncate(SINGLE));
-    Ok(())
+    Ok(Drawn::figure(Figure::from_charts(vec![charts], [430.0, 340.0]), caption))
 }
 
 /// Returns linear and logarithmic charts of the densities of measured surfaces, and their caption,

@@ -5,20 +5,26 @@ use std::sync::LazyLock;
 
 use serde::Deserialize;
 
+use asperity_manifest::decimal;
 use asperity_pipeline::manifest::figure::WrittenFigure;
-use asperity_pipeline::study::figures::{FigureSpec, on_table, read};
+use asperity_pipeline::study::figures::{BarSource, FigureSpec, on_table, read};
 use asperity_stages::Kind;
-use asperity_stages::columns::{EFFECTIVE_MODULUS, LAYER_THICKNESS, LOAD, WORK_OF_ADHESION};
+use asperity_stages::columns::{
+    EFFECTIVE_MODULUS, K_UPPER, LAYER_THICKNESS, LOAD, WORK_OF_ADHESION,
+};
+use asperity_stages::ensemble::{grouped, load_column};
 use asperity_stages::surface::coordinates;
 use asperity_stages::units::TableUnits;
-use asperity_tables::table::Table;
+use asperity_tables::column::{Role, Value};
+use asperity_tables::table::{Table, TableError};
 
 use crate::ReportError;
 use crate::charts::Panel;
-use crate::ensembles::{Bars, Point};
 use crate::figure_data::FigureData;
-use crate::figures::{Drawn, declared};
+use crate::figures::Drawn;
+use crate::figures::declared::{self, Looks};
 use crate::finished::FinishedStage;
+use crate::points::{self, Point};
 use crate::styles::Styles;
 
 const TEXT: &str = include_str!("../../figures/yastrebov-2015.toml");
@@ -34,28 +40,53 @@ static PAGE: LazyLock<Page> = LazyLock::new(|| {
 struct Page {
     /// Names of all figures in the order of the page.
     order: Vec<String>,
+    rows: BTreeMap<String, Rows>,
     needed: BTreeMap<String, Needed>,
+    /// Lines of manifests by name.
+    lines: BTreeMap<String, String>,
 }
 
-/// Data that a figure needs, and the keys of a manifest that would add them.
+/// Rows that a figure shows, and columns beside them.
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Rows {
+    /// Load beyond which the study must reach.
+    reaches: f64,
+    /// Whether only bodies with a modulus are drawn.
+    modulus: bool,
+    /// Whether contacts with adhesion or a layer are drawn, too.
+    all_contacts: bool,
+    /// Loads of which only the nearest ones of the study are drawn.
+    near: Vec<f64>,
+    /// Parameters along which the points of a series lie. Panels then have axes of their own.
+    along: Vec<String>,
+    beside: Option<Beside>,
+}
+
+/// Results of other stages, which are added to the rows that agree in all coordinates.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Beside {
+    /// Kind of the stages.
+    from: String,
+    /// Texts that select their rows, by column.
+    #[serde(default, rename = "where")]
+    selection: BTreeMap<String, String>,
+}
+
+/// Data that a figure needs, and the lines of a manifest that would add them.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Needed {
     /// Description of the data. Reduced loads in braces are shown in the unit of the study.
     data: String,
-    /// Load beyond which the study must reach.
+    /// Name of the lines.
+    lines: String,
+    /// Loads in the lines.
     #[serde(default)]
-    reaches: f64,
-    /// Whether only bodies with a modulus are drawn.
-    #[serde(default)]
-    modulus: bool,
-    /// Loads of a `solve` stage that would add the data.
-    loads: Option<String>,
-    /// Whether a `correct` stage would add the data.
-    #[serde(default)]
-    corrections: bool,
-    /// Cutoff whose sweep would add the data.
-    spectra: Option<String>,
+    loads: String,
+    /// Key of the stage of random surfaces that would add the data, if the study has such a stage.
+    sweep: Option<String>,
 }
 
 /// Returns the names of all figures in the order of the page.
@@ -75,117 +106,202 @@ pub fn title(figure: &WrittenFigure) -> String {
     title.map_or_else(|| figure.name.value.clone(), |title| title.value.clone())
 }
 
+/// Returns the description of the data that a figure needs and the lines of a manifest that would
+/// add them, if the study can have such data.
+pub fn missing(data: &FigureData, name: &str) -> Drawn {
+    let Some(needed) = PAGE.needed.get(name) else { return Drawn::NotAsked };
+    let mut text = String::new();
+    for (index, part) in needed.data.split(['{', '}']).enumerate() {
+        let load = part.parse::<f64>().ok().filter(|_| index % 2 == 1);
+        text += &load.map_or(part.to_owned(), |load| data.loads.text_of_reduced(load));
+    }
+    Drawn::Missing { needs: text.into(), lines: Some(needed.lines(data)) }
+}
+
 /// Draws a figure from all stages of its kind that have its columns.
 pub fn draw(data: &FigureData, figure: &WrittenFigure) -> Result<Drawn, ReportError> {
-    let needed = PAGE.needed.get(&figure.name.value);
-    let drawn = match found(data, figure, needed)? {
-        Some((stage, mut spec)) => {
-            set_bars(&mut spec, data.bars);
-            let own = own_styles(data, &stage, &spec);
-            let styles = own.as_ref().unwrap_or(&data.styles);
-            declared::draw_from(data, &spec, &stage, Some(styles))?
+    let all_rows = Rows::default();
+    let rows = PAGE.rows.get(&figure.name.value).unwrap_or(&all_rows);
+    let Some((stage, mut spec)) = found(data, figure, rows)? else { return Ok(Drawn::NotAsked) };
+    for quantity in spec.panels.iter_mut().flat_map(|panel| &mut panel.y) {
+        if let BarSource::Surfaces(bars) = &mut quantity.bars {
+            *bars = data.bars;
         }
-        None => Drawn::NotAsked,
-    };
+    }
+    let hidden: Vec<&str> = spec.facet.iter().chain(&rows.along).map(String::as_str).collect();
+    let own = own_styles(data, &stage, &hidden);
+    let styles = own.as_ref().unwrap_or(&data.styles);
+    let looks = Looks { styles, hidden: &hidden, has_own_axes: !rows.along.is_empty() };
+    let drawn = declared::draw_from(data, &spec, &stage, Some(looks))?;
     let shows_a_course = |panel: &Panel| match panel {
         Panel::Chart(chart) => chart.shows_a_course(),
         Panel::Map(_) => true,
     };
-    let is_shown = match &drawn {
-        Drawn::Figure { figure, .. } => figure.rows.iter().flatten().any(shows_a_course),
-        _ => false,
-    };
-    Ok(match needed {
-        Some(needed) if !is_shown => needed.missing(data),
-        _ => drawn,
+    Ok(match drawn {
+        Drawn::Figure { ref figure, .. } if figure.rows.iter().flatten().any(shows_a_course) => {
+            drawn
+        }
+        _ => Drawn::NotAsked,
     })
 }
 
-/// Returns the styles of fits, whose rows differ in parameters that surfaces do not have.
-fn own_styles(data: &FigureData, stage: &FinishedStage, spec: &FigureSpec) -> Option<Styles> {
-    let rows = 0..stage.table.rows();
-    let points: Vec<Point> = rows.map(|row| declared::point(&stage.table, row, spec)).collect();
-    (stage.kind == Kind::Fit).then(|| Styles::new(&points, &data.files))
+/// Returns styles for the rows of one figure, if those of the page do not tell their parameter
+/// points apart, as those of fits.
+fn own_styles(data: &FigureData, stage: &FinishedStage, hidden: &[&str]) -> Option<Styles> {
+    let parameters = stage.table.in_role(Role::Parameter).without(hidden);
+    let first_rows = grouped(&parameters).into_iter().map(|rows| rows[0]);
+    let points: Vec<Point> =
+        first_rows.map(|row| points::at_row(&parameters, row).without(hidden)).collect();
+    let looks = points.iter().map(|point| (data.styles.label(point), data.styles.markers(point)));
+    let are_apart = looks
+        .clone()
+        .enumerate()
+        .all(|(at, look)| !looks.clone().take(at).any(|other| other == look));
+    (stage.kind == Kind::Fit || !are_apart).then(|| data.styles_of(&points))
 }
 
 /// Returns the rows of all stages that the figure shows, as those of one stage.
 fn found(
     data: &FigureData,
     figure: &WrittenFigure,
-    needed: Option<&Needed>,
+    rows: &Rows,
 ) -> Result<Option<(FinishedStage, FigureSpec)>, ReportError> {
     let mut tables = Vec::new();
     let (mut first, mut units) = (None, Vec::new());
-    for stage in &data.finished.stages {
-        let table = shown_rows(stage, needed.is_some_and(|needed| needed.modulus))?;
+    let kind = figure.keys.points.first().and_then(|point| point.table.from.written());
+    let is_meant =
+        |stage: &&FinishedStage| kind.is_some_and(|kind| stage.kind.name() == kind.value);
+    for stage in data.finished.stages.iter().filter(is_meant) {
+        let shown = shown_rows(stage, rows)?;
+        let Some(table) = beside(data, shown, rows.beside.as_ref())? else { continue };
         let spec = on_table(figure, stage.kind.name(), &table).filter(|_| table.rows() > 0);
-        if let Some(spec) = spec {
-            first.get_or_insert((spec, stage));
+        let Some(spec) = spec else { continue };
+        // Rows of surfaces and means over surfaces are not stacked.
+        if first.get_or_insert_with(|| (spec.clone(), stage)).0 == spec {
             units.push(&stage.units);
             tables.push(table);
         }
     }
-    let Some((spec, stage)) = first else { return Ok(None) };
+    let Some((mut spec, stage)) = first else { return Ok(None) };
     let table = Table::stack(&tables)?;
-    let reaches = needed.map_or(0.0, |needed| needed.reaches);
     let heaviest = match table.reals(LOAD.name) {
         Ok(loads) => loads.iter().flatten().fold(0.0, f64::max),
         Err(_) => f64::INFINITY,
     };
+    if spec.facet.as_deref() == Some(LOAD.name) {
+        spec.facet = Some(load_column(&table).to_owned());
+    }
     let stage = FinishedStage {
         name: stage.name.clone(),
         kind: stage.kind,
-        table,
+        table: nearest_loads(&table, &rows.near)?,
         units: TableUnits::common(units),
         path: None,
     };
-    Ok((heaviest > reaches * (1.0 + 1e-9)).then_some((stage, spec)))
+    Ok((heaviest > rows.reaches * (1.0 + 1e-9)).then_some((stage, spec)))
 }
 
-/// Returns the rows of a stage that figures of the paper show: without adhesion and layers, and
+/// Returns the rows of a stage that a figure shows: by default without adhesion and layers, and
 /// surfaces as they are drawn from a spectrum.
-fn shown_rows(stage: &FinishedStage, with_modulus: bool) -> Result<Table, ReportError> {
+fn shown_rows(stage: &FinishedStage, rows: &Rows) -> Result<Table, ReportError> {
     let table = &stage.table;
     let is_other = [WORK_OF_ADHESION, LAYER_THICKNESS].iter().any(|column| table.has(column.name));
-    let moduli = match table.has(EFFECTIVE_MODULUS.name) && with_modulus {
+    let moduli = match table.has(EFFECTIVE_MODULUS.name) && rows.modulus {
         true => Some(table.reals(EFFECTIVE_MODULUS.name)?),
         false => None,
     };
     // Without a modulus, pressures are in units of E*, as in the other figures.
     let is_shown = |&row: &usize| {
         let is_altered = stage.kind == Kind::Generate && coordinates::is_altered(table, row);
-        !is_other && !is_altered && moduli.is_none_or(|moduli| moduli.value(row) != 1.0)
+        (rows.all_contacts || !is_other)
+            && !is_altered
+            && moduli.is_none_or(|moduli| moduli.value(row) != 1.0)
     };
     Ok(table.pick(&(0..table.rows()).filter(is_shown).collect::<Vec<_>>()))
 }
 
-impl Needed {
-    fn missing(&self, data: &FigureData) -> Drawn {
-        let mut text = String::new();
-        for (index, part) in self.data.split(['{', '}']).enumerate() {
-            let load = part.parse::<f64>().ok().filter(|_| index % 2 == 1);
-            text += &load.map_or(part.to_owned(), |load| data.loads.text_of_reduced(load));
-        }
-        let lines = match (&self.loads, &self.spectra) {
-            (Some(loads), _) => data.lines_of_loads(loads),
-            (None, Some(cutoff)) => data.lines_of_spectra(cutoff),
-            (None, None) if self.corrections => data.lines_of_corrections(),
-            (None, None) => return Drawn::NotAsked,
-        };
-        Drawn::missing(text, lines)
+/// Adds the results of other stages to the rows that agree with one of theirs in all coordinates
+/// that both have. Rows without results are left out. Returns `None` if there are none.
+fn beside(
+    data: &FigureData,
+    table: Table,
+    beside: Option<&Beside>,
+) -> Result<Option<Table>, TableError> {
+    let Some(Beside { from, selection }) = beside else { return Ok(Some(table)) };
+    let mut others = Vec::new();
+    for stage in data.finished.stages.iter().filter(|stage| stage.kind.name() == from) {
+        let wanted: Result<Vec<_>, TableError> =
+            selection.iter().map(|(name, text)| Ok((stage.table.texts(name)?, text))).collect();
+        let Ok(wanted) = wanted else { continue };
+        let is_wanted = |row: &usize| wanted.iter().all(|(texts, text)| texts.value(*row) == *text);
+        others
+            .push(stage.table.pick(&(0..stage.table.rows()).filter(is_wanted).collect::<Vec<_>>()));
     }
+    let other = Table::stack(&others)?;
+    let coordinates = other.coordinates().keep(|name, _| table.has(name));
+    let known = coordinates.batch().columns().iter().zip(coordinates.names());
+    let names: Vec<&str> = known
+        .filter(|(column, _)| column.null_count() < column.len())
+        .map(|(_, name)| name)
+        .collect();
+    if names.is_empty() {
+        return Ok(None);
+    }
+    let key = |of: &Table, row: usize| -> Vec<Option<Value>> {
+        let columns = names.iter().filter_map(|name| of.batch().column_by_name(name));
+        columns.map(|column| Value::from_array(column.as_ref(), row)).collect()
+    };
+    let by_key: BTreeMap<_, usize> =
+        (0..other.rows()).rev().map(|row| (key(&other, row), row)).collect();
+    let pairs = (0..table.rows()).filter_map(|row| Some((row, *by_key.get(&key(&table, row))?)));
+    let (own, theirs): (Vec<usize>, Vec<usize>) = pairs.unzip();
+    let is_new = |name: &str, role: Option<Role>| {
+        !table.has(name) && role.is_none_or(|role| !role.is_coordinate())
+    };
+    let results = other.keep(is_new).pick(&theirs);
+    Ok((!own.is_empty()).then(|| table.pick(&own).beside(&results)))
 }
 
-/// Gives means over surfaces the error bars of the page.
-fn set_bars(spec: &mut FigureSpec, bars: Bars) {
-    use asperity_pipeline::study::figures::{BarSource, ErrorBars};
-    let kind = match bars {
-        Bars::Sem => ErrorBars::Sem,
-        Bars::Sd => ErrorBars::Sd,
+/// Returns the rows whose load is the nearest to one of these loads and within a tenth of it, or
+/// all rows if no loads are given.
+fn nearest_loads(table: &Table, near: &[f64]) -> Result<Table, TableError> {
+    const WITHIN: f64 = 0.1;
+    if near.is_empty() {
+        return Ok(table.clone());
+    }
+    let loads = table.reals(LOAD.name)?;
+    let nearest = |wanted: &f64| {
+        let distance = |load: &f64| (load / wanted - 1.0).abs();
+        let all = loads.iter().flatten();
+        let found = all.min_by(|one, other| distance(one).total_cmp(&distance(other)))?;
+        (distance(&found) < WITHIN).then_some(found)
     };
-    for quantity in spec.panels.iter_mut().flat_map(|panel| &mut panel.y) {
-        if let BarSource::Surfaces(own) = &mut quantity.bars {
-            *own = kind;
+    let nearest: Vec<f64> = near.iter().filter_map(nearest).collect();
+    let is_near =
+        |row: &usize| nearest.iter().any(|load| decimal::is_same(*load, loads.value(*row)));
+    Ok(table.pick(&(0..table.rows()).filter(is_near).collect::<Vec<_>>()))
+}
+
+impl Needed {
+    /// Returns the lines of a manifest with the names of the stages of the study.
+    fn lines(&self, data: &FigureData) -> String {
+        let mut stages = data.finished.stages.iter();
+        let is_random =
+            |stage: &&FinishedStage| stage.kind == Kind::Generate && stage.table.has(K_UPPER.name);
+        if let (Some(sweep), Some(stage)) = (&self.sweep, stages.find(is_random)) {
+            return format!("{sweep}  # in the stage `{}`", stage.name);
         }
+        let name = |kind: Kind, otherwise: &str| {
+            data.finished.name_of(kind).unwrap_or(otherwise).to_owned()
+        };
+        let mut text = PAGE.lines[&self.lines].trim().replace("{loads}", &self.loads);
+        text = text.replace("{surfaces}", &name(Kind::Generate, "surfaces"));
+        text = text.replace("{area}", &name(Kind::Measure, "area"));
+        // A name that the study has is changed.
+        for stage in &data.finished.plan.stages {
+            let [taken, free] = ["", "-2"].map(|end| format!("[stage.{}{end}]", stage.name));
+            text = text.replace(&taken, &free);
+        }
+        text
     }
 }

@@ -8,9 +8,9 @@ use crate::charts::Figure;
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, Series};
 use crate::charts::style::{Colour, Dash, Style};
-use crate::ensembles::{self, Point};
 use crate::figure_data::FigureData;
 use crate::figures::{Definition, Drawn};
+use crate::points::{self, holds};
 use crate::surface_curves::{self, CurvePoint, SurfaceCurve, thinned};
 use crate::units::{LengthUnit, digits};
 use crate::{ReportError, samples};
@@ -31,8 +31,7 @@ fn draw_spectra(data: &FigureData) -> Result<Drawn, ReportError> {
     let measured = in_units_of_length(data)?;
     let mut found: Vec<(Chart, String)> = measured.into_iter().chain(drawn).collect();
     if found.is_empty() {
-        let lines = data.lines_of_surfaces();
-        return Ok(Drawn::missing_surfaces(data, "random or measured surfaces", lines));
+        return Ok(Drawn::missing_surfaces(data));
     }
     if let [_] = found.as_slice() {
         let (chart, caption) = found.remove(0);
@@ -123,25 +122,20 @@ fn in_units_of_length(data: &FigureData) -> Result<Option<(Chart, String)>, Tabl
         };
         chart.series.push(Series::new(points, style).named(named));
         for law in laws(data, spectrum)? {
-            let ends = law.range.map(|q| q / factor);
-            let curve = |q: f64| law.at(q * factor) * factor.powi(4);
-            let dashes = Style::line(colour, Dash::Dashed, 1.8);
-            let curve = Series::curve(curve, ends, Spacing::Logarithmic, dashes);
-            chart.series.push(curve.named("self-affine law, fitted"));
+            let curve = law.curve(factor, colour).named("self-affine law, fitted");
+            chart.series.push(curve);
             descriptions.push(law.description(&label, &shared, factor));
         }
     }
     for spectrum in &stitched {
         let factor = shared.factor(data.units.at(&spectrum.point));
-        let points = spectrum.points.iter();
-        let points = points.map(|point| (point.x / factor, point.y * factor.powi(4)));
+        let in_unit = |point: &CurvePoint| (point.x / factor, point.y * factor.powi(4));
         let style = Style::line(Colour::Text, Dash::Solid, 2.2);
-        chart.series.push(Series::new(points.collect::<Vec<_>>(), style).named("stitched"));
+        chart
+            .series
+            .push(Series::new(spectrum.points.iter().map(in_unit), style).named("stitched"));
         for law in laws(data, spectrum)? {
-            let ends = law.range.map(|q| q / factor);
-            let curve = |q: f64| law.at(q * factor) * factor.powi(4);
-            let dashes = Style::line(Colour::Muted, Dash::Dashed, 1.8);
-            let curve = Series::curve(curve, ends, Spacing::Logarithmic, dashes);
+            let curve = law.curve(factor, Colour::Muted);
             chart.series.push(curve.named("self-affine law of the stitched spectrum"));
             descriptions.push(law.description("the stitched spectrum", &shared, factor));
         }
@@ -185,7 +179,7 @@ fn spectra(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
         }
     }
     for map in data.maps.there() {
-        if spectra.iter().all(|known| !known.is_of(&map.point)) {
+        if spectra.iter().all(|known| !holds(&map.point, &known.point)) {
             spectra.push(SurfaceCurve {
                 point: map.point.clone(),
                 along: None,
@@ -228,18 +222,12 @@ fn laws(data: &FigureData, spectrum: &SurfaceCurve) -> Result<Vec<FittedLaw>, Ta
     let mut laws = Vec::new();
     for stage in data.finished.with(&names) {
         for row in 0..stage.table.rows() {
-            if is_fit_of(&stage.table, row, &spectrum.point) {
+            if holds(&points::at_row(&stage.table, row), &spectrum.point) {
                 laws.extend(FittedLaw::from_row(&stage.table, row, &spectrum.points)?);
             }
         }
     }
     Ok(laws)
-}
-
-/// Returns true if a row of a table of fits agrees with the parameter point of a spectrum.
-fn is_fit_of(table: &Table, row: usize, spectrum: &Point) -> bool {
-    let point = ensembles::point(table, row);
-    spectrum.iter().all(|(name, value)| point.get(name) == Some(value))
 }
 
 impl FittedLaw {
@@ -287,6 +275,14 @@ impl FittedLaw {
         }
     }
 
+    /// Returns the curve of the law in a unit of length that is `factor` of that of its surface.
+    fn curve(&self, factor: f64, colour: Colour) -> Series {
+        let density = |q: f64| self.at(q * factor) * factor.powi(4);
+        let ends = self.range.map(|q| q / factor);
+        let style = Style::line(colour, Dash::Dashed, 1.8);
+        Series::curve(density, ends, Spacing::Logarithmic, style)
+    }
+
     /// Returns text such as `scan.x3p H = 0.82 (0.79 to 0.85), roll-off at a wavelength of 2.1 µm`.
     fn description(&self, label: &str, shared: &LengthUnit, factor: f64) -> String {
         let mut text = format!("{label} H = {}", digits(self.hurst, 3));
@@ -314,9 +310,7 @@ pub const SLOPE_BY_SCALE: Definition =
 fn draw_slopes(data: &FigureData) -> Result<Drawn, ReportError> {
     let curves = curves(data)?;
     if curves.is_empty() {
-        let lines = data.lines_of_scales();
-        let needs = "measured surfaces, or a stage of kind `measure` with `what = \"scales\"`";
-        return Ok(Drawn::missing_surfaces(data, needs, lines));
+        return Ok(Drawn::missing_surfaces(data));
     }
     let shared = LengthUnit::common(curves.iter().map(|curve| data.units.at(&curve.point)));
     let in_unit = |curve: &SurfaceCurve| -> Vec<(f64, f64)> {
@@ -360,7 +354,7 @@ fn curves(data: &FigureData) -> Result<Vec<SurfaceCurve>, TableError> {
     }
     let known = curves.clone();
     for map in data.maps.there() {
-        if known.iter().any(|curve| curve.is_of(&map.point)) {
+        if known.iter().any(|curve| holds(&map.point, &curve.point)) {
             continue;
         }
         let both = surface::Axis::BOTH.into_iter().zip(&map.slopes);

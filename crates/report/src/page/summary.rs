@@ -1,24 +1,23 @@
 //! Summary at the beginning of a page: what was varied, the numbers of surfaces and loads, and the
 //! main results with 95 % intervals.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use arrow::array::{Array, Float64Array};
+use arrow::array::Array;
 use serde::Serialize;
 
 use super::ShownColumn;
 use crate::Subject;
 use crate::charts::axis::superscript;
-use crate::ensembles;
 use crate::figure_data::{FigureData, LIGHT};
 use crate::figures::sample;
 use crate::finished::{FinishedStage, FinishedStages};
-use crate::independent::independent;
 use crate::loads::Loads;
-use crate::plotted::distinct;
-use crate::styles::ascending;
+use crate::plotted::reals;
+use crate::points::{self, distinct, independent};
 use crate::symbols::{self, Labels};
 use crate::units::{digits, length_in_words};
+use asperity_pipeline::study::figures::{ErrorBars, Quantity};
 use asperity_stages::aggregate::{self, Groups, Statistic};
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, BRANCH, CONTENT, LOAD, MEAN_GAP, PRESSURE, PULL_OFF_LOAD, STEP,
@@ -93,8 +92,8 @@ fn varied(finished: &FinishedStages, data: &FigureData) -> String {
         if !matches!(stage.kind, Kind::Generate | Kind::Solve) {
             continue;
         }
-        let names = independent(&stage.table, &data.derived);
-        let names: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
+        let swept = independent(&stage.table, &data.derived);
+        let names: Vec<&str> = swept.iter().map(|(name, _)| name.as_str()).collect();
         let table = stage.table.only(&names);
         let Ok(labels) = Labels::new(&data.units, &stage.table, &stage.units) else { continue };
         for description in table.descriptions() {
@@ -117,16 +116,16 @@ fn varied(finished: &FinishedStages, data: &FigureData) -> String {
         }
     }
     parameters.retain(|(_, values)| values.len() > 1);
-    let texts = parameters.into_iter().map(|(name, mut values)| {
-        if name == CONTENT.name {
+    let in_words = |(name, mut values): (String, Vec<String>)| {
+        let is_file = name == CONTENT.name;
+        if is_file {
             let file = |content: &String| data.files.get(content).unwrap_or(content).clone();
             values = values.iter().map(file).collect();
         }
         values.sort_by(|one, other| ascending(one, other));
-        let name = if name == CONTENT.name { "file" } else { &name };
-        format!("`{name}` = {}", listed(&values))
-    });
-    let texts: Vec<String> = texts.collect();
+        format!("`{}` = {}", if is_file { "file" } else { &name }, listed(&values))
+    };
+    let texts: Vec<String> = parameters.into_iter().map(in_words).collect();
     let has_path = finished.with(&[STEP.name]).next().is_some();
     let has_loads = finished.stages.iter().any(|stage| {
         stage.kind == Kind::Solve && distinct(&stage.table, ensemble::load_column(&stage.table)) > 1
@@ -150,17 +149,13 @@ fn listed(values: &[String]) -> String {
 
 /// Returns the numbers of surfaces of the stages that generate or read them.
 fn surfaces(finished: &FinishedStages) -> Option<String> {
-    let mut counts: Vec<(ParameterPoint, usize)> = Vec::new();
+    let mut by_point: BTreeMap<ParameterPoint, usize> = BTreeMap::new();
     for stage in finished.stages.iter().filter(|stage| stage.kind == Kind::Generate) {
         for row in 0..stage.table.rows() {
-            let point = ParameterPoint::from_row(&stage.table, row);
-            match counts.iter_mut().find(|(known, _)| *known == point) {
-                Some((_, count)) => *count += 1,
-                None => counts.push((point, 1)),
-            }
+            *by_point.entry(ParameterPoint::from_row(&stage.table, row)).or_default() += 1;
         }
     }
-    let counts: Vec<usize> = counts.into_iter().map(|(_, count)| count).collect();
+    let counts: Vec<usize> = by_point.into_values().collect();
     let total: usize = counts.iter().sum();
     let text = sample(&counts);
     match counts.len() {
@@ -203,6 +198,14 @@ fn paths(finished: &FinishedStages, data: &FigureData) -> Vec<String> {
     solved.filter_map(|stage| path(&stage.table, data)).collect()
 }
 
+/// Compares numbers by size, and other texts alphabetically.
+fn ascending(one: &str, other: &str) -> std::cmp::Ordering {
+    match (one.parse::<f64>(), other.parse::<f64>()) {
+        (Ok(one), Ok(other)) => one.total_cmp(&other),
+        _ => one.cmp(other),
+    }
+}
+
 /// Describes the prescribed loads or mean gaps of a path, in their order, and counts the surfaces
 /// that pulled off.
 fn path(table: &Table, data: &FigureData) -> Option<String> {
@@ -211,7 +214,7 @@ fn path(table: &Table, data: &FigureData) -> Option<String> {
     let row_of = |wanted: i64| steps.iter().position(|step| step == Some(wanted));
     let column = ensemble::load_column(table);
     let given = table.reals(column).ok()?;
-    let unit = data.units.at(&ensembles::point(table, 0)).map(str::to_owned);
+    let unit = data.units.at(&points::at_row(table, 0)).map(str::to_owned);
     let text = |row: usize| match column {
         _ if column == MEAN_GAP.name => length_in_words(given.value(row), unit.as_deref()),
         _ => {
@@ -263,9 +266,8 @@ fn results(subject: &Subject, data: &FigureData) -> Vec<ResultTable> {
         match recipes.first() {
             Some(Recipe::Aggregate(params)) => {
                 if let aggregate::Params::Groups(groups) = &**params {
-                    let inputs = stage.inputs.iter();
-                    let inputs = inputs.filter_map(|&input| subject.rows[input].table.clone());
-                    let inputs: Vec<Table> = inputs.collect();
+                    let table_of = |&input: &usize| subject.rows[input].table.clone();
+                    let inputs: Vec<Table> = stage.inputs.iter().filter_map(table_of).collect();
                     aggregates.extend(means(finished, &inputs, groups, data));
                 }
             }
@@ -283,10 +285,10 @@ fn results(subject: &Subject, data: &FigureData) -> Vec<ResultTable> {
 
 /// Returns the means of the contact areas in the last table that has any.
 fn areas(data: &FigureData) -> Option<ResultTable> {
-    let stages = data.finished.stages.iter().rev();
-    let mut stages = stages.filter(|stage| [Kind::Measure, Kind::Correct].contains(&stage.kind));
+    let has_areas = |stage: &&FinishedStage| [Kind::Measure, Kind::Correct].contains(&stage.kind);
     let columns = [AREA_CORRECTED.name, AREA_FRACTION.name];
-    let (stage, area) = stages.find_map(|stage| {
+    let mut last_first = data.finished.stages.iter().rev().filter(has_areas);
+    let (stage, area) = last_first.find_map(|stage| {
         columns.into_iter().find(|name| stage.table.has(name)).map(|name| (stage, name))
     })?;
     let over = vec![area.to_owned()];
@@ -308,15 +310,9 @@ fn means(
     };
     let input = Table::stack(inputs).ok()?;
     let table = aggregate::grouped(&input, &wanted).ok()?;
-    let estimates = groups.over.iter().map(|name| Estimate {
-        name: name.clone(),
-        columns: [
-            format!("{name}_mean"),
-            format!("{name}_ci95_lower"),
-            format!("{name}_ci95_upper"),
-        ],
-    });
-    shown(stage, 0.95, &table, false, estimates.collect(), data)
+    let means = groups.over.iter();
+    let means = means.filter_map(|name| Quantity::find(&table, name, Some(ErrorBars::Ci95)).ok());
+    shown(stage, 0.95, &table, false, means.collect(), data)
 }
 
 /// Returns the parameters of a fit with their intervals.
@@ -326,23 +322,10 @@ fn fitted(
     level: f64,
     data: &FigureData,
 ) -> Option<ResultTable> {
-    let names = table.names();
-    let estimates = names.iter().filter_map(|name| {
-        let ends = ["lower", "upper"].map(|end| format!("{name}_{end}"));
-        let [lower, upper] = ends;
-        let has_interval = [&lower, &upper].iter().all(|end| table.has(end));
-        has_interval.then(|| Estimate {
-            name: (*name).to_owned(),
-            columns: [(*name).to_owned(), lower, upper],
-        })
-    });
-    shown(stage, level, table, true, estimates.collect(), data)
-}
-
-/// Columns of an estimate: value and ends of its interval.
-struct Estimate {
-    name: String,
-    columns: [String; 3],
+    let all = table.names().into_iter();
+    let parameters = all.filter_map(|name| Quantity::find(table, name, None).ok());
+    let with_interval = parameters.filter(|parameter| parameter.ends().is_some());
+    shown(stage, level, table, true, with_interval.collect(), data)
 }
 
 /// Returns the table that a reader sees: the coordinates that differ between its rows, and the
@@ -352,7 +335,7 @@ fn shown(
     level: f64,
     table: &Table,
     is_fit: bool,
-    mut estimates: Vec<Estimate>,
+    mut estimates: Vec<Quantity>,
     data: &FigureData,
 ) -> Option<ResultTable> {
     if ALONG_CURVES.iter().any(|name| table.has(name)) || table.rows() == 0 {
@@ -362,21 +345,23 @@ fn shown(
         let values = table.reals(name);
         values.is_ok_and(|values| values.null_count() < values.len())
     };
+    let has_interval =
+        |estimate: &Quantity| estimate.ends().is_some_and(|[end, _]| has_values(end));
     estimates.retain(|estimate| {
         // A parameter that is given has no interval. A single surface has none either.
-        has_values(&estimate.columns[0]) && (!is_fit || has_values(&estimate.columns[1]))
+        has_values(&estimate.column) && (!is_fit || has_interval(estimate))
     });
     estimates.truncate(RESULTS);
     if estimates.is_empty() {
         return None;
     }
     let is_known = |row: &usize| {
-        let mut columns = estimates.iter().filter_map(|one| table.reals(&one.columns[0]).ok());
+        let mut columns = estimates.iter().filter_map(|one| table.reals(&one.column).ok());
         columns.any(|values| values.is_valid(*row))
     };
-    let table = &table.pick(&(0..table.rows()).filter(is_known).collect::<Vec<_>>());
-    let Selection { rows, note, points } = Selection::new(table, &data.loads);
-    let picked = table.pick(&rows);
+    let known = table.pick(&(0..table.rows()).filter(is_known).collect::<Vec<_>>());
+    let Selection { rows, note, points } = Selection::new(&known, &data.loads);
+    let picked = known.pick(&rows);
     let labels = Labels::new(&data.units, &picked, &stage.units).ok()?;
     let mut columns = Vec::new();
     let mut by_column = Vec::new();
@@ -399,28 +384,21 @@ fn shown(
         by_column.push(cells);
     }
     for estimate in &estimates {
-        let [value, lower, upper] =
-            estimate.columns.each_ref().map(|name| picked.reals(name).ok().cloned());
-        let value = value?;
-        let description = picked.descriptions();
-        let description = description.into_iter().find(|one| one.name == estimate.columns[0])?;
-        let unit = labels.unit(&estimate.columns[0], value.iter().flatten());
-        let factor = unit.factor;
-        let cells = (0..picked.rows()).map(|row| {
-            let real = |column: &Option<Float64Array>| {
-                let column = column.as_ref().filter(|column| column.is_valid(row));
-                column.map(|column| factor * column.value(row))
-            };
-            value.is_valid(row).then(|| {
-                let ends = real(&lower).zip(real(&upper));
-                with_interval(factor * value.value(row), ends)
-            })
+        let [lower, upper] = estimate.ends()?.each_ref().map(|name| reals(&picked, name).ok());
+        let values = reals(&picked, &estimate.column).ok()?;
+        let mut descriptions = picked.descriptions().into_iter();
+        let description = descriptions.find(|one| one.name == estimate.column)?;
+        let unit = labels.unit(&estimate.column, values.iter().copied().flatten());
+        let cells = values.iter().enumerate().map(|(row, value)| {
+            let end = |ends: &Option<Vec<Option<f64>>>| Some(unit.factor * ends.as_ref()?[row]?);
+            let ends = end(&lower).zip(end(&upper));
+            value.map_or_else(|| "–".to_owned(), |value| with_interval(unit.factor * value, ends))
         });
-        by_column.push(cells.map(|cell| cell.unwrap_or_else(|| "–".to_owned())).collect());
-        let label = symbols::name(&estimate.name);
-        let labels = estimates.iter().map(|other| symbols::name(&other.name));
+        by_column.push(cells.collect());
+        let label = symbols::name(estimate.base());
+        let labels = estimates.iter().map(|other| symbols::name(other.base()));
         let is_unique = labels.filter(|other| *other == label).count() == 1;
-        let name = unit.label(if is_unique { &label } else { &estimate.name });
+        let name = unit.label(if is_unique { &label } else { estimate.base() });
         let column = ShownColumn::new(&description, &stage.units);
         columns.push(ShownColumn { name, numeric: true, ..column });
     }
@@ -428,7 +406,7 @@ fn shown(
         .map(|row| by_column.iter().map(|column: &Vec<String>| column[row].clone()).collect());
     let what = if is_fit { "fitted parameters" } else { "means over the surfaces" };
     // A single surface has no interval.
-    let intervals = if estimates.iter().any(|estimate| has_values(&estimate.columns[1])) {
+    let intervals = if estimates.iter().any(has_interval) {
         format!(" with {} % intervals", digits(100.0 * level, 3))
     } else {
         String::new()
@@ -461,9 +439,9 @@ impl Selection {
             let points: BTreeSet<ParameterPoint> =
                 rows.iter().map(|&row| ParameterPoint::from_row(table, row)).collect();
             let distance = |row: &usize| (reduced.value(*row) / LIGHT).ln().abs();
-            let nearest = rows.iter().copied().filter(|&row| given.is_valid(row));
-            let nearest = nearest.min_by(|one, other| distance(one).total_cmp(&distance(other)));
-            if let Some(nearest) = nearest.filter(|_| points.len() > 1) {
+            let known = rows.iter().copied().filter(|&row| given.is_valid(row));
+            let nearest = known.min_by(|one, other| distance(one).total_cmp(&distance(other)));
+            if let (Some(nearest), true) = (nearest, points.len() > 1) {
                 rows.retain(|&row| given.value(row) == given.value(nearest));
                 let pressure =
                     table.reals(PRESSURE.name).map_or(f64::NAN, |all| all.value(nearest));

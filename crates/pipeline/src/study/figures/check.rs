@@ -293,10 +293,14 @@ impl<'a> Columns<'a, '_> {
         };
         let label = keys.label.written().map(|label| label.value.clone());
         let from = keys.from.written().map(|from| from.value.clone());
-        // The columns of another table may be unknown before it is computed.
-        let selected = keys.selection.written().into_iter().flat_map(|written| &written.value);
-        let selection = selected.map(|(name, values)| (name.clone(), values.value.values()));
-        Some(Curve { law, label, from, selection: selection.collect(), range })
+        let selection = if own {
+            self.selection(&keys.selection)?
+        } else {
+            // The columns of another table may be unknown before it is computed.
+            let selected = keys.selection.written().into_iter().flat_map(|written| &written.value);
+            selected.map(|(name, values)| (name.clone(), values.value.values())).collect()
+        };
+        Some(Curve { law, label, from, selection, range })
     }
 
     fn parsed(&mut self, written: &Spanned<String>) -> Option<Expression> {

@@ -13,7 +13,7 @@ use asperity_tables::column::Value;
 
 use super::Plot;
 use crate::ReportError;
-use crate::plotted::distinct;
+use crate::points::distinct;
 use crate::symbols::symbol;
 use crate::units::digits;
 
@@ -41,7 +41,7 @@ impl Plot<'_> {
         let has_bars = self.points().any(|point| point.bar.is_some());
         sentences.extend(bars_of(self.drawings[0].quantity).filter(|_| has_bars));
         sentences.extend(self.moduli());
-        sentences.extend(self.conditions().filter(|_| self.styles.is_none()));
+        sentences.extend(self.conditions().filter(|_| self.looks.is_none()));
         if hidden > 0 {
             sentences.push(format!(
                 "{hidden} points at or below zero are missing, because the axis is logarithmic."
@@ -52,8 +52,11 @@ impl Plot<'_> {
             sentences.push(format!("{unconverged} rows are loads that did not converge."));
         }
         let quantities = self.drawings.iter().map(|one| one.quantity);
-        let is_counted = quantities.clone().any(|one| one.column.contains(AREA_FRACTION.name));
-        if self.styles.is_some() && is_counted {
+        let is_counted = quantities.clone().any(|one| match &one.expression {
+            Some(expression) => expression.columns().contains(AREA_FRACTION.name),
+            None => one.column == AREA_FRACTION.name,
+        });
+        if self.looks.is_some() && is_counted {
             let error = self.data.share_of_mesh()?;
             sentences.extend(Some(error).filter(|error| !error.is_empty()));
         }

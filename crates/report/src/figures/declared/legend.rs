@@ -6,10 +6,11 @@ use asperity_stages::aggregate::Model;
 use asperity_tables::column::Value;
 
 use super::Plot;
-use super::series_key::{SeriesKey, number};
+use super::series_key::SeriesKey;
 use crate::charts::chart::{Chart, Series};
 use crate::charts::style::{Colour, Dash, Style};
 use crate::figures::curves;
+use crate::points::number as number_of;
 
 impl Plot<'_> {
     /// Returns the text of a value in the legend and in titles of panels: its name in the manifest,
@@ -22,7 +23,7 @@ impl Plot<'_> {
             Some(number) => {
                 let entry = entry.parse::<f64>().ok();
                 entry
-                    .zip(self::number(number))
+                    .zip(number_of(number))
                     .is_some_and(|(one, other)| decimal::is_same(one, other))
             }
             None => false,

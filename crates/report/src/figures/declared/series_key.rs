@@ -65,17 +65,10 @@ fn step(numbers: &[f64], index: usize) -> usize {
     (last * share).round() as usize
 }
 
-pub fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Real(number) => Some(*number),
-        Value::Integer(number) => Some(*number as f64),
-        Value::Text(_) => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::points::number;
 
     fn key(colours: usize, further: usize, are_numbers: bool) -> SeriesKey {
         let value = |index: usize| match are_numbers {

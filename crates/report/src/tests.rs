@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::ensembles as report;
-use crate::ensembles::Bars;
+use crate::plotted::Points;
 use asperity_claims::{Evidence, StageTable};
 use asperity_manifest::expression::Expression;
 use asperity_pipeline::study::claims::{DataSpec, Source};
+use asperity_pipeline::study::figures::{FigureSpec, PanelSpec, Quantity};
 use asperity_stages::aggregate::{self, Groups, Statistic};
 use asperity_stages::columns::*;
 use asperity_stages::ensemble::*;
@@ -83,8 +83,7 @@ fn cells(swept: &Column, which: usize, surface: usize, load: usize) -> Vec<(Colu
 /// Returns a table of measured and corrected contacts in which one coordinate has two values.
 fn swept(column: &Column) -> Table {
     let states = [(0, 0), (0, 1), (1, 0), (1, 1)];
-    let rows = [0, 1].map(|which| states.map(|(surface, load)| (which, surface, load)));
-    let rows = rows.concat();
+    let rows = [0, 1].map(|which| states.map(|(surface, load)| (which, surface, load))).concat();
     let tables = rows.iter().enumerate().map(|(row, &(which, surface, load))| {
         let coordinates = Table::row(&cells(column, which, surface, load));
         let area = 0.1 * (load + 1) as f64 + 0.01 * row as f64;
@@ -177,16 +176,11 @@ fn aggregates_count_every_row_once() {
 fn figures_show_every_row_once() {
     for column in coordinates() {
         let table = swept(&column);
-        let ensembles = report::from_table(&table, Bars::Sem).unwrap();
-        let shown =
-            ensembles.iter().map(|one| one.surfaces * one.mean(AREA_FRACTION.name).unwrap().len());
+        let quantity = Quantity::find(&table, AREA_FRACTION.name, None).unwrap();
+        let panel = PanelSpec { x: LOAD.name.to_owned(), ..PanelSpec::default() };
+        let found = Points::from_table(&table, &FigureSpec::default(), &panel, &quantity).unwrap();
+        let shown = found.points.iter().map(|point| point.surfaces.unwrap());
         assert_eq!(shown.sum::<usize>(), states(&column), "{}", column.name);
-        let mut told: Vec<_> = ensembles.iter().map(|one| (&one.point, &one.correction)).collect();
-        told.dedup();
-        // Figures show the names of coefficients.
-        if column.name != "coefficient" {
-            assert_eq!(told.len(), ensembles.len(), "{}", column.name);
-        }
     }
 }
 

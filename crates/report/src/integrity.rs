@@ -89,15 +89,14 @@ impl Basis {
     }
 
     fn lacks(&self, other: &Basis) -> Vec<String> {
-        let figures = other.figures.difference(&self.figures);
-        let figures = figures.map(|title| format!("\"{title}\""));
-        let own = |stage: &String| self.rows.get(stage).copied().unwrap_or(0);
-        let rows = other.rows.iter().filter(|(stage, rows)| own(stage) < **rows);
-        let rows = rows.map(|(stage, rows)| match own(stage) {
-            0 => format!("the rows of `{stage}`"),
-            own => format!("{} of {rows} rows of `{stage}`", rows - own),
-        });
-        figures.chain(rows).collect()
+        let figures = other.figures.difference(&self.figures).map(|title| format!("\"{title}\""));
+        let lacked =
+            |(stage, rows): (&String, &usize)| match self.rows.get(stage).copied().unwrap_or(0) {
+                0 if *rows > 0 => Some(format!("the rows of `{stage}`")),
+                own if own < *rows => Some(format!("{} of {rows} rows of `{stage}`", rows - own)),
+                _ => None,
+            };
+        figures.chain(other.rows.iter().filter_map(lacked)).collect()
     }
 }
 
@@ -108,9 +107,9 @@ pub fn sealed(page: String) -> String {
 }
 
 fn is_sealed(page: &str) -> bool {
-    let sealed = page.rsplit_once(SEAL[0]);
-    let sealed = sealed.and_then(|(page, end)| Some((page, end.strip_suffix(SEAL[1])?)));
-    sealed.is_some_and(|(page, written)| digest(page.as_bytes()) == written)
+    page.rsplit_once(SEAL[0])
+        .and_then(|(page, end)| Some((page, end.strip_suffix(SEAL[1])?)))
+        .is_some_and(|(page, written)| digest(page.as_bytes()) == written)
 }
 
 /// Reads a page. Bytes that are not UTF-8 are replaced; its seal is then broken.
@@ -119,8 +118,7 @@ fn is_sealed(page: &str) -> bool {
 /// Returns an error if the page is a link to another folder, no regular file, or too large.
 pub fn read_page(page: &Path) -> io::Result<String> {
     let folder = page.parent().filter(|folder| *folder != Path::new(""));
-    let folder = folder.unwrap_or(Path::new("."));
-    let bytes = read_below(folder, page, MAX_BYTES)?;
+    let bytes = read_below(folder.unwrap_or(Path::new(".")), page, MAX_BYTES)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
@@ -163,8 +161,8 @@ fn changed_files(folder: &Path) -> Vec<PathBuf> {
         Err(error) if error.kind() == io::ErrorKind::InvalidInput => return vec![page],
         Err(_) => return Vec::new(),
     };
-    let figures = Basis::from_page(&text).unwrap_or_default().files;
-    let figures = figures.into_iter().filter_map(|(name, written)| {
+    let listed = Basis::from_page(&text).unwrap_or_default().files;
+    let figures = listed.into_iter().filter_map(|(name, written)| {
         let figure = folder.join(FIGURES).join(name);
         let is_changed = match read_below(folder, &figure, MAX_BYTES) {
             Ok(bytes) => digest(&bytes) != written,
@@ -172,15 +170,15 @@ fn changed_files(folder: &Path) -> Vec<PathBuf> {
         };
         is_changed.then_some(figure)
     });
-    let page = (!is_sealed(&text)).then_some(page);
-    page.into_iter().chain(figures).collect()
+    let changed_page = (!is_sealed(&text)).then_some(page);
+    changed_page.into_iter().chain(figures).collect()
 }
 
 /// Returns the names of the files that an earlier report may have in the folder of figures: those
 /// that the page lists, and those of all figures that every study can have.
 pub fn figure_files(page: &Path) -> BTreeSet<String> {
-    let listed = read_page(page).ok().and_then(|page| Basis::from_page(&page));
-    let listed = listed.unwrap_or_default().files.into_keys();
+    let basis = read_page(page).ok().and_then(|page| Basis::from_page(&page));
+    let listed = basis.unwrap_or_default().files.into_keys();
     let known = figures::names().flat_map(figures::file_names);
     known.chain(listed).collect()
 }
@@ -213,8 +211,8 @@ pub fn check_folder(folder: &Path, study: &Study, replaces: bool) -> Result<(), 
     // Automatic figures have the names of their stages.
     let declared = study.figures.iter().map(|figure| &figure.name);
     let names = declared.chain(study.stages.iter().map(|stage| &stage.name));
-    let names = names.flat_map(|name| figures::file_names(name));
-    for name in figure_files(&page).into_iter().chain(names) {
+    let files = names.flat_map(|name| figures::file_names(name));
+    for name in figure_files(&page).into_iter().chain(files) {
         let path = folder.join(FIGURES).join(&name);
         let is_own = own.contains_key(&name) && !changed.contains(&path);
         if !is_own && path.symlink_metadata().is_ok() {

@@ -1,13 +1,67 @@
-//! Parameters that a study varies independently of each other.
+//! Parameter points as figures name them, and the parameters that a study varies.
 
 use std::collections::BTreeSet;
 
-use asperity_stages::columns::{CONTENT, HURST, K_LOWER, K_UPPER, RMS_SLOPE};
+use asperity_stages::columns::{
+    COEFFICIENT, CONTENT, CORRECTION, HURST, K_LOWER, K_ROLLOFF, K_UPPER, RMS_SLOPE,
+};
+pub use asperity_stages::ensemble::ParameterPoint as Point;
 use asperity_stages::ensemble::grouped;
-use asperity_tables::column::Role;
+use asperity_tables::column::{Role, Value};
 use asperity_tables::table::Table;
 
-use crate::plotted::rank;
+/// Returns the parameter point of a row.
+pub fn at_row(table: &Table, row: usize) -> Point {
+    as_named(&Point::from_row(table, row))
+}
+
+/// Removes the correction of the area and, of a spectrum without a plateau, the roll-off: two
+/// wavenumbers name such a spectrum.
+pub fn as_named(point: &Point) -> Point {
+    let named = point.clone().without(&[CORRECTION.name, COEFFICIENT.name]);
+    match named.get(K_ROLLOFF.name) == named.get(K_LOWER.name) {
+        true => named.without(&[K_ROLLOFF.name]),
+        false => named,
+    }
+}
+
+/// Returns the value of a parameter that is a text.
+pub fn text<'a>(point: &'a Point, name: &str) -> Option<&'a str> {
+    match point.get(name)? {
+        Value::Text(text) => Some(text),
+        Value::Real(_) | Value::Integer(_) => None,
+    }
+}
+
+/// Returns a value that is a number.
+pub fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Real(number) => Some(*number),
+        Value::Integer(number) => Some(*number as f64),
+        Value::Text(_) => None,
+    }
+}
+
+/// Returns whether a point has all values of another point.
+pub fn holds(point: &Point, other: &Point) -> bool {
+    other.iter().all(|(name, value)| point.get(name) == Some(value))
+}
+
+/// Returns the rank of a coordinate among those that can distinguish series.
+pub fn rank(name: &str) -> usize {
+    const FIRST: [&str; 6] =
+        [CONTENT.name, HURST.name, K_LOWER.name, K_UPPER.name, K_ROLLOFF.name, CORRECTION.name];
+    const LAST: [&str; 7] =
+        ["nodes", "nodes_x", "nodes_y", "side", "side_x", "side_y", "coefficient"];
+    let first = FIRST.iter().position(|first| *first == name);
+    let last = LAST.iter().position(|last| *last == name).map(|at| FIRST.len() + 1 + at);
+    first.or(last).unwrap_or(FIRST.len())
+}
+
+/// Returns the number of different values in a column.
+pub fn distinct(table: &Table, name: &str) -> usize {
+    if table.rows() == 0 { 0 } else { grouped(&table.only(&[name])).len() }
+}
 
 /// Parameters that define a spectrum or a surface. They are listed even if a list of cases ties one
 /// to another.
@@ -27,7 +81,7 @@ pub fn independent(table: &Table, derived: &BTreeSet<String>) -> Vec<(String, us
     let mut known: Vec<&str> = Vec::new();
     let mut found = Vec::new();
     for name in names {
-        let values = if table.rows() == 0 { 0 } else { groups(&[name]) };
+        let values = distinct(table, name);
         if values < 2 {
             continue;
         }
