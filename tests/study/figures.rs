@@ -174,8 +174,8 @@ fn reasons_name_what_the_study_lacks_and_nothing_that_it_has() {
     let (said, _) = report(&bench);
     let cutoffs = "random surfaces with two or more values of `k_upper`";
     assert_eq!(needs(&said, "nayak").as_deref(), Some(cutoffs));
-    let collapse = "corrected areas of random surfaces with two or more values of `k_upper`, at \
-                    loads near 0.024, 0.06 and 0.14";
+    let collapse = "corrected areas of random surfaces with three or more spectra, at loads \
+                    near 0.024, 0.06 and 0.14";
     assert_eq!(needs(&said, "collapse").as_deref(), Some(collapse));
     let light = "measured contacts at two or more loads up to 0.06";
     assert_eq!(needs(&said, "area-light").as_deref(), Some(light));
@@ -187,7 +187,7 @@ fn reasons_name_what_the_study_lacks_and_nothing_that_it_has() {
     let one = one.replace("k_lower = 2\nk_upper = 8\n", "k_lower = 2\n");
     bench.run(&format!("{}{correct}", one.replace("[0.05]", "[0.024, 0.06, 0.14]")));
     let (said, _) = report(&bench);
-    assert_eq!(needs(&said, "collapse"), None);
+    assert_eq!(needs(&said, "collapse").as_deref(), Some(collapse), "two spectra");
     assert_eq!(needs(&said, "nayak"), None);
     assert_eq!(needs(&said, "area-full"), None);
 }
@@ -229,6 +229,30 @@ curves = [
         assert_eq!(count(&svg, &format!(">{label}<")), 1, "{label} in {svg}");
     }
     assert!(page.contains("Points are means over 3 surfaces."), "{page}");
+}
+
+#[test]
+fn lines_and_panels_tell_several_parameters_apart() {
+    let bench = Bench::new();
+    let drawn = "from = 'area'; x = 'load'; y = 'area_fraction'";
+    let told = stages_from("area")
+        .table("figure.lines", &format!("{drawn}; colour = 'method'; dash = 'hurst'"))
+        .table(
+            "figure.panels",
+            &format!("{drawn}; facet = ['method', 'hurst']; facet_in = 'column'"),
+        )
+        .table("figure.markers", &format!("{drawn}; lines = false"))
+        .text();
+    bench.run(&format!("{}{told}", four_loads()));
+    report(&bench);
+    let folder = bench.data().join("results/hurst/figures");
+    let svg = |name: &str| fs::read_to_string(folder.join(format!("{name}.svg"))).unwrap();
+    for hurst in ["H = 0.2", "H = 0.5", "H = 0.8"] {
+        assert!(svg("lines").contains(&format!(">{hurst}<")), "{hurst}");
+        assert!(svg("panels").contains(&format!(">method filter · {hurst}<")), "{hurst}");
+    }
+    assert!(svg("lines").contains("stroke-dasharray"));
+    assert!(!svg("markers").contains("stroke-dasharray"));
 }
 
 #[test]

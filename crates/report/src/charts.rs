@@ -65,13 +65,15 @@ pub struct ColourScale {
 pub enum Panel {
     Chart(Box<Chart>),
     Map(MapPanel),
+    /// An empty place between other panels.
+    Blank,
 }
 
 impl Panel {
     fn map(&self) -> Option<&MapPanel> {
         match self {
             Panel::Map(map) => Some(map),
-            Panel::Chart(_) => None,
+            Panel::Chart(_) | Panel::Blank => None,
         }
     }
 }
@@ -198,6 +200,7 @@ impl Figure {
                     Panel::Map(map) => {
                         map.draw(self.panel, &frame, [x, y], &mut scene, &mut pictures);
                     }
+                    Panel::Blank => {}
                 }
             }
         }
@@ -215,20 +218,30 @@ impl Figure {
     }
 
     /// Removes charts that would show their data at one place only, and guides that are not seen.
+    /// Other charts keep their row and, if it is not empty, their column.
     ///
     /// # Errors
     /// If no panel is left, returns the label of the horizontal axis of the last one.
     pub fn keep_courses(&mut self) -> Result<(), String> {
         let mut label = String::new();
-        for row in &mut self.rows {
-            row.retain_mut(|panel| match panel {
-                Panel::Chart(chart) => {
-                    chart.remove_unseen_guides();
-                    label.clone_from(&chart.x.label);
-                    chart.shows_a_course()
+        for panel in self.rows.iter_mut().flatten() {
+            if let Panel::Chart(chart) = panel {
+                chart.remove_unseen_guides();
+                label.clone_from(&chart.x.label);
+                if !chart.shows_a_course() {
+                    *panel = Panel::Blank;
                 }
-                Panel::Map(_) => true,
-            });
+            }
+        }
+        let columns = self.columns() as usize;
+        let is_shown = |panel: Option<&Panel>| panel.is_some_and(|panel| *panel != Panel::Blank);
+        let kept: Vec<usize> =
+            (0..columns).filter(|&at| self.rows.iter().any(|row| is_shown(row.get(at)))).collect();
+        for row in &mut self.rows {
+            let end = row.iter().rposition(|panel| is_shown(Some(panel)));
+            row.truncate(end.map_or(0, |end| end + 1));
+            let mut places = 0..;
+            row.retain(|_| places.next().is_some_and(|place| kept.contains(&place)));
         }
         self.rows.retain(|row| !row.is_empty());
         if self.rows.is_empty() { Err(label) } else { Ok(()) }
@@ -237,7 +250,7 @@ impl Figure {
     fn charts(&self) -> impl Iterator<Item = &Chart> {
         self.rows.iter().flatten().filter_map(|panel| match panel {
             Panel::Chart(chart) => Some(&**chart),
-            Panel::Map(_) => None,
+            Panel::Map(_) | Panel::Blank => None,
         })
     }
 
@@ -315,6 +328,16 @@ pub fn in_rows<T>(columns: usize, mut all: Vec<T>) -> Vec<Vec<T>> {
         rows.push(std::mem::replace(&mut all, rest));
     }
     rows
+}
+
+/// Turns rows of equal length into columns.
+pub fn transposed<T>(rows: Vec<Vec<T>>) -> Vec<Vec<T>> {
+    let mut columns: Vec<Vec<T>> = Vec::new();
+    for row in rows {
+        columns.resize_with(row.len(), Vec::new);
+        columns.iter_mut().zip(row).for_each(|(column, item)| column.push(item));
+    }
+    columns
 }
 
 /// Returns the width and height of a panel that can hold each of these maps, in pixels.
@@ -566,6 +589,23 @@ mod tests {
         assert!(groups[0].starts_with("8.0,8.0)"), "{}", &groups[0][..20]);
         assert!(groups[1].starts_with("448.0,8.0)"), "{}", &groups[1][..20]);
         assert_eq!(groups.len(), 2);
+    }
+
+    #[test]
+    fn a_chart_stays_in_its_column_if_another_one_beside_it_has_no_course() {
+        let chart = |places: &[f64]| {
+            let mut chart = Chart::new(Axis::linear("x"), Axis::linear("y"));
+            let style = Style::marker(Colour::Series(0), style::marker(0));
+            chart.series.push(Series::new(places.iter().map(|&x| (x, x)), style));
+            chart
+        };
+        let (full, empty) = (|| chart(&[1.0, 2.0]), || chart(&[1.0]));
+        let rows = vec![vec![full(), empty(), empty()], vec![empty(), empty(), full()]];
+        let mut figure = Figure::from_charts(rows, [300.0, 200.0]);
+        figure.keep_courses().unwrap();
+        let is_blank = |row: &Vec<Panel>| row.iter().map(|one| *one == Panel::Blank).collect();
+        let blank: Vec<Vec<bool>> = figure.rows.iter().map(is_blank).collect();
+        assert_eq!(blank, [vec![false], vec![true, false]]);
     }
 
     #[test]

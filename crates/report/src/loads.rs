@@ -113,7 +113,7 @@ impl Loads {
         let panels = figure.rows.iter_mut().flatten();
         let mut charts = panels.filter_map(|panel| match panel {
             Panel::Chart(chart) => Some(chart),
-            Panel::Map(_) => None,
+            Panel::Map(_) | Panel::Blank => None,
         });
         let Some(scale) = self.scale() else {
             let has_loads = charts

@@ -40,6 +40,8 @@ pub struct Points {
     pub others: Vec<String>,
     /// True if points of a series may be joined by a line.
     pub is_curve: bool,
+    /// True if the points are states along a path.
+    pub is_path: bool,
     /// Number of rows whose load did not converge.
     pub unconverged: usize,
     /// Table of the rows, in which `Point::row` is an index.
@@ -53,8 +55,10 @@ pub struct Point {
     pub bar: Option<[f64; 2]>,
     /// Number of surfaces, if known.
     pub surfaces: Option<usize>,
-    pub facet: Option<Value>,
+    /// Values of the columns of panels.
+    pub facet: Vec<Option<Value>>,
     pub colour: Option<Value>,
+    pub dash: Option<Value>,
     pub others: Vec<Option<Value>>,
     /// Index of the first table row of the point.
     pub row: usize,
@@ -113,7 +117,8 @@ impl Points {
         let steps = table.optional(STEP.name, Table::integers)?;
         let coloured = points.into_iter().map(|(mut point, row)| {
             point.order = steps.map_or(point.x, |steps| steps.value(row) as f64);
-            point.facet = figure.facet.as_deref().and_then(|name| cell(name, row));
+            point.facet = figure.facet.iter().map(|name| cell(name, row)).collect();
+            point.dash = figure.dash.as_deref().and_then(|name| cell(name, row));
             point.colour = colour.as_deref().and_then(|name| cell(name, row));
             point.others = others.iter().map(|name| cell(name, row)).collect();
             point
@@ -121,7 +126,8 @@ impl Points {
         Ok(Points {
             points: coloured.collect(),
             colour,
-            is_curve: keys.has_x || keys.path.is_some(),
+            is_curve: (keys.has_x || keys.path.is_some()) && !figure.is_apart,
+            is_path: steps.is_some(),
             unconverged: unconverged(&table),
             others,
             table,
@@ -274,7 +280,7 @@ impl Keys {
         let mut columns: Vec<String> = coordinates.names().into_iter().map(str::to_owned).collect();
         // The name of a spectrum comes first, and what often follows from other parameters last.
         columns.sort_by_key(|name| rank(name));
-        let declared = [&figure.facet, &figure.colour].into_iter().flatten();
+        let declared = figure.facet.iter().chain(&figure.colour).chain(&figure.dash);
         let mut fixed: Vec<String> = declared.cloned().collect();
         let further: Vec<String> =
             fixed.iter().filter(|name| !columns.contains(name)).cloned().collect();
@@ -436,7 +442,7 @@ fn student(count: usize) -> f64 {
 }
 
 /// Returns the mean; equal values are their own mean, without rounding.
-fn mean(values: &[f64]) -> f64 {
+pub fn mean(values: &[f64]) -> f64 {
     let first = values[0];
     let is_same = values.iter().all(|value| *value == first);
     if is_same { first } else { values.iter().sum::<f64>() / values.len() as f64 }

@@ -15,10 +15,21 @@ pub fn at_row(table: &Table, row: usize) -> Point {
     as_named(&Point::from_row(table, row))
 }
 
+/// Beginning of the names of columns with the forms of terms, and of the columns with these terms.
+pub const FORM: &str = "form_";
+const TERM: &str = "term_";
+
 /// Removes the correction of the area and, of a spectrum without a plateau, the roll-off: two
-/// wavenumbers name such a spectrum.
+/// wavenumbers name such a spectrum. Forms of terms get the names of their terms.
 pub fn as_named(point: &Point) -> Point {
-    let named = point.clone().without(&[CORRECTION.name, COEFFICIENT.name]);
+    let of_term = |name: &str, form: &Value| {
+        let term = point.get(&format!("{TERM}{}", name.strip_prefix(FORM)?))?;
+        Some(Value::Text(format!("{term}: {form}")))
+    };
+    let named = point.map(|name, value| of_term(name, value).unwrap_or_else(|| value.clone()));
+    let terms = point.iter().map(|(name, _)| name).filter(|name| name.starts_with(TERM));
+    let removed: Vec<&str> = terms.chain([CORRECTION.name, COEFFICIENT.name]).collect();
+    let named = named.without(&removed);
     match named.get(K_ROLLOFF.name) == named.get(K_LOWER.name) {
         true => named.without(&[K_ROLLOFF.name]),
         false => named,

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::charts::style::{self, Colour, GRADIENT_STEPS, SERIES_COLOURS, Style};
-use crate::points::{Point, number, rank, text};
+use crate::points::{FORM, Point, number, rank, text};
 use crate::symbols::{Files, symbol};
 use crate::units::{LengthUnit, Scaled, digits};
 use asperity_stages::columns::{
@@ -152,7 +152,10 @@ impl Styles {
         let told = |(name, _): &(String, Vec<_>)| {
             let value = point.get(name)?;
             let follows = file.is_some() && FOLLOW_FROM_A_FILE.contains(&name.as_str());
-            let told = || format!("{} {}", symbol(name), self.lengths.told(name, value));
+            let told = || match name.starts_with(FORM) {
+                true => value.to_string(),
+                false => format!("{} {}", symbol(name), self.lengths.told(name, value)),
+            };
             (!follows && self.tells_apart(name, point)).then(told)
         };
         let parts: Vec<String> = self.varying.iter().filter_map(told).collect();

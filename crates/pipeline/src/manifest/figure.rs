@@ -43,8 +43,21 @@ pub struct FigureTable {
     /// Parameter, or the load, that the colours distinguish. `color` is the same key. By default it
     /// is the first parameter, or the load, that differs between points with the same x.
     pub colour: Key<String>,
-    /// Parameter, or the load, of which each value has its own panel.
-    pub facet: Key<String>,
+    /// Parameter, or the load, of which each value has its own panel, or a list of them, of which
+    /// each combination has one. Panels of numbers ascend; others are in the order of the table.
+    #[schemars(length(min = 1), transform = list)]
+    pub facet: Key<Vec<Spanned<String>>>,
+    /// Place of the panels of one value of `facet`.
+    #[schemars(extend("default" = "row"))]
+    pub facet_in: Key<FacetPlace>,
+    /// Parameter, or the load, that the lines distinguish: the first value has a wide line, the
+    /// others dashed ones in the same colour. Along a path, such as that of contacts with adhesion,
+    /// a line begins where the one before ends.
+    pub dash: Key<String>,
+    /// Whether lines join the points of a series. With `false`, the series of a panel are shifted
+    /// sideways by some per cent of the axis, so that their error bars stand beside each other.
+    #[schemars(extend("default" = true))]
+    pub lines: Key<bool>,
     /// Meaning of the error bars. By default they are 95 % confidence intervals or, for fits, the
     /// intervals of the fits.
     pub error: Key<ErrorBars>,
@@ -123,7 +136,8 @@ pub struct CurveTable {
     /// Name in the legend. By default it is that of the theory, or the curve has no entry.
     pub label: Key<String>,
     /// Stage whose table has a row for each curve, such as a `fit`; its columns are the parameters
-    /// of the expression. By default the parameters are those of the table of the figure.
+    /// of the expression. If its rows are surfaces, a curve has their means at a parameter point.
+    /// By default the parameters are those of the table of the figure.
     pub from: Key<String>,
     /// Selection of the rows of `from` or, without `from`, of the series that have the curve.
     #[serde(rename = "where")]
@@ -158,6 +172,17 @@ pub enum ErrorBars {
     Sd,
     /// No error bars.
     None,
+}
+
+/// Place of the panels of one value of the key `facet`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FacetPlace {
+    /// The quantities of a value stand beside each other, if there is room.
+    #[default]
+    Row,
+    /// The quantities of a value stand below each other, if there are two or three values.
+    Column,
 }
 
 /// Scales of the two axes.

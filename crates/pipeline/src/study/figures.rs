@@ -17,7 +17,7 @@ use asperity_stages::columns::{
 };
 use asperity_tables::table::Table;
 
-pub use crate::manifest::figure::{ErrorBars, Scales, SelectedValue as Value};
+pub use crate::manifest::figure::{ErrorBars, FacetPlace, Scales, SelectedValue as Value};
 pub use crate::manifest::read_figures_of as read;
 pub use check::{EmptySelection, FigureContext, check, on_table};
 pub use known_values::known_values;
@@ -31,7 +31,13 @@ pub struct FigureSpec {
     pub from: String,
     pub panels: Vec<PanelSpec>,
     pub colour: Option<String>,
-    pub facet: Option<String>,
+    /// Columns of which each combination of values has its own panel.
+    pub facet: Vec<String>,
+    pub facet_in: FacetPlace,
+    /// Column that the lines distinguish.
+    pub dash: Option<String>,
+    /// Whether no line joins the points of a series.
+    pub is_apart: bool,
     /// Columns that select rows, each with the values of which a row has one.
     pub selection: BTreeMap<String, Vec<Value>>,
     pub title: Option<String>,

@@ -142,10 +142,6 @@ impl Chart {
         }
     }
 
-    pub fn titled(self, title: impl Into<String>) -> Chart {
-        Chart { title: title.into(), ..self }
-    }
-
     /// Draws the chart with `size` = [width, height] in pixels and the font size `words`.
     pub(super) fn draw(&self, size: [f64; 2], words: u32) -> Scene {
         let frame = Frame::new(self);

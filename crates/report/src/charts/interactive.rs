@@ -104,6 +104,7 @@ impl Figure {
                 map.draw(self.panel, frame, [MARGIN; 2], &mut scene, &mut pictures);
                 finished(&scene, &pictures, name, GROW)
             }
+            Panel::Blank => String::new(),
         }
     }
 }

@@ -3,15 +3,17 @@
 use std::collections::BTreeSet;
 
 use asperity_manifest::expression::Expression;
-use asperity_pipeline::study::figures::{AREAS, Curve, Law, PanelSpec, Quantity};
+use asperity_pipeline::study::figures::{AREAS, Curve, Law, PanelSpec, Quantity, has_surfaces};
 use asperity_stages::aggregate::{Model, nayak_parameters};
 use asperity_stages::columns::LOAD;
+use asperity_stages::ensemble::grouped;
+use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 
 use crate::charts::axis::Spacing;
 use crate::charts::chart::Series;
 use crate::charts::style::{Colour, Dash, Style};
-use crate::plotted::{Points, is_selected, reals};
+use crate::plotted::{Points, is_selected, mean, reals};
 
 /// Number of points at which a curve is computed. Asperity models take milliseconds for each.
 const STEPS: usize = 60;
@@ -41,8 +43,8 @@ pub struct Curves<'a> {
 
 /// Points of a curve and its colour.
 type Drawn = (Vec<(f64, f64)>, Colour);
-/// The parameters of a curve: a row of a table.
-type Parameters<'a> = (&'a Table, usize);
+/// The parameters of a curve: means over these rows of a table.
+type Parameters<'a> = (&'a Table, &'a [usize]);
 
 impl Curves<'_> {
     /// Returns the curves beside the series of a panel, with entries of the legend.
@@ -104,7 +106,7 @@ impl Curves<'_> {
                 continue;
             };
             let points = if self.is_smooth(curve) {
-                self.smooth(curve, one.quantity, (&one.data.table, row), series)?
+                self.smooth(curve, one.quantity, (&one.data.table, &[row]), series)?
             } else {
                 self.at_points(curve, one)?
             };
@@ -121,7 +123,8 @@ impl Curves<'_> {
         Ok(own)
     }
 
-    /// Returns a curve for each selected row of another stage.
+    /// Returns a curve for each selected row of another stage, or for each parameter point if the
+    /// rows are surfaces.
     fn of_rows(
         &self,
         curve: &Curve,
@@ -137,10 +140,18 @@ impl Curves<'_> {
             }
             let mut selection = curve.selection.clone();
             selection.retain(|name, _| table.has(name));
-            for row in (0..table.rows()).filter(|&row| is_selected(table, row, &selection)) {
-                let points = self.smooth(curve, quantity, (table, row), series)?;
+            let selected = (0..table.rows()).filter(|&row| is_selected(table, row, &selection));
+            let mut groups: Vec<Vec<usize>> = selected.map(|row| vec![row]).collect();
+            if has_surfaces(table) {
+                let rows = groups.concat();
+                let points = grouped(&table.in_role(Role::Parameter).pick(&rows));
+                let of_point = |own: Vec<usize>| own.into_iter().map(|at| rows[at]).collect();
+                groups = points.into_iter().map(of_point).collect();
+            }
+            for rows in groups {
+                let points = self.smooth(curve, quantity, (table, &rows), series)?;
                 if !points.is_empty() {
-                    found.push((points, (self.colour)(table, row)));
+                    found.push((points, (self.colour)(table, rows[0])));
                 }
             }
         }
@@ -214,7 +225,7 @@ impl Curves<'_> {
         for &(_, row) in &series.points {
             let load = known[row].unwrap_or(f64::NAN);
             loads.push(load);
-            found.extend(areas(&curve.law, &[load], (table, row))?);
+            found.extend(areas(&curve.law, &[load], (table, &[row]))?);
         }
         let ys = of_areas(series.quantity, &found, &loads);
         Ok(finite(series.points.iter().map(|point| point.0).zip(ys)))
@@ -237,10 +248,10 @@ fn areas(law: &Law, loads: &[f64], parameters: Parameters) -> Result<Vec<f64>, T
     match law {
         Law::Area(law) | Law::Value(law) => values(law, LOAD.name, loads, parameters),
         Law::Theory { model, nayak } => {
-            let (table, row) = parameters;
+            let (table, rows) = parameters;
             let nayak = match (nayak, model.asperities()) {
                 (Some(nayak), _) => Some(*nayak),
-                (None, Some(_)) => nayak_parameters(&table.pick(&[row]))?[0],
+                (None, Some(_)) => nayak_parameters(&table.pick(&rows[..1]))?[0],
                 (None, None) => None,
             };
             let area = |&load: &f64| model.area(load, nayak).unwrap_or(f64::NAN);
@@ -249,16 +260,18 @@ fn areas(law: &Law, loads: &[f64], parameters: Parameters) -> Result<Vec<f64>, T
     }
 }
 
-/// Returns the values of an expression along the column `free`, with parameters from a row.
+/// Returns the values of an expression along the column `free`, with the means of its parameters.
 fn values(
     expression: &Expression,
     free: &str,
     along: &[f64],
-    (table, row): Parameters,
+    (table, rows): Parameters,
 ) -> Result<Vec<f64>, TableError> {
     let mut cells = Vec::new();
     for name in expression.columns().into_iter().filter(|name| *name != free) {
-        cells.push((name, reals(table, name)?[row].unwrap_or(f64::NAN)));
+        let column = reals(table, name)?;
+        let known: Vec<f64> = rows.iter().filter_map(|&row| column[row]).collect();
+        cells.push((name, if known.is_empty() { f64::NAN } else { mean(&known) }));
     }
     let column = |name: &str| match cells.iter().find(|(known, _)| *known == name) {
         Some((_, cell)) => vec![*cell; along.len()],

@@ -8,9 +8,9 @@ use std::collections::BTreeSet;
 
 use asperity_manifest::diagnostics::listed;
 use asperity_pipeline::study::figures::{
-    FigureSize, FigureSpec, PanelSpec, Quantity, Scales, Value as Selected,
+    FacetPlace, FigureSize, FigureSpec, PanelSpec, Quantity, Scales, Value as Selected,
 };
-use asperity_stages::columns::{K_LOWER, K_ROLLOFF, K_UPPER};
+use asperity_stages::columns::{K_LOWER, K_ROLLOFF, K_UPPER, LOAD};
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::Table;
 
@@ -18,12 +18,12 @@ use crate::ReportError;
 use crate::charts::axis::{Axis, Spacing};
 use crate::charts::chart::{Chart, DataPoint, Series};
 use crate::charts::map_panel::WORDS;
-use crate::charts::style::{Colour, Dash, Style};
-use crate::charts::{ColourScale, Figure, in_rows};
+use crate::charts::style::{Colour, Dash, Line, Style};
+use crate::charts::{ColourScale, Figure, in_rows, transposed};
 use crate::figure_data::FigureData;
 use crate::figures::Drawn;
 use crate::figures::curves::{Curves, DataSeries};
-use crate::figures::declared::series_key::SeriesKey;
+use crate::figures::declared::series_key::{DASHES, SeriesKey};
 use crate::finished::FinishedStage;
 use crate::plotted::{Point, Points};
 use crate::points::{self, number};
@@ -159,9 +159,9 @@ struct Group<'a> {
 /// of the quantity if its panel has several.
 type Further = (Vec<(String, Option<Value>)>, Option<String>);
 
-/// Panel of a chart: the value of the facet, the axes, and the label of the vertical axis.
+/// Panel of a chart: the values of the facet, the axes, and the label of the vertical axis.
 struct PanelOf<'a> {
-    facet: Option<Value>,
+    facet: Vec<Option<Value>>,
     spec: &'a PanelSpec,
     label: String,
 }
@@ -207,9 +207,14 @@ impl Plot<'_> {
             // The quantities of a facet are in one row, if the texts stay large enough.
             let quantities = panels.iter().filter(|panel| panel.facet == panels[0].facet).count();
             let has_rows = self.looks.is_none() || panels.len() > quantities;
-            let (columns, size) =
-                if quantities == 3 && has_rows { (3, [340.0, 290.0]) } else { (2, [430.0, 320.0]) };
-            Figure::from_charts(in_rows(columns, charts), size)
+            let facets = panels.len() / quantities;
+            let rows = if self.figure.facet_in == FacetPlace::Column && (2..=3).contains(&facets) {
+                transposed(in_rows(quantities, charts))
+            } else {
+                in_rows(if quantities == 3 && has_rows { 3 } else { 2 }, charts)
+            };
+            let size = if rows[0].len() == 3 { [340.0, 290.0] } else { [430.0, 320.0] };
+            Figure::from_charts(rows, size)
         };
         if self.looks.is_none() {
             figure.colours = self.colour_scale(&key);
@@ -257,10 +262,15 @@ impl Plot<'_> {
 
     /// Returns the panels, by facets and then by vertical axes.
     fn panels(&self) -> Vec<PanelOf<'_>> {
-        let facets: BTreeSet<&Option<Value>> = self.points().map(|point| &point.facet).collect();
-        let facets: Vec<&Option<Value>> = facets.into_iter().collect();
+        let mut facets = first_seen(self.points().map(|point| &point.facet));
+        let order = |at: usize| in_order(facets.iter().map(|facet| &facet[at]));
+        let orders: Vec<_> = (0..self.figure.facet.len()).map(order).collect();
+        facets.sort_by_key(|facet| -> Vec<Option<usize>> {
+            let values = facet.iter().zip(&orders);
+            values.map(|(value, order)| order.iter().position(|own| *own == value)).collect()
+        });
         let loads = self.stage.table.in_role(Role::Load);
-        let is_of_loads = self.figure.facet.as_ref().is_some_and(|facet| loads.has(facet));
+        let is_of_loads = matches!(&*self.figure.facet, [facet] if loads.has(facet));
         let shown = match facets.len() {
             // Figures of every report show the lightest, the middle and the heaviest load.
             count @ 4.. if self.looks.is_some() && is_of_loads => {
@@ -330,13 +340,18 @@ impl Plot<'_> {
             Axis { spacing: x_spacing, ..Axis::linear(x_unit.label(&label(self.figure, x))) },
             Axis { spacing: y_spacing, ..Axis::linear(y_unit.label(&panel.label)) },
         );
-        if let (Some(name), Some(value)) = (&self.figure.facet, &panel.facet) {
-            if self.labels.is_unit(column, name) {
-                chart.y.label = format!("{} of {value}", panel.label);
-            } else {
-                chart = chart.titled(self.told(name, panel.facet.as_ref()));
+        let mut titles = Vec::new();
+        for (name, value) in self.figure.facet.iter().zip(&panel.facet) {
+            match value {
+                Some(value) if self.labels.is_unit(column, name) => {
+                    chart.y.label = format!("{} of {value}", panel.label);
+                }
+                None if self.figure.facet.len() > 1 => {}
+                _ => titles.push(self.title_of(name, value.as_ref())),
             }
         }
+        chart.title = titles.join(" · ");
+        let dashes = self.dashes();
         let mut series = Vec::new();
         for (index, one) in shown().enumerate() {
             for mut group in self.groups(one, panel, key) {
@@ -347,13 +362,22 @@ impl Plot<'_> {
                     let last = group.points.iter().rposition(|point| point.y != 0.0);
                     group.points.truncate(last.map_or(0, |last| last + 1));
                 }
-                let placed = self.placed(&group.points, [&x_unit, &y_unit], y_spacing);
                 // Fitted curves, or another quantity, take the place of lines through the points.
                 let is_line = self.looks.is_some() && index > 0;
                 let has_lines = panel.spec.curves.iter().any(|curve| curve.is_fit_along(x))
                     || (self.looks.is_some() && shown().count() > 1);
                 let is_curve = is_line || (one.points.is_curve && !has_lines);
-                let mut added = drawn(placed, group.style, is_curve, x_spacing);
+                let mut added = Vec::new();
+                let is_path = one.points.is_path;
+                for (at, (style, points)) in
+                    stretches(&group, is_path, &dashes).into_iter().enumerate()
+                {
+                    let mut placed = self.placed(&points, [&x_unit, &y_unit], y_spacing);
+                    if is_path && at > 0 {
+                        placed[0].bar = None;
+                    }
+                    added.extend(drawn(placed, style, is_curve, x_spacing));
+                }
                 added.retain(|one| !is_line || one.style.marker.is_none());
                 if let Some(last) = added.last_mut() {
                     last.label = group.label.filter(|_| !is_line);
@@ -370,6 +394,15 @@ impl Plot<'_> {
                     });
                 }
             }
+        }
+        if self.figure.is_apart {
+            spread(&mut chart.series, x_spacing);
+        }
+        for (index, value) in dashes.iter().enumerate() {
+            let line = dashed(Style::line(Colour::Text, Dash::Solid, 1.0), index);
+            let name =
+                self.title_of(self.figure.dash.as_deref().unwrap_or_default(), value.as_ref());
+            chart.series.push(Series::new([], line).named(name));
         }
         for one in shown().skip(1).filter(|_| self.looks.is_some()) {
             let entry = Series::new([], Style::line(Colour::Text, Dash::Solid, 1.0));
@@ -391,6 +424,20 @@ impl Plot<'_> {
         };
         chart.series.extend(curves.beside(&series)?);
         Ok(chart)
+    }
+
+    /// Returns the values that lines distinguish.
+    fn dashes(&self) -> Vec<&Option<Value>> {
+        let values = in_order(self.points().map(|point| &point.dash));
+        if self.figure.dash.is_some() { values } else { Vec::new() }
+    }
+
+    /// Returns the text of a value where no axis explains its symbol: that of the legend, with the
+    /// word `load` for the symbol of the load.
+    fn title_of(&self, column: &str, value: Option<&Value>) -> String {
+        let told = self.told(column, value);
+        let load = told.strip_prefix("y = ").filter(|_| column == LOAD.name);
+        load.map_or_else(|| told.clone(), |load| format!("load {load}"))
     }
 
     /// Converts points to the units of the axes.
@@ -510,6 +557,78 @@ fn spacings(panel: &PanelSpec) -> [Spacing; 2] {
 fn can_show(panel: &PanelSpec, point: &Point) -> bool {
     let [x, y] = spacings(panel).map(|spacing| Axis { spacing, ..Axis::linear("") });
     x.can_show(point.x) && y.can_show(point.y)
+}
+
+/// Returns different values: numbers ascending, others in order of appearance.
+fn in_order<'v>(values: impl Iterator<Item = &'v Option<Value>>) -> Vec<&'v Option<Value>> {
+    let mut found = first_seen(values);
+    if found.iter().all(|value| value.as_ref().is_none_or(|own| number(own).is_some())) {
+        found.sort();
+    }
+    found
+}
+
+fn first_seen<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for value in values {
+        if !found.contains(&value) {
+            found.push(value);
+        }
+    }
+    found
+}
+
+/// Returns the style of the lines with this index among the values that lines distinguish. The
+/// first line is wide, so that it is seen below others at the same points.
+fn dashed(style: Style, index: usize) -> Style {
+    let width = if index == 0 { 2.4 } else { 1.4 };
+    Style { line: Some(Line { dash: DASHES[index % DASHES.len()], width }), ..style }
+}
+
+/// Splits the points of a series by the values that lines distinguish. Along a path, a stretch
+/// begins with the last point of the one before.
+fn stretches<'p>(
+    group: &Group<'p>,
+    is_path: bool,
+    dashes: &[&Option<Value>],
+) -> Vec<(Style, Vec<&'p Point>)> {
+    if dashes.is_empty() || group.points.is_empty() {
+        return vec![(group.style, group.points.clone())];
+    }
+    let index_of = |point: &Point| dashes.iter().position(|value| **value == point.dash);
+    let mut points = group.points.clone();
+    if !is_path {
+        points.sort_by_key(|point| index_of(point));
+    }
+    let mut turn = None;
+    let stretches = points.chunk_by(|one, other| one.dash == other.dash).map(|stretch| {
+        let first = turn.filter(|_| is_path);
+        turn = stretch.last().copied();
+        let style = dashed(group.style, index_of(stretch[0]).unwrap_or(0));
+        (style, first.into_iter().chain(stretch.iter().copied()).collect())
+    });
+    stretches.collect()
+}
+
+/// Shifts series sideways by parts of the axis, so that error bars stand beside each other.
+fn spread(series: &mut [Series], spacing: Spacing) {
+    const ASIDE: f64 = 0.025;
+    let is_linear = spacing == Spacing::Linear;
+    let along = |x: f64| if is_linear { x } else { x.ln() };
+    let places = series.iter().flat_map(|one| &one.points).map(|point| along(point.x));
+    let least = places.clone().fold(f64::INFINITY, f64::min);
+    let most = places.fold(f64::NEG_INFINITY, f64::max);
+    let reach = match (most > least, is_linear) {
+        (true, _) => most - least,
+        (false, true) => most.abs(),
+        (false, false) => 1.0,
+    };
+    let middle = (series.len() as f64 - 1.0) / 2.0;
+    for (index, one) in series.iter_mut().enumerate() {
+        let aside = ASIDE * reach * (index as f64 - middle);
+        let shifted = |x: f64| if is_linear { x + aside } else { x * aside.exp() };
+        one.points.iter_mut().for_each(|point| point.x = shifted(point.x));
+    }
 }
 
 /// Returns the series of points: separate markers or, for a curve, a line through all points and

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
+use arrow::datatypes::Schema;
 use serde::Deserialize;
 
 use asperity_manifest::decimal;
@@ -10,7 +11,7 @@ use asperity_pipeline::manifest::figure::WrittenFigure;
 use asperity_pipeline::study::figures::{BarSource, FigureSpec, on_table, read};
 use asperity_stages::Kind;
 use asperity_stages::columns::{
-    EFFECTIVE_MODULUS, K_UPPER, LAYER_THICKNESS, LOAD, WORK_OF_ADHESION,
+    COEFFICIENT, CORRECTION, EFFECTIVE_MODULUS, K_UPPER, LAYER_THICKNESS, LOAD, WORK_OF_ADHESION,
 };
 use asperity_stages::ensemble::{grouped, load_column};
 use asperity_stages::surface::coordinates;
@@ -58,9 +59,16 @@ struct Rows {
     all_contacts: bool,
     /// Loads of which only the nearest ones of the study are drawn.
     near: Vec<f64>,
-    /// Parameters along which the points of a series lie. Panels then have axes of their own.
+    /// Smallest number of parameter points, apart from corrections of the area.
+    points: usize,
+    /// Parameters along which the points of a series lie.
     along: Vec<String>,
-    beside: Option<Beside>,
+    /// Whether each panel has axes of its own, because densities differ by orders of magnitude.
+    own_axes: bool,
+    /// Further columns of panels, in studies that have them.
+    facet: Vec<String>,
+    /// Results of other stages; the first that the study has are taken.
+    beside: Vec<Beside>,
 }
 
 /// Results of other stages, which are added to the rows that agree in all coordinates.
@@ -69,9 +77,12 @@ struct Rows {
 struct Beside {
     /// Kind of the stages.
     from: String,
-    /// Texts that select their rows, by column.
+    /// Texts that select their rows, by column. An empty text selects rows without a value.
     #[serde(default, rename = "where")]
     selection: BTreeMap<String, String>,
+    /// Columns that get the names of others.
+    #[serde(default)]
+    names: BTreeMap<String, String>,
 }
 
 /// Data that a figure needs, and the lines of a manifest that would add them.
@@ -128,27 +139,30 @@ pub fn draw(data: &FigureData, figure: &WrittenFigure) -> Result<Drawn, ReportEr
             *bars = data.bars;
         }
     }
-    let hidden: Vec<&str> = spec.facet.iter().chain(&rows.along).map(String::as_str).collect();
+    let hidden: Vec<&str> =
+        spec.facet.iter().chain(&rows.along).chain(&spec.dash).map(String::as_str).collect();
     let own = own_styles(data, &stage, &hidden);
     let styles = own.as_ref().unwrap_or(&data.styles);
-    let looks = Looks { styles, hidden: &hidden, has_own_axes: !rows.along.is_empty() };
+    let looks = Looks { styles, hidden: &hidden, has_own_axes: rows.own_axes };
     let drawn = declared::draw_from(data, &spec, &stage, Some(looks))?;
     let shows_a_course = |panel: &Panel| match panel {
         Panel::Chart(chart) => chart.shows_a_course(),
-        Panel::Map(_) => true,
+        Panel::Map(_) | Panel::Blank => true,
     };
-    Ok(match drawn {
-        Drawn::Figure { ref figure, .. } if figure.rows.iter().flatten().any(shows_a_course) => {
-            drawn
-        }
-        _ => Drawn::NotAsked,
-    })
+    let is_shown = match &drawn {
+        Drawn::Figure { figure, .. } => figure.rows.iter().flatten().any(shows_a_course),
+        _ => false,
+    };
+    // Without a text of its own, a missing figure needs a second place along its axis.
+    let has_text = PAGE.needed.contains_key(&figure.name.value);
+    Ok(if is_shown || !has_text { drawn } else { Drawn::NotAsked })
 }
 
 /// Returns styles for the rows of one figure, if those of the page do not tell their parameter
 /// points apart, as those of fits.
 fn own_styles(data: &FigureData, stage: &FinishedStage, hidden: &[&str]) -> Option<Styles> {
-    let parameters = stage.table.in_role(Role::Parameter).without(hidden);
+    let unnamed = [CORRECTION.name, COEFFICIENT.name];
+    let parameters = stage.table.in_role(Role::Parameter).without(hidden).without(&unnamed);
     let first_rows = grouped(&parameters).into_iter().map(|rows| rows[0]);
     let points: Vec<Point> =
         first_rows.map(|row| points::at_row(&parameters, row).without(hidden)).collect();
@@ -173,7 +187,11 @@ fn found(
         |stage: &&FinishedStage| kind.is_some_and(|kind| stage.kind.name() == kind.value);
     for stage in data.finished.stages.iter().filter(is_meant) {
         let shown = shown_rows(stage, rows)?;
-        let Some(table) = beside(data, shown, rows.beside.as_ref())? else { continue };
+        let mut found = rows.beside.is_empty().then(|| shown.clone());
+        for other in &rows.beside {
+            found = if found.is_some() { found } else { beside(data, &shown, other)? };
+        }
+        let Some(table) = found else { continue };
         let spec = on_table(figure, stage.kind.name(), &table).filter(|_| table.rows() > 0);
         let Some(spec) = spec else { continue };
         // Rows of surfaces and means over surfaces are not stacked.
@@ -188,9 +206,12 @@ fn found(
         Ok(loads) => loads.iter().flatten().fold(0.0, f64::max),
         Err(_) => f64::INFINITY,
     };
-    if spec.facet.as_deref() == Some(LOAD.name) {
-        spec.facet = Some(load_column(&table).to_owned());
+    spec.facet.extend(rows.facet.iter().filter(|name| table.has(name)).cloned());
+    for name in spec.facet.iter_mut().chain(&mut spec.dash).filter(|name| **name == LOAD.name) {
+        *name = load_column(&table).to_owned();
     }
+    let points = table.in_role(Role::Parameter).without(&[CORRECTION.name, COEFFICIENT.name]);
+    let is_asked = heaviest > rows.reaches * (1.0 + 1e-9) && grouped(&points).len() >= rows.points;
     let stage = FinishedStage {
         name: stage.name.clone(),
         kind: stage.kind,
@@ -198,7 +219,7 @@ fn found(
         units: TableUnits::common(units),
         path: None,
     };
-    Ok((heaviest > rows.reaches * (1.0 + 1e-9)).then_some((stage, spec)))
+    Ok(is_asked.then_some((stage, spec)))
 }
 
 /// Returns the rows of a stage that a figure shows: by default without adhesion and layers, and
@@ -224,18 +245,20 @@ fn shown_rows(stage: &FinishedStage, rows: &Rows) -> Result<Table, ReportError> 
 /// that both have. Rows without results are left out. Returns `None` if there are none.
 fn beside(
     data: &FigureData,
-    table: Table,
-    beside: Option<&Beside>,
+    table: &Table,
+    Beside { from, selection, names: renamed }: &Beside,
 ) -> Result<Option<Table>, TableError> {
-    let Some(Beside { from, selection }) = beside else { return Ok(Some(table)) };
     let mut others = Vec::new();
     for stage in data.finished.stages.iter().filter(|stage| stage.kind.name() == from) {
-        let wanted: Result<Vec<_>, TableError> =
-            selection.iter().map(|(name, text)| Ok((stage.table.texts(name)?, text))).collect();
-        let Ok(wanted) = wanted else { continue };
-        let is_wanted = |row: &usize| wanted.iter().all(|(texts, text)| texts.value(*row) == *text);
-        others
-            .push(stage.table.pick(&(0..stage.table.rows()).filter(is_wanted).collect::<Vec<_>>()));
+        let is_wanted = |row: &usize| {
+            selection.iter().all(|(name, text)| {
+                let column = stage.table.batch().column_by_name(name);
+                let value = column.and_then(|column| Value::from_array(column.as_ref(), *row));
+                value.map_or(text.is_empty(), |value| value == Value::Text(text.clone()))
+            })
+        };
+        let wanted: Vec<usize> = (0..stage.table.rows()).filter(is_wanted).collect();
+        others.extend((!wanted.is_empty()).then(|| stage.table.pick(&wanted)));
     }
     let other = Table::stack(&others)?;
     let coordinates = other.coordinates().keep(|name, _| table.has(name));
@@ -253,13 +276,19 @@ fn beside(
     };
     let by_key: BTreeMap<_, usize> =
         (0..other.rows()).rev().map(|row| (key(&other, row), row)).collect();
-    let pairs = (0..table.rows()).filter_map(|row| Some((row, *by_key.get(&key(&table, row))?)));
+    let pairs = (0..table.rows()).filter_map(|row| Some((row, *by_key.get(&key(table, row))?)));
     let (own, theirs): (Vec<usize>, Vec<usize>) = pairs.unzip();
     let is_new = |name: &str, role: Option<Role>| {
         !table.has(name) && role.is_none_or(|role| !role.is_coordinate())
     };
     let results = other.keep(is_new).pick(&theirs);
-    Ok((!own.is_empty()).then(|| table.pick(&own).beside(&results)))
+    let fields = results.batch().schema_ref().fields().iter().map(|field| {
+        let name = renamed.get(field.name()).unwrap_or(field.name());
+        field.as_ref().clone().with_name(name)
+    });
+    let schema = Schema::new(fields.collect::<Vec<_>>());
+    let named = Table::from_arrays(theirs.len(), schema, results.batch().columns().to_vec());
+    Ok((!own.is_empty()).then(|| table.pick(&own).beside(&named)))
 }
 
 /// Returns the rows whose load is the nearest to one of these loads and within a tenth of it, or

@@ -120,7 +120,10 @@ where
     let mut columns = Columns { stage: &from.value, table, is_known: &is_known, checks };
     let panels = columns.panels(keys, stages);
     let colour = keys.colour.written().map(|written| columns.coordinate("colour", written));
-    let facet = keys.facet.written().map(|written| columns.coordinate("facet", written));
+    let dash = keys.dash.written().map(|written| columns.coordinate("dash", written));
+    let facets = keys.facet.written().into_iter().flat_map(|facet| &facet.value);
+    let facet: Vec<Option<String>> =
+        facets.map(|written| columns.coordinate("facet", written)).collect();
     let selection = columns.selection(&keys.selection);
     let legend = columns.legend(keys, panels.as_deref(), values);
     let labels = columns.labels(keys, panels.as_deref());
@@ -137,7 +140,10 @@ where
         from: from.value.clone(),
         panels: panels?,
         colour: colour.map_or(Some(None), |colour| colour.map(Some))?,
-        facet: facet.map_or(Some(None), |facet| facet.map(Some))?,
+        facet: facet.into_iter().collect::<Option<_>>()?,
+        facet_in: checks.value("facet_in", &keys.facet_in)?,
+        dash: dash.map_or(Some(None), |dash| dash.map(Some))?,
+        is_apart: !checks.value("lines", &keys.lines)?,
         selection: selection?,
         title: checks.optional("title", &keys.title)?.map(|title| title.value.clone()),
         caption: checks.optional("caption", &keys.caption)?.map(|text| text.value.clone()),

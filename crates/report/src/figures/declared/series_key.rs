@@ -14,7 +14,7 @@ pub struct SeriesKey {
     pub further: Vec<Further>,
 }
 
-const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
+pub(super) const DASHES: [Dash; 4] = [Dash::Solid, Dash::Dashed, Dash::DashDot, Dash::Dotted];
 
 impl SeriesKey {
     /// Returns whether colours stand for one parameter, and markers for everything else.
