@@ -93,7 +93,7 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds, in the order in which a study uses them.
-    pub const ALL: [Kind; 6] =
+    pub const ALL: [Kind; Kind::Aggregate as usize + 1] =
         [Kind::Generate, Kind::Solve, Kind::Measure, Kind::Correct, Kind::Fit, Kind::Aggregate];
 
     /// Returns the properties of the kind that do not depend on parameters.
