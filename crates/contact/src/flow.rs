@@ -111,7 +111,7 @@ pub fn flow_through(grid: Grid, gap: &[f64]) -> [Result<Flow, Unconverged>; 2] {
 
 /// Computes the same as [`flow_through`], or returns `None` if `is_interrupted` returns `true`.
 ///
-/// A flow on 1024² nodes takes about a second, on 4096² nodes about fifteen.
+/// A flow on 1024² nodes takes about a second, on 4096² nodes about twenty.
 pub fn flow_through_interruptible(
     grid: Grid,
     gap: &[f64],
