@@ -23,7 +23,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
 SMALL = 256
-ROW = re.compile(r"\s*([\d.]+)\s+([\d.]+)\s+([\d.]+)\s+[\d.]+\s+\d+\s+(\S+) (\S+)  (\S+) (\S+)")
+ROW = re.compile(r"\s*([\d.]+)\s+([\d.]+)\s+([\d.]+)\s+\S+\s+\S+\s+(\S+) (\S+)  (\S+) (\S+)")
 
 
 def network(gap):
@@ -80,7 +80,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         command = ["cargo", "bench", "-p", "asperity-contact", "--bench", "flow", "--", str(size), folder]
         table = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-        print("load  seconds of both flows  bound of x  pyamg, flow along x: seconds  difference  direct: difference")
+        print("load  seconds of both flows  bound of x  pyamg, flow along x: seconds, difference  direct: seconds, difference")
         for row in filter(None, map(ROW.match, table.splitlines())):
             load, _, seconds, along_x, bound = row.groups()[:5]
             gap = np.fromfile(next(Path(folder).glob(f"*-{load}.f64"))).reshape(size, size)
