@@ -432,8 +432,8 @@ impl Plot<'_> {
         if self.figure.dash.is_some() { values } else { Vec::new() }
     }
 
-    /// Returns the text of a value where no axis explains its symbol: that of the legend, with the
-    /// word `load` for the symbol of the load.
+    /// Returns the text of a value for titles, where no axis explains symbols: the text of the
+    /// legend, with the word `load` in place of y.
     fn title_of(&self, column: &str, value: Option<&Value>) -> String {
         let told = self.told(column, value);
         let load = told.strip_prefix("y = ").filter(|_| column == LOAD.name);

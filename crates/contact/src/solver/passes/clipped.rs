@@ -29,7 +29,8 @@ pub struct FindClipped<'a> {
     pub remaining: Band<'a, f32>,
     /// Number of blocks in a row.
     pub blocks: usize,
-    /// Compensation and remaining nodes of a row, with all nodes of its blocks.
+    /// Buffers for a row of nodes, extended to whole blocks: the compensation at each node, and 1
+    /// for nodes that remain free.
     pub rows: [Vec<f32>; 2],
 }
 
