@@ -12,6 +12,7 @@ use asperity_manifest::expression::Expression;
 use asperity_pipeline::plan::Plan;
 use asperity_pipeline::study::Study;
 use asperity_pipeline::study::claims::{AskedLoad, DataSpec, Loads, SelectedValue, Source};
+use asperity_stages::aggregate::Statistic;
 use asperity_stages::columns::*;
 use asperity_stages::ensemble::{Ensemble, Load, ParameterPoint, ensembles, load_column};
 use asperity_stages::fit::laws::Law;
@@ -451,7 +452,7 @@ impl RowValues<'_> {
     /// surfaces. Returns `None` for values of single surfaces.
     fn errors(&self, ensemble: &Ensemble, loads: &[Load]) -> Option<(Vec<f64>, usize)> {
         let Expression::Column(column) = self.value else { return None };
-        let of_mean = column.strip_suffix("_mean").map(|base| format!("{base}_sem"));
+        let of_mean = Statistic::Mean.base_of(column).map(|base| Statistic::Sem.column_of(base));
         let names = [Some(format!("{column}_standard_error")), of_mean];
         let error = names.into_iter().flatten().find(|name| self.table.has(name))?;
         let counted = ["surfaces", "count"].into_iter().find(|name| self.table.has(name))?;

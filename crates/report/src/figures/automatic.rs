@@ -8,6 +8,7 @@ use arrow::array::Array;
 use asperity_pipeline::study::figures::{FigureSpec, PanelSpec, Quantity, Scales, is_number};
 use asperity_pipeline::study::{Stage, Study};
 use asperity_stages::Kind;
+use asperity_stages::aggregate::Statistic;
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, GREENWOOD_CONDUCTANCE, GREENWOOD_RESISTANCE, HOLM_RESISTANCE,
     HURST, STEP,
@@ -28,8 +29,6 @@ const FEW_LOADS: usize = 3;
 const LOGARITHMIC: f64 = 10.0;
 /// Largest number of quantities of a figure.
 const MOST_QUANTITIES: usize = 4;
-/// Ending of the columns of means.
-const MEAN: &str = "_mean";
 
 /// Returns the figures of stages that no declared figure shows: of statistics and fits and, where
 /// no statistics are computed from them, of areas.
@@ -102,7 +101,7 @@ fn quantities(kind: Kind, table: &Table) -> Vec<String> {
     let names = || table.names().into_iter();
     match kind {
         Kind::Aggregate => {
-            names().filter_map(|name| name.strip_suffix(MEAN)).map(str::to_owned).collect()
+            names().filter_map(|name| Statistic::Mean.base_of(name)).map(str::to_owned).collect()
         }
         Kind::Fit => {
             let has_values = |name: &String| {
@@ -127,7 +126,7 @@ fn quantities(kind: Kind, table: &Table) -> Vec<String> {
 
 /// Returns whether a quantity has several values.
 fn varies(table: &Table, name: &str) -> bool {
-    let mean = format!("{name}{MEAN}");
+    let mean = Statistic::Mean.column_of(name);
     distinct(table, if table.has(name) { name } else { &mean }) > 1
 }
 
