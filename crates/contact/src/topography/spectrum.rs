@@ -343,7 +343,7 @@ mod tests {
 
     #[test]
     fn nayak_parameters_over_the_modes_of_a_cell_are_those_of_an_independent_sum() {
-        // The Hurst exponent is 0.8. docs/findings.md lists more of these values.
+        // The Hurst exponent is 0.8. docs/results.md lists more of these values.
         for (k_lower, k_upper, nayak) in [(1, 32, 43.91), (4, 64, 12.34), (16, 128, 5.264)] {
             let moments = spectrum(k_lower, k_lower, k_upper).moments(cell(0.3));
             let found = moments.nayak().unwrap();
