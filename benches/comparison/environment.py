@@ -17,6 +17,11 @@ WHEELS = [
     "rfgen==0.2.3",
     "tamaas==2.9.0",
     "ContactMechanics==1.8.3",
+    "SurfaceTopography==1.27.1",
+    "Adhesion==0.93",
+    "surfalize==0.19.2",
+    "gwyfile==0.3.0",
+    "polars==2.1.0",
     "muGrid==1.6.1",
 ]
 ASPHER = "aspher==0.1.3.post1"
