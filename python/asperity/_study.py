@@ -406,6 +406,19 @@ class Study:
         }
         return stages if name is None else stages[name]
 
+    def units(self, name: str) -> Dict[str, str]:
+        """Returns the units of the columns of a stage by name; the study need not have run.
+
+        ``1`` stands for pure numbers and an empty text for texts. :attr:`Table.units` has the same units for
+        each table, including answers to queries.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such stage.
+        """
+        return {column.name: column.unit for column in self.columns(name)}
+
     def diff(self, other: "Study") -> Diff:
         """Compares the study with another one: parameters, rows, and means of all numeric columns.
 

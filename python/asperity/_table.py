@@ -148,7 +148,7 @@ class Table:
     def _repr_html_(self) -> str:
         columns = self.columns[:_COLUMNS_SHOWN]
         heads = "".join(
-            f'<th title="{escape(column.meaning)} [{escape(column.unit)}]">{escape(column.name)}</th>'
+            f'<th title="{escape(column.meaning)}">{escape(column.name + _in_brackets(column.unit))}</th>'
             for column in columns
         )
         rows = "".join(
@@ -157,6 +157,10 @@ class Table:
         )
         size = f"{len(self)} rows × {len(self.names)} columns"
         return f"<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table><p>{size}</p>"
+
+
+def _in_brackets(unit: str) -> str:
+    return "" if unit in ("", "1") else f" [{unit}]"
 
 
 def reals(table: Table, name: str) -> NDArray[np.float64]:

@@ -61,7 +61,7 @@ impl Table {
     /// If all rows have the same units of length and pressure, the units are named.
     fn descriptions(&self) -> Vec<(String, &'static str, String, String, String)> {
         let units = TableUnits::from_table(&self.0);
-        let described = self.0.descriptions().into_iter().map(|column| {
+        let described = self.0.descriptions_in_units().into_iter().map(|column| {
             let unit = units.name(&column.unit);
             (column.name, column.kind, column.role, unit, column.meaning)
         });
