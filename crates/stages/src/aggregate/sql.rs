@@ -4,6 +4,7 @@ pub mod engine;
 mod functions;
 mod plan;
 mod statement;
+mod units;
 mod window;
 
 pub use engine::silence_panics;
@@ -66,10 +67,35 @@ pub fn ask(
 ) -> Result<Table, StageError> {
     let schemas: Vec<SchemaRef> = tables.iter().map(|(_, table)| table.schema()).collect();
     let answer = engine::on_query_thread(|| answer(query, tables, names, memory))?;
-    let columns = frame::columns(&answer)?;
+    table(&answer, |field| meaning(field, meanings, &schemas))
+}
+
+/// Answers a query of a user over tables; see [`ask`]. The columns of the answer have the units
+/// that follow from the query.
+///
+/// # Errors
+/// Returns an error under the conditions of [`ask`].
+pub fn ask_with_units(
+    query: &str,
+    tables: Vec<(String, TableSource)>,
+    names: &[String],
+    memory: ByteSize,
+) -> Result<Table, StageError> {
+    let schemas: Vec<(String, SchemaRef)> =
+        tables.iter().map(|(name, table)| (name.clone(), table.schema())).collect();
+    let (answer, origins) = engine::on_query_thread(|| {
+        let answer = answer(query, tables, names, memory)?;
+        Ok::<_, StageError>((answer, units::origins(query, &schemas)?))
+    })?;
+    table(&answer, |field| origins.get(field.name()).cloned().unwrap_or_default().metadata())
+}
+
+/// Converts an answer of polars to a table.
+fn table(answer: &DataFrame, metadata: impl Fn(&Field) -> Metadata) -> Result<Table, StageError> {
+    let columns = frame::columns(answer)?;
     let field = |(name, array): &(String, ArrayRef)| {
         let field = Field::new(name, array.data_type().clone(), true);
-        let metadata = meaning(&field, meanings, &schemas);
+        let metadata = metadata(&field);
         field.with_metadata(metadata)
     };
     let fields: Vec<Field> = columns.iter().map(field).collect();

@@ -170,7 +170,8 @@ fn levels(expression: &Expr) -> usize {
     }
 }
 
-fn name_of(relation: &ObjectName) -> Option<String> {
+/// Returns the name of a table or function without the names before it.
+pub fn name_of(relation: &ObjectName) -> Option<String> {
     let name = relation.0.last()?.as_ident()?;
     Some(name.value.clone())
 }
