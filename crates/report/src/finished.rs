@@ -3,11 +3,15 @@
 use std::path::PathBuf;
 
 use crate::Subject;
-use asperity_pipeline::plan::Plan;
+use asperity_pipeline::plan::{Plan, Task};
 use asperity_pipeline::results::reader::ResultReader;
 use asperity_stages::Kind;
+use asperity_stages::columns::PRESSURE_UNIT;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::units::{TableUnits, pressure_unit};
+use asperity_tables::column::texts;
+use asperity_tables::parquet::Columns;
+use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
 
 /// A stage with at least one finished task.
@@ -30,17 +34,23 @@ pub struct FinishedStages<'a> {
     /// Reader of tables and maps.
     pub archive: &'a ResultReader,
     pub sources: &'a SurfaceFiles,
+    /// Unit of pressure of all tables that could be converted to it.
+    pressure: Option<String>,
 }
 
 impl<'a> FinishedStages<'a> {
     /// Collects the finished stages of a study.
     pub fn new(subject: &Subject<'a>) -> FinishedStages<'a> {
-        let all = subject.plan.stages.iter().zip(subject.rows).zip(units_of_stages(subject));
+        let units = units_of_stages(subject);
+        // Figures show rows of several stages on one axis of pressures.
+        let shared = units.iter().find_map(|units| units.pressure.clone());
+        let all = subject.plan.stages.iter().zip(subject.rows).zip(units);
         let stages = all.filter_map(|((stage, rows), units)| {
+            let (table, units) = in_pressure_unit(rows.table.as_ref()?, units, shared.as_deref());
             Some(FinishedStage {
                 name: stage.name.clone(),
                 kind: stage.kind,
-                table: rows.table.clone()?,
+                table,
                 units,
                 path: rows.is_published.then(|| rows.path.clone()),
             })
@@ -50,7 +60,21 @@ impl<'a> FinishedStages<'a> {
             plan: subject.plan,
             archive: subject.archive,
             sources: subject.sources,
+            pressure: shared,
         }
+    }
+
+    /// Reads the stored table of a contact, with its maps. Its pressures are in the unit of the
+    /// finished stages.
+    pub fn stored(&self, task: &Task) -> Result<Table, StoreError> {
+        let table = self.archive.store().read(&task.table, Columns::All)?;
+        let own = TableUnits::from_table(&table);
+        if own.pressure == self.pressure {
+            return Ok(table);
+        }
+        let contacts = self.stages.iter().filter(|stage| stage.kind == Kind::Solve);
+        let described = contacts.fold(table, |table, stage| table.described_by(&stage.table));
+        Ok(in_pressure_unit(&described, own, self.pressure.as_deref()).0)
     }
 
     /// Returns the stages whose tables have all of these columns.
@@ -65,6 +89,17 @@ impl<'a> FinishedStages<'a> {
         let found = stages.find(|stage| stage.kind == kind)?;
         Some(&found.name)
     }
+}
+
+/// Returns a table with its pressures in the unit `wanted`, and its units, if it can be converted.
+fn in_pressure_unit(table: &Table, units: TableUnits, wanted: Option<&str>) -> (Table, TableUnits) {
+    let to = TableUnits { pressure: wanted.map(str::to_owned), ..units.clone() };
+    let (converted, after) = units.converted(table, &to);
+    if after.pressure == units.pressure {
+        return (table.clone(), units);
+    }
+    let named = wanted.into_iter().cycle().take(table.rows());
+    (converted.replacing(PRESSURE_UNIT.name, texts(named)), after)
 }
 
 /// Returns the units of the table of each stage. If the manifest names no unit of pressure, the

@@ -3,12 +3,15 @@
 //! Reduced loads y = p₀/(E* h′) are pure numbers. If E* h′ is the same for all rows, charts against
 //! the reduced load are drawn against the mean pressure p₀.
 
+use crate::charts::axis::Axis;
 use crate::charts::{Figure, Panel};
 use crate::finished::FinishedStages;
 use crate::points;
 use crate::units::{LengthUnit, PressureUnit, Scaled, Units, digits};
 use asperity_stages::Kind;
-use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, MEAN_GAP, PRESSURE, PRESSURE_UNIT};
+use asperity_stages::columns::{
+    EFFECTIVE_MODULUS, LOAD, MEAN_GAP, PRESSURE, PRESSURE_DENSITY, PRESSURE_UNIT,
+};
 use asperity_stages::ensemble::load_column;
 use asperity_tables::table::{Table, TableError};
 
@@ -116,8 +119,8 @@ impl Loads {
             Panel::Map(_) | Panel::Blank => None,
         });
         let Some(scale) = self.scale() else {
-            let has_loads = charts
-                .any(|chart| [&chart.x, &chart.y].into_iter().any(|axis| axis.label == LOAD_LABEL));
+            let is_reduced = |axis: &Axis| ReducedAxis::of(&axis.label).is_some();
+            let has_loads = charts.any(|chart| is_reduced(&chart.x) || is_reduced(&chart.y));
             let [least, most] = scales.map(|scale| unit.text(scale, 3));
             return has_loads.then(|| {
                 format!(
@@ -128,22 +131,45 @@ impl Loads {
         };
         for chart in charts {
             let points = || chart.series.iter().flat_map(|series| &series.points);
-            let largest = |values: &mut dyn Iterator<Item = f64>| {
+            let converted = |label: &str, values: &mut dyn Iterator<Item = f64>| {
+                let axis = ReducedAxis::of(label)?;
                 let sizes = values.filter(|value| value.is_finite()).map(f64::abs);
-                let largest = sizes.fold(0.0, f64::max);
-                unit.scaled(largest * scale)
+                let largest = if axis.is_inverse { 1.0 } else { sizes.fold(0.0, f64::max) };
+                let Scaled { factor, unit } = unit.scaled(largest * scale);
+                Some(match axis.is_inverse {
+                    true => (1.0 / (factor * scale), format!("{}, in 1/{unit}", axis.name)),
+                    false => (factor * scale, format!("{}, in {unit}", axis.name)),
+                })
             };
-            let along_x = largest(&mut points().map(|point| point.x));
-            let along_y = largest(&mut points().map(|point| point.y));
-            let label = |unit: &Scaled| format!("mean pressure p₀, in {}", unit.unit);
-            if chart.x.label == LOAD_LABEL {
-                chart.convert_x(along_x.factor * scale, label(&along_x));
+            let along_x = converted(&chart.x.label, &mut points().map(|point| point.x));
+            let along_y = converted(&chart.y.label, &mut points().map(|point| point.y));
+            if let Some((factor, label)) = along_x {
+                chart.convert_x(factor, label);
             }
-            if chart.y.label == LOAD_LABEL {
-                chart.convert_y(along_y.factor * scale, label(&along_y));
+            if let Some((factor, label)) = along_y {
+                chart.convert_y(factor, label);
             }
         }
         None
+    }
+}
+
+/// Axis of multiples of E* × rms slope.
+struct ReducedAxis<'a> {
+    /// Label without the unit.
+    name: &'a str,
+    /// True for densities, in 1/(E* × rms slope).
+    is_inverse: bool,
+}
+
+impl ReducedAxis<'_> {
+    fn of(label: &str) -> Option<ReducedAxis<'_>> {
+        if label == LOAD_LABEL {
+            return Some(ReducedAxis { name: "mean pressure p₀", is_inverse: false });
+        }
+        let (name, unit) = label.rsplit_once(", in ")?;
+        let is_inverse = unit == PRESSURE_DENSITY.unit;
+        (is_inverse || unit == LOAD.unit).then_some(ReducedAxis { name, is_inverse })
     }
 }
 
@@ -166,7 +192,6 @@ pub fn unit_of_pressures(table: &Table, units: &Units) -> Result<PressureUnit, T
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::charts::axis::Axis;
     use crate::charts::chart::{Chart, Series};
     use crate::charts::style::{self, Colour, Style};
 
@@ -199,6 +224,16 @@ mod tests {
         assert!((range[1] - 200.0).abs() < 1e-9, "{range:?}");
         assert!((chart.series[0].points[0].x - 20.0).abs() < 1e-9);
         assert_eq!(chart.series[0].points[0].y, 0.2);
+        let [x, y] = ["pressure p, in E* × rms slope", "density, in 1/(E* × rms slope)"];
+        let mut chart = Chart::new(Axis::linear(x), Axis::linear(y));
+        chart.series.push(Series::new([(0.01, 2e3)], markers));
+        let mut densities = Figure::from_chart(chart);
+        let unit = PressureUnit::named("MPa");
+        Loads::Pressures { unit, scales: [2e5; 2] }.on_axes(&mut densities);
+        let Panel::Chart(chart) = &densities.rows[0][0] else { panic!("a chart") };
+        assert_eq!([&*chart.x.label, &*chart.y.label], ["pressure p, in MPa", "density, in 1/MPa"]);
+        assert!((chart.series[0].points[0].x - 2e3).abs() < 1e-9);
+        assert!((chart.series[0].points[0].y - 0.01).abs() < 1e-12);
         let mut named = figure.clone();
         let unit = PressureUnit::named("MPa");
         Loads::Pressures { unit, scales: [2e5; 2] }.on_axes(&mut named);

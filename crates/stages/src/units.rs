@@ -3,8 +3,11 @@
 //! Columns declare their units in terms of `length` and `pressure`: `1/length²`. A table names the
 //! units that these words stand for in the columns `unit` and `pressure_unit`.
 
+use arrow::datatypes::{Field, Schema};
+
 use crate::columns::{EFFECTIVE_MODULUS, PRESSURE_UNIT, UNIT};
 use asperity_manifest::keys::quantity::Unit;
+use asperity_tables::column::{Description, optional_reals};
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
@@ -12,9 +15,6 @@ use asperity_topography_files::length_ratio;
 
 /// Units of columns that do not follow from the units of length and pressure of a table.
 const ABSOLUTE: [&str; 7] = ["N", "K/W", "W/(m K)", "W/(m² K)", "Ω", "Ω m", "Ω m²"];
-
-/// Parts of units that are multiples of a surface's own scales.
-const SCALES: [&str; 2] = ["E*", "rms"];
 
 /// Unit of an energy per area in the declarations of columns.
 const WORK: &str = "pressure × length";
@@ -46,9 +46,17 @@ pub struct TableUnits {
 }
 
 impl TableUnits {
-    /// Reads the units of a table.
+    /// Reads the units of a table: those of its rows or, if no column holds them, those that the
+    /// descriptions of its columns name.
     pub fn from_table(table: &Table) -> TableUnits {
-        TableUnits { length: common(table, UNIT.name), pressure: common(table, PRESSURE_UNIT.name) }
+        let schema = table.batch().schema();
+        let unit = |column: &str, dimension: &str| {
+            if table.has(column) { common(table, column) } else { named_in(&schema, dimension) }
+        };
+        TableUnits {
+            length: unit(UNIT.name, "length"),
+            pressure: unit(PRESSURE_UNIT.name, "pressure"),
+        }
     }
 
     /// Reads the units of a table that is read in parts.
@@ -56,17 +64,24 @@ impl TableUnits {
     /// # Errors
     /// If the table cannot be read.
     pub fn from_source(source: &TableSource) -> Result<TableUnits, StoreError> {
-        let names = source.names();
-        let index = |name: &str| names.iter().position(|known| known == name);
-        let indices: Vec<usize> =
-            [UNIT.name, PRESSURE_UNIT.name].into_iter().filter_map(index).collect();
-        let mut constant = Vec::new();
-        for index in indices {
-            if source.is_constant(index)? {
-                constant.push(index);
-            }
-        }
-        Ok(TableUnits::from_table(&source.first(&constant, 1)?))
+        let schema = source.schema();
+        let unit = |column: &str, dimension: &str| -> Result<Option<String>, StoreError> {
+            let Ok(index) = schema.index_of(column) else {
+                return Ok(named_in(&schema, dimension));
+            };
+            let is_shared = source.is_constant(index)?;
+            let first = source.first(&[index], 1)?;
+            Ok(common(&first, column).filter(|_| is_shared))
+        };
+        Ok(TableUnits {
+            length: unit(UNIT.name, "length")?,
+            pressure: unit(PRESSURE_UNIT.name, "pressure")?,
+        })
+    }
+
+    /// Returns whether a unit of length or of pressure is known.
+    pub fn has_any(&self) -> bool {
+        self.length.is_some() || self.pressure.is_some()
     }
 
     /// Returns these units, and those of `other` where the table names none.
@@ -103,13 +118,56 @@ impl TableUnits {
     /// Returns the name of the unit that the head of a printed column shows. Returns `None` if the
     /// table does not name the unit of length or pressure on which it depends.
     ///
-    /// A table in MPa also shows the units of reduced numbers, which would be read as MPa.
+    /// A table in µm or MPa shows all units, because reduced numbers would be read as such.
     pub fn shown(&self, unit: &str) -> Option<String> {
         let named = self.name(unit);
-        let is_reduced = SCALES.iter().any(|scale| unit.contains(scale));
-        let is_shown =
-            named != unit || ABSOLUTE.contains(&unit) || (is_reduced && self.pressure.is_some());
+        let has_unit = !["", "1"].contains(&unit);
+        let is_shown = named != unit || ABSOLUTE.contains(&unit) || (has_unit && self.has_any());
         is_shown.then_some(named)
+    }
+
+    /// Returns the unit that the head of a column shows: the one that its table has named, or that
+    /// of [`TableUnits::shown`].
+    pub fn shown_of(&self, field: &Field) -> Option<String> {
+        let declared = Description::from(field).unit;
+        let named = Some(Description::in_units(field).unit).filter(|unit| *unit != declared);
+        let is_number = named.as_deref() == Some("1");
+        if is_number { None } else { named.or_else(|| self.shown(&declared)) }
+    }
+
+    /// Converts the numbers of a table from these units to the units `to`, and returns its units
+    /// then. Units that cannot be converted, and columns that name units, stay as they are.
+    pub fn converted(&self, table: &Table, to: &TableUnits) -> (Table, TableUnits) {
+        let reachable = |own: &Option<String>, to: &Option<String>| {
+            let factor = own.as_deref().zip(to.as_deref()).and_then(|(a, b)| Unit::factor(a, b));
+            if factor.is_some() { to.clone() } else { own.clone() }
+        };
+        let to = TableUnits {
+            length: reachable(&self.length, &to.length),
+            pressure: reachable(&self.pressure, &to.pressure),
+        };
+        let factor = |field: &Field| {
+            let unit = Description::from(field).unit;
+            Unit::factor(&self.name(&unit), &to.name(&unit)).filter(|factor| *factor != 1.0)
+        };
+        let fields = table.batch().schema_ref().fields().iter();
+        let numbers = fields.fold(table.clone(), |table, field| {
+            let (Some(factor), Ok(values)) = (factor(field), table.reals(field.name())) else {
+                return table;
+            };
+            let converted = values.iter().map(|value| value.map(|value| factor * value));
+            let array = optional_reals(converted);
+            table.replacing(field.name(), array)
+        });
+        let converted = numbers.with_fields(|field| match factor(&field) {
+            Some(_) => {
+                let unit = to.name(&Description::from(&field).unit);
+                let metadata = field.metadata().clone().with("unit", unit);
+                field.with_metadata(metadata)
+            }
+            None => field,
+        });
+        (converted, to)
     }
 
     /// Returns the unit of the product of a pressure and a length, if it has a name of its own.
@@ -144,6 +202,13 @@ pub fn assumed_pressure_unit(modulus: f64, length_unit: Option<&str>) -> Option<
     (modulus >= LEAST_MODULUS_IN_PASCALS[usize::from(!is_known)]).then_some("Pa")
 }
 
+/// Returns the unit that a column of this dimension has in the descriptions of a table.
+fn named_in(schema: &Schema, dimension: &str) -> Option<String> {
+    let mut fields = schema.fields().iter();
+    let field = fields.find(|field| Description::from(field.as_ref()).unit == dimension)?;
+    Some(Description::in_units(field).unit).filter(|unit| unit != dimension)
+}
+
 /// Returns the text that all rows of a column have, if it is not empty.
 fn common(table: &Table, column: &str) -> Option<String> {
     shared(table.texts(column).ok()?.iter())
@@ -159,7 +224,8 @@ fn shared<'a>(texts: impl IntoIterator<Item = Option<&'a str>>) -> Option<String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_tables::column::texts;
+    use crate::columns::{LOAD, PRESSURE};
+    use asperity_tables::column::{reals, texts};
 
     #[test]
     fn units_are_named_if_all_rows_share_them() {
@@ -174,6 +240,11 @@ mod tests {
         assert_eq!(units.name("E* × rms slope"), "E* × rms slope");
         assert_eq!(units.shown("E* × rms slope").as_deref(), Some("E* × rms slope"));
         assert_eq!(TableUnits::default().shown("E* × rms slope"), None);
+        let load = Table::new(1, vec![(PRESSURE, reals([2.0])), (LOAD, reals([0.1]))]);
+        let in_gigapascals = TableUnits { pressure: Some("GPa".to_owned()), ..units.clone() };
+        let (converted, _) = in_gigapascals.converted(&load, &units);
+        assert_eq!(converted.reals("pressure").unwrap().values(), &[2000.0]);
+        assert_eq!(converted.reals("load").unwrap().values(), &[0.1]);
         let mixed = TableUnits::from_source(&table(["µm", "nm"]).into()).unwrap();
         assert_eq!((mixed.length, mixed.pressure.as_deref()), (None, Some("MPa")));
     }

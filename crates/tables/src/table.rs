@@ -123,11 +123,12 @@ impl Table {
     /// other programs. [`Description`] keeps the declared ones.
     pub fn with_named_units(&self, name: impl Fn(&str) -> String) -> Table {
         self.with_fields(|field| {
-            let declared = Description::from(&field).unit;
-            let unit = name(&declared);
-            if unit == declared {
+            let known = Description::in_units(&field).unit;
+            let unit = name(&known);
+            if unit == known {
                 return field;
             }
+            let declared = Description::from(&field).unit;
             let metadata = field.metadata().clone().with(DIMENSION, declared).with("unit", unit);
             field.with_metadata(metadata)
         })
@@ -141,7 +142,8 @@ impl Table {
         })
     }
 
-    fn with_fields(&self, change: impl Fn(Field) -> Field) -> Table {
+    /// Returns the table with changed names or metadata of its columns.
+    pub fn with_fields(&self, change: impl Fn(Field) -> Field) -> Table {
         let fields = self.0.schema_ref().fields().iter();
         let changed: Vec<Field> = fields.map(|field| change(field.as_ref().clone())).collect();
         Table::from_arrays(self.rows(), Schema::new(changed), self.0.columns().to_vec())

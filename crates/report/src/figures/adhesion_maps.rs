@@ -26,7 +26,6 @@ use asperity_stages::ensemble::load_column;
 use asperity_stages::grids::Grids;
 use asperity_stages::units::pressure_unit;
 use asperity_stages::{Recipe, StageError};
-use asperity_tables::parquet::Columns;
 use asperity_tables::store::TaskTables;
 use asperity_tables::table::Table;
 
@@ -119,7 +118,7 @@ impl Path {
         if !archive.store().has(&task.table) {
             return Ok(Stored::Lost);
         }
-        let table = archive.store().read(&task.table, Columns::All)?;
+        let table = finished.stored(task)?;
         let grid = Grids::new(&table)?.grid(0);
         Ok(Stored::Path(Box::new(Path {
             point: points::at_row(&table, 0),

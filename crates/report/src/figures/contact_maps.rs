@@ -22,7 +22,6 @@ use asperity_contact::morphology::map::ContactMap;
 use asperity_stages::columns::{CONTACT, LOAD, MEAN_GAP, PRESSURE};
 use asperity_stages::grids::Grids;
 use asperity_stages::{Recipe, Stage as _, StageError, ensemble};
-use asperity_tables::parquet::Columns;
 use asperity_tables::store::TaskTables;
 use asperity_tables::table::Table;
 
@@ -150,7 +149,7 @@ impl Pressed {
             if !archive.store().has(&task.table) {
                 return Ok(None);
             }
-            pressed.add(&archive.store().read(&task.table, Columns::All)?)?;
+            pressed.add(&data.finished.stored(task)?)?;
         }
         pressed.unit = data.units.at(&pressed.point).map(str::to_owned);
         Ok(Some(pressed))

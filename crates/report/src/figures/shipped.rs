@@ -195,9 +195,11 @@ fn found(
         let spec = on_table(figure, stage.kind.name(), &table).filter(|_| table.rows() > 0);
         let Some(spec) = spec else { continue };
         // Rows of surfaces and means over surfaces are not stacked.
-        if first.get_or_insert_with(|| (spec.clone(), stage)).0 == spec {
-            units.push(&stage.units);
-            tables.push(table);
+        let (shown, first_stage) = first.get_or_insert_with(|| (spec.clone(), stage));
+        if *shown == spec {
+            let (converted, own) = stage.units.converted(&table, &first_stage.units);
+            units.push(own);
+            tables.push(converted);
         }
     }
     let Some((mut spec, stage)) = first else { return Ok(None) };
@@ -216,7 +218,7 @@ fn found(
         name: stage.name.clone(),
         kind: stage.kind,
         table: nearest_loads(&table, &rows.near)?,
-        units: TableUnits::common(units),
+        units: TableUnits::common(&units),
         path: None,
     };
     Ok(is_asked.then_some((stage, spec)))

@@ -262,3 +262,17 @@ fn mistakes_in_units_are_reported_once_with_a_suggestion() {
         assert!(problem.contains(part), "{text}: {problem}");
     }
 }
+
+#[test]
+fn products_of_units_convert_if_their_dimensions_agree() {
+    for (from, to, factor) in [
+        ("GPa", "MPa", Some(1000.0)),
+        ("MPa/µm", "Pa/m", Some(1e12)),
+        ("1/µm²", "1/m²", Some(1e12)),
+        ("kJ/m²", "J/m²", Some(1000.0)),
+        ("MPa", "µm", None),
+        ("px", "m", None),
+    ] {
+        assert_eq!(Unit::factor(from, to), factor, "{from} to {to}");
+    }
+}

@@ -109,6 +109,19 @@ impl Unit {
         works.find(|unit| unit.power == power)
     }
 
+    /// Returns the factor that converts numbers from one product of units to another: 1e6 for
+    /// `MPa/µm` to `Pa/µm`. Returns `None` if one is no such product, or if they differ in
+    /// dimension.
+    pub fn factor(from: &str, to: &str) -> Option<f64> {
+        let product = |text: &str| match text.strip_prefix("1/") {
+            Some(inverse) => Some(Product::default().times(Product::parse(&respelt(inverse))?, -1)),
+            None => Product::parse(&respelt(text)),
+        };
+        let (from, to) = (product(from)?, product(to)?);
+        let has_dimension = from.exponents == to.exponents;
+        has_dimension.then(|| decimal::shifted("1", from.power - to.power))
+    }
+
     /// Returns the factor that converts numbers in this unit to numbers in the unit `to`.
     pub fn factor_to(&self, to: &Unit) -> f64 {
         decimal::shifted("1", self.power - to.power)
