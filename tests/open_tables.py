@@ -36,6 +36,8 @@ for path in tables:
     for field in fields:
         # The unit as it is declared, such as `pressure` beside `MPa`.
         field.pop("dimension", None)
+        # The column whose reduced numbers this one has in the units of the study.
+        field.pop("reduced", None)
     for column in json.loads(pl.read_parquet_metadata(path)["asperity.columns"]):
         assert column.pop("type"), (path, column)
         assert column["meaning"] and column == fields.pop(0), (path, column)

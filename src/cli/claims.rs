@@ -358,8 +358,8 @@ pub struct AdviseArguments {
 
     /// Print the result as JSON.
     ///
-    /// Form: `[{"stage", "what", "forms", "limit", "standard_error", "points", "steps": [{"term",
-    /// "doubled", "points", "core_hours", "factor"}, …]}, …]`.
+    /// Form: `[{"stage", "what", "forms", "limit", "unit", "standard_error", "points", "steps":
+    /// [{"term", "doubled", "points", "core_hours", "factor"}, …]}, …]`.
     ///
     /// `factor` is the expected ratio of the new standard error to the present one.
     #[arg(long)]
@@ -389,8 +389,9 @@ fn fit_text(fit: &AdvisedFit) -> String {
     let error = fit
         .standard_error
         .map_or_else(String::new, |error| format!(" ± {} (standard error)", significant(error, 2)));
+    let unit = fit.unit.as_ref().map_or_else(String::new, |unit| format!(" [{unit}]"));
     let mut text = format!(
-        "{}: {}\n  limit {:.4}{error}, {}; {}\n",
+        "{}: {}\n  limit{unit} {:.4}{error}, {}; {}\n",
         fit.stage,
         fit.what,
         fit.limit,

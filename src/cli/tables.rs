@@ -58,6 +58,13 @@ pub struct TableArguments {
     #[arg(long, conflicts_with = "json")]
     csv: bool,
 
+    /// Put units in the titles of the CSV, as in `pressure [MPa]`.
+    ///
+    /// Without this option, titles are names of columns, which scripts read, and stderr lists the
+    /// units that the study names.
+    #[arg(long, requires = "csv")]
+    units: bool,
+
     /// Print all rows as JSON in full precision, one object per line.
     #[arg(long)]
     json: bool,
@@ -85,9 +92,20 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
         }
     };
     let columns = chosen_columns(&table, &arguments.columns)?;
+    let units = TableUnits::from_source(&table)?.or(&units);
+    if (arguments.csv || arguments.json) && !arguments.units {
+        let schema = table.schema();
+        let fields = columns.iter().map(|&column| schema.field(column));
+        let with_unit = fields.filter(|field| units.shown_of(field).is_some());
+        let heads: Vec<String> = with_unit.map(|field| head(field, &units)).collect();
+        if !heads.is_empty() {
+            super::warn(&format!("units: {}", heads.join(", ")));
+        }
+    }
     let mut out = stdout();
     if arguments.csv {
-        write_csv(&mut out, &table, &columns)?;
+        let units = arguments.units.then_some(&units);
+        write_csv(&mut out, &table, &columns, units)?;
     } else if arguments.json {
         for part in table.parts(&columns) {
             write_json(&mut out, part?.batch())?;
@@ -98,7 +116,6 @@ pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, 
             (Some(_), true) => ColumnLayout::Fitting,
             (None, true) => ColumnLayout::Summary,
         };
-        let units = TableUnits::from_source(&table)?.or(&units);
         write_grid(&mut out, &table, &units, &columns, arguments.rows, layout)?;
     }
     Ok(ExitCode::SUCCESS)
@@ -125,12 +142,22 @@ fn chunks(batch: &RecordBatch) -> impl Iterator<Item = RecordBatch> {
     starts.map(|start| batch.slice(start, CHUNK.min(batch.num_rows() - start)))
 }
 
-/// Writes a table as CSV, formatting chunks in parallel.
+/// Writes a table as CSV, formatting chunks in parallel. The titles have units if `units` are
+/// given.
 ///
 /// Each chunk is formatted in memory, because arrow's writer would hide a closed pipe.
-fn write_csv(out: &mut Output, table: &TableSource, columns: &[usize]) -> Result<(), Failure> {
+fn write_csv(
+    out: &mut Output,
+    table: &TableSource,
+    columns: &[usize],
+    units: Option<&TableUnits>,
+) -> Result<(), Failure> {
     let header = table.first(columns, 0)?;
-    out.write_data(&csv_text(header.batch(), true)?)?;
+    let titles = header.with_fields(|field| match units {
+        Some(units) => field.clone().with_name(head(&field, units)),
+        None => field,
+    });
+    out.write_data(&csv_text(titles.batch(), true)?)?;
     for part in table.parts(columns) {
         let chunks: Vec<RecordBatch> = chunks(part?.batch()).collect();
         for text in parallel::map(&chunks, |chunk| csv_text(chunk, false)) {
@@ -429,7 +456,7 @@ fn printed(
     let columns = first.batch().columns().iter().zip(first.batch().schema_ref().fields());
     for ((array, field), &index) in columns.zip(indices) {
         let name = field.name();
-        let unit = named_unit(field, units);
+        let unit = units.shown_of(field);
         let is_summary = layout == ColumnLayout::Summary && table.rows() > 1;
         if is_summary && table.is_constant(index)? {
             if array.is_valid(0) {
@@ -441,10 +468,7 @@ fn printed(
         // Never shorten a command, because users copy it.
         let is_whole = layout == ColumnLayout::Everything || name == COMMAND.name;
         printed.push(Printed {
-            name: match unit {
-                Some(unit) => format!("{name} [{unit}]"),
-                None => name.to_owned(),
-            },
+            name: head(field, units),
             cells: if is_whole || table.rows() == 1 {
                 whole_cells(array.as_ref(), shown)
             } else {
@@ -459,9 +483,12 @@ fn printed(
     Ok((printed, constant))
 }
 
-/// Returns the unit of a column if it is made of units of length and pressure that the table names.
-fn named_unit(field: &Field, units: &TableUnits) -> Option<String> {
-    units.shown(&Description::from(field).unit)
+/// Returns the head of a column: its name, with the unit if there is one to show.
+fn head(field: &Field, units: &TableUnits) -> String {
+    match units.shown_of(field) {
+        Some(unit) => format!("{} [{unit}]", field.name()),
+        None => field.name().clone(),
+    }
 }
 
 /// Prints a single row with one column per line.

@@ -9,15 +9,17 @@ use serde::Serialize;
 
 use super::status::in_hours;
 use super::{Session, SessionError};
+use asperity_manifest::expression::Expression;
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::{Plan, PlannedStage};
 use asperity_pipeline::results::StudyResults;
-use asperity_stages::columns::{COEFFICIENT, K_ROLLOFF, NODES, NODES_X, NODES_Y};
+use asperity_stages::columns::{COEFFICIENT, K_ROLLOFF, LOAD, NODES, NODES_X, NODES_Y};
 use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::fit;
 use asperity_stages::fit::laws::Law;
 use asperity_stages::fit::limits::octaves::{self, FitWithOctaves, Octave};
 use asperity_stages::fit::limits::{LimitChoices, ObservedGroup, groups};
+use asperity_stages::units::TableUnits;
 use asperity_stages::{Kind, Recipe};
 use asperity_tables::column::Role;
 use asperity_tables::table::Table;
@@ -40,6 +42,8 @@ pub struct AdvisedFit {
     /// with the smallest Akaike criterion.
     pub forms: Vec<String>,
     pub limit: f64,
+    /// Unit of the limit, if the quantity is a column and the study names units.
+    pub unit: Option<String>,
     /// Bootstrap standard error of the limit; `None` without a bootstrap.
     pub standard_error: Option<f64>,
     /// Number of points of the fit.
@@ -118,16 +122,25 @@ fn add_stage(
         return Ok(());
     }
     let table = Table::stack(&tables)?;
+    let units = reading.study.units_of(&stage.name);
     for (task, params, choices) in recipes {
         let costs = Costs::new(plan, task, choices);
+        let unit = match &choices.of {
+            Expression::Column(name) => {
+                let field = table.batch().schema_ref().field_with_name(name);
+                field.ok().and_then(|field| units.shown_of(field))
+            }
+            _ => None,
+        };
         for group in groups(&table, choices, params.window())? {
             for &load in &group.loads {
                 match octaves::advise(&group, load, choices, &params.bootstrap()) {
                     Some(advised) => advice.fits.push(AdvisedFit {
                         stage: stage.name.clone(),
-                        what: description(&table, &group, load, choices),
+                        what: description(&table, &group, load, choices, &units),
                         forms: advised.forms.iter().map(|form| form.word()).collect(),
                         limit: advised.fit.limit,
+                        unit: unit.clone(),
                         standard_error: advised.standard_error,
                         points: advised.points.len(),
                         steps: steps(&advised, &costs),
@@ -147,13 +160,15 @@ fn description(
     group: &ObservedGroup,
     load: Option<f64>,
     choices: &LimitChoices,
+    units: &TableUnits,
 ) -> String {
     let parameters = table.in_role(Role::Parameter);
     let own = ParameterPoint::from_row(&parameters, group.row);
     let all = ParameterPoint::from_row(&parameters.common(), 0);
     let over: Vec<&str> = choices.over.iter().map(String::as_str).collect();
     let distinct = own.beyond(&all).without(&over).without(&[K_ROLLOFF.name, COEFFICIENT.name]);
-    let at_load = load.map(|load| format!("load {load}"));
+    let load_unit = units.shown(LOAD.unit).map_or_else(String::new, |unit| format!(" {unit}"));
+    let at_load = load.map(|load| format!("load {load}{load_unit}"));
     let distinct = Some(distinct.to_string()).filter(|text| !text.is_empty());
     let parts = [Some(choices.of.to_string()), at_load, distinct];
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")

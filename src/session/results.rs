@@ -1,6 +1,5 @@
 //! Results of a study: tables, descriptions of columns, and the HTML report.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -75,7 +74,7 @@ impl<'a> Tables<'a> {
     }
 
     /// Runs an SQL query in which every stage and `failures` are tables. Also returns the units of
-    /// length and pressure that these tables share.
+    /// length and pressure that these tables share, which the columns of the answer name.
     ///
     /// Only the tables and columns of the query are read.
     ///
@@ -91,13 +90,14 @@ impl<'a> Tables<'a> {
             tables.push((name.clone(), self.open(name)?));
         }
         let room = MemoryLimit::new(None, 1).room();
-        let answer = sql::ask(query, tables, &known, &BTreeMap::new(), room);
+        let answer = sql::ask_with_units(query, tables, &known, room);
         let table = answer.map_err(|error| match error {
             StageError::Query(error) => refused(error),
             StageError::Store(error) => SessionError::Store(error),
             other => SessionError::Query(chain(&other)),
         })?;
-        Ok((table, self.units_of(|name| named.contains(name))))
+        let units = self.units_of(|name| named.contains(name));
+        Ok((table.with_named_units(|unit| units.name(unit)), units))
     }
 
     /// Returns the units of length and pressure of the table of a stage, as the manifest names
@@ -170,15 +170,12 @@ impl DescribedColumns {
         study: &Study,
         wanted: Option<&str>,
     ) -> Result<Vec<DescribedColumns>, SessionError> {
-        let tables = study.empty_tables()?;
-        let stages = study.stages.iter().zip(tables).zip(study.units());
+        let stages = study.stages.iter().zip(results::published_columns(study)?);
         let mut described: Vec<_> = stages
-            .map(|((stage, table), units)| DescribedColumns {
+            .map(|(stage, columns)| DescribedColumns {
                 stage: Some(stage.name.clone()),
                 kind: stage.work.kind(),
-                columns: results::with_own_columns(table)
-                    .with_named_units(|unit| units.name(unit))
-                    .descriptions_in_units(),
+                columns,
             })
             .collect();
         if let Some(wanted) = wanted {

@@ -5,8 +5,11 @@ use std::sync::LazyLock;
 
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
+use asperity::tables::parquet as stored_file;
+
 use crate::bench::{Bench, STUDY, text};
-use crate::manifest::manifest;
+use crate::columns::assert_kept;
+use crate::manifest::{manifest, stages_from};
 
 /// Returns dimensionless columns of a study in other units: Nayak's parameters and loads at full
 /// contact, and the areas.
@@ -306,4 +309,133 @@ fn a_map_without_a_unit_has_the_unit_of_its_side() {
     }
     assert_eq!(written.reals("side").unwrap().value(0), 50.0);
     assert_eq!(written.texts("unit").unwrap().value(0), "µm");
+}
+
+/// A study with numbers of each reduced unit.
+fn in_megapascals() -> String {
+    manifest("reduced", "")
+        .generate(
+            "surfaces",
+            "nodes = 32; side = '100 um'; hurst = 0.8; k_lower = 2; k_upper = 4; rms_slope = 0.1; \
+             realizations = 2",
+        )
+        .solve(
+            "contact",
+            "effective_modulus = '100 GPa'; loads = ['500 MPa', '1 GPa']; load_unit = 'MPa'; \
+             stiffness = true; pressure_bins = { count = 4, to = '10 GPa' }",
+        )
+        .measure("pressures", "what = 'pressures'")
+        .text()
+}
+
+#[test]
+fn reduced_pressures_and_stiffnesses_have_columns_in_the_units_of_the_study() {
+    let bench = Bench::new();
+    let study = in_megapascals();
+    bench.run(&study);
+    assert_kept(&bench, "reduced", &bench.path("study.toml"));
+    // E* h′ is 10⁴ MPa, and E*/side 1000 MPa/µm.
+    for (stage, reduced, absolute, unit, factor) in [
+        ("surfaces", "full_contact_load", "full_contact_pressure", "MPa", 1e4),
+        ("contact", "stiffness", "stiffness_absolute", "MPa/µm", 1e3),
+        ("pressures", "contact_pressure", "contact_pressure_absolute", "MPa", 1e4),
+        ("pressures", "pressure_density", "pressure_density_absolute", "1/MPa", 1e-4),
+    ] {
+        let table = bench.table("reduced", stage);
+        let [values, expected] = [absolute, reduced].map(|name| table.reals(name).unwrap());
+        for (value, expected) in values.iter().zip(expected) {
+            let (value, expected) = (value.unwrap(), factor * expected.unwrap());
+            assert!((value - expected).abs() <= 1e-11 * expected, "{absolute}: {value}");
+        }
+        let described = table.descriptions_in_units().into_iter();
+        let described = described.filter(|column| column.name == absolute);
+        assert_eq!(described.map(|column| column.unit).collect::<Vec<_>>(), [unit]);
+    }
+    let contact = bench.table("reduced", "contact");
+    let task = contact.texts("task").unwrap().value(0).to_owned();
+    let stored = stored_file::verify(fs::File::open(bench.file_of(&task)).unwrap()).unwrap();
+    assert!(!format!("{stored:?}").contains("_absolute"));
+
+    // Without a unit of pressure, the same numbers have no second column.
+    let plain = Bench::new();
+    let numbers = [
+        ("\"100 GPa\"", "1e5"),
+        ("\"10 GPa\"", "1"),
+        ("load_unit = \"MPa\"\n", ""),
+        ("[\"500 MPa\", \"1 GPa\"]", "[0.05, 0.1]"),
+    ];
+    plain.run(&numbers.iter().fold(study, |text, (from, to)| text.replace(from, to)));
+    for stage in ["surfaces", "contact", "pressures"] {
+        let table = plain.table("reduced", stage);
+        assert!(table.names().iter().all(|name| !name.ends_with("_absolute")), "{stage}");
+    }
+}
+
+#[test]
+fn published_rows_are_read_without_the_columns_of_absolute_numbers() {
+    let bench = Bench::new();
+    bench.run(&in_megapascals());
+    let published = bench.published("reduced");
+    // Published rows take the place of those of the store.
+    fs::remove_dir_all(bench.data().join("store")).unwrap();
+    let extended = stages_from("pressures").aggregate(
+        "means",
+        "over = ['pressure_density', 'pressure_bin_width']; statistics = ['mean', 'sd']",
+    );
+    let counts = bench.run(&format!("{}{}", in_megapascals(), extended.text()));
+    assert_eq!(counts.values().map(|count| count.to_run).sum::<u64>(), 1, "{counts:?}");
+    assert_kept(&bench, "reduced", &bench.path("study.toml"));
+    for (path, bytes) in published {
+        if path.extension().is_some_and(|end| end == "parquet") {
+            assert!(bench.published("reduced")[&path] == bytes, "{}", path.display());
+        }
+    }
+    let means = bench.table("reduced", "means");
+    let [absolute, reduced] = ["pressure_density_absolute_mean", "pressure_density_mean"]
+        .map(|name| means.reals(name).unwrap().value(0));
+    assert!((absolute / (1e-4 * reduced) - 1.0).abs() < 1e-11);
+}
+
+#[test]
+fn figures_and_claims_name_columns_in_the_units_of_the_study() {
+    let bench = Bench::new();
+    let declared = "[figure.stiffness]\nfrom = 'contact'\nx = 'pressure'\ny = 'stiffness_absolute'\n\
+                    [claim.stiff]\ntext = 'The contact is stiff.'\nfrom = 'contact'\n\
+                    value = 'stiffness_absolute'\nexpected = '> 10'\n";
+    let manifest = bench.write(&format!("{}{declared}", in_megapascals()));
+    let manifest = manifest.to_str().unwrap();
+    for command in ["run", "report"] {
+        let output = bench.output(&[command, manifest]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    let figure = bench.data().join("results/reduced/figures/stiffness.svg");
+    let drawn = fs::read_to_string(figure).unwrap();
+    assert!(drawn.contains(">stiffness K, in MPa/µm<"), "{drawn}");
+    let claims = text(&bench.output(&["claims", manifest, "stiff"]).stdout);
+    assert!(claims.contains("in MPa/µm"), "{claims}");
+}
+
+#[test]
+fn queries_and_csv_tell_the_units_of_their_columns() {
+    let bench = Bench::new();
+    bench.run(&in_megapascals());
+    let manifest = bench.path("study.toml");
+    let query = "select load, avg(pressure) as p, pressure / mean_gap as r, 2 * pressure as d \
+                 from contact group by load, pressure, mean_gap";
+    let asked = |options: &[&str]| {
+        let all = [&["table", manifest.to_str().unwrap(), "--sql", query], options].concat();
+        let output = bench.output(&all);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        [text(&output.stdout), text(&output.stderr)]
+    };
+    let first = |text: &str| text.lines().next().unwrap_or_default().to_owned();
+    let heads = "load [E* × rms slope],p [MPa],r [MPa/µm],d";
+    let [with_units, nothing] = asked(&["--csv", "--units"]);
+    assert_eq!((first(&with_units).as_str(), nothing.as_str()), (heads, ""));
+    let [plain, told] = asked(&["--csv"]);
+    assert_eq!(first(&plain), "load,p,r,d");
+    assert_eq!(told, "units: load [E* × rms slope], p [MPa], r [MPa/µm]\n");
+    assert_eq!(asked(&["--json"])[1], told);
+    let [printed, _] = asked(&[]);
+    assert!(first(&printed).contains("r [MPa/µm]"), "{printed}");
 }

@@ -18,12 +18,14 @@ use crate::manifest::setting::Setting;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::publishing::{RowContext, TableParts};
 use crate::results::reader::ResultReader;
-use crate::study::{EmptyTables, Study};
+use crate::study::{EmptyTables, Stage, Study, unit_of_quantity};
 use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::StageError;
+use asperity_stages::absolute::AbsoluteColumns;
 use asperity_stages::columns::CONTENT;
+use asperity_stages::fit::limits::columns::AS_QUANTITY;
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_tables::column::{Column, ColumnKind};
+use asperity_tables::column::{Column, ColumnKind, Description};
 use asperity_tables::key::Digest;
 use asperity_tables::parquet::Metadata;
 use asperity_tables::source::TableSource;
@@ -132,7 +134,7 @@ impl StudyResults {
     pub fn open(&self, stage: &PlannedStage) -> Result<StageRows<TableSource>, ResultsError> {
         let StudyResults { plan, reader, .. } = self;
         let sources = &self.study.sources;
-        let description = &described(&self.empty_tables, &self.study, &stage.name)?;
+        let (description, absolute) = &described(&self.empty_tables, &self.study, &stage.name)?;
         let path = path(&self.folder, &plan.study, &stage.name);
         let mut published = TableSource::open(&path);
         let stored = stage.tasks_where(&reader.store().have(&plan.tables_of(stage)));
@@ -168,7 +170,7 @@ impl StudyResults {
             // The damaged published table may have been the only copy of the rows.
             Err(error @ StoreError::Damaged { .. }) if parts.is_empty() => Err(error.into()),
             _ => {
-                let context = RowContext { plan, stage, sources, description };
+                let context = RowContext { plan, stage, sources, description, absolute };
                 let (tasks, table) = parts.stacked(context)?;
                 let digest = digest(plan, &tasks, sources, description);
                 Ok(rows(tasks, table.map(Into::into), digest, false))
@@ -197,18 +199,43 @@ pub enum ResultsError {
     Columns { stage: String, source: StageError },
 }
 
-/// Returns the table of a stage without rows. Its columns have the units and meanings that are
-/// added to published tables; the tables of the store lack them.
-fn described(tables: &EmptyTables, study: &Study, stage: &str) -> Result<Table, ResultsError> {
+/// Returns the table of a stage without rows, and the columns of absolute numbers in it. Its columns
+/// have the units and meanings that the tables of the store lack.
+fn described(
+    tables: &EmptyTables,
+    study: &Study,
+    stage: &str,
+) -> Result<(Table, AbsoluteColumns), ResultsError> {
     let unknown = |source| ResultsError::Columns { stage: stage.to_owned(), source };
     let table = tables.named(study, stage).map_err(unknown)?;
     let units = study.units_of(stage);
-    Ok(table.with_named_units(|unit| units.name(unit)))
+    let Stage { inputs, work, .. } = study.stage(stage);
+    let read = inputs.iter().filter_map(|&input| tables.of(study, input).ok());
+    let quantity = unit_of_quantity(work, read).filter(|_| units.has_any());
+    let absolute = study.absolute_columns(stage, table, quantity.clone());
+    let named = absolute.beside(table).with_named_units(|unit| match &quantity {
+        Some(quantity) if unit == AS_QUANTITY => units.name(quantity),
+        _ => units.name(unit),
+    });
+    Ok((named, absolute))
+}
+
+/// Returns the columns of the published table of each stage, with the units that the study names.
+///
+/// # Errors
+/// Returns an error if an SQL query of the study cannot be evaluated.
+pub fn published_columns(study: &Study) -> Result<Vec<Vec<Description>>, ResultsError> {
+    let tables = EmptyTables::new(study);
+    let columns = |stage: &Stage| {
+        let (table, _) = described(&tables, study, &stage.name)?;
+        Ok(with_own_columns(table).descriptions_in_units())
+    };
+    study.stages.iter().map(columns).collect()
 }
 
 /// Returns a table without rows, with the columns of `table` and those that only published tables
 /// have.
-pub fn with_own_columns(table: Table) -> Table {
+fn with_own_columns(table: Table) -> Table {
     let own: &[Column] = if table.has(CONTENT.name) { &[PATH, TASK] } else { &[TASK] };
     // A query such as `SELECT max(load)` answers an empty table with a row.
     table.slice(0..0).beside(&Table::empty(own))

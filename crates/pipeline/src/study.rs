@@ -35,6 +35,7 @@ use asperity_stages::surface_files::{RecordedFiles, SurfaceFiles};
 use asperity_tables::table::Table;
 
 pub use summary::StageSummary;
+pub(crate) use units::unit_of_quantity;
 pub use warnings::Warning;
 pub(crate) use warnings::improbable_contact;
 
@@ -92,8 +93,7 @@ impl EmptyTables {
 
     /// Returns the table of the stage with the name `stage`; see [`EmptyTables::of`].
     pub fn named(&self, study: &Study, stage: &str) -> Result<&Table, StageError> {
-        let position = study.stages.iter().position(|known| known.name == stage);
-        self.of(study, position.expect("the stage is one of the study"))
+        self.of(study, study.index_of(stage))
     }
 }
 
@@ -150,6 +150,16 @@ impl Study {
         })
     }
 
+    /// Returns the stage with the name `stage`, which must be one of the study.
+    pub fn stage(&self, stage: &str) -> &Stage {
+        &self.stages[self.index_of(stage)]
+    }
+
+    fn index_of(&self, stage: &str) -> usize {
+        let index = self.stages.iter().position(|known| known.name == stage);
+        index.expect("the stage is one of the study")
+    }
+
     /// Returns the number of surfaces that the stages generate or read. For a stage with adaptive
     /// sampling, it is the present number, which is `at_least` at the start.
     pub fn surfaces(&self) -> u64 {
@@ -183,16 +193,6 @@ impl Study {
             Work::Generate(ensembles) => ensembles.iter().any(|ensemble| ensemble.growth.is_some()),
             _ => false,
         })
-    }
-
-    /// Returns a table without rows for each stage, with the names, types, units and meanings of
-    /// the columns.
-    ///
-    /// # Errors
-    /// Returns an error if an SQL query of the study cannot be evaluated.
-    pub fn empty_tables(&self) -> Result<Vec<Table>, StageError> {
-        let tables = EmptyTables::new(self);
-        (0..self.stages.len()).map(|stage| tables.of(self, stage).cloned()).collect()
     }
 
     /// Parses and validates the text of a manifest.

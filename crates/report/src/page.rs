@@ -5,6 +5,7 @@ mod summary;
 
 use std::path::Path;
 
+use arrow::datatypes::Field;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use minijinja::value::Serde;
 use minijinja::{Environment, Value};
@@ -115,13 +116,14 @@ struct ShownColumn {
 }
 
 impl ShownColumn {
-    fn new(description: &Description, units: &TableUnits) -> ShownColumn {
+    fn new(field: &Field, units: &TableUnits) -> ShownColumn {
+        let description = Description::in_units(field);
         let in_brackets = |unit: String| format!(" [{unit}]");
         let unit = match description.unit.as_str() {
             "" | "1" => String::new(),
             unit => in_brackets(units.name(unit)),
         };
-        let shown = units.shown(&description.unit).map(in_brackets).unwrap_or_default();
+        let shown = units.shown_of(field).map(in_brackets).unwrap_or_default();
         ShownColumn {
             name: format!("{}{shown}", description.name),
             meaning: format!("{}{unit}", description.explained()),
@@ -162,7 +164,7 @@ pub fn html(
         manifest: subject.manifest,
         missing,
         has_adhesion: plan.tasks.iter().any(|task| matches!(task.recipe, Recipe::Adhesion(_))),
-        tables: data.finished.stages.iter().map(|stage| shown(stage, folder)).collect(),
+        tables: data.finished.stages.iter().map(|stage| shown(stage, subject, folder)).collect(),
         basis: basis.json(),
         style: STYLE,
         script: SCRIPT,
@@ -236,13 +238,15 @@ fn picture(subject: &Subject) -> String {
     stages_picture::svg(&boxes.collect::<Vec<_>>())
 }
 
-fn shown<'a>(stage: &'a FinishedStage, folder: &Path) -> ShownTable<'a> {
-    let FinishedStage { name, kind, table, units, path } = stage;
+fn shown<'a>(stage: &'a FinishedStage, subject: &Subject, folder: &Path) -> ShownTable<'a> {
+    let FinishedStage { name, kind, units, path, .. } = stage;
+    // The rows as they are published, not in the units that figures share.
+    let published = subject.rows.iter().find(|rows| rows.stage == *name);
+    let table = published.and_then(|rows| rows.table.as_ref()).unwrap_or(&stage.table);
     let units = TableUnits::from_table(table).or(units);
     let shown = table.rows().min(ROWS);
     let fields = table.batch().schema_ref().fields();
-    let descriptions = fields.iter().map(|field| Description::from(field.as_ref()));
-    let columns = descriptions.map(|description| ShownColumn::new(&description, &units));
+    let columns = fields.iter().map(|field| ShownColumn::new(field, &units));
     let by_column: Vec<Vec<String>> =
         table.batch().columns().iter().map(|column| cells(column.as_ref(), shown)).collect();
     let row = |row: usize| by_column.iter().map(|column| column[row].clone()).collect();

@@ -100,6 +100,7 @@ const RESISTANCE_LABEL: &str = "contact resistance R";
 
 /// Returns the label of an axis of a column, without its unit.
 pub fn name(column: &str) -> String {
+    let column = &*column.replace("_absolute", "");
     let known = |column: &str| KNOWN.iter().find(|(name, ..)| *name == column);
     if let Some((_, label, _)) = known(column) {
         return (*label).to_owned();
@@ -169,7 +170,8 @@ impl Labels {
             points.map(|point| known.at(&point).map(str::to_owned)).collect();
         let mut lengths = LengthUnit::common(units.iter().map(Option::as_deref));
         let mut length = units.first().cloned().flatten().filter(|_| units.len() == 1);
-        if lengths == LengthUnit::Unknown {
+        // Rows of several stages are converted to the unit that they share.
+        if lengths == LengthUnit::Unknown || (units.len() > 1 && named.length.is_some()) {
             length.clone_from(&named.length);
             lengths = LengthUnit::common([length.as_deref()]);
         }

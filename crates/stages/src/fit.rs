@@ -38,7 +38,7 @@ use asperity_manifest::diagnostics::counted;
 use asperity_statistics::FitError;
 use asperity_statistics::bootstrap::Bootstrap;
 use asperity_statistics::curves::{Curves, Window};
-use asperity_tables::column::{Column, Role};
+use asperity_tables::column::{Column, Role, absolute_column};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::{Table, TableError};
 
@@ -169,7 +169,9 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
 /// several fits or no interval.
 fn interval_of_only_fit(table: &Table, parameter: FitParameter) -> String {
     let [_, lower, upper, _] = parameter.columns();
-    let end = |column: Column| table.reals(column.name).ok()?.iter().next()?;
+    let schema = table.batch().schema();
+    let end =
+        |column: Column| table.reals(absolute_column(&schema, column.name)).ok()?.iter().next()?;
     match (end(lower), end(upper)) {
         (Some(lower), Some(upper)) if table.rows() == 1 => {
             format!(" [{}, {}]", number(lower), number(upper))

@@ -22,7 +22,7 @@
 //! | [`columns`], `table_columns` | all columns; the columns of a table with their values |
 //! | [`grids`], [`per_axis`] | grids of surfaces; values along x and y |
 //! | [`ensemble`] | grouping of rows by parameter point, surface and load |
-//! | [`units`] | names of the units of length and pressure of a table |
+//! | [`units`], [`absolute`] | names of the units of a table; reduced numbers in these units |
 //! | [`map_file`], [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
 //!
 //! No modules use each other in a circle: the kinds use the modules below them in this table, and
@@ -32,6 +32,7 @@
 // Tests compare with tolerances.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
+pub mod absolute;
 pub mod aggregate;
 pub mod bodies;
 mod boundary_recipe;

@@ -8,8 +8,7 @@ use crate::surface_files::SurfaceFiles;
 use crate::units::TableUnits;
 use crate::{Kind, Recipe, RowKind, StageError, surface};
 use asperity_contact::threads::Threads;
-use asperity_manifest::keys::quantity::Unit;
-use asperity_tables::column::{Column, Description, Value};
+use asperity_tables::column::{Column, Value, absolute_column};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
@@ -362,9 +361,11 @@ fn each_part(
 /// # Errors
 /// Returns an error if the column holds no numbers or is damaged.
 pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<String>, StageError> {
+    let schema = source.schema();
+    let column = absolute_column(&schema, name);
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    each_part(source, name, |part| {
-        let values = || Ok::<_, StageError>(part.reals(name)?.iter().flatten());
+    each_part(source, column, |part| {
+        let values = || Ok::<_, StageError>(part.reals(column)?.iter().flatten());
         least = values()?.fold(least, f64::min);
         most = values()?.fold(most, f64::max);
         Ok(())
@@ -372,10 +373,9 @@ pub fn range(source: &TableSource, name: &str, label: &str) -> Result<Option<Str
     if least > most {
         return Ok(None);
     }
-    let unit = match named_unit(source, name)? {
-        Some(unit) => format!(" {unit}"),
-        None => String::new(),
-    };
+    let units = TableUnits::from_source(source).map_err(StageError::Store)?;
+    let shown = schema.field_with_name(column).ok().and_then(|field| units.shown_of(field));
+    let unit = shown.map_or_else(String::new, |unit| format!(" {unit}"));
     Ok(Some(if least == most {
         format!("{label} {}{unit}", number(least))
     } else {
@@ -395,16 +395,6 @@ pub fn largest(source: &TableSource, name: &str) -> Result<Option<f64>, StageErr
         Ok(())
     })?;
     Ok(most)
-}
-
-/// Returns the unit of a column if it is the unit of length or pressure that the table names, or
-/// derives from them.
-fn named_unit(source: &TableSource, name: &str) -> Result<Option<String>, StageError> {
-    let schema = source.schema();
-    let Ok(field) = schema.field_with_name(name) else { return Ok(None) };
-    let unit = Description::from(field).unit;
-    let named = TableUnits::from_source(source).map_err(StageError::Store)?.name(&unit);
-    Ok((named != unit || Unit::find(&unit).is_some()).then_some(named))
 }
 
 /// Formats a number with four decimals, or in scientific notation if it is smaller than 10⁻³.

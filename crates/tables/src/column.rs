@@ -13,7 +13,7 @@ use arrow::array::{
     LargeListArray, StringArray,
 };
 use arrow::buffer::{NullBuffer, OffsetBuffer};
-use arrow::datatypes::{DataType, Field, Float64Type, Int64Type, Metadata};
+use arrow::datatypes::{DataType, Field, FieldRef, Float64Type, Int64Type, Metadata, Schema};
 use serde::{Deserialize, Serialize};
 
 /// Declaration of a column of a table.
@@ -129,6 +129,9 @@ pub(crate) const CODES: &str = "codes";
 /// Metadata key for the declared unit of a column whose `unit` names those of the study:
 /// `pressure` beside `MPa`.
 pub(crate) const DIMENSION: &str = "dimension";
+/// Metadata key for the name of the column whose reduced numbers a column repeats in the units of
+/// the study. Only published tables have such columns.
+pub const REDUCED: &str = "reduced";
 /// Metadata keys of the unit, the meaning and the codes of a column. Task files omit these entries,
 /// so that a change of wording does not change stored results.
 pub(crate) const WORDING: [&str; 4] = ["unit", DIMENSION, "meaning", CODES];
@@ -136,6 +139,14 @@ pub(crate) const WORDING: [&str; 4] = ["unit", DIMENSION, "meaning", CODES];
 /// Returns the metadata of the Arrow field of a column with this role, unit and meaning.
 pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
     Metadata::new().with(ROLE, role.name()).with("unit", unit).with("meaning", meaning)
+}
+
+/// Returns the name of the column that repeats the reduced numbers of the column `name` in the units
+/// of the study, or `name` if there is none.
+pub fn absolute_column<'a>(schema: &'a Schema, name: &'a str) -> &'a str {
+    let mut fields = schema.fields().iter();
+    let repeats = |field: &&FieldRef| field.metadata().get(REDUCED).is_some_and(|of| of == name);
+    fields.find(repeats).map_or(name, |field| field.name())
 }
 
 /// Description of a column for users of a table.

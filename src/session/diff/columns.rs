@@ -13,7 +13,7 @@ use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::units::TableUnits;
 use asperity_statistics::differences::MeanDifference;
 use asperity_statistics::intervals::LEVEL;
-use asperity_tables::column::Role;
+use asperity_tables::column::{REDUCED, Role};
 use asperity_tables::table::Table;
 
 /// Largest relative difference of two numbers that count as equal: twelve digits.
@@ -24,7 +24,7 @@ const RESOLUTION: f64 = 1e-12;
 pub struct ColumnComparison {
     pub column: String,
     pub unit: String,
-    /// True if the unit is made of units that the manifests name.
+    /// True if the head of the column shows the unit (see [`TableUnits::shown`]).
     #[serde(skip)]
     pub has_named_unit: bool,
     /// Number of rows of the same surface, point and load whose values differ.
@@ -192,8 +192,8 @@ pub fn compare(a: &Table, b: &Table, matched: &MatchedRows) -> Vec<ColumnCompari
                 (pairs.filter(differs).count(), Vec::new())
             }
         };
+        let has_named_unit = units.shown(&column.unit).is_some();
         let unit = units.name(&column.unit);
-        let has_named_unit = unit != column.unit;
         ColumnComparison { column: column.name, unit, has_named_unit, differing, means }
     });
     compared.collect()
@@ -205,13 +205,14 @@ pub fn lacking(of: &Table, other: &Table) -> Vec<String> {
     names.map(str::to_owned).collect()
 }
 
-/// Returns whether a column is compared: whether it does not identify rows. The columns of tasks
-/// and surface names contain hashes of all parameters.
+/// Returns whether a column is compared: whether it neither identifies rows nor repeats another
+/// column in another unit. The columns of tasks and surface names contain hashes of all parameters.
 fn is_compared(table: &Table, name: &str) -> bool {
     let field = table.batch().schema_ref().field_with_name(name).expect("the table has the column");
     let identifies = matches!(Role::from_field(field), Some(Role::Parameter | Role::Load));
+    let repeats = field.metadata().contains_key(REDUCED);
     let others = [SEED.name, REALIZATION.name, SURFACE.name];
-    !identifies && !others.contains(&name) && !OWN_COLUMNS.contains(&name)
+    !identifies && !repeats && !others.contains(&name) && !OWN_COLUMNS.contains(&name)
 }
 
 /// Reads a column of numbers or flags, with 1 for true. Returns `None` for other types.

@@ -6,7 +6,7 @@
 use std::num::NonZeroU32;
 
 use crate::plan::Plan;
-use crate::study::{Growth, KnownMean, Limit, Study};
+use crate::study::{EmptyTables, Growth, KnownMean, Limit, Study};
 use asperity_stages::aggregate::{Groups, Statistic, grouped};
 use asperity_stages::{Kind, StageError};
 use asperity_tables::store::{StoreError, TaskTables};
@@ -56,6 +56,9 @@ pub enum SamplingError {
     /// The mean or its standard error could not be computed.
     #[error("cannot check the condition `{until}`")]
     Mean { until: String, source: StageError },
+    /// The columns of a stage could not be derived from those of its inputs.
+    #[error("cannot derive the columns of stage `{stage}` from its inputs")]
+    Columns { stage: String, source: StageError },
     /// Claims could not be judged.
     #[error("cannot check whether the claims are decided")]
     Claims(#[from] TableError),
@@ -274,12 +277,19 @@ fn all_tables(
     for task in claim_tasks(study, plan) {
         of_tasks[task] = read.next();
     }
+    let empty_tables = EmptyTables::new(study);
     let stages = plan.stages.iter().map(|stage| {
         let own: Vec<Table> =
             stage.tasks.iter().filter_map(|&task| of_tasks[task].clone()).collect();
-        (!own.is_empty()).then(|| Table::stack(&own)).transpose()
+        if own.is_empty() {
+            return Ok(None);
+        }
+        // Claims name columns of published tables.
+        let unknown = |source| SamplingError::Columns { stage: stage.name.clone(), source };
+        let empty = empty_tables.named(study, &stage.name).map_err(unknown)?;
+        Ok(Some(study.absolute_columns(&stage.name, empty, None).beside(&Table::stack(&own)?)))
     });
-    Ok(Ok(stages.collect::<Result<_, _>>()?))
+    Ok(Ok(stages.collect::<Result<_, SamplingError>>()?))
 }
 
 /// Returns the next number of surfaces: the number that would decide the undecided claims, clamped

@@ -7,6 +7,7 @@ use std::sync::Mutex;
 use serde::{Deserialize, Serialize};
 
 use crate::results::{PATH, TASK};
+use asperity_tables::column::REDUCED;
 use asperity_tables::key::KeyMap;
 use asperity_tables::parallel::locked;
 use asperity_tables::parquet::Metadata;
@@ -119,7 +120,11 @@ impl PublishedStage {
         let Some(rows) = rows(&source, task)? else {
             return Ok(None);
         };
-        let is_own = |column: &usize| ![TASK.name, PATH.name].contains(&names[*column].as_str());
+        let schema = source.schema();
+        let is_own = |&column: &usize| {
+            let is_repetition = schema.field(column).metadata().contains_key(REDUCED);
+            !is_repetition && ![TASK.name, PATH.name].contains(&names[column].as_str())
+        };
         let missing = metadata.get(MISSING_COLUMNS);
         Ok(Some(PublishedStage {
             kind: kind.to_owned(),

@@ -14,6 +14,7 @@ use crate::results::published_stage::{KIND, MISSING_COLUMNS, MissingColumns, PAR
 use crate::results::reader::ResultReader;
 use crate::results::{PATH, ResultsError, TASK, described, digest, file};
 use crate::study::EmptyTables;
+use asperity_stages::absolute::AbsoluteColumns;
 use asperity_stages::columns::CONTENT;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::column::{Description, optional_texts, texts};
@@ -108,8 +109,8 @@ impl Publisher<'_> {
     /// Writes the table of one stage if it has finished tasks, unless the same table exists.
     fn publish(&self, stage: &PlannedStage) -> Result<PublishedTable, ResultsError> {
         let SampledStudy { study, plan, .. } = self.sampled;
-        let description = &described(&self.empty_tables, study, &stage.name)?;
-        let context = RowContext { plan, stage, sources: &study.sources, description };
+        let (description, absolute) = &described(&self.empty_tables, study, &stage.name)?;
+        let context = RowContext { plan, stage, sources: &study.sources, description, absolute };
         let path = self.folder.join(file(&stage.name));
         let table = |finished| PublishedTable {
             stage: stage.name.clone(),
@@ -459,14 +460,15 @@ impl KeyedRows {
     }
 }
 
-/// Information for adding the keys of tasks and the paths of surface files to rows.
+/// Information for adding absolute numbers, paths of surface files and the keys of tasks to rows.
 #[derive(Clone, Copy)]
 pub struct RowContext<'a> {
     pub plan: &'a Plan,
     pub stage: &'a PlannedStage,
     pub sources: &'a SurfaceFiles,
-    /// Table of the stage without rows, whose columns have units and meanings.
+    /// Published table of the stage without rows, whose columns have units and meanings.
     pub description: &'a Table,
+    pub absolute: &'a AbsoluteColumns,
 }
 
 impl RowContext<'_> {
@@ -493,7 +495,8 @@ impl RowContext<'_> {
         } else {
             Table::stack(&keys).map_err(contradiction)?
         };
-        Ok(with_paths(table.described_by(self.description), self.sources).beside(&keys))
+        let described = self.absolute.beside(&table).described_by(self.description);
+        Ok(with_paths(described, self.sources).beside(&keys))
     }
 }
 

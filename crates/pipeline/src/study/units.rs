@@ -2,23 +2,40 @@
 
 use crate::study::{Stage, Study, Work};
 use asperity_contact::grid::Boundary;
+use asperity_manifest::expression::Expression;
+use asperity_stages::absolute::{AbsoluteColumns, StageUnits};
 use asperity_stages::reduced_units::PressureUnit;
 use asperity_stages::surface::Origin;
 use asperity_stages::units::TableUnits;
 use asperity_stages::{ContactLoads, Kind, Recipe};
+use asperity_tables::column::Description;
+use asperity_tables::table::Table;
 
 impl Study {
     /// Returns the units of length and pressure of the table of each stage. A stage has the units
-    /// of the stages that it reads, if they agree. Surfaces that were not pressed have no
-    /// pressures.
+    /// of the stages that it reads, if they agree, and surfaces the unit of pressure of their
+    /// contacts.
     pub fn units(&self) -> Vec<TableUnits> {
-        of_stages(&self.stages)
+        of_stages(&self.stages).into_iter().map(|units| units.names).collect()
     }
 
     /// Returns the units of the table of the stage with the name `stage`.
     pub fn units_of(&self, stage: &str) -> TableUnits {
         let named = self.stages.iter().zip(self.units()).find(|(known, _)| known.name == stage);
         named.map(|(_, units)| units).unwrap_or_default()
+    }
+
+    /// Returns the columns with absolute numbers that the published table of a stage has. `empty`
+    /// is the table without rows, and `quantity` as in [`unit_of_quantity`].
+    pub fn absolute_columns(
+        &self,
+        stage: &str,
+        empty: &Table,
+        quantity: Option<String>,
+    ) -> AbsoluteColumns {
+        let mut named = self.stages.iter().zip(of_stages(&self.stages));
+        let units = named.find(|(known, _)| known.name == stage).map(|(_, units)| units);
+        AbsoluteColumns::new(empty, &StageUnits { quantity, ..units.unwrap_or_default() })
     }
 
     /// Returns the loads of all contacts of the surfaces of a stage. The surfaces can also be
@@ -50,30 +67,72 @@ impl Study {
     }
 }
 
-/// Returns the units of length and pressure of the table of each stage; see [`Study::units`].
-pub fn of_stages(stages: &[Stage]) -> Vec<TableUnits> {
-    let mut units: Vec<TableUnits> = Vec::with_capacity(stages.len());
+/// Returns the units of the table of each stage; see [`Study::units`].
+pub fn of_stages(stages: &[Stage]) -> Vec<StageUnits> {
+    let mut units: Vec<StageUnits> = Vec::with_capacity(stages.len());
     let mut are_pressed: Vec<bool> = Vec::with_capacity(stages.len());
-    for stage in stages {
-        let read = || stage.inputs.iter().map(|&input| &units[input]);
+    for (index, stage) in stages.iter().enumerate() {
+        let read = || stage.inputs.iter().map(|&input| &units[input].names);
         let length = match &stage.work {
             Work::Generate(surfaces) if stage.inputs.is_empty() => {
                 common(surfaces.iter().map(|surfaces| Some(surfaces.params.origin.unit())))
             }
             _ => common(read().map(|units| units.length.as_deref())),
         };
-        let own = stage.work.recipes().iter().find_map(|recipe| match recipe {
-            Recipe::Solve(params) => params.pressure_unit,
-            Recipe::Adhesion(params) => params.pressure_unit,
-            _ => None,
-        });
+        let own = stage.work.recipes().iter().find_map(|recipe| modulus(recipe)?.1);
         let pressed = || stage.inputs.iter().filter(|&&input| are_pressed[input]);
-        let inherited = || common(pressed().map(|&input| units[input].pressure.as_deref()));
-        let pressure = own.map(str::to_owned).or_else(inherited);
+        let inherited = || common(pressed().map(|&input| units[input].names.pressure.as_deref()));
+        let contacts = match stage.work.kind() {
+            Kind::Generate => modulus_of_contacts(stages, index),
+            _ => None,
+        };
+        let of_contacts = || contacts?.1.map(str::to_owned);
+        let pressure = own.map(str::to_owned).or_else(inherited).or_else(of_contacts);
+        let has_unit = |(_, unit): &Modulus| unit.is_some() && *unit == pressure.as_deref();
+        let modulus = contacts.filter(has_unit).map(|(modulus, _)| modulus);
         are_pressed.push(stage.work.kind() == Kind::Solve || pressed().next().is_some());
-        units.push(TableUnits { length, pressure });
+        let names = TableUnits { length, pressure };
+        units.push(StageUnits { names, modulus, quantity: None });
     }
     units
+}
+
+/// Returns the unit of the observable whose limit a stage fits, if it is a column of one of the
+/// tables that the stage reads.
+pub fn unit_of_quantity<'t>(
+    work: &Work,
+    read: impl IntoIterator<Item = &'t Table>,
+) -> Option<String> {
+    let mut quantities = work.recipes().iter().filter_map(|recipe| match recipe {
+        Recipe::Fit(params) => params.law.observable(),
+        _ => None,
+    });
+    let first = quantities.next()?;
+    let Expression::Column(name) = first else { return None };
+    if quantities.any(|other| other != first) {
+        return None;
+    }
+    let mut schemas = read.into_iter().map(|table| table.batch().schema());
+    schemas.find_map(|schema| Some(Description::from(schema.field_with_name(name).ok()?).unit))
+}
+
+/// Effective modulus of a contact with its unit, if it has one.
+type Modulus = (f64, Option<&'static str>);
+
+/// Returns the modulus that all contacts of the surfaces of a stage have.
+fn modulus_of_contacts(stages: &[Stage], surfaces: usize) -> Option<Modulus> {
+    let readers = stages.iter().filter(|stage| stage.inputs.contains(&surfaces));
+    let mut moduli = readers.flat_map(|stage| stage.work.recipes()).filter_map(modulus);
+    let first = moduli.next()?;
+    moduli.all(|other| other == first).then_some(first)
+}
+
+fn modulus(recipe: &Recipe) -> Option<Modulus> {
+    match recipe {
+        Recipe::Solve(params) => Some((params.effective_modulus, params.pressure_unit)),
+        Recipe::Adhesion(params) => Some((params.effective_modulus, params.pressure_unit)),
+        _ => None,
+    }
 }
 
 /// Returns the loads of a contact; `None` for other tasks.

@@ -14,6 +14,7 @@ use crate::study::{Stage, Study, Work, graph, pairs, units};
 use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
+use asperity_stages::absolute::{AbsoluteColumns, StageUnits};
 use asperity_stages::check_context::{PressedStage, Surfaces};
 use asperity_stages::columns::{SURFACE, needed_key};
 use asperity_stages::generate::realizations::{AT_LEAST, Growing};
@@ -73,26 +74,39 @@ pub fn validate(
     for &stage in &graph.order {
         validator.validated[stage] = validator.stage(stage, &graph, problems);
     }
+    let stages = validator.sorted_stages(&graph);
+    let units = stages.as_deref().map(units::of_stages);
+    let units_of = |name: &str| {
+        let index = stages.as_ref()?.iter().position(|stage| stage.name == name)?;
+        units.as_ref()?.get(index)
+    };
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
+    // Figures and claims read published tables.
+    let published = |stage: usize| {
+        let table = empty(stage)?;
+        let work = validator.validated[stage].work.as_ref()?;
+        let read = graph.inputs[stage].iter().flatten().filter_map(|&input| empty(input));
+        let quantity = units::unit_of_quantity(work, read);
+        let units = units_of(&manifest.stages[stage].name.value).cloned().unwrap_or_default();
+        Some(AbsoluteColumns::new(table, &StageUnits { quantity, ..units }).beside(table))
+    };
+    let tables: Vec<Option<Table>> = (0..manifest.stages.len()).map(published).collect();
+    let table = |name: &str| tables[index_of(&manifest.stages, name)?].as_ref();
     let names: Vec<&str> = manifest.stages.iter().map(|stage| stage.name.value.as_str()).collect();
     let context = FigureContext {
         stages: &names,
-        table: |name: &str| empty(index_of(&manifest.stages, name)?),
+        table,
         values: |name: &str, column: &str| {
             let stage = index_of(&manifest.stages, name)?;
             known_values(validator.works(stage, &graph)?, column)
         },
     };
     let figures = figures::check(&manifest.figures, &context, problems, empty_selections);
-    let stages = validator.take_stages(&graph);
-    let units = stages.as_deref().map(units::of_stages);
-    let index = |name: &str| stages.as_ref()?.iter().position(|stage| stage.name == name);
-    let empty = |stage: usize| validator.validated[stage].empty.as_ref();
     let context = ClaimContext {
         file: None,
         stages: &names,
-        table: &|name: &str| empty(index_of(&manifest.stages, name)?),
-        units: &|name: &str| units.as_ref()?.get(index(name)?).cloned(),
+        table: &table,
+        units: &|name: &str| Some(units_of(name)?.names.clone()),
         reference: &|table: &str| files::read_text(&folder.join(table)),
     };
     let claims = read_claims(manifest, folder, &context, problems)?;
@@ -219,21 +233,21 @@ impl Validator<'_> {
         Some(works)
     }
 
-    /// Returns the stages of the study, sorted, and leaves the validator without work. The pairs of
-    /// surfaces of a stage are a stage of their own before it.
-    fn take_stages(&mut self, graph: &Graph) -> Option<Vec<Stage>> {
+    /// Returns the stages of the study, sorted. The pairs of surfaces of a stage are a stage of
+    /// their own before it.
+    fn sorted_stages(&self, graph: &Graph) -> Option<Vec<Stage>> {
         let mut stages = Vec::with_capacity(graph.order.len());
         let mut sorted_index = vec![0; graph.order.len()];
         for &stage in &graph.order {
             let name = self.stages[stage].name.value.clone();
             let mut inputs: Vec<usize> =
                 graph.inputs[stage].as_deref()?.iter().map(|&input| sorted_index[input]).collect();
-            if let Some(pairs) = self.validated[stage].pairs.take() {
+            if let Some(pairs) = self.validated[stage].pairs.clone() {
                 inputs = vec![stages.len()];
                 stages.push(Stage { name: pairs::name_of(&name), inputs: vec![], work: pairs });
             }
             sorted_index[stage] = stages.len();
-            stages.push(Stage { name, inputs, work: self.validated[stage].work.take()? });
+            stages.push(Stage { name, inputs, work: self.validated[stage].work.clone()? });
         }
         Some(stages)
     }

@@ -14,7 +14,7 @@ use asperity_stages::columns::{
     HURST, STEP,
 };
 use asperity_stages::ensemble::load_column;
-use asperity_tables::column::Column;
+use asperity_tables::column::{Column, absolute_column};
 use asperity_tables::table::Table;
 
 use crate::finished::{FinishedStage, FinishedStages};
@@ -96,9 +96,11 @@ fn figure(stage: &FinishedStage, derived: &BTreeSet<String>) -> Option<FigureSpe
     })
 }
 
-/// Returns the quantities that a stage is about.
+/// Returns the quantities that a stage is about, in the units of the study where a column has them.
 fn quantities(kind: Kind, table: &Table) -> Vec<String> {
-    let names = || table.names().into_iter();
+    let schema = table.batch().schema();
+    let is_shown = |name: &&str| absolute_column(&schema, name) == *name;
+    let names = || table.names().into_iter().filter(is_shown);
     match kind {
         Kind::Aggregate => {
             names().filter_map(|name| Statistic::Mean.base_of(name)).map(str::to_owned).collect()

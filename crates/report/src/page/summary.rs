@@ -27,7 +27,7 @@ use asperity_stages::ensemble::{self, ParameterPoint};
 use asperity_stages::solve::is_unconverged;
 use asperity_stages::{Kind, Recipe, Work};
 use asperity_tables::cells::cells;
-use asperity_tables::column::{Description, Role};
+use asperity_tables::column::{Description, Role, absolute_column};
 use asperity_tables::table::Table;
 
 /// Largest numbers of tables, of their rows and of the results of a row.
@@ -257,21 +257,22 @@ fn convergence(finished: &FinishedStages) -> Option<Line> {
 
 /// Returns the tables of the main results: aggregates and fits, or else the means of the areas.
 fn results(subject: &Subject, data: &FigureData) -> Vec<ResultTable> {
-    let stages = subject.study.stages.iter().zip(subject.rows);
+    let stages = &subject.study.stages;
+    let finished = |name: &str| data.finished.stages.iter().find(|stage| stage.name == name);
     let (mut aggregates, mut fits) = (Vec::new(), Vec::new());
-    for (stage, rows) in stages {
-        let finished = data.finished.stages.iter().find(|finished| finished.name == stage.name);
-        let Some(finished) = finished else { continue };
-        let (Work::Evaluate(recipes), Some(table)) = (&stage.work, &rows.table) else { continue };
+    for stage in stages {
+        let Some(own) = finished(&stage.name) else { continue };
+        let Work::Evaluate(recipes) = &stage.work else { continue };
         match recipes.first() {
             Some(Recipe::Aggregate(params)) => {
                 if let aggregate::Params::Groups(groups) = &**params {
-                    let table_of = |&input: &usize| subject.rows[input].table.clone();
-                    let inputs: Vec<Table> = stage.inputs.iter().filter_map(table_of).collect();
-                    aggregates.extend(means(finished, &inputs, groups, data));
+                    let read =
+                        stage.inputs.iter().filter_map(|&input| finished(&stages[input].name));
+                    let inputs: Vec<Table> = read.map(|stage| stage.table.clone()).collect();
+                    aggregates.extend(means(own, &inputs, groups, data));
                 }
             }
-            Some(Recipe::Fit(fit)) => fits.extend(fitted(finished, table, fit.level, data)),
+            Some(Recipe::Fit(fit)) => fits.extend(fitted(own, &own.table, fit.level, data)),
             _ => {}
         }
     }
@@ -303,14 +304,17 @@ fn means(
     groups: &Groups,
     data: &FigureData,
 ) -> Option<ResultTable> {
+    let input = Table::stack(inputs).ok()?;
+    let schema = input.batch().schema();
+    let over = groups.over.iter().map(|name| absolute_column(&schema, name).to_owned());
     let wanted = Groups {
+        over: over.collect(),
         statistics: vec![Statistic::Mean, Statistic::Confidence(0.95)],
         models: Vec::new(),
         ..groups.clone()
     };
-    let input = Table::stack(inputs).ok()?;
     let table = aggregate::grouped(&input, &wanted).ok()?;
-    let means = groups.over.iter();
+    let means = wanted.over.iter();
     let means = means.filter_map(|name| Quantity::find(&table, name, Some(ErrorBars::Ci95)).ok());
     shown(stage, 0.95, &table, false, means.collect(), data)
 }
@@ -322,7 +326,8 @@ fn fitted(
     level: f64,
     data: &FigureData,
 ) -> Option<ResultTable> {
-    let all = table.names().into_iter();
+    let schema = table.batch().schema();
+    let all = table.names().into_iter().filter(|name| absolute_column(&schema, name) == *name);
     let parameters = all.filter_map(|name| Quantity::find(table, name, None).ok());
     let with_interval = parameters.filter(|parameter| parameter.ends().is_some());
     shown(stage, level, table, true, with_interval.collect(), data)
@@ -367,6 +372,8 @@ fn shown(
     let mut by_column = Vec::new();
     let varied = independent(&picked, &data.derived);
     let coordinates = picked.coordinates().not_in_role(Role::Surface);
+    let schema = picked.batch().schema();
+    let field = |name: &str| schema.field_with_name(name).expect("the table has the column");
     for description in coordinates.descriptions() {
         let name = &description.name;
         let is_other_unit = [LOAD.name, PRESSURE.name].contains(&name.as_str())
@@ -379,15 +386,13 @@ fn shown(
         if is_constant || is_other_unit || is_dependent || by_column.contains(&cells) {
             continue;
         }
-        let name = symbols::symbol(name);
-        columns.push(ShownColumn { name, ..ShownColumn::new(&description, &stage.units) });
+        let column = ShownColumn::new(field(name), &stage.units);
+        columns.push(ShownColumn { name: symbols::symbol(name), ..column });
         by_column.push(cells);
     }
     for estimate in &estimates {
         let [lower, upper] = estimate.ends()?.each_ref().map(|name| reals(&picked, name).ok());
         let values = reals(&picked, &estimate.column).ok()?;
-        let mut descriptions = picked.descriptions().into_iter();
-        let description = descriptions.find(|one| one.name == estimate.column)?;
         let unit = labels.unit(&estimate.column, values.iter().copied().flatten());
         let cells = values.iter().enumerate().map(|(row, value)| {
             let end = |ends: &Option<Vec<Option<f64>>>| Some(unit.factor * ends.as_ref()?[row]?);
@@ -399,7 +404,7 @@ fn shown(
         let labels = estimates.iter().map(|other| symbols::name(other.base()));
         let is_unique = labels.filter(|other| *other == label).count() == 1;
         let name = unit.label(if is_unique { &label } else { estimate.base() });
-        let column = ShownColumn::new(&description, &stage.units);
+        let column = ShownColumn::new(field(&estimate.column), &stage.units);
         columns.push(ShownColumn { name, numeric: true, ..column });
     }
     let cells = (0..picked.rows())

@@ -13,6 +13,7 @@ use super::fitted_point::FittedPoint;
 use super::limits::{self, LimitChoices};
 use super::parameter::{FitParameter, names};
 use crate::columns::columns;
+use asperity_manifest::expression::Expression;
 use asperity_statistics::FitError;
 use asperity_statistics::curves::Curves;
 use asperity_statistics::load_separation::LoadSeparationProblem;
@@ -163,6 +164,14 @@ impl Law {
             Law::ContactEvolution(_) => contact_evolution::WORD,
             Law::Limits(_) => limits::WORD,
             Law::Plain(law) => law.definition().word,
+        }
+    }
+
+    /// Returns the observable of a fit of limits.
+    pub fn observable(&self) -> Option<&Expression> {
+        match self {
+            Law::Limits(choices) => Some(&choices.of),
+            Law::ContactEvolution(_) | Law::Plain(_) => None,
         }
     }
 

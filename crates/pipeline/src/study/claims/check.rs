@@ -24,7 +24,7 @@ use asperity_stages::columns::{LOAD, PRESSURE, needed_key};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::units::TableUnits;
 use asperity_statistics::expectation::Expectation;
-use asperity_tables::column::{Description, Role};
+use asperity_tables::column::Role;
 use asperity_tables::table::Table;
 
 /// Stages of a study and files, as far as the checks of claims need them.
@@ -427,7 +427,8 @@ impl<'t> Checker<'_, '_, 't> {
                 let test = self.test(keys)?;
                 let unit = self.unit_of(&test);
                 let expected = self.checks.required("expected", &keys.expected)?;
-                (Some(test), unit, self.range(expected, unit)?)
+                let range = self.range(expected, unit.as_deref().and_then(Unit::find))?;
+                (Some(test), unit, range)
             }
         };
         let expressions = test.iter().flat_map(|test| &test.quantities);
@@ -441,7 +442,7 @@ impl<'t> Checker<'_, '_, 't> {
             text,
             source: words(&keys.source).unwrap_or_default(),
             quantity: match unit {
-                Some(unit) => format!("{quantity} in {}", unit.symbol),
+                Some(unit) => format!("{quantity} in {unit}"),
                 None => quantity,
             },
             expected,
@@ -453,7 +454,7 @@ impl<'t> Checker<'_, '_, 't> {
 
     /// Returns the unit of the quantity of a claim, if the quantity is a sum or difference of
     /// values of one column with a unit.
-    fn unit_of(&self, test: &Test) -> Option<&'static Unit> {
+    fn unit_of(&self, test: &Test) -> Option<String> {
         let [data] = test.data.as_slice() else { return None };
         let (Source::Stage(stage), Expression::Column(column)) = (&data.source, &data.value) else {
             return None;
@@ -466,11 +467,10 @@ impl<'t> Checker<'_, '_, 't> {
     }
 
     /// Returns the unit of a column of a stage, if it is known.
-    fn unit_of_column(&self, stage: &str, column: &str) -> Option<&'static Unit> {
+    fn unit_of_column(&self, stage: &str, column: &str) -> Option<String> {
         let table = (self.context.table)(stage)?;
         let field = table.batch().schema_ref().field_with_name(column).ok()?;
-        let units = (self.context.units)(stage)?;
-        Unit::find(&units.shown(&Description::from(field).unit)?)
+        (self.context.units)(stage)?.shown_of(field)
     }
 
     fn test(&mut self, keys: &ClaimTable) -> Option<Test> {
@@ -635,7 +635,7 @@ impl<'t> Checker<'_, '_, 't> {
                 Some(Source::Stage(stage)) => self.unit_of_column(stage, PRESSURE.name),
                 _ => None,
             };
-            let value = self.bound(text, unit, &load.span)?;
+            let value = self.bound(text, unit.as_deref().and_then(Unit::find), &load.span)?;
             loads.push(AskedLoad { value, is_pressure: true });
         }
         if let Some(table) = table

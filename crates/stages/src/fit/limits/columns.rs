@@ -13,6 +13,9 @@ use crate::fit::status::{self, FITTED, STATUS};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
 use asperity_tables::table::Table;
 
+/// Unit of the columns whose unit is that of the observable.
+pub const AS_QUANTITY: &str = "as `quantity`";
+
 columns! {
     /// observable Q whose limit is fitted
     const QUANTITY: Column = parameter_text("quantity");
@@ -28,11 +31,11 @@ columns! {
     const BEST_SHARE: Column = real("best_share", "1");
     /// root mean square error with which the other points predict each point, with the weights of
     /// the fit
-    const LEAVE_ONE_OUT: Column = real("leave_one_out_error", "as `quantity`");
+    const LEAVE_ONE_OUT: Column = real("leave_one_out_error", AS_QUANTITY);
     /// limit Q₀ of the observable where all small parameters vanish. With a logarithmic term there
     /// is no limit, and Q₀ is the value where the small parameter of this term is 1
     const LIMIT: FitParameter =
-        FitParameter::of_unit("as `quantity`", names!("limit")).with_label("Q₀");
+        FitParameter::of_unit(AS_QUANTITY, names!("limit")).with_label("Q₀");
 }
 
 /// Columns of one term of the law.
@@ -53,7 +56,7 @@ macro_rules! term_columns {
                 $number,
                 ": `power E` with the given exponent E, `power, free` or `logarithm`"
             )),
-            coefficient: FitParameter::of_unit("as `quantity`", names!("coefficient_", $number))
+            coefficient: FitParameter::of_unit(AS_QUANTITY, names!("coefficient_", $number))
                 .with_meaning(concat!("coefficient c of term ", $number, ", c xᵉ or c ln x")),
             exponent: FitParameter::number(names!("exponent_", $number)).with_meaning(concat!(
                 "exponent e of term ",
