@@ -94,7 +94,7 @@ pub use asperity_pipeline::plan::{Plan, PlannedStage};
 pub use asperity_pipeline::results::{StageRows, StudyResults};
 pub use asperity_pipeline::settings_file::FILE as SETTINGS_FILE;
 pub use asperity_pipeline::study::Warning;
-pub use asperity_stages::aggregate::sql::silence_panics;
+pub use asperity_queries::silence_panics;
 pub use asperity_stages::per_axis::PerAxis;
 pub use asperity_stages::units::TableUnits;
 pub use claims::StudyClaims;

@@ -82,7 +82,7 @@ impl<'a> Tables<'a> {
     /// Returns an error if the query is invalid or contains unknown names, or if a table cannot be
     /// read.
     pub fn sql(&self, query: &str) -> Result<(Table, TableUnits), SessionError> {
-        let named = sql::tables_of(query).map_err(refused)?;
+        let named = asperity_queries::tables_of(query).map_err(refused)?;
         let mut tables = Vec::new();
         let names = self.names().into_iter().chain([FAILURES]);
         let known: Vec<String> = names.map(str::to_owned).collect();

@@ -17,7 +17,6 @@ use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
 
-mod frame;
 mod group_columns;
 mod groups;
 pub mod keys;

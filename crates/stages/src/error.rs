@@ -10,6 +10,8 @@ use asperity_contact::solver::HardnessError;
 use asperity_contact::topography::preparation::PreparationError;
 use asperity_contact::topography::spectral_density::SpectralDensityError;
 use asperity_contact::topography::surface::SurfaceError;
+use asperity_queries::FrameError;
+pub use asperity_queries::QueryError;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::TableError;
 
@@ -86,18 +88,12 @@ pub enum StageError {
     Aggregate { reason: String },
 }
 
-/// Reason why a query cannot be answered.
-#[derive(Debug, thiserror::Error)]
-pub enum QueryError {
-    /// The text is not a query, or the query is not supported.
-    #[error("{0}")]
-    Refused(String),
-    /// A table or a column does not exist.
-    #[error("{message}")]
-    Unknown {
-        message: String,
-        name: String,
-        /// Existing names that the query could use instead.
-        known: Vec<String>,
-    },
+impl From<FrameError> for StageError {
+    fn from(error: FrameError) -> StageError {
+        match error {
+            FrameError::Query(error) => StageError::Query(error),
+            FrameError::Store(error) => StageError::Store(error),
+            FrameError::Aggregate { reason } => StageError::Aggregate { reason },
+        }
+    }
 }

@@ -9,11 +9,9 @@ use polars::prelude::{
     lit, when,
 };
 
-use super::frame::{self, polars_error};
 use super::group_columns::{
     COUNT, GROUP_COLUMNS, LOAD_MIDPOINT, LOAD_OF_GROUP, SURFACES, UNCONVERGED, UNFITTED, mean_of,
 };
-use super::sql::engine;
 use super::statistics::{self, SAMPLING_UNIT};
 use super::{Groups, Statistic, theory};
 use crate::columns::{
@@ -24,6 +22,8 @@ use crate::fit::status::{FITTED, STATUS};
 use crate::solve::UNCONVERGED as STOPS_UNCONVERGED;
 use crate::{StageError, ensemble};
 use asperity_manifest::decimal;
+use asperity_queries::frame::polars_error;
+use asperity_queries::{engine, frame};
 use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
 

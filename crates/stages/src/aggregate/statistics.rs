@@ -35,10 +35,10 @@ use polars::prelude::{
 };
 use serde::Serialize;
 
-use super::frame::polars_error;
 use super::group_columns::mean_of;
 use crate::StageError;
 use crate::columns::LOAD;
+use asperity_queries::frame::polars_error;
 use asperity_statistics::intervals::two_sided_quantile;
 
 /// Statistic over the rows of a group.

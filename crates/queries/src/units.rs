@@ -13,8 +13,9 @@ use sqlparser::ast::{
     SelectItem, SelectItemQualifiedWildcardKind, SetExpr, TableAlias, TableFactor, UnaryOperator,
 };
 
-use super::statement::{name_of, parsed};
-use crate::error::QueryError;
+use crate::QueryError;
+use crate::engine::on_query_thread;
+use crate::statement::{name_of, parsed};
 use asperity_tables::column::{Description, Role, described};
 
 /// Functions whose value has the unit of their first argument.
@@ -82,7 +83,7 @@ impl Origin {
 /// Returns the origins of the columns of the answer to a query, by name.
 ///
 /// # Errors
-/// Returns an error if the query cannot be parsed.
+/// Returns an error if the query cannot be parsed or the thread cannot be started.
 pub fn origins(
     query: &str,
     tables: &[(String, SchemaRef)],
@@ -92,7 +93,7 @@ pub fn origins(
         fields.map(|field| (field.name().clone(), Origin::of_field(field))).collect()
     };
     let scope = tables.iter().map(|(name, schema)| (name.clone(), columns(schema))).collect();
-    Ok(of_query(&parsed(query)?, &scope).into_iter().rev().collect())
+    on_query_thread(|| Ok(of_query(&parsed(query)?, &scope).into_iter().rev().collect()))
 }
 
 fn of_query(query: &Query, outside: &Scope) -> Columns {

@@ -9,7 +9,7 @@ use sqlparser::ast::{
 
 use super::expressions::{Calls, Columns, Item, is_aggregate, is_planned, name_of};
 use super::{Result, each_expression, refused};
-use crate::error::QueryError;
+use crate::QueryError;
 
 /// Replacement of aggregates and columns of `group by` by columns of the reduced table.
 pub(super) struct GroupedSelect {

@@ -9,7 +9,7 @@ use sqlparser::ast::{
 
 use super::expressions::visit_each;
 use super::{Planned, Planner, Result, refused};
-use crate::error::QueryError;
+use crate::QueryError;
 
 impl Planner<'_> {
     /// Renames the columns as an alias such as `m(load, area)` says.

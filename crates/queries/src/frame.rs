@@ -13,7 +13,7 @@ use polars::prelude::{
     PlSmallStr, PolarsError, PolarsResult, ScanArgsAnonymous, SchemaRef, Series,
 };
 
-use crate::StageError;
+use crate::FrameError;
 use asperity_tables::parallel::locked;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
@@ -23,7 +23,7 @@ use asperity_tables::table::Table;
 ///
 /// # Errors
 /// Returns an error if two columns have the same name.
-pub fn from_table(table: &Table) -> Result<DataFrame, StageError> {
+pub fn from_table(table: &Table) -> Result<DataFrame, FrameError> {
     let arrays = table.names().into_iter().zip(table.batch().columns());
     let columns = arrays.map(|(name, array)| Column::from(series(name, array.as_ref())));
     DataFrame::new(table.rows(), columns.collect()).map_err(polars_error)
@@ -56,7 +56,7 @@ fn series(name: &str, array: &dyn Array) -> Series {
 ///
 /// # Errors
 /// Returns an error if a column holds anything but numbers, flags and text.
-pub fn columns(frame: &DataFrame) -> Result<Vec<(String, ArrayRef)>, StageError> {
+pub fn columns(frame: &DataFrame) -> Result<Vec<(String, ArrayRef)>, FrameError> {
     let columns = frame.columns().iter();
     columns.map(|column| Ok((column.name().to_string(), array(column)?))).collect()
 }
@@ -65,7 +65,7 @@ pub fn columns(frame: &DataFrame) -> Result<Vec<(String, ArrayRef)>, StageError>
 ///
 /// # Errors
 /// Returns an error if the column holds anything but numbers, flags and text.
-pub fn array(column: &Column) -> Result<ArrayRef, StageError> {
+pub fn array(column: &Column) -> Result<ArrayRef, FrameError> {
     let cast = |to: &DataType| column.cast(to).map_err(polars_error);
     let array: ArrayRef = match column.dtype() {
         kind if kind.is_float() => {
@@ -95,26 +95,26 @@ pub fn array(column: &Column) -> Result<ArrayRef, StageError> {
             let name = column.name();
             let reason =
                 format!("column `{name}` has the type {other}; cast it to a number or to text");
-            return Err(StageError::Aggregate { reason });
+            return Err(FrameError::Aggregate { reason });
         }
     };
     Ok(array)
 }
 
 /// Converts an error of polars and drops the query plan at the end of its message.
-pub fn polars_error(error: PolarsError) -> StageError {
+pub fn polars_error(error: PolarsError) -> FrameError {
     let text = error.to_string();
     let reason = text.lines().map(str::trim).find(|line| !line.is_empty());
-    StageError::Aggregate { reason: reason.unwrap_or("polars gives no reason").to_owned() }
+    FrameError::Aggregate { reason: reason.unwrap_or("polars gives no reason").to_owned() }
 }
 
 /// Creates a lazy frame that reads the columns of a table on demand.
 ///
 /// # Errors
 /// Returns an error if two columns have the same name.
-pub fn lazy(table: TableSource, first_error: &FirstStoreError) -> Result<LazyFrame, StageError> {
+pub fn lazy(table: TableSource, first_error: &FirstStoreError) -> Result<LazyFrame, FrameError> {
     let empty = table.first(&column_indices(&table, None), 0);
-    let schema = from_table(&empty.map_err(StageError::Store)?)?.schema().clone();
+    let schema = from_table(&empty.map_err(FrameError::Store)?)?.schema().clone();
     let arguments = ScanArgsAnonymous {
         schema: Some(schema.clone()),
         name: "table of a stage",

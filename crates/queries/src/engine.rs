@@ -19,8 +19,8 @@ use polars_async::executor::ALLOW_RAYON_THREADS;
 use polars_plan::dsl::FileScanIR;
 use polars_plan::plans::{AExpr, IR};
 
-use crate::aggregate::frame;
-use crate::error::QueryError;
+use crate::QueryError;
+use crate::frame;
 use asperity_contact::threads::available_cores;
 use asperity_manifest::diagnostics::{counted, words_of_panic};
 use asperity_tables::column::Value;

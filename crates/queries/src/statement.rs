@@ -13,7 +13,7 @@ use sqlparser::dialect::GenericDialect;
 use sqlparser::parser::{Parser, ParserError, ParserOptions};
 
 use super::functions::{INTEGER, QUOTIENT, REMAINDER, ROUND};
-use crate::error::QueryError;
+use crate::QueryError;
 
 /// Maximum length of a query in bytes. The syntax tree of any such query fits on the stack.
 const MAX_LENGTH: usize = 64 << 10;
@@ -489,7 +489,7 @@ mod tests {
             format!("select 1 from {}a", longest("(select 1 from ")),
             "+".repeat(MAX_LENGTH + 1),
         ] {
-            let read = crate::aggregate::sql::engine::on_query_thread(|| Statement::read(&query));
+            let read = crate::engine::on_query_thread(|| Statement::read(&query));
             assert!(read.is_err() || query.starts_with("values"), "{}", &query[..40]);
         }
     }

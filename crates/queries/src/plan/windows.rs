@@ -10,9 +10,9 @@ use sqlparser::ast::{
 
 use super::expressions::{Calls, Columns, Item, is_output, is_planned, name_of};
 use super::{Ends, Planned, Result, each_expression, refused};
-use crate::aggregate::sql::statement::AGGREGATES;
-use crate::aggregate::sql::window::{Bound, Direction, Window, WindowFunction};
-use crate::error::QueryError;
+use crate::QueryError;
+use crate::statement::AGGREGATES;
+use crate::window::{Bound, Direction, Window, WindowFunction};
 
 /// Replacement of window functions by columns.
 pub(super) struct Windows<'a> {

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use sqlparser::ast::{Expr, Function, Ident, Visit, Visitor};
 
-use crate::aggregate::sql::statement::AGGREGATES;
+use crate::statement::AGGREGATES;
 
 /// Column of an answer in the making: its expression on the last step, and its name.
 pub(super) type Item = (Expr, String);

@@ -16,7 +16,7 @@ use polars_plan::dsl::udf::UserDefinedFunction;
 use polars_plan::dsl::{BaseColumnUdf, new_column_udf};
 use polars_plan::prelude::FunctionOptions;
 
-use crate::aggregate::frame;
+use crate::frame;
 
 /// Function that a window computes.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -27,7 +27,7 @@ use sqlparser::ast::{
 use super::engine;
 use super::functions::Functions;
 use super::statement::{parsed, with_point};
-use crate::error::QueryError;
+use crate::QueryError;
 
 /// Number of steps of a plan above which the plan is computed, because a table that a query uses
 /// twice is planned twice, and plans of tables that build on each other double each time.
