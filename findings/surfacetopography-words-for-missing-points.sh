@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# SurfaceTopography 1.27.1 leaves out the lines of a text map that contain `NA`, and stretches the others
-# over the sides of the whole map.
+# SurfaceTopography 1.27.1 leaves out the lines of a text map that contain `NA`, and stretches the
+# others over the sides of the whole map.
 #
 # Guess: the point is missing, or the file is refused, as `nan` is a missing point.
-# Seen: a map of 7 × 5 points with `NA` in two lines has 7 × 3 points and no missing one, on the sides
-# 3 µm × 2 µm of the header. The steps along y grow from 0.4 µm to 0.67 µm, and so all slopes fall.
+# Seen on 2026-11-29: a map of 7 × 5 points with `NA` in two lines has 7 × 3 points and no missing
+# one, on the sides 3 µm × 2 µm of the header. The steps along y grow from 0.4 µm to 0.67 µm, and so
+# all slopes fall.
 #
-# The script fails if this has changed. asperity reads 7 × 5 points, two of them missing.
+# asperity reads 7 × 5 points, two of them missing.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
