@@ -199,8 +199,8 @@ pub enum ResultsError {
     Columns { stage: String, source: StageError },
 }
 
-/// Returns the table of a stage without rows, and the columns of absolute numbers in it. Its columns
-/// have the units and meanings that the tables of the store lack.
+/// Returns the table of a stage without rows, and the columns of absolute numbers in it. Its
+/// columns have the units and meanings that the tables of the store lack.
 fn described(
     tables: &EmptyTables,
     study: &Study,

@@ -6,7 +6,7 @@ use crate::Subject;
 use asperity_pipeline::plan::{Plan, Task};
 use asperity_pipeline::results::reader::ResultReader;
 use asperity_stages::Kind;
-use asperity_stages::columns::PRESSURE_UNIT;
+use asperity_stages::columns::{EFFECTIVE_MODULUS, PRESSURE_UNIT};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::units::{TableUnits, pressure_unit};
 use asperity_tables::column::texts;
@@ -95,7 +95,9 @@ impl<'a> FinishedStages<'a> {
 fn in_pressure_unit(table: &Table, units: TableUnits, wanted: Option<&str>) -> (Table, TableUnits) {
     let to = TableUnits { pressure: wanted.map(str::to_owned), ..units.clone() };
     let (converted, after) = units.converted(table, &to);
-    if after.pressure == units.pressure {
+    // The unit of a modulus without a name is assumed from its size.
+    let is_assumed = table.has(EFFECTIVE_MODULUS.name) && !table.has(PRESSURE_UNIT.name);
+    if is_assumed || after.pressure == units.pressure {
         return (table.clone(), units);
     }
     let named = wanted.into_iter().cycle().take(table.rows());

@@ -141,8 +141,8 @@ pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
     Metadata::new().with(ROLE, role.name()).with("unit", unit).with("meaning", meaning)
 }
 
-/// Returns the name of the column that repeats the reduced numbers of the column `name` in the units
-/// of the study, or `name` if there is none.
+/// Returns the name of the column that repeats the reduced numbers of the column `name` in the
+/// units of the study, or `name` if there is none.
 pub fn absolute_column<'a>(schema: &'a Schema, name: &'a str) -> &'a str {
     let mut fields = schema.fields().iter();
     let repeats = |field: &&FieldRef| field.metadata().get(REDUCED).is_some_and(|of| of == name);
