@@ -77,8 +77,8 @@ impl Johnson {
     /// Returns the member with this skewness ⟨h³⟩/⟨h²⟩^(3/2) and kurtosis ⟨h⁴⟩/⟨h²⟩², which is 3
     /// for a normal distribution.
     ///
-    /// If the kurtosis is within a few hundredths of skewness² + 1, it is that of the nearest member
-    /// which the sums over the normal distribution resolve.
+    /// If the kurtosis is within a few hundredths of skewness² + 1, it is that of the nearest
+    /// member which the sums over the normal distribution resolve.
     ///
     /// ```
     /// use asperity_contact::topography::johnson::Johnson;

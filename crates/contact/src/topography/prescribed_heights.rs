@@ -99,8 +99,8 @@ impl HeightDistribution {
             Self::Sample(heights) => {
                 let last = heights.len() - 1;
                 let at = |index: usize| {
-                    let position = probability(index) * heights.len() as f64 - 0.5;
-                    let position = position.clamp(0.0, last as f64);
+                    let position =
+                        (probability(index) * heights.len() as f64 - 0.5).clamp(0.0, last as f64);
                     let below = position as usize;
                     let fraction = position - below as f64;
                     let [low, high] = [heights[below], heights[(below + 1).min(last)]];

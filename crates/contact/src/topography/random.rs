@@ -99,7 +99,9 @@ impl RandomSurface {
     }
 
     /// Returns the heights of the surface whose modes have the same moduli, but phases with which
-    /// the heights have a given distribution, see [`prescribed_heights`](super::prescribed_heights).
+    /// the heights have a given distribution.
+    ///
+    /// The method is described at [`prescribed_heights`](super::prescribed_heights).
     ///
     /// Moments, rings and rms slope are those of [`RandomSurface::draw`].
     ///
