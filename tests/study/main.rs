@@ -27,6 +27,7 @@ mod faults;
 mod figures;
 mod flow;
 mod hardness;
+mod height_distributions;
 mod heights;
 mod instructions;
 mod layers;

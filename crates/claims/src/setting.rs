@@ -36,10 +36,13 @@ const ANISOTROPY_PARAMETERS: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGL
 
 /// Parameters that describe rows whose surfaces, asperity models, adhesion, layers, second body or
 /// former contact no claim uses.
-const NOT_COMPARED: [&str; 23] = [
+const NOT_COMPARED: [&str; 26] = [
     METHOD.name,
     ANISOTROPY_RATIO.name,
     ANISOTROPY_ANGLE.name,
+    TARGET_SKEWNESS.name,
+    TARGET_KURTOSIS.name,
+    HEIGHTS_OF.name,
     INTERACTION.name,
     WORK_OF_ADHESION.name,
     INTERACTION_RANGE.name,
@@ -62,11 +65,13 @@ const NOT_COMPARED: [&str; 23] = [
     YIELDED_HARDNESS_REDUCED.name,
 ];
 
-/// Columns that exclude a row from claims on areas: anisotropy, asperity models, adhesion, layers,
-/// pairs of surfaces, and surfaces that have yielded. Null or an anisotropy ratio of 1 does not
-/// exclude it.
-const EXCLUDING_COLUMNS: [&str; 7] = [
+/// Columns that exclude a row from claims on areas: anisotropy, heights that are not Gaussian,
+/// asperity models, adhesion, layers, pairs of surfaces, and surfaces that have yielded. Null or an
+/// anisotropy ratio of 1 does not exclude it.
+const EXCLUDING_COLUMNS: [&str; 9] = [
     ANISOTROPY_RATIO.name,
+    TARGET_KURTOSIS.name,
+    HEIGHTS_OF.name,
     INTERACTION.name,
     WORK_OF_ADHESION.name,
     LAYER_THICKNESS.name,

@@ -6,6 +6,7 @@
 //! | [`spectrum`] | power spectral density of a self-affine surface, isotropic or anisotropic |
 //! | [`random`] | random surfaces, drawn mode by mode from such a spectrum |
 //! | [`spectral_density`] | tabulated power spectral density, and surfaces drawn from it |
+//! | [`prescribed_heights`], [`johnson`] | random surfaces whose heights are not Gaussian |
 //! | [`shapes`] | punches and waves whose contact has a closed form |
 //!
 //! | measured maps | contents |
@@ -37,6 +38,7 @@ pub(crate) mod draws;
 pub mod fill;
 pub mod gaussian;
 pub mod height_distribution;
+pub mod johnson;
 pub mod level;
 pub mod material_ratio;
 pub mod moments;
@@ -45,6 +47,7 @@ pub mod peaks;
 pub mod periodic;
 pub mod power_spectrum;
 pub mod preparation;
+pub mod prescribed_heights;
 pub mod random;
 pub mod reliability;
 pub mod shapes;

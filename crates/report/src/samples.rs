@@ -82,7 +82,13 @@ impl Sample<'_> {
                     let enough = (NODES as f64 / aspect[axis]).ceil() as usize;
                     grid.nodes()[axis].min(enough.max(2 * waves[axis] as usize))
                 });
-                Ok(surface.draw(grids::grid(shown, grid.cell().size())?))
+                let shown = grids::grid(shown, grid.cell().size())?;
+                let threads = &Threads::one();
+                let heights = self.params.origin.height_distribution(finished.sources, threads)?;
+                Ok(match heights {
+                    Some(heights) => surface.draw_with_heights(threads, shown, &heights),
+                    None => surface.draw(shown),
+                })
             }
             Origin::Spectrum { .. } | Origin::Yielded(_)
                 if self.params.heights == Heights::Keep =>

@@ -21,11 +21,14 @@ const TASK: Column = Column::result("task", ColumnKind::Text, "", "task");
 /// Coordinates that rows of measured or corrected contacts do not have.
 const ELSEWHERE: [&str; 7] =
     [BIN.name, ALONG.name, WAVENUMBER.name, LAG.name, DISTANCE.name, BEARING_LEVEL.name, "pooled"];
-/// Coordinates of anisotropic surfaces, of asperity models, of contacts with adhesion or a layer,
-/// and of pairs of surfaces, which claims leave out.
-const LEFT_OUT: [&str; 22] = [
+/// Coordinates of anisotropic surfaces and of prescribed heights, of asperity models, of contacts
+/// with adhesion or a layer, and of pairs of surfaces, which claims leave out.
+const LEFT_OUT: [&str; 25] = [
     ANISOTROPY_RATIO.name,
     ANISOTROPY_ANGLE.name,
+    TARGET_SKEWNESS.name,
+    TARGET_KURTOSIS.name,
+    HEIGHTS_OF.name,
     INTERACTION.name,
     WORK_OF_ADHESION.name,
     INTERACTION_RANGE.name,

@@ -149,6 +149,8 @@ pub struct CheckContext<'a> {
     pub surfaces: Surfaces,
     /// `solve` stages that the stage reads.
     pub pressed: Vec<PressedStage<'a>>,
+    /// Surfaces of the stage in `height_distribution`, by parameter point.
+    pub heights_of: Option<&'a [PlannedSurfaces]>,
     /// Problems of the manifest. Checks add the problems that they find.
     pub problems: &'a mut Problems,
 }

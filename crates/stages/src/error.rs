@@ -7,6 +7,7 @@ use asperity_contact::asperities::NoSummits;
 use asperity_contact::elasticity::LayerError;
 use asperity_contact::morphology::map::MapError;
 use asperity_contact::solver::HardnessError;
+use asperity_contact::topography::johnson::MomentsError;
 use asperity_contact::topography::preparation::PreparationError;
 use asperity_contact::topography::spectral_density::SpectralDensityError;
 use asperity_contact::topography::surface::SurfaceError;
@@ -67,6 +68,10 @@ pub enum StageError {
         /// Largest wavenumber with a density.
         to: f64,
     },
+    #[error("cannot draw surfaces with this height distribution")]
+    HeightMoments(#[from] MomentsError),
+    #[error("the surface in `height_distribution` is flat, so its heights have no distribution")]
+    FlatHeights,
     /// No scan of a stitched spectrum has a trusted wavelength.
     #[error(
         "the trusted wavelengths of the scans fill fewer than two bins; increase `trusted_fraction` \

@@ -287,6 +287,14 @@ impl StagePoints {
         }
     }
 
+    /// Returns the name of the stage whose height distribution the surfaces have, if there is one.
+    pub fn heights_of(&self) -> Option<&Spanned<String>> {
+        match self {
+            StagePoints::Generate(points) => points.heights_of(),
+            _ => None,
+        }
+    }
+
     /// Returns whether the stage is a query, for which each input is a separate table.
     pub fn is_query(&self) -> bool {
         match self {

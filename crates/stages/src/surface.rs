@@ -6,6 +6,7 @@ pub mod method;
 pub mod origin;
 pub mod pair;
 pub mod planned;
+pub mod prescribed_heights;
 pub mod spectrum;
 pub mod yielded;
 
@@ -23,6 +24,7 @@ use crate::surface_files::SurfaceFiles;
 use crate::{Kind, StageError};
 use asperity_contact::grid::Grid;
 use asperity_contact::threads::Threads;
+use asperity_contact::topography::prescribed_heights::nodes_of_iterations;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::key::{Digest, TaskKey};
 use asperity_tables::table::Table;
@@ -43,6 +45,10 @@ pub struct Params {
     #[serde(flatten)]
     pub origin: Origin,
 }
+
+/// Peak memory of adjusting phases to a height distribution, in bytes per node of the mesh on which
+/// they are adjusted.
+const BYTES_OF_ITERATIONS: f64 = 64.0;
 
 /// The storage of the heights of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -191,7 +197,25 @@ impl Params {
             }
             (Origin::Pair(pair), _) => 16.0 + pair.bytes_per_node(),
             (Origin::Yielded(yielded), _) => yielded.bytes_per_node(),
-            (Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. }, _) => 28.0,
+            (Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. }, _) => {
+                28.0 + BYTES_OF_ITERATIONS * self.nodes_of_iterations()
+            }
         }
+    }
+
+    /// Returns the number of nodes of the mesh on which phases are adjusted to a prescribed height
+    /// distribution, relative to the nodes of the surface; 0 for other surfaces.
+    pub fn nodes_of_iterations(&self) -> f64 {
+        let [nodes_x, nodes_y] = self.nodes();
+        let max_waves = match (&self.origin, self.origin.prescribed_heights()) {
+            (Origin::Random { surface, .. }, Some(_)) => {
+                let cell = self.grid().map(|grid| grid.cell());
+                cell.map_or([0; 2], |cell| surface.spectrum.max_waves(cell))
+            }
+            // At most all waves that the mesh resolves.
+            (_, Some(_)) => [nodes_x, nodes_y].map(|nodes| nodes as u32 / 2),
+            (_, None) => return 0.0,
+        };
+        nodes_of_iterations(max_waves) as f64 / (nodes_x * nodes_y) as f64
     }
 }

@@ -99,6 +99,14 @@ fn zigzag(k: i32) -> u64 {
     ((k << 1) ^ (k >> 63)) as u64
 }
 
+/// Wave c e^(i q·x) + c* e^(−i q·x).
+pub(super) struct Wave {
+    /// Numbers of periods k_x and k_y ≥ 0 along both sides.
+    pub waves: [i32; 2],
+    /// Coefficient c.
+    pub coefficient: Complex<f64>,
+}
+
 /// Sum over waves c e^(i q·x) + c* e^(−i q·x) on the nodes of a mesh, with one coefficient c per
 /// wave.
 pub(super) struct Waves {
@@ -114,9 +122,8 @@ impl Waves {
         Self { transform, nodes, half }
     }
 
-    /// Adds the wave with coefficient c = `coefficient` and k_x and k_y periods. |k_x| ≤ N_x/2, and
-    /// 0 ≤ k_y ≤ N_y/2.
-    pub fn add(&mut self, [k_x, k_y]: [i32; 2], coefficient: Complex<f64>) {
+    /// Adds a wave with |k_x| ≤ N_x/2 and 0 ≤ k_y ≤ N_y/2.
+    pub fn add(&mut self, Wave { waves: [k_x, k_y], coefficient }: Wave) {
         let [nodes_x, nodes_y] = self.nodes;
         let columns = self.transform.spectrum_columns();
         let k_y = k_y as usize;

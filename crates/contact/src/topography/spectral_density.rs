@@ -6,11 +6,11 @@
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::RangeInclusive;
 
-use rustfft::num_complex::Complex;
 use thiserror::Error;
 
-use super::draws::{Draws, ModeDraw, Waves};
+use super::draws::{Draws, ModeDraw, Wave, Waves};
 use super::moments::MomentSum;
+use super::prescribed_heights::{HeightDistribution, adjust_phases};
 use super::surface::Surface;
 use crate::grid::Grid;
 use crate::threads::Threads;
@@ -222,26 +222,51 @@ impl TabulatedSurface<'_> {
 
     /// Draws the same heights as [`TabulatedSurface::draw`], with several threads.
     pub fn draw_on(&self, threads: &Threads, grid: Grid) -> Surface {
-        let mut waves = Waves::new(grid.nodes());
-        let mut sum = MomentSum::new(grid.cell());
+        self.sum(threads, grid, self.waves(grid))
+    }
+
+    /// Draws a surface whose modes have the same moduli, but phases with which the heights have a
+    /// given distribution, see [`prescribed_heights`](super::prescribed_heights).
+    pub fn draw_with_heights(
+        &self,
+        threads: &Threads,
+        grid: Grid,
+        distribution: &HeightDistribution,
+    ) -> Surface {
+        let mut waves: Vec<Wave> = self.waves(grid).collect();
+        adjust_phases(&mut waves, distribution, threads);
+        self.sum(threads, grid, waves.into_iter())
+    }
+
+    /// Iterates over the waves of the surface on a grid, not yet scaled to the rms slope.
+    fn waves(&self, grid: Grid) -> impl Iterator<Item = Wave> {
         let draws = Draws::new(self.seed, self.realization);
-        for (k_x, columns) in modes(grid, self.density.range()[1]) {
+        let density_of_pair = move |k_x: i32, k_y: i32| {
+            self.density.at(wavenumber(grid, k_x, k_y)) / grid.cell().area()
+        };
+        modes(grid, self.density.range()[1]).flat_map(move |(k_x, columns)| {
             let of_row = draws.row(k_x, *columns.start() as u32);
-            for (k_y, draw) in columns.zip(of_row) {
-                let mean_power = self.density.at(wavenumber(grid, k_x, k_y)) / grid.cell().area();
-                if mean_power > 0.0 {
-                    let wave = Wave::new(grid, [k_x, k_y], mean_power, &draw);
-                    sum.add_pair([k_x, k_y].map(f64::from), wave.power);
-                    waves.add([k_x, k_y], wave.coefficient);
-                }
-            }
+            columns.zip(of_row).filter_map(move |(k_y, draw)| {
+                let mean_power = density_of_pair(k_x, k_y);
+                (mean_power > 0.0).then(|| drawn(grid, [k_x, k_y], mean_power, &draw))
+            })
+        })
+    }
+
+    /// Returns the sum of the waves, scaled to the rms slope.
+    fn sum(&self, threads: &Threads, grid: Grid, waves: impl Iterator<Item = Wave>) -> Surface {
+        let mut summed = Waves::new(grid.nodes());
+        let mut sum = MomentSum::new(grid.cell());
+        for wave in waves {
+            sum.add_pair(wave.waves.map(f64::from), power_on(grid, &wave));
+            summed.add(wave);
         }
         let square_slope = sum.square_slope();
         let scale = match self.rms_slope {
             Some(rms_slope) if square_slope > 0.0 => rms_slope / square_slope.sqrt(),
             _ => 1.0,
         };
-        let heights = waves.heights(threads, scale);
+        let heights = summed.heights(threads, scale);
         Surface::new(grid, heights).expect("a sum of finite waves is finite")
     }
 }
@@ -252,30 +277,29 @@ pub fn occupies(density: &SpectralDensity, grid: Grid) -> bool {
     modes.any(|(k_x, mut columns)| columns.any(|k_y| density.at(wavenumber(grid, k_x, k_y)) > 0.0))
 }
 
-/// Wave c e^(i q·x) + c* e^(−i q·x) with the coefficient c.
-struct Wave {
-    coefficient: Complex<f64>,
-    /// Mean square height of the wave on the grid.
-    power: f64,
+/// Returns a wave with a random coefficient, whose expected |c|² is `mean_power`.
+fn drawn(grid: Grid, waves: [i32; 2], mean_power: f64, draw: &ModeDraw) -> Wave {
+    let coefficient = (mean_power * draw.power()).sqrt() * draw.phase();
+    let share = if is_own_opposite(grid, waves) { FRAC_1_SQRT_2 } else { 1.0 };
+    Wave { waves, coefficient: share * coefficient }
 }
 
-impl Wave {
-    fn new(grid: Grid, waves: [i32; 2], mean_power: f64, draw: &ModeDraw) -> Wave {
-        let coefficient = (mean_power * draw.power()).sqrt() * draw.phase();
-        let [x, y] = [0, 1].map(|axis| is_own_opposite(waves[axis], grid.nodes()[axis]));
-        if x && y {
-            // k and −k are the same mode, with the heights ±2 Re(c) on the grid.
-            let coefficient = FRAC_1_SQRT_2 * coefficient;
-            Wave { coefficient, power: (2.0 * coefficient.re).powi(2) }
-        } else {
-            Wave { coefficient, power: 2.0 * coefficient.norm_sqr() }
-        }
+/// Returns the mean square height of a wave on a grid.
+fn power_on(grid: Grid, wave: &Wave) -> f64 {
+    if is_own_opposite(grid, wave.waves) {
+        // k and −k are the same mode, with the heights ±2 Re(c) on the grid.
+        (2.0 * wave.coefficient.re).powi(2)
+    } else {
+        2.0 * wave.coefficient.norm_sqr()
     }
 }
 
-/// Returns whether k and −k coincide on a grid, for k = `waves` along an axis with `nodes` nodes.
-fn is_own_opposite(waves: i32, nodes: usize) -> bool {
-    waves == 0 || 2 * waves.unsigned_abs() as usize == nodes
+/// Returns whether k and −k coincide on a grid.
+fn is_own_opposite(grid: Grid, waves: [i32; 2]) -> bool {
+    let is_own_opposite = |axis: usize| {
+        waves[axis] == 0 || 2 * waves[axis].unsigned_abs() as usize == grid.nodes()[axis]
+    };
+    is_own_opposite(0) && is_own_opposite(1)
 }
 
 /// Iterates over one mode of each pair ±k of a grid, without the mean. Each item is k_x and a range

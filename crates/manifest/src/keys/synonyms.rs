@@ -11,7 +11,7 @@ struct Synonyms {
     help: &'static str,
 }
 
-const SYNONYMS: [Synonyms; 17] = [
+const SYNONYMS: [Synonyms; 19] = [
     Synonyms {
         words: "adhesive adhesion_energy interaction_range interfacial_energy surface_energy tabor \
                 work_of_adhesion",
@@ -109,6 +109,18 @@ const SYNONYMS: [Synonyms; 17] = [
         words: "rms rms_roughness roughness rq sigma sq standard_deviation",
         keys: &["rms_height"],
         help: "random surfaces of a `generate` stage have `rms_height` (Sq) or `rms_slope` (Sdq)",
+    },
+    Synonyms {
+        words: "asymmetry rsk skew ssk",
+        keys: &["skewness"],
+        help: "`skewness` and `kurtosis` of a `generate` stage with random surfaces; \
+               `method = \"file\"` reads measured ones",
+    },
+    Synonyms {
+        words: "excess_kurtosis flatness rku sku",
+        keys: &["kurtosis"],
+        help: "`kurtosis` of a `generate` stage with random surfaces, 3 for a Gaussian surface; \
+               `method = \"file\"` reads measured ones",
     },
     Synonyms {
         words: "d_f df fractal_dimension",

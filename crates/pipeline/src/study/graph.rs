@@ -15,7 +15,7 @@ use asperity_stages::{Kind, RowKind};
 pub struct Graph {
     /// Indices of the inputs of each stage, in the order of the file. `None` if one is invalid.
     pub inputs: Vec<Option<Vec<usize>>>,
-    /// Index of the stage that `against` names.
+    /// Index of the stage that `against` or `height_distribution` names.
     pub against: Vec<Option<usize>>,
     /// Indices of the stages: each stage after its inputs, otherwise in the order of the file.
     pub order: Vec<usize>,
@@ -32,7 +32,9 @@ impl Graph {
             stages.iter().map(|stage| resolve(stage, &names, problems)).collect();
         let mut against = vec![None; stages.len()];
         for (index, stage) in stages.iter().enumerate() {
-            if let Some(name) = stage.points.as_ref().and_then(StagePoints::against) {
+            let points = stage.points.as_ref();
+            let named = points.and_then(|points| points.against().or(points.heights_of()));
+            if let Some(name) = named {
                 against[index] = resolve_against(stage, name, stages, &names, problems);
                 if against[index].is_none() {
                     inputs[index] = None;
@@ -140,8 +142,8 @@ fn resolve(
     complete.then_some(inputs)
 }
 
-/// Returns the index of the stage in `against`, or `None` if it does not generate surfaces on its
-/// own.
+/// Returns the index of the stage in `against` or `height_distribution`, or `None` if it does not
+/// generate surfaces on its own.
 fn resolve_against(
     stage: &StageTable,
     name: &Spanned<String>,
@@ -160,7 +162,11 @@ fn resolve_against(
         !from.is_empty() && reads.is_some_and(|reads| reads.rows == [RowKind::PowerSpectra]);
     let is_modal = other.points.as_ref().and_then(StagePoints::row_kind) == Some(RowKind::Spectra);
     let problem = |label: String| {
-        let message = format!("`{}` has no surfaces to press against", name.value);
+        let wanted = match stage.kind {
+            Some(Kind::Generate) => "heights whose distribution is known before a run",
+            _ => "surfaces to press against",
+        };
+        let message = format!("`{}` has no {wanted}", name.value);
         Problem::new(message, name.span.clone(), label)
     };
     let refused = match kind {
@@ -170,8 +176,8 @@ fn resolve_against(
             "its spectrum is measured in this study".to_owned(),
         )
         .help(
-            "its surfaces cannot be drawn again for the pairs; write the spectrum to a file and \
-                 name it by `path` in that stage",
+            "its surfaces cannot be drawn again; write the spectrum to a file and name it by `path` \
+             in that stage",
         ),
         Kind::Generate => return Some(index),
         _ => problem(format!("must be a `generate` stage, but is {}", with_article(kind))),

@@ -19,7 +19,7 @@ use asperity_stages::check_context::{PressedStage, Surfaces};
 use asperity_stages::columns::{SURFACE, needed_key};
 use asperity_stages::generate::realizations::{AT_LEAST, Growing};
 use asperity_stages::registry::StagePoints;
-use asperity_stages::surface::planned::{self, KnownMean, Until};
+use asperity_stages::surface::planned::{self, KnownMean, PlannedSurfaces, Until};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{CheckContext, InputScope, Kind, RowKind, stacked};
 use asperity_statistics::intervals::FEWEST_SURFACES;
@@ -203,6 +203,16 @@ struct Validated {
     rows_per_task: usize,
 }
 
+impl Validated {
+    /// Returns the surfaces that the stage generates, by parameter point.
+    fn surfaces_made(&self) -> Option<&[PlannedSurfaces]> {
+        match self.work.as_ref()? {
+            Work::Generate(surfaces) => Some(surfaces),
+            Work::Evaluate(_) => None,
+        }
+    }
+}
+
 struct Validator<'a> {
     stages: &'a [StageTable],
     seed: u64,
@@ -256,13 +266,7 @@ impl Validator<'_> {
     /// presses, or `None` after reporting problems.
     fn pairs(&self, table: &StageTable, problems: &mut Problems) -> Option<Work> {
         let second = table.points.as_ref()?.against()?;
-        let surfaces = |name: &str| {
-            let stage = index_of(self.stages, name)?;
-            match self.validated[stage].work.as_ref()? {
-                Work::Generate(surfaces) => Some(surfaces.as_slice()),
-                Work::Evaluate(_) => None,
-            }
-        };
+        let surfaces = |name: &str| self.validated[index_of(self.stages, name)?].surfaces_made();
         pairs::work(table, second, self.stages, surfaces, problems)
     }
 
@@ -319,6 +323,7 @@ impl Validator<'_> {
             read: rows_read,
             input: stacked.as_ref(),
             earlier: &known,
+            heights_of: against.and_then(|other| self.validated[other].surfaces_made()),
             problems,
         };
         let work = points.and_then(|points| points.work(&mut given));

@@ -173,6 +173,26 @@ columns! {
     ];
 }
 
+columns! {
+    /// Parameter columns that only random surfaces with a prescribed height distribution have.
+    pub const HEIGHT_DISTRIBUTION_COORDINATES = [
+        /// skewness that the heights should have; that of the surface is `skewness`
+        pub const TARGET_SKEWNESS: Column = parameter("target_skewness", "1");
+        /// kurtosis that the heights should have, 3 for a Gaussian surface; that of the surface is
+        /// `excess_kurtosis` + 3
+        pub const TARGET_KURTOSIS: Column = parameter("target_kurtosis", "1");
+        /// first digits of the name of the surface whose height distribution the heights should
+        /// have
+        pub const HEIGHTS_OF: Column = parameter_text("heights_of");
+    ];
+}
+
+columns! {
+    /// root mean square difference between the sorted heights and the quantiles of the prescribed
+    /// height distribution; the spectrum is exact, so the heights deviate
+    pub const HEIGHT_DEVIATION: Column = real("height_deviation", "rms height");
+}
+
 // Moments and descriptors of surfaces.
 
 pub const RMS_HEIGHT_GIVEN: Column = RMS_HEIGHT.with_role(Role::Parameter);
@@ -199,9 +219,10 @@ columns! {
     /// root mean square height; this and all spectral moments of a random self-affine surface
     /// are those of its waves, also between the nodes
     pub const RMS_HEIGHT: Column = real("rms_height", "length");
-    /// third standardised moment of the heights
+    /// skewness of the heights: third standardised moment, Ssk
     pub const SKEWNESS: Column = real("skewness", "1");
-    /// fourth standardised moment of the heights minus 3
+    /// kurtosis of the heights minus 3: fourth standardised moment minus 3, Sku − 3; the key
+    /// `kurtosis` and the column `target_kurtosis` are 3 for a Gaussian surface, and this is 0
     pub const EXCESS_KURTOSIS: Column = real("excess_kurtosis", "1");
     /// effective number of modes, 1/Σ P², where P is the fraction of the mean square height in
     /// a pair of modes ±k

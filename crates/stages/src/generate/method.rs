@@ -17,7 +17,7 @@ use crate::{CheckContext, Reads, RowKind};
 use asperity_contact::topography::random::Amplitude;
 use asperity_manifest::diagnostics::{Problems, Span};
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
-use asperity_manifest::keys::{KeyTable, Layout, Section, reader};
+use asperity_manifest::keys::{KeyTable, Layout, Section, Spanned, reader};
 
 /// Parameter points of a `generate` stage, by method.
 #[derive(Debug)]
@@ -121,6 +121,16 @@ impl SurfacePoints {
             }),
             _ => None,
         }
+    }
+
+    /// Returns the name of the stage whose height distribution the surfaces have, if there is one.
+    pub fn heights_of(&self) -> Option<&Spanned<String>> {
+        let key = match self {
+            SurfacePoints::Random(_, section) => &section.points.first()?.table.height_distribution,
+            SurfacePoints::Spectrum(section) => &section.points.first()?.table.height_distribution,
+            _ => return None,
+        };
+        key.written()
     }
 
     /// Returns the keys of adaptive sampling, or `None` for a fixed number of surfaces. All

@@ -5,12 +5,14 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::heights::HeightKeys;
 use super::mesh::{self, MAX_NODES, MAX_WAVES, MIN_NODES, Wave, check_waves};
 use crate::CheckContext;
 use crate::generate::realizations::{self, Realizations, surfaces};
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface::{Heights, Origin, Params};
 use asperity_contact::grid::Cell;
+use asperity_contact::topography::johnson::{MAX_KURTOSIS, MAX_SKEWNESS};
 use asperity_contact::topography::random::{Amplitude, RandomSurface};
 use asperity_contact::topography::spectrum::{Anisotropy, Spectrum};
 use asperity_manifest::decimal;
@@ -78,6 +80,21 @@ pub struct RandomTable {
     /// `"random-phase"`.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
     pub rms_height: Key<f64>,
+    /// Skewness of the heights, Ssk of ISO 25178-2: negative for valleys below a plateau, positive
+    /// for peaks. Needs `kurtosis`. Each mode has the same power as without these keys, but other
+    /// phases, and the surface is again the same on any mesh. Its own values are in the columns
+    /// `skewness` and `excess_kurtosis`.
+    #[schemars(range(min = -MAX_SKEWNESS, max = MAX_SKEWNESS), extend("default" = 0.0))]
+    #[schemars(transform = swept)]
+    pub skewness: Key<f64>,
+    /// Kurtosis of the heights, Sku of ISO 25178-2: 3 for a Gaussian surface, more for rare peaks
+    /// or valleys, and always more than skewness² + 1. The column `excess_kurtosis` is the kurtosis
+    /// minus 3. By default surfaces are Gaussian.
+    #[schemars(range(max = MAX_KURTOSIS), extend("exclusiveMinimum" = 1), transform = swept)]
+    pub kurtosis: Key<f64>,
+    /// Name of a `generate` stage with one surface, such as a measured map, whose distribution of
+    /// heights the surfaces have, in units of the rms height. Excludes `skewness` and `kurtosis`.
+    pub height_distribution: Key<String>,
     /// Name of the unit of length. It is a label for lengths that are plain numbers, and converts
     /// nothing. The default is the unit that is written at `side`.
     #[schemars(extend("default" = ""), transform = unit_of_lengths)]
@@ -118,7 +135,7 @@ pub fn random(
     section: &Section<RandomTable>,
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {
-    let study_seed = context.seed;
+    let (study_seed, others) = (context.seed, context.heights_of);
     check_scaling(section, |table| &table.rms_height, context.problems)?;
     surfaces(section, context.problems, |table, checks| {
         let mesh = mesh::mesh(&table.nodes, &table.side, checks);
@@ -137,6 +154,13 @@ pub fn random(
         let rms_slope = checks.number("rms_slope", &table.rms_slope);
         let rms_height = rms_height(&table.rms_slope, &table.rms_height, checks);
         let seed = checks.value_or("seed", &table.seed, study_seed);
+        let keys = HeightKeys {
+            skewness: &table.skewness,
+            kurtosis: &table.kurtosis,
+            height_distribution: &table.height_distribution,
+            heights: &table.heights,
+        };
+        let height_distribution = keys.read(others, checks);
         let heights = checks.value("heights", &table.heights);
         let realizations = realizations::realizations(&table.realizations, checks);
         let (hurst, lower, upper, k_rolloff) = (hurst?, lower?, upper?, k_rolloff?);
@@ -172,6 +196,7 @@ pub fn random(
                     surface,
                     has_unit_ratio: table.anisotropy.written().is_some() && anisotropy?.is_none(),
                     rms_height,
+                    height_distribution: height_distribution?,
                     unit: unit?,
                 },
             },

@@ -8,6 +8,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::heights::HeightKeys;
 use super::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
 use super::random;
 use crate::CheckContext;
@@ -19,13 +20,14 @@ use crate::surface::spectrum::{Source, SpectrumSurface};
 use crate::surface::{Heights, Origin, Params};
 use crate::surface_files::{SurfaceFileError, SurfaceFiles};
 use asperity_contact::grid::Grid;
+use asperity_contact::topography::johnson::{MAX_KURTOSIS, MAX_SKEWNESS};
 use asperity_contact::topography::spectral_density::{SpectralDensity, occupies};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
 use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, table};
 
-/// Gaussian random surfaces with a given isotropic power spectral density C(q), normalised so that
+/// Random surfaces with a given isotropic power spectral density C(q), normalised so that
 /// ∫ C d²q/(2π)² is their mean square height.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -56,6 +58,21 @@ pub struct SpectrumTable {
     /// `rms_slope`.
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
     pub rms_height: Key<f64>,
+    /// Skewness of the heights, Ssk of ISO 25178-2: negative for valleys below a plateau, positive
+    /// for peaks. Needs `kurtosis`. Each mode has the same power as without these keys, but other
+    /// phases, and the surface is again the same on any mesh. Its own values are in the columns
+    /// `skewness` and `excess_kurtosis`.
+    #[schemars(range(min = -MAX_SKEWNESS, max = MAX_SKEWNESS), extend("default" = 0.0))]
+    #[schemars(transform = swept)]
+    pub skewness: Key<f64>,
+    /// Kurtosis of the heights, Sku of ISO 25178-2: 3 for a Gaussian surface, more for rare peaks
+    /// or valleys, and always more than skewness² + 1. The column `excess_kurtosis` is the kurtosis
+    /// minus 3. By default surfaces are Gaussian.
+    #[schemars(range(max = MAX_KURTOSIS), extend("exclusiveMinimum" = 1), transform = swept)]
+    pub kurtosis: Key<f64>,
+    /// Name of a `generate` stage with one surface, such as a measured map, whose distribution of
+    /// heights the surfaces have, in units of the rms height. Excludes `skewness` and `kurtosis`.
+    pub height_distribution: Key<String>,
     /// Seed of the random numbers. The default is the `seed` of `[study]`.
     #[schemars(transform = swept)]
     pub seed: Key<u64>,
@@ -82,6 +99,7 @@ pub fn spectra(
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {
     let (study_seed, reads_stages) = (context.seed, context.reads_stages);
+    let others = context.heights_of;
     random::check_scaling(section, |table| &table.rms_height, context.problems)?;
     let sources = &mut *context.sources;
     surfaces(section, context.problems, |table, checks| {
@@ -90,6 +108,13 @@ pub fn spectra(
         let rms_height = random::rms_height(&table.rms_slope, &table.rms_height, checks);
         let seed = checks.value_or("seed", &table.seed, study_seed);
         let realizations = realizations::realizations(&table.realizations, checks);
+        let keys = HeightKeys {
+            skewness: &table.skewness,
+            kurtosis: &table.kurtosis,
+            height_distribution: &table.height_distribution,
+            heights: &table.heights,
+        };
+        let height_distribution = keys.read(others, checks);
         let heights = checks.value("heights", &table.heights);
         let source = if reads_stages {
             stage_source(table, checks)
@@ -108,7 +133,11 @@ pub fn spectra(
             params: Params {
                 heights: heights?,
                 side: Some(mesh.side),
-                origin: Origin::Spectrum { nodes: mesh.nodes, surface },
+                origin: Origin::Spectrum {
+                    nodes: mesh.nodes,
+                    surface,
+                    height_distribution: height_distribution?,
+                },
             },
             realizations,
             growth,

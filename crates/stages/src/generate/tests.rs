@@ -7,6 +7,7 @@ use crate::reduced_units::{GivenHardness, PressureUnit};
 use crate::solve;
 use crate::surface::origin::{InspectedMap, MeasuredSurface};
 use crate::surface::pair::{MirrorAxis, Pair};
+use crate::surface::prescribed_heights::PrescribedHeights;
 use crate::surface::yielded::Yielded;
 use crate::surface_files::ContentHash;
 use asperity_contact::grid::Boundary;
@@ -77,12 +78,26 @@ fn a_surface_is_known_from_its_recipe() {
     };
     let open = MeasuredSurface { edges: Edges::Open, ..measured.clone() };
     let [square, rectangle] = [[128, 128], [128, 64]].map(PerAxis);
+    let skewed = |heights: PrescribedHeights| Origin::Random {
+        nodes: square,
+        surface,
+        has_unit_ratio: false,
+        rms_height: Some(1e-3),
+        height_distribution: Some(heights),
+        unit: String::new(),
+    };
+    let scan = Params {
+        heights: Heights::Redraw,
+        side: None,
+        origin: Origin::File(Box::new(measured.clone())),
+    };
     for origin in [
         Origin::Random {
             nodes: square,
             surface,
             has_unit_ratio: false,
             rms_height: None,
+            height_distribution: None,
             unit: String::new(),
         },
         Origin::Random {
@@ -90,8 +105,11 @@ fn a_surface_is_known_from_its_recipe() {
             surface,
             has_unit_ratio: false,
             rms_height: None,
+            height_distribution: None,
             unit: String::new(),
         },
+        skewed(PrescribedHeights::Moments { skewness: -1.5, kurtosis: 6.0 }),
+        skewed(PrescribedHeights::Surface { from: Box::new(scan) }),
         Origin::File(Box::new(measured)),
         Origin::File(Box::new(open)),
         Origin::File(Box::new(prepared)),
@@ -186,6 +204,7 @@ fn a_grain_is_written_where_there_is_one() {
             },
             has_unit_ratio,
             rms_height: None,
+            height_distribution: None,
             unit: String::new(),
         },
     };
@@ -211,7 +230,8 @@ fn a_surface_with_a_given_spectrum_is_known_from_its_recipe() {
         Source::File { content: ContentHash::new(b"spectrum"), unit: "µm".to_owned() },
         Source::Stage { spectrum_of: None },
     ] {
-        for rms_slope in [None, Some(0.1)] {
+        let moments = PrescribedHeights::Moments { skewness: -1.5, kurtosis: 6.0 };
+        for (rms_slope, height_distribution) in [(None, None), (Some(0.1), Some(moments))] {
             let params = Params {
                 heights: Heights::Keep,
                 side: Some(PerAxis([2.0, 1.0])),
@@ -224,6 +244,7 @@ fn a_surface_with_a_given_spectrum_is_known_from_its_recipe() {
                         seed: 5,
                         realization: 2,
                     },
+                    height_distribution,
                 },
             };
             let recipe = serde_json::to_string(&params).unwrap();

@@ -4,6 +4,7 @@ use arrow::array::Array;
 
 use super::method::Method;
 use super::pair::Pair;
+use super::prescribed_heights::PrescribedHeights;
 use super::spectrum::Source;
 use super::yielded::Yielded;
 use super::{Origin, Params};
@@ -21,7 +22,7 @@ use asperity_contact::topography::shapes::Shape;
 use asperity_tables::column::{Column, Role, Value};
 use asperity_tables::table::Table;
 
-/// Number of digits of the column `against`, which figures show.
+/// Number of digits of the columns `against` and `heights_of`, which figures show.
 const SHORT_NAME: usize = 8;
 
 /// Returns the parameter columns of a surface with their values, as far as they are known before
@@ -141,6 +142,7 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
                 columns.push(real(ANISOTROPY_RATIO, ratio));
                 columns.push(real(ANISOTROPY_ANGLE, angle));
             }
+            columns.extend(height_distribution(origin));
             columns.push((SEED, Value::Integer(surface.seed.cast_signed())));
             columns.push(whole(REALIZATION, surface.realization));
             columns
@@ -156,6 +158,7 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
                 }
             };
             columns.extend(height_and_unit(origin, ""));
+            columns.extend(height_distribution(origin));
             columns.extend([
                 (SEED, Value::Integer(surface.seed.cast_signed())),
                 whole(REALIZATION, surface.realization),
@@ -194,6 +197,22 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
             });
             columns
         }
+    }
+}
+
+/// Returns the columns of the prescribed height distribution, if there is one.
+fn height_distribution(origin: &Origin) -> Vec<(Column, Value)> {
+    match origin.prescribed_heights() {
+        Some(PrescribedHeights::Moments { skewness, kurtosis }) => vec![
+            (TARGET_SKEWNESS, Value::Real(*skewness)),
+            (TARGET_KURTOSIS, Value::Real(*kurtosis)),
+        ],
+        Some(PrescribedHeights::Surface { from }) => {
+            let mut name = from.surface_key().to_string();
+            name.truncate(SHORT_NAME);
+            vec![(HEIGHTS_OF, Value::Text(name))]
+        }
+        None => vec![],
     }
 }
 

@@ -188,6 +188,15 @@ pub fn spectrum_descriptors<'a>() -> TableColumns<(), (&'a Expected, Cell)> {
     ])
 }
 
+/// Returns the columns of the heights of a surface with a prescribed height distribution, whose
+/// rows hold the deviation from it.
+pub fn height_columns() -> TableColumns<Origin, Option<f64>> {
+    TableColumns::<Origin, Option<f64>>::new().and_if(
+        |origin| origin.prescribed_heights().is_some(),
+        [column(HEIGHT_DEVIATION, OptionalReal(|deviation| *deviation))],
+    )
+}
+
 /// A measured surface as its recipe describes it, and as it was read.
 type InFile<'a> = (&'a MeasuredSurface, &'a ReadSurface);
 

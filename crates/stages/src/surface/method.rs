@@ -41,8 +41,8 @@ const METHODS: [(Method, &str, &str); 10] = [
     (
         Method::Spectrum,
         "spectrum",
-        "Gaussian random surfaces with a given isotropic power spectral density C(q), normalised \
-         so that ∫ C d²q/(2π)² is their mean square height.",
+        "Random surfaces with a given isotropic power spectral density C(q), normalised so that \
+         ∫ C d²q/(2π)² is their mean square height.",
     ),
     (
         Method::File,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::pair::Pair;
+use super::prescribed_heights::PrescribedHeights;
 use super::spectrum::{Source, SpectrumSurface};
 use super::yielded::Yielded;
 use crate::StageError;
@@ -15,6 +16,7 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::fill::Fill;
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::preparation::{Preparation, Prepared, Removed};
+use asperity_contact::topography::prescribed_heights::HeightDistribution;
 use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::reliability::Reliability;
 use asperity_contact::topography::shapes::Shape;
@@ -41,6 +43,9 @@ pub enum Origin {
         /// absent, so that existing keys stay valid.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         rms_height: Option<f64>,
+        /// Height distribution of a surface that is not Gaussian.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        height_distribution: Option<PrescribedHeights>,
         /// Name of the unit of length, which is only a label; empty if the manifest names none.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         unit: String,
@@ -54,6 +59,9 @@ pub enum Origin {
         /// Source of the spectrum, slope, seed and realization.
         #[serde(flatten)]
         surface: SpectrumSurface,
+        /// Height distribution of a surface that is not Gaussian.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        height_distribution: Option<PrescribedHeights>,
     },
     /// A shape with a closed-form contact solution.
     Shape {
@@ -228,6 +236,29 @@ impl Origin {
         }
     }
 
+    /// Returns the prescribed height distribution of a random surface, or `None` for Gaussian and
+    /// other surfaces.
+    pub fn prescribed_heights(&self) -> Option<&PrescribedHeights> {
+        match self {
+            Origin::Random { height_distribution, .. }
+            | Origin::Spectrum { height_distribution, .. } => height_distribution.as_ref(),
+            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) | Origin::Yielded(_) => None,
+        }
+    }
+
+    /// Computes the prescribed height distribution, if there is one.
+    ///
+    /// # Errors
+    /// As [`PrescribedHeights::distribution`].
+    pub fn height_distribution(
+        &self,
+        sources: &SurfaceFiles,
+        threads: &Threads,
+    ) -> Result<Option<HeightDistribution>, StageError> {
+        let prescribed = self.prescribed_heights();
+        prescribed.map(|heights| heights.distribution(sources, threads)).transpose()
+    }
+
     /// Returns the name of the unit of length; empty if it is unknown.
     pub fn unit(&self) -> &str {
         match self {
@@ -285,17 +316,35 @@ impl Origin {
         sources: &SurfaceFiles,
         threads: &Threads,
     ) -> Result<Surface, StageError> {
+        let heights = self.height_distribution(sources, threads)?;
+        self.draw_with(heights.as_ref(), side, sources, threads)
+    }
+
+    /// Draws the surface as [`Origin::draw`], with its prescribed height distribution.
+    ///
+    /// # Errors
+    /// As [`Origin::draw`].
+    pub fn draw_with(
+        &self,
+        heights: Option<&HeightDistribution>,
+        side: Option<[f64; 2]>,
+        sources: &SurfaceFiles,
+        threads: &Threads,
+    ) -> Result<Surface, StageError> {
         let grid = || grid(self.nodes(), side.unwrap_or_default());
         match self {
             Origin::Random { .. } => {
                 let grid = grid()?;
                 let surface = self.random_surface(grid.cell()).expect("the origin is random");
-                Ok(surface.draw_on(threads, grid))
+                Ok(match heights {
+                    Some(heights) => surface.draw_with_heights(threads, grid, heights),
+                    None => surface.draw_on(threads, grid),
+                })
             }
             Origin::Shape { shape, .. } => Ok(shape.draw(grid()?)),
             Origin::Spectrum { surface, .. } => {
                 let density = surface.density_from_file(sources)?;
-                surface.draw(&density, grid()?, threads)
+                surface.draw(&density, heights, grid()?, threads)
             }
             Origin::File(file) => Ok(file.read(side, sources)?.prepared.surface),
             Origin::Pair(pair) => pair.draw(sources, threads),

@@ -10,6 +10,7 @@ use crate::surface_files::{ContentHash, SurfaceFiles};
 use crate::{StageError, spectrum_files};
 use asperity_contact::grid::Grid;
 use asperity_contact::threads::Threads;
+use asperity_contact::topography::prescribed_heights::HeightDistribution;
 use asperity_contact::topography::spectral_density::{SpectralDensity, TabulatedSurface, occupies};
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::table::Table;
@@ -89,13 +90,14 @@ impl SpectrumSurface {
         [square_height, square_slope].map(f64::sqrt)
     }
 
-    /// Draws the surface on a grid.
+    /// Draws the surface on a grid. `heights` is the prescribed height distribution.
     ///
     /// # Errors
     /// If no mode of the grid has a density.
     pub fn draw(
         &self,
         density: &SpectralDensity,
+        heights: Option<&HeightDistribution>,
         grid: Grid,
         threads: &Threads,
     ) -> Result<Surface, StageError> {
@@ -109,7 +111,10 @@ impl SpectrumSurface {
             seed: self.seed,
             realization: self.realization,
         };
-        let drawn = surface.draw_on(threads, grid);
+        let drawn = match heights {
+            Some(heights) => surface.draw_with_heights(threads, grid, heights),
+            None => surface.draw_on(threads, grid),
+        };
         Ok(match self.rms_height {
             Some(rms_height) => scaled_to(rms_height, drawn),
             None => drawn,

@@ -190,10 +190,12 @@ impl PointRecord {
         let mut fields = fields_of(json);
         // The realization distinguishes surfaces of the same point.
         fields.remove("realization");
-        if let Recipe::Generate(Params { origin: Origin::Pair(_) | Origin::Yielded(_), .. }) =
-            recipe
-        {
-            fields = with_single_fields_of(["from", "against"], fields);
+        if let Recipe::Generate(Params { origin, .. }) = recipe {
+            let recipes: &[&str] = match origin {
+                Origin::Pair(_) | Origin::Yielded(_) => &["from", "against"],
+                _ => &["height_distribution"],
+            };
+            fields = with_single_fields_of(recipes, fields);
         }
         PointRecord {
             fields,
@@ -203,17 +205,17 @@ impl PointRecord {
     }
 }
 
-/// Replaces each of these members, the recipes of bodies, by its own members: `against` by
+/// Replaces each of these members, the recipes of other surfaces, by its own members: `against` by
 /// `against hurst` and others.
 fn with_single_fields_of(
-    bodies: [&str; 2],
+    recipes: &[&str],
     mut fields: BTreeMap<String, String>,
 ) -> BTreeMap<String, String> {
-    for body in bodies {
-        let recipe = fields.remove(body).and_then(|json| serde_json::from_str(&json).ok());
+    for name in recipes {
+        let recipe = fields.remove(*name).and_then(|json| serde_json::from_str(&json).ok());
         let all = recipe.map(fields_of).unwrap_or_default().into_iter();
         let members = all.filter(|(name, _)| name != "realization" && name != "heights");
-        fields.extend(members.map(|(name, value)| (format!("{body} {name}"), value)));
+        fields.extend(members.map(|(member, value)| (format!("{name} {member}"), value)));
     }
     fields
 }

@@ -107,7 +107,9 @@ impl Study {
 /// z = √(2 ln(100 N)), this is the case at any of N nodes with a probability below 1/200.
 fn full_contact(params: &Params) -> f64 {
     match params.origin {
-        Origin::Random { .. } | Origin::Spectrum { .. } => {
+        Origin::Random { .. } | Origin::Spectrum { .. }
+            if params.origin.prescribed_heights().is_none() =>
+        {
             let nodes: f64 = params.nodes().iter().map(|nodes| *nodes as f64).product();
             (2.0 * libm::log(100.0 * nodes)).sqrt() / 2.0
         }
