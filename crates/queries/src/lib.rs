@@ -9,8 +9,8 @@
 //! | `units` | units of the columns of an answer, which follow from the query |
 //! | `functions`, `window` | functions and window functions that polars does not have |
 //!
-//! This is a crate of its own because walking and copying the syntax tree of SQL is half of the code
-//! that a compiler would write for the stages.
+//! This is a crate of its own because walking and copying the syntax tree of SQL is half of the
+//! code that a compiler would write for the stages.
 
 pub mod engine;
 pub mod frame;

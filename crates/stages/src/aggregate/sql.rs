@@ -100,6 +100,7 @@ fn meaning(field: &Field, meanings: &BTreeMap<String, Meaning>, tables: &[Schema
 mod tests {
     use super::*;
     use crate::aggregate::SQL_VERSION;
+    use crate::error::QueryError;
     use arrow::array::AsArray;
     use asperity_manifest::diagnostics::chain;
     use asperity_tables::column::{Column, ColumnKind, integers, reals};
