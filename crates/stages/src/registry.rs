@@ -203,6 +203,7 @@ impl StageVariant {
     ) -> KnownNumber<'a> {
         KnownNumber {
             name: full_contact::NAME,
+            unit_of: full_contact::UNIT_OF,
             value: Box::new(move |key, point| match self {
                 StageVariant::Solve => full_contact::load(&inputs, key, point),
                 _ => Err(format!(
