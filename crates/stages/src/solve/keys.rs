@@ -109,7 +109,8 @@ pub struct SolveTable {
     /// stored pressure fields. By default pressures are not counted.
     pub pressure_bins: Key<PressureBins>,
     /// Histogram of the gaps under each load, `{ count, to }`: `count` equal bins from zero to the
-    /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it.
+    /// gap `to`, in units of the rms height or with a unit such as `"2 um"`, which needs surfaces
+    /// of one given `rms_height`. A `measure` stage with `what = "gaps"` reads it.
     /// Without `adhesion` it costs one pair of Fourier transforms per load. By default gaps are not
     /// counted.
     pub gap_bins: Key<GapBins>,
@@ -318,7 +319,7 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     let all = loads.as_ref().map(|(loads, _)| loads.as_slice());
     let pressures = loads::pressures(table, all, checks);
     let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
-    let gap_bins = loads::gap_bins(table, all, checks);
+    let gap_bins = loads::gap_bins(table, all, surfaces, checks);
     let flow = checks.value("flow", &table.flow);
     let stiffness = checks.value("stiffness", &table.stiffness);
     let bodies = bodies(table, surfaces, checks);
