@@ -80,6 +80,7 @@ pub fn validate(
         let index = stages.as_ref()?.iter().position(|stage| stage.name == name)?;
         units.as_ref()?.get(index)
     };
+    let names_of_units = |name: &str| Some(units_of(name)?.names.clone());
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
     // Figures and claims read published tables.
     let published = |stage: usize| {
@@ -100,13 +101,14 @@ pub fn validate(
             let stage = index_of(&manifest.stages, name)?;
             known_values(validator.works(stage, &graph)?, column)
         },
+        units: &names_of_units,
     };
     let figures = figures::check(&manifest.figures, &context, problems, empty_selections);
     let context = ClaimContext {
         file: None,
         stages: &names,
         table: &table,
-        units: &|name: &str| Some(units_of(name)?.names.clone()),
+        units: &names_of_units,
         reference: &|table: &str| files::read_text(&folder.join(table)),
     };
     let claims = read_claims(manifest, folder, &context, problems)?;
