@@ -90,6 +90,14 @@ def test_maps_and_tables_have_the_units_of_the_manifest(tmp_path):
     units = study.table("contact").to_pandas().attrs["units"]
     assert (units["pressure"], units["mean_gap"], units["side"]) == ("MPa", "µm", "µm")
     assert study.table("contact").column("energy").unit == "J/m²"
+    shown = {**STEEL_ON_GLASS, "study": {"name": "steel", "output_units": {"length": "nm", "pressure": "GPa"}}}
+    study = asperity.Study.parse(shown, data=tmp_path)
+    assert study.run(progress=False).computed == 0
+    in_gigapascals = study.pressure("contact", load="20 MPa")
+    assert (in_gigapascals.unit, in_gigapascals.load, in_gigapascals.length_unit) == ("GPa", 0.02, "nm")
+    assert np.allclose(in_gigapascals.values, pressure.values / 1000, rtol=1e-14)
+    assert np.allclose(np.asarray(study.heights("surfaces")), 1000 * np.asarray(heights), rtol=1e-14)
+    assert study.table("contact").column("mean_gap").unit == "nm"
 
 
 def test_what_can_be_chosen_is_listed(finished):
