@@ -15,7 +15,7 @@ from asperity._plan import Diff, Plan, Report, Run
 from asperity._progress import Callback, Progress
 from asperity._table import Column, Table
 from asperity._topography import Topography
-from asperity.errors import ArgumentError, ManifestError, StudyWarning
+from asperity.errors import ManifestError, StudyWarning
 
 #: Value of a column that identifies a surface.
 Coordinate = Union[float, int, str]
@@ -265,8 +265,8 @@ class Study:
         stage : str
             Name of a `generate` stage, or of a stage that reads its surfaces.
         **coordinates : float, int or str
-            Values of columns that choose the surface, such as ``realization=0, hurst=0.8``. A column with a
-            single value can be omitted.
+            Values of columns that choose the surface, such as ``realization=0, hurst=0.8``. Numbers may have
+            a unit, as in ``side="100 um"``. A column with a single value can be omitted.
 
         Returns
         -------
@@ -295,7 +295,7 @@ class Study:
         heights._rms_slope = rms_slope
         return heights
 
-    def pressure(self, stage: str, *, load: Optional[float] = None, **coordinates: Coordinate) -> Map:
+    def pressure(self, stage: str, *, load: Union[float, str, None] = None, **coordinates: Coordinate) -> Map:
         """Returns the contact pressure of one surface under one load, exactly zero outside the contact.
 
         If the study has not stored the pressures of this load, they are computed again, which takes the time
@@ -305,11 +305,12 @@ class Study:
         ----------
         stage : str
             Name of a `solve` stage, or of a `measure` stage that reads one.
-        load : float, optional
-            One of the loads of the study, as in the manifest; default: the largest.
+        load : float or str, optional
+            One of the loads of the study: a number as in the manifest, a pressure such as ``"10 MPa"``, or a
+            mean gap such as ``"20 nm"`` if the manifest prescribes gaps; default: the largest load.
         **coordinates : float, int or str
-            Values of columns that choose the surface, such as ``realization=0, hurst=0.8``. A column with a
-            single value can be omitted.
+            Values of columns that choose the surface, such as ``realization=0, hurst=0.8``. Numbers may have
+            a unit, as in ``side="100 um"``. A column with a single value can be omitted.
 
         Returns
         -------
@@ -357,7 +358,7 @@ class Study:
         """
         return self._map(stage, coordinates, "pressure", load)
 
-    def gap(self, stage: str, *, load: Optional[float] = None, **coordinates: Coordinate) -> Map:
+    def gap(self, stage: str, *, load: Union[float, str, None] = None, **coordinates: Coordinate) -> Map:
         """Returns the gap between the surfaces under one load, shape (n_x, n_y).
 
         The gap is zero in elastic contact. Where the material yields, it is negative, and its magnitude is
@@ -365,14 +366,14 @@ class Study:
         """
         return self._map(stage, coordinates, "gap", load)
 
-    def displacement(self, stage: str, *, load: Optional[float] = None, **coordinates: Coordinate) -> Map:
+    def displacement(self, stage: str, *, load: Union[float, str, None] = None, **coordinates: Coordinate) -> Map:
         """Returns the displacement of the elastic body under one load, shape (n_x, n_y), positive into the body.
 
         The mean displacement of a periodic body is zero. Arguments and errors are those of :meth:`pressure`.
         """
         return self._map(stage, coordinates, "displacement", load)
 
-    def contact(self, stage: str, *, load: Optional[float] = None, **coordinates: Coordinate) -> Map:
+    def contact(self, stage: str, *, load: Union[float, str, None] = None, **coordinates: Coordinate) -> Map:
         """Returns the contact map under one load: booleans, shape (n_x, n_y), True for nodes in contact.
 
         Arguments and errors are those of :meth:`pressure`.
@@ -380,10 +381,12 @@ class Study:
         return self._map(stage, coordinates, "contact", load)
 
     def _map(
-        self, stage: str, coordinates: Mapping[str, Coordinate], quantity: str, load: Optional[float]
+        self,
+        stage: str,
+        coordinates: Mapping[str, Coordinate],
+        quantity: str,
+        load: Union[float, str, None],
     ) -> Map:
-        if isinstance(load, str):
-            raise ArgumentError(f"`load` is a number in the unit of the loads of the study, not {load!r}")
         found, notices = self._session.map(stage, _written(coordinates), quantity, load)
         _warn(notices, stacklevel=4)
         return Map(quantity=quantity, **found)

@@ -1,7 +1,7 @@
 //! Maps of a finished study as arrays.
 
 use asperity::session::maps::{Map, MapKind};
-use asperity::session::{Coordinate, SessionError};
+use asperity::session::{ChosenLoad, Coordinate, SessionError};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 
@@ -57,16 +57,29 @@ pub fn kind(quantity: &str) -> MapKind {
 }
 
 /// Converts conditions on columns.
-///
-/// # Errors
-/// Returns an error for columns of the load.
-pub fn coordinates(conditions: Conditions) -> Result<Vec<Coordinate>, SessionError> {
-    let coordinates = conditions.into_iter().map(|(column, value)| {
-        let message = format!(
-            "`{column}` identifies no surface; choose the load of a map by `load`, and give none \
-             for heights"
-        );
-        Coordinate::new(column, value).map_err(|_| SessionError::Refused(message))
-    });
-    coordinates.collect()
+pub fn coordinates(conditions: Conditions) -> Vec<Coordinate> {
+    conditions.into_iter().map(|(column, value)| Coordinate::new(column, value)).collect()
+}
+
+/// Load or mean gap of a map: a number in the unit of the study, or a text such as `10 MPa`.
+#[derive(FromPyObject)]
+pub enum Load {
+    Number(f64),
+    Text(String),
+}
+
+impl Load {
+    /// Returns the load that the number or the text chooses.
+    ///
+    /// # Errors
+    /// Returns an error if the text is no pressure.
+    pub fn chosen(self) -> Result<ChosenLoad, SessionError> {
+        match self {
+            Load::Number(number) => Ok(number.into()),
+            Load::Text(text) => {
+                let chosen = ChosenLoad::prescribed(&text);
+                chosen.map_err(|error| SessionError::Refused(error.to_string()))
+            }
+        }
+    }
 }

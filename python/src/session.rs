@@ -162,7 +162,7 @@ impl Session {
         conditions: Conditions,
     ) -> PyResult<(Heights<'py>, Notices)> {
         let (surface, notices) = self.call(py, move |session| {
-            session.maps(&stage, &maps::coordinates(conditions)?, None)?.into_surface()
+            session.maps(&stage, &maps::coordinates(conditions), None)?.into_surface()
         })?;
         let grid = surface.surface.grid();
         let heights = conversion::map(py, surface.surface.into_heights(), grid.nodes())?;
@@ -177,12 +177,12 @@ impl Session {
         stage: String,
         conditions: Conditions,
         quantity: &str,
-        load: Option<f64>,
+        load: Option<maps::Load>,
     ) -> PyResult<(MapArguments<'py>, Notices)> {
         let kind = maps::kind(quantity);
         let (map, notices) = self.call_until(py, None, move |session, stop| {
-            let conditions = maps::coordinates(conditions)?;
-            session.map(&stage, &conditions, kind, load.map(Into::into), stop)
+            let chosen = load.map(maps::Load::chosen).transpose()?;
+            session.map(&stage, &maps::coordinates(conditions), kind, chosen, stop)
         })?;
         Ok((MapArguments::new(py, map)?, notices))
     }

@@ -80,12 +80,24 @@ def test_maps_and_tables_have_the_units_of_the_manifest(tmp_path):
     pressure, gap = (getattr(study, quantity)("contact", load=20) for quantity in ("pressure", "gap"))
     assert abs(pressure.values.mean() / 20 - 1) < 1e-12
     assert (pressure.unit, pressure.load, pressure.load_unit) == ("MPa", 20.0, "MPa")
+    for chosen in ({"load": "0.02 GPa"}, {"pressure": "20 MPa"}, {"load": 20, "side": "0.1 mm"}):
+        assert (study.pressure("contact", **chosen).values == pressure.values).all(), chosen
+    with pytest.raises(asperity.ArgumentError, match="unknown unit `kg`"):
+        study.pressure("contact", load="20 kg")
     assert (gap.unit, gap.size, gap.length_unit) == ("µm", (100.0, 100.0), "µm")
     heights = study.heights("surfaces")
     assert heights.unit == "µm" and abs(heights.statistics()["rms_height"] - 0.2) < 1e-12
     units = study.table("contact").to_pandas().attrs["units"]
     assert (units["pressure"], units["mean_gap"], units["side"]) == ("MPa", "µm", "µm")
     assert study.table("contact").column("energy").unit == "J/m²"
+    shown = {**STEEL_ON_GLASS, "study": {"name": "steel", "output_units": {"length": "nm", "pressure": "GPa"}}}
+    study = asperity.Study.parse(shown, data=tmp_path)
+    assert study.run(progress=False).computed == 0
+    in_gigapascals = study.pressure("contact", load="20 MPa")
+    assert (in_gigapascals.unit, in_gigapascals.load, in_gigapascals.length_unit) == ("GPa", 0.02, "nm")
+    assert np.allclose(in_gigapascals.values, pressure.values / 1000, rtol=1e-14)
+    assert np.allclose(np.asarray(study.heights("surfaces")), 1000 * np.asarray(heights), rtol=1e-14)
+    assert study.table("contact").column("mean_gap").unit == "nm"
 
 
 def test_what_can_be_chosen_is_listed(finished):
@@ -93,7 +105,7 @@ def test_what_can_be_chosen_is_listed(finished):
         finished.pressure("contact", load=0.1)
     with pytest.raises(asperity.ArgumentError, match="no row has `realization` = 7; available: 0, 1"):
         finished.heights("surfaces", realization=7)
-    with pytest.raises(asperity.ArgumentError, match="`load` is a number in the unit of the loads of the study"):
+    with pytest.raises(asperity.ArgumentError, match="the study has no unit of pressure"):
         finished.pressure("contact", load="10 MPa", realization=0)
     with pytest.raises(asperity.ArgumentError, match="no row has `load` = 0.2; the nearest are 0.1 and 0.5"):
         finished.gap("contact", load=0.2, realization=0)
@@ -105,7 +117,7 @@ def test_what_can_be_chosen_is_listed(finished):
         finished.contact("contacts")
     with pytest.raises(asperity.ArgumentError, match="pressures"):
         finished.pressure("surfaces", realization=0)
-    with pytest.raises(asperity.ArgumentError, match="load"):
+    with pytest.raises(asperity.UnknownNameError, match="no coordinate `pressure`"):
         finished.heights("surfaces", realization=0, pressure=0.1)
 
 

@@ -33,8 +33,8 @@ pub struct TaskArguments {
     /// Stage of the task, if a manifest is given.
     stage: Option<String>,
 
-    /// Column values that select the task within the stage, such as `k_upper=32 realization=1`, and
-    /// states of a path, such as `branch=separation`.
+    /// Column values that select the task within the stage, such as `k_upper=32 realization=1`,
+    /// loads, such as `pressure="10 MPa"`, and states of a path, such as `branch=separation`.
     #[arg(value_name = "COLUMN=VALUE")]
     coordinates: Vec<Coordinate>,
 

@@ -17,6 +17,7 @@ use serde::Serialize;
 use super::{Session, SessionError, Setting, UnknownName};
 use asperity_pipeline::plan::reasons::differences::{differences, stage_pairs};
 use asperity_stages::columns::PRESSURE;
+use asperity_stages::output_units::Conversion;
 use asperity_stages::units::TableUnits;
 use asperity_statistics::differences::holm;
 use asperity_statistics::intervals::LEVEL;
@@ -259,7 +260,10 @@ impl StageComparison {
 }
 
 impl TableComparison {
-    fn new(a: &Table, b: &Table) -> Result<TableComparison, SessionError> {
+    /// Compares two tables in the units of A.
+    fn new(a: &Table, stored_b: &Table) -> Result<TableComparison, SessionError> {
+        let units = TableUnits::from_table(a);
+        let b = &Conversion { from: TableUnits::from_table(stored_b), to: units }.table(stored_b);
         let matched = MatchedRows::new(a, b)?;
         let are_pressures = matched.rows.load_column == PRESSURE.name;
         let load_units =
@@ -273,7 +277,7 @@ impl TableComparison {
             && columns.iter().all(ColumnComparison::is_equal);
         Ok(TableComparison {
             equal,
-            identical: equal && columns::are_identical(a, b),
+            identical: equal && columns::are_identical(a, stored_b),
             rows: matched.rows,
             load_units,
             columns_only_in_a,

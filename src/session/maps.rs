@@ -19,11 +19,13 @@ use asperity_contact::grid::Grid;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
+use asperity_manifest::decimal;
+use asperity_manifest::keys::quantity::Unit;
 use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, MEAN_GAP, RMS_SLOPE};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::surface_files::{SurfaceFileError, SurfaceFiles};
-use asperity_stages::units::{length_unit, pressure_unit};
-use asperity_stages::{Kind, StageError, surface};
+use asperity_stages::units::{TableUnits, length_unit, pressure_unit};
+use asperity_stages::{Kind, StageError, grids, surface};
 use asperity_tables::key::TaskKey;
 use asperity_tables::store::Store;
 use asperity_tables::store::provenance::Provenance;
@@ -150,8 +152,9 @@ impl Session<'_> {
                 manifest: self.manifest.clone(),
             });
         }
-        let sources = tables.reading.study.sources.clone();
-        let maps = TaskMaps::open(task, self.open_read_only()?, sources)?;
+        let study = &tables.reading.study;
+        let mut maps = TaskMaps::open(task, self.open_read_only()?, study.sources.clone())?;
+        maps.show_in(&study.output_units);
         maps.only(&chosen.rows)
     }
 }
@@ -187,6 +190,8 @@ pub struct TaskMaps {
     sources: SurfaceFiles,
     surface: SurfaceTask,
     contact: Option<SolvedTask>,
+    /// Units of output, where they differ from those of the store.
+    output_units: TableUnits,
 }
 
 /// Task of a surface, which is read or drawn when it is needed.
@@ -234,14 +239,23 @@ impl TaskMaps {
                 _ => return Err(SessionError::NoMap { task }),
             };
             let surface = SurfaceTask { key: surface, drawn: None };
-            return Ok(TaskMaps { task, store, sources, surface, contact });
+            let output_units = TableUnits::default();
+            return Ok(TaskMaps { task, store, sources, surface, contact, output_units });
+        }
+    }
+
+    /// Shows numbers in these units.
+    fn show_in(&mut self, units: &TableUnits) {
+        self.output_units = units.clone();
+        if let Some(contact) = &mut self.contact {
+            contact.show_in(units);
         }
     }
 
     /// Keeps only the chosen rows, because the store may have more loads than the study.
     fn only(mut self, chosen: &ChosenRows) -> Result<TaskMaps, SessionError> {
         if let Some(contact) = &mut self.contact {
-            contact.rows = chosen.of_table(&contact.table)?;
+            contact.rows = chosen.of_table(&contact.shown)?;
         }
         Ok(self)
     }
@@ -259,7 +273,7 @@ impl TaskMaps {
     /// Returns an error if the table is not one of solved loads.
     pub fn loads(&self) -> Result<Vec<f64>, SessionError> {
         let Some(contact) = &self.contact else { return Ok(Vec::new()) };
-        let loads = contact.table.reals(load_column(&contact.table))?;
+        let loads = contact.shown.reals(load_column(&contact.shown))?;
         Ok(contact.rows.iter().map(|&row| loads.value(row)).collect())
     }
 
@@ -278,16 +292,16 @@ impl TaskMaps {
 
     /// Returns the unit of length of the surface, if it is known without reading the heights.
     pub fn length_unit(&self) -> Option<String> {
-        length_unit(&self.contact.as_ref()?.table)
+        length_unit(&self.contact.as_ref()?.shown)
     }
 
     /// Names the load with its unit: `load`, `mean pressure (MPa)`, `mean gap (µm)`.
     pub fn load_in_words(&self) -> String {
         let Some(contact) = &self.contact else { return "load".to_owned() };
-        let (name, unit) = match load_column(&contact.table) {
+        let (name, unit) = match load_column(&contact.shown) {
             name if name == LOAD.name => ("load", None),
-            name if name == MEAN_GAP.name => ("mean gap", length_unit(&contact.table)),
-            _ => ("mean pressure", pressure_unit(&contact.table)),
+            name if name == MEAN_GAP.name => ("mean gap", length_unit(&contact.shown)),
+            _ => ("mean pressure", pressure_unit(&contact.shown)),
         };
         unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
     }
@@ -304,7 +318,11 @@ impl TaskMaps {
     /// # Errors
     /// Returns an error if the task generates a surface, or if a map is damaged.
     pub fn overlay(&self) -> Result<Overlay, SessionError> {
-        self.solved(MapKind::Contact)?.overlay()
+        let contact = self.solved(MapKind::Contact)?;
+        let units = [&contact.table, &contact.shown].map(length_unit);
+        let overlay = contact.overlay()?;
+        let grid = scaled(overlay.grid, factor(units[0].as_deref(), units[1].as_deref()))?;
+        Ok(Overlay { grid, ..overlay })
     }
 
     /// Returns the map of a quantity under a load, or under the largest load. Of a path, the state
@@ -339,8 +357,8 @@ impl TaskMaps {
         let contact = self.solved(kind)?;
         match load {
             Some(load) => {
-                let rows = rows_under(&contact.table, &contact.rows, load)?;
-                only_state(&contact.table, &rows)
+                let rows = rows_under(&contact.shown, &contact.rows, load)?;
+                only_state(&contact.shown, &rows)
             }
             None => contact.heaviest()?.ok_or(SessionError::NoMap { task: self.task }),
         }
@@ -357,11 +375,15 @@ impl TaskMaps {
         stop: &AtomicBool,
     ) -> Result<Map, SessionError> {
         let contact = self.solved(kind)?;
-        let column = load_column(&contact.table);
-        let load = contact.table.reals(column)?.value(row);
-        let (grid, length_unit) = (contact.grid, length_unit(&contact.table));
-        let pressure_unit = pressure_unit(&contact.table);
-        let effective_modulus = contact.table.reals(EFFECTIVE_MODULUS.name)?.value(row);
+        let column = load_column(&contact.shown);
+        let load = contact.shown.reals(column)?.value(row);
+        let [stored, shown] = [&contact.table, &contact.shown]
+            .map(|table| [length_unit(table), pressure_unit(table)]);
+        let [length, pressure] =
+            [0, 1].map(|of| factor(stored[of].as_deref(), shown[of].as_deref()));
+        let [length_unit, pressure_unit] = shown;
+        let grid = contact.grid;
+        let effective_modulus = contact.shown.reals(EFFECTIVE_MODULUS.name)?.value(row);
         let load_unit = match column {
             _ if column == LOAD.name => Some(LOAD.unit.to_owned()),
             _ if column == MEAN_GAP.name => length_unit.clone(),
@@ -373,7 +395,8 @@ impl TaskMaps {
             MapKind::Heights | MapKind::Gap | MapKind::Displacement => length_unit.clone(),
         };
         let state = contact.path_state(row)?;
-        let values = if kind.is_set() {
+        let factor = if kind == MapKind::Pressures { pressure } else { length };
+        let mut values: Vec<f64> = if kind.is_set() {
             let map = contact.set(kind, row)?;
             let has = |node| {
                 let [i, j] = grid.indices(node);
@@ -384,10 +407,13 @@ impl TaskMaps {
             let contact = self.contact.as_mut().expect("the row of a load was found");
             contact.field(kind, row, &mut self.surface, (&self.store, &self.sources), stop)?
         };
+        if factor != 1.0 && !kind.is_set() {
+            values.iter_mut().for_each(|value| *value *= factor);
+        }
         Ok(Map {
             kind,
             values,
-            grid,
+            grid: scaled(grid, length)?,
             length_unit,
             unit,
             load: Some(load),
@@ -404,7 +430,24 @@ impl TaskMaps {
     /// # Errors
     /// Returns an error if a surface file is missing.
     pub fn into_surface(self) -> Result<DrawnSurface, SessionError> {
-        self.surface.read(&self.store, &self.sources)
+        let drawn = self.surface.read(&self.store, &self.sources)?;
+        let (factor, unit) = self.shown_length(drawn.unit.clone());
+        if factor == 1.0 {
+            return Ok(drawn);
+        }
+        let grid = scaled(drawn.surface.grid(), factor)?;
+        let DrawnSurface { surface, rms_slope, is_periodic, .. } = drawn;
+        let mut heights = surface.into_heights();
+        heights.iter_mut().for_each(|height| *height *= factor);
+        let surface = Surface::new(grid, heights).map_err(StageError::Heights)?;
+        Ok(DrawnSurface { surface, rms_slope, is_periodic, unit })
+    }
+
+    /// Returns the factor that converts lengths of a surface to the unit of output, and that unit.
+    fn shown_length(&self, stored: Option<String>) -> (f64, Option<String>) {
+        let units = TableUnits { length: stored.clone(), ..TableUnits::default() };
+        let shown = units.in_output(&self.output_units).length;
+        (factor(stored.as_deref(), shown.as_deref()), shown)
     }
 
     fn solved(&self, kind: MapKind) -> Result<&SolvedTask, SessionError> {
@@ -425,12 +468,18 @@ impl TaskMaps {
 
     fn heights(&mut self) -> Result<Map, SessionError> {
         let drawn = self.surface.draw(&self.store, &self.sources)?;
+        let (stored, grid) = (drawn.unit.clone(), drawn.surface.grid());
+        let mut values = drawn.surface.heights().to_vec();
+        let (factor, unit) = self.shown_length(stored);
+        if factor != 1.0 {
+            values.iter_mut().for_each(|height| *height *= factor);
+        }
         Ok(Map {
             kind: MapKind::Heights,
-            values: drawn.surface.heights().to_vec(),
-            grid: drawn.surface.grid(),
-            length_unit: drawn.unit.clone(),
-            unit: drawn.unit.clone(),
+            values,
+            grid: scaled(grid, factor)?,
+            length_unit: unit.clone(),
+            unit,
             load: None,
             state: None,
             pressure_unit: None,
@@ -439,6 +488,21 @@ impl TaskMaps {
             load_unit: None,
         })
     }
+}
+
+/// Returns the factor that converts numbers from one unit to another; 1 if one is not known.
+fn factor(from: Option<&str>, to: Option<&str>) -> f64 {
+    let [from, to] = [from, to].map(|unit| unit.and_then(Unit::find));
+    from.zip(to).map_or(1.0, |(from, to)| from.factor_to(to))
+}
+
+/// Returns a grid whose sides are multiplied by a factor.
+fn scaled(grid: Grid, factor: f64) -> Result<Grid, SessionError> {
+    if factor == 1.0 {
+        return Ok(grid);
+    }
+    let sides = grid.cell().size().map(|side| decimal::nearest(factor * side));
+    Ok(grids::grid(grid.nodes(), sides)?)
 }
 
 impl SurfaceTask {

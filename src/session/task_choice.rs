@@ -10,10 +10,11 @@ use arrow::util::display::array_value_to_string;
 use super::formatting::{counted, listed, short};
 use super::name_lookup::TaskNameError;
 use super::{SessionError, UnknownName};
+use asperity_manifest::decimal;
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
 use asperity_stages::columns::{BRANCH, LOAD, MEAN_GAP, PRESSURE, STEP, SURFACE};
 use asperity_stages::ensemble::load_column;
-use asperity_stages::units::{length_unit, pressure_unit};
+use asperity_stages::units::{TableUnits, length_unit, pressure_unit};
 use asperity_tables::column::Role;
 use asperity_tables::key::TaskKey;
 use asperity_tables::table::{Table, TableError};
@@ -29,34 +30,17 @@ pub struct Coordinate {
 }
 
 impl Coordinate {
-    /// Creates a condition on a column that identifies surfaces or states of a path, such as
-    /// `k_upper`, `realization` or `branch`.
-    ///
-    /// # Errors
-    /// Returns an error for columns of the load and of the mean gap, which are chosen separately.
-    pub fn new(
-        column: impl Into<String>,
-        value: impl Into<String>,
-    ) -> Result<Coordinate, InvalidCoordinate> {
-        let (column, value) = (column.into(), value.into());
-        match column.as_str() {
-            name if [LOAD.name, PRESSURE.name].contains(&name) => Err(InvalidCoordinate::Load),
-            name if name == MEAN_GAP.name => Err(InvalidCoordinate::MeanGap),
-            _ => Ok(Coordinate { column, value }),
-        }
+    /// Creates a condition on a column that identifies surfaces, loads or states of a path, such as
+    /// `k_upper`, `realization`, `pressure` or `branch`. Numbers may have a unit: `10 MPa`.
+    pub fn new(column: impl Into<String>, value: impl Into<String>) -> Coordinate {
+        Coordinate { column: column.into(), value: value.into() }
     }
 }
 
 /// Error in a condition on a column.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum InvalidCoordinate {
-    #[error("expected COLUMN=VALUE, such as `k_upper=32`")]
-    Form,
-    #[error("use `--load` to choose the load")]
-    Load,
-    #[error("use `--gap` to choose the mean gap")]
-    MeanGap,
-}
+#[error("expected COLUMN=VALUE, such as `k_upper=32`")]
+pub struct InvalidCoordinate;
 
 /// Task that was chosen, with its rows.
 #[derive(Debug)]
@@ -109,6 +93,8 @@ enum ChosenQuantity {
     MeanGap,
     /// The quantity that the manifest prescribes.
     Prescribed,
+    /// The quantity of this column.
+    Column(&'static str),
 }
 
 impl From<f64> for ChosenLoad {
@@ -136,10 +122,21 @@ impl ChosenLoad {
         ChosenLoad::read(text, ChosenQuantity::MeanGap)
     }
 
+    /// Reads the quantity that the manifest prescribes: a number, a pressure or a mean gap.
+    ///
+    /// # Errors
+    /// Returns an error if the text is not a finite number with or without such a unit.
+    pub fn prescribed(text: &str) -> Result<ChosenLoad, InvalidLoad> {
+        let gap = ChosenLoad::mean_gap(text).ok().filter(|gap| gap.unit.is_some());
+        let read = gap.map_or_else(|| ChosenLoad::read(text, ChosenQuantity::Load), Ok)?;
+        Ok(ChosenLoad { quantity: ChosenQuantity::Prescribed, ..read })
+    }
+
     fn read(text: &str, quantity: ChosenQuantity) -> Result<ChosenLoad, InvalidLoad> {
         let dimension = match quantity {
             ChosenQuantity::MeanGap => Dimension::Length,
-            ChosenQuantity::Load | ChosenQuantity::Prescribed => Dimension::Pressure,
+            ChosenQuantity::Column(name) if name == MEAN_GAP.name => Dimension::Length,
+            _ => Dimension::Pressure,
         };
         let (number, unit) = match quantity::split(text) {
             Some((number, symbol)) => {
@@ -168,7 +165,12 @@ impl ChosenLoad {
             }
             _ => {}
         }
-        let Some(unit) = self.unit else { return Ok((given, self.number)) };
+        let Some(unit) = self.unit else {
+            return Ok(match self.quantity {
+                ChosenQuantity::Column(name) => (name, self.number),
+                _ => (given, self.number),
+            });
+        };
         let (column, symbol) = match unit.dimension {
             Dimension::Length => (MEAN_GAP.name, length_unit(table)),
             _ => (PRESSURE.name, pressure_unit(table)),
@@ -254,9 +256,11 @@ pub fn only_state(table: &Table, rows: &[usize]) -> Result<usize, SessionError> 
 impl FromStr for Coordinate {
     type Err = InvalidCoordinate;
 
+    /// Reads a condition of the form `COLUMN=VALUE`.
+
     fn from_str(word: &str) -> Result<Coordinate, InvalidCoordinate> {
-        let (column, value) = word.split_once('=').ok_or(InvalidCoordinate::Form)?;
-        Coordinate::new(column, value)
+        let (column, value) = word.split_once('=').ok_or(InvalidCoordinate)?;
+        Ok(Coordinate::new(column, value))
     }
 }
 
@@ -333,7 +337,23 @@ impl Coordinate {
             let message = format!("the table has no coordinate `{column}`");
             return Err(UnknownName::new(message, column, &coordinates.names()).into());
         };
-        let has = |row: &usize| is_value(values.as_ref(), *row, value);
+        let loads = [LOAD.name, PRESSURE.name, MEAN_GAP.name];
+        if let Some(name) = loads.into_iter().find(|name| *name == column.as_str()) {
+            let load = ChosenLoad::read(value, ChosenQuantity::Column(name))
+                .map_err(|error| SessionError::refused(format!("`{column}`: {error}")))?;
+            return rows_under(table, rows, load);
+        }
+        let unit = TableUnits::from_table(table).of_column(table, column);
+        let wanted = match quantity::split(value) {
+            Some(_) if *values.data_type() == DataType::Float64 => {
+                let number = quantity::in_unit(value, unit).map_err(|(message, label)| {
+                    SessionError::refused(format!("`{column}` = {value}: {message}; {label}"))
+                })?;
+                decimal::written(number)
+            }
+            _ => value.clone(),
+        };
+        let has = |row: &usize| is_value(values.as_ref(), *row, &wanted);
         let found: Vec<usize> = rows.iter().copied().filter(has).collect();
         if found.is_empty() {
             let there = distinct(values.as_ref(), rows).join(", ");

@@ -150,3 +150,64 @@ fn the_pressure_of_full_contact_is_told_for_half_spaces_only() {
     assert_eq!(told("from = \"one\"\nagainst = \"other\"", layer), [false, false]);
     assert_eq!(told("from = \"one\"\nagainst = \"other\"", ""), [true, true]);
 }
+
+#[test]
+fn youngs_moduli_of_a_coating_give_the_ratio_of_the_shear_moduli() {
+    let bench = Bench::new();
+    let coating = |keys: &str| {
+        manifest("coated", "")
+            .generate(
+                "surface",
+                "nodes = 32; side = '4 mm'; hurst = 0.8; k_lower = 2; k_upper = 8; rms_slope = 0.1",
+            )
+            .solve("contact", &format!("{keys}; loads = ['1 MPa']"))
+            .text()
+    };
+    let counts = bench.run(&coating(
+        "layer = { thickness = '1 mm', youngs_modulus = '3 GPa', poisson_ratio = 0.4 }; \
+         substrate = { youngs_modulus = '210000 MPa', poisson_ratio = 0.3 }",
+    ));
+    assert_eq!(counts["contact"].computed, 1);
+    let table = bench.table("coated", "contact");
+    // G = E/(2 (1 + ν)).
+    let ratio = 3.0 / 1.4 / (210.0 / 1.3);
+    assert!((real(&table, "layer_modulus_ratio", 0) / ratio - 1.0).abs() < 1e-11);
+    let modulus = real(&table, "effective_modulus", 0);
+    assert!((modulus / (3000.0 / (1.0 - 0.16)) - 1.0).abs() < 1e-12, "{modulus}");
+    // The same coating, given by its body and the ratio, has the same results.
+    bench.run(&coating(&format!(
+        "bodies = [{{ youngs_modulus = '3 GPa', poisson_ratio = 0.4 }}]; load_unit = 'MPa'; \
+         layer = {{ thickness = '1 mm', poisson_ratio = 0.4, modulus_ratio = {ratio} }}; \
+         substrate = {{ poisson_ratio = 0.3 }}"
+    )));
+    let other = bench.table("coated", "contact");
+    for name in ["layer_modulus_ratio", "effective_modulus", "load", "mean_gap"] {
+        assert_eq!(real(&table, name, 0), real(&other, name, 0), "{name}");
+    }
+    for (keys, message) in [
+        (
+            "layer = { thickness = '1 mm', youngs_modulus = '3 GPa', poisson_ratio = 0.4 }; \
+             substrate = { poisson_ratio = 0.3 }",
+            "`layer` lacks the ratio of its shear modulus",
+        ),
+        (
+            "layer = { thickness = '1 mm', youngs_modulus = '3 GPa', poisson_ratio = 0.4, \
+             modulus_ratio = 2 }; substrate = { youngs_modulus = '2 GPa', poisson_ratio = 0.3 }",
+            "`modulus_ratio` and `substrate.youngs_modulus` exclude each other",
+        ),
+        (
+            "effective_modulus = '4 GPa'; \
+             layer = { thickness = '1 mm', youngs_modulus = '3 GPa', poisson_ratio = 0.4 }",
+            "`effective_modulus` and `layer.youngs_modulus` exclude each other",
+        ),
+        (
+            "bodies = [{ youngs_modulus = '4 GPa', poisson_ratio = 0.4 }]; \
+             layer = { thickness = '1 mm', youngs_modulus = '3 GPa', poisson_ratio = 0.4 }",
+            "Young's modulus of the body in `bodies` differs from that of `layer`",
+        ),
+    ] {
+        let path = bench.write(&coating(keys));
+        let output = bench.output(&["check", path.to_str().unwrap()]);
+        assert!(text(&output.stderr).contains(message), "{}", text(&output.stderr));
+    }
+}

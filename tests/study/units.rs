@@ -439,3 +439,112 @@ fn queries_and_csv_tell_the_units_of_their_columns() {
     let [printed, _] = asked(&[]);
     assert!(first(&printed).contains("r [MPa/µm]"), "{printed}");
 }
+
+/// A study in megapascals and micrometres with a parameter, a figure and a claim.
+fn in_megapascals(study: &str, rest: &str) -> String {
+    let text = manifest("shown", study)
+        .generate(
+            "surfaces",
+            "nodes = 32; side = 'length'; hurst = 0.8; k_lower = 1; k_upper = 8; \
+             rms_height = '0.002 * length'; realizations = 5",
+        )
+        .solve(
+            "contact",
+            "effective_modulus = '2 GPa'; loads = ['0.5 * heavy', 'heavy']; gap_bins = GAPS; \
+             load_unit = 'MPa'",
+        )
+        .measure("area", "")
+        .aggregate("means", "over = ['mean_gap']; statistics = ['mean']")
+        .text();
+    format!("{}\n[parameters]\nlength = \"100 um\"\nheavy = \"20 MPa\"\n{rest}", text)
+}
+
+#[test]
+fn expressions_and_bins_with_units_are_the_tasks_of_their_numbers() {
+    let bench = Bench::new();
+    let study = in_megapascals("", "");
+    bench.run(&study.replace("GAPS", "{ count = 10, to = 2 }"));
+    let surfaces = bench.table("shown", "surfaces");
+    assert_eq!(
+        [surfaces.reals("side"), surfaces.reals("rms_height")].map(|of| of.unwrap().value(0)),
+        [100.0, 0.2]
+    );
+    assert_eq!(
+        bench.table("shown", "contact").reals("pressure").unwrap().values()[..2],
+        [10.0, 20.0]
+    );
+    let counts = bench.plan(&study.replace("GAPS", "{ count = 10, to = \"400 nm\" }"));
+    assert!(counts.values().all(|count| count.to_run == 0), "{counts:?}");
+    let plain = study.replace("'length'", "\"100 um\"").replace("\"length\"", "\"100 um\"");
+    let counts = bench.plan(&plain.replace("GAPS", "{ count = 10, to = 2 }"));
+    assert!(counts.values().all(|count| count.to_run == 0), "{counts:?}");
+}
+
+#[test]
+fn units_of_output_change_what_is_shown_and_compute_nothing() {
+    let bench = Bench::new();
+    let stored = in_megapascals("", "").replace("GAPS", "{ count = 10, to = 2 }");
+    bench.run(&stored);
+    let stages = ["surfaces", "contact", "area", "means"];
+    let before = stages.map(|stage| bench.table("shown", stage));
+    let rest = "[claim.gap]\ntext = \"gaps are small\"\nfrom = \"contact\"\nvalue = \"mean_gap\"\n\
+                expected = \"< 1 um\"\nwhere = { pressure = { from = \"15 MPa\" } }\n\
+                [figure.gaps]\nfrom = \"contact\"\nx = \"pressure\"\ny = \"mean_gap\"\n\
+                where = { pressure = [\"10 MPa\", 0.02] }\nlimits = { pressure = { from = 0, to = \"30 MPa\" } }\n\
+                ticks = { pressure = [0, \"20 MPa\"] }\n";
+    let study = "output_units = { length = \"nm\", pressure = \"GPa\" }";
+    let shown = in_megapascals(study, rest).replace("GAPS", "{ count = 10, to = 2 }");
+    let counts = bench.run(&shown);
+    assert!(counts.values().all(|count| count.computed == 0), "{counts:?}");
+    let after = stages.map(|stage| bench.table("shown", stage));
+    let value =
+        |table: &asperity::tables::table::Table, name: &str| table.reals(name).unwrap().value(0);
+    for (name, stage, factor) in [
+        ("side", 0, 1e3),
+        ("rms_height", 0, 1e3),
+        ("pressure", 1, 1e-3),
+        ("effective_modulus", 1, 1e-3),
+        ("mean_gap", 1, 1e3),
+        ("load", 1, 1.0),
+        ("mean_contact_pressure", 2, 1e-3),
+        ("mean_gap_mean", 3, 1e3),
+    ] {
+        let [one, other] = [&before, &after].map(|tables| value(&tables[stage], name));
+        assert!((other / (factor * one) - 1.0).abs() < 1e-15, "{name}: {one} and {other}");
+    }
+    assert_eq!(value(&after[1], "pressure"), 0.01, "coordinates are rounded");
+    assert_eq!(after[1].texts("unit").unwrap().value(0), "nm");
+    assert_eq!(after[1].texts("pressure_unit").unwrap().value(0), "GPa");
+    let path = bench.path("study.toml");
+    let path = path.to_str().unwrap();
+    let printed = |arguments: &[&str]| text(&bench.output(arguments).stdout);
+    let claims = printed(&["claims", path]);
+    assert!(claims.contains("holds") && claims.contains("nm"), "{claims}");
+    let table = printed(&["table", path, "contact", "--columns", "pressure,mean_gap"]);
+    assert!(table.contains("pressure [GPa]") && table.contains("mean_gap [nm]"), "{table}");
+    let exported = printed(&[
+        "export",
+        path,
+        "contact",
+        "realization=0",
+        "pressure=20 MPa",
+        "--output",
+        bench.path("maps.npz").to_str().unwrap(),
+        "--json",
+    ]);
+    for expected in ["\"unit\":\"nm\"", "\"pressure_unit\":\"GPa\"", "\"loads\":[0.02]"] {
+        assert!(exported.replace(' ', "").contains(expected), "{exported}");
+    }
+    let report = bench.output(&["report", path]);
+    assert!(report.status.success(), "{}", text(&report.stderr));
+    // Without units of output, tables have the bytes that they had before.
+    bench.run(&stored);
+    assert_eq!(
+        stages.map(|stage| bench.table("shown", stage).batch().clone()),
+        before.map(|table| table.batch().clone())
+    );
+    let wrong = study.replace("nm", "kg");
+    let path = bench.write(&in_megapascals(&wrong, "").replace("GAPS", "{ count = 10, to = 2 }"));
+    let refused = text(&bench.output(&["check", path.to_str().unwrap()]).stderr);
+    assert!(refused.contains("`kg` is not a unit of length"), "{refused}");
+}

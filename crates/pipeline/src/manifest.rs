@@ -58,9 +58,23 @@ pub struct StudyTable {
     /// Seed of the stages that draw random numbers and have no `seed`.
     #[schemars(extend("default" = 0))]
     pub seed: Key<u64>,
+    /// Units of published tables, figures, maps and pages: `{ length = "um", pressure = "MPa" }`.
+    /// Surfaces are solved and stored in their own units, so stored results stay valid. By default
+    /// these are the units of output, too.
+    pub output_units: Key<OutputUnitsTable>,
 }
 
 table!(StudyTable);
+
+/// Units of output, the value of `output_units`.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct OutputUnitsTable {
+    /// Unit of lengths, such as `"um"`.
+    pub length: Key<String>,
+    /// Unit of pressures, such as `"MPa"`.
+    pub pressure: Key<String>,
+}
 
 /// Maximum number of stages of a study.
 const MAX_STAGES: usize = 200;

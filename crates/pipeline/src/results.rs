@@ -24,7 +24,9 @@ use asperity_stages::StageError;
 use asperity_stages::absolute::AbsoluteColumns;
 use asperity_stages::columns::CONTENT;
 use asperity_stages::fit::limits::columns::AS_QUANTITY;
+use asperity_stages::output_units::Conversion;
 use asperity_stages::surface_files::SurfaceFiles;
+use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Column, ColumnKind, Description};
 use asperity_tables::key::Digest;
 use asperity_tables::parquet::Metadata;
@@ -135,6 +137,7 @@ impl StudyResults {
         let StudyResults { plan, reader, .. } = self;
         let sources = &self.study.sources;
         let (description, absolute) = &described(&self.empty_tables, &self.study, &stage.name)?;
+        let conversion = &self.study.conversion(&stage.name);
         let path = path(&self.folder, &plan.study, &stage.name);
         let mut published = TableSource::open(&path);
         let stored = stage.tasks_where(&reader.store().have(&plan.tables_of(stage)));
@@ -147,7 +150,7 @@ impl StudyResults {
             is_published,
         };
         for tasks in [stored, stage.tasks.clone()] {
-            let digest = digest(plan, &tasks, sources, description);
+            let digest = digest(plan, &tasks, sources, (description, conversion));
             let is_it = |metadata: &Metadata| metadata.get("digest") == Some(&digest);
             published = match published {
                 Ok((table, metadata)) if !tasks.is_empty() && is_it(&metadata) => {
@@ -170,9 +173,10 @@ impl StudyResults {
             // The damaged published table may have been the only copy of the rows.
             Err(error @ StoreError::Damaged { .. }) if parts.is_empty() => Err(error.into()),
             _ => {
-                let context = RowContext { plan, stage, sources, description, absolute };
+                let context =
+                    RowContext { plan, stage, sources, description, absolute, conversion };
                 let (tasks, table) = parts.stacked(context)?;
-                let digest = digest(plan, &tasks, sources, description);
+                let digest = digest(plan, &tasks, sources, (description, conversion));
                 Ok(rows(tasks, table.map(Into::into), digest, false))
             }
         }
@@ -209,16 +213,22 @@ fn described(
     let unknown = |source| ResultsError::Columns { stage: stage.to_owned(), source };
     let table = tables.named(study, stage).map_err(unknown)?;
     let units = study.units_of(stage);
+    let stored = study.conversion(stage).from;
     let Stage { inputs, work, .. } = study.stage(stage);
     let read = inputs.iter().filter_map(|&input| tables.of(study, input).ok());
     let quantity = unit_of_quantity(work, read).filter(|_| units.has_any());
     let absolute = study.absolute_columns(stage, table, quantity.clone());
     let named = absolute.beside(table).with_named_units(|unit| match &quantity {
-        Some(quantity) if unit == AS_QUANTITY => units.name(quantity),
+        // The limit of an observable stays in the unit of the store.
+        Some(quantity) if unit == AS_QUANTITY => stored.name(quantity),
         _ => units.name(unit),
     });
     Ok((named, absolute))
 }
+
+/// Name of the metadata entry of a published table whose numbers are not in the units of the store.
+/// It has the units of the store, and the rows of such a table are no inputs of tasks.
+const CONVERTED: &str = "converted_from";
 
 /// Returns the columns of the published table of each stage, with the units that the study names.
 ///
@@ -297,9 +307,21 @@ fn files_of(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
 }
 
 /// Returns the digest of a published table, computed from the keys of `tasks`, the paths of the
-/// surface files and the descriptions of the columns.
-fn digest(plan: &Plan, tasks: &[usize], sources: &SurfaceFiles, description: &Table) -> String {
+/// surface files, the descriptions of the columns and the units of output.
+fn digest(
+    plan: &Plan,
+    tasks: &[usize],
+    sources: &SurfaceFiles,
+    (description, conversion): (&Table, &Conversion),
+) -> String {
     let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
-    Digest::from_params(&(FORMAT, keys, sources.paths(), description.descriptions_in_units()))
-        .to_string()
+    let content = (FORMAT, keys, sources.paths(), description.descriptions_in_units());
+    let digest = match conversion.is_none() {
+        true => Digest::from_params(&content),
+        false => {
+            let TableUnits { length, pressure } = &conversion.to;
+            Digest::from_params(&(content, length, pressure))
+        }
+    };
+    digest.to_string()
 }

@@ -32,6 +32,7 @@ use asperity_manifest::keys::quantity;
 use asperity_manifest::names;
 use asperity_stages::StageError;
 use asperity_stages::surface_files::{RecordedFiles, SurfaceFiles};
+use asperity_stages::units::TableUnits;
 use asperity_tables::table::Table;
 
 pub use summary::StageSummary;
@@ -59,6 +60,9 @@ pub struct Study {
     /// Warnings about figures that select rows which the study does not have.
     empty_selections: Vec<Warning>,
     pub sources: SurfaceFiles,
+    /// Units of published tables, figures, maps and pages, where they differ from those in which
+    /// surfaces are solved and stored.
+    pub output_units: TableUnits,
     /// The manifest after the manifests that it extends and the settings were applied.
     pub manifest: EffectiveManifest,
 }
@@ -109,8 +113,15 @@ pub struct Stage {
 
 impl PartialEq for Study {
     fn eq(&self, other: &Study) -> bool {
-        (&self.name, &self.stages, &self.figures, &self.claims, &self.sources)
-            == (&other.name, &other.stages, &other.figures, &other.claims, &other.sources)
+        (&self.name, &self.stages, &self.figures, &self.claims, &self.sources, &self.output_units)
+            == (
+                &other.name,
+                &other.stages,
+                &other.figures,
+                &other.claims,
+                &other.sources,
+                &other.output_units,
+            )
     }
 }
 

@@ -49,6 +49,8 @@ pub struct Figure {
     pub panel: [f64; 2],
     /// Scale of the colours of series, if they are too many for the legend.
     pub colours: Option<ColourScale>,
+    /// Labels of the legend, or parts of them, in the order of their entries. Other entries follow.
+    pub legend_order: Vec<String>,
     /// Width and height of the files in pixels, if they differ from those of the drawing.
     pub sheet: Option<[f64; 2]>,
 }
@@ -90,7 +92,14 @@ impl Figure {
     }
 
     pub fn from_panels(rows: Vec<Vec<Panel>>, panel: [f64; 2]) -> Figure {
-        Figure { title: String::new(), rows, panel, colours: None, sheet: None }
+        Figure {
+            title: String::new(),
+            rows,
+            panel,
+            colours: None,
+            legend_order: Vec::new(),
+            sheet: None,
+        }
     }
 
     /// Sets the size of the files of the figure in pixels, and the size `font` of their letters. If
@@ -169,7 +178,7 @@ impl Figure {
     }
 
     fn legend(&self) -> Legend {
-        Legend::new(entries(self.series()), self.width() - 2.0 * MARGIN, WORDS - 1)
+        Legend::new(self.entries(), self.width() - 2.0 * MARGIN, WORDS - 1)
     }
 
     /// Returns the figure as SVG with the colour variables of [`style`]. `name` makes its
@@ -210,6 +219,19 @@ impl Figure {
         legend.draw(&mut scene, below + self.height_of_colours(), width);
         let svg = finished(&scene, &pictures, name, 1.4);
         self.sheet.map_or_else(|| svg.clone(), |sheet| resized(&svg, sheet))
+    }
+
+    /// Returns the entries of the legend: each name once, in the declared order, and others in order
+    /// of appearance.
+    fn entries(&self) -> Vec<Entry> {
+        let mut entries = entries(self.series());
+        let place = |part: &str| self.legend_order.iter().position(|label| label == part);
+        // Labels of several parameters are parts with a point between them.
+        entries.sort_by_key(|Entry { label, .. }| {
+            let parts = label.split(" · ").filter_map(place).min();
+            place(label).or(parts).unwrap_or(usize::MAX)
+        });
+        entries
     }
 
     /// Returns true if all panels are maps.

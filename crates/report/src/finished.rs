@@ -7,6 +7,7 @@ use asperity_pipeline::plan::{Plan, Task};
 use asperity_pipeline::results::reader::ResultReader;
 use asperity_stages::Kind;
 use asperity_stages::columns::{EFFECTIVE_MODULUS, PRESSURE_UNIT};
+use asperity_stages::output_units::Conversion;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::units::{TableUnits, pressure_unit};
 use asperity_tables::column::texts;
@@ -36,6 +37,8 @@ pub struct FinishedStages<'a> {
     pub sources: &'a SurfaceFiles,
     /// Unit of pressure of all tables that could be converted to it.
     pressure: Option<String>,
+    /// Units of output, where they differ from those of the store.
+    pub output_units: &'a TableUnits,
 }
 
 impl<'a> FinishedStages<'a> {
@@ -61,13 +64,23 @@ impl<'a> FinishedStages<'a> {
             archive: subject.archive,
             sources: subject.sources,
             pressure: shared,
+            output_units: &subject.study.output_units,
         }
     }
 
-    /// Reads the stored table of a contact, with its maps. Its pressures are in the unit of the
-    /// finished stages.
+    /// Converts a table of the store to the units of output.
+    pub fn shown(&self, table: Table, kind: Kind) -> Table {
+        if *self.output_units == TableUnits::default() {
+            return table;
+        }
+        let from = TableUnits::from_table(&table);
+        Conversion { from, to: self.output_units.clone() }.stored_table(&table, kind)
+    }
+
+    /// Reads the stored table of a contact, with its maps, in the units of the finished stages.
     pub fn stored(&self, task: &Task) -> Result<Table, StoreError> {
-        let table = self.archive.store().read(&task.table, Columns::All)?;
+        let stored = self.archive.store().read(&task.table, Columns::All)?;
+        let table = self.shown(stored, Kind::Solve);
         let own = TableUnits::from_table(&table);
         if own.pressure == self.pressure {
             return Ok(table);

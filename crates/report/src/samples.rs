@@ -20,9 +20,11 @@ use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::surface::{Axis, Scan, Surface};
 use asperity_contact::topography::{differences, power_spectrum};
 use asperity_pipeline::plan::Task;
+use asperity_stages::output_units::Conversion;
 use asperity_stages::surface::origin::MeasuredSurface;
 use asperity_stages::surface::{Heights, Origin};
-use asperity_stages::{Recipe, Stage as _, StageError, ensemble, grids, surface};
+use asperity_stages::units::TableUnits;
+use asperity_stages::{Kind, Recipe, Stage as _, StageError, ensemble, grids, surface};
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::TaskTables;
 
@@ -40,6 +42,18 @@ pub struct Sample<'a> {
 }
 
 impl Sample<'_> {
+    /// Returns the factor that converts the lengths of the surface to the unit of its point.
+    fn length_factor(&self, finished: &FinishedStages) -> f64 {
+        let conversion = Conversion {
+            from: TableUnits {
+                length: Some(self.params.origin.unit().to_owned()),
+                ..TableUnits::default()
+            },
+            to: finished.output_units.clone(),
+        };
+        conversion.number(1.0, "length", false)
+    }
+
     /// Returns the description of the surface if it is measured.
     pub fn file(&self) -> Option<&MeasuredSurface> {
         match &self.params.origin {
@@ -71,6 +85,10 @@ impl Sample<'_> {
     /// Returns the heights. A random surface is computed on a mesh just fine enough for a picture;
     /// the modes of a surface are the same on all meshes.
     pub fn draw(&self, finished: &FinishedStages) -> Result<Surface, StageError> {
+        scaled(self.drawn(finished)?, self.length_factor(finished))
+    }
+
+    fn drawn(&self, finished: &FinishedStages) -> Result<Surface, StageError> {
         match &self.params.origin {
             Origin::Random { .. } => {
                 let grid = self.params.grid()?;
@@ -136,7 +154,7 @@ pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a
     };
     let samples = (0..shown).map(|index| {
         let (task, params) = first[spread(index)];
-        let table = archive.light(&plan.tasks[task].table)?;
+        let table = finished.shown(archive.light(&plan.tasks[task].table)?, Kind::Generate);
         Ok(Sample { task, params, point: points::at_row(&table, 0) })
     });
     samples.collect()
@@ -248,6 +266,8 @@ impl MeasuredMap {
             .and_then(Result::ok)
             .map(|levelled| levelled.scan)
             .filter(|scan| is_other(scan, &surface));
+        let factor = sample.length_factor(finished);
+        let surface = scaled(surface, factor)?;
         let boundary =
             if sample.params.origin.is_open() { Boundary::Free } else { Boundary::Periodic };
         let longer_side = surface.grid().cell().longer_side();
@@ -255,8 +275,8 @@ impl MeasuredMap {
         Ok(MeasuredMap {
             point: sample.point.clone(),
             unit: units.at(&sample.point).map(str::to_owned),
-            as_measured: as_measured.map(|scan| AsMeasured::new(&scan, file, pixels)),
-            pressed: ShownMap::new(&surface.clone().into(), pixels),
+            as_measured: as_measured.map(|scan| AsMeasured::new(&scan, file, (pixels, factor))),
+            pressed: ShownMap::new(&surface.clone().into(), (pixels, 1.0)),
             histogram: Histogram::from_surface(&surface, bins(surface.grid().count()), RANGE),
             spectrum: rings
                 .map(|ring| CurvePoint {
@@ -271,11 +291,11 @@ impl MeasuredMap {
 }
 
 impl AsMeasured {
-    fn new(scan: &Scan, file: &MeasuredSurface, pixels: usize) -> AsMeasured {
+    fn new(scan: &Scan, file: &MeasuredSurface, (pixels, factor): (usize, f64)) -> AsMeasured {
         let MeasuredSurface { content, choice, preparation, .. } = file;
         let Preparation { crop, spikes, islands, align, level, level_through, .. } = preparation;
         AsMeasured {
-            map: ShownMap::new(scan, pixels),
+            map: ShownMap::new(scan, (pixels, factor)),
             missing: scan.missing() as f64 / scan.grid().count() as f64,
             identity: format!(
                 "{content:?} {choice:?} {:?} {crop:?} {spikes:?} {islands:?} {align:?} {level:?} \
@@ -287,13 +307,27 @@ impl AsMeasured {
 }
 
 impl ShownMap {
-    fn new(scan: &Scan, pixels: usize) -> ShownMap {
+    /// Creates a map of at most `pixels` pixels, with lengths that are multiplied by `factor`.
+    fn new(scan: &Scan, (pixels, factor): (usize, f64)) -> ShownMap {
         let grid = scan.grid();
+        let heights: Vec<f64> = scan.heights().iter().map(|height| factor * height).collect();
         ShownMap {
-            heights: HeightMap::new(grid.nodes(), scan.heights(), pixels),
-            size: grid.cell().size(),
+            heights: HeightMap::new(grid.nodes(), &heights, pixels),
+            size: grid.cell().size().map(|side| factor * side),
         }
     }
+}
+
+/// Returns a surface whose lengths are multiplied by a factor.
+fn scaled(surface: Surface, factor: f64) -> Result<Surface, StageError> {
+    if factor == 1.0 {
+        return Ok(surface);
+    }
+    let grid = surface.grid();
+    let grid = grids::grid(grid.nodes(), grid.cell().size().map(|side| factor * side))?;
+    let mut heights = surface.into_heights();
+    heights.iter_mut().for_each(|height| *height *= factor);
+    Surface::new(grid, heights).map_err(StageError::Heights)
 }
 
 /// Returns true if a map has other heights than the surface, or missing points.

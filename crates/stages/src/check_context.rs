@@ -44,6 +44,8 @@ pub enum Property {
     NotRedrawable,
     /// Surfaces that are not scaled to a given rms slope.
     WithoutSlope,
+    /// Surfaces that are not scaled to a given rms height.
+    WithoutHeight,
     /// Contacts without `pressure_bins`.
     PressuresUncounted,
     /// Contacts without `gap_bins`.
@@ -75,6 +77,8 @@ pub struct Surfaces {
     pub length_units: Vec<String>,
     /// Smallest and largest rms slope to which surfaces are scaled.
     pub slopes: Option<[f64; 2]>,
+    /// Smallest and largest rms height to which surfaces are scaled.
+    pub heights: Option<[f64; 2]>,
 }
 
 impl Surfaces {
@@ -91,16 +95,25 @@ impl Surfaces {
         (lowest == highest).then_some(lowest)
     }
 
+    /// Returns the rms height of all surfaces, if all are scaled to the same one.
+    pub fn common_height(&self) -> Option<f64> {
+        let are_scaled = self.stage_with(Property::WithoutHeight).is_none();
+        let [lowest, highest] = self.heights.filter(|_| are_scaled)?;
+        (lowest == highest).then_some(lowest)
+    }
+
     /// Combines the properties of two sets of surfaces. If two stages have a property, the first
     /// one comes first.
     pub fn and(self, other: &Surfaces) -> Surfaces {
         let slopes = self.slopes.into_iter().chain(other.slopes);
+        let heights = self.heights.into_iter().chain(other.heights);
         let steps = self.coarsest.into_iter().chain(other.coarsest.clone());
         let units = self.length_units.into_iter().chain(other.length_units.iter().cloned());
         Surfaces {
             properties: [self.properties, other.properties.clone()].concat(),
             coarsest: steps.reduce(|one, next| if next.1 > one.1 { next } else { one }),
             slopes: slopes.reduce(spanning),
+            heights: heights.reduce(spanning),
             length_units: distinct(units),
             not_superposable: self.not_superposable.or_else(|| other.not_superposable.clone()),
             loads: [self.loads, other.loads.clone()].concat(),

@@ -23,6 +23,7 @@
 //! | [`grids`], [`per_axis`] | grids of surfaces; values along x and y |
 //! | [`ensemble`] | grouping of rows by parameter point, surface and load |
 //! | [`units`], [`absolute`] | names of the units of a table; reduced numbers in these units |
+//! | [`output_units`] | conversion of tables to other units for output |
 //! | [`map_file`], [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
 //!
 //! No modules use each other in a circle: the kinds use the modules below them in this table, and
@@ -50,6 +51,7 @@ pub mod grids;
 pub mod lengths;
 pub mod map_file;
 pub mod measure;
+pub mod output_units;
 pub mod per_axis;
 pub mod reduced_units;
 pub mod registry;

@@ -203,6 +203,7 @@ impl StageVariant {
     ) -> KnownNumber<'a> {
         KnownNumber {
             name: full_contact::NAME,
+            unit_of: full_contact::UNIT_OF,
             value: Box::new(move |key, point| match self {
                 StageVariant::Solve => full_contact::load(&inputs, key, point),
                 _ => Err(format!(
@@ -411,16 +412,19 @@ impl Surfaces {
         let steps = grids().flat_map(|grid| grid.spacing());
         let non_square = grids().find(|grid| !grid.has_square_cells());
         let slopes = origins().filter_map(|origin| Some([origin.given_rms_slope()?; 2]));
+        let heights = origins().filter_map(|origin| Some([origin.given_rms_height()?; 2]));
         let properties = [
             (Property::Open, origins().any(Origin::is_open)),
             (Property::Filled, origins().any(Origin::has_filled_points)),
             (Property::NotRedrawable, origins().any(Origin::reads_stage)),
             (Property::WithoutSlope, origins().any(|origin| origin.given_rms_slope().is_none())),
+            (Property::WithoutHeight, origins().any(|origin| origin.given_rms_height().is_none())),
         ];
         Surfaces {
             properties: properties_of(stage, properties),
             coarsest: steps.reduce(f64::max).map(|step| (stage.to_owned(), step)),
             slopes: slopes.reduce(spanning),
+            heights: heights.reduce(spanning),
             length_units: distinct(origins().map(|origin| origin.unit().to_owned())),
             non_square: non_square.map(|grid| {
                 let [step_x, step_y] = grid.spacing();

@@ -170,6 +170,12 @@ impl TableUnits {
         (converted, to)
     }
 
+    /// Returns the unit of a column of `table`, if it is one that quantities can be converted to.
+    pub fn of_column(&self, table: &Table, column: &str) -> Option<&'static Unit> {
+        let field = table.batch().schema_ref().field_with_name(column).ok()?;
+        Unit::find(&self.shown_of(field)?)
+    }
+
     /// Returns the unit of the product of a pressure and a length, if it has a name of its own.
     fn work(&self) -> Option<&'static str> {
         let pressure = Unit::find(self.pressure.as_deref()?)?;

@@ -12,16 +12,20 @@ use crate::session::SessionError;
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
+use asperity_stages::Kind;
 use asperity_stages::columns::{
     BRANCH, CONTACT, EFFECTIVE_MODULUS, GAPS, MEAN_DISPLACEMENT, MEAN_GAP, PRESSURES, REPULSIVE,
     STEP,
 };
 use asperity_stages::ensemble::load_column;
 use asperity_stages::grids::Grids;
+use asperity_stages::output_units::Conversion;
 use asperity_stages::reduced_units::Scales;
 use asperity_stages::solve::ContactFields;
 use asperity_stages::solve::adhesion::{PathFields, StateMaps, displacement};
 use asperity_stages::surface_files::SurfaceFiles;
+use asperity_stages::units::TableUnits;
+use asperity_tables::column::Role;
 use asperity_tables::store::Store;
 use asperity_tables::table::Table;
 
@@ -29,6 +33,8 @@ use asperity_tables::table::Table;
 pub struct SolvedTask {
     /// All rows of the task.
     pub table: Table,
+    /// The rows in the units of output.
+    pub shown: Table,
     pub grid: Grid,
     /// Rows that the study has and that were chosen.
     pub rows: Vec<usize>,
@@ -47,7 +53,16 @@ impl SolvedTask {
     pub fn new(table: Table) -> Result<SolvedTask, SessionError> {
         let grid = Grids::new(&table)?.grid(0)?;
         let rows = (0..table.rows()).collect();
-        Ok(SolvedTask { table, grid, rows, fields: None, solved: None })
+        let shown = table.clone();
+        Ok(SolvedTask { table, shown, grid, rows, fields: None, solved: None })
+    }
+
+    /// Shows numbers in these units.
+    pub fn show_in(&mut self, units: &TableUnits) {
+        let from = TableUnits::from_table(&self.table);
+        let conversion = Conversion { from, to: units.clone() };
+        let without_maps = self.table.not_in_role(Role::Heavy);
+        self.shown = conversion.stored_table(&without_maps, Kind::Solve);
     }
 
     /// Returns true for a path with adhesion.
@@ -93,7 +108,7 @@ impl SolvedTask {
                 rows.reverse();
             }
         }
-        let loads = self.table.reals(load_column(&self.table))?;
+        let loads = self.shown.reals(load_column(&self.shown))?;
         let contacts = rows.iter().map(|&row| self.set(MapKind::Contact, row));
         Ok(Overlay {
             grid: self.grid,

@@ -137,6 +137,15 @@ impl<'a> Checks<'a> {
         None
     }
 
+    /// Returns the value of a result, or `None` after reporting its problem, given by message and
+    /// label.
+    pub fn accept<T>(&mut self, result: Result<T, (String, String)>, span: &Span) -> Option<T> {
+        match result {
+            Ok(value) => Some(value),
+            Err((message, label)) => self.reject(Problem::new(message, span.clone(), label)),
+        }
+    }
+
     /// Reports a problem and returns `None`.
     pub fn reject<T>(&mut self, problem: Problem) -> Option<T> {
         self.problems.push(problem);

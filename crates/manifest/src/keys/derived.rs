@@ -9,6 +9,7 @@
 //! [`KnownNumber`], or a key with a declared default. A key never means itself, so
 //! `hurst = "hurst"` uses the parameter.
 
+mod dimensions;
 mod point;
 
 use std::cell::RefCell;
@@ -23,6 +24,7 @@ use super::expression_syntax::{has_unit, syntax_problem};
 use super::parameters::Parameters;
 use crate::diagnostics::{Problem, did_you_mean, listed};
 use crate::expression::{Expression, ExpressionError};
+use crate::keys::quantity::{self, Declared, Unit};
 use crate::keys::schema::{alternatives, is_number, is_of_type, is_type, words};
 
 pub use point::{Point, replaced};
@@ -41,6 +43,8 @@ pub struct Scope<'a> {
 /// A number that expressions can use although it is neither a key nor a parameter.
 pub struct KnownNumber<'a> {
     pub name: &'static str,
+    /// Key whose unit the number has.
+    pub unit_of: &'static str,
     /// Returns the number at a parameter point, or the reason why it is not known. The first
     /// argument is the key whose expression uses the number.
     pub value: Box<FindNumber<'a>>,
@@ -96,6 +100,33 @@ impl<'a> Expressions<'a> {
         };
         let unknown = expression.columns().into_iter().filter(|name| !self.knows(name));
         Some(unknown.map(|name| self.unknown_name(path, written, name)).collect())
+    }
+
+    /// Returns the unit of an expression of `table` in which parameters have units; `None` for all
+    /// other values. `schema` and `declared` are those of the value.
+    ///
+    /// # Errors
+    /// Returns the problem of an expression whose unit does not belong to the key `path`.
+    pub fn unit(
+        self,
+        table: &DeTable<'_>,
+        path: &str,
+        written: &Written<'_>,
+        schema: &Value,
+        declared: Option<Declared>,
+    ) -> Result<Option<&'static Unit>, Problem> {
+        let Some(Ok(expression)) = self.parse(written.get_ref(), &alternatives(schema)) else {
+            return Ok(None);
+        };
+        let known = self.scope.known.as_ref();
+        if let Some(known) = known.filter(|known| expression.columns().contains(known.name)) {
+            return Ok(table.get(known.unit_of).and_then(first_unit));
+        }
+        let key = path.split('.').next().unwrap_or(path);
+        dimensions::unit_of(self, key, &expression, declared).map_err(|reason| {
+            let message = format!("the expression of `{path}` has another unit");
+            Problem::new(message, written.span(), reason)
+        })
     }
 
     fn knows(self, name: &str) -> bool {
@@ -223,6 +254,16 @@ impl<'a> Expressions<'a> {
             }
         });
         swept
+    }
+}
+
+/// Returns the unit of the first quantity in a value.
+fn first_unit(value: &Written<'_>) -> Option<&'static Unit> {
+    match value.get_ref() {
+        DeValue::String(text) => Unit::find(quantity::split(text)?.1),
+        DeValue::Array(items) => items.iter().find_map(first_unit),
+        DeValue::Table(table) => table.values().find_map(first_unit),
+        _ => None,
     }
 }
 

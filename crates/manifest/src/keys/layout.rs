@@ -72,6 +72,11 @@ pub mod declare {
         schema.insert(QUANTITY.to_owned(), "pressure or ratio".into());
     }
 
+    /// Declares that the numbers of the key are lengths with a unit, or pure numbers without one.
+    pub fn length_or_ratio(schema: &mut Schema) {
+        schema.insert(QUANTITY.to_owned(), "length or ratio".into());
+    }
+
     /// Declares that the numbers of the key are works per area, which may be written with a unit.
     pub fn work(schema: &mut Schema) {
         schema.insert(QUANTITY.to_owned(), "work".into());

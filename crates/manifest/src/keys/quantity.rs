@@ -7,6 +7,7 @@
 //! are always read in W/(m K) and Ω m. A key of a pure number accepts the ratio of two quantities:
 //! `modulus_ratio = "2 GPa / 210 GPa"`. [`Units::read`] finds the units and the number of each
 //! quantity, and [`replace`] puts these numbers into the table. All later steps read plain numbers.
+//! Expressions, which are evaluated later, compute with numbers in these units.
 //!
 //! Every unit is a power of ten of a unit of the SI. A conversion only moves the decimal point and
 //! is exact.
@@ -15,7 +16,7 @@
 mod tests;
 mod unit;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value;
 use serde_spanned::Spanned as TomlSpanned;
@@ -37,7 +38,7 @@ pub const PATTERN: &str =
 
 /// The declaration that the numbers of a key are quantities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Declared {
+pub struct Declared {
     pub dimension: Dimension,
     /// True if numbers without a unit may be pure numbers.
     pub or_ratio: bool,
@@ -51,6 +52,7 @@ impl Declared {
             "work" => (Dimension::Work, false),
             "conductivity" => (Dimension::Conductivity, false),
             "resistivity" => (Dimension::Resistivity, false),
+            "length or ratio" => (Dimension::Length, true),
             _ => (Dimension::Pressure, true),
         };
         Some(Declared { dimension, or_ratio })
@@ -97,6 +99,34 @@ pub fn ratio(text: &str) -> Option<f64> {
     slashes.filter_map(|(at, _)| of_texts(&text[..at], &text[at + 1..])).next()
 }
 
+/// Reads a number, or converts a quantity to the unit `to`.
+///
+/// # Errors
+/// Returns message and label of the problem of a text that is neither, or whose unit is not one of
+/// the same dimension. Without `to`, no quantity can be converted.
+pub fn in_unit(text: &str, to: Option<&Unit>) -> Result<f64, (String, String)> {
+    if let Ok(number) = text.trim().parse::<f64>() {
+        return Ok(number);
+    }
+    Err(match (split(text), to) {
+        (Some((number, unit)), Some(to)) => match Unit::find(unit) {
+            Some(unit) if unit.dimension == to.dimension => {
+                return Ok(decimal::shifted(number, unit.power - to.power));
+            }
+            Some(_) => (
+                format!("the quantity cannot have the unit {unit}"),
+                format!("the unit of the column is {}", to.symbol),
+            ),
+            None => (format!("{unit:?} is not a unit"), "unknown unit".to_owned()),
+        },
+        (Some(_), None) => (
+            "the quantity has no unit that could be converted".to_owned(),
+            "write a number in the unit of the column".to_owned(),
+        ),
+        (None, _) => (format!("{text:?} is not a number"), "must be a number".to_owned()),
+    })
+}
+
 /// The unit of the lengths, pressures or works of a table, and the position that determines it.
 #[derive(Debug, Clone)]
 pub struct NamedUnit {
@@ -107,6 +137,18 @@ pub struct NamedUnit {
     pub by_key: bool,
 }
 
+/// Function that returns the unit of an expression in which parameters have units; `None` for all
+/// other values. The arguments are the path of the key, the value, its schema and its declaration.
+///
+/// Returns the problem of an expression whose unit does not belong to the key.
+pub type UnitOfExpression<'a> = dyn Fn(
+        &str,
+        &TomlSpanned<DeValue<'_>>,
+        &Value,
+        Option<Declared>,
+    ) -> Result<Option<&'static Unit>, Problem>
+    + 'a;
+
 /// The units of a table, and its quantities.
 #[derive(Debug, Default)]
 pub struct Units {
@@ -116,8 +158,8 @@ pub struct Units {
     pub pressure: Option<NamedUnit>,
     /// Unit of the works per area; `None` if none has a unit.
     pub work: Option<NamedUnit>,
-    /// Start and end of each quantity in the text of the manifest.
-    quantities: BTreeSet<(usize, usize)>,
+    /// Dimension of each quantity, by its start and end in the text of the manifest.
+    quantities: BTreeMap<(usize, usize), Dimension>,
 }
 
 /// Units and numbers that [`Units::read`] found in a table.
@@ -139,9 +181,19 @@ struct Scalar<'v> {
     /// True if the value can be a number.
     takes_number: bool,
     value: &'v TomlSpanned<DeValue<'v>>,
+    /// Unit of an expression in which parameters have units.
+    unit_of_expression: Option<&'static Unit>,
+    /// Problem of an expression whose unit does not belong to the key.
+    problem_of_expression: Option<Problem>,
 }
 
 impl<'v> Scalar<'v> {
+    /// Returns the unit of a quantity of this dimension, which may be an expression.
+    fn unit(&self, dimension: Dimension) -> Option<&'static Unit> {
+        let written = self.quantity(dimension).map(|(_, unit)| unit);
+        written.or_else(|| self.unit_of_expression.filter(|unit| unit.dimension == dimension))
+    }
+
     /// Returns the number and the unit if the scalar is a quantity of a known unit.
     fn quantity(&self, dimension: Dimension) -> Option<(&'v str, &'static Unit)> {
         let (number, unit) = split(self.value.get_ref().as_str()?)?;
@@ -158,6 +210,9 @@ impl<'v> Scalar<'v> {
 
     /// Returns the problem of a text whose unit is unknown or belongs to another dimension.
     fn problem(&self) -> Option<Problem> {
+        if self.problem_of_expression.is_some() {
+            return self.problem_of_expression.clone();
+        }
         let dimension = self.declared?.dimension;
         let (_, unit) = split(self.value.get_ref().as_str()?)?;
         let path = &self.path;
@@ -199,8 +254,13 @@ impl<'v> Scalar<'v> {
 impl Units {
     /// Finds the units of a table and converts its quantities. Reports unknown units, and numbers
     /// without a unit beside quantities.
-    pub fn read(table: &DeTable<'_>, layout: &Layout, problems: &mut Problems) -> ReadUnits {
-        let scalars = scalars(table, layout);
+    pub fn read(
+        table: &DeTable<'_>,
+        layout: &Layout,
+        of_expression: &UnitOfExpression<'_>,
+        problems: &mut Problems,
+    ) -> ReadUnits {
+        let scalars = scalars(table, layout, of_expression);
         let mut read = ReadUnits {
             units: Units::default(),
             numbers: vec![None; scalars.len()],
@@ -232,9 +292,39 @@ impl Units {
         read
     }
 
+    /// Converts a quantity to the number with which expressions compute.
+    pub fn computed(&self, number: &str, unit: &Unit) -> f64 {
+        decimal::shifted(number, unit.power - self.power(unit.dimension))
+    }
+
+    /// Converts the result of an expression to the unit of the key at this position. The unit
+    /// differs only for quantities that are neither lengths nor pressures.
+    pub fn in_unit_of_key(&self, result: f64, span: &Span) -> f64 {
+        let Some(&dimension) = self.quantities.get(&(span.start, span.end)) else {
+            return result;
+        };
+        let named = match dimension {
+            Dimension::Length => self.length.as_ref(),
+            Dimension::Pressure => self.pressure.as_ref(),
+            Dimension::Work => self.work.as_ref(),
+            Dimension::Conductivity | Dimension::Resistivity => None,
+        };
+        let own = named.map_or(0, |named| named.unit.power);
+        result * decimal::shifted("1", self.power(dimension) - own)
+    }
+
+    /// Returns the power of ten of the unit in which expressions compute, relative to the SI: the
+    /// units of length and pressure of the table, and products of these.
+    fn power(&self, dimension: Dimension) -> i32 {
+        let [length, pressure] = [&self.length, &self.pressure]
+            .map(|named| named.as_ref().map_or(0, |named| named.unit.power));
+        let [metres, newtons, ..] = dimension.exponents();
+        metres * length + newtons * (pressure + 2 * length)
+    }
+
     /// Returns whether the value at this position was written with a unit.
     pub fn is_quantity(&self, span: &Span) -> bool {
-        self.quantities.contains(&(span.start, span.end))
+        self.quantities.contains_key(&(span.start, span.end))
     }
 }
 
@@ -250,7 +340,7 @@ impl ReadUnits {
         problems: &mut Problems,
     ) -> Option<NamedUnit> {
         let order = |scalar: &&Scalar| layout.names.iter().position(|name| *name == scalar.key);
-        let quantities = scalars.iter().filter(|scalar| scalar.quantity(dimension).is_some());
+        let quantities = scalars.iter().filter(|scalar| scalar.unit(dimension).is_some());
         let first = quantities.min_by_key(order);
         // The unit must be the same at all parameter points, so a swept unit names none.
         let common = key.and_then(|key| table.get(key));
@@ -264,7 +354,7 @@ impl ReadUnits {
             }
             (Some(unit), Some(written)) => NamedUnit { unit, span: written.span(), by_key: true },
             _ => {
-                let (_, unit) = first?.quantity(dimension)?;
+                let unit = first?.unit(dimension)?;
                 NamedUnit { unit, span: first?.value.span(), by_key: false }
             }
         };
@@ -288,8 +378,10 @@ impl ReadUnits {
             if let Some((digits, unit)) = scalar.quantity(dimension) {
                 let value = decimal::shifted(digits, unit.power - named.unit.power);
                 *number = Some(decimal::written(value));
+            }
+            if scalar.unit(dimension).is_some() {
                 let span = scalar.value.span();
-                self.units.quantities.insert((span.start, span.end));
+                self.units.quantities.insert((span.start, span.end), dimension);
             } else if let (false, Some(first)) = (named.by_key, first)
                 && is_number(scalar.value.get_ref())
                 && scalar.declared == Some(Declared { dimension, or_ratio: false })
@@ -303,56 +395,77 @@ impl ReadUnits {
 }
 
 /// Returns all scalars of a table in the order of [`replace`].
-fn scalars<'v>(table: &'v DeTable<'v>, layout: &Layout) -> Vec<Scalar<'v>> {
-    let mut found = Vec::new();
+fn scalars<'v>(
+    table: &'v DeTable<'v>,
+    layout: &Layout,
+    of_expression: &UnitOfExpression<'_>,
+) -> Vec<Scalar<'v>> {
+    let mut visitor = Visitor { of_expression, found: Vec::new() };
     for (key, value) in table {
         let key = key.get_ref().as_ref();
         let cases = value.get_ref().as_array().filter(|_| key == "cases" && !layout.has(key));
         match cases {
             Some(cases) => cases.iter().for_each(|case| match case.get_ref().as_table() {
-                Some(case) => found.extend(scalars(case, layout)),
-                None => visit(key, key.to_owned(), case, &Value::Null, None, &mut found),
+                Some(case) => visitor.found.extend(scalars(case, layout, of_expression)),
+                None => visitor.visit(key, key.to_owned(), case, &Value::Null, None),
             }),
             None => {
                 let schema = layout.properties().get(key).unwrap_or(&Value::Null);
-                visit(key, key.to_owned(), value, schema, None, &mut found);
+                visitor.visit(key, key.to_owned(), value, schema, None);
             }
         }
     }
-    found
+    visitor.found
 }
 
-fn visit<'v>(
-    key: &'v str,
-    path: String,
-    value: &'v TomlSpanned<DeValue<'v>>,
-    schema: &Value,
-    outer: Option<Declared>,
-    found: &mut Vec<Scalar<'v>>,
-) {
-    let declared = Declared::from_schema(schema).or(outer);
-    match value.get_ref() {
-        DeValue::Array(items) => {
-            // A swept list has the schema of its items.
-            let of_items = alternatives(schema).into_iter().find_map(|one| one.get("items"));
-            for item in items.iter() {
-                visit(key, path.clone(), item, of_items.unwrap_or(schema), declared, found);
+/// Collects the scalars of a table.
+struct Visitor<'a, 'v> {
+    of_expression: &'a UnitOfExpression<'a>,
+    found: Vec<Scalar<'v>>,
+}
+
+impl<'v> Visitor<'_, 'v> {
+    fn visit(
+        &mut self,
+        key: &'v str,
+        path: String,
+        value: &'v TomlSpanned<DeValue<'v>>,
+        schema: &Value,
+        outer: Option<Declared>,
+    ) {
+        let declared = Declared::from_schema(schema).or(outer);
+        match value.get_ref() {
+            DeValue::Array(items) => {
+                // A swept list has the schema of its items.
+                let of_items = alternatives(schema).into_iter().find_map(|one| one.get("items"));
+                for item in items.iter() {
+                    self.visit(key, path.clone(), item, of_items.unwrap_or(schema), declared);
+                }
             }
-        }
-        DeValue::Table(table) => {
-            for (name, value) in table {
-                let name = name.get_ref().as_ref();
-                let mut schemas = alternatives(schema).into_iter();
-                let own = schemas.find_map(|one| one.get("properties")?.get(name));
-                let path = format!("{path}.{name}");
-                visit(key, path, value, own.unwrap_or(&Value::Null), None, found);
+            DeValue::Table(table) => {
+                for (name, value) in table {
+                    let name = name.get_ref().as_ref();
+                    let mut schemas = alternatives(schema).into_iter();
+                    let own = schemas.find_map(|one| one.get("properties")?.get(name));
+                    let path = format!("{path}.{name}");
+                    self.visit(key, path, value, own.unwrap_or(&Value::Null), None);
+                }
             }
-        }
-        _ => {
-            // A key that takes only lists keeps the text that a message quotes.
-            let takes_number = alternatives(schema).into_iter().any(is_number);
-            let declared = declared.filter(|_| takes_number);
-            found.push(Scalar { key, path, declared, takes_number, value });
+            _ => {
+                // A key that takes only lists keeps the text that a message quotes.
+                let takes_number = alternatives(schema).into_iter().any(is_number);
+                let declared = declared.filter(|_| takes_number);
+                let unit = (self.of_expression)(&path, value, schema, declared);
+                self.found.push(Scalar {
+                    key,
+                    path,
+                    declared,
+                    takes_number,
+                    value,
+                    unit_of_expression: unit.as_ref().ok().copied().flatten(),
+                    problem_of_expression: unit.err(),
+                });
+            }
         }
     }
 }

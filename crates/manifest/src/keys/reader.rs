@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
 
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 use serde_spanned::Spanned as TomlSpanned;
 use toml::de::{DeString, DeTable, DeValue, Error, ValueDeserializer};
 
@@ -16,7 +17,7 @@ use super::derived::{Expressions, Point, replaced};
 use super::expected_keys::ExpectedKeys;
 use super::on_axes::Pairs;
 use super::parameters::Parameters;
-use super::quantity::{self, Units};
+use super::quantity::{self, Declared, Units};
 use super::validation::validate;
 use super::values::remove_repeats;
 use super::{KeyTable, Layout};
@@ -88,13 +89,23 @@ pub fn read<T: KeyTable>(
         Some(expressions) => expressions.with_quantities(table),
         None => table,
     };
-    let mut read = Units::read(&table, layout, problems);
+    let of_expression = |path: &str,
+                         value: &TomlSpanned<DeValue<'_>>,
+                         schema: &Value,
+                         declared: Option<Declared>| {
+        match expressions {
+            Some(expressions) => expressions.unit(&table, path, value, schema, declared),
+            None => Ok(None),
+        }
+    };
+    let mut read = Units::read(&table, layout, &of_expression, problems);
     let units = std::mem::take(&mut read.units);
     let table = quantity::replace(table, &read);
     let mut reader = Reader::<T> {
         layout,
         pairs: Pairs::among(&table, layout),
         expressions,
+        units: &units,
         expected,
         problems,
         grid: Grid::default(),
@@ -125,6 +136,7 @@ struct Reader<'a, 'i, T> {
     layout: &'static Layout,
     pairs: Pairs,
     expressions: Option<Expressions<'a>>,
+    units: &'a Units,
     expected: &'a ExpectedKeys<'a>,
     problems: &'a mut Problems,
     grid: Grid<'i>,
@@ -361,7 +373,8 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
             return deserialized(table);
         };
         let reported = &self.reported_keys;
-        let (numbers, problems) = Point::evaluate(expressions, &table, parameters, reported);
+        let (numbers, problems) =
+            Point::evaluate(expressions, self.units, &table, parameters, reported);
         if numbers.is_empty() {
             return deserialized(table);
         }

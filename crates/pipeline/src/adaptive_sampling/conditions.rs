@@ -287,7 +287,14 @@ fn all_tables(
         // Claims name columns of published tables.
         let unknown = |source| SamplingError::Columns { stage: stage.name.clone(), source };
         let empty = empty_tables.named(study, &stage.name).map_err(unknown)?;
-        Ok(Some(study.absolute_columns(&stage.name, empty, None).beside(&Table::stack(&own)?)))
+        let absolute = study.absolute_columns(&stage.name, empty, None);
+        let table = absolute.beside(&Table::stack(&own)?);
+        // Claims are written in the units of output.
+        let conversion = study.conversion(&stage.name);
+        Ok(Some(match conversion.is_none() {
+            true => table,
+            false => conversion.table(&table.described_by(&absolute.beside(empty))),
+        }))
     });
     Ok(Ok(stages.collect::<Result<_, SamplingError>>()?))
 }

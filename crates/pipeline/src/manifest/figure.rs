@@ -10,6 +10,7 @@ use toml::de::{DeString, DeTable};
 
 use asperity_manifest::decimal;
 use asperity_manifest::keys::declare::{list, required};
+use asperity_manifest::keys::quantity::{self, Unit};
 use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
 use asperity_stages::aggregate::Model;
 use asperity_tables::column::Value;
@@ -40,6 +41,12 @@ pub struct FigureTable {
     pub panels: Key<Vec<Spanned<PanelTable>>>,
     /// Labels of the axes, by columns or expressions: `{ "area_fraction / load" = "secant" }`.
     pub labels: Key<BTreeMap<String, Spanned<String>>>,
+    /// Ends of the axes, by columns or expressions: `{ pressure = { from = 0, to = "100 MPa" } }`.
+    /// Numbers are in the unit of the column. By default the axes hold the data.
+    pub limits: Key<BTreeMap<String, Spanned<RangeTable>>>,
+    /// Ticks of the axes, by columns or expressions: `{ pressure = ["10 MPa", "20 MPa", "50 MPa"]
+    /// }`. By default they are round numbers.
+    pub ticks: Key<BTreeMap<String, Spanned<Vec<SelectedValue>>>>,
     /// Parameter, or the load, that the colours distinguish. `color` is the same key. By default it
     /// is the first parameter, or the load, that differs between points with the same x.
     pub colour: Key<String>,
@@ -70,7 +77,8 @@ pub struct FigureTable {
     pub theories: Key<Vec<Spanned<Model>>>,
     /// Selection of the rows by columns: `{ load = 0.05, hurst = [0.3, 0.8] }` draws the rows with
     /// this load and with one of these Hurst exponents, and `{ load = { from = 0.01, to = 0.06 } }`
-    /// the rows with a load in this range. By default all rows are drawn.
+    /// the rows with a load in this range. Numbers may have a unit, as in `{ pressure = "100 MPa"
+    /// }`. By default all rows are drawn.
     #[serde(rename = "where")]
     pub selection: Key<BTreeMap<String, Spanned<Selected>>>,
     /// Curves beside the data: `[{ area = "erf(sqrt(2) * load)", label = "Persson" }]`.
@@ -97,6 +105,10 @@ pub struct FigureTable {
     /// point, by its theory, or by its column in `y`. `"this study"` stands for the data beside
     /// theories.
     pub legend: Key<BTreeMap<String, Spanned<String>>>,
+    /// Order of the entries of the legend, which are given as in `legend`: `["0.8", "0.3",
+    /// "persson"]`. Other entries follow in their order. By default numbers ascend.
+    #[schemars(length(min = 1))]
+    pub legend_order: Key<Vec<Spanned<String>>>,
 }
 
 table!(FigureTable);
@@ -220,10 +232,20 @@ deserialize_either!(Selected { number => Number, word => Word, list => List, tab
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RangeTable {
-    /// Smallest number.
-    pub from: Key<f64>,
-    /// Largest number.
-    pub to: Key<f64>,
+    /// Smallest number, in the unit of the column or with a unit.
+    pub from: Key<SelectedValue>,
+    /// Largest number, in the unit of the column or with a unit.
+    pub to: Key<SelectedValue>,
+}
+
+/// Values of a column from which rows are selected.
+#[derive(Debug, Clone, Copy)]
+pub enum Holds {
+    /// Numbers, in this unit if it is known.
+    Numbers(Option<&'static Unit>),
+    Texts,
+    /// The table is not known.
+    Unknown,
 }
 
 /// Range of the numbers of a column.
@@ -231,15 +253,6 @@ pub struct RangeTable {
 pub struct SelectedRange {
     pub from: f64,
     pub to: f64,
-}
-
-impl From<&RangeTable> for SelectedRange {
-    fn from(table: &RangeTable) -> SelectedRange {
-        SelectedRange {
-            from: table.from.value().unwrap_or(f64::NEG_INFINITY),
-            to: table.to.value().unwrap_or(f64::INFINITY),
-        }
-    }
 }
 
 impl SelectedRange {
@@ -287,13 +300,34 @@ impl fmt::Display for SelectedValue {
 }
 
 impl Selected {
-    /// Returns the selected values.
-    pub fn values(&self) -> Vec<SelectedValue> {
+    /// Returns the selected values. Quantities become numbers in the unit of the column.
+    ///
+    /// # Errors
+    /// Returns message and label of the problem of a quantity that cannot be converted.
+    pub fn values(&self, column: Holds) -> Result<Vec<SelectedValue>, (String, String)> {
+        let unit = match column {
+            Holds::Numbers(unit) => unit,
+            Holds::Texts | Holds::Unknown => None,
+        };
+        let value = |value: &SelectedValue| match (value, column) {
+            (SelectedValue::Word(word), Holds::Numbers(_)) if quantity::split(word).is_some() => {
+                quantity::in_unit(word, unit).map(SelectedValue::Number)
+            }
+            _ => Ok(value.clone()),
+        };
+        let end = |key: &Key<SelectedValue>, otherwise: f64| match key.written() {
+            Some(Spanned { value: SelectedValue::Number(number), .. }) => Ok(*number),
+            Some(Spanned { value: SelectedValue::Word(word), .. }) => quantity::in_unit(word, unit),
+            _ => Ok(otherwise),
+        };
         match self {
-            Selected::Number(number) => vec![SelectedValue::Number(*number)],
-            Selected::Word(word) => vec![SelectedValue::Word(word.clone())],
-            Selected::List(values) => values.clone(),
-            Selected::Range(range) => vec![SelectedValue::Range(range.into())],
+            Selected::Number(number) => Ok(vec![SelectedValue::Number(*number)]),
+            Selected::Word(word) => Ok(vec![value(&SelectedValue::Word(word.clone()))?]),
+            Selected::List(values) => values.iter().map(value).collect(),
+            Selected::Range(range) => Ok(vec![SelectedValue::Range(SelectedRange {
+                from: end(&range.from, f64::NEG_INFINITY)?,
+                to: end(&range.to, f64::INFINITY)?,
+            })]),
         }
     }
 }

@@ -6,7 +6,9 @@ use std::sync::Mutex;
 
 use serde::{Deserialize, Serialize};
 
-use crate::results::{PATH, TASK};
+use crate::results::{CONVERTED, PATH, TASK};
+use asperity_stages::output_units::Conversion;
+use asperity_stages::units::TableUnits;
 use asperity_tables::column::REDUCED;
 use asperity_tables::key::KeyMap;
 use asperity_tables::parallel::locked;
@@ -46,6 +48,8 @@ pub struct PublishedStage {
     source: TableSource,
     /// Indices of all columns except those that publishing adds.
     own: Vec<usize>,
+    /// Units of the store, if the numbers of the table have been converted from them.
+    stored: TableUnits,
     /// Row group that was read last, with the index of its first row.
     last: Mutex<Option<(usize, Table)>>,
     rows: TaskRows,
@@ -120,6 +124,9 @@ impl PublishedStage {
         let Some(rows) = rows(&source, task)? else {
             return Ok(None);
         };
+        let names_of_units =
+            metadata.get(CONVERTED).and_then(|units| serde_json::from_str(units).ok());
+        let stored = names_of_units.map(|(length, pressure)| TableUnits { length, pressure });
         let schema = source.schema();
         let is_own = |&column: &usize| {
             let is_repetition = schema.field(column).metadata().contains_key(REDUCED);
@@ -131,14 +138,18 @@ impl PublishedStage {
             own: (0..names.len()).filter(is_own).collect(),
             source,
             last: Mutex::default(),
-            rows,
+            // Converted numbers differ from those that the tasks computed.
+            rows: if stored.is_some() { TaskRows::default() } else { rows },
+            stored: stored.unwrap_or_default(),
             missing: missing.and_then(|words| serde_json::from_str(words).ok()),
             parts: metadata.get(PARTS).unwrap_or_default().to_owned(),
         }))
     }
 
+    /// Reads the table, in the units of the store up to rounding.
     pub fn table(&self) -> Result<Table, StoreError> {
-        self.source.table()
+        let back = Conversion { from: TableUnits::default(), to: self.stored.clone() };
+        Ok(back.table(&self.source.table()?))
     }
 
     /// Returns whether the published table has all rows of a table.

@@ -12,11 +12,13 @@ use crate::plan::{Plan, PlannedStage};
 use crate::results::owner::{self, Owner};
 use crate::results::published_stage::{KIND, MISSING_COLUMNS, MissingColumns, PARTS, light_parts};
 use crate::results::reader::ResultReader;
-use crate::results::{PATH, ResultsError, TASK, described, digest, file};
+use crate::results::{CONVERTED, PATH, ResultsError, TASK, described, digest, file};
 use crate::study::EmptyTables;
 use asperity_stages::absolute::AbsoluteColumns;
 use asperity_stages::columns::CONTENT;
+use asperity_stages::output_units::Conversion;
 use asperity_stages::surface_files::SurfaceFiles;
+use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Description, optional_texts, texts};
 use asperity_tables::key::{Digest, TaskKey};
 use asperity_tables::parquet;
@@ -110,7 +112,8 @@ impl Publisher<'_> {
     fn publish(&self, stage: &PlannedStage) -> Result<PublishedTable, ResultsError> {
         let SampledStudy { study, plan, .. } = self.sampled;
         let (description, absolute) = &described(&self.empty_tables, study, &stage.name)?;
-        let context = RowContext { plan, stage, sources: &study.sources, description, absolute };
+        let (sources, conversion) = (&study.sources, &study.conversion(&stage.name));
+        let context = RowContext { plan, stage, sources, description, absolute, conversion };
         let path = self.folder.join(file(&stage.name));
         let table = |finished| PublishedTable {
             stage: stage.name.clone(),
@@ -118,7 +121,7 @@ impl Publisher<'_> {
             finished,
             quarantined: None,
         };
-        let digest_of = |tasks: &[usize]| digest(plan, tasks, &study.sources, description);
+        let digest_of = |tasks: &[usize]| digest(plan, tasks, sources, (description, conversion));
         let there = written_for(&path);
         let is_there = |digest: &String| there.as_ref() == Some(digest);
         let has_rows_of = |tasks: &[usize]| !tasks.is_empty() && is_there(&digest_of(tasks));
@@ -169,7 +172,12 @@ impl Publisher<'_> {
             return Ok(None);
         };
         let columns = first.descriptions_in_units();
-        let metadata = metadata(plan, stage, &columns, &missing, finished, digest);
+        let mut metadata = metadata(plan, stage, &columns, &missing, finished, digest);
+        if !context.conversion.is_none() {
+            let TableUnits { length, pressure } = &context.conversion.from;
+            let stored = serde_json::to_string(&(length, pressure)).expect("units are texts");
+            metadata.entries.push((CONVERTED.to_owned(), stored));
+        }
         self.own()?;
         // Keep other runs on this machine from replacing tables meanwhile.
         let _alone = lock_to_write(&self.folder);
@@ -469,6 +477,8 @@ pub struct RowContext<'a> {
     /// Published table of the stage without rows, whose columns have units and meanings.
     pub description: &'a Table,
     pub absolute: &'a AbsoluteColumns,
+    /// Conversion to the units of output.
+    pub conversion: &'a Conversion,
 }
 
 impl RowContext<'_> {
@@ -496,7 +506,7 @@ impl RowContext<'_> {
             Table::stack(&keys).map_err(contradiction)?
         };
         let described = self.absolute.beside(&table).described_by(self.description);
-        Ok(with_paths(described, self.sources).beside(&keys))
+        Ok(with_paths(self.conversion.table(&described), self.sources).beside(&keys))
     }
 }
 

@@ -26,7 +26,9 @@ pub fn warnings<E: From<TableError>>(
         if recipes.iter().all(|recipe| unused_hardness(recipe).is_none()) {
             continue;
         }
-        let Some(table) = read(index)? else { continue };
+        let Some(shown) = read(index)? else { continue };
+        // Recipes are in the units of the store.
+        let table = study.conversion(&stage.name).reversed().table(&shown);
         let tasks_of_each = planned.tasks.len() / recipes.len();
         let groups = recipes.iter().zip(planned.tasks.chunks(tasks_of_each.max(1)));
         let recipe_of_task = groups.flat_map(|(recipe, tasks)| {

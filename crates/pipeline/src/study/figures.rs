@@ -46,8 +46,14 @@ pub struct FigureSpec {
     /// Names of entries of the legend, by values of parameters, columns in `y`, theories, or
     /// [`THIS_STUDY`].
     pub legend: BTreeMap<String, String>,
+    /// Entries of the legend in their order, named as in `legend`.
+    pub legend_order: Vec<String>,
     /// Labels of axes by columns, or expressions in canonical notation.
     pub labels: BTreeMap<String, String>,
+    /// Ends of axes, by the same names, in the unit of the column.
+    pub limits: BTreeMap<String, [Option<f64>; 2]>,
+    /// Ticks of axes, by the same names, in the unit of the column.
+    pub ticks: BTreeMap<String, Vec<f64>>,
 }
 
 /// The axes of a figure, or of some of its panels. Quantities with different labels are drawn in

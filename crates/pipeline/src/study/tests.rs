@@ -252,7 +252,19 @@ fn bins_to_a_pressure_with_a_unit_are_multiples_of_the_modulus_and_the_given_slo
         "{}{pressed}gap_bins = {{ count = 4, to = \"10 nm\" }}\n",
         surface("nodes = 64\nk_lower = 2\nk_upper = 32\n")
     ));
-    assert!(gaps.contains("write a number without a unit; `gap_bins.to`: Upper edge"), "{gaps}");
+    assert!(gaps.contains("`gap_bins.to` has a unit, but its bins"), "{gaps}");
+}
+
+#[test]
+fn bins_to_a_length_are_multiples_of_the_given_rms_height() {
+    let rough =
+        surface("nodes = 64\nside = \"9 um\"\nk_lower = 2\nk_upper = 32\nrms_height = \"1 um\"\n");
+    let stages = |to: &str| {
+        let bins = format!("gap_bins = {{ count = 4, to = {to} }}");
+        let pressed = format!("[stage.c]\nkind = \"solve\"\nfrom = \"s\"\nloads = [0.1]\n{bins}\n");
+        study(&format!("{rough}{pressed}")).stages
+    };
+    assert_eq!(stages("\"2500 nm\""), stages("2.5"));
 }
 
 #[test]

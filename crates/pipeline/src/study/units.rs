@@ -1,9 +1,14 @@
 //! Units of length and pressure of the tables of stages.
 
+use crate::manifest::{OutputUnitsTable, StudyTable};
 use crate::study::{Stage, Study, Work};
 use asperity_contact::grid::Boundary;
+use asperity_manifest::diagnostics::{Problem, Problems, listed};
 use asperity_manifest::expression::Expression;
+use asperity_manifest::keys::quantity::{Dimension, Unit};
+use asperity_manifest::keys::{Key, Section, Spanned};
 use asperity_stages::absolute::{AbsoluteColumns, StageUnits};
+use asperity_stages::output_units::Conversion;
 use asperity_stages::reduced_units::PressureUnit;
 use asperity_stages::surface::Origin;
 use asperity_stages::units::TableUnits;
@@ -14,9 +19,19 @@ use asperity_tables::table::Table;
 impl Study {
     /// Returns the units of length and pressure of the table of each stage. A stage has the units
     /// of the stages that it reads, if they agree, and surfaces the unit of pressure of their
-    /// contacts.
+    /// contacts. Units of output take the place of those of the store.
     pub fn units(&self) -> Vec<TableUnits> {
-        of_stages(&self.stages).into_iter().map(|units| units.names).collect()
+        let stored = of_stages(&self.stages).into_iter();
+        stored.map(|units| units.names.in_output(&self.output_units)).collect()
+    }
+
+    /// Returns the conversion of the table of a stage from the units of the store to those of
+    /// output.
+    pub fn conversion(&self, stage: &str) -> Conversion {
+        let mut stored = self.stages.iter().zip(of_stages(&self.stages));
+        let own = stored.find(|(known, _)| known.name == stage);
+        let from = own.map(|(_, units)| units.names).unwrap_or_default();
+        Conversion { from, to: self.output_units.clone() }
     }
 
     /// Returns the units of the table of the stage with the name `stage`.
@@ -132,6 +147,51 @@ fn modulus(recipe: &Recipe) -> Option<Modulus> {
         Recipe::Solve(params) => Some((params.effective_modulus, params.pressure_unit)),
         Recipe::Adhesion(params) => Some((params.effective_modulus, params.pressure_unit)),
         _ => None,
+    }
+}
+
+/// Returns the units of output. Reports units of other quantities, and a unit to which no table can
+/// be converted. `stored` are the units of the tables of the stages, if they are known.
+pub fn output(
+    section: &Section<StudyTable>,
+    stored: Option<&[StageUnits]>,
+    problems: &mut Problems,
+) -> TableUnits {
+    let written = section.points.first().and_then(|point| point.table.output_units.written());
+    let Some(OutputUnitsTable { length, pressure }) = written.map(|written| &written.value) else {
+        return TableUnits::default();
+    };
+    let mut read = |key: &Key<String>,
+                    dimension: Dimension,
+                    own: fn(&TableUnits) -> &Option<String>| {
+        let Spanned { value, span } = key.written()?;
+        let is_its = |unit: &&Unit| unit.dimension == dimension;
+        let Some(unit) = Unit::find(value).filter(is_its) else {
+            let message = format!("`{value}` is not a unit of {dimension}");
+            let label = match dimension.did_you_mean(value) {
+                Some(meant) => format!("did you mean `{meant}`?"),
+                None => format!("must be a unit of {dimension}"),
+            };
+            let help = format!("units of {dimension} are {}", listed(dimension.names(), "and"));
+            problems.push(Problem::new(message, span.clone(), label).help(help));
+            return None;
+        };
+        let can_be_converted = |units: &StageUnits| {
+            own(&units.names).as_deref().and_then(Unit::find).is_some_and(|unit| is_its(&unit))
+        };
+        if stored.is_some_and(|stored| !stored.iter().any(can_be_converted)) {
+            let message = format!("no table of the study has a unit of {dimension}");
+            let problem = Problem::new(message, span.clone(), "nothing can be converted");
+            problems.push(problem.help(match dimension {
+                Dimension::Length => "give the side of the surfaces with its unit: `\"100 um\"`",
+                _ => "give the moduli with their unit: `youngs_modulus = \"210 GPa\"`",
+            }));
+        }
+        Some(unit.symbol.to_owned())
+    };
+    TableUnits {
+        length: read(length, Dimension::Length, |units| &units.length),
+        pressure: read(pressure, Dimension::Pressure, |units| &units.pressure),
     }
 }
 

@@ -18,12 +18,13 @@ use asperity_stages::absolute::{AbsoluteColumns, StageUnits};
 use asperity_stages::check_context::{PressedStage, Surfaces};
 use asperity_stages::columns::{SURFACE, needed_key};
 use asperity_stages::generate::realizations::{AT_LEAST, Growing};
+use asperity_stages::output_units::Conversion;
 use asperity_stages::registry::StagePoints;
 use asperity_stages::surface::planned::{self, KnownMean, PlannedSurfaces, Until};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{CheckContext, InputScope, Kind, RowKind, stacked};
 use asperity_statistics::intervals::FEWEST_SURFACES;
-use asperity_tables::column::Role;
+use asperity_tables::column::{Description, Role, Value};
 use asperity_tables::table::Table;
 
 /// Maximum number of tasks of one stage.
@@ -74,12 +75,16 @@ pub fn validate(
     for &stage in &graph.order {
         validator.validated[stage] = validator.stage(stage, &graph, problems);
     }
-    let stages = validator.sorted_stages(&graph);
-    let units = stages.as_deref().map(units::of_stages);
-    let units_of = |name: &str| {
-        let index = stages.as_ref()?.iter().position(|stage| stage.name == name)?;
-        units.as_ref()?.get(index)
+    let (stages, is_complete) = validator.sorted_stages(&graph);
+    let units = units::of_stages(&stages);
+    let units_of = |name: &str| units.get(stages.iter().position(|stage| stage.name == name)?);
+    let all = is_complete.then_some(units.as_slice());
+    let output_units = units::output(&manifest.study, all, problems);
+    let conversion = |name: &str| {
+        let from = units_of(name)?.names.clone();
+        Some(Conversion { from, to: output_units.clone() })
     };
+    let names_of_units = |name: &str| Some(units_of(name)?.names.clone().in_output(&output_units));
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
     // Figures and claims read published tables.
     let published = |stage: usize| {
@@ -98,20 +103,28 @@ pub fn validate(
         table,
         values: |name: &str, column: &str| {
             let stage = index_of(&manifest.stages, name)?;
-            known_values(validator.works(stage, &graph)?, column)
+            let values = known_values(validator.works(stage, &graph)?, column)?;
+            let unit = unit_of(empty(stage)?, column);
+            let Some(conversion) = conversion(name) else { return Some(values) };
+            let shown = |value: Value| match value {
+                Value::Real(number) => Value::Real(conversion.number(number, &unit, true)),
+                other => other,
+            };
+            Some(values.into_iter().map(shown).collect())
         },
+        units: &names_of_units,
     };
     let figures = figures::check(&manifest.figures, &context, problems, empty_selections);
     let context = ClaimContext {
         file: None,
         stages: &names,
         table: &table,
-        units: &|name: &str| Some(units_of(name)?.names.clone()),
+        units: &names_of_units,
         reference: &|table: &str| files::read_text(&folder.join(table)),
     };
     let claims = read_claims(manifest, folder, &context, problems)?;
     check_conditions(&manifest.stages, &graph, (empty, claims.as_deref()), problems);
-    let (Some(name), Some(stages), Some(figures), Some(claims)) = (name, stages, figures, claims)
+    let (Some(name), true, Some(figures), Some(claims)) = (name, is_complete, figures, claims)
     else {
         return Ok(None);
     };
@@ -122,6 +135,7 @@ pub fn validate(
         claims,
         empty_selections: Vec::new(),
         sources: validator.sources,
+        output_units: output_units.clone(),
         manifest: EffectiveManifest::default(),
     }))
 }
@@ -185,6 +199,12 @@ fn validate_study(section: &Section<StudyTable>, problems: &mut Problems) -> (Op
     (name.map(|name| name.value.clone()), seed.unwrap_or(0))
 }
 
+/// Returns the declared unit of a column, or an empty text.
+fn unit_of(table: &Table, column: &str) -> String {
+    let field = table.batch().schema_ref().field_with_name(column);
+    field.map_or_else(|_| String::new(), |field| Description::from(field).unit)
+}
+
 /// Properties of a validated stage that the validation of later stages uses.
 #[derive(Default)]
 struct Validated {
@@ -243,23 +263,27 @@ impl Validator<'_> {
         Some(works)
     }
 
-    /// Returns the stages of the study, sorted. The pairs of surfaces of a stage are a stage of
-    /// their own before it.
-    fn sorted_stages(&self, graph: &Graph) -> Option<Vec<Stage>> {
+    /// Returns the valid stages of the study, sorted, and whether these are all. The pairs of
+    /// surfaces of a stage are a stage of their own before it.
+    fn sorted_stages(&self, graph: &Graph) -> (Vec<Stage>, bool) {
         let mut stages = Vec::with_capacity(graph.order.len());
-        let mut sorted_index = vec![0; graph.order.len()];
+        let mut sorted_index = vec![None; self.stages.len()];
         for &stage in &graph.order {
             let name = self.stages[stage].name.value.clone();
-            let mut inputs: Vec<usize> =
-                graph.inputs[stage].as_deref()?.iter().map(|&input| sorted_index[input]).collect();
+            let inputs: Option<Vec<usize>> = graph.inputs[stage]
+                .as_ref()
+                .and_then(|inputs| inputs.iter().map(|&input| sorted_index[input]).collect());
+            let Some((mut inputs, work)) = inputs.zip(self.validated[stage].work.clone()) else {
+                continue;
+            };
             if let Some(pairs) = self.validated[stage].pairs.clone() {
                 inputs = vec![stages.len()];
                 stages.push(Stage { name: pairs::name_of(&name), inputs: vec![], work: pairs });
             }
-            sorted_index[stage] = stages.len();
-            stages.push(Stage { name, inputs, work: self.validated[stage].work.clone()? });
+            sorted_index[stage] = Some(stages.len());
+            stages.push(Stage { name, inputs, work });
         }
-        Some(stages)
+        (stages, sorted_index.iter().all(Option::is_some))
     }
 
     /// Returns the work of the stage with the pairs of surfaces that a stage with `against`

@@ -1,8 +1,10 @@
 //! Labels, ranges and number formats of axes.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use kuva::TickFormat;
+use kuva::render::render_utils::{compute_tick_step, generate_ticks_log};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
@@ -10,6 +12,10 @@ pub struct Axis {
     pub spacing: Spacing,
     /// Ends of the axis, or `None` to extend the axis a little beyond the data.
     pub range: Option<[f64; 2]>,
+    /// Ends that the manifest declares; they take the place of those of the data or the range.
+    pub limits: [Option<f64>; 2],
+    /// Ticks that the manifest declares; empty for those of the drawing crate.
+    pub ticks: Vec<f64>,
 }
 
 /// Mapping of numbers to positions along an axis: linear, logarithmic or by octaves.
@@ -31,7 +37,7 @@ impl Axis {
     }
 
     fn new(label: impl Into<String>, spacing: Spacing) -> Axis {
-        Axis { label: label.into(), spacing, range: None }
+        Axis { label: label.into(), spacing, range: None, limits: [None; 2], ticks: Vec::new() }
     }
 
     pub fn within(self, from: f64, to: f64) -> Axis {
@@ -41,6 +47,8 @@ impl Axis {
     /// Converts the range of the axis to another unit.
     pub(super) fn convert(&mut self, factor: f64, label: String) {
         self.range = self.range.map(|ends| ends.map(|end| factor * end));
+        self.limits = self.limits.map(|end| end.map(|end| factor * end));
+        self.ticks.iter_mut().for_each(|tick| *tick *= factor);
         self.label = label;
     }
 
@@ -61,8 +69,8 @@ impl Axis {
         /// Smallest distance of the ends of a linear axis, relative to the ends. The drawing crate
         /// needs distinct numbers between them.
         const DISTANCE: f64 = 1e-12;
-        let [from, to] = self
-            .unbounded_ends(values)
+        let [from, to] = self.unbounded_ends(values);
+        let [from, to] = [self.limits[0].unwrap_or(from), self.limits[1].unwrap_or(to)]
             .map(|end| if end.is_nan() { 0.0 } else { end.clamp(-FARTHEST, FARTHEST) });
         match self.spacing {
             Spacing::Linear => {
@@ -157,46 +165,79 @@ impl Spacing {
         }
     }
 
-    /// Returns the format of the numbers that [`Spacing::drawn_number`] returns.
-    pub(super) fn ticks(self, lift: f64, [from, to]: [f64; 2]) -> TickFormat {
+    /// Returns the format of the numbers that [`Spacing::drawn_number`] returns, on an axis with
+    /// these ends. `ticks` are those that the manifest declares. All numbers of an axis have the
+    /// same notation.
+    pub(super) fn ticks(self, lift: f64, [from, to]: [f64; 2], ticks: &[f64]) -> TickFormat {
         /// Largest number of powers of ten that all have a number.
         const MOST_POWERS: f64 = 8.0;
-        // Of many powers of ten, only multiples of a step have a number.
-        let step = ((to / from).log10() / MOST_POWERS).ceil().max(1.0);
-        let is_written =
-            move |value: f64| step <= 1.0 || (value.log10().round() % step).abs() < 0.5;
         match self {
-            Spacing::Linear => TickFormat::Custom(Arc::new(plain)),
+            Spacing::Linear => {
+                let exponent = common_exponent([from, to]);
+                TickFormat::Custom(Arc::new(move |value| match exponent {
+                    Some(exponent) => with_exponent(value, exponent),
+                    None => plain(value),
+                }))
+            }
             Spacing::Octaves => TickFormat::Custom(Arc::new(|value| plain(value.exp2()))),
-            Spacing::Logarithmic => TickFormat::Custom(Arc::new(move |value| {
-                let value = value / lift;
-                if is_written(value) { power(value) } else { String::new() }
-            })),
+            Spacing::Logarithmic => {
+                // Of many powers of ten, only multiples of a step have a number.
+                let step = ((to / from).log10() / MOST_POWERS).ceil().max(1.0);
+                let is_declared = !ticks.is_empty();
+                let is_written = move |value: f64| {
+                    is_declared || step <= 1.0 || (value.log10().round() % step).abs() < 0.5
+                };
+                let drawn = generate_ticks_log(from * lift, to * lift).into_iter();
+                let own = drawn.map(|value| value / lift).filter(|tick| is_written(*tick));
+                let seen = ticks.iter().copied().filter(|tick| (from..=to).contains(tick));
+                let all: Vec<f64> = if is_declared { seen.collect() } else { own.collect() };
+                let is_plain = !all.is_empty() && all.iter().all(|tick| PLAIN.contains(tick));
+                TickFormat::Custom(Arc::new(move |value| {
+                    let value = value / lift;
+                    match is_written(value) {
+                        true if is_plain => plain(value),
+                        true => scientific(value),
+                        false => String::new(),
+                    }
+                }))
+            }
         }
     }
 }
 
-/// Formats a number without rounding errors, and very large or small numbers with a power of ten.
-fn plain(value: f64) -> String {
-    let size = value.abs();
-    if size > 0.0 && !(1e-4..1e5).contains(&size) {
-        return scientific(value);
+/// Numbers that a logarithmic axis shows without powers of ten, with some room for rounding.
+const PLAIN: Range<f64> = 1e-2 * (1.0 - 1e-6)..1e3 * (1.0 + 1e-6);
+
+/// Returns the power of ten that all numbers of a linear axis between these ends have, because some
+/// of them are very large or small. Returns `None` if plain numbers can be read.
+fn common_exponent([from, to]: [f64; 2]) -> Option<i32> {
+    let largest = from.abs().max(to.abs());
+    let step = compute_tick_step(from, to, 5);
+    // Ticks are multiples of the step, and an axis on both sides of zero has one beside zero.
+    let least = if from * to > 0.0 { from.abs().min(to.abs()).max(step) } else { step };
+    let is_plain = least > 0.999e-4 && largest < 1e5;
+    (!is_plain && largest > 0.0).then(|| largest.log10().floor() as i32)
+}
+
+/// Formats a number with a given power of ten: `0.5·10⁻⁴`.
+fn with_exponent(value: f64, exponent: i32) -> String {
+    let mantissa = plain(value / 10f64.powi(exponent));
+    match mantissa.as_str() {
+        "0" => mantissa,
+        "1" => format!("10{}", superscript(exponent)),
+        "−1" => format!("−10{}", superscript(exponent)),
+        _ => format!("{mantissa}·10{}", superscript(exponent)),
     }
+}
+
+/// Formats a number without rounding errors.
+fn plain(value: f64) -> String {
     // Ticks are multiples of round numbers, so ten decimals show them without rounding errors.
     let rounded = format!("{value:.10}");
     let text = rounded.trim_end_matches('0').trim_end_matches('.');
     match text {
         "-0" => "0".to_owned(),
         _ => text.replace('-', "−"),
-    }
-}
-
-/// Formats a number on a logarithmic axis.
-fn power(value: f64) -> String {
-    if (1e-2 * (1.0 - 1e-6)..1e3 * (1.0 + 1e-6)).contains(&value) {
-        plain(value)
-    } else {
-        scientific(value)
     }
 }
 
@@ -228,14 +269,37 @@ mod tests {
     fn numbers_are_written_without_rounding_and_with_a_true_minus() {
         let written = [0.1 + 0.2, -0.0, -2.5, 1500.0, 0.004].map(plain);
         assert_eq!(written, ["0.3", "0", "−2.5", "1500", "0.004"]);
-        let written = [3.0 * 2.5e-8, -1e-7, 2e9, 1e5].map(plain);
-        assert_eq!(written, ["7.5·10⁻⁸", "−10⁻⁷", "2·10⁹", "10⁵"]);
+    }
+
+    fn written(spacing: Spacing, ends: [f64; 2], values: &[f64]) -> Vec<String> {
+        let TickFormat::Custom(write) = spacing.ticks(1.0, ends, &[]) else {
+            panic!("numbers are written by ourselves")
+        };
+        values.iter().map(|value| write(*value)).collect()
     }
 
     #[test]
-    fn powers_of_ten_beyond_a_thousand_and_a_hundredth_are_written_as_such() {
-        let written = [1e-3, 0.01, 0.5, 1000.0, 1e4, 5e-3, 2e-12, 5e7].map(power);
-        assert_eq!(written, ["10⁻³", "0.01", "0.5", "1000", "10⁴", "5·10⁻³", "2·10⁻¹²", "5·10⁷"]);
+    fn all_numbers_of_an_axis_have_the_same_notation() {
+        let log = |ends: [f64; 2], values: &[f64]| written(Spacing::Logarithmic, ends, values);
+        assert_eq!(log([5e-3, 2.0], &[0.01, 0.1, 1.0]), ["0.01", "0.1", "1"]);
+        assert_eq!(log([1e-3, 2.0], &[1e-3, 0.01, 1.0]), ["10⁻³", "10⁻²", "10⁰"]);
+        assert_eq!(log([0.5, 2e4], &[1.0, 1e3, 1e4]), ["10⁰", "10³", "10⁴"]);
+        assert_eq!(log([2e-12, 8e-12], &[2e-12, 5e-12]), ["2·10⁻¹²", "5·10⁻¹²"]);
+        let linear = |ends: [f64; 2], values: &[f64]| written(Spacing::Linear, ends, values);
+        let values = [0.0, 5e-5, 1e-4, 1.5e-4];
+        assert_eq!(linear([0.0, 1.7e-4], &values), ["0", "0.5·10⁻⁴", "10⁻⁴", "1.5·10⁻⁴"]);
+        assert_eq!(linear([0.0, 1.2e5], &[5e4, 1e5]), ["0.5·10⁵", "10⁵"]);
+        assert_eq!(linear([-1e-7, 1e-7], &[-1e-7, 0.0]), ["−10⁻⁷", "0"]);
+        assert_eq!(linear([0.0, 0.01], &[0.002, 0.01]), ["0.002", "0.01"]);
+        assert_eq!(linear([0.5, 0.5001], &[0.50002]), ["0.50002"]);
+    }
+
+    #[test]
+    fn declared_limits_take_the_place_of_the_ends_of_the_data() {
+        let axis = Axis { limits: [None, Some(40.0)], ..Axis::linear("") };
+        assert_eq!(axis.ends([1.0, 9.0].into_iter()), [0.0, 40.0]);
+        let axis = Axis { limits: [Some(2.0), Some(8.0)], ..Axis::linear("").within(0.0, 9.0) };
+        assert_eq!(axis.ends([1.0, 9.0].into_iter()), [2.0, 8.0]);
     }
 
     #[test]
@@ -244,7 +308,7 @@ mod tests {
         assert_eq!(spacing.lift([1e-3, 1.0]), 1.0);
         let lift = spacing.lift([3e-14, 1.0]);
         assert_eq!(lift, 1e14);
-        let TickFormat::Custom(write) = spacing.ticks(lift, [3e-14, 1.0]) else {
+        let TickFormat::Custom(write) = spacing.ticks(lift, [3e-14, 1.0], &[]) else {
             panic!("numbers are written by ourselves")
         };
         assert_eq!(write(100.0), "10⁻¹²");

@@ -3,10 +3,11 @@
 use kuva::plot::{LinePlot, ScatterPlot};
 use kuva::render::layout::{AxisLabelOverlap, ComputedLayout, Layout};
 use kuva::render::plots::Plot;
-use kuva::render::render::{PathData, Primitive, Scene, render_multiple};
+use kuva::render::render::{PathData, Primitive, Scene, TextAnchor, render_multiple};
 use kuva::{AxisLine, Theme, TickAlign};
 
 use crate::charts::axis::{Axis, Spacing};
+use crate::charts::map_panel::words;
 use crate::charts::style::{Colour, Style};
 use crate::charts::text::{letters_in_line, widest_line, width_in_two_lines, width_of};
 
@@ -150,6 +151,7 @@ impl Chart {
         let series = || self.series.iter();
         let plots = series().flat_map(|series| self.plots(series, &frame, words));
         let mut scene = render_multiple(plots.collect(), layout);
+        self.replace_ticks(&mut scene.elements, &frame, &computed);
         let bars = series().filter_map(|series| self.bars(series, &frame, &computed));
         // Draw error bars below the points: after the axes, before the clipped elements.
         let mut elements = scene.elements.iter();
@@ -157,6 +159,62 @@ impl Chart {
         let at = first.unwrap_or(scene.elements.len());
         scene.elements.splice(at..at, bars.collect::<Vec<_>>());
         scene
+    }
+
+    /// Draws the ticks that the manifest declares in the place of those of the drawing crate.
+    fn replace_ticks(&self, elements: &mut Vec<Primitive>, frame: &Frame, layout: &ComputedLayout) {
+        let [left, top] = [layout.margin_left, layout.margin_top];
+        let [right, bottom] =
+            [layout.width - layout.margin_right, layout.height - layout.margin_bottom];
+        let major = layout.tick_mark_major;
+        let size = f64::from(layout.tick_size);
+        let axes =
+            [(&self.x, frame.x, &layout.x_tick_format), (&self.y, frame.y, &layout.y_tick_format)];
+        for (along, (axis, [from, to], format)) in axes.into_iter().enumerate() {
+            if axis.ticks.is_empty() {
+                continue;
+            }
+            let data = elements.iter().position(|one| matches!(one, Primitive::ClipStart { .. }));
+            let rest = elements.split_off(data.unwrap_or(elements.len()));
+            let is_tick = |x1: f64, y1: f64, x2: f64, y2: f64| match along {
+                0 => x1 == x2 && ((y2 - y1).abs() <= major || (x1 != left && x1 != right)),
+                _ => y1 == y2 && ((x2 - x1).abs() <= major || (y1 != top && y1 != bottom)),
+            };
+            elements.retain(|element| match *element {
+                Primitive::Line { x1, y1, x2, y2, .. } => !is_tick(x1, y1, x2, y2),
+                Primitive::Text { size, anchor: TextAnchor::Middle, .. } => {
+                    along == 1 || size != layout.tick_size
+                }
+                Primitive::Text { size, anchor: TextAnchor::End, .. } => {
+                    along == 0 || size != layout.tick_size
+                }
+                _ => true,
+            });
+            let line = |[x1, y1, x2, y2]: [f64; 4], colour: Colour, stroke_width: f64| {
+                let stroke = colour.css().into();
+                Primitive::Line { x1, y1, x2, y2, stroke, stroke_width, stroke_dasharray: None }
+            };
+            for &tick in axis.ticks.iter().filter(|tick| (from..=to).contains(*tick)) {
+                let drawn = frame.spacing[along].drawn_number(tick, frame.lift[along]);
+                let content = format.format(drawn);
+                // The letters of a number along y are centred at its tick.
+                let (grid, mark, at, anchor) = if along == 0 {
+                    let x = layout.map_x(drawn);
+                    let at = [x, bottom + major + 0.93 * size];
+                    ([x, top, x, bottom], [x, bottom - major, x, bottom], at, TextAnchor::Middle)
+                } else {
+                    let y = layout.map_y(drawn);
+                    let at = [left - layout.tick_label_margin, y + 0.365 * size];
+                    ([left, y, right, y], [left, y, left + major, y], at, TextAnchor::End)
+                };
+                if tick != from && tick != to {
+                    elements.push(line(grid, Colour::Grid, layout.grid_stroke_width));
+                }
+                elements.push(line(mark, Colour::Text, layout.tick_stroke_width));
+                elements.push(words(content, at, layout.tick_size, anchor));
+            }
+            elements.extend(rest);
+        }
     }
 
     pub(super) fn layout(&self, frame: &Frame, [width, height]: [f64; 2], words: u32) -> Layout {
@@ -171,8 +229,8 @@ impl Chart {
             .with_y_axis_max(y_to)
             .with_x_label(self.x.label.clone())
             .with_y_label(self.y.label.clone())
-            .with_x_tick_format(frame.spacing[0].ticks(frame.lift[0], frame.x))
-            .with_y_tick_format(frame.spacing[1].ticks(frame.lift[1], frame.y))
+            .with_x_tick_format(frame.spacing[0].ticks(frame.lift[0], frame.x, &self.x.ticks))
+            .with_y_tick_format(frame.spacing[1].ticks(frame.lift[1], frame.y, &self.y.ticks))
             .with_axis_line(AxisLine::Box)
             .with_tick_align(TickAlign::Inside)
             .with_ticks(if width < NARROW { 3 } else { 5 })
@@ -204,6 +262,15 @@ impl Chart {
         };
         let half = width_of(&layout.x_tick_format.format(last), words - 1) / 2.0;
         layout.force_margin_right = Some(half.max(f64::from(words)));
+        // The margin holds the numbers of the crate's own ticks along y.
+        if !self.y.ticks.is_empty() {
+            let drawn = |tick: &f64| frame.spacing[1].drawn_number(*tick, frame.lift[1]);
+            let texts = self.y.ticks.iter().map(|tick| layout.y_tick_format.format(drawn(tick)));
+            let widest = texts.map(|text| width_of(&text, words - 1)).fold(0.0, f64::max);
+            let computed = ComputedLayout::from_layout(&layout);
+            let more = widest - computed.y_tick_label_px;
+            layout.force_margin_left = Some(computed.margin_left + more.max(0.0));
+        }
         self.with_fitting_labels(layout, [width, height], words)
     }
 

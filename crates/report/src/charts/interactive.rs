@@ -19,7 +19,7 @@ use crate::charts::chart::{Chart, Frame, Series};
 use crate::charts::map_panel::{Frame as MapFrame, WORDS};
 use crate::charts::style::Colour;
 use crate::charts::svg::{escaped, finished};
-use crate::charts::{Entry, Figure, Legend, Panel, SAMPLE, add_shifted, entries};
+use crate::charts::{Entry, Figure, Legend, Panel, SAMPLE, add_shifted};
 use asperity_manifest::decimal;
 
 /// Largest width of a chart in pixels. On a screen of 390 pixels, its texts are then at least 10
@@ -62,7 +62,7 @@ pub struct PageEntry {
 impl Figure {
     /// Returns the figure for a page. `name` makes the identifiers of its drawings unique.
     pub fn for_page(&self, name: &str) -> PageFigure {
-        let legend = entries(self.series());
+        let legend = self.entries();
         let maps = self.rows.iter().flatten().filter_map(Panel::map);
         let frame = MapFrame::new(maps, self.panel[0]);
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
@@ -240,6 +240,7 @@ mod tests {
     use super::*;
     use crate::charts::axis::Axis;
     use crate::charts::chart::DataPoint;
+    use crate::charts::entries;
     use crate::charts::style::{self, Dash, Style};
 
     /// A mean with error bars, the line through it, and a theory.

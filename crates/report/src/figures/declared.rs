@@ -219,6 +219,7 @@ impl Plot<'_> {
         if self.looks.is_none() {
             figure.colours = self.colour_scale(&key);
         }
+        figure.legend_order = self.legend_order(&key);
         figure.title =
             self.figure.title.clone().filter(|_| self.looks.is_none()).unwrap_or_default();
         if let Err(least) = fit(&mut figure, &self.figure.size) {
@@ -413,6 +414,14 @@ impl Plot<'_> {
             let xs = series.iter().flat_map(|one| one.points.iter().map(|point| point.0));
             let [_, to] = chart.x.ends(xs.map(|x| x_unit.factor * x));
             chart.x = chart.x.within(x_unit.factor * from, to);
+        }
+        let y = shown().next().map_or("", |one| one.quantity.base());
+        let axes = [(&mut chart.x, x.as_str(), &x_unit), (&mut chart.y, y, &y_unit)];
+        for (axis, name, unit) in axes {
+            let in_unit = |number: &f64| unit.factor * number;
+            let limits = self.figure.limits.get(name).copied().unwrap_or_default();
+            axis.limits = limits.map(|end| end.as_ref().map(in_unit));
+            axis.ticks = self.figure.ticks.get(name).into_iter().flatten().map(in_unit).collect();
         }
         let curves = Curves {
             panel: panel.spec,

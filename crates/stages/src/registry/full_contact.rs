@@ -22,6 +22,8 @@ use asperity_manifest::keys::derived::Point;
 
 /// Name of the load in expressions.
 pub const NAME: &str = "full_contact";
+/// Key whose unit the load has.
+pub const UNIT_OF: &str = "loads";
 
 /// Returns the load of full contact in the unit of `loads`, or the reason why it is not known.
 ///
@@ -53,8 +55,11 @@ pub fn load(
                    `full_contact_load` of the results has it";
         return Err(why.to_owned());
     }
-    let is_relative =
-        matches!(point.value("load_unit").map(DeValue::as_str), None | Some(Some("relative")));
+    let word = point.value("load_unit").map(DeValue::as_str);
+    let is_relative = match word {
+        None => !point.is_quantity(UNIT_OF),
+        Some(word) => word == Some("relative"),
+    };
     let mut loads = Vec::new();
     for (stage, surfaces) in inputs {
         let waves = surfaces.and_then(full_contacts).ok_or_else(|| {

@@ -109,7 +109,8 @@ pub struct SolveTable {
     /// stored pressure fields. By default pressures are not counted.
     pub pressure_bins: Key<PressureBins>,
     /// Histogram of the gaps under each load, `{ count, to }`: `count` equal bins from zero to the
-    /// gap `to`, in units of the rms height. A `measure` stage with `what = "gaps"` reads it.
+    /// gap `to`, in units of the rms height or with a unit such as `"2 um"`, which needs surfaces
+    /// of one given `rms_height`. A `measure` stage with `what = "gaps"` reads it.
     /// Without `adhesion` it costs one pair of Fourier transforms per load. By default gaps are not
     /// counted.
     pub gap_bins: Key<GapBins>,
@@ -140,12 +141,13 @@ pub struct SolveTable {
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
     /// Elastic layer between the rough surface and a rigid base, `{ thickness, poisson_ratio, base
-    /// }`, or a coating of the half-space `substrate`, `{ thickness, poisson_ratio, modulus_ratio
+    /// }`, or a coating of the half-space `substrate`, `{ thickness, youngs_modulus, poisson_ratio
     /// }`. E* of the stage is then the modulus E/(1 − ν²) of the layer. By default the elastic body
     /// is a half-space.
     #[schemars(transform = swept)]
     pub layer: Key<LayerTable>,
-    /// Half-space below a coating, `{ poisson_ratio }`, for a `layer` with `modulus_ratio`.
+    /// Half-space below a coating, `{ youngs_modulus, poisson_ratio }`, or `{ poisson_ratio }` for
+    /// a `layer` with `modulus_ratio`.
     #[schemars(transform = swept)]
     pub substrate: Key<SubstrateTable>,
     /// Attraction between the surfaces, `{ work, range }`. The states then form a path: each starts
@@ -318,7 +320,7 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     let all = loads.as_ref().map(|(loads, _)| loads.as_slice());
     let pressures = loads::pressures(table, all, checks);
     let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
-    let gap_bins = loads::gap_bins(table, all, checks);
+    let gap_bins = loads::gap_bins(table, all, surfaces, checks);
     let flow = checks.value("flow", &table.flow);
     let stiffness = checks.value("stiffness", &table.stiffness);
     let bodies = bodies(table, surfaces, checks);
@@ -375,9 +377,12 @@ pub(super) fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<Press
         return Some(written);
     };
     let symbol = named.unit.symbol;
-    let has_modulus =
-        table.effective_modulus.written().is_some() || table.bodies.written().is_some();
-    if !has_modulus && !checks.is_reported("effective_modulus") && !checks.is_reported("bodies") {
+    let of_layer = table.layer.written().and_then(|layer| layer.value.youngs_modulus.written());
+    let has_modulus = table.effective_modulus.written().is_some()
+        || table.bodies.written().is_some()
+        || of_layer.is_some();
+    let is_reported = ["effective_modulus", "bodies", "layer"].map(|key| checks.is_reported(key));
+    if !has_modulus && !is_reported.contains(&true) {
         let message = "pressures have a unit, but the stage has no modulus";
         let problem = Problem::new(message, named.span.clone(), "has a unit");
         return checks.reject(problem.help(

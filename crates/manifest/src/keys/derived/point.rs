@@ -14,11 +14,13 @@ use crate::expression::Expression;
 use crate::keys::bounds::number;
 use crate::keys::expression_syntax::has_unit;
 use crate::keys::parameters::Parameters;
+use crate::keys::quantity::{Unit, Units, split};
 use crate::keys::schema::{alternatives, is_type};
 
 /// A parameter point whose keys may be expressions.
 pub struct Point<'a> {
     expressions: Expressions<'a>,
+    units: &'a Units,
     table: &'a DeTable<'a>,
     /// The values of the swept parameters at this point.
     chosen: &'a BTreeMap<&'a str, &'a Written<'a>>,
@@ -59,6 +61,7 @@ impl<'a> Point<'a> {
     /// expressions.
     pub fn evaluate(
         expressions: Expressions<'a>,
+        units: &'a Units,
         table: &'a DeTable<'a>,
         chosen: &'a BTreeMap<&'a str, &'a Written<'a>>,
         reported_keys: &'a BTreeSet<String>,
@@ -66,6 +69,7 @@ impl<'a> Point<'a> {
         let (results, known_parameters, under_way, problems) = Default::default();
         let point = Point {
             expressions,
+            units,
             table,
             chosen,
             reported_keys,
@@ -82,7 +86,10 @@ impl<'a> Point<'a> {
                 let number = point.result(key, written, &expression);
                 let text = number.ok().map(|number| match point.exact_integer(key, &expression) {
                     Some(integer) => integer,
-                    None => toml_number(number, alternatives),
+                    None => {
+                        let number = units.in_unit_of_key(number, &written.span());
+                        toml_number(number, alternatives)
+                    }
                 });
                 numbers.insert(written.span().start, text);
             });
@@ -93,6 +100,20 @@ impl<'a> Point<'a> {
     /// Returns the value of a key as written, if the point contains the key.
     pub fn value(&self, key: &str) -> Option<&DeValue<'_>> {
         self.table.get(key).map(TomlSpanned::get_ref)
+    }
+
+    /// Returns whether a number of a key has a unit.
+    pub fn is_quantity(&self, key: &str) -> bool {
+        let mut pending: Vec<&Written<'_>> = self.table.get(key).into_iter().collect();
+        while let Some(value) = pending.pop() {
+            match value.get_ref() {
+                DeValue::Array(items) => pending.extend(items.iter()),
+                DeValue::Table(table) => pending.extend(table.values()),
+                _ if self.units.is_quantity(&value.span()) => return true,
+                _ => {}
+            }
+        }
+        false
     }
 
     /// Returns the number of a key, or its declared default. Returns `None` if the key holds no
@@ -205,12 +226,12 @@ impl<'a> Point<'a> {
                 self.chosen.get(name.as_str()).copied().or_else(first).ok_or(Failure::Reported)?;
             let number = match value.get_ref() {
                 DeValue::String(text) if has_unit(text) => {
-                    let reason = format!(
-                        "`{name}` is {text:?}, and expressions take plain numbers; use `{name}` \
-                         alone, or give it as a plain number and name its unit by `unit` or \
-                         `load_unit`"
-                    );
-                    return Err(Failure::Reason(reason));
+                    let read = |(number, unit)| Some((number, Unit::find(unit)?));
+                    let Some((number, unit)) = split(text).and_then(read) else {
+                        let reason = format!("`{name}` is {text:?}, which has no known unit");
+                        return Err(Failure::Reason(reason));
+                    };
+                    self.units.computed(number, unit)
                 }
                 DeValue::String(text) => {
                     let expression =

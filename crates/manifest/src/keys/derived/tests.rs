@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::*;
 use crate::diagnostics::Problems;
-use crate::keys::declare::{pair, swept};
+use crate::keys::declare::{length, pair, swept};
 use crate::keys::expected_keys::ExpectedKeys;
 use crate::keys::{Key, OnAxes, Section, Spanned, reader, table};
 
@@ -14,7 +14,8 @@ use crate::keys::{Key, OnAxes, Section, Spanned, reader, table};
 struct Example {
     #[schemars(range(min = 1, max = 4096), transform = pair, transform = swept)]
     nodes: Key<OnAxes<u32>>,
-    #[schemars(extend("exclusiveMinimum" = 0, "default" = 2.0), transform = pair, transform = swept)]
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 2.0))]
+    #[schemars(transform = pair, transform = swept, transform = length)]
     side: Key<OnAxes<f64>>,
     #[schemars(transform = swept)]
     k: Key<u32>,
@@ -46,6 +47,7 @@ enum Word {
 #[serde(deny_unknown_fields)]
 #[expect(dead_code, reason = "only the declarations are used")]
 struct Range {
+    #[schemars(transform = length)]
     to: Spanned<f64>,
     #[serde(default)]
     steps: Key<u32>,
@@ -129,6 +131,28 @@ fn words_remain_words_and_numbers_keep_all_digits() {
 }
 
 #[test]
+fn quantities_are_computed_in_the_units_of_the_table() {
+    let sides = |parameters: &str, text: &str| {
+        let (section, problems) = read(parameters, text);
+        assert_eq!(problems, [""; 0], "{parameters} {text}");
+        let unit = section.units.length.as_ref().map_or("", |named| named.unit.symbol);
+        let points = section.points.iter().map(|point| &point.table);
+        let values: Vec<_> =
+            points.map(|point| (point.side.value().unwrap().pair()[0], point.k.value())).collect();
+        (unit, values)
+    };
+    let length = "length = \"10 um\"";
+    assert_eq!(sides(length, "side = \"2 * length\""), ("µm", vec![(20.0, None)]));
+    let text = "side = \"length / 4\"\nrange = { to = \"100 nm\" }";
+    assert_eq!(sides(length, text), ("µm", vec![(2.5, None)]), "of the first key");
+    let half = format!("{length}\nhalf = \"length / 2\"\nstep = \"50 nm\"");
+    let text = "side = \"sqrt(half * length / 2)\"\nk = \"2 * side / (step * 20)\"";
+    assert_eq!(sides(&half, text), ("µm", vec![(5.0, Some(10))]));
+    let swept = "length = [\"10 um\", \"0.02 mm\"]";
+    assert_eq!(sides(swept, "side = \"length\"").1, [(10.0, None), (20.0, None)]);
+}
+
+#[test]
 fn mistakes_in_expressions_name_the_place_and_the_reason() {
     for (parameters, text, expected) in [
         ("", "nodes = \"8 * k_uper\"\nk = 1", "unknown name, `k_uper`"),
@@ -158,7 +182,13 @@ fn mistakes_in_expressions_name_the_place_and_the_reason() {
         ("", "k = \"k + 1\"", "`k` depends on itself, and there is no parameter `k`"),
         ("", "nodes = \"2 * factor\"\nfactor = \"pi/8\"", "`factor` is not a single number here"),
         ("n = [1, 2]", "seed = \"n\"", "the parameter `n` is a list, and this key is not swept"),
-        ("side = \"10 um\"", "k = \"2 * side\"", "`side` is \"10 um\", and expressions take plain"),
+        ("length = \"10 um\"", "k = \"2 * length\"", "must be a pure number, but this is a length"),
+        ("a = \"1 um\"", "side = \"2 * a + 1\"", "this adds a pure number to a length"),
+        ("a = \"1 MPa\"", "side = \"2 * a\"", "must be a length, but this is a pressure"),
+        ("a = \"1 um\"", "side = \"a^2\"", "must be a length, but this is another quantity"),
+        ("a = \"1 um\"", "k = \"ln(a)\"", "`ln` of a length"),
+        ("a = \"1 um\"\nb = \"a / 2\"", "k = 5\nside = \"a / b\"", "this is a pure number"),
+        ("a = [\"1 um\", 2]", "side = \"a\"", "the values of `a` are different quantities"),
         ("", "nodes = \"8 * 2 um\"", "write the result with its unit, such as \"20 µm\", or name"),
         ("", "factor = \"pi/9\"", "`factor` cannot be \"pi/9\""),
         ("", "nodes = \"32\"", "write numbers without quotes"),

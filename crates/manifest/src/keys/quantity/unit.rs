@@ -101,6 +101,12 @@ impl Unit {
         unit.expect("each dimension has a unit of the SI")
     }
 
+    /// Returns the unit of the SI with these exponents of m, N, W, K and Ω.
+    pub fn si_of(exponents: [i32; 5]) -> Option<&'static Unit> {
+        let is_it = |unit: &&Unit| unit.power == 0 && unit.dimension.exponents() == exponents;
+        UNITS.iter().find(is_it)
+    }
+
     /// Returns the unit of the product of a pressure and a length in these units: J/m² for MPa and
     /// µm. Returns `None` if no unit is this power of ten.
     pub fn of_product(pressure: &Unit, length: &Unit) -> Option<&'static Unit> {
@@ -268,7 +274,7 @@ impl Dimension {
     }
 
     /// Returns the exponents of m, N, W, K and Ω.
-    fn exponents(self) -> [i32; 5] {
+    pub fn exponents(self) -> [i32; 5] {
         match self {
             Dimension::Length => [1, 0, 0, 0, 0],
             Dimension::Pressure => [-2, 1, 0, 0, 0],

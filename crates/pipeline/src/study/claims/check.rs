@@ -9,9 +9,8 @@ use crate::manifest::claim::{
     ClaimTable, DataTable, LoadKey, Origin, QuantityKey, RangeKey, SourceKind, Statistic,
     WrittenClaims,
 };
-use crate::manifest::figure::{Selected, WrittenTable};
+use crate::manifest::figure::{Holds, Selected, WrittenTable};
 use crate::study::figures::is_number;
-use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::checks::Checks;
@@ -252,7 +251,17 @@ impl<'t> Checker<'_, '_, 't> {
             {
                 return self.unknown_column(table, stage, column, &selected.span);
             }
-            selection.insert(column.clone(), selected.value.values());
+            let holds = match &keys.source {
+                Source::Stage(stage) if table.is_some_and(|table| is_number(table, column)) => {
+                    let unit = self.unit_of_column(stage, column);
+                    Holds::Numbers(unit.as_deref().and_then(Unit::find))
+                }
+                _ if table.is_some() => Holds::Texts,
+                _ => Holds::Unknown,
+            };
+            let values = selected.value.values(holds);
+            let values = self.checks.accept(values, &selected.span)?;
+            selection.insert(column.clone(), values);
         }
         let label = match &keys.source {
             Source::Stage(stage) => format!("`{}` of `{stage}`", value.value),
@@ -393,27 +402,7 @@ impl<'t> Checker<'_, '_, 't> {
     }
 
     fn bound(&mut self, text: &str, of: Option<&Unit>, span: &Span) -> Option<f64> {
-        if let Ok(number) = text.parse::<f64>() {
-            return Some(number);
-        }
-        let (message, label) = match (quantity::split(text), of) {
-            (Some((number, unit)), Some(of)) => match Unit::find(unit) {
-                Some(unit) if unit.dimension == of.dimension => {
-                    return Some(decimal::shifted(number, unit.power - of.power));
-                }
-                Some(_) => (
-                    format!("the quantity cannot have the unit {unit}"),
-                    format!("the unit of the column is {}", of.symbol),
-                ),
-                None => (format!("{unit:?} is not a unit"), "unknown unit".to_owned()),
-            },
-            (Some(_), None) => (
-                "the quantity has no unit that could be converted".to_owned(),
-                "write a number in the unit of the column".to_owned(),
-            ),
-            (None, _) => (format!("{text:?} is not a number"), "must be a number".to_owned()),
-        };
-        self.checks.reject(Problem::new(message, span.clone(), label))
+        self.checks.accept(quantity::in_unit(text, of), span)
     }
 
     fn claim(&mut self, name: &Spanned<String>, keys: &ClaimTable) -> Option<ClaimSpec> {

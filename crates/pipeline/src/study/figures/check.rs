@@ -3,19 +3,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{AREAS, Curve, ErrorBars, FigureSize, FigureSpec, Law, NoQuantity, PanelSpec};
-use super::{Quantity, THIS_STUDY, Value, has_surfaces, is_number};
+use super::{Quantity, Scales, THIS_STUDY, Value, has_surfaces, is_number};
 use crate::manifest::figure::{
-    CurveTable, FigureTable, PanelTable, Selected, SelectedValue, Words, WrittenFigure,
+    CurveTable, FigureTable, Holds, PanelTable, RangeTable, Selected, SelectedValue, Words,
+    WrittenFigure,
 };
 use crate::study::graph::check_name;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed, suggestion};
 use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::{Key, Spanned};
+use asperity_manifest::keys::{Key, Spanned, quantity};
 use asperity_stages::Kind;
 use asperity_stages::aggregate::{Model, SPECTRUM_COLUMNS, Statistic};
 use asperity_stages::columns::{LOAD, needed_key};
+use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Role, Value as Known};
 use asperity_tables::table::Table;
 
@@ -39,6 +41,8 @@ pub struct FigureContext<'a, T, V> {
     /// Function that returns the values of a coordinate in the table of a stage, if they are known
     /// before the study runs.
     pub values: V,
+    /// Function that returns the units of the table of a stage, if they are known.
+    pub units: &'a dyn Fn(&str) -> Option<TableUnits>,
 }
 
 /// A figure that draws nothing of what its key `where` selects.
@@ -117,7 +121,8 @@ where
         let mut tables = stages.iter().filter_map(|stage| (context.table)(stage));
         tables.any(|table| table.has(column))
     };
-    let mut columns = Columns { stage: &from.value, table, is_known: &is_known, checks };
+    let units = (context.units)(&from.value).unwrap_or_default();
+    let mut columns = Columns { stage: &from.value, table, units, is_known: &is_known, checks };
     let panels = columns.panels(keys, stages);
     let colour = keys.colour.written().map(|written| columns.coordinate("colour", written));
     let dash = keys.dash.written().map(|written| columns.coordinate("dash", written));
@@ -127,14 +132,17 @@ where
     let selection = columns.selection(&keys.selection);
     let legend = columns.legend(keys, panels.as_deref(), values);
     let labels = columns.labels(keys, panels.as_deref());
-    if selection.is_some() {
-        empty.extend(empty_selections(name, &from.value, keys, values));
+    let limits = columns.limits(keys, panels.as_deref());
+    let ticks = columns.ticks(keys, panels.as_deref());
+    if let Some(selection) = &selection {
+        empty.extend(empty_selections(name, &from.value, keys, selection, values));
     }
     let size = FigureSize {
         width: checks.optional_number("width", &keys.width)?,
         height: checks.optional_number("height", &keys.height)?,
         font: checks.optional_number("font_size", &keys.font_size)?,
     };
+    let (legend, legend_order) = legend?;
     Some(FigureSpec {
         name: name.to_owned(),
         from: from.value.clone(),
@@ -148,8 +156,11 @@ where
         title: checks.optional("title", &keys.title)?.map(|title| title.value.clone()),
         caption: checks.optional("caption", &keys.caption)?.map(|text| text.value.clone()),
         size,
-        legend: legend?,
+        legend,
+        legend_order,
         labels: labels?,
+        limits: limits?,
+        ticks: ticks?,
     })
 }
 
@@ -161,6 +172,7 @@ pub fn on_table(figure: &WrittenFigure, kind: &str, table: &Table) -> Option<Fig
         stages: &kinds,
         table: |name: &str| (name == kind).then_some(table),
         values: |_: &str, _: &str| None,
+        units: &|_| None,
     };
     let mut problems = Problems::default();
     let point = figure.keys.points.first()?;
@@ -172,6 +184,7 @@ pub fn on_table(figure: &WrittenFigure, kind: &str, table: &Table) -> Option<Fig
 struct Columns<'a, 'c> {
     stage: &'a str,
     table: &'a Table,
+    units: TableUnits,
     /// Function that tells whether a stage of the study has a column.
     is_known: &'a dyn Fn(&str) -> bool,
     checks: &'a mut Checks<'c>,
@@ -303,8 +316,13 @@ impl<'a> Columns<'a, '_> {
             self.selection(&keys.selection)?
         } else {
             // The columns of another table may be unknown before it is computed.
-            let selected = keys.selection.written().into_iter().flat_map(|written| &written.value);
-            selected.map(|(name, values)| (name.clone(), values.value.values())).collect()
+            let mut selection = BTreeMap::new();
+            let written = keys.selection.written().into_iter().flat_map(|written| &written.value);
+            for (name, selected) in written {
+                let values = selected.value.values(Holds::Unknown);
+                selection.insert(name.clone(), self.checks.accept(values, &selected.span)?);
+            }
+            selection
         };
         Some(Curve { law, label, from, selection, range })
     }
@@ -489,7 +507,15 @@ impl<'a> Columns<'a, '_> {
                 clear = None;
                 continue;
             }
-            let values = selected.value.values();
+            let holds = match is_number(self.table, name) {
+                true => Holds::Numbers(self.units.of_column(self.table, name)),
+                false => Holds::Texts,
+            };
+            let values = selected.value.values(holds);
+            let Some(values) = self.checks.accept(values, &selected.span) else {
+                clear = None;
+                continue;
+            };
             let is_text = |value: &SelectedValue| matches!(value, SelectedValue::Word(_));
             if values.iter().any(|value| is_text(value) == is_number(self.table, name)) {
                 let message = format!("`where` compares {name:?} with a value of the wrong type");
@@ -504,7 +530,8 @@ impl<'a> Columns<'a, '_> {
         clear.map(|()| selection)
     }
 
-    /// Returns the names of entries of the legend. Refuses an entry that the legend cannot have.
+    /// Returns the names of entries of the legend, and their order. Refuses an entry that the legend
+    /// cannot have.
     ///
     /// Before the study runs, the values of some coordinates are unknown. If those of a numeric
     /// coordinate are unknown, all numbers are accepted, and if those of a text coordinate are
@@ -514,13 +541,22 @@ impl<'a> Columns<'a, '_> {
         keys: &FigureTable,
         panels: Option<&[PanelSpec]>,
         values: impl Fn(&str) -> Option<BTreeSet<Known>>,
-    ) -> Option<BTreeMap<String, String>> {
-        let Some(written) = keys.legend.written() else { return Some(BTreeMap::new()) };
+    ) -> Option<(BTreeMap<String, String>, Vec<String>)> {
+        let names = keys.legend.written().into_iter().flat_map(|names| &names.value);
+        let order = keys.legend_order.written().into_iter().flat_map(|order| &order.value);
+        let renamed = names.clone().map(|(entry, name)| ("legend", entry, &name.span));
+        let sorted = order.clone().map(|entry| ("legend_order", &entry.value, &entry.span));
+        let written: Vec<_> = renamed.chain(sorted).collect();
+        if written.is_empty() {
+            return Some(Default::default());
+        }
         let mut entries: BTreeSet<String> = [THIS_STUDY.to_owned()].into();
         let quantities = panels?.iter().flat_map(|panel| &panel.y);
         entries.extend(quantities.map(|quantity| quantity.base().to_owned()));
         let theories = keys.theories.written().into_iter().flat_map(|theories| &theories.value);
         entries.extend(theories.map(|theory| theory.value.word().to_owned()));
+        let curves = panels?.iter().flat_map(|panel| &panel.curves);
+        let labels: BTreeSet<&String> = curves.filter_map(|curve| curve.label.as_ref()).collect();
         // Whether all coordinates with words, and all with numbers, are known.
         let mut are_known = [true; 2];
         for column in coordinates(self.table) {
@@ -530,26 +566,36 @@ impl<'a> Columns<'a, '_> {
             }
         }
         let mut clear = Some(());
-        for (entry, name) in &written.value {
+        for (key, entry, span) in written {
             let number = entry.parse::<f64>().ok();
             let is_same = |known: &String| {
                 let value = known.parse::<f64>().ok();
                 number.zip(value).is_some_and(|(one, other)| decimal::is_same(one, other))
             };
+            let is_label = key == "legend_order" && labels.contains(entry);
             if are_known[usize::from(number.is_some())]
+                && !is_label
                 && !entries.contains(entry)
                 && !entries.iter().any(is_same)
             {
-                let message =
-                    format!("`legend` renames {entry:?}, but the figure has no such entry");
+                let message = match key {
+                    "legend" => {
+                        format!("`legend` renames {entry:?}, but the figure has no such entry")
+                    }
+                    _ => format!("`{key}` names {entry:?}, but the figure has no such entry"),
+                };
                 let label = "must be the name of a value, of a theory or of a column in `y`";
-                let problem = Problem::new(message, name.span.clone(), label);
+                let problem = Problem::new(message, span.clone(), label);
                 let known = listed(entries.iter().map(String::as_str), "and");
                 clear = self.checks.reject(problem.help(format!("entries are {known}")));
             }
         }
-        let names = written.value.iter().map(|(entry, name)| (entry.clone(), name.value.clone()));
-        clear.map(|()| names.collect())
+        clear.map(|()| {
+            (
+                names.map(|(entry, name)| (entry.clone(), name.value.clone())).collect(),
+                order.map(|entry| entry.value.clone()).collect(),
+            )
+        })
     }
 
     /// Returns the labels of axes. Refuses a label of an axis that the figure does not have.
@@ -558,25 +604,114 @@ impl<'a> Columns<'a, '_> {
         keys: &FigureTable,
         panels: Option<&[PanelSpec]>,
     ) -> Option<BTreeMap<String, String>> {
-        let Some(written) = keys.labels.written() else { return Some(BTreeMap::new()) };
+        let label = |_: &mut Self, _: &str, label: &Spanned<String>| Some(label.value.clone());
+        self.by_axes(&keys.labels, "label", panels, label)
+    }
+
+    /// Returns the ends of axes. Refuses ends that do not ascend, and those that a logarithmic axis
+    /// does not have.
+    fn limits(
+        &mut self,
+        keys: &FigureTable,
+        panels: Option<&[PanelSpec]>,
+    ) -> Option<BTreeMap<String, [Option<f64>; 2]>> {
+        self.by_axes(&keys.limits, "limits", panels, |columns, axis, written| {
+            let RangeTable { from, to } = &written.value;
+            let written_ends = [from, to].map(|end| end.written().map(|end| end.value.clone()));
+            let values: Vec<SelectedValue> = written_ends.iter().flatten().cloned().collect();
+            let mut numbers = columns.on_axis(axis, &values, &written.span, panels?)?.into_iter();
+            let ends = written_ends.map(|end| end.and_then(|_| numbers.next()));
+            if let [Some(from), Some(to)] = ends
+                && from >= to
+            {
+                let message = format!("the limits of {axis:?} do not ascend");
+                let label = "`to` must be above `from`";
+                let problem = Problem::new(message, written.span.clone(), label);
+                return columns.checks.reject(problem);
+            }
+            Some(ends)
+        })
+    }
+
+    /// Returns the ticks of axes.
+    fn ticks(
+        &mut self,
+        keys: &FigureTable,
+        panels: Option<&[PanelSpec]>,
+    ) -> Option<BTreeMap<String, Vec<f64>>> {
+        self.by_axes(&keys.ticks, "ticks", panels, |columns, axis, written| {
+            columns.on_axis(axis, &written.value, &written.span, panels?)
+        })
+    }
+
+    /// Converts numbers on an axis to the unit of its column. Refuses numbers that a logarithmic
+    /// axis does not have.
+    fn on_axis(
+        &mut self,
+        axis: &str,
+        values: &[SelectedValue],
+        span: &Span,
+        panels: &[PanelSpec],
+    ) -> Option<Vec<f64>> {
+        let mean = Statistic::Mean.column_of(axis);
+        let column = if self.table.has(axis) { axis } else { &mean };
+        let unit = self.units.of_column(self.table, column);
+        let number = |value: &SelectedValue| match value {
+            SelectedValue::Word(word) => quantity::in_unit(word, unit),
+            SelectedValue::Number(number) => Ok(*number),
+            SelectedValue::Range(range) => Ok(range.from),
+        };
+        let numbers: Result<Vec<f64>, _> = values.iter().map(number).collect();
+        let numbers = self.checks.accept(numbers, span)?;
+        let is_logarithmic = panels.iter().any(|panel| match panel.scales {
+            Scales::Linear => false,
+            Scales::LogX => panel.x == axis,
+            Scales::LogY => panel.x != axis,
+            Scales::Log => true,
+        });
+        if is_logarithmic && numbers.iter().any(|number| *number <= 0.0) {
+            let message = format!("the axis of {axis:?} is logarithmic");
+            let problem = Problem::new(message, span.clone(), "numbers must be above 0");
+            return self.checks.reject(problem);
+        }
+        Some(numbers)
+    }
+
+    /// Returns values of axes, by columns or expressions in canonical notation. Refuses a value of
+    /// an axis that the figure does not have.
+    fn by_axes<W, R>(
+        &mut self,
+        written: &Key<BTreeMap<String, Spanned<W>>>,
+        what: &str,
+        panels: Option<&[PanelSpec]>,
+        read: impl Fn(&mut Self, &str, &Spanned<W>) -> Option<R>,
+    ) -> Option<BTreeMap<String, R>> {
+        let Some(written) = written.written() else { return Some(BTreeMap::new()) };
         let axes = |panel: &PanelSpec| -> Vec<String> {
             let along_y = panel.y.iter().map(|one| one.base().to_owned());
             along_y.chain([panel.x.clone()]).collect()
         };
         let axes: BTreeSet<String> = panels?.iter().flat_map(axes).collect();
-        let mut labels = Some(BTreeMap::new());
-        for (name, label) in &written.value {
+        let mut values = Some(BTreeMap::new());
+        for (name, value) in &written.value {
             let canonical = Expression::parse(name).map_or(name.clone(), |one| one.to_string());
             if !axes.contains(&canonical) {
                 let message = format!("no axis of the figure shows {name:?}");
                 let known = listed(axes.iter().map(String::as_str), "and");
-                let problem = Problem::new(message, label.span.clone(), "label of no axis");
-                labels = self.checks.reject(problem.help(format!("the axes show {known}")));
-            } else if let Some(labels) = &mut labels {
-                labels.insert(canonical, label.value.clone());
+                let problem =
+                    Problem::new(message, value.span.clone(), format!("{what} of no axis"));
+                values = self.checks.reject(problem.help(format!("the axes show {known}")));
+                continue;
+            }
+            match (read(self, &canonical, value), &mut values) {
+                (Some(value), Some(values)) => {
+                    values.insert(canonical, value);
+                }
+                (None, _) => values = None,
+                (Some(_), None) => {}
             }
         }
-        labels
+        values
     }
 
     /// Returns the theories. Each predicts the area fraction under a load, and asperity models need
@@ -617,13 +752,14 @@ fn empty_selections(
     figure: &str,
     stage: &str,
     keys: &FigureTable,
+    selection: &BTreeMap<String, Vec<Value>>,
     values: impl Fn(&str) -> Option<BTreeSet<Known>>,
 ) -> Vec<EmptySelection> {
     let mut empty = Vec::new();
     let written = keys.selection.written();
     for (column, selected) in written.iter().flat_map(|selection| &selection.value) {
         let Some(known) = values(column) else { continue };
-        for value in selected.value.values() {
+        for value in selection.get(column).into_iter().flatten() {
             if matches!(value, SelectedValue::Range(_))
                 || known.iter().any(|known| value.is_same(known))
             {

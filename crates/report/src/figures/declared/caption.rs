@@ -15,7 +15,6 @@ use super::Plot;
 use crate::ReportError;
 use crate::points::distinct;
 use crate::symbols::symbol;
-use crate::units::digits;
 
 impl Plot<'_> {
     pub(super) fn caption(&self, hidden: usize) -> Result<String, ReportError> {
@@ -88,7 +87,10 @@ impl Plot<'_> {
                     let given = [("from", range.from), ("to", range.to)]
                         .into_iter()
                         .filter(|(_, end)| end.is_finite())
-                        .map(|(word, end)| format!("{word} {}", digits(end, 6)));
+                        .map(|(word, end)| {
+                            let told = told(Value::Real(end));
+                            format!("{word} {}", told.split_once(" = ").map_or(&*told, |of| of.1))
+                        });
                     format!("{} {}", symbol(name), given.collect::<Vec<_>>().join(" "))
                 }
             });

@@ -16,19 +16,7 @@ impl Plot<'_> {
     /// Returns the text of a value in the legend and in titles of panels: its name in the manifest,
     /// or its symbol with the value.
     pub(super) fn told(&self, column: &str, value: Option<&Value>) -> String {
-        let is_of = |entry: &str| match value {
-            Some(Value::Text(text)) => {
-                entry == text || self.data.files.get(text).is_some_and(|file| file == entry)
-            }
-            Some(number) => {
-                let entry = entry.parse::<f64>().ok();
-                entry
-                    .zip(number_of(number))
-                    .is_some_and(|(one, other)| decimal::is_same(one, other))
-            }
-            None => false,
-        };
-        let named = self.figure.legend.iter().find(|(entry, _)| is_of(entry));
+        let named = self.figure.legend.iter().find(|(entry, _)| self.is_entry(entry, value));
         named.map_or_else(
             || self.labels.told(column, value, &self.data.files),
             |(_, name)| name.clone(),
@@ -43,6 +31,47 @@ impl Plot<'_> {
     /// Returns the name of a theory in the legend.
     pub(super) fn name_of_theory(&self, model: Model) -> String {
         self.named(model.word(), curves::name(model))
+    }
+
+    /// Returns the labels of the entries in `legend_order`.
+    pub(super) fn legend_order(&self, key: &SeriesKey) -> Vec<String> {
+        let points = &self.drawings[0].points;
+        let of_colours = points
+            .colour
+            .iter()
+            .flat_map(|name| key.colours.iter().map(move |value| (name.as_str(), value.as_ref())));
+        let others = key.further.iter().flat_map(|(values, _)| values);
+        let of_others = others.map(|(name, value)| (name.as_str(), value.as_ref()));
+        let values: Vec<_> = of_colours.chain(of_others).collect();
+        let labels = self.figure.legend_order.iter().flat_map(|entry| {
+            let is_named = |(_, value): &&(&str, Option<&Value>)| self.is_entry(entry, *value);
+            let told = values.iter().filter(is_named).map(|(name, value)| self.told(name, *value));
+            let model = Model::ALL.into_iter().find(|model| model.word() == entry);
+            let own = match model {
+                Some(model) => self.name_of_theory(model),
+                None if entry == THIS_STUDY => self.named(entry, THIS_STUDY),
+                None => self.named(entry, entry.replace('_', " ")),
+            };
+            // A curve has the label that the manifest gives it.
+            told.chain([own, entry.clone()]).collect::<Vec<_>>()
+        });
+        labels.collect()
+    }
+
+    /// Returns whether an entry of the legend, as the manifest names it, is this value.
+    fn is_entry(&self, entry: &str, value: Option<&Value>) -> bool {
+        match value {
+            Some(Value::Text(text)) => {
+                entry == text || self.data.files.get(text).is_some_and(|file| file == entry)
+            }
+            Some(number) => {
+                let entry = entry.parse::<f64>().ok();
+                entry
+                    .zip(number_of(number))
+                    .is_some_and(|(one, other)| decimal::is_same(one, other))
+            }
+            None => false,
+        }
     }
 
     /// Adds the entries of the legend to the first chart, as series without points.

@@ -128,7 +128,7 @@ pub fn recipe(
     let targets = path.map_or(PathShape::AsGiven, |path| path.value).states(listed);
     let all = Some(&targets[..]);
     let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
-    let gap_bins = loads::gap_bins(table, all, checks);
+    let gap_bins = loads::gap_bins(table, all, surfaces, checks);
     let load_unit = load_unit?;
     let has_loads = control == Control::Load && targets.iter().any(|load| *load != 0.0);
     Some(Recipe::Adhesion(Arc::new(Params {

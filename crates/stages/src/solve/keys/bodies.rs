@@ -55,28 +55,39 @@ pub fn bodies(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> O
     })
 }
 
-/// Returns the effective modulus E*, which is given or follows from the bodies.
+/// Returns the effective modulus E*, which is given or follows from the bodies or from Young's
+/// modulus of the layer.
 pub fn modulus(table: &SolveTable, checks: &mut Checks) -> Option<f64> {
-    let Some(bodies) = checks.optional("bodies", &table.bodies)? else {
-        return checks.number("effective_modulus", &table.effective_modulus);
+    let bodies = checks.optional("bodies", &table.bodies)?;
+    let layer = checks.optional("layer", &table.layer)?;
+    let with_modulus = layer.filter(|layer| layer.value.youngs_modulus.written().is_some());
+    let (name, span, moduli) = match (bodies, with_modulus) {
+        (Some(bodies), _) => {
+            let listed = bodies.value.iter().map(|body| &body.value);
+            let moduli = listed.map(|body| (body.youngs_modulus, body.poisson_ratio)).collect();
+            ("bodies", &bodies.span, moduli)
+        }
+        (None, Some(layer)) => {
+            let modulus = layer.value.youngs_modulus.written()?;
+            ("layer", &modulus.span, vec![(modulus.value, layer.value.poisson_ratio.value)])
+        }
+        (None, None) => return checks.number("effective_modulus", &table.effective_modulus),
     };
     if let Some(modulus) = table.effective_modulus.written() {
-        let message = "`effective_modulus` and `bodies` exclude each other";
+        let key = if name == "layer" { "layer.youngs_modulus" } else { name };
+        let message = format!("`effective_modulus` and `{key}` exclude each other");
         let problem = Problem::new(message, modulus.span.clone(), "gives the effective modulus")
-            .and(bodies.span.clone(), "also determines the effective modulus")
+            .and(span.clone(), "also determines the effective modulus")
             .help("remove one of the two keys");
-        checks.report("bodies", problem);
+        checks.report(name, problem);
         return None;
     }
-    let compliances = bodies
-        .value
-        .iter()
-        .map(|body| compliance(body.value.youngs_modulus, body.value.poisson_ratio));
+    let compliances = moduli.into_iter().map(|(modulus, ratio)| compliance(modulus, ratio));
     let modulus = 1.0 / compliances.sum::<f64>();
     if !(modulus.is_finite() && modulus > 0.0) {
-        let message = format!("the effective modulus of the bodies is {modulus:?}");
+        let message = format!("the effective modulus of `{name}` is {modulus:?}");
         let label = "out of the range of numbers";
-        return checks.refuse("bodies", message, &bodies.span, label);
+        return checks.refuse(name, message, span, label);
     }
     Some(modulus)
 }

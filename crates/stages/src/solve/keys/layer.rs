@@ -3,7 +3,6 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::bodies::Body;
 use super::{Method, SolveTable};
 use crate::check_context::Surfaces;
 use crate::exclusions::exclude;
@@ -14,7 +13,7 @@ use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::length;
+use asperity_manifest::keys::declare::{length, pressure};
 use asperity_manifest::keys::{Key, Spanned};
 
 /// Elastic layer, the value of `layer`.
@@ -32,20 +31,31 @@ pub struct LayerTable {
     #[serde(default)]
     #[schemars(extend("default" = "bonded"))]
     pub base: Key<Base>,
+    /// Young's modulus E of the layer. E* of the stage is then E/(1 − ν²). Give it here, or
+    /// `effective_modulus` or `bodies` in the stage.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = pressure)]
+    pub youngs_modulus: Key<f64>,
     /// Shear modulus of a coating over that of the half-space below it, which `substrate`
-    /// describes. By default the layer has a rigid base.
+    /// describes. Young's moduli of both determine it, too; their ratio is another number. By
+    /// default the layer has a rigid base.
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub modulus_ratio: Key<f64>,
 }
 
 /// Half-space below a coating, the value of `substrate`.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SubstrateTable {
     /// Poisson's ratio ν of the half-space, above −1 and at most 0.5.
     #[schemars(range(max = 0.5), extend("exclusiveMinimum" = -1))]
     pub poisson_ratio: f64,
+    /// Young's modulus E of the half-space, for a layer with `youngs_modulus`. The ratio of the
+    /// shear moduli follows from both. By default the layer has a `modulus_ratio`.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = pressure)]
+    pub youngs_modulus: Key<f64>,
 }
 
 /// Returns the layer of a point, or `Some(None)` for a half-space. Refuses keys that do not go with
@@ -60,7 +70,7 @@ pub fn layer(
         return Some(None);
     };
     let LayerTable { thickness, poisson_ratio, .. } = &written.value;
-    check_other_keys(table, boundary, poisson_ratio, checks)?;
+    check_other_keys(table, boundary, &written.value, checks)?;
     let support = support(table, written, checks)?;
     let thickness = in_unit_of_surfaces(thickness, surfaces, checks)?;
     let poisson_ratio = decimal::nearest(poisson_ratio.value);
@@ -71,7 +81,7 @@ pub fn layer(
 fn check_other_keys(
     table: &SolveTable,
     boundary: Boundary,
-    poisson_ratio: &Spanned<f64>,
+    layer: &LayerTable,
     checks: &mut Checks,
 ) -> Option<()> {
     if let (Boundary::Free, Some(written)) = (boundary, table.boundary.written()) {
@@ -87,17 +97,33 @@ fn check_other_keys(
     let Some(bodies) = table.bodies.written() else {
         return Some(());
     };
-    let message = match &bodies.value[..] {
-        [Spanned { value: Body { poisson_ratio: ratio, .. }, .. }] => {
-            if decimal::is_same(*ratio, poisson_ratio.value) {
-                return Some(());
+    let LayerTable { poisson_ratio, youngs_modulus, .. } = layer;
+    let (message, span, label) = match &bodies.value[..] {
+        [Spanned { value: body, .. }] => {
+            let own = youngs_modulus.written();
+            let other = own.filter(|own| !decimal::is_same(own.value, body.youngs_modulus));
+            match other {
+                _ if !decimal::is_same(body.poisson_ratio, poisson_ratio.value) => (
+                    "Poisson's ratio of the body in `bodies` differs from that of `layer`",
+                    &poisson_ratio.span,
+                    "Poisson's ratio of the layer",
+                ),
+                Some(other) => (
+                    "Young's modulus of the body in `bodies` differs from that of `layer`",
+                    &other.span,
+                    "Young's modulus of the layer",
+                ),
+                None => return Some(()),
             }
-            "Poisson's ratio of the body in `bodies` differs from that of `layer`"
         }
-        _ => "`bodies` has two bodies, but a layer is pressed by a rigid rough surface",
+        _ => (
+            "`bodies` has two bodies, but a layer is pressed by a rigid rough surface",
+            &poisson_ratio.span,
+            "Poisson's ratio of the layer",
+        ),
     };
     let problem = Problem::new(message, bodies.span.clone(), "must be the layer alone")
-        .and(poisson_ratio.span.clone(), "Poisson's ratio of the layer");
+        .and(span.clone(), label);
     checks.reject(problem.help(
         "loads refer to E* = E/(1 − ν²) of the layer: list only the layer in `bodies`, or give its \
          `effective_modulus`",
@@ -110,31 +136,57 @@ fn support(
     layer: &Spanned<LayerTable>,
     checks: &mut Checks,
 ) -> Option<Support> {
-    let substrate = checks.optional("substrate", &table.substrate)?;
-    match (layer.value.modulus_ratio.written(), substrate) {
-        (Some(ratio), Some(substrate)) => {
-            exclude! { &layer.value, checks,
-                true => base: "a coating is bonded to the half-space below it";
-            }?;
-            Some(Support::HalfSpace {
-                poisson_ratio: decimal::nearest(substrate.value.poisson_ratio),
-                modulus_ratio: decimal::nearest(ratio.value),
-            })
-        }
-        (None, None) => Some(Support::Rigid(layer.value.base.value().unwrap_or(Base::Bonded))),
-        (Some(ratio), None) => {
-            let message = "the coating has no substrate";
-            let problem = Problem::new(message, ratio.span.clone(), "ratio to the substrate");
-            let help = "add `substrate = { poisson_ratio = … }`, or remove `modulus_ratio` for a \
-                        layer on a rigid base";
-            checks.reject(problem.help(help))
-        }
-        (None, Some(substrate)) => {
-            let message = "`layer` lacks the ratio of its shear modulus to that of `substrate`";
-            let problem = Problem::new(message, layer.span.clone(), "no `modulus_ratio`")
-                .and(substrate.span.clone(), "the half-space below the layer");
-            let help = "add `modulus_ratio`, or remove `substrate` for a layer on a rigid base";
-            checks.reject(problem.help(help))
-        }
+    if let Some(substrate) = checks.optional("substrate", &table.substrate)? {
+        let modulus_ratio = modulus_ratio(layer, substrate, checks)?;
+        exclude! { &layer.value, checks,
+            true => base: "a coating is bonded to the half-space below it";
+        }?;
+        let poisson_ratio = decimal::nearest(substrate.value.poisson_ratio);
+        return Some(Support::HalfSpace { poisson_ratio, modulus_ratio });
     }
+    let Some(ratio) = layer.value.modulus_ratio.written() else {
+        return Some(Support::Rigid(layer.value.base.value().unwrap_or(Base::Bonded)));
+    };
+    let message = "the coating has no substrate";
+    let problem = Problem::new(message, ratio.span.clone(), "ratio to the substrate");
+    let help = "add `substrate = { poisson_ratio = … }`, or remove `modulus_ratio` for a layer on a \
+                rigid base";
+    checks.reject(problem.help(help))
+}
+
+/// Returns the shear modulus of a coating over that of the half-space below it, which is given or
+/// follows from Young's moduli: G = E/(2 (1 + ν)).
+fn modulus_ratio(
+    layer: &Spanned<LayerTable>,
+    substrate: &Spanned<SubstrateTable>,
+    checks: &mut Checks,
+) -> Option<f64> {
+    let (above, below) = (&layer.value, &substrate.value);
+    let ratio = above.modulus_ratio.written();
+    let moduli = (above.youngs_modulus.written(), below.youngs_modulus.written());
+    let problem = match (ratio, moduli) {
+        (None, (Some(above_modulus), Some(below_modulus))) => {
+            let shear_modulus = |modulus: f64, ratio: f64| {
+                decimal::nearest(modulus) / (1.0 + decimal::nearest(ratio))
+            };
+            let ratio = shear_modulus(above_modulus.value, above.poisson_ratio.value)
+                / shear_modulus(below_modulus.value, below.poisson_ratio);
+            return Some(decimal::nearest(ratio));
+        }
+        (Some(ratio), (_, None)) => return Some(decimal::nearest(ratio.value)),
+        (Some(ratio), (_, Some(modulus))) => {
+            let message = "`modulus_ratio` and `substrate.youngs_modulus` exclude each other";
+            Problem::new(message, ratio.span.clone(), "gives the ratio of the shear moduli")
+                .and(modulus.span.clone(), "also determines the ratio")
+        }
+        (None, _) => {
+            let message = "`layer` lacks the ratio of its shear modulus to that of `substrate`";
+            Problem::new(message, layer.span.clone(), "no `modulus_ratio`")
+                .and(substrate.span.clone(), "the half-space below the layer")
+        }
+    };
+    checks.reject(problem.help(
+        "give either `modulus_ratio` in `layer`, or `youngs_modulus` in `layer` and in `substrate`; \
+         for a layer on a rigid base, remove `substrate`",
+    ))
 }

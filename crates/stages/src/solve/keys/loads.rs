@@ -5,12 +5,13 @@ use serde::Deserialize;
 
 use super::SolveTable;
 use crate::check_context::Surfaces;
+use crate::lengths::in_unit_of_surfaces;
 use crate::solve::{ListedLoads, Pressures};
 use asperity_contact::distribution::EqualBins;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::{positive_items, pressure_or_ratio};
+use asperity_manifest::keys::declare::{length_or_ratio, positive_items, pressure_or_ratio};
 use asperity_manifest::keys::{Key, Spanned, deserialize_either};
 
 /// Maximum number of loads of a parameter point.
@@ -91,15 +92,16 @@ pub struct PressureBins {
 }
 
 /// A histogram of gaps with equal bins from zero.
-#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GapBins {
     /// Number of bins of the histogram.
     #[schemars(range(min = 1, max = MAX_BINS))]
     pub count: u32,
-    /// Upper edge of the last bin, a multiple of the rms height.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub to: f64,
+    /// Upper edge of the last bin: a multiple of the rms height, or a length with a unit if all
+    /// surfaces have one given `rms_height`.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = length_or_ratio)]
+    pub to: Spanned<f64>,
 }
 
 impl Loads {
@@ -281,12 +283,28 @@ fn several_slopes<T>(to: &Spanned<f64>, relative: f64, checks: &mut Checks) -> O
 pub fn gap_bins(
     table: &SolveTable,
     loads: Option<&[f64]>,
+    surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<Option<EqualBins>> {
     let Some(Spanned { value, span }) = checks.optional("gap_bins", &table.gap_bins)? else {
         return Some(None);
     };
-    let bins = EqualBins { count: value.count, to: decimal::nearest(value.to) };
+    let GapBins { count, to } = value;
+    let relative = if !checks.units.is_quantity(&to.span) {
+        to.value
+    } else if let Some(height) = surfaces.common_height() {
+        in_unit_of_surfaces(to, surfaces, checks)? / height
+    } else {
+        let message = "`gap_bins.to` has a unit, but its bins are multiples of the rms height, and \
+                       the surfaces do not have one given `rms_height`";
+        let label = "must be a number without a unit";
+        let problem = Problem::new(message, to.span.clone(), label);
+        return checks.reject(problem.help(
+            "divide the gap by the rms height; `asperity surface` and the column `rms_height` tell \
+             it",
+        ));
+    };
+    let bins = EqualBins { count: *count, to: decimal::nearest(relative) };
     checked_bins("gap_bins", bins, span, loads, checks)
 }
 
