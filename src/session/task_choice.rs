@@ -11,7 +11,7 @@ use super::formatting::{counted, listed, short};
 use super::name_lookup::TaskNameError;
 use super::{SessionError, UnknownName};
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
-use asperity_stages::columns::{BRANCH, LOAD, MEAN_GAP, PRESSURE, STEP, SURFACE};
+use asperity_stages::columns::{BRANCH, FORCE, LOAD, MEAN_GAP, PRESSURE, STEP, SURFACE};
 use asperity_stages::ensemble::load_column;
 use asperity_stages::units::{length_unit, pressure_unit};
 use asperity_tables::column::Role;
@@ -40,7 +40,9 @@ impl Coordinate {
     ) -> Result<Coordinate, InvalidCoordinate> {
         let (column, value) = (column.into(), value.into());
         match column.as_str() {
-            name if [LOAD.name, PRESSURE.name].contains(&name) => Err(InvalidCoordinate::Load),
+            name if [LOAD.name, PRESSURE.name, FORCE.name].contains(&name) => {
+                Err(InvalidCoordinate::Load)
+            }
             name if name == MEAN_GAP.name => Err(InvalidCoordinate::MeanGap),
             _ => Ok(Coordinate { column, value }),
         }
@@ -94,8 +96,8 @@ impl ChosenRows {
     }
 }
 
-/// Load that a user chooses: a number in the unit of the study, or a mean pressure with a unit. A
-/// state of a path with prescribed mean gaps is chosen by its mean gap.
+/// Load that a user chooses: a number in the unit of the study, or a mean pressure or a force with
+/// a unit. A state of a path with prescribed mean gaps is chosen by its mean gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChosenLoad {
     number: f64,
@@ -121,7 +123,7 @@ impl From<f64> for ChosenLoad {
 impl FromStr for ChosenLoad {
     type Err = InvalidLoad;
 
-    /// Reads a load: a number, or a pressure such as `10 MPa`.
+    /// Reads a load: a number, a pressure such as `10 MPa`, or a force such as `10 N`.
     fn from_str(text: &str) -> Result<ChosenLoad, InvalidLoad> {
         ChosenLoad::read(text, ChosenQuantity::Load)
     }
@@ -137,13 +139,16 @@ impl ChosenLoad {
     }
 
     fn read(text: &str, quantity: ChosenQuantity) -> Result<ChosenLoad, InvalidLoad> {
-        let dimension = match quantity {
-            ChosenQuantity::MeanGap => Dimension::Length,
-            ChosenQuantity::Load | ChosenQuantity::Prescribed => Dimension::Pressure,
+        let dimensions: &[Dimension] = match quantity {
+            ChosenQuantity::MeanGap => &[Dimension::Length],
+            ChosenQuantity::Load | ChosenQuantity::Prescribed => {
+                &[Dimension::Pressure, Dimension::Force]
+            }
         };
+        let dimension = dimensions[0];
         let (number, unit) = match quantity::split(text) {
             Some((number, symbol)) => {
-                let unit = Unit::find(symbol).filter(|unit| unit.dimension == dimension);
+                let unit = Unit::find(symbol).filter(|unit| dimensions.contains(&unit.dimension));
                 let unknown = || InvalidLoad::Unit { symbol: symbol.to_owned(), dimension };
                 (number, Some(unit.ok_or_else(unknown)?))
             }
@@ -171,6 +176,12 @@ impl ChosenLoad {
         let Some(unit) = self.unit else { return Ok((given, self.number)) };
         let (column, symbol) = match unit.dimension {
             Dimension::Length => (MEAN_GAP.name, length_unit(table)),
+            Dimension::Force if table.has(FORCE.name) => (FORCE.name, Some("N".to_owned())),
+            Dimension::Force => {
+                return Err(SessionError::refused(
+                    "the manifest gives no forces; choose a load by its pressure",
+                ));
+            }
             _ => (PRESSURE.name, pressure_unit(table)),
         };
         let own = symbol.as_deref().and_then(Unit::find).ok_or_else(|| {
@@ -218,6 +229,7 @@ pub fn rows_under(
     let unit = match column {
         _ if column == PRESSURE.name => pressure_unit(table),
         _ if column == MEAN_GAP.name => length_unit(table),
+        _ if column == FORCE.name => Some("N".to_owned()),
         _ => None,
     };
     let text = |load: f64| match &unit {
@@ -292,7 +304,7 @@ pub fn chosen_task(
             && *field.data_type() == DataType::Float64;
         // A task with adhesion has all branches of its path.
         let is_state = name == BRANCH.name && table.has(STEP.name);
-        let others = [LOAD.name, PRESSURE.name, MEAN_GAP.name, SURFACE.name];
+        let others = [LOAD.name, PRESSURE.name, FORCE.name, MEAN_GAP.name, SURFACE.name];
         !is_state && !is_measured && !others.contains(&name)
     };
     let choices = fields.filter(|(field, _)| is_typed(field)).filter_map(|(field, values)| {

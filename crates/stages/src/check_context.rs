@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::bodies::Conduction;
 use crate::columns::needed_key;
+use crate::nominal_area::NominalArea;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Recipe, RowKind};
@@ -75,6 +76,8 @@ pub struct Surfaces {
     pub length_units: Vec<String>,
     /// Smallest and largest rms slope to which surfaces are scaled.
     pub slopes: Option<[f64; 2]>,
+    /// Distinct nominal areas of the surfaces.
+    pub areas: Vec<NominalArea>,
 }
 
 impl Surfaces {
@@ -106,6 +109,7 @@ impl Surfaces {
             loads: [self.loads, other.loads.clone()].concat(),
             conduction: [self.conduction, other.conduction.clone()].concat(),
             non_square: self.non_square.or_else(|| other.non_square.clone()),
+            areas: all_of(self.areas.into_iter().chain(other.areas.iter().cloned())),
         }
     }
 }
@@ -113,6 +117,17 @@ impl Surfaces {
 /// Returns the distinct texts among these, sorted.
 pub fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
     texts.collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+/// Returns the distinct values among these, in order of appearance.
+pub fn all_of<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for value in values {
+        if !found.contains(&value) {
+            found.push(value);
+        }
+    }
+    found
 }
 
 /// Returns the smallest range that contains two ranges.

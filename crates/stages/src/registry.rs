@@ -8,11 +8,12 @@ pub mod full_contact;
 use toml::de::DeTable;
 
 use crate::aggregate::keys::AggregateTable;
-use crate::check_context::{CheckContext, FromKey, Property, Surfaces, distinct, spanning};
+use crate::check_context::{CheckContext, FromKey, Property, Surfaces, all_of, distinct, spanning};
 use crate::correct::CorrectTable;
 use crate::fit::keys::{FitPoints, LawWord};
 use crate::generate::method::SurfacePoints;
 use crate::measure::keys::MeasureTable;
+use crate::nominal_area::NominalArea;
 use crate::solve::keys::SolveTable;
 use crate::surface::Origin;
 use crate::surface::method::Method;
@@ -422,6 +423,7 @@ impl Surfaces {
             coarsest: steps.reduce(f64::max).map(|step| (stage.to_owned(), step)),
             slopes: slopes.reduce(spanning),
             length_units: distinct(origins().map(|origin| origin.unit().to_owned())),
+            areas: all_of(params().filter_map(NominalArea::of)),
             non_square: non_square.map(|grid| {
                 let [step_x, step_y] = grid.spacing();
                 (stage.to_owned(), step_x / step_y)
@@ -463,7 +465,7 @@ impl Surfaces {
         });
         let listed = blocks
             .iter()
-            .map(|block| (stage.to_owned(), block.loads.clone(), block.unit_of_loads()));
+            .map(|block| (stage.to_owned(), block.given_loads(), block.unit_of_given_loads()));
         let mut loads: Vec<_> = listed.collect();
         loads.dedup();
         let conduction = blocks.iter().map(|block| (stage.to_owned(), block.bodies.conduction));

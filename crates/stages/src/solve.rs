@@ -37,7 +37,7 @@ use crate::surface::pair;
 use crate::unloading::Branch;
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series,
-    Stage, StageError, beside_coordinates, boundary_recipe,
+    Stage, StageError, beside_coordinates, boundary_recipe, nominal_area,
 };
 use asperity_contact::asperities::Interaction;
 use asperity_contact::distribution::EqualBins;
@@ -45,6 +45,7 @@ use asperity_contact::grid::Boundary;
 use asperity_contact::solver::{Body, Hardness, Settings, cost};
 use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::counted;
+use asperity_manifest::keys::quantity;
 use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
@@ -64,6 +65,8 @@ pub struct ListedLoads {
     /// True if the loads are plain numbers and `load_unit` is left out, although other pressures of
     /// the stage have a unit.
     pub lack_unit: bool,
+    /// Start of a range, which is not one of its loads.
+    pub start: Option<f64>,
 }
 
 /// Definition of the kind of stage `solve`.
@@ -102,6 +105,10 @@ pub struct Params {
     /// manifest names none, so that existing keys stay valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure_unit: Option<&'static str>,
+    /// Force on the nominal area under the pressure 1 in newtons, if the manifest gives loads as
+    /// forces. Only surfaces with this area are pressed, and the loads are mean pressures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newtons: Option<f64>,
     /// Loads, positive and in ascending order. There is at least one, except in the recipe that
     /// all loads share.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -221,6 +228,45 @@ impl Params {
         self.pressure_unit.filter(|_| self.load_unit == PressureUnit::Absolute)
     }
 
+    /// Turns loads that are forces into mean pressures; without `newtons` they are not forces.
+    fn under_forces(self, newtons: Option<f64>) -> Params {
+        let pressures = |loads: &[f64]| nominal_area::pressures(loads, newtons);
+        Params {
+            newtons,
+            loads: pressures(&self.loads),
+            pressures: match &self.pressures {
+                Pressures::At(loads) => Pressures::At(pressures(loads)),
+                word => word.clone(),
+            },
+            listed: ListedLoads {
+                repeated: pressures(&self.listed.repeated),
+                start: self.listed.start.and_then(|start| pressures(&[start]).pop()),
+                ..self.listed
+            },
+            ..self
+        }
+    }
+
+    /// Returns a load as the manifest gives it, which may be a force.
+    pub fn given_load(&self, load: f64) -> f64 {
+        self.newtons.map_or(load, |newtons| nominal_area::force(load, newtons))
+    }
+
+    /// Returns the loads as the manifest gives them, which may be forces.
+    pub fn given_loads(&self) -> Vec<f64> {
+        self.loads.iter().map(|load| self.given_load(*load)).collect()
+    }
+
+    /// Returns the symbol of the unit of [`Params::given_loads`].
+    pub fn unit_of_given_loads(&self) -> Option<&'static str> {
+        self.newtons.map(|_| "N").or(self.unit_of_loads())
+    }
+
+    /// Formats a load as the manifest gives it: `0.02`, `10 MPa`, `10 N`.
+    pub fn written_load(&self, load: f64) -> String {
+        quantity::written(self.given_load(load), self.unit_of_given_loads())
+    }
+
     /// Returns whether both are the same contact but for their loads: parts of one path, or blocks
     /// of one list of loads.
     pub fn is_same_contact(&self, other: &Params) -> bool {
@@ -295,6 +341,7 @@ impl Stage for Params {
 
     fn reads_input(&self, input: &Recipe) -> bool {
         pair::is_at(self.shift, input)
+            && nominal_area::is_of(input, self.newtons, self.pressure_unit)
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {

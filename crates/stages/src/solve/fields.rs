@@ -111,6 +111,7 @@ impl Params {
         };
         Ok(Params {
             pressure_unit: None,
+            newtons: None,
             listed: ListedLoads::default(),
             effective_modulus: table.reals(EFFECTIVE_MODULUS.name)?.value(0),
             load_unit: if load_column(table) == PRESSURE.name {

@@ -6,6 +6,7 @@ pub mod adhesion;
 mod adhesion_units;
 pub mod against;
 pub mod bodies;
+mod forces;
 mod layer;
 mod loads;
 
@@ -24,7 +25,7 @@ use crate::exclusions::exclude;
 use crate::reduced_units::{GivenHardness, LoadUnit, PressureUnit};
 use crate::solve::adhesion::control::Control;
 use crate::surface::pair::MirrorAxis;
-use crate::{CheckContext, Recipe, unloading};
+use crate::{CheckContext, Recipe, nominal_area, unloading};
 use asperity_contact::asperities::Interaction;
 use asperity_contact::grid::Boundary;
 use asperity_contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
@@ -32,8 +33,9 @@ use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::declare::{
-    always_pair, length, pressure, pressure_or_ratio, swept, unit_of_pressures,
+    always_pair, length, load, pressure, pressure_or_ratio, swept, unit_of_pressures,
 };
+use asperity_manifest::keys::quantity::Dimension;
 use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, quantity, table};
 
 /// Maximum value of `max_pairs`.
@@ -46,9 +48,10 @@ const MAX_LOADS_OF_STAGE: usize = 1_000_000;
 #[serde(default, deny_unknown_fields)]
 pub struct SolveTable {
     /// Loads (mean pressures), in the unit of `load_unit` or with a unit: a list such as `[0.01,
-    /// 0.1]` or `["10 MPa", "20 MPa"]`, or a range `{ from, to, steps, spacing }`. A list is
-    /// sorted, and repeated loads are solved once.
-    #[schemars(transform = pressure_or_ratio)]
+    /// 0.1]` or `["10 MPa", "20 MPa"]`, or a range `{ from, to, steps, spacing }`, which excludes
+    /// `from` and includes `to`. Forces such as `["10 N", "20 N"]` are divided by the nominal area
+    /// of each surface. A list is sorted, and repeated loads are solved once.
+    #[schemars(transform = load)]
     pub loads: Key<Loads>,
     /// Effective modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂. All pressures of
     /// the stage have its unit. Give either this key or `bodies`.
@@ -100,7 +103,7 @@ pub struct SolveTable {
     pub max_pairs: Key<u32>,
     /// Pressure fields that are stored: `"none"`, `"all"`, or a list of loads, which must be among
     /// `loads`.
-    #[schemars(extend("default" = "none"), transform = pressure_or_ratio)]
+    #[schemars(extend("default" = "none"), transform = load)]
     pub pressures: Key<StoredPressures>,
     /// Histogram of the pressures under each load, `{ count, to }`: `count` equal bins from zero to
     /// the pressure `to`, in units of E* × rms slope or with a unit such as `"2 GPa"`, which needs
@@ -203,8 +206,7 @@ fn points(
             None => None,
             Some(None) => elastic(&point.table, boundary, surfaces, checks),
             Some(Some(adhesion)) => {
-                adhesion::recipe(&point.table, adhesion.value, boundary, surfaces, checks)
-                    .map(|recipe| vec![recipe])
+                adhesion::recipes(&point.table, adhesion.value, boundary, surfaces, checks)
             }
         };
         loads += recipes.iter().flatten().map(|recipe| recipe.rows(0)).sum::<usize>();
@@ -259,26 +261,37 @@ fn refuse_excluded(table: &SolveTable, checks: &mut Checks) -> Option<()> {
     }
 }
 
-/// Returns the recipes of a point without adhesion: one, or one for each branch of a path.
+/// Returns the recipes of a point without adhesion: one, or one for each branch of a path. If loads
+/// are forces, each nominal area has its own.
 fn elastic(
     table: &SolveTable,
     boundary: Option<Boundary>,
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<Vec<Recipe>> {
+    let forces = forces::newtons(table, surfaces, checks)?;
     let layer = boundary.and_then(|boundary| layer(table, boundary, surfaces, checks))?;
-    let params = Params { boundary: boundary?, layer, ..params(table, surfaces, checks)? };
-    check_bearing(table, &params, surfaces, checks);
+    let given = Params { boundary: boundary?, layer, ..params(table, surfaces, checks)? };
+    let on_areas: Vec<Params> =
+        forces.iter().map(|newtons| given.clone().under_forces(*newtons)).collect();
+    // The smallest area has the largest pressures.
+    check_bearing(table, on_areas.first()?, surfaces, checks);
     let Some(path) = checks.optional("path", &table.path)? else {
-        return Some(vec![Recipe::Solve(Arc::new(params))]);
+        let recipes = on_areas.into_iter().map(|params| Recipe::Solve(Arc::new(params)));
+        return Some(recipes.collect());
     };
-    let states = path.value.states(adhesion::listed_loads(table, checks)?);
-    let block = |(branch, loads)| {
-        let branch = Some(branch);
-        let listed = ListedLoads { is_unsorted: false, repeated: vec![], ..params.listed };
-        Recipe::Solve(Arc::new(Params { branch, loads, listed, ..params.clone() }))
-    };
-    Some(unloading::branches(&states).into_iter().map(block).collect())
+    let listed = adhesion::listed_loads(table, checks)?;
+    let recipes = on_areas.iter().flat_map(|params| {
+        let states = path.value.states(nominal_area::pressures(&listed, params.newtons));
+        let block = |(branch, loads)| {
+            let branch = Some(branch);
+            let listed =
+                ListedLoads { is_unsorted: false, repeated: vec![], ..params.listed.clone() };
+            Recipe::Solve(Arc::new(Params { branch, loads, listed, ..params.clone() }))
+        };
+        unloading::branches(&states).into_iter().map(block).collect::<Vec<_>>()
+    });
+    Some(recipes.collect())
 }
 
 /// Returns the boundary condition of the contact. Refuses a periodic contact of a map that is not
@@ -337,6 +350,7 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
         effective_modulus: effective_modulus?,
         load_unit,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
+        newtons: None,
         loads,
         listed,
         tolerance: tolerance?,
@@ -384,14 +398,7 @@ pub(super) fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<Press
             "give E* with a unit, such as `effective_modulus = \"70 GPa\"`, or the `bodies`",
         ));
     }
-    let mut loads = Vec::new();
-    if let Some(written) = table.loads.written() {
-        loads.extend(written.value.values());
-    }
-    if let Some(StoredPressures::At(list)) = table.pressures.written().map(|written| &written.value)
-    {
-        loads.extend(list);
-    }
+    let loads = forces::loads(table);
     let has_unit = |value: &&&Spanned<f64>| checks.units.is_quantity(&value.span);
     let absolute = loads.iter().find(has_unit).map(|load| load.span.clone());
     if absolute.is_none() && word != LoadUnit::Absolute {
@@ -400,7 +407,8 @@ pub(super) fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<Press
     if let (LoadUnit::Relative, Some(written), Some(absolute)) =
         (word, table.load_unit.written(), &absolute)
     {
-        let message = "`load_unit` is \"relative\", but a load has a unit of pressure";
+        let dimension = checks.units.dimension_of(absolute).unwrap_or(Dimension::Pressure);
+        let message = format!("`load_unit` is \"relative\", but a load has a unit of {dimension}");
         let problem =
             Problem::new(message, written.span.clone(), "loads in units of E* × rms slope");
         let help = format!("remove `load_unit`, or set `load_unit = \"{symbol}\"`");

@@ -5,6 +5,7 @@ use arrow::array::ArrayRef;
 use super::parts::LoadParts;
 use super::{PAIR_LIMIT, Params, parts};
 use crate::columns::*;
+use crate::nominal_area;
 use crate::reduced_units::{PressureUnit, Scales, SurfaceHardness};
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_in_role};
@@ -48,6 +49,8 @@ pub struct LoadRow<'a> {
     outcome: &'a Outcome,
     /// Mean pressure in the unit of the moduli.
     pressure: f64,
+    /// Force in newtons, if the manifest gives loads as forces.
+    force: Option<f64>,
     saturated_fraction: f64,
     hardness: Option<SurfaceHardness>,
     /// Units of length and of pressure of the solver.
@@ -64,13 +67,15 @@ impl<'a> LoadRow<'a> {
     ) -> LoadRow<'a> {
         let [nodes_x, nodes_y] = scales.nodes;
         let outcome = &solved.outcome;
+        let pressure = match params.load_unit {
+            PressureUnit::Relative => scales.mean_pressure(solved.load),
+            PressureUnit::Absolute => solved.given,
+        };
         LoadRow {
             solved,
             outcome,
-            pressure: match params.load_unit {
-                PressureUnit::Relative => scales.mean_pressure(solved.load),
-                PressureUnit::Absolute => solved.given,
-            },
+            pressure,
+            force: params.newtons.map(|newtons| nominal_area::force(pressure, newtons)),
             saturated_fraction: outcome.saturated_nodes as f64 / (nodes_x * nodes_y) as f64,
             hardness,
             length: scales.length(),
@@ -108,8 +113,9 @@ pub fn columns<'a>() -> TableColumns<Params, LoadRow<'a>> {
         .and([
             column_in_role(LOAD, |params| roles(params)[0], Real(|row| row.solved.load)),
             column_in_role(PRESSURE, |params| roles(params)[1], Real(|row| row.pressure)),
-            column(CONTACT_NODES, Count(|row| row.outcome.contact_nodes)),
         ])
+        .and_if(|params| params.newtons.is_some(), [column(FORCE, OptionalReal(|row| row.force))])
+        .and([column(CONTACT_NODES, Count(|row| row.outcome.contact_nodes))])
         .and_if(
             |params| params.asperities.is_some(),
             [

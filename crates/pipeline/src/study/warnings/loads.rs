@@ -193,7 +193,7 @@ pub fn rearranged_loads(stage: &Stage) -> Option<String> {
         .is_unsorted
         .then(|| "`loads` is out of order; loads are solved in ascending order".to_owned());
     let repeated = params.listed.repeated.first().map(|load| {
-        let load = quantity::written(*load, params.unit_of_loads());
+        let load = params.written_load(*load);
         format!("`loads` repeats the load {load}; each load is solved once")
     });
     Some(sorted.into_iter().chain(repeated).collect::<Vec<_>>().join(". "))

@@ -109,6 +109,7 @@ impl Params {
                 PressureUnit::Relative
             },
             pressure_unit: None,
+            newtons: None,
             work: number(WORK_OF_ADHESION.name)?,
             range: number(INTERACTION_RANGE.name)?,
             control: if given == MEAN_GAP.name { Control::Gap } else { Control::Load },

@@ -9,12 +9,12 @@ use serde::Deserialize;
 
 use super::adhesion_units::Conversion;
 use super::loads::{Loads, StoredPressures};
-use super::{Method, SolveTable, against, bodies, lack_unit, load_unit, loads};
-use crate::Recipe;
+use super::{Method, SolveTable, against, bodies, forces, lack_unit, load_unit, loads};
 use crate::check_context::Surfaces;
 use crate::solve::Pressures;
 use crate::solve::adhesion::control::Control;
 use crate::solve::adhesion::{Params, VERSION};
+use crate::{Recipe, nominal_area};
 use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
@@ -100,15 +100,17 @@ pub struct GapRange {
     pub steps: u32,
 }
 
-/// Returns the recipe of a point with adhesion, or `None` after reporting problems.
-pub fn recipe(
+/// Returns the recipes of a point with adhesion, or `None` after reporting problems. There is one,
+/// or one for each nominal area if loads are forces.
+pub fn recipes(
     table: &SolveTable,
     adhesion: AdhesionTable,
     boundary: Option<Boundary>,
     surfaces: &Surfaces,
     checks: &mut Checks,
-) -> Option<Recipe> {
+) -> Option<Vec<Recipe>> {
     check_method(table, checks)?;
+    let forces = forces::newtons(table, surfaces, checks)?;
     bodies::bodies(table, surfaces, checks)?;
     let effective_modulus = bodies::modulus(table, checks);
     let load_unit = load_unit(table, checks);
@@ -131,11 +133,12 @@ pub fn recipe(
     let gap_bins = loads::gap_bins(table, all, checks);
     let load_unit = load_unit?;
     let has_loads = control == Control::Load && targets.iter().any(|load| *load != 0.0);
-    Some(Recipe::Adhesion(Arc::new(Params {
+    let given = Params {
         version: VERSION,
         effective_modulus: effective_modulus?,
         load_unit,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
+        newtons: None,
         work: adhesion.work,
         range: adhesion.range,
         control,
@@ -148,7 +151,12 @@ pub fn recipe(
         boundary: boundary?,
         shift: against::shift(table, checks)?,
         loads_lack_unit: has_loads && lack_unit(table, load_unit, checks),
-    })))
+    };
+    let on_area = |newtons: Option<f64>| {
+        let targets = nominal_area::pressures(&given.targets, newtons);
+        Recipe::Adhesion(Arc::new(Params { newtons, targets, ..given.clone() }))
+    };
+    Some(forces.into_iter().map(on_area).collect())
 }
 
 /// Mesh number Δx w/(E* ρ²) above which single nodes have two states.
