@@ -23,7 +23,8 @@ use super::formatting::listed;
 use super::maps::{Map, MapKind, PathState, TaskMaps};
 use super::output_files::{has_suffix, unwritten, write_output, write_output_with};
 use super::task_choice::ChosenLoad;
-use asperity_stages::columns::{LOAD, MEAN_GAP};
+use asperity_stages::columns::LOAD;
+use asperity_stages::ensemble::prescribed_length;
 use asperity_stages::per_axis::PerAxis;
 use asperity_tables::key::TaskKey;
 use asperity_tables::store::files::folder_of;
@@ -479,7 +480,8 @@ impl<'m> Export<'m> {
 
     /// Returns the name of the array of the loads.
     fn load_name(&self) -> &'static str {
-        self.any().load_column.filter(|name| *name == MEAN_GAP.name).unwrap_or(LOAD.name)
+        let column = self.any().load_column;
+        column.filter(|name| prescribed_length(name).is_some()).unwrap_or(LOAD.name)
     }
 
     /// Returns the unit of the loads, if it is known.

@@ -11,8 +11,8 @@ use super::formatting::{counted, listed, short};
 use super::name_lookup::TaskNameError;
 use super::{SessionError, UnknownName};
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
-use asperity_stages::columns::{BRANCH, FORCE, LOAD, MEAN_GAP, PRESSURE, STEP, SURFACE};
-use asperity_stages::ensemble::load_column;
+use asperity_stages::columns::{BRANCH, FORCE, LOAD, PRESSURE, STEP, SURFACE};
+use asperity_stages::ensemble::{load_column, prescribed_length};
 use asperity_stages::units::{length_unit, pressure_unit};
 use asperity_tables::column::Role;
 use asperity_tables::key::TaskKey;
@@ -43,7 +43,7 @@ impl Coordinate {
             name if [LOAD.name, PRESSURE.name, FORCE.name].contains(&name) => {
                 Err(InvalidCoordinate::Load)
             }
-            name if name == MEAN_GAP.name => Err(InvalidCoordinate::MeanGap),
+            name if prescribed_length(name).is_some() => Err(InvalidCoordinate::MeanGap),
             _ => Ok(Coordinate { column, value }),
         }
     }
@@ -56,7 +56,7 @@ pub enum InvalidCoordinate {
     Form,
     #[error("use `--load` to choose the load")]
     Load,
-    #[error("use `--gap` to choose the mean gap")]
+    #[error("use `--gap` to choose the mean gap or the displacement")]
     MeanGap,
 }
 
@@ -162,20 +162,22 @@ impl ChosenLoad {
     /// Returns the column and the number of the load in the unit of the table.
     fn in_table(self, table: &Table) -> Result<(&'static str, f64), SessionError> {
         let given = load_column(table);
+        let length = prescribed_length(given);
         match self.quantity {
-            ChosenQuantity::Load if given == MEAN_GAP.name => {
-                return Err(SessionError::refused(
-                    "the manifest prescribes mean gaps; use `--gap`",
-                ));
+            ChosenQuantity::Load if length.is_some() => {
+                return Err(SessionError::refused(format!(
+                    "the manifest prescribes {}s; use `--gap`",
+                    length.unwrap_or_default()
+                )));
             }
-            ChosenQuantity::MeanGap if given != MEAN_GAP.name => {
+            ChosenQuantity::MeanGap if length.is_none() => {
                 return Err(SessionError::refused("the manifest prescribes loads; use `--load`"));
             }
             _ => {}
         }
         let Some(unit) = self.unit else { return Ok((given, self.number)) };
         let (column, symbol) = match unit.dimension {
-            Dimension::Length => (MEAN_GAP.name, length_unit(table)),
+            Dimension::Length => (given, length_unit(table)),
             Dimension::Force if table.has(FORCE.name) => (FORCE.name, Some("N".to_owned())),
             Dimension::Force => {
                 return Err(SessionError::refused(
@@ -228,7 +230,7 @@ pub fn rows_under(
     let higher = above.into_iter().min_by(f64::total_cmp);
     let unit = match column {
         _ if column == PRESSURE.name => pressure_unit(table),
-        _ if column == MEAN_GAP.name => length_unit(table),
+        _ if prescribed_length(column).is_some() => length_unit(table),
         _ if column == FORCE.name => Some("N".to_owned()),
         _ => None,
     };
@@ -304,8 +306,9 @@ pub fn chosen_task(
             && *field.data_type() == DataType::Float64;
         // A task with adhesion has all branches of its path.
         let is_state = name == BRANCH.name && table.has(STEP.name);
-        let others = [LOAD.name, PRESSURE.name, FORCE.name, MEAN_GAP.name, SURFACE.name];
-        !is_state && !is_measured && !others.contains(&name)
+        let others = [LOAD.name, PRESSURE.name, FORCE.name, SURFACE.name];
+        let is_load = others.contains(&name) || prescribed_length(name).is_some();
+        !is_state && !is_measured && !is_load
     };
     let choices = fields.filter(|(field, _)| is_typed(field)).filter_map(|(field, values)| {
         let values = distinct(values.as_ref(), &rows);

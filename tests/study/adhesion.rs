@@ -93,8 +93,6 @@ fn keys_that_adhesion_excludes_are_refused_at_their_place() {
     let (is_valid, told) =
         check(&coarse.replace("range = 0.002", "range = 0.002, override = true"));
     assert!(is_valid, "{told}");
-    let plain = study("[0.1]").replace("adhesion =", "# adhesion =");
-    assert!(check(&plain).1.contains("needs the key `adhesion`"));
 }
 
 #[test]

@@ -52,6 +52,8 @@ pub enum Property {
     WithAdhesion,
     WithoutAdhesion,
     WithLayer,
+    /// Contacts that prescribe mean gaps or displacements, whose loads differ between surfaces.
+    WithoutGivenLoads,
     /// Periodic contacts with a stiffness, whose spots have images.
     WithImages,
 }

@@ -16,7 +16,7 @@
 //! | [`departures`] | finds surfaces that are not isotropic Gaussian roughness |
 //! | `stage`, [`error`] | interface of all stages: [`Definition`], [`Stage`], [`StageError`] |
 //! | [`check_context`], [`lengths`] | what checks of keys know about the study; units of lengths |
-//! | `nominal_area` | pressures under loads that are forces |
+//! | [`nominal_area`] | pressures under loads that are forces |
 //! | `exclusions` | keys that other keys of a table exclude |
 //! | [`surface`] | recipe of a surface, from which any stage draws it again |
 //! | [`reduced_units`], [`unloading`], [`bodies`] | units of the solver; yielding; the two bodies |
@@ -51,7 +51,7 @@ pub mod grids;
 pub mod lengths;
 pub mod map_file;
 pub mod measure;
-mod nominal_area;
+pub mod nominal_area;
 pub mod per_axis;
 pub mod reduced_units;
 pub mod registry;

@@ -1,6 +1,7 @@
 //! Nominal areas of surfaces, which turn loads that are forces into mean pressures.
 
 use crate::{Recipe, surface};
+use asperity_contact::grid::Grid;
 use asperity_manifest::decimal;
 use asperity_manifest::keys::quantity::{Dimension, Unit};
 
@@ -14,14 +15,18 @@ pub struct NominalArea {
 }
 
 impl NominalArea {
+    /// Returns the area of a map. `unit` is the symbol of the unit of its sides.
+    pub fn new(grid: Grid, unit: &str) -> NominalArea {
+        let [side_x, side_y] = grid.cell().size();
+        NominalArea {
+            area: decimal::nearest(side_x * side_y),
+            unit: Unit::find(unit).filter(|unit| unit.dimension == Dimension::Length),
+        }
+    }
+
     /// Returns the area of a surface, or `None` if it has no valid mesh.
     pub fn of(surface: &surface::Params) -> Option<NominalArea> {
-        let [side_x, side_y] = surface.grid().ok()?.cell().size();
-        let unit = Unit::find(surface.origin.unit());
-        Some(NominalArea {
-            area: decimal::nearest(side_x * side_y),
-            unit: unit.filter(|unit| unit.dimension == Dimension::Length),
-        })
+        Some(NominalArea::new(surface.grid().ok()?, surface.origin.unit()))
     }
 
     /// Returns the force in newtons on the area under the mean pressure 1 in the unit with the

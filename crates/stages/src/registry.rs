@@ -449,6 +449,7 @@ impl Surfaces {
         let properties = [
             (Property::WithoutAdhesion, !blocks.is_empty()),
             (Property::WithAdhesion, any(&|recipe| matches!(recipe, Recipe::Adhesion(_)))),
+            (Property::WithoutGivenLoads, blocks.iter().any(|block| !block.control.is_load())),
             (Property::WithImages, blocks.iter().any(has_images)),
             (Property::WithLayer, blocks.iter().any(|block| block.layer.is_some())),
             (Property::PressuresUncounted, lacks(0)),
@@ -456,6 +457,7 @@ impl Surfaces {
         ];
         let physics = recipes.iter().find_map(|recipe| match recipe {
             Recipe::Adhesion(_) => Some("`adhesion`"),
+            Recipe::Solve(params) if !params.control.is_load() => Some("no prescribed loads"),
             Recipe::Solve(params) if params.layer.is_some() => Some("a `layer`"),
             Recipe::Solve(params) if params.hardness.is_some() => Some("a `hardness`"),
             Recipe::Solve(params) if params.asperities.is_some() => {

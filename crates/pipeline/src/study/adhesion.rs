@@ -7,7 +7,7 @@ use asperity_manifest::keys::quantity;
 use asperity_stages::Recipe;
 use asperity_stages::columns::WORK_OF_ADHESION;
 use asperity_stages::solve::adhesion;
-use asperity_stages::solve::adhesion::control::Control;
+use asperity_stages::solve::control::Control;
 use asperity_stages::solve::keys::adhesion as keys;
 use asperity_stages::surface::{Origin, Params};
 
@@ -48,7 +48,7 @@ impl Study {
         let work_unit = has_units.then(|| units.name(WORK_OF_ADHESION.unit));
         let (prescribed, unit) = match params.control {
             Control::Load => ("load", params.unit_of_given_loads()),
-            Control::Gap => ("mean gap", length_unit),
+            control => (control.value_in_words(), length_unit),
         };
         let path = format!(
             "E* = {}, work of adhesion {}, range {}, {} with {prescribed} {}",
@@ -97,7 +97,8 @@ impl Study {
     }
 }
 
-/// Formats the first state of a path, the state where it turns and the last one: `100 … 5 … 100 nm`.
+/// Formats the first state of a path, the states where it turns and the last one:
+/// `100 nm … 5 nm … 100 nm`.
 fn ends(states: &[f64], unit: Option<&str>) -> Option<String> {
     let (first, last) = (*states.first()?, *states.last()?);
     let [least, most] = [f64::min, f64::max].map(|of| states.iter().copied().fold(first, of));

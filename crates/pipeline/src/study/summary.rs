@@ -56,6 +56,7 @@ impl Study {
         let blocks: Vec<&solve::Params> = recipes.iter().map(solved).collect::<Option<_>>()?;
         let first = blocks.first()?;
         let unit = match first.load_unit {
+            _ if !first.control.is_load() => "",
             PressureUnit::Relative => " in units of E* × rms slope",
             PressureUnit::Absolute if first.pressure_unit.is_none() => " in the unit of E*",
             PressureUnit::Absolute => "",
@@ -64,7 +65,7 @@ impl Study {
         Some(format!(
             "E* = {}, {}{unit}{}{}{}",
             quantity::range(moduli, first.pressure_unit)?,
-            numbers_of_loads(&blocks)?,
+            numbers_of_loads(&blocks, length)?,
             self.excluded_start(&blocks).unwrap_or_default(),
             of_shifts(&blocks).unwrap_or_default(),
             of_layers(&blocks, length).unwrap_or_default(),
@@ -98,8 +99,9 @@ fn solved(recipe: &Recipe) -> Option<&solve::Params> {
 }
 
 /// Returns the number of loads with the first and the last one: `4 loads 10 … 40 MPa`.
-fn numbers_of_loads(blocks: &[&solve::Params]) -> Option<String> {
-    let unit = blocks.first()?.unit_of_given_loads();
+fn numbers_of_loads(blocks: &[&solve::Params], length: Option<&str>) -> Option<String> {
+    let first = blocks.first()?;
+    let unit = if first.control.is_load() { first.unit_of_given_loads() } else { length };
     // The states of a path are in several blocks.
     let of_point = |first: &solve::Params| {
         let own = blocks.iter().filter(|block| block.is_same_contact(first));
@@ -107,7 +109,7 @@ fn numbers_of_loads(blocks: &[&solve::Params]) -> Option<String> {
     };
     let number = blocks.iter().map(|block| of_point(block)).max().unwrap_or(0);
     let all = quantity::range(blocks.iter().flat_map(|block| block.given_loads()), unit)?;
-    Some(format!("{} {all}", counted(number, "load")))
+    Some(format!("{} {all}", counted(number, first.control.value_in_words())))
 }
 
 /// Rms height and rms slope of the surfaces of a parameter point, if they follow from the keys.

@@ -113,11 +113,18 @@ fn check<'a>(stage: &'a PressedStage<'a>) -> Result<Vec<Yielding<'a>>, Box<Probl
             let message = format!("the surfaces of `{name}` lie on a layer");
             return problem(message, "this stage has a `layer`", help);
         }
+        if !contact.control.is_load() {
+            let help = "press them under `loads` in another stage";
+            let message = format!("`{name}` prescribes {}", contact.control.key());
+            return problem(message, "needs a stage with `loads`", help);
+        }
         if matches!(contact.branch, Some(Branch::Unloading(_))) {
             continue;
         }
-        let is_same =
-            |other: &&Yielding| (other.hardness, other.contact.shift) == (hardness, contact.shift);
+        let is_same = |other: &&Yielding| {
+            (other.hardness, other.contact.shift, other.contact.newtons)
+                == (hardness, contact.shift, contact.newtons)
+        };
         if contacts.iter().any(|other| is_same(&other)) {
             let help = "tables tell surfaces that have yielded apart by load and hardness; give \
                         each value of the other keys its own `solve` stage";

@@ -5,7 +5,6 @@
 //! therefore stored as a whole. A longer path with the same first states continues from the stored
 //! gaps of the last of them; see [`Stage::beginning`].
 
-pub mod control;
 mod fields;
 mod path;
 mod rows;
@@ -19,9 +18,10 @@ use serde::Serialize;
 pub use self::fields::{PathFields, StateMaps, displacement};
 pub use self::path::ContactPath;
 use crate::columns::*;
+use crate::nominal_area::NominalArea;
 use crate::per_axis::PerAxis;
 use crate::reduced_units::PressureUnit;
-use crate::solve::adhesion::control::Control;
+use crate::solve::control::Control;
 use crate::solve::pressed;
 use crate::surface::pair;
 use crate::{
@@ -162,6 +162,14 @@ impl Params {
         let pull = 2.0 * self.work / (self.effective_modulus * self.range * slope);
         let ratio = libm::cbrt(half_laplacian * self.range / (slope * slope));
         (slope > 0.0 && half_laplacian > 0.0).then_some(pull * ratio * ratio)
+    }
+
+    /// Returns the same path on another nominal area, with loads that are the same forces.
+    pub fn on_area(&self, area: &NominalArea) -> Params {
+        let after = self.pressure_unit.and_then(|unit| area.newtons(unit));
+        let (Some(_), Some(after)) = (self.newtons, after) else { return self.clone() };
+        let targets = nominal_area::pressures(&self.given_targets(), Some(after));
+        Params { newtons: Some(after), targets, ..self.clone() }
     }
 
     /// Returns the loads or mean gaps as the manifest gives them; loads may be forces.

@@ -23,7 +23,7 @@ use super::{ListedLoads, Params, Stiffness};
 use crate::check_context::{Property, Surfaces};
 use crate::exclusions::exclude;
 use crate::reduced_units::{GivenHardness, LoadUnit, PressureUnit};
-use crate::solve::adhesion::control::Control;
+use crate::solve::control::Control;
 use crate::surface::pair::MirrorAxis;
 use crate::{CheckContext, Recipe, nominal_area, unloading};
 use asperity_contact::asperities::Interaction;
@@ -156,15 +156,25 @@ pub struct SolveTable {
     /// default the surfaces do not attract each other.
     #[schemars(transform = swept)]
     pub adhesion: Key<AdhesionTable>,
-    /// Quantity that a path with `adhesion` prescribes: `"load"`, the mean pressure of `loads`, or
-    /// `"gap"`, the mean gap of `gaps`.
+    /// Quantity that the contact prescribes: `"load"`, the mean pressure of `loads`; `"gap"`, the
+    /// mean gap of `gaps`; or `"displacement"`, the rigid approach of the bodies of
+    /// `displacements`, not with `adhesion`. Loads are then results, at two to three times the cost
+    /// of a load.
     #[schemars(extend("default" = "load"))]
     pub control: Key<Control>,
-    /// Mean gaps in the order of the path, for `control = "gap"`: a list such as `["10 nm", "5
-    /// nm"]`, or a range `{ from, to, steps }` that includes both ends. Plain numbers are in the
-    /// unit of the lengths of the surfaces.
+    /// Mean gaps for `control = "gap"`: a list such as `["10 nm", "5 nm"]`, or a range `{ from, to,
+    /// steps }`, which includes both ends. With `adhesion` they are in the order of the path. The
+    /// surfaces first touch at the height of the highest node above the mean plane. Plain numbers
+    /// are in the unit of the lengths of the surfaces.
     #[schemars(transform = length)]
     pub gaps: Key<Gaps>,
+    /// Displacements for `control = "displacement"`: the rigid approach of the bodies since the
+    /// first touch of the highest node, a list or a range `{ from, to, steps }`, which includes
+    /// both ends. On a periodic half-space this is the approach of the mean planes, on a layer with
+    /// its uniform compression, and with a free boundary that of distant points. Plain numbers are
+    /// in the unit of the lengths of the surfaces.
+    #[schemars(transform = length)]
+    pub displacements: Key<Gaps>,
     /// Order of the states of a path, with `adhesion` or with a `hardness`: `"as-given"` follows
     /// the list, `"there-and-back"` then also follows it backwards. With a hardness, the surface
     /// keeps its plastic depth where the load decreases.
@@ -231,8 +241,10 @@ fn refuse_excluded(table: &SolveTable, checks: &mut Checks) -> Option<()> {
     let is_half_space = lacks("layer", layered);
     let is_elastic = lacks("hardness", table.hardness.written().is_some());
     let is_alone = lacks("against", table.against.written().is_some());
-    let by_gap = table.control.value() == Some(Control::Gap);
-    let by_load = lacks("control", by_gap);
+    let control = table.control.value();
+    let [by_gap, by_displacement] =
+        [Control::Gap, Control::Displacement].map(|other| control == Some(other));
+    let by_load = lacks("control", by_gap || by_displacement);
     let of_asperities = table.method.value() == Some(Method::Asperities);
     let of_nodes = lacks("method", of_asperities);
     let is_free = table.boundary.value() == Some(Boundary::Free);
@@ -240,11 +252,15 @@ fn refuse_excluded(table: &SolveTable, checks: &mut Checks) -> Option<()> {
         adhesive => hardness: "a material with a hardness is not combined with `adhesion`";
         adhesive => layer, stiffness, substrate, flow: "is not computed together with `adhesion`";
         adhesive => interaction: "asperities have no adhesion here";
-        adhesive && by_gap => loads: "with `control = \"gap\"` the states are `gaps`";
-        adhesive && by_load => gaps:
+        adhesive && by_displacement => control: "a path with `adhesion` prescribes loads or gaps";
+        by_gap => loads: "with `control = \"gap\"` the states are `gaps`";
+        by_displacement => loads, gaps:
+            "with `control = \"displacement\"` the states are `displacements`";
+        by_load => gaps:
             "needs `control = \"gap\"`; with `control = \"load\"` the states are `loads`";
-        !adhesive && by_gap => control: "needs the key `adhesion`";
-        !adhesive => gaps: "needs the key `adhesion`";
+        by_load || by_gap => displacements: "needs `control = \"displacement\"`";
+        !adhesive && (by_gap || by_displacement) => path: "unloading follows `loads`";
+        of_asperities && (by_gap || by_displacement) => control: "asperities bear given `loads`";
         !adhesive && is_half_space => substrate:
             "needs a coating, `layer = { …, modulus_ratio = … }`";
         !adhesive && layered => path: "unloading is not combined with a `layer`";
@@ -275,8 +291,11 @@ fn elastic(
     let on_areas: Vec<Params> =
         forces.iter().map(|newtons| given.clone().under_forces(*newtons)).collect();
     // The smallest area has the largest pressures.
-    check_bearing(table, on_areas.first()?, surfaces, checks);
-    let Some(path) = checks.optional("path", &table.path)? else {
+    if given.control.is_load() {
+        check_bearing(table, on_areas.first()?, surfaces, checks);
+    }
+    let path = checks.optional("path", &table.path)?;
+    let Some(path) = path.filter(|_| given.control.is_load()) else {
         let recipes = on_areas.into_iter().map(|params| Recipe::Solve(Arc::new(params)));
         return Some(recipes.collect());
     };
@@ -323,13 +342,23 @@ fn boundary(
 
 fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
     let effective_modulus = modulus(table, checks);
-    let loads = loads::loads(table, checks);
+    let control = checks.value("control", &table.control)?;
+    let loads = if control.is_load() {
+        loads::loads(table, checks)
+    } else {
+        adhesion::lengths(control, table, surfaces, checks)
+            .map(|lengths| (lengths, ListedLoads::default()))
+    };
     let load_unit = load_unit(table, checks);
     let hardness = hardness(table, checks);
     let tolerance = checks.number("tolerance", &table.tolerance);
     let max_pairs = checks.value("max_pairs", &table.max_pairs);
     let all = loads.as_ref().map(|(loads, _)| loads.as_slice());
-    let pressures = loads::pressures(table, all, checks);
+    let pressures = if control.is_load() {
+        loads::pressures(table, all, checks)
+    } else {
+        adhesion::all_or_none(table, "must be \"none\" or \"all\" with this `control`", checks)
+    };
     let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
     let gap_bins = loads::gap_bins(table, all, checks);
     let flow = checks.value("flow", &table.flow);
@@ -339,7 +368,8 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     let shift = against::shift(table, checks);
     let (loads, listed) = loads?;
     let load_unit = load_unit?;
-    let listed = ListedLoads { lack_unit: lack_unit(table, load_unit, checks), ..listed };
+    let lack_unit = control.is_load() && lack_unit(table, load_unit, checks);
+    let listed = ListedLoads { lack_unit, ..listed };
     let hardness = hardness?;
     let stiffness = match (stiffness?, hardness) {
         (false, _) => Stiffness::None,
@@ -348,6 +378,7 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     };
     Some(Params {
         effective_modulus: effective_modulus?,
+        control,
         load_unit,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
         newtons: None,

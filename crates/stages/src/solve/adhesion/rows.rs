@@ -5,7 +5,7 @@ use arrow::array::ArrayRef;
 use super::Params;
 use crate::columns::*;
 use crate::reduced_units::{PressureUnit, Scales};
-use crate::solve::adhesion::control::Control;
+use crate::solve::control::Control;
 use crate::solve::parts::counted;
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_in_role};
@@ -85,7 +85,7 @@ fn roles(params: &Params) -> [Role; 3] {
             let [load, pressure] = params.load_unit.roles(Role::Load);
             [load, pressure, Role::Result]
         }
-        Control::Gap => [Role::Result, Role::Result, Role::Load],
+        Control::Gap | Control::Displacement => [Role::Result, Role::Result, Role::Load],
     }
 }
 
@@ -216,7 +216,9 @@ impl MeanState {
         let (given, state, is_bound) = (solved.given, &solved.state, solved.gap.is_some());
         let unit = scales.pressure() * scales.length();
         let [load, pressure] = match (params.control, params.load_unit) {
-            (Control::Gap, _) => [state.mean_pressure, state.mean_pressure * scales.pressure()],
+            (Control::Gap | Control::Displacement, _) => {
+                [state.mean_pressure, state.mean_pressure * scales.pressure()]
+            }
             (Control::Load, PressureUnit::Relative) => [given, scales.mean_pressure(given)],
             (Control::Load, PressureUnit::Absolute) => {
                 [scales.reduced_pressure(given, params.load_unit), given]

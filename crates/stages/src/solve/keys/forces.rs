@@ -10,12 +10,16 @@ use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::quantity::Dimension;
 
 /// Returns the force in newtons under the pressure 1 on each nominal area of the surfaces, in
-/// ascending order. The result is `None` alone if the loads are not forces.
+/// ascending order. The result is `None` alone if the loads are not forces. Loads that are results
+/// are forces, too, if pressures and lengths have units.
 pub fn newtons(
     table: &SolveTable,
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<Vec<Option<f64>>> {
+    if table.control.value().is_some_and(|control| !control.is_load()) {
+        return Some(known(surfaces, checks).unwrap_or(vec![None]));
+    }
     let loads = loads(table);
     let units = checks.units;
     let is_force = |load: &&&Spanned<f64>| units.dimension_of(&load.span) == Some(Dimension::Force);
@@ -25,12 +29,11 @@ pub fn newtons(
     let is_other = |load: &&&Spanned<f64>| load.value != 0.0 && !is_force(load);
     if let Some(other) = loads.iter().find(is_other) {
         let number = decimal::written(other.value);
-        let (message, label) = match units.is_quantity(&other.span) {
-            true => ("one load is a pressure, but another one is a force", "a pressure".to_owned()),
-            false => (
-                "one load has no unit, but another one is a force",
-                format!("write \"{number} N\" if it is in newtons"),
-            ),
+        let (message, label) = if units.is_quantity(&other.span) {
+            ("one load is a pressure, but another one is a force", "a pressure".to_owned())
+        } else {
+            let label = format!("write \"{number} N\" if it is in newtons");
+            ("one load has no unit, but another one is a force", label)
         };
         let problem = Problem::new(message, other.span.clone(), label);
         return checks.reject(problem.and(force.clone(), "a force"));
@@ -42,10 +45,18 @@ pub fn newtons(
             "give E* with a unit, such as `effective_modulus = \"70 GPa\"`, or the `bodies`",
         ));
     };
-    let newtons = surfaces.areas.iter().map(|area| area.newtons(pressure));
-    let Some(mut newtons) = newtons.collect::<Option<Vec<f64>>>() else {
+    if surfaces.areas.iter().any(|area| area.newtons(pressure).is_none()) {
         return without_area(force, checks);
-    };
+    }
+    known(surfaces, checks)
+}
+
+/// Returns the force in newtons under the pressure 1 on each nominal area, or `None` if a unit is
+/// unknown.
+fn known(surfaces: &Surfaces, checks: &Checks) -> Option<Vec<Option<f64>>> {
+    let pressure = checks.units.pressure.as_ref()?.unit.symbol;
+    let of_areas = surfaces.areas.iter().map(|area| area.newtons(pressure));
+    let mut newtons = of_areas.collect::<Option<Vec<f64>>>()?;
     newtons.sort_by(f64::total_cmp);
     newtons.dedup();
     (!newtons.is_empty()).then(|| newtons.into_iter().map(Some).collect())
