@@ -24,6 +24,7 @@ compared with twelve significant digits.
 
 A *text with a unit* is a number and a unit, such as `"100 um"` or `"210 GPa"`. Units of length are `m`, `cm`,
 `mm`, `um` (`µm`), `nm`, `Å` and `pm`; units of pressure are `Pa`, `kPa`, `MPa`, `GPa`, `N/mm²` and `bar`.
+Units of force, for loads, are `N`, `kN`, `MN`, `mN`, `uN` (`µN`) and `nN`.
 [Units](../how-to/materials.md) says which unit the tables then have. Lengths without a unit are in the unit of
 `side`, and pressures in the unit of `effective_modulus` or of the moduli of the bodies; you choose both units.
 Loads without a unit are mean pressures in units of E* × rms slope, unless `load_unit` is set.

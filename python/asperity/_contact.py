@@ -136,7 +136,7 @@ class Contact:
     @property
     def converged(self) -> bool:
         """True if all loads have converged, and states of a path have reached their mean gaps."""
-        unconverged = ("pair-limit", "stalled", "gap-not-reached")
+        unconverged = ("pair-limit", "not-reached", "stalled", "gap-not-reached")
         return all(stop not in unconverged for stop in self._table["stop"])
 
     def pressure(self, load: int) -> Reals:

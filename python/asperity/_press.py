@@ -26,6 +26,7 @@ def press(
     loads: Optional[Loads] = None,
     pressures: Optional[Loads] = None,
     gaps: Optional[Loads] = None,
+    displacements: Optional[Loads] = None,
     adhesion: Optional[Mapping[str, Any]] = None,
     path: Optional[str] = None,
     effective_modulus: Optional[Quantity] = None,
@@ -69,8 +70,11 @@ def press(
         Mean pressures in the unit of the moduli; alternative to `loads`. If the moduli are texts with a unit,
         the pressures must be texts, too.
     gaps : float, str, array_like or mapping
-        Mean gaps in the unit of the heights, in the order of the path: numbers, or
-        ``{"from": 0.2, "to": 0.02, "steps": 10}``. Alternative to `loads` with `adhesion`.
+        Mean gaps in the unit of the heights: numbers, or ``{"from": 0.2, "to": 0.02, "steps": 10}``. Alternative
+        to `loads`, which are then results. With `adhesion` they are in the order of the path.
+    displacements : float, str, array_like or mapping
+        Rigid approach of the bodies since first touch, in the form of `gaps`. Alternative to `loads` without
+        `adhesion`.
     adhesion : mapping, optional
         ``{"work", "range"}``: work of adhesion w in the unit of the modulus × unit of length, and range ρ in the
         unit of the heights. At the gap g the energy per area is −w exp(−g/ρ); default: no attraction. `loads`
@@ -137,7 +141,7 @@ def press(
     ArgumentError
         If an argument is invalid.
     MissingArgumentError
-        If `size` or `boundary` is missing for an array, or if `loads`, `pressures` and `gaps` are missing. It
+        If `size` or `boundary` is missing for an array, or if there are no loads, gaps or displacements. It
         is a TypeError and an ArgumentError.
     SurfaceError
         If points are missing, or if `boundary` is ``"periodic"`` but the map is not periodic.
@@ -178,7 +182,7 @@ def press(
     array([1., 1.])
     """
     keys = {
-        **_states(loads, pressures, gaps, adhesion, path),
+        **_states(loads, pressures, gaps, displacements, adhesion, path),
         **_setting(
             effective_modulus,
             bodies,
@@ -207,6 +211,7 @@ def press_each(
     loads: Optional[Loads] = None,
     pressures: Optional[Loads] = None,
     gaps: Optional[Loads] = None,
+    displacements: Optional[Loads] = None,
     adhesion: Optional[Mapping[str, Any]] = None,
     path: Optional[str] = None,
     effective_modulus: Optional[Quantity] = None,
@@ -246,7 +251,7 @@ def press_each(
     0.1
     """
     keys = {
-        **_states(loads, pressures, gaps, adhesion, path),
+        **_states(loads, pressures, gaps, displacements, adhesion, path),
         **_setting(
             effective_modulus,
             bodies,
@@ -269,27 +274,27 @@ def press_each(
     return each()
 
 
+_CONTROLS = {"gaps": "gap", "displacements": "displacement"}
+"""Values of the key `control` by the arguments that need it."""
+
+
 def _states(
     loads: Optional[Loads],
     pressures: Optional[Loads],
     gaps: Optional[Loads],
+    displacements: Optional[Loads],
     adhesion: Optional[Mapping[str, Any]],
     path: Optional[str],
 ) -> Dict[str, Any]:
     """Returns the keys of a `solve` stage that describe its loads or the states of its path."""
-    given = {"loads": loads, "pressures": pressures, "gaps": gaps}
+    given = {"loads": loads, "pressures": pressures, "gaps": gaps, "displacements": displacements}
     named = [name for name, value in given.items() if value is not None]
     if len(named) != 1:
         kind = MissingArgumentError if not named else ArgumentError
         found = f", not both `{named[0]}` and `{named[1]}`" if named else ""
         raise kind(
-            "give either `loads` (in units of E* × rms slope) or `pressures` (in the unit of the modulus), or "
-            f"with `adhesion` the mean `gaps` of the path{found}"
-        )
-    if gaps is not None and adhesion is None:
-        raise ArgumentError(
-            "`gaps` are the mean gaps of a path with adhesion: give also "
-            '`adhesion={"work": …, "range": …}`, or give `loads` instead'
+            "give either `loads` (in units of E* × rms slope), `pressures` (in the unit of the modulus), mean "
+            f"`gaps` or `displacements`{found}"
         )
     if not (adhesion is None or isinstance(adhesion, Mapping)):
         raise ArgumentError(f'`adhesion` is {adhesion!r}, but must be {{"work": …, "range": …}}')
@@ -298,10 +303,10 @@ def _states(
     states: Dict[str, Any] = {
         "adhesion": None if adhesion is None else dict(adhesion),
         "path": path,
-        "loads" if gaps is None else "gaps": listed,
+        "loads" if name == "pressures" else name: listed,
     }
-    if name == "gaps":
-        return {**states, "control": "gap"}
+    if name in _CONTROLS:
+        return {**states, "control": _CONTROLS[name]}
     if name == "pressures":
         return {**states, "load_unit": "absolute"}
     # Texts have a unit. Numbers are named as multiples of E* × rms slope by the argument.
@@ -352,7 +357,7 @@ def _list(name: str, states: Optional[Loads]) -> Union[List[Quantity], Dict[str,
     try:
         numbers: List[Quantity] = [*np.asarray(states, dtype=np.float64).reshape(-1).tolist()]
     except (TypeError, ValueError):
-        kind, unit = ("gaps", "the unit of the heights") if name == "gaps" else (
+        kind, unit = (name, "the unit of the heights") if name in _CONTROLS else (
             "loads", "units of E* × rms slope, or `pressures` in the unit of `effective_modulus`"
         )
         raise ArgumentError(f"{kind} are numbers, not {states!r}: give `{kind}` in {unit}") from None

@@ -127,9 +127,8 @@ def test_an_isolated_patch_has_an_absolute_displacement():
 
 
 @pytest.mark.parametrize("arguments, message", [
-    (dict(gaps=[0.1]), '`gaps` are the mean gaps of a path with adhesion: give also `adhesion='),
     (dict(gaps=[0.1], loads=[0.1], adhesion=ADHESION), "not both `loads` and `gaps`"),
-    (dict(adhesion=ADHESION), "mean `gaps` of the path$"),
+    (dict(adhesion=ADHESION), "`gaps` or `displacements`$"),
     (dict(gaps=["far"], adhesion=ADHESION), "`gaps` must be a number or an expression"),
     (dict(gaps=[0.1], adhesion=0.01), "`adhesion` is 0.01, but must be"),
     (dict(gaps=[0.1, 0.0], adhesion=ADHESION), "`gaps`.*0.0"),

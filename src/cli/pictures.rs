@@ -38,7 +38,8 @@ pub struct TaskArguments {
     #[arg(value_name = "COLUMN=VALUE")]
     coordinates: Vec<Coordinate>,
 
-    /// Load: a number in the unit of the study, or a pressure such as `10 MPa`.
+    /// Load: a number in the unit of the study, a pressure such as `10 MPa`, or a force such as
+    /// `10 N` if the manifest gives forces.
     ///
     /// By default, `export` writes the maps at all loads. `view` overlays the contacts at all
     /// loads, from dark (smallest load) to light (largest load), or of one branch of a path, and
@@ -46,8 +47,8 @@ pub struct TaskArguments {
     #[arg(long, value_name = "LOAD", allow_negative_numbers = true)]
     load: Option<ChosenLoad>,
 
-    /// Mean gap, if the manifest prescribes mean gaps: a number in the unit of the study, or a
-    /// length such as `20 nm`.
+    /// Mean gap or displacement, if the manifest prescribes these: a number in the unit of the
+    /// study, or a length such as `20 nm`.
     #[arg(long, value_name = "GAP", conflicts_with = "load", value_parser = ChosenLoad::mean_gap)]
     gap: Option<ChosenLoad>,
 }

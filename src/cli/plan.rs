@@ -76,8 +76,8 @@ pub struct PlanArguments {
     ///
     /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons"}, …],
     /// "core_hours", "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"},
-    /// …], "warnings": [{"stage", "message"}, …]}`. A stage whose tables are read from read-only
-    /// stores also has `"stores": [{"store", "tasks"}, …]`.
+    /// …], "summaries": [{"stage", "text"}, …], "warnings": [{"stage", "message"}, …]}`. A stage
+    /// whose tables are read from read-only stores also has `"stores": [{"store", "tasks"}, …]`.
     #[arg(long)]
     json: bool,
 
@@ -104,12 +104,16 @@ pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Fa
         for (index, stage) in stages.iter().enumerate() {
             study["stages"][index]["reasons"] = reasons(stage).into();
         }
+        study["summaries"] = serde_json::to_value(&status.summaries)?;
         study["warnings"] = serde_json::to_value(&status.warnings)?;
         print_json(&mut out, &study)?;
     } else {
         let stores = stages.iter().map(|stage| (stage.count.name, stage.stores.as_slice()));
         let stores = store_lines(stores);
         writeln!(out, "{}\n{stores}{}", plan_table(&stages), forecast(&status))?;
+        for summary in &status.summaries {
+            writeln!(out, "  {summary}")?;
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -23,7 +23,8 @@ use super::formatting::listed;
 use super::maps::{Map, MapKind, PathState, TaskMaps};
 use super::output_files::{has_suffix, unwritten, write_output, write_output_with};
 use super::task_choice::ChosenLoad;
-use asperity_stages::columns::{LOAD, MEAN_GAP};
+use asperity_stages::columns::LOAD;
+use asperity_stages::ensemble::prescribed_length;
 use asperity_stages::per_axis::PerAxis;
 use asperity_tables::key::TaskKey;
 use asperity_tables::store::files::folder_of;
@@ -253,9 +254,17 @@ impl<'m> Export<'m> {
                     files.push(folder.join(&file));
                     write_output(&folder.join(&file), &export.vti(Some(of)), "VTK", replace)
                 })?;
+                // The format has no unit of time.
+                let time = match (self.maps.is_path(), self.load_unit()) {
+                    (true, _) => "number of the state".to_owned(),
+                    (false, None) => self.load_name().to_owned(),
+                    (false, Some(unit)) => format!("{} in {unit}", self.load_name()),
+                };
                 let collection = format!(
                     "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n  \
-                     <Collection>\n{collection}  </Collection>\n</VTKFile>\n"
+                     <!-- timestep: {} -->\n  <Collection>\n{collection}  </Collection>\n\
+                     </VTKFile>\n",
+                    escaped(&time)
                 );
                 write_output(path, collection.as_bytes(), "VTK", replace)?;
             }
@@ -451,8 +460,9 @@ impl<'m> Export<'m> {
         let load = of.map_or_else(String::new, |of| {
             format!(
                 "    <FieldData>\n      <DataArray type=\"Float64\" Name=\"{}\" \
-                 NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>\n    </FieldData>\n",
+                 NumberOfTuples=\"1\" format=\"ascii\">{}{}</DataArray>\n    </FieldData>\n",
                 self.load_name(),
+                self.load_unit().map_or_else(String::new, units_label),
                 of.load()
             )
         });
@@ -470,7 +480,13 @@ impl<'m> Export<'m> {
 
     /// Returns the name of the array of the loads.
     fn load_name(&self) -> &'static str {
-        self.any().load_column.filter(|name| *name == MEAN_GAP.name).unwrap_or(LOAD.name)
+        let column = self.any().load_column;
+        column.filter(|name| prescribed_length(name).is_some()).unwrap_or(LOAD.name)
+    }
+
+    /// Returns the unit of the loads, if it is known.
+    fn load_unit(&self) -> Option<&str> {
+        self.first.as_ref()?.maps[0].load_unit.as_deref()
     }
 
     /// Returns the arrays of all quantities.
@@ -502,7 +518,11 @@ impl<'m> Export<'m> {
         if !loads.branches.is_empty() {
             arrays.push(texts("branch", of_loads(), &loads.branches));
         }
-        let units = [("unit", &map.length_unit), ("pressure_unit", &map.pressure_unit)];
+        let units = [
+            ("unit", &map.length_unit),
+            ("pressure_unit", &map.pressure_unit),
+            ("load_unit", &map.load_unit),
+        ];
         arrays.extend(
             units
                 .into_iter()

@@ -21,8 +21,8 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_manifest::decimal;
 use asperity_manifest::keys::quantity::Unit;
-use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, MEAN_GAP, RMS_SLOPE};
-use asperity_stages::ensemble::load_column;
+use asperity_stages::columns::{EFFECTIVE_MODULUS, LOAD, RMS_SLOPE};
+use asperity_stages::ensemble::{load_column, prescribed_length};
 use asperity_stages::surface_files::{SurfaceFileError, SurfaceFiles};
 use asperity_stages::units::{TableUnits, length_unit, pressure_unit};
 use asperity_stages::{Kind, StageError, grids, surface};
@@ -95,7 +95,8 @@ pub struct Map {
     /// Effective modulus E* in the unit of pressures, or `None` for heights.
     pub effective_modulus: Option<f64>,
     /// Column of the load: `load` for reduced loads, `pressure` for loads in the unit of the
-    /// moduli, and `mean_gap` for prescribed mean gaps.
+    /// moduli, and `mean_gap`, `prescribed_gap` or `prescribed_displacement` for prescribed
+    /// lengths.
     pub load_column: Option<&'static str>,
     /// Unit of the load, or `None` if it is unknown.
     pub load_unit: Option<String>,
@@ -298,10 +299,11 @@ impl TaskMaps {
     /// Names the load with its unit: `load`, `mean pressure (MPa)`, `mean gap (µm)`.
     pub fn load_in_words(&self) -> String {
         let Some(contact) = &self.contact else { return "load".to_owned() };
-        let (name, unit) = match load_column(&contact.shown) {
-            name if name == LOAD.name => ("load", None),
-            name if name == MEAN_GAP.name => ("mean gap", length_unit(&contact.shown)),
-            _ => ("mean pressure", pressure_unit(&contact.shown)),
+        let column = load_column(&contact.shown);
+        let (name, unit) = match prescribed_length(column) {
+            Some(name) => (name, length_unit(&contact.shown)),
+            None if column == LOAD.name => ("load", None),
+            None => ("mean pressure", pressure_unit(&contact.shown)),
         };
         unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
     }
@@ -386,7 +388,7 @@ impl TaskMaps {
         let effective_modulus = contact.shown.reals(EFFECTIVE_MODULUS.name)?.value(row);
         let load_unit = match column {
             _ if column == LOAD.name => Some(LOAD.unit.to_owned()),
-            _ if column == MEAN_GAP.name => length_unit.clone(),
+            _ if prescribed_length(column).is_some() => length_unit.clone(),
             _ => pressure_unit.clone(),
         };
         let unit = match kind {

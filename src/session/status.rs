@@ -25,7 +25,7 @@ use asperity_pipeline::plan::reasons::{Group, Reasons};
 use asperity_pipeline::plan::sources::Sources;
 use asperity_pipeline::plan::{Kind, Plan, PlannedStage};
 use asperity_pipeline::runner;
-use asperity_pipeline::study::Warning;
+use asperity_pipeline::study::{StageSummary, Warning};
 use asperity_tables::store::Store;
 use asperity_tables::table::{Table, TableError};
 
@@ -39,6 +39,8 @@ pub use asperity_pipeline::plan::sources::TasksFromStore;
 pub struct Status {
     /// Warnings about the study and its stages.
     pub warnings: Vec<Warning>,
+    /// Surfaces and loads of the stages.
+    pub summaries: Vec<StageSummary>,
     pub plan: Plan,
     /// Indices of tasks that are not in the store, ascending.
     pub missing: Vec<usize>,
@@ -175,6 +177,7 @@ impl Status {
         let now = Record::new(&study, &plan, &missing);
         Status {
             warnings: study.warnings(),
+            summaries: study.summaries(),
             reasons: Reasons::new(&plan, &now, record, &missing, store),
             cost: CostModel::default().for_remaining(Remaining::new(&plan, &missing, store)),
             sources: Sources::new(&plan, &missing, store),

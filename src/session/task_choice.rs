@@ -12,8 +12,10 @@ use super::name_lookup::TaskNameError;
 use super::{SessionError, UnknownName};
 use asperity_manifest::decimal;
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
-use asperity_stages::columns::{BRANCH, LOAD, MEAN_GAP, PRESSURE, STEP, SURFACE};
-use asperity_stages::ensemble::load_column;
+use asperity_stages::columns::{
+    BRANCH, FORCE, LOAD, MEAN_GAP, PRESCRIBED_DISPLACEMENT, PRESCRIBED_GAP, PRESSURE, STEP, SURFACE,
+};
+use asperity_stages::ensemble::{load_column, prescribed_length};
 use asperity_stages::units::{TableUnits, length_unit, pressure_unit};
 use asperity_tables::column::Role;
 use asperity_tables::key::TaskKey;
@@ -78,8 +80,8 @@ impl ChosenRows {
     }
 }
 
-/// Load that a user chooses: a number in the unit of the study, or a mean pressure with a unit. A
-/// state of a path with prescribed mean gaps is chosen by its mean gap.
+/// Load that a user chooses: a number in the unit of the study, or a mean pressure or a force with
+/// a unit. A state of a path with prescribed mean gaps is chosen by its mean gap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChosenLoad {
     number: f64,
@@ -107,7 +109,7 @@ impl From<f64> for ChosenLoad {
 impl FromStr for ChosenLoad {
     type Err = InvalidLoad;
 
-    /// Reads a load: a number, or a pressure such as `10 MPa`.
+    /// Reads a load: a number, a pressure such as `10 MPa`, or a force such as `10 N`.
     fn from_str(text: &str) -> Result<ChosenLoad, InvalidLoad> {
         ChosenLoad::read(text, ChosenQuantity::Load)
     }
@@ -133,14 +135,18 @@ impl ChosenLoad {
     }
 
     fn read(text: &str, quantity: ChosenQuantity) -> Result<ChosenLoad, InvalidLoad> {
-        let dimension = match quantity {
-            ChosenQuantity::MeanGap => Dimension::Length,
-            ChosenQuantity::Column(name) if name == MEAN_GAP.name => Dimension::Length,
-            _ => Dimension::Pressure,
+        let dimensions: &[Dimension] = match quantity {
+            ChosenQuantity::MeanGap => &[Dimension::Length],
+            ChosenQuantity::Column(name) if prescribed_length(name).is_some() => {
+                &[Dimension::Length]
+            }
+            ChosenQuantity::Column(name) if name == FORCE.name => &[Dimension::Force],
+            _ => &[Dimension::Pressure, Dimension::Force],
         };
+        let dimension = dimensions[0];
         let (number, unit) = match quantity::split(text) {
             Some((number, symbol)) => {
-                let unit = Unit::find(symbol).filter(|unit| unit.dimension == dimension);
+                let unit = Unit::find(symbol).filter(|unit| dimensions.contains(&unit.dimension));
                 let unknown = || InvalidLoad::Unit { symbol: symbol.to_owned(), dimension };
                 (number, Some(unit.ok_or_else(unknown)?))
             }
@@ -154,13 +160,15 @@ impl ChosenLoad {
     /// Returns the column and the number of the load in the unit of the table.
     fn in_table(self, table: &Table) -> Result<(&'static str, f64), SessionError> {
         let given = load_column(table);
+        let length = prescribed_length(given);
         match self.quantity {
-            ChosenQuantity::Load if given == MEAN_GAP.name => {
-                return Err(SessionError::refused(
-                    "the manifest prescribes mean gaps; use `--gap`",
-                ));
+            ChosenQuantity::Load if length.is_some() => {
+                return Err(SessionError::refused(format!(
+                    "the manifest prescribes {}s; use `--gap`",
+                    length.unwrap_or_default()
+                )));
             }
-            ChosenQuantity::MeanGap if given != MEAN_GAP.name => {
+            ChosenQuantity::MeanGap if length.is_none() => {
                 return Err(SessionError::refused("the manifest prescribes loads; use `--load`"));
             }
             _ => {}
@@ -172,7 +180,16 @@ impl ChosenLoad {
             });
         };
         let (column, symbol) = match unit.dimension {
-            Dimension::Length => (MEAN_GAP.name, length_unit(table)),
+            Dimension::Length => match self.quantity {
+                ChosenQuantity::Column(name) => (name, length_unit(table)),
+                _ => (given, length_unit(table)),
+            },
+            Dimension::Force if table.has(FORCE.name) => (FORCE.name, Some("N".to_owned())),
+            Dimension::Force => {
+                return Err(SessionError::refused(
+                    "the manifest gives no forces; choose a load by its pressure",
+                ));
+            }
             _ => (PRESSURE.name, pressure_unit(table)),
         };
         let own = symbol.as_deref().and_then(Unit::find).ok_or_else(|| {
@@ -219,7 +236,8 @@ pub fn rows_under(
     let higher = above.into_iter().min_by(f64::total_cmp);
     let unit = match column {
         _ if column == PRESSURE.name => pressure_unit(table),
-        _ if column == MEAN_GAP.name => length_unit(table),
+        _ if prescribed_length(column).is_some() => length_unit(table),
+        _ if column == FORCE.name => Some("N".to_owned()),
         _ => None,
     };
     let text = |load: f64| match &unit {
@@ -257,7 +275,6 @@ impl FromStr for Coordinate {
     type Err = InvalidCoordinate;
 
     /// Reads a condition of the form `COLUMN=VALUE`.
-
     fn from_str(word: &str) -> Result<Coordinate, InvalidCoordinate> {
         let (column, value) = word.split_once('=').ok_or(InvalidCoordinate)?;
         Ok(Coordinate::new(column, value))
@@ -296,8 +313,9 @@ pub fn chosen_task(
             && *field.data_type() == DataType::Float64;
         // A task with adhesion has all branches of its path.
         let is_state = name == BRANCH.name && table.has(STEP.name);
-        let others = [LOAD.name, PRESSURE.name, MEAN_GAP.name, SURFACE.name];
-        !is_state && !is_measured && !others.contains(&name)
+        let others = [LOAD.name, PRESSURE.name, FORCE.name, SURFACE.name];
+        let is_load = others.contains(&name) || prescribed_length(name).is_some();
+        !is_state && !is_measured && !is_load
     };
     let choices = fields.filter(|(field, _)| is_typed(field)).filter_map(|(field, values)| {
         let values = distinct(values.as_ref(), &rows);
@@ -337,7 +355,8 @@ impl Coordinate {
             let message = format!("the table has no coordinate `{column}`");
             return Err(UnknownName::new(message, column, &coordinates.names()).into());
         };
-        let loads = [LOAD.name, PRESSURE.name, MEAN_GAP.name];
+        let loads = [LOAD, PRESSURE, FORCE, MEAN_GAP, PRESCRIBED_GAP, PRESCRIBED_DISPLACEMENT]
+            .map(|column| column.name);
         if let Some(name) = loads.into_iter().find(|name| *name == column.as_str()) {
             let load = ChosenLoad::read(value, ChosenQuantity::Column(name))
                 .map_err(|error| SessionError::refused(format!("`{column}`: {error}")))?;

@@ -18,7 +18,8 @@ use asperity_report::map_pictures::{
 };
 use asperity_report::relief::Relief;
 use asperity_report::{MapPanel, Raster, Scale, digits, length_in_words, pressure_in_words};
-use asperity_stages::columns::{LOAD, MEAN_GAP};
+use asperity_stages::columns::LOAD;
+use asperity_stages::ensemble::prescribed_length;
 use asperity_stages::per_axis::PerAxis;
 use asperity_tables::key::TaskKey;
 
@@ -472,9 +473,11 @@ impl Map {
 
 /// Formats a load in the unit of its column: `load 0.1`, or `10 MPa`.
 fn load_with_unit(load: f64, column: Option<&str>, unit: Option<&str>) -> String {
+    if let Some(name) = column.and_then(prescribed_length) {
+        return format!("{name} {}", length_in_words(load, unit));
+    }
     match unit {
         _ if column == Some(LOAD.name) => format!("load {}", digits(load, 4)),
-        _ if column == Some(MEAN_GAP.name) => format!("mean gap {}", length_in_words(load, unit)),
         Some(unit) => pressure_in_words(load, unit),
         None => format!("pressure {} in the unit of E*", short(load)),
     }

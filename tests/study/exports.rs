@@ -99,7 +99,10 @@ fn vtk_image_data_has_a_cell_for_each_node_with_x_fastest_and_units() {
     assert!(head.contains("<CellData>") && !head.contains("<PointData>"), "{head}");
     assert!(head.contains("Spacing=\"0.25 0.25 0.25\""), "{head}");
     assert!(head.contains(">µm</InformationKey>"), "{head}");
-    assert!(head.contains("Name=\"load\" NumberOfTuples=\"1\" format=\"ascii\">0.02<"), "{head}");
+    let unit = "<InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">";
+    let load = "Name=\"load\" NumberOfTuples=\"1\" format=\"ascii\">";
+    let reduced = format!("{load}{unit}E* × rms slope</InformationKey>0.02<");
+    assert!(head.contains(&reduced), "{head}");
     assert!(head.contains("Name=\"contact\" format=\"appended\" offset=\"3080\""), "{head}");
     let number = |at: usize| -> [u8; 8] { bytes[start + at..start + at + 8].try_into().unwrap() };
     assert_eq!(u64::from_le_bytes(number(0)), 24 * 16 * 8);
@@ -131,7 +134,7 @@ fn equal_maps_are_equal_archives_of_all_arrays() {
     export(&bench, "contact", "again.npz", &[]).unwrap();
     assert_eq!(fs::read(bench.path("again.npz")).unwrap(), first);
     let names = String::from_utf8_lossy(&first).into_owned();
-    for name in arrays.iter().chain(&["side", "load", "unit"]) {
+    for name in arrays.iter().chain(&["side", "load", "unit", "load_unit"]) {
         assert!(names.contains(&format!("{name}.npy")), "{name}");
     }
     let surface = export(&bench, "surface", "surface.npz", &[]).unwrap();
@@ -148,6 +151,21 @@ fn loads_that_are_pressures_are_told_from_maps_of_pressures() {
     let bytes = fs::read(bench.path("maps.npz")).unwrap();
     let names = String::from_utf8_lossy(&bytes).into_owned();
     assert!(names.contains("load.npy") && names.contains("pressure.npy"));
+}
+
+#[test]
+fn loads_and_times_have_the_unit_of_the_study() {
+    let bench = Bench::new();
+    let study = STUDY
+        .replace("loads = {", "effective_modulus = \"10 GPa\"\nload_unit = \"MPa\"\nloads = {");
+    bench.run(&study);
+    let task = ["k_upper=8", "realization=1", "--map", "contact"];
+    export(&bench, "light", "sweep.pvd", &task).unwrap();
+    let collection = fs::read_to_string(bench.path("sweep.pvd")).unwrap();
+    assert!(collection.contains("<!-- timestep: load in MPa -->"), "{collection}");
+    let first = fs::read(bench.path("sweep/0000.vti")).unwrap();
+    let head = String::from_utf8_lossy(&first);
+    assert!(head.contains("location=\"vtkDataArray\">MPa</InformationKey>"), "{head}");
 }
 
 #[test]

@@ -39,6 +39,7 @@ mod memory;
 mod nayak;
 mod owners;
 mod partial_slip;
+mod prescribed;
 mod processes;
 mod pruning;
 mod readers;

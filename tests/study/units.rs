@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use asperity::tables::parquet as stored_file;
+use asperity::tables::table::Table;
 
 use crate::bench::{Bench, STUDY, text};
 use crate::columns::assert_kept;
@@ -547,4 +548,73 @@ fn units_of_output_change_what_is_shown_and_compute_nothing() {
     let path = bench.write(&in_megapascals(&wrong, "").replace("GAPS", "{ count = 10, to = 2 }"));
     let refused = text(&bench.output(&["check", path.to_str().unwrap()]).stderr);
     assert!(refused.contains("`kg` is not a unit of length"), "{refused}");
+}
+
+/// Two sizes of a surface, pressed by loads.
+fn pressed(loads: &str) -> String {
+    manifest("forces", "")
+        .generate(
+            "surfaces",
+            "nodes = 32; side = ['100 um', '200 um']; hurst = 0.8; k_lower = 2; k_upper = 8; \
+             rms_slope = 0.1",
+        )
+        .solve("contact", &format!("effective_modulus = '70 GPa'; load_unit = 'MPa'; {loads}"))
+        .measure("area", "")
+        .aggregate("means", "over = ['area_fraction']; statistics = ['mean']")
+        .text()
+}
+
+#[test]
+fn forces_are_the_pressures_that_they_mean_on_each_nominal_area() {
+    let (forces, pressures) = (Bench::new(), Bench::new());
+    // (100 µm)² bear 1 N at 100 MPa, and (200 µm)² at 25 MPa.
+    forces.run(&pressed("loads = ['2 N', '500 mN', '1 N']"));
+    pressures.run(&pressed("loads = ['12.5 MPa', '25 MPa', '50 MPa', '100 MPa', '200 MPa']"));
+    let [given, other] = [&forces, &pressures].map(|bench| bench.table("forces", "contact"));
+    let numbers = |table: &Table, column: &str| table.reals(column).unwrap().values().to_vec();
+    assert_eq!(numbers(&given, "force"), [0.5, 1.0, 2.0, 0.5, 1.0, 2.0]);
+    assert_eq!(numbers(&given, "pressure"), [50.0, 100.0, 200.0, 12.5, 25.0, 50.0]);
+    assert!(!other.has("force"));
+    let rows = |table: &Table| -> Vec<(f64, f64, f64, i64)> {
+        let [sides, loads, gaps] =
+            ["side", "load", "mean_gap"].map(|column| numbers(table, column));
+        let nodes = table.integers("contact_nodes").unwrap();
+        let all =
+            (0..table.rows()).map(|row| (sides[row], loads[row], gaps[row], nodes.value(row)));
+        all.collect()
+    };
+    let known = rows(&other);
+    assert!(rows(&given).iter().all(|row| known.contains(row)), "the rows of pressures");
+    for stage in ["area", "means"] {
+        assert_eq!(numbers(&forces.table("forces", stage), "force").len(), 6, "{stage}");
+    }
+}
+
+#[test]
+fn a_load_that_is_a_force_is_a_row_which_any_unit_finds() {
+    let bench = Bench::new();
+    let range = "loads = { from = 0, to = '4 N', steps = 4 }; pressures = ['1 N']";
+    let study = pressed(range).replace("[\"100 um\", \"200 um\"]", "\"100 um\"");
+    bench.run(&study);
+    let manifest = bench.path("study.toml");
+    let manifest = manifest.to_str().unwrap();
+    let view = |load: &str| {
+        let picture = bench.path("map.png");
+        let options = ["--load", load, "--replace", "-o", picture.to_str().unwrap()];
+        let task = ["view", manifest, "contact", "--map", "pressures"];
+        let output = bench.output(&[&task[..], &options].concat());
+        (text(&output.stdout), text(&output.stderr))
+    };
+    let (at_one, error) = view("1 N");
+    assert!(at_one.contains("pressures at 100 MPa"), "{at_one}{error}");
+    assert_eq!(view("1000 mN").0, at_one);
+    assert_eq!(view("100 MPa").0, at_one);
+    let (_, error) = view("1.7 N");
+    assert!(error.contains("no row has `force` = 1.7 N; the nearest are 1 N and 2 N"), "{error}");
+    let checked = text(&bench.output(&["check", manifest]).stdout);
+    assert!(checked.contains("contact: E* = 70000 MPa, 4 loads 1 … 4 N"), "{checked}");
+    // Known forces are known rows.
+    let with = |loads: &str| study.replace("{ from = 0, to = \"4 N\", steps = 4 }", loads);
+    assert_eq!(bench.plan(&with("[\"1 N\", \"3000 mN\"]"))["contact"].to_run, 0);
+    assert_eq!(bench.plan(&with("[\"1 N\", \"1500 mN\"]"))["contact"].to_run, 1);
 }

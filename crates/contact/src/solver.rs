@@ -65,7 +65,8 @@
 //!   chooses m and δ if the hardness bounds the pressures;
 //! - `passes` are the loops over the mesh between two transforms, on the vectors of `lanes`.
 //!
-//! After a load is solved, `stiffness` computes its derivative with respect to the approach.
+//! `prescribed` searches the load of a prescribed mean gap or approach. After a load is solved,
+//! `stiffness` computes its derivative with respect to the approach.
 //!
 //! Terms that all modules use:
 //!
@@ -99,12 +100,14 @@ mod mesh;
 mod nested;
 mod passes;
 mod preconditioner;
+mod prescribed;
 mod problem;
 mod prolongation;
 mod refinement;
 mod stiffness;
 
 pub use body::{Body, Elastic, Hardness, HardnessError};
+pub use prescribed::Prescribed;
 pub use stiffness::ContactStiffness;
 
 use conjugate_gradients::InnerSolver;
@@ -498,6 +501,10 @@ pub enum Stop {
     PairLimit,
     /// The caller stopped the solver; the pressure is the best found.
     Interrupted,
+    /// The surfaces do not touch at the prescribed mean gap.
+    NoContact,
+    /// No load gives the prescribed mean gap or approach; the load is the nearest one.
+    NotReached,
 }
 
 /// Result for one load, without the pressures.

@@ -10,9 +10,9 @@ use crate::points;
 use crate::units::{LengthUnit, PressureUnit, Scaled, Units, digits};
 use asperity_stages::Kind;
 use asperity_stages::columns::{
-    EFFECTIVE_MODULUS, LOAD, MEAN_GAP, PRESSURE, PRESSURE_DENSITY, PRESSURE_UNIT,
+    EFFECTIVE_MODULUS, LOAD, PRESSURE, PRESSURE_DENSITY, PRESSURE_UNIT,
 };
-use asperity_stages::ensemble::load_column;
+use asperity_stages::ensemble::{load_column, prescribed_length};
 use asperity_tables::table::{Table, TableError};
 
 /// Label of axes of the reduced load, with its unit.
@@ -43,9 +43,9 @@ impl Loads {
         for table in &tables {
             are_pressures &= match load_column(table) {
                 column if column == PRESSURE.name => true,
-                // The loads of prescribed mean gaps are results. They are pressures if the manifest
+                // The loads of prescribed lengths are results. They are pressures if the manifest
                 // gives a modulus with a unit.
-                column if column == MEAN_GAP.name => {
+                column if prescribed_length(column).is_some() => {
                     unit_of_pressures(table, units)? != PressureUnit::Unknown
                 }
                 _ => false,

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::bodies::Conduction;
 use crate::columns::needed_key;
+use crate::nominal_area::NominalArea;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Recipe, RowKind};
@@ -53,6 +54,8 @@ pub enum Property {
     WithAdhesion,
     WithoutAdhesion,
     WithLayer,
+    /// Contacts that prescribe mean gaps or displacements, whose loads differ between surfaces.
+    WithoutGivenLoads,
     /// Periodic contacts with a stiffness, whose spots have images.
     WithImages,
 }
@@ -79,6 +82,8 @@ pub struct Surfaces {
     pub slopes: Option<[f64; 2]>,
     /// Smallest and largest rms height to which surfaces are scaled.
     pub heights: Option<[f64; 2]>,
+    /// Distinct nominal areas of the surfaces.
+    pub areas: Vec<NominalArea>,
 }
 
 impl Surfaces {
@@ -119,6 +124,7 @@ impl Surfaces {
             loads: [self.loads, other.loads.clone()].concat(),
             conduction: [self.conduction, other.conduction.clone()].concat(),
             non_square: self.non_square.or_else(|| other.non_square.clone()),
+            areas: all_of(self.areas.into_iter().chain(other.areas.iter().cloned())),
         }
     }
 }
@@ -126,6 +132,17 @@ impl Surfaces {
 /// Returns the distinct texts among these, sorted.
 pub fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
     texts.collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+/// Returns the distinct values among these, in order of appearance.
+pub fn all_of<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for value in values {
+        if !found.contains(&value) {
+            found.push(value);
+        }
+    }
+    found
 }
 
 /// Returns the smallest range that contains two ranges.

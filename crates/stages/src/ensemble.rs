@@ -17,8 +17,8 @@ use arrow::row::{RowConverter, SortField};
 use serde::Serialize;
 
 use crate::columns::{
-    CHANNEL, CONTENT, CROP_FROM_X, CROP_FROM_Y, CROP_SIZE_X, CROP_SIZE_Y, LOAD, MEAN_GAP, PRESSURE,
-    REALIZATION, SEED, SURFACE,
+    CHANNEL, CONTENT, CROP_FROM_X, CROP_FROM_Y, CROP_SIZE_X, CROP_SIZE_Y, LOAD, MEAN_GAP,
+    PRESCRIBED_DISPLACEMENT, PRESCRIBED_GAP, PRESSURE, REALIZATION, SEED, SURFACE,
 };
 use asperity_manifest::decimal;
 use asperity_tables::column::{Column, Role, Value, reals};
@@ -71,7 +71,8 @@ pub struct Ensemble {
     pub point: ParameterPoint,
     /// Surfaces, in ascending order of seed and realization.
     pub members: Vec<Member>,
-    /// Loads at which at least one surface has a row, in ascending order.
+    /// Loads at which at least one surface has a row, in ascending order. Prescribed mean gaps
+    /// descend, except along a path.
     pub loads: Vec<Load>,
     /// Indices of table rows with the same surface and load as an earlier row.
     pub repeated: Vec<usize>,
@@ -148,14 +149,27 @@ impl fmt::Display for ParameterPoint {
 }
 
 /// Returns the name of the column that identifies loads: `pressure` if the manifest gives loads in
-/// pascals, `mean_gap` if it gives mean gaps, and `load` if loads are reduced or if tables of
-/// several kinds are stacked.
+/// pascals, `mean_gap`, `prescribed_gap` or `prescribed_displacement` if it prescribes these, and
+/// `load` if loads are reduced or if tables of several kinds are stacked.
 pub fn load_column(table: &Table) -> &'static str {
-    match table.in_role(Role::Load).names()[..] {
-        [only] if only == PRESSURE.name => PRESSURE.name,
-        [only] if only == MEAN_GAP.name => MEAN_GAP.name,
-        _ => LOAD.name,
-    }
+    let loads = table.in_role(Role::Load);
+    let [only] = loads.names()[..] else { return LOAD.name };
+    let given = [PRESSURE.name].into_iter().chain(LENGTHS.map(|(column, _)| column));
+    given.into_iter().find(|given| *given == only).unwrap_or(LOAD.name)
+}
+
+/// Columns that identify loads where a manifest prescribes lengths, with their names in texts.
+const LENGTHS: [(&str, &str); 3] = [
+    (MEAN_GAP.name, "mean gap"),
+    (PRESCRIBED_GAP.name, "mean gap"),
+    (PRESCRIBED_DISPLACEMENT.name, "displacement"),
+];
+
+/// Returns what a column that identifies loads is in texts, if the manifest prescribes lengths:
+/// `mean gap` or `displacement`. Returns `None` for loads.
+pub fn prescribed_length(load_column: &str) -> Option<&'static str> {
+    let known = LENGTHS.into_iter().find(|(column, _)| *column == load_column);
+    known.map(|(_, words)| words)
 }
 
 /// Groups the rows of a table of loads into ensembles, in the order of the first row of each
@@ -166,7 +180,8 @@ pub fn load_column(table: &Table) -> &'static str {
 pub fn ensembles(table: &Table) -> Result<Vec<Ensemble>, TableError> {
     let given = load_column(table);
     let reduced = (given != LOAD.name).then(|| table.reals(LOAD.name));
-    let loads = Loads { given: table.reals(given)?, reduced: reduced.transpose()? };
+    let are_gaps = given == PRESCRIBED_GAP.name;
+    let loads = Loads { given: table.reals(given)?, reduced: reduced.transpose()?, are_gaps };
     let members = Members::new(table)?;
     let parameters = table.in_role(Role::Parameter);
     let groups = grouped(&parameters).into_iter();
@@ -182,6 +197,8 @@ struct Loads<'a> {
     given: &'a Float64Array,
     /// Column of reduced loads, or `None` if the given loads are reduced.
     reduced: Option<&'a Float64Array>,
+    /// True if the given loads are mean gaps, which fall with the load.
+    are_gaps: bool,
 }
 
 impl Loads<'_> {
@@ -218,7 +235,14 @@ impl Ensemble {
         let rows_of = |load: usize| states.iter().filter_map(move |states| states[load]);
         let given = distinct.into_iter().enumerate();
         let common = given.map(|(load, given)| loads.common(given, rows_of(load)));
-        Ensemble { point, members, loads: common.collect(), repeated, first: rows[0], rows: states }
+        let first = rows[0];
+        let mut ensemble =
+            Ensemble { point, members, loads: common.collect(), repeated, first, rows: states };
+        if loads.are_gaps {
+            ensemble.loads.reverse();
+            ensemble.rows.iter_mut().for_each(|states| states.reverse());
+        }
+        ensemble
     }
 
     /// Returns the index of the table row of surface `members[member]` at load `loads[load]`, or

@@ -16,6 +16,7 @@
 //! | [`departures`] | finds surfaces that are not isotropic Gaussian roughness |
 //! | `stage`, [`error`] | interface of all stages: [`Definition`], [`Stage`], [`StageError`] |
 //! | [`check_context`], [`lengths`] | what checks of keys know about the study; units of lengths |
+//! | [`nominal_area`] | pressures under loads that are forces |
 //! | `exclusions` | keys that other keys of a table exclude |
 //! | [`surface`] | recipe of a surface, from which any stage draws it again |
 //! | [`reduced_units`], [`unloading`], [`bodies`] | units of the solver; yielding; the two bodies |
@@ -51,6 +52,7 @@ pub mod grids;
 pub mod lengths;
 pub mod map_file;
 pub mod measure;
+pub mod nominal_area;
 pub mod output_units;
 pub mod per_axis;
 pub mod reduced_units;

@@ -8,11 +8,12 @@ pub mod full_contact;
 use toml::de::DeTable;
 
 use crate::aggregate::keys::AggregateTable;
-use crate::check_context::{CheckContext, FromKey, Property, Surfaces, distinct, spanning};
+use crate::check_context::{CheckContext, FromKey, Property, Surfaces, all_of, distinct, spanning};
 use crate::correct::CorrectTable;
 use crate::fit::keys::{FitPoints, LawWord};
 use crate::generate::method::SurfacePoints;
 use crate::measure::keys::MeasureTable;
+use crate::nominal_area::NominalArea;
 use crate::solve::keys::SolveTable;
 use crate::surface::Origin;
 use crate::surface::method::Method;
@@ -426,6 +427,7 @@ impl Surfaces {
             slopes: slopes.reduce(spanning),
             heights: heights.reduce(spanning),
             length_units: distinct(origins().map(|origin| origin.unit().to_owned())),
+            areas: all_of(params().filter_map(NominalArea::of)),
             non_square: non_square.map(|grid| {
                 let [step_x, step_y] = grid.spacing();
                 (stage.to_owned(), step_x / step_y)
@@ -451,6 +453,7 @@ impl Surfaces {
         let properties = [
             (Property::WithoutAdhesion, !blocks.is_empty()),
             (Property::WithAdhesion, any(&|recipe| matches!(recipe, Recipe::Adhesion(_)))),
+            (Property::WithoutGivenLoads, blocks.iter().any(|block| !block.control.is_load())),
             (Property::WithImages, blocks.iter().any(has_images)),
             (Property::WithLayer, blocks.iter().any(|block| block.layer.is_some())),
             (Property::PressuresUncounted, lacks(0)),
@@ -458,6 +461,7 @@ impl Surfaces {
         ];
         let physics = recipes.iter().find_map(|recipe| match recipe {
             Recipe::Adhesion(_) => Some("`adhesion`"),
+            Recipe::Solve(params) if !params.control.is_load() => Some("no prescribed loads"),
             Recipe::Solve(params) if params.layer.is_some() => Some("a `layer`"),
             Recipe::Solve(params) if params.hardness.is_some() => Some("a `hardness`"),
             Recipe::Solve(params) if params.asperities.is_some() => {
@@ -467,7 +471,7 @@ impl Surfaces {
         });
         let listed = blocks
             .iter()
-            .map(|block| (stage.to_owned(), block.loads.clone(), block.unit_of_loads()));
+            .map(|block| (stage.to_owned(), block.given_loads(), block.unit_of_given_loads()));
         let mut loads: Vec<_> = listed.collect();
         loads.dedup();
         let conduction = blocks.iter().map(|block| (stage.to_owned(), block.bodies.conduction));

@@ -7,6 +7,7 @@
 pub mod adhesion;
 mod asperities;
 mod contact;
+pub mod control;
 pub mod exceeded_hardness;
 mod fields;
 pub mod keys;
@@ -24,12 +25,14 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
-pub use self::contact::Contact;
+pub use self::contact::{Contact, gap_under};
+use self::control::Control;
 pub use self::fields::ContactFields;
 pub use self::layer::GivenLayer;
 pub use self::rows::SolvedLoad;
 use crate::bodies::Bodies;
 use crate::columns::*;
+use crate::nominal_area::NominalArea;
 use crate::per_axis::PerAxis;
 use crate::reduced_units::{GivenHardness, PressureUnit};
 use crate::stage::range;
@@ -37,7 +40,7 @@ use crate::surface::pair;
 use crate::unloading::Branch;
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series,
-    Stage, StageError, beside_coordinates, boundary_recipe,
+    Stage, StageError, beside_coordinates, boundary_recipe, nominal_area,
 };
 use asperity_contact::asperities::Interaction;
 use asperity_contact::distribution::EqualBins;
@@ -45,7 +48,8 @@ use asperity_contact::grid::Boundary;
 use asperity_contact::solver::{Body, Hardness, Settings, cost};
 use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::counted;
-use asperity_tables::column::{Column, Value};
+use asperity_manifest::keys::quantity;
+use asperity_tables::column::{Column, Role, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::series::{Part, SeriesRows};
@@ -64,6 +68,8 @@ pub struct ListedLoads {
     /// True if the loads are plain numbers and `load_unit` is left out, although other pressures of
     /// the stage have a unit.
     pub lack_unit: bool,
+    /// Start of a range, which is not one of its loads.
+    pub start: Option<f64>,
 }
 
 /// Definition of the kind of stage `solve`.
@@ -96,14 +102,23 @@ pub const STAGE: Definition = Definition {
 pub struct Params {
     /// Effective elastic modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
     pub effective_modulus: f64,
-    /// Unit of `loads` and `pressures`.
+    /// Quantity that the contact prescribes.
+    #[serde(skip_serializing_if = "Control::is_load")]
+    pub control: Control,
+    /// Unit of `loads` and `pressures`, if loads are prescribed.
     pub load_unit: PressureUnit,
     /// Symbol of the unit of all pressures, which is a label. Omitted from the recipe if the
     /// manifest names none, so that existing keys stay valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure_unit: Option<&'static str>,
-    /// Loads, positive and in ascending order. There is at least one, except in the recipe that
-    /// all loads share.
+    /// Force on the nominal area under the pressure 1 in newtons, if the manifest gives loads as
+    /// forces, which are mean pressures in `loads`, or if loads are results with units. Only
+    /// surfaces with this area are pressed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newtons: Option<f64>,
+    /// Loads, positive and in ascending order, or mean gaps or displacements in the unit of length
+    /// if `control` prescribes these. There is at least one, except in the recipe that all loads
+    /// share.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<f64>,
     /// Largest accepted gap in contact and penetration outside contact, in units of rms slope ×
@@ -180,7 +195,8 @@ impl Params {
 
     /// Returns the expected number of pairs of transforms for one load with its parts.
     fn pairs_per_load(&self) -> f64 {
-        cost::pairs_per_load(&self.body(), self.tolerance) + self.pairs_of_parts()
+        let loads = if self.control.is_load() { 1.0 } else { LOADS_OF_SEARCH };
+        loads * cost::pairs_per_load(&self.body(), self.tolerance) + self.pairs_of_parts()
     }
 
     /// Returns the parameter columns that all rows share, with their values, except the hardness.
@@ -201,24 +217,94 @@ impl Params {
             let name = self.boundary.name().to_owned();
             setting.push((BOUNDARY, Value::Text(name)));
         }
+        if !self.control.is_load() {
+            setting.push((CONTROL, Value::Text(self.control.name().to_owned())));
+        }
         setting.extend(self.branch.into_iter().flat_map(|branch| branch.setting(self.load_unit)));
         setting.extend(self.layer.iter().flat_map(GivenLayer::coordinates));
         setting
     }
 
-    /// Returns the column of the load in the unit of the manifest.
-    fn load_column(&self) -> Column {
+    /// Returns the column that identifies loads: that of the load in the unit of the manifest, or
+    /// of the quantity that the contact prescribes.
+    pub fn load_column(&self) -> Column {
         let [reduced, absolute] = self.load_unit.load_columns();
-        match self.load_unit {
-            PressureUnit::Relative => reduced,
-            PressureUnit::Absolute => absolute,
+        match (self.control, self.load_unit) {
+            (Control::Load, PressureUnit::Relative) => reduced,
+            (Control::Load, PressureUnit::Absolute) => absolute,
+            (Control::Gap, _) => PRESCRIBED_GAP.with_role(Role::Load),
+            (Control::Displacement, _) => PRESCRIBED_DISPLACEMENT.with_role(Role::Load),
         }
     }
 
-    /// Returns the symbol of the unit of the loads; `None` for reduced loads, and if the manifest
-    /// names no unit.
+    /// Returns the symbol of the unit of the loads; `None` for reduced loads, for prescribed
+    /// lengths, and if the manifest names no unit.
     pub fn unit_of_loads(&self) -> Option<&'static str> {
-        self.pressure_unit.filter(|_| self.load_unit == PressureUnit::Absolute)
+        let is_pressure = self.control.is_load() && self.load_unit == PressureUnit::Absolute;
+        self.pressure_unit.filter(|_| is_pressure)
+    }
+
+    /// Turns loads that are forces into mean pressures; without `newtons` they are not forces.
+    fn under_forces(self, newtons: Option<f64>) -> Params {
+        if !self.control.is_load() {
+            return Params { newtons, ..self };
+        }
+        let pressures = |loads: &[f64]| nominal_area::pressures(loads, newtons);
+        Params {
+            newtons,
+            loads: pressures(&self.loads),
+            pressures: match &self.pressures {
+                Pressures::At(loads) => Pressures::At(pressures(loads)),
+                word => word.clone(),
+            },
+            listed: ListedLoads {
+                repeated: pressures(&self.listed.repeated),
+                start: self.listed.start.and_then(|start| pressures(&[start]).pop()),
+                ..self.listed
+            },
+            ..self
+        }
+    }
+
+    /// Returns the same contact on another nominal area, with loads that are the same forces.
+    pub fn on_area(&self, area: &NominalArea) -> Params {
+        let after = self.pressure_unit.and_then(|unit| area.newtons(unit));
+        let (Some(before), Some(after)) = (self.newtons, after) else { return self.clone() };
+        if !self.control.is_load() {
+            return Params { newtons: Some(after), ..self.clone() };
+        }
+        let moved = |load: &f64| nominal_area::pressure(nominal_area::force(*load, before), after);
+        Params {
+            newtons: Some(after),
+            loads: self.loads.iter().map(moved).collect(),
+            branch: self.branch.map(|branch| match branch {
+                Branch::Loading => Branch::Loading,
+                Branch::Unloading(largest) => Branch::Unloading(moved(&largest)),
+            }),
+            ..self.clone()
+        }
+    }
+
+    /// Returns a load as the manifest gives it, which may be a force.
+    pub fn given_load(&self, load: f64) -> f64 {
+        let newtons = self.newtons.filter(|_| self.control.is_load());
+        newtons.map_or(load, |newtons| nominal_area::force(load, newtons))
+    }
+
+    /// Returns the loads as the manifest gives them, which may be forces.
+    pub fn given_loads(&self) -> Vec<f64> {
+        self.loads.iter().map(|load| self.given_load(*load)).collect()
+    }
+
+    /// Returns the symbol of the unit of [`Params::given_loads`].
+    pub fn unit_of_given_loads(&self) -> Option<&'static str> {
+        let newtons = self.newtons.filter(|_| self.control.is_load());
+        newtons.map(|_| "N").or(self.unit_of_loads())
+    }
+
+    /// Formats a load as the manifest gives it: `0.02`, `10 MPa`, `10 N`.
+    pub fn written_load(&self, load: f64) -> String {
+        quantity::written(self.given_load(load), self.unit_of_given_loads())
     }
 
     /// Returns whether both are the same contact but for their loads: parts of one path, or blocks
@@ -269,6 +355,9 @@ pub enum Pressures {
     At(Vec<f64>),
 }
 
+/// Ratio of the time to find the load of a prescribed gap or displacement to that of a load.
+const LOADS_OF_SEARCH: f64 = 2.5;
+
 /// Memory for the contact map of a load and other results, in bytes per node.
 const WORK_BYTES_PER_NODE: f64 = 3.0;
 
@@ -295,6 +384,7 @@ impl Stage for Params {
 
     fn reads_input(&self, input: &Recipe) -> bool {
         pair::is_at(self.shift, input)
+            && nominal_area::is_of(input, self.newtons, self.pressure_unit)
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
@@ -400,8 +490,15 @@ impl Stage for Params {
 /// Code in the column `stop` of loads that did not converge within `max_pairs` pairs of transforms.
 pub const PAIR_LIMIT: &str = "pair-limit";
 
+/// Code in the column `stop` of contacts whose surfaces do not touch at the prescribed mean gap.
+pub const NO_CONTACT: &str = "no-contact";
+
+/// Code in the column `stop` of contacts whose mean gap or displacement is not the prescribed one.
+pub const NOT_REACHED: &str = "not-reached";
+
 /// Codes in the column `stop` of loads whose solution is not that of the prescribed load or gap.
-pub const UNCONVERGED: [&str; 3] = [PAIR_LIMIT, adhesion::STALLED, adhesion::GAP_NOT_REACHED];
+pub const UNCONVERGED: [&str; 4] =
+    [PAIR_LIMIT, NOT_REACHED, adhesion::STALLED, adhesion::GAP_NOT_REACHED];
 
 /// Returns whether a code of the column `stop` is that of a load that did not converge.
 pub fn is_unconverged(stop: &str) -> bool {
@@ -419,7 +516,8 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     let surfaces: BTreeSet<_> = table.texts(SURFACE.name)?.iter().collect();
     let solved = if table.has(STEP.name) { "state" } else { "load" };
     let unconverged: usize = UNCONVERGED.into_iter().map(among).sum::<Result<_, _>>()?;
-    let [full, apart] = [among("full-contact")?, among(adhesion::PULLED_OFF)?];
+    let [full, apart, untouched] =
+        [among("full-contact")?, among(adhesion::PULLED_OFF)?, among(NO_CONTACT)?];
     Ok(vec![
         Some(format!("{} on {}", counted(rows, solved), counted(surfaces.len(), "surface"))),
         Some(match unconverged {
@@ -428,6 +526,7 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
         }),
         (full > 0).then(|| format!("{full} in full contact")),
         (apart > 0).then(|| format!("{apart} pulled off")),
+        (untouched > 0).then(|| format!("{untouched} without contact")),
         range(source, SATURATED_FRACTION.name, "saturated")?,
         (rows > 0).then(|| {
             let pairs = counted(pairs as usize / rows, "pair");

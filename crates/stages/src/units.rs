@@ -28,9 +28,11 @@ const LOADS: [&str; 2] = ["loads", "pressures"];
 /// that another parameter of the recipe is.
 pub fn unit_of_parameter(name: &str, text: impl Fn(&str) -> Option<String>) -> Option<String> {
     let is_absolute = || text("load_unit").is_some_and(|unit| unit == "absolute");
+    let are_lengths = || text("control").is_some_and(|control| control != "load");
     match name {
         _ if LENGTHS.contains(&name) => text("unit"),
         "effective_modulus" => text("pressure_unit"),
+        "loads" if are_lengths() => text("unit"),
         _ if LOADS.contains(&name) && is_absolute() => text("pressure_unit"),
         _ => None,
     }

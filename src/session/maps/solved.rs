@@ -14,8 +14,8 @@ use asperity_contact::morphology::map::ContactMap;
 use asperity_contact::threads::Threads;
 use asperity_stages::Kind;
 use asperity_stages::columns::{
-    BRANCH, CONTACT, EFFECTIVE_MODULUS, GAPS, MEAN_DISPLACEMENT, MEAN_GAP, PRESSURES, REPULSIVE,
-    STEP,
+    BRANCH, CONTACT, EFFECTIVE_MODULUS, GAPS, MEAN_DISPLACEMENT, MEAN_GAP, PRESCRIBED_GAP,
+    PRESSURES, REPULSIVE, STEP,
 };
 use asperity_stages::ensemble::load_column;
 use asperity_stages::grids::Grids;
@@ -93,7 +93,9 @@ impl SolvedTask {
         let rows = self.rows.iter().copied();
         let bound = rows.filter(|&row| self.is_path() && gaps.is_valid(row));
         let nearest = bound.min_by(|&one, &other| gaps.value(one).total_cmp(&gaps.value(other)));
-        Ok(nearest.or(self.rows.last().copied()))
+        let is_first = load_column(&self.table) == PRESCRIBED_GAP.name;
+        let heaviest = if is_first { self.rows.first() } else { self.rows.last() };
+        Ok(nearest.or(heaviest.copied()))
     }
 
     /// Returns the contact maps of all loads, or of the states of the first branch of a path.
@@ -108,7 +110,11 @@ impl SolvedTask {
                 rows.reverse();
             }
         }
-        let loads = self.shown.reals(load_column(&self.shown))?;
+        let given = load_column(&self.shown);
+        if given == PRESCRIBED_GAP.name {
+            rows.reverse();
+        }
+        let loads = self.shown.reals(given)?;
         let contacts = rows.iter().map(|&row| self.set(MapKind::Contact, row));
         Ok(Overlay {
             grid: self.grid,
@@ -161,7 +167,9 @@ impl SolvedTask {
                 let maps = StateMaps { pressures: pressures.clone(), gap: None };
                 self.solved = Some((row, maps));
                 let field = match kind {
-                    MapKind::Gap => fields.gap(pressures),
+                    MapKind::Gap => {
+                        fields.gap(pressures, self.table.reals(MEAN_GAP.name)?.value(row))
+                    }
                     MapKind::Displacement => fields.displacement(pressures),
                     _ => Some(pressures),
                 };

@@ -81,6 +81,11 @@ impl Coarser {
         self.coarsest.solver.set_threads(threads.clone());
     }
 
+    /// Returns the solver of the smallest mesh.
+    pub fn smallest(&mut self) -> &mut Solver {
+        &mut self.coarsest.solver
+    }
+
     /// Forgets the contact that was found last.
     pub fn forget(&mut self) {
         self.found_for = None;

@@ -15,6 +15,7 @@ mod hardness;
 mod invariants;
 mod layers;
 mod loads;
+mod prescribed;
 mod stiffness;
 
 /// Accuracy of double precision on the meshes used here.

@@ -39,7 +39,10 @@ pub fn syntax_problem(
             match unit.dimension {
                 Dimension::Length => or_name("unit", unit),
                 Dimension::Pressure => or_name("load_unit", unit),
-                Dimension::Work | Dimension::Conductivity | Dimension::Resistivity => String::new(),
+                Dimension::Force
+                | Dimension::Work
+                | Dimension::Conductivity
+                | Dimension::Resistivity => String::new(),
             }
         ),
         None => "an expression has numbers, names of keys and parameters, `+ - * / ^`, \

@@ -77,6 +77,12 @@ pub mod declare {
         schema.insert(QUANTITY.to_owned(), "length or ratio".into());
     }
 
+    /// Declares that the numbers of the key are pressures or forces with a unit, or pure numbers
+    /// without one.
+    pub fn load(schema: &mut Schema) {
+        schema.insert(QUANTITY.to_owned(), "pressure, force or ratio".into());
+    }
+
     /// Declares that the numbers of the key are works per area, which may be written with a unit.
     pub fn work(schema: &mut Schema) {
         schema.insert(QUANTITY.to_owned(), "work".into());

@@ -3,11 +3,12 @@
 //! A key whose numbers are declared as lengths, pressures or works per area also accepts texts of a
 //! number and a unit. All lengths of a table are read in one unit, and so are its pressures and its
 //! works. This is the unit that a key of the table names (`unit = "um"`), otherwise the unit of the
-//! first quantity, in the order in which the keys are declared. Conductivities and resistivities
-//! are always read in W/(m K) and Ω m. A key of a pure number accepts the ratio of two quantities:
-//! `modulus_ratio = "2 GPa / 210 GPa"`. [`Units::read`] finds the units and the number of each
-//! quantity, and [`replace`] puts these numbers into the table. All later steps read plain numbers.
-//! Expressions, which are evaluated later, compute with numbers in these units.
+//! first quantity, in the order in which the keys are declared. Forces, conductivities and
+//! resistivities are always read in N, W/(m K) and Ω m. A load is a pressure or a force. A key of a
+//! pure number accepts the ratio of two quantities: `modulus_ratio = "2 GPa / 210 GPa"`.
+//! [`Units::read`] finds the units and the number of each quantity, and [`replace`] puts these
+//! numbers into the table. All later steps read plain numbers. Expressions, which are evaluated
+//! later, compute with numbers in these units.
 //!
 //! Every unit is a power of ten of a unit of the SI. A conversion only moves the decimal point and
 //! is exact.
@@ -42,11 +43,14 @@ pub struct Declared {
     pub dimension: Dimension,
     /// True if numbers without a unit may be pure numbers.
     pub or_ratio: bool,
+    /// True if a pressure may be written as a force.
+    pub or_force: bool,
 }
 
 impl Declared {
     pub fn from_schema(schema: &Value) -> Option<Declared> {
-        let (dimension, or_ratio) = match schema.get(QUANTITY)?.as_str()? {
+        let quantity = schema.get(QUANTITY)?.as_str()?;
+        let (dimension, or_ratio) = match quantity {
             "length" => (Dimension::Length, false),
             "pressure" => (Dimension::Pressure, false),
             "work" => (Dimension::Work, false),
@@ -55,7 +59,12 @@ impl Declared {
             "length or ratio" => (Dimension::Length, true),
             _ => (Dimension::Pressure, true),
         };
-        Some(Declared { dimension, or_ratio })
+        Some(Declared { dimension, or_ratio, or_force: quantity.contains("force") })
+    }
+
+    /// Returns the dimensions of which the numbers of the key may have a unit.
+    fn dimensions(self) -> impl Iterator<Item = Dimension> {
+        [self.dimension].into_iter().chain(self.or_force.then_some(Dimension::Force))
     }
 }
 
@@ -198,7 +207,7 @@ impl<'v> Scalar<'v> {
     fn quantity(&self, dimension: Dimension) -> Option<(&'v str, &'static Unit)> {
         let (number, unit) = split(self.value.get_ref().as_str()?)?;
         let unit = Unit::find(unit).filter(|unit| unit.dimension == dimension)?;
-        let is_declared = self.declared.is_some_and(|declared| declared.dimension == dimension);
+        let is_declared = self.declared?.dimensions().any(|declared| declared == dimension);
         is_declared.then_some((number, unit))
     }
 
@@ -213,24 +222,26 @@ impl<'v> Scalar<'v> {
         if self.problem_of_expression.is_some() {
             return self.problem_of_expression.clone();
         }
-        let dimension = self.declared?.dimension;
+        let declared = self.declared?;
+        let dimension = declared.dimension;
         let (_, unit) = split(self.value.get_ref().as_str()?)?;
         let path = &self.path;
         let (message, label) = match Unit::find(unit) {
-            Some(known) if known.dimension == dimension => return None,
+            Some(known) if declared.dimensions().any(|one| one == known.dimension) => return None,
             Some(known) => (
                 format!("`{path}` is a {dimension}, but `{unit}` is a unit of {}", known.dimension),
                 format!("needs a unit of {dimension}"),
             ),
             None => (
                 format!("unknown unit `{unit}`"),
-                match dimension.did_you_mean(unit) {
+                match declared.dimensions().find_map(|one| one.did_you_mean(unit)) {
                     Some(meant) => format!("did you mean `{meant}`?"),
                     None => "unknown unit".to_owned(),
                 },
             ),
         };
-        let help = format!("units of {dimension} are {}", listed(dimension.names(), "and"));
+        let units = |one: Dimension| format!("units of {one} are {}", listed(one.names(), "and"));
+        let help = declared.dimensions().map(units).collect::<Vec<_>>().join(", and ");
         Some(Problem::new(message, self.value.span(), label).help(help))
     }
 
@@ -276,6 +287,7 @@ impl Units {
         let keys = [
             (Dimension::Length, layout.unit_of_lengths),
             (Dimension::Pressure, layout.unit_of_pressures),
+            (Dimension::Force, None),
             (Dimension::Work, None),
             (Dimension::Conductivity, None),
             (Dimension::Resistivity, None),
@@ -286,7 +298,7 @@ impl Units {
                 Dimension::Length => read.units.length = named,
                 Dimension::Pressure => read.units.pressure = named,
                 Dimension::Work => read.units.work = named,
-                Dimension::Conductivity | Dimension::Resistivity => {}
+                Dimension::Force | Dimension::Conductivity | Dimension::Resistivity => {}
             }
         }
         read
@@ -307,7 +319,7 @@ impl Units {
             Dimension::Length => self.length.as_ref(),
             Dimension::Pressure => self.pressure.as_ref(),
             Dimension::Work => self.work.as_ref(),
-            Dimension::Conductivity | Dimension::Resistivity => None,
+            Dimension::Force | Dimension::Conductivity | Dimension::Resistivity => None,
         };
         let own = named.map_or(0, |named| named.unit.power);
         result * decimal::shifted("1", self.power(dimension) - own)
@@ -324,7 +336,12 @@ impl Units {
 
     /// Returns whether the value at this position was written with a unit.
     pub fn is_quantity(&self, span: &Span) -> bool {
-        self.quantities.contains_key(&(span.start, span.end))
+        self.dimension_of(span).is_some()
+    }
+
+    /// Returns the dimension of the value at this position; `None` if it has no unit.
+    pub fn dimension_of(&self, span: &Span) -> Option<Dimension> {
+        self.quantities.get(&(span.start, span.end)).copied()
     }
 }
 
@@ -384,7 +401,7 @@ impl ReadUnits {
                 self.units.quantities.insert((span.start, span.end), dimension);
             } else if let (false, Some(first)) = (named.by_key, first)
                 && is_number(scalar.value.get_ref())
-                && scalar.declared == Some(Declared { dimension, or_ratio: false })
+                && scalar.declared.is_some_and(|one| one.dimension == dimension && !one.or_ratio)
             {
                 problems.push(scalar.mixed(first, &named, key));
                 self.reported_keys.insert(scalar.key.to_owned());

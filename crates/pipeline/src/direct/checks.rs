@@ -11,6 +11,7 @@ use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{ManifestErrors, listed};
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
 use asperity_stages::measure::{self, friction};
+use asperity_stages::nominal_area::NominalArea;
 use asperity_stages::surface::planned::PlannedSurfaces;
 use asperity_stages::{Recipe, solve};
 
@@ -70,6 +71,8 @@ pub fn checked(keys: &Keys, grid: Grid, unit: &str) -> Result<Checked, KeyErrors
     let stages = [("surface", surface), ("contact", contact)];
     let study = study(stages.into_iter().chain(slip.map(|slip| ("slip", slip))).collect())?;
     let recipes = study.stages[1].work.recipes();
+    // The placeholder has another nominal area than the surface.
+    let area = NominalArea::new(grid, unit);
     let contact = match recipes {
         // `Pressing` solves for pressures of nodes and knows no asperity models.
         [Recipe::Solve(params), ..] if params.asperities.is_some() => {
@@ -78,9 +81,11 @@ pub fn checked(keys: &Keys, grid: Grid, unit: &str) -> Result<Checked, KeyErrors
         [Recipe::Solve(params), ..] if params.flow => {
             return Err(KeyErrors(vec![only_in_manifests("flow = true")]));
         }
-        [Recipe::Adhesion(params)] => CheckedContact::Path(params.clone()),
+        [Recipe::Adhesion(params)] => CheckedContact::Path(Arc::new(params.on_area(&area))),
         _ => match branches(recipes) {
-            Some(branches) => CheckedContact::Branches(branches),
+            Some(branches) => CheckedContact::Branches(
+                branches.iter().map(|branch| Arc::new(branch.on_area(&area))).collect(),
+            ),
             None => return Err(expected_one(recipes.len(), "parameter points")),
         },
     };
@@ -265,6 +270,26 @@ mod tests {
             panic!("a path")
         };
         assert_eq!((params.range, params.targets[0]), (0.02, 0.1));
+    }
+
+    #[test]
+    fn forces_are_borne_by_the_area_of_the_map_and_not_of_another() {
+        let pressed = |nodes: usize, loads: &str| {
+            let grid = Grid::square(nodes, 100.0).unwrap();
+            let keys = format!("effective_modulus = \"70 GPa\"\n{loads}").parse().unwrap();
+            let CheckedContact::Branches(branches) =
+                super::checked(&keys, grid, "um").unwrap().contact
+            else {
+                panic!("a contact without adhesion")
+            };
+            (branches[0].loads.clone(), branches[0].newtons)
+        };
+        // 1 N on (100 µm)² is 100 MPa.
+        for nodes in [32, 100] {
+            let expected = (vec![0.1, 0.2], Some(10.0));
+            assert_eq!(pressed(nodes, "loads = [\"1 N\", \"2 N\"]"), expected);
+            assert_eq!(pressed(nodes, "control = \"gap\"\ngaps = [\"1 um\"]").1, Some(10.0));
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_stages::StageError;
 use asperity_stages::columns::RMS_SLOPE;
-use asperity_stages::solve::{Contact, Params, SolvedLoad};
+use asperity_stages::solve::{Contact, Params, SolvedLoad, gap_under};
 use asperity_tables::table::Table;
 
 /// Finished loads of a contact without adhesion.
@@ -166,7 +166,9 @@ impl Solved for Loads {
 
     fn gap(&mut self, load: usize) -> Option<Vec<f64>> {
         let (branch, pressure) = self.reduced_pressure(load)?;
-        let Branch { contact, solver, .. } = &mut self.branches[branch];
-        Some(contact.in_length(solver.gap_under(&pressure)))
+        let (_, index) = self.position(load)?;
+        let Branch { contact, solver, loads } = &mut self.branches[branch];
+        let gap = gap_under(solver, &pressure, loads[index].outcome.mean_gap);
+        Some(contact.in_length(gap))
     }
 }

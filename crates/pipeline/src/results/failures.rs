@@ -14,6 +14,7 @@ use crate::results::{PublishedTable, ResultsError, path};
 use asperity_manifest::diagnostics::{chain, counted};
 use asperity_manifest::names::FAILURES;
 use asperity_stages::columns::{PAIRS, RESIDUAL, STOP, TOLERANCE};
+use asperity_stages::solve::NOT_REACHED;
 use asperity_stages::solve::adhesion::{GAP_NOT_REACHED, STALLED};
 use asperity_stages::solve::is_unconverged;
 use asperity_stages::{Kind, Recipe};
@@ -203,6 +204,11 @@ fn reason(stop: &str, pairs: i64, limit: Option<u32>, errors: Option<[f64; 2]>) 
     if stop == GAP_NOT_REACHED {
         return "did not reach its mean gap: the contact of the isolated patch jumps past it. \
                 `mean_gap` is that of the state"
+            .to_owned();
+    }
+    if stop == NOT_REACHED {
+        return "no load has the prescribed mean gap or displacement; the row is that of the nearest \
+                load, as in full contact, where a half-space does not come nearer"
             .to_owned();
     }
     let reached = limit.filter(|_| stop != STALLED);

@@ -7,7 +7,7 @@ use asperity_manifest::keys::quantity;
 use asperity_stages::Recipe;
 use asperity_stages::columns::WORK_OF_ADHESION;
 use asperity_stages::solve::adhesion;
-use asperity_stages::solve::adhesion::control::Control;
+use asperity_stages::solve::control::Control;
 use asperity_stages::solve::keys::adhesion as keys;
 use asperity_stages::surface::{Origin, Params};
 
@@ -47,8 +47,8 @@ impl Study {
         let has_units = length_unit.is_some() && units.pressure.is_some();
         let work_unit = has_units.then(|| units.name(WORK_OF_ADHESION.unit));
         let (prescribed, unit) = match params.control {
-            Control::Load => ("load", params.unit_of_loads()),
-            Control::Gap => ("mean gap", length_unit),
+            Control::Load => ("load", params.unit_of_given_loads()),
+            control => (control.value_in_words(), length_unit),
         };
         let path = format!(
             "E* = {}, work of adhesion {}, range {}, {} with {prescribed} {}",
@@ -59,7 +59,7 @@ impl Study {
             quantity::range(of_adhesion(stage).map(|params| params.work), work_unit.as_deref())?,
             quantity::range(of_adhesion(stage).map(|params| params.range), length_unit)?,
             counted(params.targets.len(), "state"),
-            quantity::range(params.targets.iter().copied(), unit)?,
+            ends(&params.given_targets(), unit)?,
         );
         Some([Some(path), self.tabor(stage)].into_iter().flatten().collect::<Vec<_>>().join("; "))
     }
@@ -95,6 +95,18 @@ impl Study {
         });
         surfaces.map(|surfaces| &surfaces.params)
     }
+}
+
+/// Formats the first state of a path, the states where it turns and the last one:
+/// `100 nm … 5 nm … 100 nm`.
+fn ends(states: &[f64], unit: Option<&str>) -> Option<String> {
+    let (first, last) = (*states.first()?, *states.last()?);
+    let [least, most] = [f64::min, f64::max].map(|of| states.iter().copied().fold(first, of));
+    let inner = [least, most].into_iter().filter(|state| ![first, last].contains(state));
+    let mut shown: Vec<f64> = [first].into_iter().chain(inner).chain([last]).collect();
+    shown.dedup();
+    let texts = shown.iter().map(|state| quantity::range([*state].into_iter(), unit));
+    Some(texts.collect::<Option<Vec<_>>>()?.join(" … "))
 }
 
 /// Tabor parameter below which spheres are near the limit of Derjaguin, Muller & Toporov.

@@ -42,13 +42,74 @@ impl Study {
                 }
                 Work::Evaluate(recipes) => {
                     let length = units.length.as_deref();
-                    of_loads(recipes, length).or_else(|| self.summary_of_path(stage))
+                    self.of_loads(recipes, length).or_else(|| self.summary_of_path(stage))
                 }
             }?;
             Some(StageSummary { stage: stage.name.clone(), text })
         };
         self.stages.iter().zip(&units).filter_map(summary).collect()
     }
+
+    /// Describes the loads of a stage. `length` is the unit of the lengths of its surfaces, if it
+    /// is known.
+    fn of_loads(&self, recipes: &[Recipe], length: Option<&str>) -> Option<String> {
+        let blocks: Vec<&solve::Params> = recipes.iter().map(solved).collect::<Option<_>>()?;
+        let first = blocks.first()?;
+        let unit = match first.load_unit {
+            _ if !first.control.is_load() => "",
+            PressureUnit::Relative => " in units of E* × rms slope",
+            PressureUnit::Absolute if first.pressure_unit.is_none() => " in the unit of E*",
+            PressureUnit::Absolute => "",
+        };
+        let moduli = blocks.iter().map(|block| block.effective_modulus);
+        Some(format!(
+            "E* = {}, {}{unit}{}{}{}",
+            quantity::range(moduli, first.pressure_unit)?,
+            numbers_of_loads(&blocks, length)?,
+            self.excluded_start(&blocks).unwrap_or_default(),
+            of_shifts(&blocks).unwrap_or_default(),
+            of_layers(&blocks, length).unwrap_or_default(),
+        ))
+    }
+
+    /// Tells that a range of loads excludes its start, unless this is zero or a load that the study
+    /// solves.
+    fn excluded_start(&self, blocks: &[&solve::Params]) -> Option<String> {
+        let all = || self.stages.iter().flat_map(|stage| stage.work.recipes()).filter_map(solved);
+        let is_solved = |start: f64, unit: Option<&str>| {
+            let mut others = all().filter(|other| other.unit_of_given_loads() == unit);
+            others
+                .any(|other| other.given_loads().iter().any(|load| decimal::is_same(*load, start)))
+        };
+        blocks.iter().find_map(|block| {
+            let start = block.listed.start.filter(|start| *start > 0.0)?;
+            let (given, unit) = (block.given_load(start), block.unit_of_given_loads());
+            (!is_solved(given, unit))
+                .then(|| format!("; `loads` excludes its `from`, {}", block.written_load(start)))
+        })
+    }
+}
+
+/// Returns the contact that a recipe solves without adhesion.
+fn solved(recipe: &Recipe) -> Option<&solve::Params> {
+    match recipe {
+        Recipe::Solve(params) => Some(params.as_ref()),
+        _ => None,
+    }
+}
+
+/// Returns the number of loads with the first and the last one: `4 loads 10 … 40 MPa`.
+fn numbers_of_loads(blocks: &[&solve::Params], length: Option<&str>) -> Option<String> {
+    let first = blocks.first()?;
+    let unit = if first.control.is_load() { first.unit_of_given_loads() } else { length };
+    // The states of a path are in several blocks.
+    let of_point = |first: &solve::Params| {
+        let own = blocks.iter().filter(|block| block.is_same_contact(first));
+        own.map(|block| block.loads.len()).sum::<usize>()
+    };
+    let number = blocks.iter().map(|block| of_point(block)).max().unwrap_or(0);
+    let all = quantity::range(blocks.iter().flat_map(|block| block.given_loads()), unit)?;
+    Some(format!("{} {all}", counted(number, first.control.value_in_words())))
 }
 
 /// Rms height and rms slope of the surfaces of a parameter point, if they follow from the keys.
@@ -129,38 +190,6 @@ fn of_surfaces<'a>(
     Some(format!("side {sides}{height}{slope}"))
 }
 
-/// Describes the loads of a stage. `length` is the unit of the lengths of its surfaces, if it is
-/// known.
-fn of_loads(recipes: &[Recipe], length: Option<&str>) -> Option<String> {
-    let solves = recipes.iter().map(|recipe| match recipe {
-        Recipe::Solve(params) => Some(params.as_ref()),
-        _ => None,
-    });
-    let blocks: Vec<&solve::Params> = solves.collect::<Option<_>>()?;
-    let first = blocks.first()?;
-    let loads = || blocks.iter().flat_map(|block| block.loads.iter().copied());
-    // The states of a path are in several blocks.
-    let of_point = |first: &solve::Params| {
-        let own = blocks.iter().filter(|block| block.is_same_contact(first));
-        own.map(|block| block.loads.len()).sum::<usize>()
-    };
-    let number = blocks.iter().map(|block| of_point(block)).max().unwrap_or(0);
-    let unit = match first.load_unit {
-        PressureUnit::Relative => " in units of E* × rms slope",
-        PressureUnit::Absolute if first.pressure_unit.is_none() => " in the unit of E*",
-        PressureUnit::Absolute => "",
-    };
-    let moduli = blocks.iter().map(|block| block.effective_modulus);
-    Some(format!(
-        "E* = {}, {} {}{unit}{}{}",
-        quantity::range(moduli, first.pressure_unit)?,
-        counted(number, "load"),
-        quantity::range(loads(), first.unit_of_loads())?,
-        of_shifts(&blocks).unwrap_or_default(),
-        of_layers(&blocks, length).unwrap_or_default(),
-    ))
-}
-
 /// Describes the shifts of two rough surfaces; `None` without a shift.
 fn of_shifts(blocks: &[&solve::Params]) -> Option<String> {
     let mut shifts: Vec<PerAxis<f64>> = Vec::new();
@@ -221,6 +250,26 @@ mod tests {
         assert_eq!(pressed, "contact: E* = 70000 MPa, 2 loads 10 … 100 MPa");
         let plain = summaries("", "loads = [0.1]");
         assert_eq!(plain[1], "contact: E* = 1, 1 load 0.1 in units of E* × rms slope");
+    }
+
+    #[test]
+    fn ranges_are_told_with_their_first_and_last_load_and_the_start_that_they_exclude() {
+        let range = |keys: &str| {
+            let range = format!("effective_modulus = \"70 GPa\"\nloads = {{ {keys} }}");
+            summaries("side = \"100 um\"", &range).pop().unwrap()
+        };
+        let from_zero = range("to = \"100 MPa\", steps = 4");
+        assert_eq!(from_zero, "contact: E* = 70000 MPa, 4 loads 25 … 100 MPa");
+        let from_ten = range("from = \"10 MPa\", to = \"100 MPa\", steps = 9");
+        let expected =
+            "contact: E* = 70000 MPa, 9 loads 20 … 100 MPa; `loads` excludes its `from`, 10 MPa";
+        assert_eq!(from_ten, expected);
+        let forces = range("from = \"1 N\", to = \"5 N\", steps = 2");
+        assert!(forces.ends_with("2 loads 3 … 5 N; `loads` excludes its `from`, 1 N"), "{forces}");
+        let next = "loads = { to = 0.1, steps = 2 }\n[stage.more]\nkind = \"solve\"\n\
+                    from = \"rough\"\nloads = { from = 0.1, to = 0.4, steps = 3 }";
+        let following = summaries("", next).pop().unwrap();
+        assert_eq!(following, "more: E* = 1, 3 loads 0.2 … 0.4 in units of E* × rms slope");
     }
 
     #[test]

@@ -450,8 +450,13 @@ impl Selection {
                 rows.retain(|&row| given.value(row) == given.value(nearest));
                 let pressure =
                     table.reals(PRESSURE.name).map_or(f64::NAN, |all| all.value(nearest));
-                let load = loads.text(reduced.value(nearest), pressure);
-                note = format!(", at the {} = {load}", loads.name());
+                note = match ensemble::prescribed_length(ensemble::load_column(table)) {
+                    Some(length) => format!(", at the {length} {}", given.value(nearest)),
+                    None => {
+                        let load = loads.text(reduced.value(nearest), pressure);
+                        format!(", at the {} = {load}", loads.name())
+                    }
+                };
             }
         }
         let points = rows.len();

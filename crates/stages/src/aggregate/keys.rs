@@ -77,8 +77,10 @@ pub fn recipes(
     let point = section.points.first()?;
     let checks = &mut Checks::new(section, point, context.problems);
     let adhesive = context.surfaces.stage_with(Property::WithAdhesion);
+    let without_loads = context.surfaces.stage_with(Property::WithoutGivenLoads);
     let params = params(&point.table, context.input, context.earlier, checks);
     check_physics(&point.table, adhesive, checks)?;
+    check_loads(&point.table, without_loads, checks)?;
     Some(vec![Recipe::Aggregate(Arc::new(params?))])
 }
 
@@ -108,6 +110,25 @@ fn check_physics(
         }
     }
     clear
+}
+
+/// Refuses statistics against the load, if `stage` is one that prescribes mean gaps or
+/// displacements: its loads differ between surfaces.
+fn check_loads(table: &AggregateTable, stage: Option<&str>, checks: &mut Checks) -> Option<()> {
+    let (Some(stage), Some(written)) = (stage, table.statistics.written()) else {
+        return Some(());
+    };
+    let is_against_load = |name: &&Spanned<String>| {
+        let statistic = Statistic::named(&name.value);
+        matches!(statistic, Some(Statistic::Slope | Statistic::Secant | Statistic::Approach))
+    };
+    let Some(Spanned { value, span }) = written.value.iter().find(is_against_load) else {
+        return Some(());
+    };
+    let message =
+        format!("{value:?} needs common loads, but the loads of stage `{stage}` are results");
+    let problem = Problem::new(message, span.clone(), "not defined for prescribed lengths");
+    checks.reject(problem.help("press the surfaces under `loads`, or take differences with `sql`"))
 }
 
 fn params(

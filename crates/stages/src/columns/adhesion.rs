@@ -14,12 +14,15 @@ columns! {
     pub const WORK_OF_ADHESION: Column = parameter("work_of_adhesion", "pressure × length");
     /// range ρ of the attraction: the energy per area at the gap g is −w exp(−g/ρ)
     pub const INTERACTION_RANGE: Column = parameter("interaction_range", "length");
-    /// quantity that the path prescribes
+    /// quantity that the contact prescribes; without adhesion the column exists only if this is not
+    /// the load
     pub const CONTROL: Column = parameter_text("control").with_codes(codes![
         /// the mean pressure is prescribed
         "load",
         /// the mean gap is prescribed
         "gap",
+        /// the rigid approach of the bodies since first touch is prescribed
+        "displacement",
     ]);
     /// direction of the path at the state: `approach` while the load grows or the mean gap falls,
     /// `separation` otherwise. Later branches in the same direction are numbered: `approach-2`
@@ -28,9 +31,15 @@ columns! {
     pub const ADHESIVE_TOLERANCE: Column = Column { unit: "E* × rms slope", ..TOLERANCE };
 
     // Results of a state.
-    /// mean gap that the path prescribes; `mean_gap` is that of the state, and differs where `stop`
-    /// says so. Only for free boundaries with `control = "gap"`
+    /// mean gap that `control = "gap"` prescribes; `mean_gap` is that of the contact, and differs
+    /// by more than the tolerance only where `stop` says so. With adhesion, only for free
+    /// boundaries
     pub const PRESCRIBED_GAP: Column = real("prescribed_gap", "length");
+    /// rigid approach of the bodies since first touch that `control = "displacement"` prescribes:
+    /// highest height − mean_gap + mean_yielded_depth + mean displacement of the elastic surface,
+    /// with the height above the mean plane; on a layer also uniform_compression. The mean
+    /// displacement is zero on a periodic half-space
+    pub const PRESCRIBED_DISPLACEMENT: Column = real("prescribed_displacement", "length");
     /// number of the state along the path; the first state is 1
     pub const STEP: Column = integer("step", "1");
     /// number of nodes in contact, whose gap is zero

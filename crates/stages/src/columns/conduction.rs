@@ -38,8 +38,8 @@ columns! {
 }
 
 columns! {
-    /// normal force on the cell: mean pressure × nominal area. The column exists if the bodies have
-    /// conductivities and the pressures a unit
+    /// normal force on the cell: mean pressure × nominal area. The column exists if the manifest
+    /// gives loads as forces, or if the bodies have conductivities and the pressures a unit
     pub const FORCE: Column = parameter("force", "N").with_role(Role::Derived);
     /// electrical resistance of one circular spot that bears the force F under the hardness H
     /// (Holm): ρ_s/2 √(π H/F)

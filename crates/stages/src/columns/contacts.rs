@@ -27,6 +27,11 @@ columns! {
         "full-contact",
         /// `max_pairs` pairs of transforms were not enough: the residual exceeds the tolerance
         "pair-limit",
+        /// the surfaces do not touch at the prescribed mean gap, and the load is zero
+        "no-contact",
+        /// no load gives the prescribed mean gap or displacement; the row is that of the nearest
+        /// load. A half-space in full contact does not come nearer
+        "not-reached",
     ]);
     /// contact map: one bit per node, row-major, least significant bit first
     pub const CONTACT: Column = heavy("contact", Bytes, "");

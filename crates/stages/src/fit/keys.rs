@@ -201,6 +201,15 @@ impl FitPoints {
                 Fits::Meshes | Fits::Percolation | Fits::Spectra => return Some(()),
             },
         };
+        if let Some(stage) = context.surfaces.stage_with(Property::WithoutGivenLoads) {
+            let message = format!(
+                "the law {law:?} is for means under common loads, but the loads of stage `{stage}` \
+                 are results"
+            );
+            let problem = Problem::new(message, span.clone(), "this stage fits its contacts");
+            context.problems.push(problem.help("press the surfaces under `loads` instead"));
+            return None;
+        }
         let Some(stage) = context.surfaces.stage_with(Property::WithAdhesion) else {
             return Some(());
         };

@@ -9,14 +9,14 @@ use crate::check_context::PressedStage;
 use crate::reduced_units::{GivenHardness, PressureUnit};
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface::yielded::Yielded;
-use crate::surface::{Heights, Origin, Params, pair};
+use crate::surface::{Heights, Origin, Params};
 use crate::unloading::Branch;
-use crate::{CheckContext, Recipe, solve};
+use crate::{CheckContext, Recipe, Stage as _, nominal_area, solve};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
-use asperity_manifest::keys::declare::{pressure_or_ratio, swept};
-use asperity_manifest::keys::quantity::{self, Unit};
+use asperity_manifest::keys::declare;
+use asperity_manifest::keys::quantity::{Dimension, Unit};
 use asperity_manifest::keys::{Key, Section, table};
 
 /// Surfaces that keep their plastic depth after a `solve` stage with a `hardness`.
@@ -25,7 +25,8 @@ use asperity_manifest::keys::{Key, Section, table};
 pub struct YieldedTable {
     /// Load that presses the surfaces before they are used: one of the `loads` of the stage in
     /// `from`, in their unit. The default is the largest of them.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = pressure_or_ratio)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = declare::swept)]
+    #[schemars(transform = declare::load)]
     pub load: Key<f64>,
     /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` solves the contact
     /// again when needed.
@@ -112,11 +113,18 @@ fn check<'a>(stage: &'a PressedStage<'a>) -> Result<Vec<Yielding<'a>>, Box<Probl
             let message = format!("the surfaces of `{name}` lie on a layer");
             return problem(message, "this stage has a `layer`", help);
         }
+        if !contact.control.is_load() {
+            let help = "press them under `loads` in another stage";
+            let message = format!("`{name}` prescribes {}", contact.control.key());
+            return problem(message, "needs a stage with `loads`", help);
+        }
         if matches!(contact.branch, Some(Branch::Unloading(_))) {
             continue;
         }
-        let is_same =
-            |other: &&Yielding| (other.hardness, other.contact.shift) == (hardness, contact.shift);
+        let is_same = |other: &&Yielding| {
+            (other.hardness, other.contact.shift, other.contact.newtons)
+                == (hardness, contact.shift, contact.newtons)
+        };
         if contacts.iter().any(|other| is_same(&other)) {
             let help = "tables tell surfaces that have yielded apart by load and hardness; give \
                         each value of the other keys its own `solve` stage";
@@ -172,8 +180,17 @@ impl Yielding<'_> {
             return contact.loads.last().copied();
         };
         let unit = contact.unit_of_loads();
-        let value = match &checks.units.pressure {
-            Some(named) if checks.units.is_quantity(&written.span) => {
+        let dimension = checks.units.dimension_of(&written.span);
+        let value = match (&checks.units.pressure, dimension) {
+            (_, Some(Dimension::Force)) => {
+                let Some(newtons) = contact.newtons else {
+                    let message = format!("`load` is a force, but the loads of `{name}` are not");
+                    let label = "must be one of these loads";
+                    return checks.refuse("load", message, &written.span, label);
+                };
+                nominal_area::pressure(written.value, newtons)
+            }
+            (Some(named), Some(_)) => {
                 let Some(to) = unit.and_then(Unit::find) else {
                     let message = format!("`load` has a unit, but the loads of `{name}` have none");
                     let label = match contact.load_unit {
@@ -192,7 +209,7 @@ impl Yielding<'_> {
         if decimal::is_same(nearest, value) {
             return Some(nearest);
         }
-        let shown = |load: f64| quantity::written(load, unit);
+        let shown = |load: f64| contact.written_load(load);
         let message = format!("`loads` of `{name}` does not contain {}", shown(value));
         let label = format!("the nearest load is {}", shown(nearest));
         checks.refuse("load", message, &written.span, label)
@@ -201,7 +218,7 @@ impl Yielding<'_> {
     /// Returns the surfaces that have yielded under a load.
     fn surfaces(&self, load: f64, heights: Heights) -> impl Iterator<Item = PlannedSurfaces> {
         let is_pressed = |surfaces: &&&PlannedSurfaces| {
-            pair::is_at(self.contact.shift, &Recipe::Generate(surfaces.params.clone()))
+            self.contact.reads_input(&Recipe::Generate(surfaces.params.clone()))
         };
         let pressed = self.stage.surfaces.iter().filter(is_pressed);
         pressed.map(move |surfaces| {

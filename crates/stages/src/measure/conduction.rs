@@ -27,6 +27,8 @@ pub struct Settings {
     conduction: Conduction,
     /// True if the forces on the cells are known, because pressures have a unit.
     has_force: bool,
+    /// True if the solved loads have a column of forces already.
+    are_forces: bool,
     has_hardness: bool,
 }
 
@@ -101,7 +103,10 @@ pub fn columns() -> TableColumns<Settings, Conductance> {
             column(MEAN_SPOT_RADIUS, OptionalReal(|one| one.mean_radius)),
             column(GREENWOOD_CONDUCTANCE, OptionalReal(|one| one.greenwood)),
         ])
-        .and_if(|settings| settings.has_force, [column(FORCE, Real(|one| one.force))])
+        .and_if(
+            |settings| settings.has_force && !settings.are_forces,
+            [column(FORCE, Real(|one| one.force))],
+        )
         .and_if(
             |settings| settings.conduction.conductivity.is_some(),
             [
@@ -144,6 +149,7 @@ pub fn conductances(
         yields: unloading.is_some(),
         conduction: conduction.unwrap_or(Conduction { conductivity: None, resistivity: None }),
         has_force: conduction.is_some() && solved.has(PRESSURE_UNIT.name),
+        are_forces: solved.has(FORCE.name),
         has_hardness: hardnesses.is_some(),
     };
     let Conduction { conductivity, resistivity } = settings.conduction;

@@ -5,7 +5,6 @@
 //! therefore stored as a whole. A longer path with the same first states continues from the stored
 //! gaps of the last of them; see [`Stage::beginning`].
 
-pub mod control;
 mod fields;
 mod path;
 mod rows;
@@ -19,13 +18,15 @@ use serde::Serialize;
 pub use self::fields::{PathFields, StateMaps, displacement};
 pub use self::path::ContactPath;
 use crate::columns::*;
+use crate::nominal_area::NominalArea;
 use crate::per_axis::PerAxis;
 use crate::reduced_units::PressureUnit;
-use crate::solve::adhesion::control::Control;
+use crate::solve::control::Control;
 use crate::solve::pressed;
 use crate::surface::pair;
 use crate::{
     Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates,
+    nominal_area,
 };
 use asperity_contact::adhesion::{AdhesivePath, Settings};
 use asperity_contact::distribution::EqualBins;
@@ -78,6 +79,10 @@ pub struct Params {
     /// Symbol of the unit of all pressures, which is a label.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure_unit: Option<&'static str>,
+    /// Force on the nominal area under the pressure 1 in newtons, if the manifest gives loads as
+    /// forces. Only surfaces with this area are pressed, and the loads are mean pressures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newtons: Option<f64>,
     /// Work of adhesion w in the unit of the modulus times the unit of length; at least zero.
     pub work: f64,
     /// Range ρ of the interaction in the unit of length; positive.
@@ -159,6 +164,28 @@ impl Params {
         (slope > 0.0 && half_laplacian > 0.0).then_some(pull * ratio * ratio)
     }
 
+    /// Returns the same path on another nominal area, with loads that are the same forces.
+    pub fn on_area(&self, area: &NominalArea) -> Params {
+        let after = self.pressure_unit.and_then(|unit| area.newtons(unit));
+        let (Some(_), Some(after)) = (self.newtons, after) else { return self.clone() };
+        let targets = nominal_area::pressures(&self.given_targets(), Some(after));
+        Params { newtons: Some(after), targets, ..self.clone() }
+    }
+
+    /// Returns the loads or mean gaps as the manifest gives them; loads may be forces.
+    pub fn given_targets(&self) -> Vec<f64> {
+        let given = |target: &f64| match self.newtons {
+            Some(newtons) => nominal_area::force(*target, newtons),
+            None => *target,
+        };
+        self.targets.iter().map(given).collect()
+    }
+
+    /// Returns the symbol of the unit of [`Params::given_targets`], if they are loads.
+    pub fn unit_of_given_loads(&self) -> Option<&'static str> {
+        self.newtons.map(|_| "N").or(self.unit_of_loads())
+    }
+
     /// Returns the symbol of the unit of the loads; `None` for reduced loads, for mean gaps, and if
     /// the manifest names no unit.
     pub fn unit_of_loads(&self) -> Option<&'static str> {
@@ -227,6 +254,7 @@ impl Stage for Params {
 
     fn reads_input(&self, input: &Recipe) -> bool {
         pair::is_at(self.shift, input)
+            && nominal_area::is_of(input, self.newtons, self.pressure_unit)
     }
 
     fn beginning(&self, rows: usize) -> Option<Recipe> {

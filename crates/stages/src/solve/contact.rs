@@ -1,5 +1,6 @@
 //! Contact of one surface, which is solved under single loads.
 
+use super::control::Control;
 use super::parallel::LoadTask;
 use super::parts::{AddedParts, LoadParts, StoredLoads, counted};
 use super::rows::{SolvedLoad, contact_map};
@@ -10,7 +11,7 @@ use crate::unloading::Branch;
 use crate::{Context, StageError, unloading};
 use asperity_contact::flow;
 use asperity_contact::grid::Grid;
-use asperity_contact::solver::{Body, ContactStiffness, Elastic, Solver, Stop, Watch};
+use asperity_contact::solver::{Body, ContactStiffness, Elastic, Prescribed, Solver, Stop, Watch};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::table::Table;
@@ -70,7 +71,8 @@ impl Contact {
         let scales = Scales::new(grid, rms_slope, params.effective_modulus);
         let hardness = params.hardness.map(|given| scales.hardness(given)).transpose()?;
         let bound = hardness.map(|hardness| hardness.reduced);
-        if let (Some(bound), Some(&heaviest)) = (bound, params.loads.last()) {
+        let heaviest = params.loads.last().filter(|_| params.control.is_load());
+        if let (Some(bound), Some(&heaviest)) = (bound, heaviest) {
             bound.check_load(scales.reduced_pressure(heaviest, params.load_unit))?;
         }
         let mut heights = scales.reduced_heights(surface);
@@ -122,7 +124,21 @@ impl Contact {
         &self.scales
     }
 
-    /// Solves the load `given`, in the unit of the manifest.
+    /// Returns the prescribed mean gap or displacement `given` in the units of the solver; `None`
+    /// if loads are prescribed.
+    fn prescribed(&self, given: f64) -> Option<Prescribed> {
+        let reduced = given / self.scales.length();
+        match self.params.control {
+            Control::Load => None,
+            Control::Gap => Some(Prescribed::MeanGap(reduced)),
+            Control::Displacement => Some(Prescribed::Approach {
+                approach: reduced,
+                uniform_compliance: self.uniform.map_or(0.0, |uniform| uniform.compliance),
+            }),
+        }
+    }
+
+    /// Solves the load, the mean gap or the displacement `given`, in the unit of the manifest.
     ///
     /// # Errors
     /// Returns an error on interruption. The load may then be solved again.
@@ -132,8 +148,14 @@ impl Contact {
         given: f64,
         watch: &dyn Watch,
     ) -> Result<SolvedLoad, StageError> {
-        let load = self.scales.reduced_pressure(given, self.params.load_unit);
-        let mut outcome = solver.press(load, &self.params.settings(), watch);
+        let settings = self.params.settings();
+        let (load, mut outcome) = match self.prescribed(given) {
+            Some(prescribed) => solver.press_to(prescribed, &settings, watch),
+            None => {
+                let load = self.scales.reduced_pressure(given, self.params.load_unit);
+                (load, solver.press(load, &settings, watch))
+            }
+        };
         if outcome.stop == Stop::Interrupted {
             return Err(StageError::Interrupted);
         }
@@ -160,7 +182,7 @@ impl Contact {
         let keep = self.params.keeps_pressures_at(given);
         let parts = if keep || self.params.reads_pressures() {
             let stored = pressures.iter().map(|p| p * self.scales.pressure()).collect();
-            self.parts(solver, stored, keep, watch)?
+            self.parts(solver, stored, outcome.mean_gap, keep, watch)?
         } else {
             LoadParts::default()
         };
@@ -188,15 +210,19 @@ impl Contact {
         row: usize,
         watch: &dyn Watch,
     ) -> Result<AddedParts, StageError> {
-        let parts = self.parts(solver, stored.pressures(row), false, watch)?;
-        Ok(AddedParts { load: self.params.loads[row], mean_gap: stored.mean_gap(row), parts })
+        let mean_gap = stored.mean_gap(row);
+        let reduced_gap = mean_gap / self.scales.length();
+        let parts = self.parts(solver, stored.pressures(row), reduced_gap, false, watch)?;
+        Ok(AddedParts { load: self.params.loads[row], mean_gap, parts })
     }
 
-    /// Computes the parts of a load from its pressures in the unit of the moduli.
+    /// Computes the parts of a load from its pressures in the unit of the moduli, and its mean gap
+    /// in the unit of the solver.
     fn parts(
         &self,
         solver: &mut Solver,
         stored: Vec<f64>,
+        mean_gap: f64,
         keep: bool,
         watch: &dyn Watch,
     ) -> Result<LoadParts, StageError> {
@@ -210,7 +236,10 @@ impl Contact {
             let in_contact = pressures.iter().filter(|pressure| **pressure > 0.0);
             counted(bins, in_contact.copied())
         });
-        if !self.params.stiffness.is_none() {
+        let is_open = pressures.iter().all(|pressure| *pressure == 0.0);
+        if !self.params.stiffness.is_none() && is_open {
+            [parts.stiffness, parts.unloading_stiffness] = [Some(0.0); 2];
+        } else if !self.params.stiffness.is_none() {
             let settings = self.params.settings();
             let found = solver.contact_stiffness(&pressures, &settings, watch);
             parts.stiffness = converged(found)?;
@@ -225,7 +254,7 @@ impl Contact {
         if !self.params.reads_gap() {
             return Ok(parts);
         }
-        let mut gap = solver.gap_under(&pressures);
+        let mut gap = gap_under(solver, &pressures, mean_gap);
         parts.gap_counts = self.params.gap_bins.map(|bins| {
             let apart = gap.iter().zip(&pressures).filter(|(_, pressure)| **pressure == 0.0);
             counted(bins, apart.map(|(gap, _)| gap.max(0.0) / self.rms_height))
@@ -244,9 +273,10 @@ impl Contact {
     }
 
     /// Returns the gaps in the unit of the surface. `stored` are the pressures in the unit of the
-    /// moduli.
-    pub fn gap(&self, solver: &mut Solver, stored: Vec<f64>) -> Vec<f64> {
-        self.in_length(solver.gap_under(&self.reduced_pressures(stored)))
+    /// moduli, and `mean_gap` is the mean gap in the unit of the surface.
+    pub fn gap(&self, solver: &mut Solver, stored: Vec<f64>, mean_gap: f64) -> Vec<f64> {
+        let mean_gap = mean_gap / self.scales.length();
+        self.in_length(gap_under(solver, &self.reduced_pressures(stored), mean_gap))
     }
 
     /// Returns the displacements of the elastic body in the unit of the surface. `stored` are the
@@ -328,6 +358,16 @@ pub fn solve(
     )
 }
 
+/// Returns the gaps under the pressures of a solved load. Without any pressure, the surfaces are
+/// apart by the mean gap.
+pub fn gap_under(solver: &mut Solver, pressures: &[f64], mean_gap: f64) -> Vec<f64> {
+    let mut gap = solver.gap_under(pressures);
+    if pressures.iter().all(|pressure| *pressure == 0.0) {
+        gap.iter_mut().for_each(|gap| *gap += mean_gap);
+    }
+    gap
+}
+
 /// Returns a stiffness, or `None` if the pairs of transforms were not enough.
 ///
 /// # Errors
@@ -336,7 +376,9 @@ fn converged(found: ContactStiffness) -> Result<Option<f64>, StageError> {
     match found.stop {
         Stop::Interrupted => Err(StageError::Interrupted),
         Stop::PairLimit => Ok(None),
-        Stop::Converged | Stop::FullContact => Ok(Some(found.stiffness)),
+        Stop::Converged | Stop::FullContact | Stop::NoContact | Stop::NotReached => {
+            Ok(Some(found.stiffness))
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! load depends on nothing but the surface, the load and the settings, so its maps can be computed
 //! again, bit for bit.
 
+use super::control::Control;
 use super::{Contact, GivenLayer, ListedLoads, Params, Pressures, Stiffness};
 use crate::StageError;
 use crate::bodies::Bodies;
@@ -81,11 +82,12 @@ impl ContactFields {
         }
     }
 
-    /// Returns the gaps under the pressures of a load, as defined by [`Solver::gap_under`]. Returns
-    /// `None` for asperity models, in which the surfaces are not solved at every node.
-    pub fn gap(&mut self, pressures: Vec<f64>) -> Option<Vec<f64>> {
+    /// Returns the gaps under the pressures of a load with this mean gap, as defined by
+    /// [`Solver::gap_under`]. Returns `None` for asperity models, in which the surfaces are not
+    /// solved at every node.
+    pub fn gap(&mut self, pressures: Vec<f64>, mean_gap: f64) -> Option<Vec<f64>> {
         match &mut self.model {
-            Model::EveryNode { contact, solver } => Some(contact.gap(solver, pressures)),
+            Model::EveryNode { contact, solver } => Some(contact.gap(solver, pressures, mean_gap)),
             Model::Asperities { .. } => None,
         }
     }
@@ -111,8 +113,14 @@ impl Params {
         };
         Ok(Params {
             pressure_unit: None,
+            newtons: None,
             listed: ListedLoads::default(),
             effective_modulus: table.reals(EFFECTIVE_MODULUS.name)?.value(0),
+            control: match load_column(table) {
+                name if name == PRESCRIBED_GAP.name => Control::Gap,
+                name if name == PRESCRIBED_DISPLACEMENT.name => Control::Displacement,
+                _ => Control::Load,
+            },
             load_unit: if load_column(table) == PRESSURE.name {
                 PressureUnit::Absolute
             } else {
@@ -205,7 +213,7 @@ mod tests {
         let penetration = 0.7 * 2.0 / 32.0 * params.tolerance;
         for (row, load) in params.loads.iter().enumerate() {
             let pressures = fields.pressures(*load, &|| false).unwrap();
-            let gap = fields.gap(pressures.clone()).unwrap();
+            let gap = fields.gap(pressures.clone(), 0.0).unwrap();
             for (gap, pressure) in gap.iter().zip(&pressures) {
                 assert!(*pressure >= 0.0 && *gap >= -penetration && gap * pressure == 0.0);
             }
@@ -220,7 +228,7 @@ mod tests {
         let table = solved(&params());
         let mut fields = fields(&table);
         let pressures = fields.pressures(0.1, &|| false).unwrap();
-        let gap = fields.gap(pressures.clone()).unwrap();
+        let gap = fields.gap(pressures.clone(), 0.0).unwrap();
         let displacement = fields.displacement(pressures.clone()).unwrap();
         let heights = surface().into_heights();
         let nodes = 0..heights.len();
@@ -235,7 +243,7 @@ mod tests {
         let params = Params { asperities: Some(Interaction::None), ..params() };
         let mut fields = fields(&solved(&params));
         let pressures = fields.pressures(0.1, &|| false).unwrap();
-        assert!(fields.gap(pressures.clone()).is_none());
+        assert!(fields.gap(pressures.clone(), 0.0).is_none());
         assert!(fields.displacement(pressures).is_none());
     }
 }

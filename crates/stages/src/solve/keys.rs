@@ -6,6 +6,7 @@ pub mod adhesion;
 mod adhesion_units;
 pub mod against;
 pub mod bodies;
+mod forces;
 mod layer;
 mod loads;
 
@@ -22,9 +23,9 @@ use super::{ListedLoads, Params, Stiffness};
 use crate::check_context::{Property, Surfaces};
 use crate::exclusions::exclude;
 use crate::reduced_units::{GivenHardness, LoadUnit, PressureUnit};
-use crate::solve::adhesion::control::Control;
+use crate::solve::control::Control;
 use crate::surface::pair::MirrorAxis;
-use crate::{CheckContext, Recipe, unloading};
+use crate::{CheckContext, Recipe, nominal_area, unloading};
 use asperity_contact::asperities::Interaction;
 use asperity_contact::grid::Boundary;
 use asperity_contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
@@ -32,8 +33,9 @@ use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::declare::{
-    always_pair, length, pressure, pressure_or_ratio, swept, unit_of_pressures,
+    always_pair, length, load, pressure, pressure_or_ratio, swept, unit_of_pressures,
 };
+use asperity_manifest::keys::quantity::Dimension;
 use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, quantity, table};
 
 /// Maximum value of `max_pairs`.
@@ -46,9 +48,10 @@ const MAX_LOADS_OF_STAGE: usize = 1_000_000;
 #[serde(default, deny_unknown_fields)]
 pub struct SolveTable {
     /// Loads (mean pressures), in the unit of `load_unit` or with a unit: a list such as `[0.01,
-    /// 0.1]` or `["10 MPa", "20 MPa"]`, or a range `{ from, to, steps, spacing }`. A list is
-    /// sorted, and repeated loads are solved once.
-    #[schemars(transform = pressure_or_ratio)]
+    /// 0.1]` or `["10 MPa", "20 MPa"]`, or a range `{ from, to, steps, spacing }`, which excludes
+    /// `from` and includes `to`. Forces such as `["10 N", "20 N"]` are divided by the nominal area
+    /// of each surface. A list is sorted, and repeated loads are solved once.
+    #[schemars(transform = load)]
     pub loads: Key<Loads>,
     /// Effective modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂. All pressures of
     /// the stage have its unit. Give either this key or `bodies`.
@@ -100,7 +103,7 @@ pub struct SolveTable {
     pub max_pairs: Key<u32>,
     /// Pressure fields that are stored: `"none"`, `"all"`, or a list of loads, which must be among
     /// `loads`.
-    #[schemars(extend("default" = "none"), transform = pressure_or_ratio)]
+    #[schemars(extend("default" = "none"), transform = load)]
     pub pressures: Key<StoredPressures>,
     /// Histogram of the pressures under each load, `{ count, to }`: `count` equal bins from zero to
     /// the pressure `to`, in units of E* × rms slope or with a unit such as `"2 GPa"`, which needs
@@ -155,15 +158,25 @@ pub struct SolveTable {
     /// default the surfaces do not attract each other.
     #[schemars(transform = swept)]
     pub adhesion: Key<AdhesionTable>,
-    /// Quantity that a path with `adhesion` prescribes: `"load"`, the mean pressure of `loads`, or
-    /// `"gap"`, the mean gap of `gaps`.
+    /// Quantity that the contact prescribes: `"load"`, the mean pressure of `loads`; `"gap"`, the
+    /// mean gap of `gaps`; or `"displacement"`, the rigid approach of the bodies of
+    /// `displacements`, not with `adhesion`. Loads are then results, at two to three times the cost
+    /// of a load.
     #[schemars(extend("default" = "load"))]
     pub control: Key<Control>,
-    /// Mean gaps in the order of the path, for `control = "gap"`: a list such as `["10 nm", "5
-    /// nm"]`, or a range `{ from, to, steps }` that includes both ends. Plain numbers are in the
-    /// unit of the lengths of the surfaces.
+    /// Mean gaps for `control = "gap"`: a list such as `["10 nm", "5 nm"]`, or a range `{ from, to,
+    /// steps }`, which includes both ends. With `adhesion` they are in the order of the path. The
+    /// surfaces first touch at the height of the highest node above the mean plane. Plain numbers
+    /// are in the unit of the lengths of the surfaces.
     #[schemars(transform = length)]
     pub gaps: Key<Gaps>,
+    /// Displacements for `control = "displacement"`: the rigid approach of the bodies since the
+    /// first touch of the highest node, a list or a range `{ from, to, steps }`, which includes
+    /// both ends. On a periodic half-space this is the approach of the mean planes, on a layer with
+    /// its uniform compression, and with a free boundary that of distant points. Plain numbers are
+    /// in the unit of the lengths of the surfaces.
+    #[schemars(transform = length)]
+    pub displacements: Key<Gaps>,
     /// Order of the states of a path, with `adhesion` or with a `hardness`: `"as-given"` follows
     /// the list, `"there-and-back"` then also follows it backwards. With a hardness, the surface
     /// keeps its plastic depth where the load decreases.
@@ -205,8 +218,7 @@ fn points(
             None => None,
             Some(None) => elastic(&point.table, boundary, surfaces, checks),
             Some(Some(adhesion)) => {
-                adhesion::recipe(&point.table, adhesion.value, boundary, surfaces, checks)
-                    .map(|recipe| vec![recipe])
+                adhesion::recipes(&point.table, adhesion.value, boundary, surfaces, checks)
             }
         };
         loads += recipes.iter().flatten().map(|recipe| recipe.rows(0)).sum::<usize>();
@@ -231,8 +243,10 @@ fn refuse_excluded(table: &SolveTable, checks: &mut Checks) -> Option<()> {
     let is_half_space = lacks("layer", layered);
     let is_elastic = lacks("hardness", table.hardness.written().is_some());
     let is_alone = lacks("against", table.against.written().is_some());
-    let by_gap = table.control.value() == Some(Control::Gap);
-    let by_load = lacks("control", by_gap);
+    let control = table.control.value();
+    let [by_gap, by_displacement] =
+        [Control::Gap, Control::Displacement].map(|other| control == Some(other));
+    let by_load = lacks("control", by_gap || by_displacement);
     let of_asperities = table.method.value() == Some(Method::Asperities);
     let of_nodes = lacks("method", of_asperities);
     let is_free = table.boundary.value() == Some(Boundary::Free);
@@ -240,11 +254,15 @@ fn refuse_excluded(table: &SolveTable, checks: &mut Checks) -> Option<()> {
         adhesive => hardness: "a material with a hardness is not combined with `adhesion`";
         adhesive => layer, stiffness, substrate, flow: "is not computed together with `adhesion`";
         adhesive => interaction: "asperities have no adhesion here";
-        adhesive && by_gap => loads: "with `control = \"gap\"` the states are `gaps`";
-        adhesive && by_load => gaps:
+        adhesive && by_displacement => control: "a path with `adhesion` prescribes loads or gaps";
+        by_gap => loads: "with `control = \"gap\"` the states are `gaps`";
+        by_displacement => loads, gaps:
+            "with `control = \"displacement\"` the states are `displacements`";
+        by_load => gaps:
             "needs `control = \"gap\"`; with `control = \"load\"` the states are `loads`";
-        !adhesive && by_gap => control: "needs the key `adhesion`";
-        !adhesive => gaps: "needs the key `adhesion`";
+        by_load || by_gap => displacements: "needs `control = \"displacement\"`";
+        !adhesive && (by_gap || by_displacement) => path: "unloading follows `loads`";
+        of_asperities && (by_gap || by_displacement) => control: "asperities bear given `loads`";
         !adhesive && is_half_space => substrate:
             "needs a coating, `layer = { …, modulus_ratio = … }`";
         !adhesive && layered => path: "unloading is not combined with a `layer`";
@@ -261,26 +279,40 @@ fn refuse_excluded(table: &SolveTable, checks: &mut Checks) -> Option<()> {
     }
 }
 
-/// Returns the recipes of a point without adhesion: one, or one for each branch of a path.
+/// Returns the recipes of a point without adhesion: one, or one for each branch of a path. If loads
+/// are forces, each nominal area has its own.
 fn elastic(
     table: &SolveTable,
     boundary: Option<Boundary>,
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<Vec<Recipe>> {
+    let forces = forces::newtons(table, surfaces, checks)?;
     let layer = boundary.and_then(|boundary| layer(table, boundary, surfaces, checks))?;
-    let params = Params { boundary: boundary?, layer, ..params(table, surfaces, checks)? };
-    check_bearing(table, &params, surfaces, checks);
-    let Some(path) = checks.optional("path", &table.path)? else {
-        return Some(vec![Recipe::Solve(Arc::new(params))]);
+    let given = Params { boundary: boundary?, layer, ..params(table, surfaces, checks)? };
+    let on_areas: Vec<Params> =
+        forces.iter().map(|newtons| given.clone().under_forces(*newtons)).collect();
+    // The smallest area has the largest pressures.
+    if given.control.is_load() {
+        check_bearing(table, on_areas.first()?, surfaces, checks);
+    }
+    let path = checks.optional("path", &table.path)?;
+    let Some(path) = path.filter(|_| given.control.is_load()) else {
+        let recipes = on_areas.into_iter().map(|params| Recipe::Solve(Arc::new(params)));
+        return Some(recipes.collect());
     };
-    let states = path.value.states(adhesion::listed_loads(table, checks)?);
-    let block = |(branch, loads)| {
-        let branch = Some(branch);
-        let listed = ListedLoads { is_unsorted: false, repeated: vec![], ..params.listed };
-        Recipe::Solve(Arc::new(Params { branch, loads, listed, ..params.clone() }))
-    };
-    Some(unloading::branches(&states).into_iter().map(block).collect())
+    let listed = adhesion::listed_loads(table, checks)?;
+    let recipes = on_areas.iter().flat_map(|params| {
+        let states = path.value.states(nominal_area::pressures(&listed, params.newtons));
+        let block = |(branch, loads)| {
+            let branch = Some(branch);
+            let listed =
+                ListedLoads { is_unsorted: false, repeated: vec![], ..params.listed.clone() };
+            Recipe::Solve(Arc::new(Params { branch, loads, listed, ..params.clone() }))
+        };
+        unloading::branches(&states).into_iter().map(block).collect::<Vec<_>>()
+    });
+    Some(recipes.collect())
 }
 
 /// Returns the boundary condition of the contact. Refuses a periodic contact of a map that is not
@@ -312,13 +344,23 @@ fn boundary(
 
 fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
     let effective_modulus = modulus(table, checks);
-    let loads = loads::loads(table, checks);
+    let control = checks.value("control", &table.control)?;
+    let loads = if control.is_load() {
+        loads::loads(table, checks)
+    } else {
+        adhesion::lengths(control, table, surfaces, checks)
+            .map(|lengths| (lengths, ListedLoads::default()))
+    };
     let load_unit = load_unit(table, checks);
     let hardness = hardness(table, checks);
     let tolerance = checks.number("tolerance", &table.tolerance);
     let max_pairs = checks.value("max_pairs", &table.max_pairs);
     let all = loads.as_ref().map(|(loads, _)| loads.as_slice());
-    let pressures = loads::pressures(table, all, checks);
+    let pressures = if control.is_load() {
+        loads::pressures(table, all, checks)
+    } else {
+        adhesion::all_or_none(table, "must be \"none\" or \"all\" with this `control`", checks)
+    };
     let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
     let gap_bins = loads::gap_bins(table, all, surfaces, checks);
     let flow = checks.value("flow", &table.flow);
@@ -328,7 +370,8 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     let shift = against::shift(table, checks);
     let (loads, listed) = loads?;
     let load_unit = load_unit?;
-    let listed = ListedLoads { lack_unit: lack_unit(table, load_unit, checks), ..listed };
+    let lack_unit = control.is_load() && lack_unit(table, load_unit, checks);
+    let listed = ListedLoads { lack_unit, ..listed };
     let hardness = hardness?;
     let stiffness = match (stiffness?, hardness) {
         (false, _) => Stiffness::None,
@@ -337,8 +380,10 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     };
     Some(Params {
         effective_modulus: effective_modulus?,
+        control,
         load_unit,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
+        newtons: None,
         loads,
         listed,
         tolerance: tolerance?,
@@ -389,14 +434,7 @@ pub(super) fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<Press
             "give E* with a unit, such as `effective_modulus = \"70 GPa\"`, or the `bodies`",
         ));
     }
-    let mut loads = Vec::new();
-    if let Some(written) = table.loads.written() {
-        loads.extend(written.value.values());
-    }
-    if let Some(StoredPressures::At(list)) = table.pressures.written().map(|written| &written.value)
-    {
-        loads.extend(list);
-    }
+    let loads = forces::loads(table);
     let has_unit = |value: &&&Spanned<f64>| checks.units.is_quantity(&value.span);
     let absolute = loads.iter().find(has_unit).map(|load| load.span.clone());
     if absolute.is_none() && word != LoadUnit::Absolute {
@@ -405,7 +443,8 @@ pub(super) fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<Press
     if let (LoadUnit::Relative, Some(written), Some(absolute)) =
         (word, table.load_unit.written(), &absolute)
     {
-        let message = "`load_unit` is \"relative\", but a load has a unit of pressure";
+        let dimension = checks.units.dimension_of(absolute).unwrap_or(Dimension::Pressure);
+        let message = format!("`load_unit` is \"relative\", but a load has a unit of {dimension}");
         let problem =
             Problem::new(message, written.span.clone(), "loads in units of E* × rms slope");
         let help = format!("remove `load_unit`, or set `load_unit = \"{symbol}\"`");

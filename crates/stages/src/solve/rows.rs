@@ -2,9 +2,11 @@
 
 use arrow::array::ArrayRef;
 
+use super::control::Control;
 use super::parts::LoadParts;
-use super::{PAIR_LIMIT, Params, parts};
+use super::{NO_CONTACT, NOT_REACHED, PAIR_LIMIT, Params, parts};
 use crate::columns::*;
+use crate::nominal_area;
 use crate::reduced_units::{PressureUnit, Scales, SurfaceHardness};
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_in_role};
@@ -19,7 +21,7 @@ use asperity_tables::table::Table;
 /// Result of one load.
 #[derive(Debug, Clone)]
 pub struct SolvedLoad {
-    /// Load in the unit of the manifest.
+    /// Load in the unit of the manifest, or the prescribed gap or displacement.
     pub given: f64,
     /// Load in units of E* × rms slope.
     pub load: f64,
@@ -48,6 +50,8 @@ pub struct LoadRow<'a> {
     outcome: &'a Outcome,
     /// Mean pressure in the unit of the moduli.
     pressure: f64,
+    /// Force in newtons, if the manifest gives loads as forces.
+    force: Option<f64>,
     saturated_fraction: f64,
     hardness: Option<SurfaceHardness>,
     /// Units of length and of pressure of the solver.
@@ -64,13 +68,15 @@ impl<'a> LoadRow<'a> {
     ) -> LoadRow<'a> {
         let [nodes_x, nodes_y] = scales.nodes;
         let outcome = &solved.outcome;
+        let pressure = match (params.control, params.load_unit) {
+            (Control::Load, PressureUnit::Absolute) => solved.given,
+            _ => scales.mean_pressure(solved.load),
+        };
         LoadRow {
             solved,
             outcome,
-            pressure: match params.load_unit {
-                PressureUnit::Relative => scales.mean_pressure(solved.load),
-                PressureUnit::Absolute => solved.given,
-            },
+            pressure,
+            force: params.newtons.map(|newtons| nominal_area::force(pressure, newtons)),
             saturated_fraction: outcome.saturated_nodes as f64 / (nodes_x * nodes_y) as f64,
             hardness,
             length: scales.length(),
@@ -98,18 +104,38 @@ fn yields(params: &Params) -> bool {
 
 /// Returns the roles of `load` and `pressure`.
 fn roles(params: &Params) -> [Role; 2] {
-    params.load_unit.roles(Role::Load)
+    match params.control {
+        Control::Load => params.load_unit.roles(Role::Load),
+        Control::Gap | Control::Displacement => [Role::Result; 2],
+    }
+}
+
+/// Returns the role of the force, which is derived from the load.
+fn role_of_force(params: &Params) -> Role {
+    if params.control.is_load() { Role::Derived } else { Role::Result }
 }
 
 /// Returns the light columns of solved loads, without the coordinates of surfaces, the settings and
 /// the parts.
 pub fn columns<'a>() -> TableColumns<Params, LoadRow<'a>> {
     TableColumns::<Params, LoadRow>::new()
+        .and_if(
+            |params| params.control == Control::Gap,
+            [column_in_role(PRESCRIBED_GAP, |_| Role::Load, Real(|row| row.solved.given))],
+        )
+        .and_if(
+            |params| params.control == Control::Displacement,
+            [column_in_role(PRESCRIBED_DISPLACEMENT, |_| Role::Load, Real(|row| row.solved.given))],
+        )
         .and([
             column_in_role(LOAD, |params| roles(params)[0], Real(|row| row.solved.load)),
             column_in_role(PRESSURE, |params| roles(params)[1], Real(|row| row.pressure)),
-            column(CONTACT_NODES, Count(|row| row.outcome.contact_nodes)),
         ])
+        .and_if(
+            |params| params.newtons.is_some(),
+            [column_in_role(FORCE, role_of_force, OptionalReal(|row| row.force))],
+        )
+        .and([column(CONTACT_NODES, Count(|row| row.outcome.contact_nodes))])
         .and_if(
             |params| params.asperities.is_some(),
             [
@@ -198,5 +224,7 @@ fn stop_name(stop: Stop) -> &'static str {
         Stop::FullContact => "full-contact",
         Stop::PairLimit => PAIR_LIMIT,
         Stop::Interrupted => "interrupted",
+        Stop::NoContact => NO_CONTACT,
+        Stop::NotReached => NOT_REACHED,
     }
 }

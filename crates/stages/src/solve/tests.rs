@@ -54,7 +54,9 @@ impl FinishedRows for KeptRows {
 pub fn params() -> Params {
     Params {
         effective_modulus: 3.0,
+        control: Control::Load,
         load_unit: PressureUnit::Relative,
+        newtons: None,
         loads: vec![0.02, 0.1, 0.3],
         tolerance: DEFAULT_TOLERANCE,
         max_pairs: DEFAULT_PAIR_LIMIT,

@@ -5,8 +5,8 @@ use serde::Deserialize;
 
 use super::*;
 use crate::keys::declare::{
-    conductivity, length, pair, pressure, pressure_or_ratio, resistivity, swept, unit_of_lengths,
-    unit_of_pressures, work,
+    conductivity, length, load, pair, pressure, pressure_or_ratio, resistivity, swept,
+    unit_of_lengths, unit_of_pressures, work,
 };
 use crate::keys::expected_keys::ExpectedKeys;
 use crate::keys::{Key, OnAxes, Section, Spanned, reader, table};
@@ -23,6 +23,8 @@ struct Example {
     unit: Key<String>,
     #[schemars(transform = pressure_or_ratio)]
     loads: Key<Vec<Spanned<f64>>>,
+    #[schemars(transform = load)]
+    pressed_by: Key<Vec<Spanned<f64>>>,
     #[schemars(transform = pressure, transform = swept)]
     modulus: Key<f64>,
     #[schemars(transform = unit_of_pressures)]
@@ -82,6 +84,29 @@ fn texts_of_a_number_and_a_unit_are_quantities_and_others_are_not() {
     for text in ["8 * k_upper", "all", "1e3", "", "k / 2", "1.2.3 m", "2 mm + 1 m", "um"] {
         assert_eq!(split(text), None, "{text}");
     }
+}
+
+#[test]
+fn loads_are_pressures_or_forces_in_newtons_or_pure_numbers() {
+    let loads = |text: &str| {
+        let section = valid(text);
+        let point = &section.points[0].table;
+        let loads = point.pressed_by.written().unwrap().value.clone();
+        let units = &section.units;
+        loads
+            .into_iter()
+            .map(|load| (load.value, units.dimension_of(&load.span)))
+            .collect::<Vec<_>>()
+    };
+    let force = Some(Dimension::Force);
+    assert_eq!(loads("pressed_by = [\"10 N\", \"2 kN\"]"), [(10.0, force), (2000.0, force)]);
+    assert_eq!(loads("pressed_by = [\"5e-3 uN\", 2]"), [(5e-9, force), (2.0, None)]);
+    let pressure = Some(Dimension::Pressure);
+    assert_eq!(loads("pressed_by = [\"1 GPa\", \"10 MPa\"]"), [(1.0, pressure), (0.01, pressure)]);
+    let (_, problems) = read("pressed_by = [\"1 um\"]");
+    assert!(problems[0].contains("is a pressure, but `um` is a unit of length"), "{problems:?}");
+    let (_, problems) = read("loads = [\"1 N\"]");
+    assert!(problems[0].contains("`N` is a unit of force"), "{problems:?}");
 }
 
 #[test]

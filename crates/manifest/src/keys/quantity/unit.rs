@@ -1,4 +1,4 @@
-//! Units of length, pressure, work per area, conductivity and resistivity.
+//! Units of length, pressure, force, work per area, conductivity and resistivity.
 
 use std::fmt;
 
@@ -10,6 +10,8 @@ use crate::diagnostics::did_you_mean;
 pub enum Dimension {
     Length,
     Pressure,
+    /// Force. Forces are always read in newtons.
+    Force,
     /// Energy per area, a pressure times a length.
     Work,
     /// Thermal conductivity. Numbers without a unit are in W/(m K).
@@ -24,20 +26,25 @@ pub struct Unit {
     /// Symbol of the unit in tables and messages.
     pub symbol: &'static str,
     pub dimension: Dimension,
-    /// The unit is 10^`power` units of the SI: metres, pascals, J/m², W/(m K) or Ω m.
+    /// The unit is 10^`power` units of the SI: metres, pascals, newtons, J/m², W/(m K) or Ω m.
     pub power: i32,
-    /// True for the metre, the pascal and the joule per square metre, and for their multiples by
-    /// 1000.
+    /// True for the metre, the pascal, the newton and the joule per square metre, and for their
+    /// multiples by 1000.
     pub(super) is_si: bool,
     /// Spelling in ASCII for keyboards that lack a letter of the symbol.
     plain: Option<&'static str>,
 }
 
 const fn unit(symbol: &'static str, dimension: Dimension, power: i32) -> Unit {
-    let is_prefixed =
-        matches!(dimension, Dimension::Length | Dimension::Pressure | Dimension::Work);
-    let is_newton = matches!(symbol.as_bytes(), [b'N', ..] | [b'm', b'N', ..]);
-    let is_si = is_prefixed && power % 3 == 0 && !is_newton;
+    let is_prefixed = match dimension {
+        Dimension::Length | Dimension::Force => true,
+        // `N/mm²` and `N/m` are further names of units.
+        Dimension::Pressure | Dimension::Work => {
+            !matches!(symbol.as_bytes(), [b'N', ..] | [b'm', b'N', ..])
+        }
+        Dimension::Conductivity | Dimension::Resistivity => false,
+    };
+    let is_si = is_prefixed && power % 3 == 0;
     Unit { symbol, dimension, power, is_si, plain: None }
 }
 
@@ -51,7 +58,7 @@ const fn unit_or(
 }
 
 /// All units. Messages list the symbols in this order.
-pub static UNITS: [Unit; 27] = [
+pub static UNITS: [Unit; 33] = [
     unit("m", Dimension::Length, 0),
     unit("cm", Dimension::Length, -2),
     unit("mm", Dimension::Length, -3),
@@ -65,6 +72,12 @@ pub static UNITS: [Unit; 27] = [
     unit("GPa", Dimension::Pressure, 9),
     unit_or("N/mm²", "N/mm^2", Dimension::Pressure, 6),
     unit("bar", Dimension::Pressure, 5),
+    unit("N", Dimension::Force, 0),
+    unit("kN", Dimension::Force, 3),
+    unit("MN", Dimension::Force, 6),
+    unit("mN", Dimension::Force, -3),
+    unit_or("µN", "uN", Dimension::Force, -6),
+    unit("nN", Dimension::Force, -9),
     unit_or("J/m²", "J/m^2", Dimension::Work, 0),
     unit_or("mJ/m²", "mJ/m^2", Dimension::Work, -3),
     unit_or("µJ/m²", "uJ/m^2", Dimension::Work, -6),
@@ -270,7 +283,7 @@ impl Dimension {
     /// Returns whether plain numbers are always in the unit of the SI, even if other numbers of
     /// this dimension have a unit.
     pub fn has_fixed_unit(self) -> bool {
-        matches!(self, Dimension::Conductivity | Dimension::Resistivity)
+        matches!(self, Dimension::Force | Dimension::Conductivity | Dimension::Resistivity)
     }
 
     /// Returns the exponents of m, N, W, K and Ω.
@@ -278,6 +291,7 @@ impl Dimension {
         match self {
             Dimension::Length => [1, 0, 0, 0, 0],
             Dimension::Pressure => [-2, 1, 0, 0, 0],
+            Dimension::Force => [0, 1, 0, 0, 0],
             Dimension::Work => [-1, 1, 0, 0, 0],
             Dimension::Conductivity => [-1, 0, 1, -1, 0],
             Dimension::Resistivity => [1, 0, 0, 0, 1],
@@ -305,6 +319,7 @@ impl Dimension {
         match self {
             Dimension::Length => "nm",
             Dimension::Pressure => "MPa",
+            Dimension::Force => "N",
             Dimension::Work => "mJ/m²",
             Dimension::Conductivity => "W/(m K)",
             Dimension::Resistivity => "nΩ m",
@@ -324,6 +339,7 @@ impl fmt::Display for Dimension {
         formatter.write_str(match self {
             Dimension::Length => "length",
             Dimension::Pressure => "pressure",
+            Dimension::Force => "force",
             Dimension::Work => "work per area",
             Dimension::Conductivity => "conductivity",
             Dimension::Resistivity => "resistivity",

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use asperity_stages::columns::CORRECTION;
-use asperity_stages::reduced_units::PressureUnit;
+use asperity_stages::columns::{CORRECTION, LOAD, PRESSURE};
 use asperity_stages::{Recipe, Stage as _, Work};
 use asperity_tables::column::{Column, Role, Value};
 
@@ -41,15 +40,10 @@ fn of_recipe(recipe: &Recipe, column: &str) -> Option<Vec<Value>> {
     match recipe {
         Recipe::Aggregate(params) if params.query().is_some() => return None,
         Recipe::Solve(params) => {
-            let [reduced, absolute] = params.load_unit.load_columns();
-            let (given, other) = match params.load_unit {
-                PressureUnit::Relative => (reduced, absolute),
-                PressureUnit::Absolute => (absolute, reduced),
-            };
-            if column == given.name {
+            if column == params.load_column().name {
                 return Some(params.loads.iter().copied().map(Value::Real).collect());
             }
-            if column == other.name {
+            if [LOAD.name, PRESSURE.name].contains(&column) {
                 return None;
             }
         }

@@ -131,6 +131,9 @@ pub(crate) fn improbable_contact(
 /// Warns if all loads of a point are improbable. `slopes` are the rms slopes of its surfaces, if
 /// they are known, and `closing` is the load that closes the gap of an elastic half-space.
 fn improbable(params: &solve::Params, slopes: Option<[f64; 2]>, closing: f64) -> Option<String> {
+    if !params.control.is_load() {
+        return None;
+    }
     let (lightest, heaviest) = (*params.loads.first()?, *params.loads.last()?);
     let modulus = params.effective_modulus;
     let is_half_space = params.layer.is_none()
@@ -193,7 +196,7 @@ pub fn rearranged_loads(stage: &Stage) -> Option<String> {
         .is_unsorted
         .then(|| "`loads` is out of order; loads are solved in ascending order".to_owned());
     let repeated = params.listed.repeated.first().map(|load| {
-        let load = quantity::written(*load, params.unit_of_loads());
+        let load = params.written_load(*load);
         format!("`loads` repeats the load {load}; each load is solved once")
     });
     Some(sorted.into_iter().chain(repeated).collect::<Vec<_>>().join(". "))

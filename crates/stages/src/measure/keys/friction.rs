@@ -16,7 +16,7 @@ pub fn params(
 ) -> Option<MeasureParams> {
     if let Some((stage, physics)) = &surfaces.not_superposable {
         let message = format!("stage `{stage}` has {physics}");
-        let label = "needs elastic half-spaces without adhesion";
+        let label = "needs loads on elastic half-spaces without adhesion";
         return checks.refuse("friction", message, &friction.span, label);
     }
     let FrictionTable { coefficient, loads, poisson_ratio } = &friction.value;

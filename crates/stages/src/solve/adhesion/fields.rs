@@ -9,7 +9,7 @@ use super::{Params, VERSION};
 use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::reduced_units::{PressureUnit, Scales};
-use crate::solve::adhesion::control::Control;
+use crate::solve::control::Control;
 use crate::{StageError, solve};
 use asperity_contact::adhesion::{AdhesivePath, Stop};
 use asperity_contact::solver::Watch;
@@ -109,6 +109,7 @@ impl Params {
                 PressureUnit::Relative
             },
             pressure_unit: None,
+            newtons: None,
             work: number(WORK_OF_ADHESION.name)?,
             range: number(INTERACTION_RANGE.name)?,
             control: if given == MEAN_GAP.name { Control::Gap } else { Control::Load },

@@ -7,8 +7,8 @@ use super::Params;
 use super::rows::{self, SurfaceScales};
 use crate::columns::*;
 use crate::reduced_units::Scales;
-use crate::solve::adhesion::control::Control;
 use crate::solve::contact;
+use crate::solve::control::Control;
 use crate::{Context, StageError, branch_names};
 use asperity_contact::adhesion::{Adhesion, AdhesivePath, Stop, Target};
 use asperity_contact::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfSpace};
@@ -226,7 +226,7 @@ pub fn prepared(
 /// Converts a load or a mean gap of the manifest to the units of the solver.
 pub fn target(params: &Params, scales: &Scales, given: f64) -> Target {
     match params.control {
-        Control::Gap => Target::MeanGap(given / scales.length()),
+        Control::Gap | Control::Displacement => Target::MeanGap(given / scales.length()),
         Control::Load => Target::Load(scales.reduced_pressure(given, params.load_unit)),
     }
 }

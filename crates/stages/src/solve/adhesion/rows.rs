@@ -3,13 +3,13 @@
 use arrow::array::ArrayRef;
 
 use super::Params;
-use crate::StageError;
 use crate::columns::*;
 use crate::reduced_units::{PressureUnit, Scales};
-use crate::solve::adhesion::control::Control;
+use crate::solve::control::Control;
 use crate::solve::parts::counted;
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_in_role};
+use crate::{StageError, nominal_area};
 use asperity_contact::adhesion::{AdhesiveState, Stop};
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::grid::Boundary;
@@ -85,7 +85,7 @@ fn roles(params: &Params) -> [Role; 3] {
             let [load, pressure] = params.load_unit.roles(Role::Load);
             [load, pressure, Role::Result]
         }
-        Control::Gap => [Role::Result, Role::Result, Role::Load],
+        Control::Gap | Control::Displacement => [Role::Result, Role::Result, Role::Load],
     }
 }
 
@@ -99,6 +99,10 @@ pub fn columns<'a>() -> TableColumns<Params, StateRow<'a>> {
             column_in_role(PRESSURE, |params| roles(params)[1], Real(|row| row.mean.pressure)),
             column_in_role(MEAN_GAP, |params| roles(params)[2], OptionalReal(|row| row.mean.gap)),
         ])
+        .and_if(
+            |params| params.newtons.is_some(),
+            [column(FORCE, OptionalReal(|row| row.mean.force))],
+        )
         .and_if(is_free, [column(MEAN_DISPLACEMENT, OptionalReal(|row| row.mean.displacement))])
         .and_if(
             |params| is_free(params) && params.control == Control::Gap,
@@ -195,6 +199,8 @@ fn pressure_counts(bins: EqualBins, attraction: f64, pressures: &[f64]) -> Vec<f
 struct MeanState {
     load: f64,
     pressure: f64,
+    /// Force in newtons, if the manifest gives loads as forces.
+    force: Option<f64>,
     /// Mean gap and energies; `None` if the surfaces are apart.
     gap: Option<f64>,
     elastic: Option<f64>,
@@ -210,7 +216,9 @@ impl MeanState {
         let (given, state, is_bound) = (solved.given, &solved.state, solved.gap.is_some());
         let unit = scales.pressure() * scales.length();
         let [load, pressure] = match (params.control, params.load_unit) {
-            (Control::Gap, _) => [state.mean_pressure, state.mean_pressure * scales.pressure()],
+            (Control::Gap | Control::Displacement, _) => {
+                [state.mean_pressure, state.mean_pressure * scales.pressure()]
+            }
             (Control::Load, PressureUnit::Relative) => [given, scales.mean_pressure(given)],
             (Control::Load, PressureUnit::Absolute) => {
                 [scales.reduced_pressure(given, params.load_unit), given]
@@ -224,6 +232,7 @@ impl MeanState {
         MeanState {
             load,
             pressure,
+            force: params.newtons.map(|newtons| nominal_area::force(pressure, newtons)),
             gap,
             elastic: known(state.elastic_energy),
             adhesion: known(state.adhesion_energy),

@@ -22,6 +22,7 @@ pub(super) fn params() -> Params {
         version: VERSION,
         effective_modulus: 3.0,
         load_unit: PressureUnit::Relative,
+        newtons: None,
         pressure_unit: None,
         work: 0.03,
         range: 0.05,

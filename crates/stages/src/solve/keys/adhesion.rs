@@ -9,18 +9,18 @@ use serde::Deserialize;
 
 use super::adhesion_units::Conversion;
 use super::loads::{Loads, StoredPressures};
-use super::{Method, SolveTable, against, bodies, lack_unit, load_unit, loads};
-use crate::Recipe;
+use super::{Method, SolveTable, against, bodies, forces, lack_unit, load_unit, loads};
 use crate::check_context::Surfaces;
 use crate::solve::Pressures;
-use crate::solve::adhesion::control::Control;
 use crate::solve::adhesion::{Params, VERSION};
+use crate::solve::control::Control;
+use crate::{Recipe, nominal_area};
 use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, positive_items, work};
-use asperity_manifest::keys::{Spanned, deserialize_either};
+use asperity_manifest::keys::{Key, Spanned, deserialize_either};
 
 /// Maximum number of states of a path.
 const MAX_STATES: u32 = 10_000;
@@ -70,45 +70,49 @@ impl PathShape {
     }
 }
 
-/// The mean gaps of a path, the value of `gaps`.
+/// Mean gaps or displacements, the value of `gaps` and of `displacements`.
 #[derive(Debug, Clone, JsonSchema)]
 #[schemars(untagged)]
 pub enum Gaps {
-    /// A list of mean gaps.
+    /// A list of lengths.
     List(
         #[schemars(length(min = 1, max = MAX_STATES), transform = positive_items)]
         Vec<Spanned<f64>>,
     ),
-    /// Evenly spaced mean gaps.
+    /// Evenly spaced lengths.
     Range(GapRange),
 }
 
 deserialize_either!(Gaps { list => List, table => Range });
 
-/// Evenly spaced mean gaps, which include both ends.
+/// Evenly spaced mean gaps or displacements, which include both ends.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GapRange {
-    /// First mean gap.
+    /// First of the lengths.
     #[schemars(extend("exclusiveMinimum" = 0), transform = length)]
     pub from: f64,
-    /// Last mean gap.
+    /// Last of the lengths.
     #[schemars(extend("exclusiveMinimum" = 0), transform = length)]
     pub to: f64,
-    /// Number of mean gaps, including `from` and `to`.
+    /// Number of lengths, including `from` and `to`.
     #[schemars(range(min = 2, max = MAX_STATES))]
     pub steps: u32,
 }
 
-/// Returns the recipe of a point with adhesion, or `None` after reporting problems.
-pub fn recipe(
+/// Returns the recipes of a point with adhesion, or `None` after reporting problems. There is one,
+/// or one for each nominal area if loads are forces.
+pub fn recipes(
     table: &SolveTable,
     adhesion: AdhesionTable,
     boundary: Option<Boundary>,
     surfaces: &Surfaces,
     checks: &mut Checks,
-) -> Option<Recipe> {
+) -> Option<Vec<Recipe>> {
     check_method(table, checks)?;
+    let prescribes_gaps = table.control.value().is_some_and(|control| !control.is_load());
+    let forces =
+        if prescribes_gaps { vec![None] } else { forces::newtons(table, surfaces, checks)? };
     bodies::bodies(table, surfaces, checks)?;
     let effective_modulus = bodies::modulus(table, checks);
     let load_unit = load_unit(table, checks);
@@ -122,7 +126,9 @@ pub fn recipe(
     let control = checks.value("control", &table.control)?;
     let listed = match control {
         Control::Load => listed_loads(table, checks)?,
-        Control::Gap => listed_gaps(table, conversion, checks)?,
+        Control::Gap => listed_lengths("gaps", &table.gaps, conversion, checks)?,
+        // This control is refused beside `adhesion`.
+        Control::Displacement => return None,
     };
     let path = checks.optional("path", &table.path)?;
     let targets = path.map_or(PathShape::AsGiven, |path| path.value).states(listed);
@@ -131,11 +137,12 @@ pub fn recipe(
     let gap_bins = loads::gap_bins(table, all, surfaces, checks);
     let load_unit = load_unit?;
     let has_loads = control == Control::Load && targets.iter().any(|load| *load != 0.0);
-    Some(Recipe::Adhesion(Arc::new(Params {
+    let given = Params {
         version: VERSION,
         effective_modulus: effective_modulus?,
         load_unit,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
+        newtons: None,
         work: adhesion.work,
         range: adhesion.range,
         control,
@@ -148,7 +155,12 @@ pub fn recipe(
         boundary: boundary?,
         shift: against::shift(table, checks)?,
         loads_lack_unit: has_loads && lack_unit(table, load_unit, checks),
-    })))
+    };
+    let on_area = |newtons: Option<f64>| {
+        let targets = nominal_area::pressures(&given.targets, newtons);
+        Recipe::Adhesion(Arc::new(Params { newtons, targets, ..given.clone() }))
+    };
+    Some(forces.into_iter().map(on_area).collect())
 }
 
 /// Mesh number Δx w/(E* ρ²) above which single nodes have two states.
@@ -238,15 +250,37 @@ pub(in crate::solve) fn listed_loads(table: &SolveTable, checks: &mut Checks) ->
     }
 }
 
-fn listed_gaps(
+/// Returns the mean gaps or the displacements of a contact without adhesion, in ascending order.
+pub(super) fn lengths(
+    control: Control,
     table: &SolveTable,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Vec<f64>> {
+    let name = control.key();
+    let key = if control == Control::Gap { &table.gaps } else { &table.displacements };
+    let conversion = Conversion::of_lengths(surfaces, checks)?;
+    let mut lengths = listed_lengths(name, key, conversion, checks)?;
+    lengths.sort_by(f64::total_cmp);
+    let repeated = lengths.windows(2).find(|pair| decimal::is_same(pair[0], pair[1]));
+    if let (Some(pair), Some(written)) = (repeated, key.written()) {
+        let message = format!("`{name}` holds {} twice", decimal::written(pair[0]));
+        return checks.refuse(name, message, &written.span, "must differ");
+    }
+    Some(lengths).filter(|_| !checks.is_reported(name))
+}
+
+/// Returns mean gaps or displacements in the order of the list, in the unit of the surfaces.
+fn listed_lengths(
+    name: &str,
+    key: &Key<Gaps>,
     conversion: Conversion,
     checks: &mut Checks,
 ) -> Option<Vec<f64>> {
-    let written = checks.required("gaps", &table.gaps)?;
+    let written = checks.required(name, key)?;
     let GapRange { from, to, steps } = match &written.value {
         Gaps::List(list) => {
-            check_steps("gaps", list, checks)?;
+            check_steps(name, list, checks)?;
             return Some(list.iter().map(|gap| conversion.length(gap.value)).collect());
         }
         Gaps::Range(range) => *range,
@@ -256,8 +290,8 @@ fn listed_gaps(
     let gaps: Vec<f64> = (0..steps).map(gap).collect();
     if gaps.windows(2).any(|pair| decimal::is_same(pair[0], pair[1])) {
         let message =
-            format!("{steps} gaps from {from:?} to {to:?} differ by no more than rounding");
-        return checks.refuse("gaps", message, &written.span, "too many steps");
+            format!("{steps} {name} from {from:?} to {to:?} differ by no more than rounding");
+        return checks.refuse(name, message, &written.span, "too many steps");
     }
     Some(gaps)
 }
@@ -275,15 +309,24 @@ fn check_steps(name: &str, list: &[Spanned<f64>], checks: &mut Checks) -> Option
 
 /// Returns whether the pressures and gaps of all states are stored.
 fn keeps_maps(table: &SolveTable, checks: &mut Checks) -> Option<bool> {
+    let label = "must be \"none\" or \"all\" with `adhesion`";
+    Some(all_or_none(table, label, checks)? == Pressures::All)
+}
+
+/// Returns the stored pressure fields of states that no load identifies. Refuses a list with
+/// `label`.
+pub(super) fn all_or_none(
+    table: &SolveTable,
+    label: &str,
+    checks: &mut Checks,
+) -> Option<Pressures> {
     let Some(written) = checks.optional("pressures", &table.pressures)? else {
-        return Some(false);
+        return Some(Pressures::None);
     };
-    match written.value {
-        StoredPressures::Word(Pressures::None) => Some(false),
-        StoredPressures::Word(_) => Some(true),
+    match &written.value {
+        StoredPressures::Word(pressures) => Some(pressures.clone()),
         StoredPressures::At(_) => {
             let message = "`pressures` cannot list states of a path";
-            let label = "must be \"none\" or \"all\" with `adhesion`";
             checks.refuse("pressures", message, &written.span, label)
         }
     }

@@ -40,6 +40,14 @@ impl Conversion {
         Some(Conversion { length, work })
     }
 
+    /// Compares the unit of the lengths of a table with that of its surfaces, or returns `None`
+    /// after reporting a problem.
+    pub fn of_lengths(surfaces: &Surfaces, checks: &mut Checks) -> Option<Conversion> {
+        let Some(lengths) = &checks.units.length else { return Some(Conversion::default()) };
+        let of_surfaces = unit_of(surfaces, &lengths.span, checks)?;
+        Some(Conversion { length: lengths.unit.power - of_surfaces.power, work: 0 })
+    }
+
     /// Converts a length of the manifest to the unit of the surfaces.
     pub fn length(self, length: f64) -> f64 {
         converted(length, self.length)

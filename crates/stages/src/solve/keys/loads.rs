@@ -11,7 +11,7 @@ use asperity_contact::distribution::EqualBins;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::{length_or_ratio, positive_items, pressure_or_ratio};
+use asperity_manifest::keys::declare::{length_or_ratio, load, positive_items, pressure_or_ratio};
 use asperity_manifest::keys::{Key, Spanned, deserialize_either};
 
 /// Maximum number of loads of a parameter point.
@@ -41,10 +41,10 @@ pub struct LoadRange {
     /// Start of the range of loads. It is not a load itself, so that consecutive ranges do not
     /// repeat a load.
     #[serde(default)]
-    #[schemars(range(min = 0), extend("default" = 0.0), transform = pressure_or_ratio)]
+    #[schemars(range(min = 0), extend("default" = 0.0), transform = load)]
     pub from: Key<f64>,
     /// End of the range, which is the last load.
-    #[schemars(extend("exclusiveMinimum" = 0), transform = pressure_or_ratio)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = load)]
     pub to: Spanned<f64>,
     /// Number of loads in the range.
     #[schemars(range(min = 1, max = MAX_LOADS))]
@@ -121,7 +121,11 @@ pub fn loads(table: &SolveTable, checks: &mut Checks) -> Option<(Vec<f64>, Liste
     match &written.value {
         // If the list has lost invalid items, its problems have been reported.
         Loads::List(list) => listed(list, checks).filter(|_| !checks.is_reported("loads")),
-        Loads::Range(range) => Some((spaced(range, written, checks)?, ListedLoads::default())),
+        Loads::Range(range) => {
+            let loads = spaced(range, written, checks)?;
+            let start = Some(decimal::nearest(range.from.value().unwrap_or(0.0)));
+            Some((loads, ListedLoads { start, ..ListedLoads::default() }))
+        }
     }
 }
 
@@ -161,7 +165,8 @@ fn listed(list: &[Spanned<f64>], checks: &mut Checks) -> Option<(Vec<f64>, Liste
     let mut repeated: Vec<f64> = repeats.map(|pair| pair[0]).collect();
     repeated.dedup();
     loads.dedup();
-    Some((loads, ListedLoads { is_unsorted: !written().is_sorted(), repeated, lack_unit: false }))
+    let is_unsorted = !written().is_sorted();
+    Some((loads, ListedLoads { is_unsorted, repeated, ..ListedLoads::default() }))
 }
 
 /// Returns whether each load exceeds the previous one by more than rounding errors.
