@@ -41,7 +41,7 @@ impl HeightKeys<'_> {
             (Some(skewness), None, None) => {
                 let span = &self.skewness.written()?.span;
                 let gamma = 3.0 + 1.5 * skewness * skewness;
-                let message = "`skewness` is given, but `kurtosis` is not";
+                let message = "`skewness` needs `kurtosis`";
                 let label = format!("a gamma distribution with it has `kurtosis = {gamma}`");
                 return checks.refuse("kurtosis", message, span, label);
             }

@@ -59,11 +59,10 @@ pub struct SpectrumTable {
     #[schemars(extend("exclusiveMinimum" = 0), transform = swept, transform = length)]
     pub rms_height: Key<f64>,
     /// Skewness of the heights, Ssk of ISO 25178-2: negative for valleys below a plateau, positive
-    /// for peaks. Needs `kurtosis`. Each mode has the same power as without these keys, but other
-    /// phases, and the surface is again the same on any mesh. Its own values are in the columns
-    /// `skewness` and `excess_kurtosis`.
-    #[schemars(range(min = -MAX_SKEWNESS, max = MAX_SKEWNESS), extend("default" = 0.0))]
-    #[schemars(transform = swept)]
+    /// for peaks. Needs `kurtosis`; with `kurtosis` alone, it is 0. Each mode has the same power as
+    /// without these keys, but other phases, and the surface is again the same on any mesh. Its own
+    /// values are in the columns `skewness` and `excess_kurtosis`.
+    #[schemars(range(min = -MAX_SKEWNESS, max = MAX_SKEWNESS), transform = swept)]
     pub skewness: Key<f64>,
     /// Kurtosis of the heights, Sku of ISO 25178-2: 3 for a Gaussian surface, more for rare peaks
     /// or valleys, and always more than skewness² + 1. The column `excess_kurtosis` is the kurtosis
