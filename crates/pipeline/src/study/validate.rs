@@ -10,7 +10,7 @@ use crate::study::claims::files::{self, FileError};
 use crate::study::claims::{self, ClaimContext, ClaimSpec};
 use crate::study::figures::{self, EmptySelection, FigureContext, known_values};
 use crate::study::graph::Graph;
-use crate::study::{Stage, Study, Work, graph, pairs, units};
+use crate::study::{Stage, Study, Work, graph, multilevel, pairs, units};
 use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
@@ -73,6 +73,7 @@ pub fn validate(
     }
     for &stage in &graph.order {
         validator.validated[stage] = validator.stage(stage, &graph, problems);
+        validator.check_multilevel(stage, &graph, problems);
     }
     let stages = validator.sorted_stages(&graph);
     let units = stages.as_deref().map(units::of_stages);
@@ -241,6 +242,29 @@ impl Validator<'_> {
             }
         }
         Some(works)
+    }
+
+    /// Checks the surfaces of a stage with multilevel means.
+    fn check_multilevel(&self, stage: usize, graph: &Graph, problems: &mut Problems) {
+        let points = self.stages[stage].points.as_ref();
+        let Some(key) = points.and_then(StagePoints::multilevel) else { return };
+        let mut surfaces = Vec::new();
+        let mut open = vec![stage];
+        let mut seen = vec![false; self.stages.len()];
+        while let Some(stage) = open.pop() {
+            if std::mem::replace(&mut seen[stage], true) {
+                continue;
+            }
+            let Validated { work, pairs, .. } = &self.validated[stage];
+            match pairs.as_ref().or(work.as_ref()) {
+                Some(Work::Generate(own)) => surfaces.extend(own),
+                Some(Work::Evaluate(_)) => open.extend(graph.inputs[stage].iter().flatten()),
+                None => return,
+            }
+        }
+        if let Some(problem) = multilevel::check(surfaces.into_iter(), key) {
+            problems.push(problem);
+        }
     }
 
     /// Returns the stages of the study, sorted. The pairs of surfaces of a stage are a stage of
