@@ -77,7 +77,8 @@ pub struct PlanArguments {
     /// Form: `{"stages": [{"name", "kind", "cached", "to_run", "core_hours", "reasons"}, …],
     /// "core_hours", "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"},
     /// …], "warnings": [{"stage", "message"}, …]}`. A stage whose tables are read from read-only
-    /// stores also has `"stores": [{"store", "tasks"}, …]`.
+    /// stores also has `"stores": [{"store", "tasks"}, …]`. If meshes have different numbers of
+    /// surfaces, an entry of `growing` also has `"meshes": [{"nodes", "surfaces"}, …]`.
     #[arg(long)]
     json: bool,
 

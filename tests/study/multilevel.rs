@@ -1,6 +1,8 @@
-//! Multilevel means of whole studies.
+//! Multilevel means of whole studies: numbers of surfaces on each mesh, fixed and adaptive.
 
-use crate::bench::{Bench, text};
+use serde_json::Value;
+
+use crate::bench::{Bench, assert_same_files, is_idle, text};
 use crate::manifest::manifest;
 
 /// Returns a study of surfaces on meshes of 16² to 64² nodes with these keys.
@@ -19,6 +21,22 @@ fn nested() -> String {
         "cases = [{ nodes = 16, realizations = 24 }, { nodes = 32, realizations = 8 }, \
          { nodes = 64, realizations = 4 }]",
     )
+}
+
+fn growing(at_most: u32, bound: &str) -> String {
+    study(&format!(
+        "nodes = [16, 32, 64]; realizations = {{ at_least = 4, at_most = {at_most}, until = \
+         'sem(mean-area.area_fraction) < {bound}' }}"
+    ))
+}
+
+/// Returns the surfaces in the output of `plan --json`.
+fn planned(bench: &Bench, manifest: &str) -> Value {
+    let path = bench.write(manifest);
+    let output = bench.output(&["plan", path.to_str().unwrap(), "--json"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    json["growing"][0].clone()
 }
 
 /// Returns what `check` prints about a wrong manifest.
@@ -64,6 +82,44 @@ fn the_mean_of_the_finest_mesh_is_recomputed_from_the_areas_of_the_surfaces() {
 }
 
 #[test]
+fn each_mesh_gets_the_surfaces_that_the_mean_needs() {
+    let bench = Bench::new();
+    let manifest = growing(400, "1 %");
+    let before = planned(&bench, &manifest);
+    assert_eq!((&before["surfaces"], &before["holds"]), (&4.into(), &Value::Null));
+    bench.run(&manifest);
+    let after = planned(&bench, &manifest);
+    assert_eq!(after["holds"], true);
+    let numbers: Vec<u64> = after["meshes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|mesh| mesh["surfaces"].as_u64().unwrap())
+        .collect();
+    assert!(numbers[0] > 2 * numbers[2] && numbers.is_sorted_by(|a, b| a >= b), "{numbers:?}");
+    let means = bench.table("levels", "mean-area");
+    for row in [4, 5] {
+        let value = |name: &str| means.reals(name).unwrap().value(row);
+        assert!(value("area_fraction_sem") < 0.01 * value("area_fraction_mean"));
+    }
+    assert!(bench.run(&manifest).values().all(is_idle));
+}
+
+#[test]
+fn threads_and_former_surfaces_change_no_number_of_surfaces() {
+    let manifest = growing(400, "1 %");
+    let (one, two, later) = (Bench::new(), Bench::new(), Bench::new());
+    one.run_with(&manifest, &["--jobs", "1"]);
+    two.run_with(&manifest, &["--jobs", "2"]);
+    assert_same_files(&one.files(), &two.files());
+    later.run(&nested());
+    later.run(&manifest);
+    for stage in ["area", "mean-area"] {
+        assert_eq!(later.table("levels", stage), one.table("levels", stage), "{stage}");
+    }
+}
+
+#[test]
 fn more_surfaces_on_a_mesh_compute_only_these() {
     let bench = Bench::new();
     bench.run(&nested());
@@ -96,6 +152,10 @@ fn surfaces_that_have_no_multilevel_mean_are_refused() {
         (
             nested().replace("over = ", "group_by = [\"load\"]\nover = "),
             "cannot be combined with `estimator = \"multilevel\"`",
+        ),
+        (
+            growing(9, "1 %").replace("mean-area.area_fraction", "mean-area.secant"),
+            "`mean-area` has no mean of a column `secant`",
         ),
         (
             study("nodes = [16, 32]; realizations = [9, 4]"),

@@ -549,6 +549,9 @@ fn of_mean<'t>(
         return Some(condition.problem(message, "its rows do not depend on these surfaces"));
     }
     let table = empty(observed)?;
+    if stages[observed].points.as_ref().is_some_and(|points| points.multilevel().is_some()) {
+        return of_multilevel_mean(condition, mean, table);
+    }
     let is_pooled = matches!(stages[observed].kind, Some(Kind::Fit | Kind::Aggregate));
     if is_pooled || !table.has(SURFACE.name) {
         let message = format!("`{}` has no rows for each surface", mean.stage);
@@ -567,6 +570,22 @@ fn of_mean<'t>(
     let help = format!("its result columns are {}", listed(columns.iter().copied(), "and"));
     Some(condition.problem(message, &label).help(help))
 }
+
+/// Returns the problem of a condition on a column that a stage with multilevel means does not have.
+fn of_multilevel_mean(condition: &Conditional, mean: &KnownMean, table: &Table) -> Option<Problem> {
+    let shares = table.names().into_iter().filter_map(|name| name.strip_suffix(SHARE));
+    let columns: Vec<&str> = shares.collect();
+    if columns.contains(&mean.column.as_str()) {
+        return None;
+    }
+    let label = suggestion('`', &mean.column, columns.iter().copied(), "unknown column");
+    let message = format!("`{}` has no mean of a column `{}`", mean.stage, mean.column);
+    let help = format!("it has the means of {}", listed(columns.iter().copied(), "and"));
+    Some(condition.problem(message, &label).help(help))
+}
+
+/// End of the name of the column with the share of a mesh, which every multilevel mean has.
+const SHARE: &str = "_share";
 
 fn of_claims(condition: &Conditional, names: &[String], claims: &[ClaimSpec]) -> Option<Problem> {
     let known = claims.iter().filter(|claim| claim.depends_on_surfaces());

@@ -42,7 +42,8 @@ pub struct Growing {
     pub at_most: Spanned<u32>,
     /// Condition that ends sampling. `"sem(STAGE.COLUMN) < 0.5 %"` bounds the standard error of the
     /// mean over surfaces, relative to the mean, at every point and load; without `%` the bound is
-    /// in the unit of the column. `"claims decided"` waits for all claims that the study can judge,
+    /// in the unit of the column. If the stage computes multilevel means, each mesh gets its own
+    /// number of surfaces. `"claims decided"` waits for all claims that the study can judge,
     /// and `"decided(CLAIM, …)"` for the claims that it names (`asperity claims` lists them).
     /// Conditions on claims need `at_least` of 5 or more.
     pub until: Spanned<String>,
