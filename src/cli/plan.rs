@@ -78,6 +78,8 @@ pub struct PlanArguments {
     /// "core_hours", "growing": [{"name", "surfaces", "at_most", "until", "holds", "undecided"},
     /// …], "summaries": [{"stage", "text"}, …], "warnings": [{"stage", "message"}, …]}`. A stage
     /// whose tables are read from read-only stores also has `"stores": [{"store", "tasks"}, …]`.
+    /// If meshes have different numbers of surfaces, an entry of `growing` also has
+    /// `"meshes": [{"nodes", "surfaces"}, …]`.
     #[arg(long)]
     json: bool,
 

@@ -29,7 +29,7 @@ use asperity_pipeline::study::{StageSummary, Warning};
 use asperity_tables::store::Store;
 use asperity_tables::table::{Table, TableError};
 
-pub use asperity_pipeline::adaptive_sampling::{AdaptiveStage, Condition, Finding};
+pub use asperity_pipeline::adaptive_sampling::{AdaptiveStage, Condition, Finding, MeshSurfaces};
 pub use asperity_pipeline::cluster::receipts::FailedTask;
 pub use asperity_pipeline::plan::reasons::changes::{Change, Field, Shown, Why};
 pub use asperity_pipeline::plan::sources::TasksFromStore;
@@ -133,14 +133,20 @@ impl<'a> StageCount<'a> {
 /// `undecided` claims, if the condition cannot be evaluated yet.
 pub fn growing(stages: &[AdaptiveStage]) -> Vec<Value> {
     let growing = stages.iter().map(|stage| {
-        json!({
+        let mut growing = json!({
             "name": stage.name,
             "surfaces": stage.surfaces,
             "at_most": stage.growth.at_most,
             "until": stage.growth.until.to_string(),
             "holds": stage.holds(),
             "undecided": stage.undecided(),
-        })
+        });
+        if !stage.meshes.is_empty() {
+            let mesh =
+                |mesh: &MeshSurfaces| json!({ "nodes": mesh.nodes, "surfaces": mesh.surfaces });
+            growing["meshes"] = stage.meshes.iter().map(mesh).collect();
+        }
+        growing
     });
     growing.collect()
 }

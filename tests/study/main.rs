@@ -36,6 +36,7 @@ mod loads;
 mod manifest;
 mod maps;
 mod memory;
+mod multilevel;
 mod nayak;
 mod owners;
 mod partial_slip;

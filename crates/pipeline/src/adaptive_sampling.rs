@@ -10,16 +10,21 @@
 //! parameter points of a stage have the same number of surfaces, so that spectra are compared on
 //! the same random draws.
 //!
+//! If the condition is on a multilevel mean, each mesh of the stage has its own number: the one
+//! that gives all means their precision with the least computing, from the variances of the present
+//! surfaces and from the counted nodes × pairs of transforms (`levels`).
+//!
 //! Claims depend on several stages. They are evaluated only after all conditions on means have been
 //! settled, and then for all stages with such conditions together.
 
 mod conditions;
+mod levels;
 
 use std::fmt;
 use std::sync::Arc;
 
 use crate::plan::Plan;
-use crate::study::{Growth, Study, Until, Work};
+use crate::study::{Growth, Study, Until, Work, multilevel};
 use asperity_tables::store::{StoreError, TaskTables};
 
 pub use conditions::{
@@ -39,13 +44,25 @@ pub struct SampledStudy {
 #[derive(Debug)]
 pub struct AdaptiveStage {
     pub name: String,
-    /// Number of surfaces at each parameter point.
+    /// Number of surfaces at each parameter point; if meshes have different numbers, the largest.
     pub surfaces: u32,
+    /// Number of surfaces on each mesh, from the coarsest, if the condition is on a multilevel
+    /// mean; otherwise empty.
+    pub meshes: Vec<MeshSurfaces>,
     /// Bounds on the number of surfaces, and the condition that must hold.
     pub growth: Arc<Growth>,
     /// Result of evaluating the condition of `growth` at the present number of surfaces.
     pub condition: Condition,
     position: usize,
+}
+
+/// Number of surfaces of a stage on one mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MeshSurfaces {
+    /// Numbers of nodes along x and y.
+    pub nodes: [usize; 2],
+    /// Number of surfaces at each parameter point with this mesh.
+    pub surfaces: u32,
 }
 
 impl SampledStudy {
@@ -65,8 +82,8 @@ impl SampledStudy {
             if more.is_empty() {
                 return Ok(SampledStudy { study, plan, stages });
             }
-            for (stage, surfaces) in more {
-                set_realizations(&mut study, stage, surfaces);
+            for (stage, next) in more {
+                next.set(&mut study.stages[stage].work);
             }
         }
     }
@@ -118,23 +135,27 @@ impl AdaptiveStage {
 
     /// Returns the index of the stage in the study and its next number of surfaces. Returns `None`
     /// if the stage needs no more surfaces, or while tables are missing.
-    fn next_size(&self) -> Option<(usize, u32)> {
+    fn next_size(&self) -> Option<(usize, NextSize)> {
         let Condition::Fails(finding) = &self.condition else {
             return None;
         };
         let Growth { at_most, .. } = *self.growth;
+        if let Finding::Levels { best, .. } = finding {
+            let next = levels::next_numbers(&self.meshes, best, at_most);
+            return (next != self.meshes).then_some((self.position, NextSize::OnMeshes(next)));
+        }
         if self.surfaces >= at_most {
             return None;
         }
         let wanted = match finding {
-            Finding::Error(error) => {
-                conditions::surfaces_for_mean(self.surfaces, *error).min(at_most)
-            }
             Finding::Claims(found) => {
                 conditions::surfaces_for_claims(self.surfaces, found, at_most)
             }
+            Finding::Error(error) | Finding::Levels { error, .. } => {
+                conditions::surfaces_for_mean(self.surfaces, *error).min(at_most)
+            }
         };
-        Some((self.position, wanted))
+        Some((self.position, NextSize::OnAll(wanted)))
     }
 
     /// Returns whether the condition has been evaluated and the stage needs no more surfaces.
@@ -143,23 +164,64 @@ impl AdaptiveStage {
     }
 }
 
+/// The next number of surfaces of a stage.
+enum NextSize {
+    /// The same number on all meshes.
+    OnAll(u32),
+    OnMeshes(Vec<MeshSurfaces>),
+}
+
+impl NextSize {
+    /// Sets the number of surfaces at all parameter points of a `generate` stage.
+    fn set(&self, work: &mut Work) {
+        let Work::Generate(ensembles) = work else { return };
+        for ensemble in ensembles {
+            let nodes = ensemble.params.nodes();
+            ensemble.realizations = match self {
+                NextSize::OnAll(surfaces) => *surfaces,
+                NextSize::OnMeshes(meshes) => {
+                    let mesh = meshes.iter().find(|mesh| mesh.nodes == nodes);
+                    mesh.map_or(ensemble.realizations, |mesh| mesh.surfaces)
+                }
+            };
+        }
+    }
+}
+
 impl fmt::Display for AdaptiveStage {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let AdaptiveStage { name, surfaces, growth, .. } = self;
+        let AdaptiveStage { name, surfaces, growth, meshes, .. } = self;
         let Growth { at_most, until, .. } = growth.as_ref();
-        write!(formatter, "{name}: {surfaces} surfaces per point")?;
+        if meshes.is_empty() {
+            write!(formatter, "{name}: {surfaces} surfaces per point")?;
+        } else {
+            let number =
+                |mesh: &MeshSurfaces| format!("{} on {}", mesh.surfaces, named(mesh.nodes));
+            let numbers: Vec<String> = meshes.iter().map(number).collect();
+            write!(formatter, "{name}: surfaces per point {}", numbers.join(", "))?;
+        }
         match (&self.condition, until) {
             (Condition::Open { .. }, _) => {
                 write!(formatter, " so far, at most {at_most}, until {until}")
             }
-            (Condition::Holds(Finding::Error(error)), Until::Mean(mean)) => {
+            (
+                Condition::Holds(Finding::Error(error) | Finding::Levels { error, .. }),
+                Until::Mean(mean),
+            ) => {
                 write!(formatter, ", {until} holds at {}", mean.limit * *error)
             }
-            (Condition::Fails(Finding::Error(error)), _) if error.is_infinite() => write!(
-                formatter,
-                " (the maximum); {until} cannot be checked: a mean is of a single surface"
-            ),
-            (Condition::Fails(Finding::Error(error)), Until::Mean(mean)) => write!(
+            (Condition::Fails(Finding::Error(error) | Finding::Levels { error, .. }), _)
+                if error.is_infinite() =>
+            {
+                write!(
+                    formatter,
+                    " (the maximum); {until} cannot be checked: a mean is of a single surface"
+                )
+            }
+            (
+                Condition::Fails(Finding::Error(error) | Finding::Levels { error, .. }),
+                Until::Mean(mean),
+            ) => write!(
                 formatter,
                 " (the maximum); {until} does not hold: it is {}",
                 mean.limit * *error
@@ -170,6 +232,11 @@ impl fmt::Display for AdaptiveStage {
             }
         }
     }
+}
+
+/// Formats the numbers of nodes of a mesh.
+fn named([x, y]: [usize; 2]) -> String {
+    if x == y { format!("{x}²") } else { format!("{x} × {y}") }
 }
 
 /// Maximum number of claims that are listed by name if the study lacks a quantity that they use.
@@ -227,10 +294,23 @@ fn evaluate_stages(
         else {
             continue;
         };
+        let observed = match &growth.until {
+            Until::Mean(mean) => study.stages.iter().find(|stage| stage.name == mean.stage),
+            Until::Claims(_) => None,
+        };
+        let is_multilevel = observed.is_some_and(|stage| multilevel::is_multilevel(&stage.work));
         stages.push(AdaptiveStage {
             name: stage.name.clone(),
-            surfaces: first.realizations,
+            surfaces: ensembles
+                .iter()
+                .map(|one| one.realizations)
+                .max()
+                .unwrap_or(first.realizations),
+            meshes: if is_multilevel { levels::meshes(ensembles) } else { Vec::new() },
             condition: match &growth.until {
+                Until::Mean(mean) if is_multilevel => {
+                    levels::evaluate(plan, position, mean, tables)?
+                }
                 Until::Mean(mean) => conditions::evaluate_mean(plan, position, mean, tables)?,
                 Until::Claims(_) => Condition::open(conditions::claim_tasks(study, plan)),
             },
@@ -268,10 +348,4 @@ pub fn maximum_plan(mut study: Study) -> Plan {
         }
     }
     Plan::new(&study)
-}
-
-fn set_realizations(study: &mut Study, stage: usize, surfaces: u32) {
-    if let Work::Generate(ensembles) = &mut study.stages[stage].work {
-        ensembles.iter_mut().for_each(|ensemble| ensemble.realizations = surfaces);
-    }
 }

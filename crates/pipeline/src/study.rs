@@ -7,6 +7,7 @@ mod adhesion;
 pub mod claims;
 pub mod figures;
 mod graph;
+pub(crate) mod multilevel;
 mod pairs;
 mod summary;
 #[cfg(test)]

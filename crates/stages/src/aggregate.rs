@@ -20,11 +20,15 @@ use asperity_tables::table::Table;
 mod group_columns;
 mod groups;
 pub mod keys;
+mod multilevel;
 pub mod sql;
 mod statistics;
 mod theory;
 
 pub use groups::reduce as grouped;
+pub use multilevel::{
+    FinestMean, Multilevel, finest_means, reduce as multilevel_means, warning as multilevel_warning,
+};
 pub use statistics::Statistic;
 pub use theory::{Model, SPECTRUM_COLUMNS, nayak_parameters};
 
@@ -57,6 +61,8 @@ pub const SQL_VERSION: u32 = 2;
 pub enum Params {
     /// Statistics of columns within groups.
     Groups(Groups),
+    /// Means from surfaces on several meshes.
+    Multilevel(Multilevel),
     Sql(Sql),
 }
 
@@ -99,6 +105,7 @@ impl Stage for Params {
         let tables: Vec<Table> = inputs.iter().map(|input| input.table.clone()).collect();
         match self {
             Params::Groups(groups) => groups::reduce(&Table::stack(&tables)?, groups),
+            Params::Multilevel(means) => multilevel::reduce(&Table::stack(&tables)?, means),
             Params::Sql(sql) => sql::query(&tables, sql, context.memory),
         }
     }
@@ -106,6 +113,7 @@ impl Stage for Params {
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         match self {
             Params::Groups(groups) => groups::reduce(&stacked(inputs)?, groups),
+            Params::Multilevel(means) => multilevel::reduce(&stacked(inputs)?, means),
             Params::Sql(sql) => {
                 let tables: Vec<Table> = inputs.iter().map(|(_, table)| table.clone()).collect();
                 let named = inputs.iter().map(|(name, _)| (name.clone(), 1)).collect();
@@ -121,28 +129,27 @@ impl Stage for Params {
     /// Returns the table with the columns that the task uses: the named columns and those that
     /// identify rows. For theories and queries, all columns are kept.
     fn needed(&self, table: Table) -> Table {
-        let Params::Groups(groups) = self else {
-            return table;
+        let (over, group_by) = match self {
+            Params::Groups(groups) if groups.models.is_empty() => (&groups.over, &groups.group_by),
+            Params::Multilevel(means) => (&means.over, &None),
+            Params::Groups(_) | Params::Sql(_) => return table,
         };
-        let columns = groups.over.iter().chain(groups.group_by.iter().flatten());
+        let columns = over.iter().chain(group_by.iter().flatten());
         let named: Vec<&str> =
             columns.map(String::as_str).chain([STOP.name, STATUS.name]).collect();
-        if !groups.models.is_empty() {
-            return table;
-        }
         table.keep(|name, role| named.contains(&name) || role.is_some_and(Role::is_coordinate))
     }
 
     fn query(&self) -> Option<&str> {
         match self {
-            Params::Groups(_) => None,
+            Params::Groups(_) | Params::Multilevel(_) => None,
             Params::Sql(sql) => Some(&sql.query),
         }
     }
 
     fn for_inputs(&self, inputs: Vec<(String, usize)>) -> Option<Recipe> {
         match self {
-            Params::Groups(_) => None,
+            Params::Groups(_) | Params::Multilevel(_) => None,
             Params::Sql(sql) => {
                 Some(Recipe::Aggregate(Arc::new(Params::Sql(sql.for_inputs(inputs)))))
             }
@@ -156,7 +163,7 @@ impl Stage for Params {
                 let models = groups.models.iter();
                 models.filter(|model| model.integrates_over_summits()).count()
             }
-            Params::Sql(_) => 0,
+            Params::Multilevel(_) | Params::Sql(_) => 0,
         };
         Effort::seconds(0.02 + 5e-3 * (slow_models * extent.rows) as f64)
     }

@@ -305,6 +305,14 @@ impl StagePoints {
         }
     }
 
+    /// Returns the position of the key that asks for multilevel means, if there is one.
+    pub fn multilevel(&self) -> Option<&Span> {
+        match self {
+            StagePoints::Aggregate(section) => aggregate::keys::multilevel_key(section),
+            _ => None,
+        }
+    }
+
     /// Checks `answer`, the empty table that the stage computes from the empty tables `inputs`.
     /// Returns this table, or `None` after reporting problems.
     pub fn validate_answer(

@@ -93,6 +93,19 @@ impl Params {
         Params { heights, ..self.clone() }
     }
 
+    /// Returns what equal surfaces on different meshes have in common: the recipe without nodes and
+    /// storage. Returns `None` if other meshes cannot show the surface.
+    pub fn without_mesh(&self) -> Option<Params> {
+        let mut params = self.with(Heights::Redraw);
+        match &mut params.origin {
+            Origin::Random { nodes, .. } | Origin::Spectrum { nodes, .. } => nodes.0 = [0; 2],
+            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) | Origin::Yielded(_) => {
+                return None;
+            }
+        }
+        Some(params)
+    }
+
     /// Returns the key from which the name of the surface is derived. It depends neither on the
     /// storage of the heights nor on whether the manifest contains an anisotropy ratio of 1.
     pub fn surface_key(&self) -> TaskKey {

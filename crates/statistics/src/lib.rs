@@ -20,6 +20,7 @@
 //! | [`intervals`] | confidence intervals of functions of means by the jackknife |
 //! | [`expectation`] | ranges in which quantities are expected, and verdicts |
 //! | [`differences`] | differences of two means, paired or independent; many comparisons |
+//! | [`multilevel`] | means on a fine mesh from many surfaces on coarser ones |
 //! | `least_squares` | Levenberg–Marquardt, linear least squares, goodness of fit |
 //! | [`random`] | seeded normal random numbers for synthetic data |
 
@@ -38,6 +39,7 @@ mod least_squares;
 pub mod limits;
 pub mod load_separation;
 pub mod mesh_convergence;
+pub mod multilevel;
 pub mod percolation;
 pub mod pressure_growth;
 pub mod random;

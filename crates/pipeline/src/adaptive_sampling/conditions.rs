@@ -3,6 +3,7 @@
 //!
 //! This crate contains no claims. The session passes in a [`ClaimRule`] that decides them.
 
+use std::collections::BTreeMap;
 use std::num::NonZeroU32;
 
 use crate::plan::Plan;
@@ -31,6 +32,13 @@ pub enum Finding {
     /// Largest ratio of a standard error to its limit, over the means of the condition. The
     /// condition holds if it is at most 1.
     Error(f64),
+    /// Largest ratio of the standard error of a multilevel mean to its limit, and the best numbers
+    /// of surfaces for all means.
+    Levels {
+        error: f64,
+        /// Best number of surfaces on each mesh, by its number of nodes.
+        best: BTreeMap<usize, f64>,
+    },
     /// Decided and undecided claims.
     Claims(Decisions),
 }
@@ -120,7 +128,7 @@ impl Decisions {
 ///
 /// # Errors
 /// Returns an error if a table cannot be read and recomputing it would not help.
-fn read(
+pub(super) fn read(
     plan: &Plan,
     tasks: &[usize],
     task_tables: &impl TaskTables,
@@ -148,7 +156,7 @@ fn read(
 
 /// Returns `task`, its first input, the first input of this input, and so on. The last task in this
 /// list generates a surface or reads a spectrum.
-fn input_chain(plan: &Plan, task: usize) -> Vec<usize> {
+pub(super) fn input_chain(plan: &Plan, task: usize) -> Vec<usize> {
     let above = |&task: &usize| plan.tasks[task].inputs.first().copied();
     std::iter::successors(Some(task), above).collect()
 }

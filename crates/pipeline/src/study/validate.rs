@@ -10,7 +10,7 @@ use crate::study::claims::files::{self, FileError};
 use crate::study::claims::{self, ClaimContext, ClaimSpec};
 use crate::study::figures::{self, EmptySelection, FigureContext, known_values};
 use crate::study::graph::Graph;
-use crate::study::{Stage, Study, Work, graph, pairs, units};
+use crate::study::{Stage, Study, Work, graph, multilevel, pairs, units};
 use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
@@ -74,6 +74,7 @@ pub fn validate(
     }
     for &stage in &graph.order {
         validator.validated[stage] = validator.stage(stage, &graph, problems);
+        validator.check_multilevel(stage, &graph, problems);
     }
     let (stages, is_complete) = validator.sorted_stages(&graph);
     let units = units::of_stages(&stages);
@@ -261,6 +262,29 @@ impl Validator<'_> {
             }
         }
         Some(works)
+    }
+
+    /// Checks the surfaces of a stage with multilevel means.
+    fn check_multilevel(&self, stage: usize, graph: &Graph, problems: &mut Problems) {
+        let points = self.stages[stage].points.as_ref();
+        let Some(key) = points.and_then(StagePoints::multilevel) else { return };
+        let mut surfaces = Vec::new();
+        let mut open = vec![stage];
+        let mut seen = vec![false; self.stages.len()];
+        while let Some(stage) = open.pop() {
+            if std::mem::replace(&mut seen[stage], true) {
+                continue;
+            }
+            let Validated { work, pairs, .. } = &self.validated[stage];
+            match pairs.as_ref().or(work.as_ref()) {
+                Some(Work::Generate(own)) => surfaces.extend(own),
+                Some(Work::Evaluate(_)) => open.extend(graph.inputs[stage].iter().flatten()),
+                None => return,
+            }
+        }
+        if let Some(problem) = multilevel::check(surfaces.into_iter(), key) {
+            problems.push(problem);
+        }
     }
 
     /// Returns the valid stages of the study, sorted, and whether these are all. The pairs of
@@ -549,6 +573,9 @@ fn of_mean<'t>(
         return Some(condition.problem(message, "its rows do not depend on these surfaces"));
     }
     let table = empty(observed)?;
+    if stages[observed].points.as_ref().is_some_and(|points| points.multilevel().is_some()) {
+        return of_multilevel_mean(condition, mean, table);
+    }
     let is_pooled = matches!(stages[observed].kind, Some(Kind::Fit | Kind::Aggregate));
     if is_pooled || !table.has(SURFACE.name) {
         let message = format!("`{}` has no rows for each surface", mean.stage);
@@ -567,6 +594,22 @@ fn of_mean<'t>(
     let help = format!("its result columns are {}", listed(columns.iter().copied(), "and"));
     Some(condition.problem(message, &label).help(help))
 }
+
+/// Returns the problem of a condition on a column that a stage with multilevel means does not have.
+fn of_multilevel_mean(condition: &Conditional, mean: &KnownMean, table: &Table) -> Option<Problem> {
+    let shares = table.names().into_iter().filter_map(|name| name.strip_suffix(SHARE));
+    let columns: Vec<&str> = shares.collect();
+    if columns.contains(&mean.column.as_str()) {
+        return None;
+    }
+    let label = suggestion('`', &mean.column, columns.iter().copied(), "unknown column");
+    let message = format!("`{}` has no mean of a column `{}`", mean.stage, mean.column);
+    let help = format!("it has the means of {}", listed(columns.iter().copied(), "and"));
+    Some(condition.problem(message, &label).help(help))
+}
+
+/// End of the name of the column with the share of a mesh, which every multilevel mean has.
+const SHARE: &str = "_share";
 
 fn of_claims(condition: &Conditional, names: &[String], claims: &[ClaimSpec]) -> Option<Problem> {
     let known = claims.iter().filter(|claim| claim.depends_on_surfaces());

@@ -36,7 +36,7 @@ impl Study {
     /// Returns the warnings about a study that are shown before it runs. Each warning states one of
     /// these problems:
     ///
-    /// - A mesh overestimates the contact area.
+    /// - A mesh overestimates the contact area, or is too coarse for multilevel means.
     /// - Lists of `nodes` and `side` are ambiguous.
     /// - Loads have no unit, although other pressures have one.
     /// - Loads were probably meant in another unit, or all of them close the gap.
@@ -56,6 +56,7 @@ impl Study {
             let own = [
                 ambiguous_pairs(stage),
                 self.coarse_mesh(index, stage),
+                self.coarse_levels(index, stage),
                 self.plain_loads(stage),
                 self.improbable_loads(stage),
                 rearranged_loads(stage),
@@ -217,6 +218,20 @@ mod tests {
         assert_eq!(warnings(&none).len(), 1);
         let another = "[stage.more]\nkind = \"solve\"\nfrom = \"rough\"\nloads = [0.1]\n";
         assert_eq!(warnings(&format!("{corrected}{another}")).len(), 1);
+    }
+
+    #[test]
+    fn of_multilevel_means_the_finest_mesh_counts_and_the_coarsest_needs_three_nodes() {
+        let levels = |nodes: &str| {
+            let manifest = PRESSED.replace("nodes = 64", &format!("nodes = {nodes}"));
+            let means = "[stage.means]\nkind = \"aggregate\"\nfrom = \"area\"\n\
+                         estimator = \"multilevel\"\nover = [\"area_fraction\"]\n";
+            let manifest = manifest.replace("[8, 16, 32]", "16\nrealizations = 4");
+            warnings(&format!("{manifest}{means}"))
+        };
+        assert_eq!(levels("[64, 128]"), [""; 0]);
+        assert!(levels("[32, 128]")[0].contains("begin with `nodes = 48`"));
+        assert!(levels("[48, 64]")[0].contains("`nodes = 64` with `k_upper = 16` resolves"));
     }
 
     #[test]

@@ -18,7 +18,7 @@ use crate::points::{self, distinct, independent};
 use crate::symbols::{self, Labels};
 use crate::units::{digits, length_in_words};
 use asperity_pipeline::study::figures::{ErrorBars, Quantity};
-use asperity_stages::aggregate::{self, Groups, Statistic};
+use asperity_stages::aggregate::{self, Groups, Multilevel, Statistic};
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, BRANCH, CONTENT, LOAD, MEAN_GAP, PRESSURE, PULL_OFF_LOAD, STEP,
     STOP, SURFACE,
@@ -265,11 +265,16 @@ fn results(subject: &Subject, data: &FigureData) -> Vec<ResultTable> {
         let Work::Evaluate(recipes) = &stage.work else { continue };
         match recipes.first() {
             Some(Recipe::Aggregate(params)) => {
-                if let aggregate::Params::Groups(groups) = &**params {
-                    let read =
-                        stage.inputs.iter().filter_map(|&input| finished(&stages[input].name));
-                    let inputs: Vec<Table> = read.map(|stage| stage.table.clone()).collect();
-                    aggregates.extend(means(own, &inputs, groups, data));
+                let read = stage.inputs.iter().filter_map(|&input| finished(&stages[input].name));
+                let inputs: Vec<Table> = read.map(|stage| stage.table.clone()).collect();
+                match &**params {
+                    aggregate::Params::Groups(groups) => {
+                        aggregates.extend(means(own, &inputs, groups, data));
+                    }
+                    aggregate::Params::Multilevel(levels) => {
+                        aggregates.extend(multilevel_means(own, &inputs, levels, data));
+                    }
+                    aggregate::Params::Sql(_) => {}
                 }
             }
             Some(Recipe::Fit(fit)) => fits.extend(fitted(own, &own.table, fit.level, data)),
@@ -295,6 +300,21 @@ fn areas(data: &FigureData) -> Option<ResultTable> {
     let over = vec![area.to_owned()];
     let groups = Groups { group_by: None, over, statistics: Vec::new(), models: Vec::new() };
     means(stage, std::slice::from_ref(&stage.table), &groups, data)
+}
+
+/// Returns the multilevel means of the columns of an `aggregate` stage with 95 % intervals.
+fn multilevel_means(
+    stage: &FinishedStage,
+    inputs: &[Table],
+    levels: &Multilevel,
+    data: &FigureData,
+) -> Option<ResultTable> {
+    let statistics = vec![Statistic::Mean, Statistic::Confidence(0.95)];
+    let wanted = Multilevel { statistics, ..levels.clone() };
+    let table = aggregate::multilevel_means(&Table::stack(inputs).ok()?, &wanted).ok()?;
+    let mean = |name: &String| Quantity::find(&table, name, Some(ErrorBars::Ci95)).ok();
+    let means = levels.over.iter().filter_map(mean).collect();
+    shown(stage, 0.95, &table, false, means, data)
 }
 
 /// Returns the means of the columns of an `aggregate` stage with 95 % intervals.

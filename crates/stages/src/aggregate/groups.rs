@@ -223,7 +223,7 @@ const IN_TWO_UNITS: [[&str; 2]; 2] =
 /// force does. If loads are given in pascals, the reduced load is derived: it differs between
 /// surfaces and must not split groups. Groups are then distinguished by the pressure, from which
 /// the reduced load is derived.
-struct GroupNames {
+pub(super) struct GroupNames {
     /// Columns of the reduced table that describe a group, in order.
     shown: Vec<String>,
     /// Columns whose values distinguish groups.
@@ -240,7 +240,7 @@ struct GroupNames {
 impl GroupNames {
     /// Resolves the columns of `group_by`. The default is all columns that identify rows, except
     /// those that distinguish surfaces.
-    fn new(table: &Table, groups: &Groups) -> GroupNames {
+    pub(super) fn new(table: &Table, groups: &Groups) -> GroupNames {
         let given = || table.coordinates().not_in_role(Role::Surface);
         let default = || given().names().into_iter().map(str::to_owned).collect();
         let shown: Vec<String> = groups.group_by.clone().unwrap_or_else(default);
@@ -269,6 +269,11 @@ impl GroupNames {
             keys,
             stand_ins,
         }
+    }
+
+    /// Returns the columns whose values distinguish groups.
+    pub(super) fn keys(&self) -> impl Iterator<Item = &str> {
+        self.keys.iter().map(String::as_str)
     }
 
     /// Returns the keys that distinguish curves: all keys except the load.
@@ -360,19 +365,25 @@ fn with_meanings(table: &Table, columns: Vec<(String, ArrayRef)>, rows: usize) -
         let sources =
             schema.fields().iter().filter(|f| name.starts_with(&format!("{}_", f.name())));
         let source = sources.max_by_key(|field| field.name().len());
-        let metadata = source.map(|field| inherited(field, name)).unwrap_or_default();
-        Field::new(name, array.data_type().clone(), true).with_metadata(metadata)
+        let metadata = source.map(|field| {
+            let suffix = &name[field.name().len() + 1..];
+            let statistic = statistics::meaning(suffix).unwrap_or_else(|| suffix.to_owned());
+            inherited(field, suffix, &statistic)
+        });
+        Field::new(name, array.data_type().clone(), true)
+            .with_metadata(metadata.unwrap_or_default())
     };
     let fields: Vec<Field> = columns.iter().map(|(name, array)| field(name, array)).collect();
     let arrays = columns.into_iter().map(|(_, array)| array).collect();
     Table::from_arrays(rows, Schema::new(fields), arrays)
 }
 
-fn inherited(source: &Field, name: &str) -> Metadata {
+/// Returns the metadata of the column with a statistic of a column. The name of the statistic is
+/// `suffix`, and its meaning is `statistic`.
+pub(super) fn inherited(source: &Field, suffix: &str, statistic: &str) -> Metadata {
     let of = |entry: &str| source.metadata().get(entry).cloned().unwrap_or_default();
-    let suffix = &name[source.name().len() + 1..];
-    let statistic = statistics::meaning(suffix).unwrap_or_else(|| suffix.to_owned());
     let unit = match suffix {
+        "freedom" | "share" => "1".to_owned(),
         "slope" | "secant" | "regr_slope" => format!("{} per load", of("unit")),
         _ => of("unit"),
     };

@@ -8,7 +8,10 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Groups, Meaning, Model, Params, SPECTRUM_COLUMNS, SQL_VERSION, Sql, Statistic};
+use super::{
+    Groups, Meaning, Model, Multilevel, Params, SPECTRUM_COLUMNS, SQL_VERSION, Sql, Statistic,
+    multilevel,
+};
 use crate::check_context::{Property, unknown_column};
 use crate::columns::ALTERATIONS;
 use crate::error::QueryError;
@@ -32,6 +35,9 @@ pub struct AggregateTable {
     /// `{ unit = "…", meaning = "…" }`. Columns without a description here have that of the column
     /// with the same name that the stage reads.
     pub columns: Key<BTreeMap<String, Spanned<ColumnTable>>>,
+    /// Estimator of the means over surfaces. By default it is the mean of the rows of each group.
+    #[schemars(extend("default" = "plain"))]
+    pub estimator: Key<Estimator>,
     /// Columns whose values define a group. By default they are all coordinates except surface,
     /// seed and realization.
     #[schemars(length(min = 1), transform = list)]
@@ -45,6 +51,7 @@ pub struct AggregateTable {
     /// sample. Statistics with respect to `load` are the `"slope"` of the mean, the `"secant"`, and
     /// the `"approach"` of an area a to full contact, −ln[(1 − a) y √(2π)]. Groups with several
     /// loads can have `"regr_slope"` and `"regr_intercept"`, of the least-squares line over `load`.
+    /// Multilevel means have `"mean"`, `"sem"` and intervals, by default with `"ci95"`.
     #[schemars(length(min = 1), extend("default" = ["mean", "sd", "sem"]), transform = list)]
     pub statistics: Key<Vec<Spanned<String>>>,
     /// Theories whose predictions are added to the rows. Each theory adds a column `area_MODEL`
@@ -56,6 +63,18 @@ pub struct AggregateTable {
 }
 
 table!(AggregateTable);
+
+/// The estimator of a mean over surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Estimator {
+    /// The mean of the rows of each group.
+    Plain,
+    /// The mean on the coarsest mesh of each parameter point, plus the mean differences of equal
+    /// surfaces on neighbouring meshes. Coarser meshes have more surfaces:
+    /// `cases = [{ nodes = 128, realizations = 400 }, { nodes = 256, realizations = 60 }]`.
+    Multilevel,
+}
 
 /// The description of a column of the result of a query.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -141,14 +160,14 @@ fn params(
         return query(table, sql, checks);
     }
     exclude! { table, checks, true => columns: "needs the key `sql`"; }?;
+    if checks.value("estimator", &table.estimator)? == Estimator::Multilevel {
+        return multilevel_means(table, input, earlier, checks);
+    }
     let group_by = match checks.optional("group_by", &table.group_by)? {
         None => Some(None),
         Some(written) => named_columns("group_by", written, input, earlier, checks).map(Some),
     };
-    let over = checks.required("over", &table.over).and_then(|written| {
-        let over = named_columns("over", written, input, earlier, checks)?;
-        check_numbers(written, input, checks).map(|()| over)
-    });
+    let over = over(table, input, earlier, checks);
     let named = group_by.as_ref().and_then(|names| names.as_deref());
     let statistics = statistics(&table.statistics, named, input, checks);
     let models = models(table, input, checks);
@@ -158,10 +177,57 @@ fn params(
     Some(Params::Groups(groups))
 }
 
+/// Returns the columns whose statistics are computed.
+fn over(
+    table: &AggregateTable,
+    input: Option<&Table>,
+    earlier: &[(&str, &Table)],
+    checks: &mut Checks,
+) -> Option<Vec<String>> {
+    let written = checks.required("over", &table.over)?;
+    let over = named_columns("over", written, input, earlier, checks)?;
+    check_numbers(written, input, checks).map(|()| over)
+}
+
+/// Statistics of multilevel means without the key `statistics`.
+const OF_MULTILEVEL: [Statistic; 3] =
+    [Statistic::Mean, Statistic::Sem, Statistic::Confidence(0.95)];
+
+/// Returns the multilevel means of a stage. The study checks that the surfaces have meshes.
+fn multilevel_means(
+    table: &AggregateTable,
+    input: Option<&Table>,
+    earlier: &[(&str, &Table)],
+    checks: &mut Checks,
+) -> Option<Params> {
+    let clear = exclude! { table, checks,
+        true => group_by, models: "cannot be combined with `estimator = \"multilevel\"`";
+    };
+    let over = over(table, input, earlier, checks);
+    let written = table.statistics.written();
+    let statistics = match written {
+        None => Some(OF_MULTILEVEL.to_vec()),
+        Some(_) => statistics(&table.statistics, None, input, checks),
+    };
+    for Spanned { value, span } in written.iter().flat_map(|list| &list.value) {
+        if Statistic::named(value).is_some_and(|statistic| !multilevel::has(statistic)) {
+            let message = format!("a multilevel mean has no {value:?}");
+            let problem = Problem::new(message, span.clone(), "is not a mean over surfaces");
+            return checks
+                .reject(problem.help(
+                    "multilevel means have \"mean\", \"sem\" and intervals such as \"ci95\"",
+                ));
+        }
+    }
+    let (over, statistics) = (over?, statistics?);
+    clear
+        .map(|()| Params::Multilevel(Multilevel { over, statistics, version: multilevel::VERSION }))
+}
+
 /// Returns the query of a stage with `sql`, and refuses keys that `sql` replaces.
 fn query(table: &AggregateTable, sql: &Spanned<String>, checks: &mut Checks) -> Option<Params> {
     let clear = exclude! { table, checks,
-        true => group_by, over, statistics, models: "cannot be combined with `sql`";
+        true => estimator, group_by, over, statistics, models: "cannot be combined with `sql`";
     };
     let columns = meanings(table, checks);
     if sql.value.trim().is_empty() {
@@ -425,6 +491,12 @@ fn models(
 pub fn is_query(section: &Section<AggregateTable>) -> bool {
     let mut points = section.points.iter();
     points.any(|point| point.table.sql.written().is_some())
+}
+
+/// Returns the position of the key that asks for multilevel means, if there is one.
+pub fn multilevel_key(section: &Section<AggregateTable>) -> Option<&Span> {
+    let written = section.points.first()?.table.estimator.written()?;
+    (written.value == Estimator::Multilevel).then_some(&written.span)
 }
 
 /// Checks `answer`, the result of the query on empty tables, so that mistakes in the query are

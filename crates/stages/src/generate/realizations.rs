@@ -2,13 +2,14 @@
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::surface::planned::{Growth, PlannedSurfaces, Until, parse};
-use asperity_manifest::diagnostics::Problems;
+use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::{GridPoint, Key, KeyTable, Section, Spanned, deserialize_either};
 
@@ -41,7 +42,8 @@ pub struct Growing {
     pub at_most: Spanned<u32>,
     /// Condition that ends sampling. `"sem(STAGE.COLUMN) < 0.5 %"` bounds the standard error of the
     /// mean over surfaces, relative to the mean, at every point and load; without `%` the bound is
-    /// in the unit of the column. `"claims decided"` waits for all claims that the study can judge,
+    /// in the unit of the column. If the stage computes multilevel means, each mesh gets its own
+    /// number of surfaces. `"claims decided"` waits for all claims that the study can judge,
     /// and `"decided(CLAIM, …)"` for the claims that it names (`asperity claims` lists them).
     /// Conditions on claims need `at_least` of 5 or more.
     pub until: Spanned<String>,
@@ -93,8 +95,55 @@ pub fn surfaces<T: KeyTable>(
     let mut checked =
         |point: &GridPoint<T>| surfaces(&point.table, &mut Checks::new(section, point, problems));
     let found: Vec<Option<_>> = section.points.iter().map(&mut checked).collect();
-    let planned: Vec<_> = found.into_iter().collect::<Option<_>>()?;
+    let planned: Vec<PlannedSurfaces> = found.into_iter().collect::<Option<_>>()?;
+    check_growth(section, &planned, problems)?;
+    check_numbers(section, &planned, problems)?;
     let params = planned.iter().map(|surfaces| &surfaces.params);
     report_equal_points(section, params, problems);
     Some(planned)
+}
+
+/// Refuses several numbers of surfaces at one parameter point.
+fn check_numbers<T>(
+    section: &Section<T>,
+    planned: &[PlannedSurfaces],
+    problems: &mut Problems,
+) -> Option<()> {
+    if planned.iter().all(|one| one.realizations == planned[0].realizations) {
+        return Some(());
+    }
+    let mut numbers = BTreeMap::new();
+    for (point, surfaces) in section.points.iter().zip(planned) {
+        let text = serde_json::to_string(&surfaces.params).expect("parameters are plain data");
+        let number = surfaces.realizations;
+        let first = *numbers.entry(text).or_insert(number);
+        if first != number {
+            let message = "a parameter point has several numbers of surfaces";
+            let label = format!("{first} and {number} surfaces");
+            problems.push(Problem::new(message, point.span.clone(), label).help(
+                "give each mesh its own number, as in `cases = [{ nodes = 128, realizations = 400 \
+                 }, { nodes = 256, realizations = 60 }]`",
+            ));
+            return None;
+        }
+    }
+    Some(())
+}
+
+/// Refuses a stage whose parameter points have different conditions on the number of surfaces.
+fn check_growth<T>(
+    section: &Section<T>,
+    planned: &[PlannedSurfaces],
+    problems: &mut Problems,
+) -> Option<()> {
+    let growth = |index: usize| planned[index].growth.as_deref();
+    let Some(other) = (1..planned.len()).find(|&index| growth(index) != growth(0)) else {
+        return Some(());
+    };
+    let message = "the parameter points of a stage have different conditions in `realizations`";
+    let problem = Problem::new(message, section.points[other].span.clone(), "another condition");
+    problems.push(problem.and(section.points[0].span.clone(), "first point").help(
+        "write the condition once, outside of `cases`; it applies to all points of the stage",
+    ));
+    None
 }

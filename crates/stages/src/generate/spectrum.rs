@@ -81,8 +81,8 @@ pub struct SpectrumTable {
     pub unit: Key<String>,
     /// Number of surfaces for each combination of swept values, or `{ at_least, at_most, until }`
     /// to draw surfaces until a condition holds. Drawing more surfaces does not change the earlier
-    /// ones.
-    #[schemars(extend("default" = 1))]
+    /// ones. `cases` can give each mesh its own number, for multilevel means.
+    #[schemars(extend("default" = 1), transform = swept)]
     pub realizations: Key<Realizations>,
     /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
     /// needed. With `from` they must be stored.
