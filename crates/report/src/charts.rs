@@ -221,8 +221,8 @@ impl Figure {
         self.sheet.map_or_else(|| svg.clone(), |sheet| resized(&svg, sheet))
     }
 
-    /// Returns the entries of the legend: each name once, in the declared order, and others in order
-    /// of appearance.
+    /// Returns the entries of the legend: each name once, in the declared order, and others in
+    /// order of appearance.
     fn entries(&self) -> Vec<Entry> {
         let mut entries = entries(self.series());
         let place = |part: &str| self.legend_order.iter().position(|label| label == part);

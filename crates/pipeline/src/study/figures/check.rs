@@ -530,8 +530,8 @@ impl<'a> Columns<'a, '_> {
         clear.map(|()| selection)
     }
 
-    /// Returns the names of entries of the legend, and their order. Refuses an entry that the legend
-    /// cannot have.
+    /// Returns the names of entries of the legend, and their order. Refuses an entry that the
+    /// legend cannot have.
     ///
     /// Before the study runs, the values of some coordinates are unknown. If those of a numeric
     /// coordinate are unknown, all numbers are accepted, and if those of a text coordinate are

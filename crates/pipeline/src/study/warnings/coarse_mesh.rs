@@ -170,8 +170,8 @@ impl Study {
         })
     }
 
-    /// Returns the surfaces of a stage on which quantities are measured: those on the finest mesh of
-    /// each point if coarser meshes only serve multilevel means, and otherwise all.
+    /// Returns the surfaces of a stage on which quantities are measured: those on the finest mesh
+    /// of each point if coarser meshes only serve multilevel means, and otherwise all.
     fn measured_meshes<'a>(
         &self,
         index: usize,
