@@ -112,10 +112,11 @@ pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Fa
     } else {
         let stores = stages.iter().map(|stage| (stage.count.name, stage.stores.as_slice()));
         let stores = store_lines(stores);
-        writeln!(out, "{}\n{stores}{}", plan_table(&stages), forecast(&status))?;
+        writeln!(out, "{}", plan_table(&stages))?;
         for summary in &status.summaries {
             writeln!(out, "  {summary}")?;
         }
+        writeln!(out, "{stores}{}", forecast(&status))?;
     }
     Ok(ExitCode::SUCCESS)
 }

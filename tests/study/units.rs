@@ -435,7 +435,7 @@ fn queries_and_csv_tell_the_units_of_their_columns() {
 }
 
 /// A study in megapascals and micrometres with a parameter, a figure and a claim.
-fn in_megapascals(study: &str, rest: &str) -> String {
+fn with_parameters(study: &str, rest: &str) -> String {
     let text = manifest("shown", study)
         .generate(
             "surfaces",
@@ -456,7 +456,7 @@ fn in_megapascals(study: &str, rest: &str) -> String {
 #[test]
 fn expressions_and_bins_with_units_are_the_tasks_of_their_numbers() {
     let bench = Bench::new();
-    let study = in_megapascals("", "");
+    let study = with_parameters("", "");
     bench.run(&study.replace("GAPS", "{ count = 10, to = 2 }"));
     let surfaces = bench.table("shown", "surfaces");
     assert_eq!(
@@ -477,7 +477,7 @@ fn expressions_and_bins_with_units_are_the_tasks_of_their_numbers() {
 #[test]
 fn units_of_output_change_what_is_shown_and_compute_nothing() {
     let bench = Bench::new();
-    let stored = in_megapascals("", "").replace("GAPS", "{ count = 10, to = 2 }");
+    let stored = with_parameters("", "").replace("GAPS", "{ count = 10, to = 2 }");
     bench.run(&stored);
     let stages = ["surfaces", "contact", "area", "means"];
     let before = stages.map(|stage| bench.table("shown", stage));
@@ -487,7 +487,7 @@ fn units_of_output_change_what_is_shown_and_compute_nothing() {
                 where = { pressure = [\"10 MPa\", 0.02] }\nlimits = { pressure = { from = 0, to = \"30 MPa\" } }\n\
                 ticks = { pressure = [0, \"20 MPa\"] }\n";
     let study = "output_units = { length = \"nm\", pressure = \"GPa\" }";
-    let shown = in_megapascals(study, rest).replace("GAPS", "{ count = 10, to = 2 }");
+    let shown = with_parameters(study, rest).replace("GAPS", "{ count = 10, to = 2 }");
     let counts = bench.run(&shown);
     assert!(counts.values().all(|count| count.computed == 0), "{counts:?}");
     let after = stages.map(|stage| bench.table("shown", stage));
@@ -527,7 +527,7 @@ fn units_of_output_change_what_is_shown_and_compute_nothing() {
         "--json",
     ]);
     for expected in ["\"unit\":\"nm\"", "\"pressure_unit\":\"GPa\"", "\"loads\":[0.02]"] {
-        assert!(exported.replace(' ', "").contains(expected), "{exported}");
+        assert!(exported.replace([' ', '\n'], "").contains(expected), "{exported}");
     }
     let report = bench.output(&["report", path]);
     assert!(report.status.success(), "{}", text(&report.stderr));
@@ -538,7 +538,7 @@ fn units_of_output_change_what_is_shown_and_compute_nothing() {
         before.map(|table| table.batch().clone())
     );
     let wrong = study.replace("nm", "kg");
-    let path = bench.write(&in_megapascals(&wrong, "").replace("GAPS", "{ count = 10, to = 2 }"));
+    let path = bench.write(&with_parameters(&wrong, "").replace("GAPS", "{ count = 10, to = 2 }"));
     let refused = text(&bench.output(&["check", path.to_str().unwrap()]).stderr);
     assert!(refused.contains("`kg` is not a unit of length"), "{refused}");
 }

@@ -440,13 +440,14 @@ fn percentile(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::on_query_thread;
 
     fn read(query: &str) -> Statement {
-        Statement::read(query).unwrap()
+        on_query_thread(|| Statement::read(query)).unwrap()
     }
 
     fn refused(query: &str) -> String {
-        Statement::read(query).unwrap_err().to_string()
+        on_query_thread(|| Statement::read(query)).unwrap_err().to_string()
     }
 
     #[test]
@@ -489,7 +490,7 @@ mod tests {
             format!("select 1 from {}a", longest("(select 1 from ")),
             "+".repeat(MAX_LENGTH + 1),
         ] {
-            let read = crate::engine::on_query_thread(|| Statement::read(&query));
+            let read = on_query_thread(|| Statement::read(&query));
             assert!(read.is_err() || query.starts_with("values"), "{}", &query[..40]);
         }
     }

@@ -314,7 +314,8 @@ fn columns(
         [_, .., last] => Some(*last),
         _ => None,
     };
-    let terms: [&dyn Fn(&MeanOnMesh) -> Option<f64>; 4] = [
+    type OnMesh<'a> = &'a dyn Fn(&MeanOnMesh) -> Option<f64>;
+    let terms: [OnMesh; 4] = [
         &|found| Some(f64::from(found.mean.freedom)),
         &|found| Some(difference(found)?.mean),
         &|found| {

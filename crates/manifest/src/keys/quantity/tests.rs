@@ -264,7 +264,7 @@ fn mistakes_in_units_are_reported_once_with_a_suggestion() {
         ("side = \"2 inch\"", "unknown unit `inch` (unknown unit)"),
         ("side = \"2 MPa\"", "`side` is a length, but `MPa` is a unit of pressure"),
         ("energy = \"2 MPa\"", "`energy` is a work per area, but `MPa` is a unit of pressure"),
-        ("energy = \"2 mJ/m\"", "unknown unit `mJ/m` (did you mean `mJ/m²`?)"),
+        ("energy = \"2 mJ/m\"", "`energy` is a work per area, but `mJ/m` is a unit of force"),
         ("heat = \"2 W/(m k)\"", "unknown unit `W/(m k)` (did you mean `W/(m K)`?)"),
         (
             "current = \"2 W/(m K)\"",
