@@ -41,7 +41,7 @@ impl Study {
     }
 
     /// Returns the columns with absolute numbers that the published table of a stage has. `empty`
-    /// is the table without rows, and `quantity` as in [`unit_of_quantity`].
+    /// is the table without rows, and `quantity` as in `unit_of_quantity`.
     pub fn absolute_columns(
         &self,
         stage: &str,

@@ -43,7 +43,7 @@ pub struct Multilevel {
     pub over: Vec<String>,
     /// Mean, standard error and confidence intervals.
     pub statistics: Vec<Statistic>,
-    /// [`VERSION`].
+    /// Version of the computed numbers.
     pub version: u32,
 }
 
