@@ -531,6 +531,8 @@ fn units_of_output_change_what_is_shown_and_compute_nothing() {
     }
     let report = bench.output(&["report", path]);
     assert!(report.status.success(), "{}", text(&report.stderr));
+    let page = fs::read_to_string(bench.path("data/results/shown/report.html")).unwrap();
+    assert!(!page.contains("rms height 200"), "a constant parameter names no series");
     // Without units of output, tables have the bytes that they had before.
     bench.run(&stored);
     assert_eq!(

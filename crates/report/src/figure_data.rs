@@ -15,7 +15,6 @@ use crate::symbols::Files;
 use crate::units::{LengthUnit, Units};
 use asperity_contact::morphology::area::YASTREBOV_2017;
 use asperity_contact::topography::spectrum::Spectrum;
-use asperity_pipeline::plan::Plan;
 use asperity_pipeline::study::figures::ErrorBars;
 use asperity_stages::columns::{
     AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, LAYER_THICKNESS, LOAD, PERIMETER_MANHATTAN,
@@ -67,7 +66,7 @@ impl<'a> FigureData<'a> {
         };
         // Include planned points, so later results do not change the styles of existing ones.
         if let Some(like) = points.first().cloned() {
-            points.extend(planned_points(finished.plan, &like));
+            points.extend(planned_points(finished, &like));
         }
         let styles = Styles::new(&points, &files).with_lengths(lengths(finished, &units, &points));
         Ok(FigureData {
@@ -204,10 +203,10 @@ fn points_of_surfaces(finished: &FinishedStages) -> Result<Vec<Point>, TableErro
 
 /// Returns the points of all planned random spectra. Parameters that do not belong to the spectrum
 /// are copied from the point `like`.
-fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
+fn planned_points(finished: &FinishedStages, like: &Point) -> Vec<Point> {
     let mut spectra: Vec<&Spectrum> = Vec::new();
     let mut points = Vec::new();
-    for task in &plan.tasks {
+    for task in &finished.plan.tasks {
         let Recipe::Generate(params) = &task.recipe else {
             continue;
         };
@@ -216,8 +215,8 @@ fn planned_points(plan: &Plan, like: &Point) -> Vec<Point> {
         };
         if !spectra.contains(&&surface.spectrum) {
             spectra.push(&surface.spectrum);
-            let own = points::at_row(&generate::own_row(&params.origin), 0);
-            points.push(like.clone().without(&[K_ROLLOFF.name]).and(own));
+            let row = finished.shown(generate::own_row(&params.origin), Kind::Generate);
+            points.push(like.clone().without(&[K_ROLLOFF.name]).and(points::at_row(&row, 0)));
         }
     }
     points
