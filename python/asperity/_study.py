@@ -420,7 +420,8 @@ class Study:
         UnknownNameError
             If there is no such stage.
         """
-        return {column.name: column.unit for column in self.columns(name)}
+        described = [Column(*column) for _, columns in self._session.columns(name) for column in columns]
+        return {column.name: column.unit for column in described}
 
     def diff(self, other: "Study") -> Diff:
         """Compares the study with another one: parameters, rows, and means of all numeric columns.

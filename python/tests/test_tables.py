@@ -63,4 +63,4 @@ def test_a_column_that_is_not_there_is_named(table):
 
 def test_notebooks_show_head_and_size(table):
     shown = table._repr_html_()
-    assert "mean gap between the surfaces [length]" in shown and "3 rows" in shown
+    assert 'title="mean gap between the surfaces">mean_gap [length]<' in shown and "3 rows" in shown
