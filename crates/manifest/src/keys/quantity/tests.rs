@@ -141,6 +141,7 @@ fn a_product_of_units_may_be_written_like_in_the_si_brochure_and_in_programs() {
         ("mJ/m2", "mJ/m²"),
         ("Pa·m", "J/m²"),
         ("N/m^2", "Pa"),
+        ("N/mm^2", "N/mm²"),
         ("N*mm^-2", "MPa"),
         ("Ω*m", "Ω m"),
     ] {

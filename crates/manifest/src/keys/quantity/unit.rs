@@ -95,10 +95,11 @@ pub static UNITS: [Unit; 33] = [
 ];
 
 impl Unit {
-    /// Returns the unit with this symbol, or the unit that a product of units equals: `W/(m K)` for
-    /// `W m^-1 K⁻¹`, and `Pa` for `N/m²`.
+    /// Returns the unit with this symbol or plain spelling, or the unit that a product of units
+    /// equals: `W/(m K)` for `W m^-1 K⁻¹`, and `Pa` for `N/m²`.
     pub fn find(text: &str) -> Option<&'static Unit> {
-        let named = UNITS.iter().find(|unit| unit.symbol == text.trim());
+        let text = text.trim();
+        let named = UNITS.iter().find(|unit| unit.symbol == text || unit.plain == Some(text));
         named.or_else(|| {
             let Product { power, exponents } = Product::parse(&respelt(text))?;
             let is_it =
