@@ -32,7 +32,12 @@ pub fn syntax_problem(
     let or_name = |key, unit: &Unit| {
         format!(", or name the unit by `{key} = \"{}\"` and leave it out here", unit.symbol)
     };
-    Problem::new(message, span, label).help(match unit {
+    let problem = Problem::new(message, span, label);
+    let with_points = text.replace(',', ".");
+    if text.contains(',') && has_unit(&with_points) {
+        return problem.help(format!("numbers have a decimal point: write \"{with_points}\""));
+    }
+    problem.help(match unit {
         Some(unit) => format!(
             "expressions take plain numbers; write the result with its unit, such as \"20 {0}\"{1}",
             unit.symbol,

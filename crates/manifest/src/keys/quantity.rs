@@ -27,8 +27,8 @@ use super::Layout;
 use super::declare::QUANTITY;
 use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span, listed};
+use crate::keys::bounds::number;
 use crate::keys::schema::{alternatives, is_number};
-use crate::keys::values::shown;
 
 use unit::UNITS;
 pub use unit::{Dimension, Unit};
@@ -63,7 +63,7 @@ impl Declared {
     }
 
     /// Returns the dimensions of which the numbers of the key may have a unit.
-    fn dimensions(self) -> impl Iterator<Item = Dimension> {
+    pub fn dimensions(self) -> impl Iterator<Item = Dimension> {
         [self.dimension].into_iter().chain(self.or_force.then_some(Dimension::Force))
     }
 }
@@ -223,14 +223,18 @@ impl<'v> Scalar<'v> {
             return self.problem_of_expression.clone();
         }
         let declared = self.declared?;
-        let dimension = declared.dimension;
         let (_, unit) = split(self.value.get_ref().as_str()?)?;
         let path = &self.path;
+        let any = |article: &str| {
+            let names: Vec<String> =
+                declared.dimensions().map(|one| format!("{article}{one}")).collect();
+            names.join(" or ")
+        };
         let (message, label) = match Unit::find(unit) {
             Some(known) if declared.dimensions().any(|one| one == known.dimension) => return None,
             Some(known) => (
-                format!("`{path}` is a {dimension}, but `{unit}` is a unit of {}", known.dimension),
-                format!("needs a unit of {dimension}"),
+                format!("`{path}` is {}, but `{unit}` is a unit of {}", any("a "), known.dimension),
+                format!("needs a unit of {}", any("")),
             ),
             None => (
                 format!("unknown unit `{unit}`"),
@@ -247,8 +251,12 @@ impl<'v> Scalar<'v> {
 
     /// Returns the problem of a number without a unit in a table whose quantities have units.
     fn mixed(&self, first: &Scalar, named: &NamedUnit, key: Option<&str>) -> Problem {
-        let symbol = named.unit.symbol;
-        let number = shown(self.value.get_ref());
+        /// Number from which on a pressure is probably in pascals: 1 TPa in megapascals.
+        const PASCALS: f64 = 1e6;
+        let value = self.value.get_ref();
+        let is_in_pascals = named.unit.dimension == Dimension::Pressure && number(value) >= PASCALS;
+        let symbol = if is_in_pascals { "Pa" } else { named.unit.symbol };
+        let number = decimal::written(number(value));
         let message = format!("`{}` has no unit, but `{}` has one", self.path, first.path);
         let label = format!("write \"{number} {symbol}\" if it is in {symbol}");
         let problem =
@@ -332,6 +340,16 @@ impl Units {
             .map(|named| named.as_ref().map_or(0, |named| named.unit.power));
         let [metres, newtons, ..] = dimension.exponents();
         metres * length + newtons * (pressure + 2 * length)
+    }
+
+    /// Returns whether no length or pressure of the table has a unit, although plain numbers of this
+    /// dimension would have it. All other dimensions have a unit.
+    pub fn lacks(&self, dimension: Dimension) -> bool {
+        match dimension {
+            Dimension::Length => self.length.is_none(),
+            Dimension::Pressure => self.pressure.is_none(),
+            _ => false,
+        }
     }
 
     /// Returns whether the value at this position was written with a unit.

@@ -104,7 +104,10 @@ fn loads_are_pressures_or_forces_in_newtons_or_pure_numbers() {
     let pressure = Some(Dimension::Pressure);
     assert_eq!(loads("pressed_by = [\"1 GPa\", \"10 MPa\"]"), [(1.0, pressure), (0.01, pressure)]);
     let (_, problems) = read("pressed_by = [\"1 um\"]");
-    assert!(problems[0].contains("is a pressure, but `um` is a unit of length"), "{problems:?}");
+    assert!(
+        problems[0].contains("is a pressure or a force, but `um` is a unit of length"),
+        "{problems:?}"
+    );
     let (_, problems) = read("loads = [\"1 N\"]");
     assert!(problems[0].contains("`N` is a unit of force"), "{problems:?}");
 }
@@ -279,6 +282,8 @@ fn mistakes_in_units_are_reported_once_with_a_suggestion() {
             "bodies = [{ youngs_modulus = 2 }]\nmodulus = \"1 Pa\"",
             "`bodies.youngs_modulus` has no unit",
         ),
+        ("modulus = \"1 MPa\"\nbodies = [{ youngs_modulus = 70e9 }]", "(write \"7e10 Pa\""),
+        ("modulus = \"1 MPa\"\nbodies = [{ youngs_modulus = 70 }]", "(write \"70 MPa\""),
         ("side = \"2 m\"\nunit = \"px\"", "`unit` does not name one unit of length"),
         ("cases = [{ side = \"-2 m\" }]", "`side` is -2 (must be above 0)"),
         ("hurst = \"0.8 um\"", "`hurst` must be a number"),
