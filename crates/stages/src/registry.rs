@@ -205,6 +205,7 @@ impl StageVariant {
         KnownNumber {
             name: full_contact::NAME,
             unit_of: full_contact::UNIT_OF,
+            is_pure: full_contact::is_relative,
             value: Box::new(move |key, point| match self {
                 StageVariant::Solve => full_contact::load(&inputs, key, point),
                 _ => Err(format!(

@@ -27,6 +27,7 @@ use crate::expression::{Expression, ExpressionError};
 use crate::keys::quantity::{self, Declared, Unit};
 use crate::keys::schema::{alternatives, is_number, is_of_type, is_type, words};
 
+pub use dimensions::KnownUnit;
 pub use point::{Point, replaced};
 
 type Written<'i> = TomlSpanned<DeValue<'i>>;
@@ -45,6 +46,9 @@ pub struct KnownNumber<'a> {
     pub name: &'static str,
     /// Key whose unit the number has.
     pub unit_of: &'static str,
+    /// Returns whether the number is pure. The arguments are the value of the key that names the
+    /// unit of pressures, and whether a value of the key `unit_of` has a unit.
+    pub is_pure: fn(Option<&DeValue<'_>>, bool) -> bool,
     /// Returns the number at a parameter point, or the reason why it is not known. The first
     /// argument is the key whose expression uses the number.
     pub value: Box<FindNumber<'a>>,
@@ -102,14 +106,44 @@ impl<'a> Expressions<'a> {
         Some(unknown.map(|name| self.unknown_name(path, written, name)).collect())
     }
 
+    /// Returns the unit of the known number in the expressions of `table`.
+    pub fn known_unit(self, table: &DeTable<'_>) -> Option<KnownUnit> {
+        let known = self.scope.known.as_ref()?;
+        let schema = self.layout.properties().get(known.unit_of)?;
+        let declared = Declared::from_schema(schema)?;
+        let value = table.get(known.unit_of);
+        let mut unit = value.and_then(first_unit);
+        let mut add = |_: &Written<'_>, _: &[&Value], expression: Expression| {
+            if unit.is_none() && !expression.columns().contains(known.name) {
+                let key = dimensions::Key { table, name: known.unit_of, declared: Some(declared) };
+                unit = dimensions::unit_of(self, &key, None, &expression).ok().flatten();
+            }
+        };
+        value.into_iter().for_each(|value| self.for_each(value, schema, &mut add));
+        let named = self.layout.unit_of_pressures.and_then(|key| table.get(key));
+        let is_pure = (known.is_pure)(named.map(TomlSpanned::get_ref), unit.is_some());
+        // A force is one pressure on each nominal area.
+        let of_dimension = |unit: &'static Unit| match unit.dimension == declared.dimension {
+            true => unit,
+            false => Unit::si(declared.dimension),
+        };
+        Some(KnownUnit {
+            name: known.name,
+            dimension: (!is_pure).then_some(declared.dimension),
+            unit: unit.filter(|_| !is_pure).map(of_dimension),
+        })
+    }
+
     /// Returns the unit of an expression of `table` in which parameters have units; `None` for all
-    /// other values. `schema` and `declared` are those of the value.
+    /// other values. `known` is that of [`Expressions::known_unit`], and `schema` and `declared` are
+    /// those of the value.
     ///
     /// # Errors
     /// Returns the problem of an expression whose unit does not belong to the key `path`.
     pub fn unit(
         self,
         table: &DeTable<'_>,
+        known: Option<KnownUnit>,
         path: &str,
         written: &Written<'_>,
         schema: &Value,
@@ -118,12 +152,9 @@ impl<'a> Expressions<'a> {
         let Some(Ok(expression)) = self.parse(written.get_ref(), &alternatives(schema)) else {
             return Ok(None);
         };
-        let known = self.scope.known.as_ref();
-        if let Some(known) = known.filter(|known| expression.columns().contains(known.name)) {
-            return Ok(table.get(known.unit_of).and_then(first_unit));
-        }
-        let key = path.split('.').next().unwrap_or(path);
-        dimensions::unit_of(self, key, &expression, declared).map_err(|reason| {
+        let name = path.split('.').next().unwrap_or(path);
+        let key = dimensions::Key { table, name, declared };
+        dimensions::unit_of(self, &key, known, &expression).map_err(|reason| {
             let message = format!("the expression of `{path}` has another unit");
             Problem::new(message, written.span(), reason)
         })

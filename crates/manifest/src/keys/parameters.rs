@@ -10,6 +10,7 @@ use toml::de::{DeString, DeTable, DeValue};
 use crate::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use crate::expression::{Expression, Function};
 use crate::keys::expression_syntax::{has_unit, syntax_problem};
+use crate::keys::quantity::split;
 use crate::keys::values::{found, remove_repeats};
 
 /// The parameters of a study.
@@ -71,6 +72,25 @@ impl<'i> Parameters<'i> {
             pending.extend(parameter.uses.iter().map(|(name, _)| name.as_str()));
         }
         self.used.borrow_mut().extend(reached.into_iter().map(str::to_owned));
+    }
+
+    /// Returns the first parameter with a unit among `name` and the parameters on which it depends.
+    pub fn with_unit<'p>(&'p self, name: &'p str) -> Option<&'p str> {
+        let has_unit = |value: &TomlSpanned<DeValue<'_>>| {
+            value.get_ref().as_str().is_some_and(|text| split(text).is_some())
+        };
+        let mut reached = BTreeSet::new();
+        let mut pending = vec![name];
+        while let Some(name) = pending.pop() {
+            let Some(parameter) = self.by_name.get(name).filter(|_| reached.insert(name)) else {
+                continue;
+            };
+            if parameter.values.iter().any(has_unit) {
+                return Some(name);
+            }
+            pending.extend(parameter.uses.iter().map(|(name, _)| name.as_str()));
+        }
+        None
     }
 
     /// Reports parameters that no stage has used. Parameters before the position `inherited` may be

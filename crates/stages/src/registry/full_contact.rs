@@ -25,6 +25,15 @@ pub const NAME: &str = "full_contact";
 /// Key whose unit the load has.
 pub const UNIT_OF: &str = "loads";
 
+/// Returns whether the loads of a stage are multiples of E* × rms slope, from the value of
+/// `load_unit` and from whether a load has a unit.
+pub fn is_relative(load_unit: Option<&DeValue<'_>>, has_unit: bool) -> bool {
+    match load_unit.map(DeValue::as_str) {
+        None => !has_unit,
+        Some(word) => word == Some("relative"),
+    }
+}
+
 /// Returns the load of full contact in the unit of `loads`, or the reason why it is not known.
 ///
 /// `inputs` are the names of the stages that the stage reads, with the points of those that
@@ -55,11 +64,7 @@ pub fn load(
                    `full_contact_load` of the results has it";
         return Err(why.to_owned());
     }
-    let word = point.value("load_unit").map(DeValue::as_str);
-    let is_relative = match word {
-        None => !point.is_quantity(UNIT_OF),
-        Some(word) => word == Some("relative"),
-    };
+    let is_relative = is_relative(point.value("load_unit"), point.is_quantity(UNIT_OF));
     let mut loads = Vec::new();
     for (stage, surfaces) in inputs {
         let waves = surfaces.and_then(full_contacts).ok_or_else(|| {

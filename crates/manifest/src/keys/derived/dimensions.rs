@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use toml::de::DeValue;
+use toml::de::{DeTable, DeValue};
 
 use super::{Expressions, Written};
 use crate::expression::{Expression, Function, Operator};
-use crate::keys::quantity::{Declared, Unit, split};
+use crate::keys::quantity::{Declared, Dimension, Unit, split};
 
 /// Exponents of m, N, W, K and Ω in a unit.
 type Exponents = [i32; 5];
@@ -14,41 +14,81 @@ type Exponents = [i32; 5];
 /// Exponents of a pure number.
 const PURE: Exponents = [0; 5];
 
+/// Unit of a known number in the expressions of a table.
+#[derive(Debug, Clone, Copy)]
+pub struct KnownUnit {
+    pub name: &'static str,
+    /// `None` if the number is pure.
+    pub dimension: Option<Dimension>,
+    /// Unit of the values beside which the number stands, if they have one.
+    pub unit: Option<&'static Unit>,
+}
+
+impl KnownUnit {
+    fn exponents(self) -> Exponents {
+        self.dimension.map_or(PURE, Dimension::exponents)
+    }
+}
+
+/// Key whose value an expression is.
+pub struct Key<'a> {
+    pub table: &'a DeTable<'a>,
+    pub name: &'a str,
+    /// Declaration of the value.
+    pub declared: Option<Declared>,
+}
+
 /// Search for the unit of an expression.
 struct Search<'a> {
     expressions: Expressions<'a>,
-    /// Key whose value the expression is.
-    key: &'a str,
-    /// Units of the parameters on which the expression depends.
+    key: &'a Key<'a>,
+    /// The known number, if the expression uses it.
+    number: Option<KnownUnit>,
+    /// Units of the known number and of the parameters on which the expression depends.
     units: Vec<&'static Unit>,
     /// Exponents of these parameters.
     known: BTreeMap<String, Result<Option<Exponents>, String>>,
 }
 
-/// Returns the unit of the result of an expression in the value of `key`: that of the first
-/// parameter with the same dimension or, without one, that of the SI. Returns `None` for a pure
-/// number, and for expressions in which no parameter has a unit.
+/// Returns the unit of the result of an expression in the value of `key`: that of the known number
+/// or of the first parameter with the same dimension or, without one, that of the SI. Returns `None`
+/// for a pure number, and for expressions in which nothing has a unit.
 ///
 /// # Errors
 /// Returns the reason why the expression is not a quantity of the declared dimension.
 pub fn unit_of(
     expressions: Expressions<'_>,
-    key: &str,
+    key: &Key<'_>,
+    number: Option<KnownUnit>,
     expression: &Expression,
-    declared: Option<Declared>,
 ) -> Result<Option<&'static Unit>, String> {
-    let mut search = Search { expressions, key, units: Vec::new(), known: BTreeMap::new() };
+    let number = number.filter(|number| expression.columns().contains(number.name));
+    let units = number.and_then(|number| number.unit).into_iter().collect();
+    let mut search = Search { expressions, key, number, units, known: BTreeMap::new() };
     let names = expression.columns().into_iter().filter(|name| !search.is_key(name));
     search.find_parameters(names.map(str::to_owned).collect());
     let found = search.exponents(expression, false);
     if search.units.is_empty() {
         return Ok(None);
     }
-    let wanted = declared.map_or(PURE, |declared| declared.dimension.exponents());
-    let exponents = found?.unwrap_or(wanted);
-    let may_be_pure = declared.is_none_or(|declared| declared.or_ratio);
-    if exponents != wanted && !(exponents == PURE && may_be_pure) {
-        return Err(format!("must be {}, but this is {}", named(wanted), named(exponents)));
+    let declared = key.declared;
+    let dimensions = declared.into_iter().flat_map(Declared::dimensions);
+    let mut wanted: Vec<Exponents> = dimensions.map(Dimension::exponents).collect();
+    if wanted.is_empty() {
+        wanted.push(PURE);
+    }
+    let exponents = found?.unwrap_or(wanted[0]);
+    // The number would have the unit of the result, which would then be another quantity.
+    let pure = number.filter(|number| number.dimension.is_none());
+    if let Some(KnownUnit { name, .. }) = pure.filter(|_| exponents != PURE) {
+        let result = named(exponents);
+        return Err(format!("`{name}` is a pure number here, but this makes {result} of it"));
+    }
+    let may_be_pure = declared.is_some_and(|declared| declared.or_ratio);
+    if !wanted.contains(&exponents) && !(exponents == PURE && may_be_pure) {
+        let wanted: Vec<String> = wanted.into_iter().map(named).collect();
+        let reason = format!("must be {}, but this is {}", wanted.join(" or "), named(exponents));
+        return Err(reason);
     }
     let own = search.units.iter().find(|unit| unit.dimension.exponents() == exponents);
     Ok(own.copied().or_else(|| Unit::si_of(exponents)))
@@ -73,7 +113,9 @@ impl Search<'_> {
                 }
                 match (base, whole(power)) {
                     (None | Some(PURE), _) => Ok(base),
-                    (Some(base), Some(power)) => Ok(Some(base.map(|one| power * one))),
+                    (Some(base), Some(power)) => {
+                        Ok(Some(base.map(|one| one.saturating_mul(power))))
+                    }
                     (Some(_), None) => {
                         Err("a quantity with a unit needs a whole exponent".to_owned())
                     }
@@ -88,7 +130,9 @@ impl Search<'_> {
                 };
                 let combined = |sign: i32| {
                     let pairs = left.into_iter().zip(right);
-                    let sums: Vec<i32> = pairs.map(|(one, other)| one + sign * other).collect();
+                    let sum =
+                        |(one, other): (i32, i32)| one.saturating_add(other.saturating_mul(sign));
+                    let sums: Vec<i32> = pairs.map(sum).collect();
                     sums.try_into().ok()
                 };
                 match operator {
@@ -118,6 +162,9 @@ impl Search<'_> {
         if let Some(known) = self.known.get(name).filter(|_| is_parameter || !self.is_key(name)) {
             return known.clone();
         }
+        if let Some(number) = self.number.filter(|number| number.name == name) {
+            return Ok(Some(number.exponents()));
+        }
         let schema = self.expressions.layout.properties().get(name);
         let declared = schema.and_then(Declared::from_schema);
         Ok(match declared {
@@ -127,10 +174,19 @@ impl Search<'_> {
         })
     }
 
-    /// Returns whether a name in the expression is another key of the table. A key never means
-    /// itself.
+    /// Returns whether a name in the expression is another key. A key never means itself, and a
+    /// parameter shadows keys that the table does not contain.
     fn is_key(&self, name: &str) -> bool {
-        name != self.key && self.expressions.layout.has(name)
+        let Expressions { layout, scope } = self.expressions;
+        let cases = self.key.table.get("cases").and_then(|cases| cases.get_ref().as_array());
+        let mut cases = cases.into_iter().flatten().filter_map(|case| case.get_ref().as_table());
+        let is_parameter =
+            || scope.parameters.is_some_and(|parameters| parameters.get(name).is_some());
+        name != self.key.name
+            && layout.has(name)
+            && (self.key.table.contains_key(name)
+                || cases.any(|case| case.contains_key(name))
+                || !is_parameter())
     }
 
     /// Finds the exponents of parameters and of those on which they depend, each once.

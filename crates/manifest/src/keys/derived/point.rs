@@ -14,7 +14,7 @@ use crate::expression::Expression;
 use crate::keys::bounds::number;
 use crate::keys::expression_syntax::has_unit;
 use crate::keys::parameters::Parameters;
-use crate::keys::quantity::{Unit, Units, split};
+use crate::keys::quantity::{Declared, Unit, Units, split};
 use crate::keys::schema::{alternatives, is_type};
 
 /// A parameter point whose keys may be expressions.
@@ -165,12 +165,37 @@ impl<'a> Point<'a> {
         let names = expression.columns().into_iter();
         let values: BTreeMap<&str, f64> =
             names.map(|name| Ok((name, self.name(name, key)?))).collect::<Result<_, Failure>>()?;
+        if let Some(reason) = self.lacks_unit(values.keys().copied(), key) {
+            return Err(Failure::Reason(reason));
+        }
         let result = expression.value(&|name| values[name]);
         if result.is_finite() {
             return Ok(result);
         }
         let told = values.iter().map(|(name, value)| format!("`{name}` is {value}, "));
         Err(Failure::Reason(format!("{}the result is {result}", told.collect::<String>())))
+    }
+
+    /// Returns the reason why an expression in the value of `key` cannot be computed if one of its
+    /// names is a key whose number has no unit, and another one is a parameter with a unit.
+    fn lacks_unit<'n>(
+        &self,
+        names: impl Iterator<Item = &'n str> + Clone,
+        key: &str,
+    ) -> Option<String> {
+        let Expressions { layout, scope } = self.expressions;
+        let parameters = scope.parameters?;
+        let is_key = |name: &str| name != key && self.table.contains_key(name);
+        let is_parameter = |name: &str| parameters.get(name).is_some() && !is_key(name);
+        let has_no_unit = |name: &&str| {
+            let schema = layout.properties().get(*name).filter(|_| !is_parameter(name));
+            let declared = schema.and_then(Declared::from_schema);
+            declared.is_some_and(|one| !one.or_ratio && self.units.lacks(one.dimension))
+        };
+        let plain = names.clone().find(has_no_unit)?;
+        let mut of_parameters = names.filter(|name| is_parameter(name));
+        let with_unit = of_parameters.find_map(|name| parameters.with_unit(name))?;
+        Some(format!("`{plain}` has no unit, but `{with_unit}` has one"))
     }
 
     /// Returns the number that a name means in the value of `key`.

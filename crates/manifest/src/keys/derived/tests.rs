@@ -5,8 +5,9 @@ use serde::Deserialize;
 
 use super::*;
 use crate::diagnostics::Problems;
-use crate::keys::declare::{length, pair, swept};
+use crate::keys::declare::{length, load, pair, pressure, swept};
 use crate::keys::expected_keys::ExpectedKeys;
+use crate::keys::quantity::Dimension;
 use crate::keys::{Key, OnAxes, Section, Spanned, reader, table};
 
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -24,6 +25,10 @@ struct Example {
     range: Key<Range>,
     seed: Key<u64>,
     list: Key<Vec<Spanned<f64>>>,
+    #[schemars(transform = load)]
+    loads: Key<Vec<Spanned<f64>>>,
+    #[schemars(transform = pressure)]
+    modulus: Key<f64>,
 }
 
 table!(Example);
@@ -58,7 +63,17 @@ fn read(parameters: &str, text: &str) -> (Section<Example>, Vec<String>) {
     let mut problems = Problems::default();
     let parameters = DeTable::parse(parameters).unwrap().into_inner();
     let parameters = Parameters::read(parameters, &mut problems);
-    let scope = Scope { parameters: Some(&parameters), ..Scope::default() };
+    // A load of the same meaning as `full_contact`: 3, or 300 MPa.
+    let value =
+        |_: &str, point: &Point<'_>| Ok(if point.is_quantity("loads") { 300.0 } else { 3.0 });
+    let known = KnownNumber {
+        name: "closing",
+        unit_of: "loads",
+        is_pure: |_, has_unit| !has_unit,
+        value: Box::new(value),
+    };
+    let known = Some(known);
+    let scope = Scope { parameters: Some(&parameters), known, ..Scope::default() };
     let expected = ExpectedKeys { scope: Some(&scope), ..ExpectedKeys::of_table("the table") };
     let table = DeTable::parse(text).unwrap().into_inner();
     let section = reader::read(table, 0..0, &expected, &mut problems);
@@ -153,6 +168,60 @@ fn quantities_are_computed_in_the_units_of_the_table() {
 }
 
 #[test]
+fn loads_may_be_forces_or_multiples_of_a_known_load_with_its_unit() {
+    let parameters = "f = \"10 N\"\np = \"1 MPa\"\na = \"1 um\"\nb = \"4 um\"";
+    let loads = |text: &str| {
+        let (section, problems) = read(parameters, text);
+        assert_eq!(problems, [""; 0], "{text}");
+        let loads = &section.points[0].table.loads.written().unwrap().value;
+        let units = &section.units;
+        loads.iter().map(|load| (load.value, units.dimension_of(&load.span))).collect::<Vec<_>>()
+    };
+    let [pressure, force] = [Dimension::Pressure, Dimension::Force].map(Some);
+    assert_eq!(loads("loads = [\"2 * f\"]"), [(20.0, force)]);
+    assert_eq!(loads("loads = [\"f / a^2\"]"), [(1e13, pressure)]);
+    assert_eq!(loads("loads = [\"closing / 2\", 1]"), [(1.5, None), (1.0, None)]);
+    assert_eq!(loads("loads = [\"closing * a / b\"]"), [(0.75, None)]);
+    let beside = loads("loads = [\"closing / 2\", \"2 * p\"]");
+    assert_eq!(beside, [(150.0, pressure), (2.0, pressure)]);
+    let sum = loads("loads = [\"1 MPa\", \"closing / 2 + p\"]");
+    assert_eq!(sum, [(1.0, pressure), (151.0, pressure)]);
+    for (text, expected) in [
+        ("loads = [\"closing / 10 + p\"]", "this adds a pressure to a pure number"),
+        ("loads = [\"p * closing\"]", "`closing` is a pure number here"),
+        ("loads = [\"1 MPa\", \"closing * p / 2\"]", "must be a pressure or a force, but this is"),
+        ("loads = [\"2 * a\"]", "must be a pressure or a force, but this is a length"),
+    ] {
+        let (_, problems) = read(parameters, text);
+        assert_eq!(problems.len(), 1, "{text}: {problems:?}");
+        assert!(problems[0].contains(expected), "{text}: {problems:?}");
+    }
+}
+
+#[test]
+fn a_key_without_a_unit_is_not_computed_with_a_quantity() {
+    let parameters = "step = \"100 mm\"\nhalf = \"step / 2\"\np = \"1 MPa\"\nratio = 2";
+    for (text, expected) in [
+        ("side = 3.2\nnodes = \"side / step\"", "`side` has no unit, but `step` has one"),
+        ("nodes = \"side / half\"", "`side` has no unit, but `step` has one"),
+        ("modulus = 20\nloads = [\"p / modulus\"]", "`modulus` has no unit, but `p` has one"),
+        ("side = \"4 m\"\nmodulus = 20\nk = \"modulus / p\"", "`modulus` has no unit"),
+    ] {
+        let (_, problems) = read(parameters, text);
+        assert_eq!(problems.len(), 1, "{text}: {problems:?}");
+        assert!(problems[0].contains(expected), "{text}: {problems:?}");
+    }
+    let nodes = |text: &str| points(parameters, text)[0].0[0];
+    assert_eq!(nodes("side = \"3.2 m\"\nnodes = \"side / step\""), 32);
+    assert_eq!(nodes("side = \"32 * step\"\nnodes = \"side / step\""), 32);
+    assert_eq!(nodes("side = 32\nnodes = \"ratio * side\""), 64);
+    // A parameter shadows a key that the table does not contain.
+    let (section, problems) = read("side = \"3.2 m\"\nstep = \"0.1 m\"", "nodes = \"side / step\"");
+    assert_eq!(problems, [""; 0]);
+    assert_eq!(section.points[0].table.nodes.value().unwrap().pair(), [32; 2]);
+}
+
+#[test]
 fn mistakes_in_expressions_name_the_place_and_the_reason() {
     for (parameters, text, expected) in [
         ("", "nodes = \"8 * k_uper\"\nk = 1", "unknown name, `k_uper`"),
@@ -190,6 +259,12 @@ fn mistakes_in_expressions_name_the_place_and_the_reason() {
         ("a = \"1 um\"\nb = \"a / 2\"", "k = 5\nside = \"a / b\"", "this is a pure number"),
         ("a = [\"1 um\", 2]", "side = \"a\"", "the values of `a` are different quantities"),
         ("", "nodes = \"8 * 2 um\"", "write the result with its unit, such as \"20 µm\", or name"),
+        (
+            "a = \"1 um\"",
+            "k = \"(((((((((((a^9)^9)^9)^9)^9)^9)^9)^9)^9)^9)^9)\"",
+            "another quantity",
+        ),
+        ("", "side = \"1,5 um\"", "numbers have a decimal point: write \"1.5 um\""),
         ("", "factor = \"pi/9\"", "`factor` cannot be \"pi/9\""),
         ("", "nodes = \"32\"", "write numbers without quotes"),
     ] {
