@@ -103,7 +103,7 @@ pub struct Params {
     /// Effective elastic modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
     pub effective_modulus: f64,
     /// Quantity that the contact prescribes.
-    #[serde(skip_serializing_if = "Control::is_load")]
+    #[serde(skip_serializing_if = "Control::is_load", serialize_with = "control_recipe")]
     pub control: Control,
     /// Unit of `loads` and `pressures`, if loads are prescribed.
     pub load_unit: PressureUnit,
@@ -549,6 +549,14 @@ fn stiffness_recipe<S: Serializer>(
 /// Serializes the flow for a recipe, as the version of its numbers.
 fn flow_recipe<S: Serializer>(_: &bool, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_u32(parts::FLOW_VERSION)
+}
+
+/// Version of the numbers of prescribed gaps and displacements. Only their recipes contain it.
+const PRESCRIBED_VERSION: u32 = 2;
+
+/// Serializes a control other than loads for a recipe, with the version of its numbers.
+fn control_recipe<S: Serializer>(control: &Control, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{}_{PRESCRIBED_VERSION}", control.name()))
 }
 
 /// Version of the numbers of asperity models. Only their recipes contain it.

@@ -7,14 +7,22 @@
 //! search takes next to no time. Loads that differ little from the one before start from its
 //! pressures, and only the last ones are solved to the whole tolerance, so that the search takes
 //! about as many pairs as two loads.
+//!
+//! With a hardness H, the approach is not a function of the load alone. If all k nodes in contact
+//! out of N have yielded, they bear the load k H/N at each approach from the one at which the last
+//! of them yields to the one at which another node touches. The search approaches such a load from
+//! both sides. It then tries whether these pressures solve the contact at the prescribed approach.
 
+use super::passes::Convergence;
+use super::refinement::Evaluation;
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
 
 /// Quantity that is prescribed instead of the load, in units of rms slope × longer side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Prescribed {
     /// Mean gap over the map, positive. The surfaces do not touch if it is larger than the height
-    /// of the highest node above the mean plane.
+    /// of the highest node above the mean plane. A gap below the tolerance × rms slope × mesh step
+    /// is not resolved.
     MeanGap(f64),
     /// Rigid approach of the bodies since the first touch of the highest node, positive.
     Approach {
@@ -39,22 +47,36 @@ const LOOSE: f64 = 1e-2;
 /// Tolerance of the next load as a fraction of the error of the approach.
 const FORCING: f64 = 0.05;
 
-/// Ratio of a change of the approach to the tolerance above which rounding does not hide it.
+/// Smallest change of the approach, in units of the tolerance, that the error of the solution does
+/// not hide.
 const CLEAR: f64 = 4.0;
 
-/// Maximum number of loads of a search. A search takes more than ten only if rounding hides the
-/// approach.
+/// Maximum number of loads of a search. A search takes more than ten if rounding hides the approach,
+/// or if the approach is steep at a load at which nearly all nodes in contact have yielded.
 const MAX_LOADS: usize = 40;
 
-/// Number of loads after which every second one halves the bracket.
+/// Number of loads after which every second one halves the bracket, and after which loads are
+/// solved to the whole tolerance.
 const SECANTS: usize = 8;
+
+/// Number of loads after which a search tries whether all nodes in contact yield. Most searches end
+/// before.
+const ELASTIC_LOADS: usize = 3;
+
+/// Largest fraction of the load on elastic nodes with which a search tries whether all nodes in
+/// contact yield.
+const MAX_ELASTIC: f64 = 0.2;
 
 /// Largest factor by which a load differs from the one before while the bracket has one end.
 const MAX_FACTOR: f64 = 16.0;
 
-/// Largest ratio of two loads, and its inverse, at which the second one starts from the pressures
-/// of the first one.
+/// Largest ratio of the larger to the smaller of two successive loads at which the second one starts
+/// from the pressures of the first one.
 const MAX_RATIO: f64 = 1.2;
+
+/// Maximum number of pairs from the pressures of the load before. Most loads take fewer than 20; if
+/// the nodes that yield are others, the pressures may never converge from these.
+const NEAR_PAIRS: u32 = 100;
 
 /// Largest load as a fraction of the hardness, at which a material yields everywhere.
 const BELOW_HARDNESS: f64 = 1.0 - 1e-9;
@@ -99,7 +121,7 @@ impl Solver {
         if let Some(end) = self.beyond_full_contact(prescribed, wanted, settings, watch) {
             return end;
         }
-        let guess = self.coarse_guess(prescribed, watch).unwrap_or_default();
+        let guess = self.coarse_guess(prescribed, watch);
         self.search(prescribed, guess, settings, watch).0
     }
 
@@ -127,7 +149,7 @@ impl Solver {
 
     fn without_contact(&mut self, prescribed: Prescribed) -> Outcome {
         self.pressure.fill(0.0);
-        let mean_gap = self.problem.highest - self.wanted(prescribed);
+        let mean_gap = (self.problem.highest - self.wanted(prescribed)).max(0.0);
         Outcome {
             stop: Stop::NoContact,
             pairs: 0,
@@ -168,10 +190,12 @@ impl Solver {
         Some((load, Outcome { stop, ..outcome }))
     }
 
-    /// Searches the load on the smallest of the coarser meshes.
-    fn coarse_guess(&mut self, prescribed: Prescribed, watch: &dyn Watch) -> Option<Guess> {
+    /// Searches the load on the smallest of the coarser meshes. Returns the default guess if there
+    /// is no coarser mesh or if the search fails.
+    fn coarse_guess(&mut self, prescribed: Prescribed, watch: &dyn Watch) -> Guess {
         let (highest, nodes) = (self.problem.highest, self.pressure.len());
-        let solver = self.coarser.as_mut()?.smallest();
+        let Some(coarser) = &mut self.coarser else { return Guess::default() };
+        let solver = coarser.smallest();
         // The highest node may be between the nodes of the coarser mesh.
         let lower = highest - solver.problem.highest;
         let prescribed = match prescribed {
@@ -181,13 +205,17 @@ impl Solver {
             }
         };
         if solver.wanted(prescribed) <= 0.0 {
-            return None;
+            return Guess::default();
         }
         let watch = || watch.is_interrupted();
         let ((load, outcome), slope) = solver.search(prescribed, Guess::default(), &COARSE, &watch);
         let pairs = f64::from(outcome.pairs) * solver.pressure.len() as f64 / nodes as f64;
-        let guess = Guess { load, slope, pairs: pairs.round() as u32 };
-        (outcome.stop == Stop::Converged).then_some(guess)
+        let pairs = pairs.round() as u32;
+        if outcome.stop == Stop::Converged {
+            Guess { load, slope, pairs }
+        } else {
+            Guess { pairs, ..Guess::default() }
+        }
     }
 
     /// Searches the load of a prescribed approach. Returns the load, its outcome and the slope
@@ -208,7 +236,7 @@ impl Solver {
         let ceiling = self.problem.hardness.map_or(f64::INFINITY, Hardness::pressure);
         let mut search = Search {
             wanted,
-            most: libm::log(BELOW_HARDNESS * ceiling),
+            max_load: libm::log(BELOW_HARDNESS * ceiling),
             low: None,
             high: full,
             last: None,
@@ -235,6 +263,18 @@ impl Solver {
             let is_reached = residual <= settings.tolerance && error <= MAX_RELATIVE_ERROR * wanted;
             let noise = if is_final { 0.0 } else { CLEAR * tolerance / self.inner.residual(1.0) };
             search.add(Point { load, approach: approach.max(f64::MIN_POSITIVE), noise });
+            if count > ELASTIC_LOADS
+                && outcome.stop == Stop::Converged
+                && !is_reached
+                && let Some(yielded) =
+                    self.press_yielded(prescribed, given, approach < wanted, settings)
+            {
+                pairs += yielded.outcome.pairs;
+                if yielded.outcome.stop == Stop::Converged {
+                    let outcome = Outcome { pairs, ..yielded.outcome };
+                    return ((yielded.load, outcome), search.slope);
+                }
+            }
             let next = search.next(count);
             let stop = match outcome.stop {
                 Stop::Interrupted | Stop::PairLimit => outcome.stop,
@@ -243,7 +283,8 @@ impl Solver {
                 _ if count == MAX_LOADS || next == load && is_final => Stop::NotReached,
                 _ => {
                     load = next;
-                    tolerance = (FORCING * residual).min(LOOSE).max(settings.tolerance);
+                    let loose = if count < SECANTS { (FORCING * residual).min(LOOSE) } else { 0.0 };
+                    tolerance = loose.max(settings.tolerance);
                     continue;
                 }
             };
@@ -264,21 +305,102 @@ impl Solver {
         self.inner.reference = reference;
         self.impose_load();
         let evaluation = self.evaluate_guess(settings);
-        let outcome = self.solve(self.inner.step_control(true), evaluation, settings, watch);
+        let few = Settings { pair_limit: settings.pair_limit.min(NEAR_PAIRS), ..*settings };
+        let outcome = self.solve(self.inner.step_control(true), evaluation, &few, watch);
         let yields = outcome.saturated_nodes > 0;
         let ceiling = self.problem.hardness.map_or(f64::INFINITY, Hardness::pressure);
         // Nodes begin or cease to yield between both loads.
         let is_other = bound.is_some() != yields || outcome.peak_pressure > ceiling;
-        if outcome.stop == Stop::Converged && is_other {
-            let whole = self.press(load, settings, watch);
+        let has_failed = outcome.stop == Stop::PairLimit && outcome.pairs < settings.pair_limit;
+        if has_failed || outcome.stop == Stop::Converged && is_other {
+            let pair_limit = settings.pair_limit.saturating_sub(outcome.pairs).max(1);
+            let rest = Continued { watch, before: outcome.pairs };
+            let whole = self.press(load, &Settings { pair_limit, ..*settings }, &rest);
             return Outcome { pairs: outcome.pairs + whole.pairs, ..whole };
         }
         outcome
     }
 }
 
-/// First load of a search, with the slope d ln(approach) / d ln(load) there and the pairs of
-/// transforms that finding it has taken.
+impl Solver {
+    /// Tries whether all nodes in contact yield at the prescribed approach, if few of those under
+    /// the last load, `load`, are elastic. With `touches_less` the approach under this load is
+    /// smaller than the prescribed one, so that elastic nodes would yield; otherwise they would
+    /// not touch.
+    ///
+    /// Returns the load on the yielded nodes. If its pressures do not solve the contact, the
+    /// outcome has not converged, and the solver holds those of the last load.
+    fn press_yielded(
+        &mut self,
+        prescribed: Prescribed,
+        load: f64,
+        touches_less: bool,
+        settings: &Settings,
+    ) -> Option<Yielded> {
+        let hardness = self.inner.bound?.pressure();
+        let cells = self.pressure.len() as f64;
+        let is_elastic = |pressure: f64| pressure > 0.0 && pressure < hardness;
+        let elastic = self.pressure.iter().copied().enumerate().filter(|(_, p)| is_elastic(*p));
+        let elastic: Vec<(usize, f64)> = elastic.collect();
+        let on_elastic = elastic.iter().map(|(_, pressure)| pressure).sum::<f64>() / cells;
+        let replaced = if touches_less { hardness } else { 0.0 };
+        let yielded = self.pressure.iter().filter(|pressure| **pressure >= hardness).count();
+        let nodes = yielded + if touches_less { elastic.len() } else { 0 };
+        if on_elastic > MAX_ELASTIC * load || nodes == 0 || nodes == self.pressure.len() {
+            return None;
+        }
+        elastic.iter().for_each(|(node, _)| self.pressure[*node] = replaced);
+        let (reference, offset) = (self.inner.reference, self.offset);
+        self.inner.load = hardness * nodes as f64 / cells;
+        self.inner.pairs = 0;
+        self.inner.reference += offset;
+        let outcome = self.yielded_at(prescribed, nodes as f64 / cells, settings);
+        let yielded = Yielded { load: self.inner.load, outcome };
+        if outcome.stop != Stop::Converged {
+            elastic.iter().for_each(|(node, pressure)| self.pressure[*node] = *pressure);
+            (self.inner.load, self.inner.reference, self.offset) = (load, reference, offset);
+        }
+        Some(yielded)
+    }
+
+    /// Evaluates the present pressures, which are zero or the hardness, at the prescribed approach.
+    /// `share` is the fraction of the nodes in contact.
+    fn yielded_at(&mut self, prescribed: Prescribed, share: f64, settings: &Settings) -> Outcome {
+        let evaluation = self.evaluate();
+        let middle = evaluation.convergence.offset;
+        // Yielded nodes count as zero gap.
+        let change = match prescribed {
+            Prescribed::MeanGap(gap) => middle + (evaluation.mean_gap - gap) / (1.0 - share),
+            Prescribed::Approach { approach, uniform_compliance } => {
+                let uniform = uniform_compliance * self.inner.load;
+                approach - uniform - self.problem.highest - self.inner.reference
+            }
+        };
+        self.inner.reference += change;
+        let evaluation = self.evaluate();
+        self.offset = 0.0;
+        let Convergence { offset: middle, error } = evaluation.convergence;
+        let shifted = Evaluation {
+            convergence: Convergence { offset: 0.0, error: error + middle.abs() },
+            mean_gap: evaluation.mean_gap + middle * (1.0 - share),
+            yielded_depth: evaluation.yielded_depth - middle * share,
+            ..evaluation
+        };
+        let is_solved = self.is_solved(settings, &shifted);
+        let stop = if is_solved { Stop::Converged } else { Stop::NotReached };
+        let summary = self.summarise();
+        self.outcome(stop, shifted, summary)
+    }
+}
+
+/// Load on nodes that have all yielded, with its outcome.
+struct Yielded {
+    load: f64,
+    outcome: Outcome,
+}
+
+/// First load of a search, with the slope d ln(approach) / d ln(load) there and the number of
+/// transform pairs used to find it.
 #[derive(Debug, Clone, Copy)]
 struct Guess {
     load: f64,
@@ -312,13 +434,13 @@ struct Point {
     noise: f64,
 }
 
-/// Bracketed secant search for the load of an approach. Loads are logarithms.
+/// Bracketed secant search, in the logarithm of the load, for the load that gives an approach.
 #[derive(Debug)]
 struct Search {
     /// Approach of the load.
     wanted: f64,
     /// Bound that all loads are below.
-    most: f64,
+    max_load: f64,
     /// Heaviest load with a smaller approach, and lightest load with a larger one.
     low: Option<Point>,
     high: Option<Point>,
@@ -352,15 +474,15 @@ impl Search {
         {
             return 0.5 * (low.load + high.load);
         }
-        let most = libm::log(MAX_FACTOR);
+        let max_step = libm::log(MAX_FACTOR);
         let step = libm::log(self.wanted / last.approach) / self.slope;
-        self.within(last.load + step.clamp(-most, most))
+        self.within(last.load + step.clamp(-max_step, max_step))
     }
 
     /// Returns a load within the bracket: the given one, or the middle of the bracket.
     fn within(&self, load: f64) -> f64 {
         let low = self.low.map_or(f64::NEG_INFINITY, |low| low.load);
-        let high = self.high.map_or(self.most, |high| high.load);
+        let high = self.high.map_or(self.max_load, |high| high.load);
         if load > low && load < high {
             return load;
         }
@@ -368,7 +490,7 @@ impl Search {
     }
 }
 
-/// Observer of a search, which counts the pairs of all its loads.
+/// Observer of one load of a search, which counts the pairs of the loads before it, too.
 struct Continued<'a> {
     watch: &'a dyn Watch,
     before: u32,

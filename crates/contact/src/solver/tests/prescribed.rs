@@ -4,6 +4,8 @@
 use super::*;
 use crate::elasticity::{Base, Layer, Support};
 use crate::grid::Boundary;
+use crate::topography::random::{Amplitude, RandomSurface};
+use crate::topography::spectrum::Spectrum;
 
 const LAYER_ON_BASE: (f64, f64) = (0.2, 0.3);
 
@@ -127,6 +129,91 @@ fn a_sphere_at_a_prescribed_approach_bears_the_load_of_hertz() {
         let found = outcome.contact_nodes as f64 / (nodes * nodes) as f64;
         // Half a mesh step at the edge of the smallest contact is 4 % of its area.
         assert!((found / area - 1.0).abs() < 0.04, "{contact_radius}: {found} {area}");
+    }
+}
+
+/// Solves a prescribed value and checks the contact conditions at the offset that it gives: yielded
+/// nodes penetrate, and no other node does. Returns whether all nodes in contact have yielded.
+fn is_plateau(solver: &mut Solver, heights: &[f64], prescribed: Prescribed) -> bool {
+    let settings = Settings::default();
+    let (load, outcome) = solver.press_to(prescribed, &settings, &|| false);
+    assert_eq!(outcome.stop, Stop::Converged, "{prescribed:?}, {load}, {outcome:?}");
+    assert!(outcome.pairs < 500, "{prescribed:?}, {load}, {outcome:?}");
+    let pressure = solver.pressure().to_vec();
+    let displacement = solver.displacement_under(&pressure);
+    let centre = mean(heights);
+    let highest = solver.problem.highest;
+    let tolerance = 1.1 * settings.tolerance / solver.inner.mesh.steps_per_side;
+    // The offset from the mean gap: without contact, it is minus the mean gap.
+    let approach = approach(solver, load, &outcome, 0.0);
+    let offset = approach - highest;
+    let hardness = solver.problem.hardness.unwrap().pressure();
+    let (mut apart, mut yielded) = (0.0, 0.0);
+    for ((u, height), p) in displacement.iter().zip(heights).zip(&pressure) {
+        let gap = u - (height - centre) - offset;
+        let violation = match *p {
+            0.0 => -gap,
+            p if p == hardness => gap,
+            _ => gap.abs(),
+        };
+        assert!(violation <= tolerance, "{prescribed:?}: {violation} {gap} {p}, {outcome:?}");
+        apart += if *p == 0.0 { gap } else { 0.0 };
+        yielded += if *p == hardness { -gap } else { 0.0 };
+    }
+    let cells = heights.len() as f64;
+    assert!((outcome.mean_gap - apart / cells).abs() <= tolerance);
+    assert!((outcome.yielded_depth - yielded / cells).abs() <= tolerance);
+    assert!((mean(&pressure) / load - 1.0).abs() < 1e-12);
+    let (found, wanted) = match prescribed {
+        Prescribed::MeanGap(gap) => (outcome.mean_gap, gap),
+        Prescribed::Approach { approach: wanted, .. } => (approach, wanted),
+    };
+    assert!((found - wanted).abs() <= tolerance, "{prescribed:?}: {found}");
+    outcome.contact_nodes == outcome.saturated_nodes
+}
+
+#[test]
+fn a_value_between_two_loads_without_elastic_nodes_has_the_load_on_yielded_nodes() {
+    let spectrum = Spectrum { hurst: 0.8, k_lower: 4, k_rolloff: 4, k_upper: 32, anisotropy: None };
+    let amplitude = Amplitude::Gaussian;
+    for boundary in [Boundary::Periodic, Boundary::Free] {
+        let mut plateaus = 0;
+        for (seed, nodes, hardness) in [(1, 128, 0.053), (2, 128, 0.1), (3, 64, 0.05)] {
+            let surface =
+                RandomSurface { spectrum, amplitude, rms_slope: 1.0, seed, realization: 0 };
+            let heights = surface.draw(square(nodes, 1.0)).into_heights();
+            let hardness = Some(Hardness::new(hardness).unwrap());
+            let body = Body { elastic: boundary.into(), hardness };
+            let mut solver = body.solver(square(nodes, 1.0), &heights);
+            let highest = solver.problem.highest;
+            for step in 1..16 {
+                let share = f64::from(step) / 50.0;
+                let by_approach =
+                    Prescribed::Approach { approach: share * highest, uniform_compliance: 0.0 };
+                for prescribed in [Prescribed::MeanGap((1.0 - share) * highest), by_approach] {
+                    plateaus += usize::from(is_plateau(&mut solver, &heights, prescribed));
+                }
+            }
+        }
+        assert!(plateaus > 10, "{boundary:?}: {plateaus}");
+    }
+}
+
+#[test]
+fn a_flat_punch_that_has_yielded_sinks_in_under_the_same_load() {
+    let (nodes, hardness, depth) = (64, 0.05, 0.1);
+    let is_inside = |x: f64, y: f64| (x - 0.5).powi(2) + (y - 0.5).powi(2) < 0.04;
+    let heights = map(nodes, |x, y| if is_inside(x, y) { depth } else { 0.0 });
+    let inside = heights.iter().filter(|height| **height > 0.0).count();
+    for boundary in [Boundary::Periodic, Boundary::Free] {
+        let hardness = Some(Hardness::new(hardness).unwrap());
+        let body = Body { elastic: boundary.into(), hardness };
+        let mut solver = body.solver(square(nodes, 1.0), &heights);
+        for approach in [0.3, 0.5, 0.8].map(|share| share * depth) {
+            let prescribed = Prescribed::Approach { approach, uniform_compliance: 0.0 };
+            assert!(is_plateau(&mut solver, &heights, prescribed), "{approach}");
+            assert_eq!(solver.pressure().iter().filter(|p| **p > 0.0).count(), inside);
+        }
     }
 }
 
