@@ -1,7 +1,7 @@
 //! Differences between the means of two samples: Student's and Welch's intervals, and Holm's
 //! correction for many comparisons.
 
-use crate::intervals::{deviation, mean, two_sided_quantile, within};
+use crate::intervals::{deviation, interval_of_student, mean, within};
 
 /// Difference between two means, with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,8 +54,7 @@ impl MeanDifference {
 
     /// Returns the two-sided confidence interval with this probability.
     pub fn interval(&self, probability: f64) -> [f64; 2] {
-        let half = two_sided_quantile(probability, self.freedom) * self.error;
-        [self.value - half, self.value + half]
+        interval_of_student(self.value, self.error, self.freedom, probability)
     }
 
     /// Returns the probability of a difference of at least this magnitude if the means are equal.
@@ -68,9 +67,9 @@ impl MeanDifference {
     }
 }
 
-/// Rounds degrees of freedom down. Two constant samples have none; they get one, which changes
+/// Rounds degrees of freedom down. Constant samples have none; they get one, which changes
 /// nothing, because their standard error is zero.
-fn degrees_of_freedom(freedom: f64) -> u32 {
+pub(crate) fn degrees_of_freedom(freedom: f64) -> u32 {
     if freedom >= 1.0 { (freedom + 1e-9).min(f64::from(u32::MAX)) as u32 } else { 1 }
 }
 
@@ -95,6 +94,7 @@ pub fn holm(p_values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::intervals::two_sided_quantile;
     use crate::random::normal;
 
     #[test]

@@ -168,9 +168,25 @@ pub(crate) fn deviation(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let mean = mean(values.clone());
     let count = values.clone().count() as f64;
     let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
-    // Equal values differ from their mean by rounding errors only.
-    let deviation = (squares / (count - 1.0)).sqrt();
+    without_rounding((squares / (count - 1.0)).sqrt(), mean)
+}
+
+/// Returns the standard deviation or error of a mean, or zero if it is a rounding error: equal
+/// values differ from their mean by rounding errors only.
+pub(crate) fn without_rounding(deviation: f64, mean: f64) -> f64 {
     if deviation > 1e-13 * mean.abs() { deviation } else { 0.0 }
+}
+
+/// Returns the two-sided confidence interval of a mean with this standard error, by Student's t
+/// distribution.
+pub(crate) fn interval_of_student(
+    mean: f64,
+    error: f64,
+    freedom: u32,
+    probability: f64,
+) -> [f64; 2] {
+    let half = two_sided_quantile(probability, freedom) * error;
+    [mean - half, mean + half]
 }
 
 /// Returns the t with P(|T| ≤ t) = `probability` for Student's t distribution with `freedom`

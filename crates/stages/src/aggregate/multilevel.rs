@@ -22,7 +22,7 @@ use asperity_tables::column::optional_reals;
 use asperity_tables::table::{Table, TableError};
 
 /// Version of the numbers of multilevel means, part of the key of every stored result.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// Columns that identify the mesh of a surface.
 pub const MESH: [&str; 3] = [NODES.name, NODES_X.name, NODES_Y.name];
@@ -108,9 +108,6 @@ pub struct FinestMean {
     /// Numbers of nodes of the meshes, from the coarsest to the finest.
     pub meshes: Vec<i64>,
     pub mean: MultilevelMean,
-    /// Variance of the column between surfaces on each mesh, estimated from this and all coarser
-    /// meshes; of a few surfaces it can be negative.
-    pub variances: Vec<f64>,
 }
 
 /// Returns the means of a column on the finest meshes. Means without a standard error are left out.
@@ -130,16 +127,8 @@ pub fn finest_means(table: &Table, column: &str) -> Result<Vec<FinestMean>, Stag
     let ladders = ladders(&rows, &plain, &GroupNames::new(&rows, &groups))?;
     let means = ladders.iter().filter_map(|ladder| {
         let levels = ladder.levels(&values);
-        let mean_on = |level: usize| MultilevelMean::new(&levels[..=level]);
-        let between = |mean: MultilevelMean| {
-            mean.terms.iter().map(|term| term.weighted_variance).sum::<f64>()
-        };
-        let variances = (0..levels.len()).map(|level| mean_on(level).map(between));
-        Some(FinestMean {
-            meshes: ladder.meshes.clone(),
-            mean: MultilevelMean::new(&levels).filter(|_| levels.len() == ladder.meshes.len())?,
-            variances: variances.collect::<Option<_>>()?,
-        })
+        let mean = MultilevelMean::new(&levels).filter(|_| levels.len() == ladder.meshes.len())?;
+        Some(FinestMean { meshes: ladder.meshes.clone(), mean })
     });
     Ok(means.collect())
 }
@@ -330,8 +319,8 @@ fn columns(
     Ok(Table::from_arrays(means.len(), Schema::new(fields), arrays))
 }
 
-/// Relative saving from which a warning advises to leave out a mesh. Variances of few surfaces are
-/// known to a few ten per cent.
+/// Relative saving from which a warning advises to leave out a mesh. Variances estimated from a few
+/// surfaces are uncertain by some tens of per cent.
 const WORTHWHILE: f64 = 0.1;
 
 /// Warns of coarse meshes without which the means of a column would cost less. `table` has the rows
@@ -364,20 +353,21 @@ pub fn warning(table: &Table, column: &str) -> Result<Option<String>, StageError
 /// Returns the number of nodes of the mesh with which the levels should begin, and what this would
 /// save, if it is not the coarsest mesh.
 fn costly_mesh(found: &FinestMean) -> Option<(i64, f64)> {
-    let level =
-        |variance: f64, level: usize| LevelCost { variance, cost: found.meshes[level] as f64 };
+    let costs: Vec<LevelCost> = found
+        .mean
+        .terms
+        .iter()
+        .zip(&found.meshes)
+        .map(|(term, nodes)| LevelCost { variance: term.weighted_variance, cost: *nodes as f64 })
+        .collect();
     let cost_from = |first: usize| {
-        let finer = found.mean.terms.iter().enumerate().skip(first + 1);
-        let differences = finer.map(|(index, term)| level(term.variance, index));
-        let levels: Vec<_> =
-            std::iter::once(level(found.variances[first], first)).chain(differences).collect();
-        least_cost(&levels)
+        // W_k = var(Y_L − Y_k₋₁) − var(Y_L − Y_k): the sum up to a mesh is W of a coarsest mesh.
+        let variance = costs[..=first].iter().map(|level| level.variance).sum();
+        least_cost(&[&[LevelCost { variance, ..costs[first] }], &costs[first + 1..]].concat())
     };
     let all = cost_from(0);
-    let costs = (1..found.meshes.len())
-        .filter(|&first| found.variances[first] > 0.0)
-        .map(|first| (first, cost_from(first)));
-    let (first, least) = costs.min_by(|one, other| one.1.total_cmp(&other.1))?;
+    let without = (1..costs.len()).map(|first| (first, cost_from(first)));
+    let (first, least) = without.min_by(|one, other| one.1.total_cmp(&other.1))?;
     let saving = 1.0 - least / all;
     (saving > WORTHWHILE).then_some((found.meshes[first], saving))
 }
@@ -449,7 +439,8 @@ mod tests {
         assert_eq!(found.integers("count").unwrap().values(), &[5, 5, 3, 3]);
         let finest = 5.0 + 0.5;
         assert_close(&values(&found, "mean"), &[Some(5.0), Some(50.0), Some(finest), Some(55.0)]);
-        let variance = (16.5 + 2.0 * 0.5) / 5.0 + 0.25 / 3.0_f64;
+        let covariance = 0.5 * (16.5 / (7.0 / 3.0_f64)).sqrt();
+        let variance = (16.5 + 2.0 * covariance) / 5.0 + 0.25 / 3.0_f64;
         let coarse = (16.5 / 5.0_f64).sqrt();
         let errors = [coarse, 10.0 * coarse, variance.sqrt(), 10.0 * variance.sqrt()];
         assert_close(&values(&found, "sem"), &errors.map(Some));
