@@ -1,5 +1,6 @@
 //! Results of a study: tables, descriptions of columns, and the HTML report.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -90,7 +91,7 @@ impl<'a> Tables<'a> {
             tables.push((name.clone(), self.open(name)?));
         }
         let room = MemoryLimit::new(None, 1).room();
-        let answer = sql::ask_with_units(query, tables, &known, room);
+        let answer = sql::ask(query, tables, &known, &BTreeMap::new(), room);
         let table = answer.map_err(|error| match error {
             StageError::Query(error) => refused(error),
             StageError::Store(error) => SessionError::Store(error),

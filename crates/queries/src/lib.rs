@@ -21,7 +21,7 @@ mod units;
 mod window;
 
 pub use engine::silence_panics;
-pub use units::origins;
+pub use units::{Origin, origins};
 
 use std::collections::BTreeSet;
 

@@ -1,16 +1,17 @@
 //! Units of the columns of an answer, which follow from the query.
 //!
-//! A column that is passed on keeps its description. Sums, means, extrema and quotients have the
-//! unit of their operands where it is certain; all other columns have none. A product with a number
-//! has none, because it may be a conversion.
+//! A column that is passed on keeps its description. Sums, means, extrema, quotients and `case` have
+//! the unit of their operands where it is certain; all other columns have none. A product with a
+//! number has none, because it may be a conversion.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use arrow::datatypes::{Field, Metadata, SchemaRef};
 use sqlparser::ast::{
-    BinaryOperator, Expr, FunctionArg, FunctionArgExpr, FunctionArguments, Query, Select,
-    SelectItem, SelectItemQualifiedWildcardKind, SetExpr, TableAlias, TableFactor, UnaryOperator,
+    BinaryOperator, Expr, FunctionArg, FunctionArgExpr, FunctionArguments, Query, RenameSelectItem,
+    Select, SelectItem, SelectItemQualifiedWildcardKind, SetExpr, TableAlias, TableFactor,
+    UnaryOperator, Value, WildcardAdditionalOptions,
 };
 
 use crate::QueryError;
@@ -19,11 +20,10 @@ use crate::statement::{name_of, parsed};
 use asperity_tables::column::{Description, Role, described};
 
 /// Functions whose value has the unit of their first argument.
-const KEEP_UNIT: [&str; 21] = [
+const KEEP_UNIT: [&str; 20] = [
     "abs",
     "avg",
     "ceil",
-    "coalesce",
     "first",
     "first_value",
     "floor",
@@ -43,11 +43,20 @@ const KEEP_UNIT: [&str; 21] = [
     "total",
 ];
 
+/// Unit of a column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Unit {
+    /// Unit as a table declares it: `length`.
+    declared: String,
+    /// Unit that the table names: `µm`. Columns of two stages may differ in it.
+    named: String,
+}
+
 /// Description of a column of a table or of an answer.
 #[derive(Debug, Clone, Default)]
 pub struct Origin {
-    /// Unit as a table declares it; `None` if it is unknown.
-    unit: Option<String>,
+    /// Unit of the values; `None` if it is unknown.
+    unit: Option<Unit>,
     /// Column that is passed on without a change.
     field: Option<Arc<Field>>,
 }
@@ -59,23 +68,33 @@ type Scope = BTreeMap<String, Columns>;
 
 impl Origin {
     fn of_field(field: &Arc<Field>) -> Origin {
-        let unit = Description::from(field.as_ref()).unit;
-        let unit = Some(unit).filter(|unit| !unit.is_empty());
+        let unit = Unit {
+            declared: Description::from(field.as_ref()).unit,
+            named: Description::in_units(field).unit,
+        };
+        let unit = Some(unit).filter(|unit| !unit.declared.is_empty());
         Origin { unit, field: Some(field.clone()) }
     }
 
-    fn computed(unit: Option<String>) -> Origin {
+    fn computed(unit: Option<Unit>) -> Origin {
         Origin { unit, field: None }
+    }
+
+    /// Returns whether the query computes the values, and does not pass a column on.
+    pub fn is_computed(&self) -> bool {
+        self.field.is_none()
+    }
+
+    /// Returns the unit of the values, as a table declares it; empty if it is unknown.
+    pub fn unit(&self) -> &str {
+        self.unit.as_ref().map_or("", |unit| &unit.declared)
     }
 
     /// Returns the metadata of a column with this origin.
     pub fn metadata(&self) -> Metadata {
         match &self.field {
             Some(field) => field.metadata().clone(),
-            None => {
-                let unit = self.unit.as_deref().unwrap_or_default();
-                described(Role::Result, unit, "value computed by the query")
-            }
+            None => described(Role::Result, self.unit(), "value computed by the query"),
         }
     }
 }
@@ -147,17 +166,47 @@ fn of_select(select: &Select, scope: &Scope) -> Columns {
             SelectItem::ExprWithAlias { expr, alias } => {
                 columns.push((alias.value.clone(), of_expression(expr, &relations)));
             }
-            SelectItem::Wildcard(_) => {
-                columns.extend(relations.iter().flat_map(|(_, columns)| columns.clone()));
+            SelectItem::Wildcard(options) => {
+                let all = relations.iter().flat_map(|(_, columns)| columns.clone());
+                columns.extend(modified(all, options, &relations));
             }
-            SelectItem::QualifiedWildcard(SelectItemQualifiedWildcardKind::ObjectName(of), _) => {
+            SelectItem::QualifiedWildcard(
+                SelectItemQualifiedWildcardKind::ObjectName(of),
+                options,
+            ) => {
                 let named = relations.iter().filter(|(name, _)| Some(name) == name_of(of).as_ref());
-                columns.extend(named.flat_map(|(_, columns)| columns.clone()));
+                let all = named.flat_map(|(_, columns)| columns.clone());
+                columns.extend(modified(all, options, &relations));
             }
             _ => {}
         }
     }
     columns
+}
+
+/// Returns the columns of a wildcard with `replace` and `rename`.
+fn modified(
+    columns: impl Iterator<Item = (String, Origin)>,
+    options: &WildcardAdditionalOptions,
+    relations: &[(String, Columns)],
+) -> Columns {
+    let renames = match &options.opt_rename {
+        Some(RenameSelectItem::Single(one)) => std::slice::from_ref(one),
+        Some(RenameSelectItem::Multiple(all)) => all.as_slice(),
+        None => &[],
+    };
+    let replaced = |name: &str| {
+        let mut items = options.opt_replace.iter().flat_map(|replace| &replace.items);
+        let item = items.find(|item| item.column_name.value == name)?;
+        Some(of_expression(&item.expr, relations))
+    };
+    let column = |(name, origin): (String, Origin)| {
+        let rename = renames.iter().find(|rename| rename.ident.value == name);
+        let called = rename.map_or_else(|| name.clone(), |rename| rename.alias.value.clone());
+        let replacement = replaced(&name).or_else(|| replaced(&called));
+        (called, replacement.unwrap_or(origin))
+    };
+    columns.map(column).collect()
 }
 
 fn add_relation(factor: &TableFactor, scope: &Scope, relations: &mut Vec<(String, Columns)>) {
@@ -216,21 +265,56 @@ fn of_expression(expression: &Expr, relations: &[(String, Columns)]) -> Origin {
             Origin::computed(unit(left).filter(|left| unit(right).as_ref() == Some(left)))
         }
         Expr::BinaryOp { left, op: BinaryOperator::Divide, right } => Origin::computed(
-            unit(left).zip(unit(right)).map(|(left, right)| quotient(&left, &right)),
+            unit(left).zip(unit(right)).and_then(|(left, right)| left.over(&right)),
         ),
+        Expr::Case { conditions, else_result, .. } => {
+            let results = conditions.iter().map(|when| &when.result);
+            shared_unit(results.chain(else_result.as_deref()), relations)
+        }
         Expr::Function(function) => {
             let name = name_of(&function.name).unwrap_or_default().to_lowercase();
             let FunctionArguments::List(list) = &function.args else { return Origin::default() };
-            match list.args.first() {
-                Some(FunctionArg::Unnamed(FunctionArgExpr::Expr(of)))
-                    if KEEP_UNIT.contains(&name.as_str()) =>
-                {
-                    Origin::computed(unit(of))
-                }
+            let mut values = list.args.iter().filter_map(|one| match one {
+                FunctionArg::Unnamed(FunctionArgExpr::Expr(value)) => Some(value),
+                _ => None,
+            });
+            match name.as_str() {
+                "coalesce" => shared_unit(values, relations),
+                name if KEEP_UNIT.contains(&name) => Origin::computed(values.next().and_then(unit)),
                 _ => Origin::default(),
             }
         }
         _ => Origin::default(),
+    }
+}
+
+/// Returns the unit that all values have. Null and zero have any unit.
+fn shared_unit<'e>(
+    values: impl Iterator<Item = &'e Expr>,
+    relations: &[(String, Columns)],
+) -> Origin {
+    let has_any = |value: &Expr| match value {
+        Expr::Value(value) => match &value.value {
+            Value::Null => true,
+            Value::Number(number, _) => number.parse() == Ok(0.0),
+            _ => false,
+        },
+        _ => false,
+    };
+    let mut units =
+        values.filter(|value| !has_any(value)).map(|value| of_expression(value, relations).unit);
+    let first = units.next().flatten();
+    Origin::computed(first.filter(|first| units.all(|unit| unit.as_ref() == Some(first))))
+}
+
+impl Unit {
+    /// Returns the unit of a quotient. Two units of one dimension, such as µm and mm, have none.
+    fn over(&self, below: &Unit) -> Option<Unit> {
+        let is_conversion = self.declared == below.declared && self != below;
+        (!is_conversion).then(|| Unit {
+            declared: quotient(&self.declared, &below.declared),
+            named: quotient(&self.named, &below.named),
+        })
     }
 }
 
@@ -263,10 +347,23 @@ mod tests {
             real("area", "1"),
             real("load", "E* × rms slope"),
         ]);
-        let tables = [("contact".to_owned(), contact.batch().schema())];
+        let in_unit = |unit: &str| {
+            let table = Table::empty(&[real("side", "length"), real("pressure", "pressure")]);
+            let named = |declared: &str| match declared {
+                "length" => unit.to_owned(),
+                _ => "MPa".to_owned(),
+            };
+            table.with_named_units(named).batch().schema()
+        };
+        let tables = [
+            ("contact".to_owned(), contact.batch().schema()),
+            ("fine".to_owned(), in_unit("µm")),
+            ("coarse".to_owned(), in_unit("mm")),
+        ];
         let found = origins(query, &tables).unwrap();
         let unit = |(name, origin): (&String, &Origin)| {
-            format!("{name}: {}", origin.unit.as_deref().unwrap_or("-"))
+            let unit = origin.unit.as_ref().map(|unit| unit.declared.as_str());
+            format!("{name}: {}", unit.unwrap_or("-"))
         };
         found.iter().map(unit).collect::<Vec<_>>().join(", ")
     }
@@ -295,6 +392,43 @@ mod tests {
         let expected = "a: pressure, b: length, c: pressure/length, d: 1/(E* × rms slope), e: 1, \
                         f: pressure, g: pressure";
         assert_eq!(units(text), expected);
+    }
+
+    #[test]
+    fn columns_in_different_units_are_not_combined() {
+        for (query, expected) in [
+            ("select side from fine union all select side from coarse", "side: -"),
+            ("select side from fine union all select side from fine", "side: length"),
+            (
+                "select f.side - c.side as a, f.side / c.side as b, f.side + f.side as c, \
+                 f.side / f.side as d, f.pressure / c.pressure as e, c.pressure / f.side as f, \
+                 coalesce(f.side, c.side) as g, max(f.side) - max(c.side) as h \
+                 from fine f, coarse c",
+                "a: -, b: -, c: length, d: 1, e: 1, f: pressure/length, g: -, h: -",
+            ),
+        ] {
+            assert_eq!(units(query), expected, "{query}");
+        }
+    }
+
+    #[test]
+    fn choices_between_values_of_one_unit_have_it() {
+        let text = "select case when area > 0 then pressure end as a, \
+                    case when area > 0 then pressure else 2 * pressure end as b, \
+                    case area when 0 then mean_gap when 1 then -mean_gap else 0 end as c, \
+                    case when area > 0 then pressure else mean_gap end as d, \
+                    coalesce(pressure, 0.0) as e, coalesce(pressure, 1) as f from contact";
+        assert_eq!(units(text), "a: pressure, b: -, c: length, d: -, e: pressure, f: -");
+    }
+
+    #[test]
+    fn wildcards_may_replace_and_rename_columns() {
+        let replaced = "select * replace (1000 * mean_gap as mean_gap, -load as load) from contact";
+        let expected = "area: 1, load: E* × rms slope, mean_gap: -, pressure: pressure";
+        assert_eq!(units(replaced), expected);
+        let renamed = "select c.* rename (mean_gap as pressure, pressure as p) from contact c";
+        let expected = "area: 1, load: E* × rms slope, p: pressure, pressure: length";
+        assert_eq!(units(renamed), expected);
     }
 
     #[test]

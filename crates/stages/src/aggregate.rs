@@ -53,7 +53,7 @@ pub const STAGE: Definition = Definition {
 };
 
 /// Version of the answers to queries, part of the key of every stored answer.
-pub const SQL_VERSION: u32 = 2;
+pub const SQL_VERSION: u32 = 3;
 
 /// Statistics that a task computes, or query that it answers.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -124,7 +124,7 @@ impl Surfaces {
             loads: [self.loads, other.loads.clone()].concat(),
             conduction: [self.conduction, other.conduction.clone()].concat(),
             non_square: self.non_square.or_else(|| other.non_square.clone()),
-            areas: all_of(self.areas.into_iter().chain(other.areas.iter().cloned())),
+            areas: distinct_values(self.areas.into_iter().chain(other.areas.iter().cloned())),
         }
     }
 }
@@ -135,7 +135,7 @@ pub fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
 }
 
 /// Returns the distinct values among these, in order of appearance.
-pub fn all_of<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+pub fn distinct_values<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     let mut found = Vec::new();
     for value in values {
         if !found.contains(&value) {

@@ -8,7 +8,9 @@ pub mod full_contact;
 use toml::de::DeTable;
 
 use crate::aggregate::keys::AggregateTable;
-use crate::check_context::{CheckContext, FromKey, Property, Surfaces, all_of, distinct, spanning};
+use crate::check_context::{
+    CheckContext, FromKey, Property, Surfaces, distinct, distinct_values, spanning,
+};
 use crate::correct::CorrectTable;
 use crate::fit::keys::{FitPoints, LawWord};
 use crate::generate::method::SurfacePoints;
@@ -436,7 +438,7 @@ impl Surfaces {
             slopes: slopes.reduce(spanning),
             heights: heights.reduce(spanning),
             length_units: distinct(origins().map(|origin| origin.unit().to_owned())),
-            areas: all_of(params().filter_map(NominalArea::of)),
+            areas: distinct_values(params().filter_map(NominalArea::of)),
             non_square: non_square.map(|grid| {
                 let [step_x, step_y] = grid.spacing();
                 (stage.to_owned(), step_x / step_y)

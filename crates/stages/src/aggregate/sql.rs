@@ -5,12 +5,11 @@ use std::collections::BTreeMap;
 use arrow::array::ArrayRef;
 use arrow::datatypes::{Field, Metadata, Schema, SchemaRef};
 use bytesize::ByteSize;
-use polars::prelude::DataFrame;
 
 use super::{Meaning, Sql};
 use crate::StageError;
-use asperity_queries::{answer, frame, origins, tables_of};
-use asperity_tables::column::{Role, described};
+use asperity_queries::{Origin, answer, frame, origins, tables_of};
+use asperity_tables::column::{Description, Role, described};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::Table;
 
@@ -35,7 +34,8 @@ pub fn query(tables: &[Table], sql: &Sql, memory: ByteSize) -> Result<Table, Sta
 }
 
 /// Answers a query over tables. `names` are the names of all existing tables, and `meanings`
-/// describes columns of the answer that no table has. [`answer`] tells the order of the rows.
+/// describes columns of the answer that no table has. Other columns have the units that follow from
+/// the query. [`answer`] tells the order of the rows.
 ///
 /// # Errors
 /// Returns an error under the conditions of [`answer`], or if the answer holds anything but
@@ -47,35 +47,17 @@ pub fn ask(
     meanings: &BTreeMap<String, Meaning>,
     memory: ByteSize,
 ) -> Result<Table, StageError> {
-    let schemas: Vec<SchemaRef> = tables.iter().map(|(_, table)| table.schema()).collect();
-    let answer = answer(query, tables, names, memory)?;
-    table(&answer, |field| meaning(field, meanings, &schemas))
-}
-
-/// Answers a query of a user over tables; see [`ask`]. The columns of the answer have the units
-/// that follow from the query.
-///
-/// # Errors
-/// Returns an error under the conditions of [`ask`].
-pub fn ask_with_units(
-    query: &str,
-    tables: Vec<(String, TableSource)>,
-    names: &[String],
-    memory: ByteSize,
-) -> Result<Table, StageError> {
     let schemas: Vec<(String, SchemaRef)> =
         tables.iter().map(|(name, table)| (name.clone(), table.schema())).collect();
     let answer = answer(query, tables, names, memory)?;
     let origins = origins(query, &schemas)?;
-    table(&answer, |field| origins.get(field.name()).cloned().unwrap_or_default().metadata())
-}
-
-/// Converts an answer of polars to a table.
-fn table(answer: &DataFrame, metadata: impl Fn(&Field) -> Metadata) -> Result<Table, StageError> {
-    let columns = frame::columns(answer)?;
+    let columns = frame::columns(&answer)?;
     let field = |(name, array): &(String, ArrayRef)| {
         let field = Field::new(name, array.data_type().clone(), true);
-        let metadata = metadata(&field);
+        let metadata = match meanings.get(name) {
+            Some(Meaning { unit, meaning }) => described(Role::Result, unit, meaning),
+            None => inferred(&field, origins.get(name), &schemas),
+        };
         field.with_metadata(metadata)
     };
     let fields: Vec<Field> = columns.iter().map(field).collect();
@@ -83,17 +65,22 @@ fn table(answer: &DataFrame, metadata: impl Fn(&Field) -> Metadata) -> Result<Ta
     Ok(Table::from_arrays(answer.height(), Schema::new(fields), arrays))
 }
 
-/// Returns the metadata of a column of an answer. They are taken from the manifest (`meanings`) or,
-/// without an entry there, from a column of the same name and type in a table that the query reads.
-fn meaning(field: &Field, meanings: &BTreeMap<String, Meaning>, tables: &[SchemaRef]) -> Metadata {
-    if let Some(Meaning { unit, meaning }) = meanings.get(field.name()) {
-        return described(Role::Result, unit, meaning);
-    }
-    let read = tables.iter().find_map(|schema| {
+/// Returns the metadata of a column of an answer from the columns that it is computed from.
+///
+/// A computed column has the role and the meaning of a column of the same name and type in a table
+/// that the query reads: a rounded load is still the load of a row.
+fn inferred(field: &Field, origin: Option<&Origin>, tables: &[(String, SchemaRef)]) -> Metadata {
+    let origin = origin.cloned().unwrap_or_default();
+    let namesake = tables.iter().find_map(|(_, schema)| {
         let read = schema.field_with_name(field.name()).ok()?;
-        (read.data_type() == field.data_type()).then(|| read.metadata().clone())
+        Some((Role::from_field(read)?, read)).filter(|_| read.data_type() == field.data_type())
     });
-    read.unwrap_or_else(|| described(Role::Result, "", "value computed by the query"))
+    match namesake {
+        Some((role, read)) if origin.is_computed() => {
+            described(role, origin.unit(), &Description::from(read).meaning)
+        }
+        _ => origin.metadata(),
+    }
 }
 
 #[cfg(test)]

@@ -226,8 +226,9 @@ pub fn prepared(
 /// Converts a load or a mean gap of the manifest to the units of the solver.
 pub fn target(params: &Params, scales: &Scales, given: f64) -> Target {
     match params.control {
-        Control::Gap | Control::Displacement => Target::MeanGap(given / scales.length()),
+        Control::Gap => Target::MeanGap(given / scales.length()),
         Control::Load => Target::Load(scales.reduced_pressure(given, params.load_unit)),
+        Control::Displacement => unreachable!("a path with adhesion prescribes loads or gaps"),
     }
 }
 
