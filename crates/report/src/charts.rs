@@ -51,6 +51,8 @@ pub struct Figure {
     pub colours: Option<ColourScale>,
     /// Labels of the legend, or parts of them, in the order of their entries. Other entries follow.
     pub legend_order: Vec<String>,
+    /// Family of the letters, if it is another one than that of the program.
+    pub font_family: Option<String>,
     /// Width and height of the files in pixels, if they differ from those of the drawing.
     pub sheet: Option<[f64; 2]>,
 }
@@ -98,6 +100,7 @@ impl Figure {
             panel,
             colours: None,
             legend_order: Vec::new(),
+            font_family: None,
             sheet: None,
         }
     }
@@ -190,7 +193,8 @@ impl Figure {
         let mut scene = Scene::new(width, self.height(&legend));
         scene.background_color = None;
         scene.text_color = Some(Colour::Text.css());
-        scene.font_family = Some(FONT_FAMILY.to_owned());
+        let own = self.font_family.iter().map(String::as_str);
+        scene.font_family = Some(own.chain([FONT_FAMILY]).collect::<Vec<_>>().join(", "));
         let mut pictures = String::new();
         for (line, content) in self.title_lines().into_iter().enumerate() {
             let y = MARGIN + (line as f64 + 0.75) * TITLE_LINE;
@@ -581,6 +585,14 @@ mod tests {
         let least = figure.fit([Some(325.0), Some(100.0)], 10.0).unwrap_err();
         assert!(least > 100.0);
         figure.fit([Some(325.0), Some(least + 1.0)], 10.0).unwrap();
+    }
+
+    #[test]
+    fn a_family_of_letters_is_named_in_the_drawing_and_changes_no_pixels() {
+        let own = Figure { font_family: Some("Arial".to_owned()), ..figure() }.to_svg("area");
+        assert!(own.contains("font-family=\"Arial, DejaVu Sans, "), "{own}");
+        let pixels = |svg: &str| svg::to_png(&svg::alone(svg), 1.0).unwrap();
+        assert_eq!(pixels(&own), pixels(&figure().to_svg("area")));
     }
 
     #[test]

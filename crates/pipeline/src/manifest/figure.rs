@@ -100,6 +100,9 @@ pub struct FigureTable {
     /// Size of the letters in the files, in points. Lines and markers have a size in proportion.
     #[schemars(range(min = 4, max = 72), extend("default" = 9.75))]
     pub font_size: Key<f64>,
+    /// Family of the letters in the SVG file: `"Arial"`. Programs that lack it take DejaVu Sans,
+    /// which PNG and PDF files contain.
+    pub font_family: Key<String>,
     /// Other names for entries of the legend and for panels: `{ "0.3" = "rough", persson =
     /// "theory" }`. An entry is given by the value of its parameter, in quotes if it contains a
     /// point, by its theory, or by its column in `y`. `"this study"` stands for the data beside
@@ -243,9 +246,8 @@ pub struct RangeTable {
 pub enum Holds {
     /// Numbers, in this unit if it is known.
     Numbers(Option<&'static Unit>),
-    Texts,
-    /// The table is not known.
-    Unknown,
+    /// Texts, or what a table without known columns holds.
+    Others,
 }
 
 /// Range of the numbers of a column.
@@ -307,7 +309,7 @@ impl Selected {
     pub fn values(&self, column: Holds) -> Result<Vec<SelectedValue>, (String, String)> {
         let unit = match column {
             Holds::Numbers(unit) => unit,
-            Holds::Texts | Holds::Unknown => None,
+            Holds::Others => None,
         };
         let value = |value: &SelectedValue| match (value, column) {
             (SelectedValue::Word(word), Holds::Numbers(_)) if quantity::split(word).is_some() => {

@@ -220,6 +220,7 @@ impl Plot<'_> {
             figure.colours = self.colour_scale(&key);
         }
         figure.legend_order = self.legend_order(&key);
+        figure.font_family = self.figure.font_family.clone();
         figure.title =
             self.figure.title.clone().filter(|_| self.looks.is_none()).unwrap_or_default();
         if let Err(least) = fit(&mut figure, &self.figure.size) {
