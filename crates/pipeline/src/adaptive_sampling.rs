@@ -140,22 +140,23 @@ impl AdaptiveStage {
             return None;
         };
         let Growth { at_most, .. } = *self.growth;
-        if let Finding::Levels { best, .. } = finding {
-            let next = levels::next_numbers(&self.meshes, best, at_most);
-            return (next != self.meshes).then_some((self.position, NextSize::OnMeshes(next)));
-        }
-        if self.surfaces >= at_most {
-            return None;
-        }
-        let wanted = match finding {
-            Finding::Claims(found) => {
-                conditions::surfaces_for_claims(self.surfaces, found, at_most)
+        let next = match finding {
+            Finding::Levels { best, .. } => {
+                let next = levels::next_numbers(&self.meshes, best, at_most);
+                (next != self.meshes).then_some(NextSize::OnMeshes(next))
             }
-            Finding::Error(error) | Finding::Levels { error, .. } => {
-                conditions::surfaces_for_mean(self.surfaces, *error).min(at_most)
+            _ if self.surfaces >= at_most => None,
+            Finding::Claims(found) => Some(NextSize::OnAll(conditions::surfaces_for_claims(
+                self.surfaces,
+                found,
+                at_most,
+            ))),
+            Finding::Error(error) => {
+                let wanted = conditions::surfaces_for_mean(self.surfaces, *error);
+                Some(NextSize::OnAll(wanted.min(at_most)))
             }
         };
-        Some((self.position, NextSize::OnAll(wanted)))
+        Some((self.position, next?))
     }
 
     /// Returns whether the condition has been evaluated and the stage needs no more surfaces.
@@ -308,10 +309,13 @@ fn evaluate_stages(
                 .unwrap_or(first.realizations),
             meshes: if is_multilevel { levels::meshes(ensembles) } else { Vec::new() },
             condition: match &growth.until {
-                Until::Mean(mean) if is_multilevel => {
-                    levels::evaluate(plan, position, mean, tables)?
+                Until::Mean(mean) => {
+                    let stored = conditions::in_stored_unit(study, mean);
+                    match is_multilevel {
+                        true => levels::evaluate(plan, position, &stored, tables)?,
+                        false => conditions::evaluate_mean(plan, position, &stored, tables)?,
+                    }
                 }
-                Until::Mean(mean) => conditions::evaluate_mean(plan, position, mean, tables)?,
                 Until::Claims(_) => Condition::open(conditions::claim_tasks(study, plan)),
             },
             growth,

@@ -6,10 +6,11 @@
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
 
-use crate::plan::Plan;
+use crate::plan::{Plan, PlannedStage};
 use crate::study::{EmptyTables, Growth, KnownMean, Limit, Study};
 use asperity_stages::aggregate::{Groups, Statistic, grouped};
 use asperity_stages::{Kind, StageError};
+use asperity_tables::column::Description;
 use asperity_tables::store::{StoreError, TaskTables};
 use asperity_tables::table::{Table, TableError};
 
@@ -30,7 +31,7 @@ pub enum Condition {
 #[derive(Debug)]
 pub enum Finding {
     /// Largest ratio of a standard error to its limit, over the means of the condition. The
-    /// condition holds if it is at most 1.
+    /// condition holds if it is below 1.
     Error(f64),
     /// Largest ratio of the standard error of a multilevel mean to its limit, and the best numbers
     /// of surfaces for all means.
@@ -161,6 +162,35 @@ pub(super) fn input_chain(plan: &Plan, task: usize) -> Vec<usize> {
     std::iter::successors(Some(task), above).collect()
 }
 
+/// Returns the stage with the mean of a condition.
+pub(super) fn stage_of<'a>(plan: &'a Plan, mean: &KnownMean) -> &'a PlannedStage {
+    let found = plan.stages.iter().find(|stage| stage.name == mean.stage);
+    found.expect("conditions name stages of the study")
+}
+
+/// Returns a function that tells whether a task depends on a surface of the stage with the index
+/// `surfaces`.
+pub(super) fn tasks_of_surfaces(plan: &Plan, surfaces: usize) -> impl Fn(&usize) -> bool {
+    let mut is_own = vec![false; plan.tasks.len()];
+    plan.stages[surfaces].tasks.iter().for_each(|&task| is_own[task] = true);
+    move |&task| input_chain(plan, task).iter().any(|&task| is_own[task])
+}
+
+/// Converts the bound of a condition from the unit of output to that of the store.
+pub fn in_stored_unit(study: &Study, mean: &KnownMean) -> KnownMean {
+    let Limit::Absolute(limit) = mean.limit else { return mean.clone() };
+    let of_means = Statistic::Mean.column_of(&mean.column);
+    let tables = EmptyTables::new(study);
+    let unit = tables.named(study, &mean.stage).ok().and_then(|table| {
+        let schema = table.batch().schema();
+        let fields = [&mean.column, &of_means].map(|name| schema.field_with_name(name).ok());
+        fields.into_iter().flatten().next().map(|field| Description::from(field).unit)
+    });
+    let to_store = study.conversion(&mean.stage).reversed();
+    let limit = to_store.number(limit, &unit.unwrap_or_default(), false);
+    KnownMean { limit: Limit::Absolute(limit), ..mean.clone() }
+}
+
 /// Evaluates the condition on a mean for a stage that generates surfaces. `surfaces` is the index
 /// of this stage.
 ///
@@ -172,13 +202,8 @@ pub fn evaluate_mean(
     mean: &KnownMean,
     task_tables: &impl TaskTables,
 ) -> Result<Condition, SamplingError> {
-    let found = plan.stages.iter().find(|stage| stage.name == mean.stage);
-    let observed = found.expect("conditions name stages of the study");
-    let mut is_own = vec![false; plan.tasks.len()];
-    let own = &plan.stages[surfaces].tasks;
-    own.iter().for_each(|&task| is_own[task] = true);
-    let all = observed.tasks.iter().copied();
-    let tasks = all.filter(|&task| input_chain(plan, task).iter().any(|&task| is_own[task]));
+    let is_of_surfaces = tasks_of_surfaces(plan, surfaces);
+    let tasks = stage_of(plan, mean).tasks.iter().copied().filter(is_of_surfaces);
     let tables = match read(plan, &tasks.collect::<Vec<_>>(), task_tables)? {
         Ok(tables) => tables,
         Err(open) => return Ok(open),

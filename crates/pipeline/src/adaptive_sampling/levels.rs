@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::MeshSurfaces;
-use super::conditions::{Condition, Finding, SamplingError, input_chain, read};
+use super::conditions::{
+    Condition, Finding, SamplingError, input_chain, read, stage_of, tasks_of_surfaces,
+};
 use crate::plan::Plan;
 use crate::study::{KnownMean, Limit};
 use asperity_stages::aggregate::{FinestMean, finest_means};
@@ -40,12 +42,9 @@ pub fn evaluate(
     mean: &KnownMean,
     task_tables: &impl TaskTables,
 ) -> Result<Condition, SamplingError> {
-    let found = plan.stages.iter().find(|stage| stage.name == mean.stage);
-    let observed = found.expect("conditions name stages of the study");
-    let mut is_own = vec![false; plan.tasks.len()];
-    plan.stages[surfaces].tasks.iter().for_each(|&task| is_own[task] = true);
-    let inputs = observed.tasks.iter().flat_map(|&task| plan.tasks[task].inputs.iter().copied());
-    let is_of_surfaces = |task: &usize| input_chain(plan, *task).iter().any(|&task| is_own[task]);
+    let observed = &stage_of(plan, mean).tasks;
+    let inputs = observed.iter().flat_map(|&task| plan.tasks[task].inputs.iter().copied());
+    let is_of_surfaces = tasks_of_surfaces(plan, surfaces);
     let tasks: Vec<usize> = inputs.filter(is_of_surfaces).collect();
     let chains = tasks.iter().flat_map(|&task| input_chain(plan, task));
     let mut solved: Vec<usize> =
@@ -69,7 +68,8 @@ pub fn evaluate(
 /// Compares the standard errors of means with a limit, and finds the best numbers of surfaces.
 /// Means without scatter are skipped.
 fn judged(means: &[FinestMean], limit: Limit, costs: &Costs) -> Condition {
-    let mut largest: f64 = 0.0;
+    // Without any mean the condition cannot hold.
+    let mut largest: f64 = if means.is_empty() { f64::INFINITY } else { 0.0 };
     let mut best: BTreeMap<usize, f64> = BTreeMap::new();
     for found in means.iter().filter(|found| found.mean.error > 0.0) {
         let limit = match limit {
@@ -101,8 +101,8 @@ pub fn next_numbers(
     at_most: u32,
 ) -> Vec<MeshSurfaces> {
     let next = |mesh: &MeshSurfaces| {
-        let [present, nodes] = [f64::from(mesh.surfaces), (mesh.nodes[0] * mesh.nodes[1]) as f64];
-        let wanted = best.get(&(nodes as usize)).copied().unwrap_or(0.0).ceil();
+        let present = f64::from(mesh.surfaces);
+        let wanted = best.get(&(mesh.nodes[0] * mesh.nodes[1])).copied().unwrap_or(0.0).ceil();
         let surfaces = wanted.clamp(present, 2.0 * present) as u32;
         MeshSurfaces { surfaces: surfaces.min(at_most).max(mesh.surfaces), ..*mesh }
     };
