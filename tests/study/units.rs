@@ -449,6 +449,11 @@ fn with_parameters(study: &str, rest: &str) -> String {
         )
         .measure("area", "")
         .aggregate("means", "over = ['mean_gap']; statistics = ['mean']")
+        .aggregate(
+            "asked",
+            "from = 'contact'; sql = 'select pressure, avg(mean_gap) as gap, \
+             max(pressure / mean_gap) as steepness from contact group by pressure'",
+        )
         .text();
     format!("{}\n[parameters]\nlength = \"100 um\"\nheavy = \"20 MPa\"\n{rest}", text)
 }
@@ -479,7 +484,7 @@ fn units_of_output_change_what_is_shown_and_compute_nothing() {
     let bench = Bench::new();
     let stored = with_parameters("", "").replace("GAPS", "{ count = 10, to = 2 }");
     bench.run(&stored);
-    let stages = ["surfaces", "contact", "area", "means"];
+    let stages = ["surfaces", "contact", "area", "means", "asked"];
     let before = stages.map(|stage| bench.table("shown", stage));
     let rest = "[claim.gap]\ntext = \"gaps are small\"\nfrom = \"contact\"\nvalue = \"mean_gap\"\n\
                 expected = \"< 1 um\"\nwhere = { pressure = { from = \"15 MPa\" } }\n\
@@ -502,6 +507,8 @@ fn units_of_output_change_what_is_shown_and_compute_nothing() {
         ("load", 1, 1.0),
         ("mean_contact_pressure", 2, 1e-3),
         ("mean_gap_mean", 3, 1e3),
+        ("gap", 4, 1e3),
+        ("steepness", 4, 1e-6),
     ] {
         let [one, other] = [&before, &after].map(|tables| value(&tables[stage], name));
         assert!((other / (factor * one) - 1.0).abs() < 1e-15, "{name}: {one} and {other}");
@@ -516,6 +523,8 @@ fn units_of_output_change_what_is_shown_and_compute_nothing() {
     assert!(claims.contains("holds") && claims.contains("nm"), "{claims}");
     let table = printed(&["table", path, "contact", "--columns", "pressure,mean_gap"]);
     assert!(table.contains("pressure [GPa]") && table.contains("mean_gap [nm]"), "{table}");
+    let asked = printed(&["table", path, "asked"]);
+    assert!(asked.contains("gap [nm]") && asked.contains("steepness [GPa/nm]"), "{asked}");
     let exported = printed(&[
         "export",
         path,
@@ -612,4 +621,39 @@ fn a_load_that_is_a_force_is_a_row_which_any_unit_finds() {
     let with = |loads: &str| study.replace("{ from = 0, to = \"4 N\", steps = 4 }", loads);
     assert_eq!(bench.plan(&with("[\"1 N\", \"3000 mN\"]"))["contact"].to_run, 0);
     assert_eq!(bench.plan(&with("[\"1 N\", \"1500 mN\"]"))["contact"].to_run, 1);
+}
+
+#[test]
+fn another_modulus_changes_the_pressures_of_surfaces_that_are_not_computed_again() {
+    let bench = Bench::new();
+    let pressure_of_full_contact = |modulus: &str| {
+        let study = pressed("loads = ['10 MPa']").replace("70 GPa", modulus);
+        let counts = bench.run(&study);
+        let surfaces = bench.table("forces", "surfaces");
+        (counts["surfaces"].computed, surfaces.reals("full_contact_pressure").unwrap().value(0))
+    };
+    let (first, soft) = pressure_of_full_contact("70 GPa");
+    let (second, stiff) = pressure_of_full_contact("140 GPa");
+    assert_eq!((first, second), (2, 0));
+    assert!((stiff / soft - 2.0).abs() < 1e-15, "{soft} and {stiff}");
+}
+
+#[test]
+fn a_bound_of_an_error_is_in_the_units_of_output() {
+    let bench = Bench::new();
+    let study = |output_units: &str, bound: &str| {
+        let until = format!(
+            "realizations = {{ at_least = 3, at_most = 40, until = \"sem(means.mean_gap) < {bound}\" }}"
+        );
+        with_parameters(output_units, "")
+            .replace("GAPS", "{ count = 10, to = 2 }")
+            .replace("realizations = 5", &until)
+            .replace("[\"0.5 * heavy\", \"heavy\"]", "[\"heavy\"]")
+    };
+    bench.run(&study("", "0.01"));
+    let surfaces = bench.table("shown", "surfaces").rows();
+    assert!((4..40).contains(&surfaces), "{surfaces}");
+    let counts = bench.run(&study("output_units = { length = \"nm\" }", "10"));
+    assert!(counts.values().all(|count| count.computed == 0), "{counts:?}");
+    assert_eq!(bench.table("shown", "surfaces").rows(), surfaces);
 }

@@ -36,7 +36,7 @@ pub use asperity_pipeline::study::claims::{ClaimSpec, Origin};
 pub use asperity_statistics::expectation::{Expectation, Verdict};
 pub use decisions::DeclaredClaims;
 pub use evidence::{Evidence, Group, StageTable};
-pub use setting::Setting;
+pub use setting::{NOT_COMPARED, Setting};
 
 use asperity_statistics::intervals::Bound;
 use asperity_tables::table::TableError;

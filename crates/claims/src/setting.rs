@@ -36,7 +36,7 @@ const ANISOTROPY_PARAMETERS: [&str; 2] = [ANISOTROPY_RATIO.name, ANISOTROPY_ANGL
 
 /// Parameters that describe rows whose surfaces, asperity models, adhesion, layers, second body or
 /// former contact no claim uses.
-const NOT_COMPARED: [&str; 26] = [
+pub const NOT_COMPARED: [&str; 26] = [
     METHOD.name,
     ANISOTROPY_RATIO.name,
     ANISOTROPY_ANGLE.name,

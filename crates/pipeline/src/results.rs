@@ -24,8 +24,6 @@ use asperity_stages::StageError;
 use asperity_stages::absolute::AbsoluteColumns;
 use asperity_stages::columns::CONTENT;
 use asperity_stages::fit::limits::columns::AS_QUANTITY;
-use asperity_stages::output_units::Conversion;
-use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Column, ColumnKind, Description};
 use asperity_tables::key::Digest;
@@ -149,8 +147,9 @@ impl StudyResults {
             digest,
             is_published,
         };
+        let context = RowContext { plan, stage, sources, description, absolute, conversion };
         for tasks in [stored, stage.tasks.clone()] {
-            let digest = digest(plan, &tasks, sources, (description, conversion));
+            let digest = digest(context, &tasks);
             let is_it = |metadata: &Metadata| metadata.get("digest") == Some(&digest);
             published = match published {
                 Ok((table, metadata)) if !tasks.is_empty() && is_it(&metadata) => {
@@ -173,10 +172,8 @@ impl StudyResults {
             // The damaged published table may have been the only copy of the rows.
             Err(error @ StoreError::Damaged { .. }) if parts.is_empty() => Err(error.into()),
             _ => {
-                let context =
-                    RowContext { plan, stage, sources, description, absolute, conversion };
                 let (tasks, table) = parts.stacked(context)?;
-                let digest = digest(plan, &tasks, sources, (description, conversion));
+                let digest = digest(context, &tasks);
                 Ok(rows(tasks, table.map(Into::into), digest, false))
             }
         }
@@ -212,16 +209,15 @@ fn described(
 ) -> Result<(Table, AbsoluteColumns), ResultsError> {
     let unknown = |source| ResultsError::Columns { stage: stage.to_owned(), source };
     let table = tables.named(study, stage).map_err(unknown)?;
-    let units = study.units_of(stage);
-    let stored = study.conversion(stage).from;
+    let conversion = study.conversion(stage);
     let Stage { inputs, work, .. } = study.stage(stage);
     let read = inputs.iter().filter_map(|&input| tables.of(study, input).ok());
-    let quantity = unit_of_quantity(work, read).filter(|_| units.has_any());
+    let quantity = unit_of_quantity(work, read).filter(|_| conversion.from.has_any());
     let absolute = study.absolute_columns(stage, table, quantity.clone());
     let named = absolute.beside(table).with_named_units(|unit| match &quantity {
         // The limit of an observable stays in the unit of the store.
-        Some(quantity) if unit == AS_QUANTITY => stored.name(quantity),
-        _ => units.name(unit),
+        Some(quantity) if unit == AS_QUANTITY => conversion.from.name(quantity),
+        _ => conversion.name(unit),
     });
     Ok((named, absolute))
 }
@@ -307,20 +303,17 @@ fn files_of(folder: &Path) -> Result<Vec<StoredFile>, StoreError> {
 }
 
 /// Returns the digest of a published table, computed from the keys of `tasks`, the paths of the
-/// surface files, the descriptions of the columns and the units of output.
-fn digest(
-    plan: &Plan,
-    tasks: &[usize],
-    sources: &SurfaceFiles,
-    (description, conversion): (&Table, &Conversion),
-) -> String {
+/// surface files, the descriptions of the columns, the units of output and the modulus of columns
+/// that no column of the table contains.
+fn digest(context: RowContext, tasks: &[usize]) -> String {
+    let RowContext { plan, sources, description, absolute, conversion, .. } = context;
     let keys: Vec<_> = tasks.iter().map(|&task| plan.tasks[task].key).collect();
     let content = (FORMAT, keys, sources.paths(), description.descriptions_in_units());
-    let digest = match conversion.is_none() {
-        true => Digest::from_params(&content),
-        false => {
+    let digest = match absolute.modulus() {
+        None if conversion.is_none() => Digest::from_params(&content),
+        modulus => {
             let TableUnits { length, pressure } = &conversion.to;
-            Digest::from_params(&(content, length, pressure))
+            Digest::from_params(&(content, length, pressure, modulus))
         }
     };
     digest.to_string()

@@ -10,7 +10,6 @@ use asperity_stages::columns::{EFFECTIVE_MODULUS, PRESSURE_UNIT};
 use asperity_stages::output_units::Conversion;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::units::{TableUnits, pressure_unit};
-use asperity_tables::column::texts;
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
@@ -80,14 +79,13 @@ impl<'a> FinishedStages<'a> {
     /// Reads the stored table of a contact, with its maps, in the units of the finished stages.
     pub fn stored(&self, task: &Task) -> Result<Table, StoreError> {
         let stored = self.archive.store().read(&task.table, Columns::All)?;
-        let table = self.shown(stored, Kind::Solve);
-        let own = TableUnits::from_table(&table);
-        if own.pressure == self.pressure {
-            return Ok(table);
+        let mut to = self.output_units.clone();
+        // Moduli without a unit are in pascals or plain numbers.
+        if stored.has(PRESSURE_UNIT.name) {
+            to.pressure = to.pressure.or_else(|| self.pressure.clone());
         }
-        let contacts = self.stages.iter().filter(|stage| stage.kind == Kind::Solve);
-        let described = contacts.fold(table, |table, stage| table.described_by(&stage.table));
-        Ok(in_pressure_unit(&described, own, self.pressure.as_deref()).0)
+        let from = TableUnits::from_table(&stored);
+        Ok(Conversion { from, to }.stored_table(&stored, Kind::Solve))
     }
 
     /// Returns the stages whose tables have all of these columns.
@@ -106,15 +104,13 @@ impl<'a> FinishedStages<'a> {
 
 /// Returns a table with its pressures in the unit `wanted`, and its units, if it can be converted.
 fn in_pressure_unit(table: &Table, units: TableUnits, wanted: Option<&str>) -> (Table, TableUnits) {
-    let to = TableUnits { pressure: wanted.map(str::to_owned), ..units.clone() };
-    let (converted, after) = units.converted(table, &to);
     // The unit of a modulus without a name is assumed from its size.
-    let is_assumed = table.has(EFFECTIVE_MODULUS.name) && !table.has(PRESSURE_UNIT.name);
-    if is_assumed || after.pressure == units.pressure {
+    if table.has(EFFECTIVE_MODULUS.name) && !table.has(PRESSURE_UNIT.name) {
         return (table.clone(), units);
     }
-    let named = wanted.into_iter().cycle().take(table.rows());
-    (converted.replacing(PRESSURE_UNIT.name, texts(named)), after)
+    let to = TableUnits { pressure: wanted.map(str::to_owned), ..TableUnits::default() };
+    let converted = Conversion { from: units.clone(), to: to.clone() }.table(table);
+    (converted, units.in_output(&to))
 }
 
 /// Returns the units of the table of each stage. If the manifest names no unit of pressure, the

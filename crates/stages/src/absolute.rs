@@ -129,6 +129,11 @@ impl AbsoluteColumns {
         AbsoluteColumns { columns: columns.collect(), modulus }
     }
 
+    /// Returns the modulus from which columns are computed if the table has no column with it.
+    pub fn modulus(&self) -> Option<f64> {
+        self.modulus
+    }
+
     /// Returns a table with the added columns, each after the column with the reduced numbers.
     pub fn beside(&self, table: &Table) -> Table {
         if self.columns.is_empty() {
@@ -199,7 +204,9 @@ fn absolute_name(reduced: &str) -> String {
     let ends = reduced.match_indices('_').map(|(at, _)| reduced.split_at(at));
     let is_statistic = |(_, end): &(&str, &str)| {
         let word = end[1..].trim_end_matches("_lower").trim_end_matches("_upper");
-        Statistic::named(word).is_some()
+        // Multilevel means have statistics of each mesh and of differences.
+        let of = ["plain_", "difference_"].iter().find_map(|of| word.strip_prefix(of));
+        Statistic::named(of.unwrap_or(word)).is_some()
     };
     let (base, statistic) = ends.into_iter().find(is_statistic).unwrap_or((reduced, ""));
     match base.strip_suffix("_reduced") {
@@ -278,6 +285,7 @@ mod tests {
             ("hardness_reduced", "hardness"),
             ("stiffness", "stiffness_absolute"),
             ("stiffness_mean", "stiffness_absolute_mean"),
+            ("stiffness_plain_mean", "stiffness_absolute_plain_mean"),
             ("stiffness_ci95_lower", "stiffness_absolute_ci95_lower"),
             ("window_lower", "window_lower_absolute"),
         ] {

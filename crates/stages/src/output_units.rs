@@ -44,7 +44,18 @@ impl TableUnits {
 impl Conversion {
     /// Returns whether nothing is converted.
     pub fn is_none(&self) -> bool {
-        self.to == TableUnits::default()
+        let is_same = |from: &Option<String>, to: &Option<String>| to.is_none() || from == to;
+        is_same(&self.from.length, &self.to.length)
+            && is_same(&self.from.pressure, &self.to.pressure)
+    }
+
+    /// Names a declared unit of the converted table as [`TableUnits::name`] does. A unit that is
+    /// not converted keeps its name.
+    pub fn name(&self, unit: &str) -> String {
+        match exponents(unit) {
+            Some(_) => self.from.clone().in_output(&self.to).name(unit),
+            None => self.from.name(unit),
+        }
     }
 
     /// Returns the opposite conversion.
@@ -56,7 +67,8 @@ impl Conversion {
         Conversion { from, to: self.from.clone() }
     }
 
-    /// Converts a table with declared units. Rows that name their own unit are converted from it.
+    /// Converts a table with declared units, and names the units of its columns anew where it names
+    /// them. Rows that name their own unit are converted from it.
     pub fn table(&self, table: &Table) -> Table {
         if self.is_none() {
             return table.clone();
@@ -99,7 +111,15 @@ impl Conversion {
                 rows.map(|(row, number)| Some(shifted(number?, exponents, by(row), is_coordinate))),
             )
         });
-        Table::from_arrays(table.rows(), Schema::clone(&schema), converted.collect())
+        let numbers = Table::from_arrays(table.rows(), Schema::clone(&schema), converted.collect());
+        numbers.with_fields(|field| {
+            let declared = Description::from(&field).unit;
+            if Description::in_units(&field).unit == declared || exponents(&declared).is_none() {
+                return field;
+            }
+            let metadata = field.metadata().clone().with("unit", self.name(&declared));
+            field.with_metadata(metadata)
+        })
     }
 
     /// Converts a table of the store, whose columns declare no units. `kind` is that of its stage.
@@ -149,7 +169,9 @@ fn shift(from: &Option<String>, to: &Option<String>) -> Option<i32> {
 /// Returns `None` for units with other parts, and for pure numbers.
 fn exponents(unit: &str) -> Option<[i32; 2]> {
     const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
-    let (above, below) = unit.split_once('/').unwrap_or((unit, ""));
+    // Such quantities are derivatives with respect to a reduced load.
+    let quantity = unit.strip_suffix(" per load").unwrap_or(unit);
+    let (above, below) = quantity.split_once('/').unwrap_or((quantity, ""));
     let mut exponents = [0, 0];
     for (part, sign) in [(above, 1), (below, -1)] {
         for factor in part.split(" × ").filter(|factor| !["", "1"].contains(factor)) {

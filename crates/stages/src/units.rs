@@ -7,7 +7,7 @@ use arrow::datatypes::{Field, Schema};
 
 use crate::columns::{EFFECTIVE_MODULUS, PRESSURE_UNIT, UNIT};
 use asperity_manifest::keys::quantity::Unit;
-use asperity_tables::column::{Description, optional_reals};
+use asperity_tables::column::Description;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::StoreError;
 use asperity_tables::table::Table;
@@ -112,7 +112,10 @@ impl TableUnits {
         };
         let named = [("length", &self.length), ("pressure", &self.pressure)];
         named.into_iter().fold(unit, |unit, (word, name)| match name {
-            Some(name) => unit.replace(word, name),
+            Some(name) => {
+                let below = if name.contains('/') { format!("({name})") } else { name.clone() };
+                unit.replace(&format!("/{word}"), &format!("/{below}")).replace(word, name)
+            }
             None => unit,
         })
     }
@@ -135,41 +138,6 @@ impl TableUnits {
         let named = Some(Description::in_units(field).unit).filter(|unit| *unit != declared);
         let is_number = named.as_deref() == Some("1");
         if is_number { None } else { named.or_else(|| self.shown(&declared)) }
-    }
-
-    /// Converts the numbers of a table from these units to the units `to`, and returns its units
-    /// then. Units that cannot be converted, and columns that name units, stay as they are.
-    pub fn converted(&self, table: &Table, to: &TableUnits) -> (Table, TableUnits) {
-        let reachable = |own: &Option<String>, to: &Option<String>| {
-            let factor = own.as_deref().zip(to.as_deref()).and_then(|(a, b)| Unit::factor(a, b));
-            if factor.is_some() { to.clone() } else { own.clone() }
-        };
-        let to = TableUnits {
-            length: reachable(&self.length, &to.length),
-            pressure: reachable(&self.pressure, &to.pressure),
-        };
-        let factor = |field: &Field| {
-            let unit = Description::from(field).unit;
-            Unit::factor(&self.name(&unit), &to.name(&unit)).filter(|factor| *factor != 1.0)
-        };
-        let fields = table.batch().schema_ref().fields().iter();
-        let numbers = fields.fold(table.clone(), |table, field| {
-            let (Some(factor), Ok(values)) = (factor(field), table.reals(field.name())) else {
-                return table;
-            };
-            let converted = values.iter().map(|value| value.map(|value| factor * value));
-            let array = optional_reals(converted);
-            table.replacing(field.name(), array)
-        });
-        let converted = numbers.with_fields(|field| match factor(&field) {
-            Some(_) => {
-                let unit = to.name(&Description::from(&field).unit);
-                let metadata = field.metadata().clone().with("unit", unit);
-                field.with_metadata(metadata)
-            }
-            None => field,
-        });
-        (converted, to)
     }
 
     /// Returns the unit of a column of `table`, if it is one that quantities can be converted to.
@@ -223,7 +191,7 @@ fn common(table: &Table, column: &str) -> Option<String> {
 }
 
 /// Returns the text that all have, if it is not empty.
-fn shared<'a>(texts: impl IntoIterator<Item = Option<&'a str>>) -> Option<String> {
+pub fn shared<'a>(texts: impl IntoIterator<Item = Option<&'a str>>) -> Option<String> {
     let mut known = texts.into_iter().map(|text| text.filter(|text| !text.is_empty()));
     let first = known.next().flatten()?;
     known.all(|other| other == Some(first)).then(|| first.to_owned())
@@ -233,6 +201,7 @@ fn shared<'a>(texts: impl IntoIterator<Item = Option<&'a str>>) -> Option<String
 mod tests {
     use super::*;
     use crate::columns::{LOAD, PRESSURE};
+    use crate::output_units::Conversion;
     use asperity_tables::column::{reals, texts};
 
     #[test]
@@ -245,12 +214,14 @@ mod tests {
         assert_eq!(units.name("pressure × length"), "J/m²");
         let [length, pressure] = ["cm", "MPa"].map(|unit| Some(unit.to_owned()));
         assert_eq!(TableUnits { length, pressure }.name("pressure × length"), "MPa × cm");
+        let [length, pressure] = ["µm", "N/mm²"].map(|unit| Some(unit.to_owned()));
+        assert_eq!(TableUnits { length, pressure }.name("1/pressure"), "1/(N/mm²)");
         assert_eq!(units.name("E* × rms slope"), "E* × rms slope");
         assert_eq!(units.shown("E* × rms slope").as_deref(), Some("E* × rms slope"));
         assert_eq!(TableUnits::default().shown("E* × rms slope"), None);
         let load = Table::new(1, vec![(PRESSURE, reals([2.0])), (LOAD, reals([0.1]))]);
         let in_gigapascals = TableUnits { pressure: Some("GPa".to_owned()), ..units.clone() };
-        let (converted, _) = in_gigapascals.converted(&load, &units);
+        let converted = Conversion { from: in_gigapascals, to: units.clone() }.table(&load);
         assert_eq!(converted.reals("pressure").unwrap().values(), &[2000.0]);
         assert_eq!(converted.reals("load").unwrap().values(), &[0.1]);
         let mixed = TableUnits::from_source(&table(["µm", "nm"]).into()).unwrap();

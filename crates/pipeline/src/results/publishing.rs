@@ -121,7 +121,7 @@ impl Publisher<'_> {
             finished,
             quarantined: None,
         };
-        let digest_of = |tasks: &[usize]| digest(plan, tasks, sources, (description, conversion));
+        let digest_of = |tasks: &[usize]| digest(context, tasks);
         let there = written_for(&path);
         let is_there = |digest: &String| there.as_ref() == Some(digest);
         let has_rows_of = |tasks: &[usize]| !tasks.is_empty() && is_there(&digest_of(tasks));

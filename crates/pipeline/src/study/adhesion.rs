@@ -10,6 +10,7 @@ use asperity_stages::solve::adhesion;
 use asperity_stages::solve::control::Control;
 use asperity_stages::solve::keys::adhesion as keys;
 use asperity_stages::surface::{Origin, Params};
+use asperity_stages::units::TableUnits;
 
 impl Study {
     /// Warns that a mesh resolves the adhesion of a stage poorly.
@@ -38,11 +39,9 @@ impl Study {
         })
     }
 
-    /// Returns a summary of the path of a stage with adhesion.
-    pub(super) fn summary_of_path(&self, stage: &Stage) -> Option<String> {
+    /// Returns a summary of the path of a stage with adhesion. `units` are those of its recipes.
+    pub(super) fn summary_of_path(&self, stage: &Stage, units: &TableUnits) -> Option<String> {
         let params = of_adhesion(stage).next()?;
-        let index = self.stages.iter().position(|one| one.name == stage.name)?;
-        let units = self.units().swap_remove(index);
         let length_unit = units.length.as_deref();
         let has_units = length_unit.is_some() && units.pressure.is_some();
         let work_unit = has_units.then(|| units.name(WORK_OF_ADHESION.unit));

@@ -10,11 +10,13 @@ use std::collections::BTreeMap;
 
 use arrow::datatypes::DataType;
 
+use crate::manifest::figure::Holds;
 use asperity_manifest::expression::Expression;
 use asperity_stages::aggregate::{Model, Statistic};
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, LOAD, SURFACE,
 };
+use asperity_stages::units::TableUnits;
 use asperity_tables::table::Table;
 
 pub use crate::manifest::figure::{ErrorBars, FacetPlace, Scales, SelectedValue as Value};
@@ -43,6 +45,8 @@ pub struct FigureSpec {
     pub title: Option<String>,
     pub caption: Option<String>,
     pub size: FigureSize,
+    /// Family of the letters in the SVG file, before that of the other files.
+    pub font_family: Option<String>,
     /// Names of entries of the legend, by values of parameters, columns in `y`, theories, or
     /// [`THIS_STUDY`].
     pub legend: BTreeMap<String, String>,
@@ -288,6 +292,14 @@ fn bars_of_columns(
 /// Returns whether the rows of a table describe single surfaces.
 pub fn has_surfaces(table: &Table) -> bool {
     table.has(SURFACE.name)
+}
+
+/// Returns what a column of a table with these units holds.
+pub fn holds(table: &Table, units: &TableUnits, column: &str) -> Holds {
+    match is_number(table, column) {
+        true => Holds::Numbers(units.of_column(table, column)),
+        false => Holds::Others,
+    }
 }
 
 /// Returns whether a column holds numbers.

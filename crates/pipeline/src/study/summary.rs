@@ -4,17 +4,18 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::study::units::of_stages;
 use crate::study::{Stage, Study, Work};
 use asperity_contact::elasticity::{Base, Support};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
+use asperity_stages::absolute::StageUnits;
 use asperity_stages::per_axis::PerAxis;
 use asperity_stages::reduced_units::PressureUnit;
 use asperity_stages::surface::spectrum::SpectrumSurface;
 use asperity_stages::surface::{Origin, Params};
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::units::TableUnits;
 use asperity_stages::{Recipe, solve};
 
 /// Summary of the surfaces or of the loads of a stage.
@@ -34,15 +35,16 @@ impl Study {
     /// Returns a summary of each stage of random surfaces, with side, rms height and rms slope, and
     /// of each stage of loads, with modulus and loads.
     pub fn summaries(&self) -> Vec<StageSummary> {
-        let units = self.units();
-        let summary = |(stage, units): (&Stage, &TableUnits)| {
+        // Recipes have the units of the store.
+        let units = of_stages(&self.stages);
+        let summary = |(stage, StageUnits { names: units, .. }): (&Stage, &StageUnits)| {
             let text = match &stage.work {
                 Work::Generate(surfaces) => {
                     of_surfaces(surfaces.iter().map(|surfaces| &surfaces.params), &self.sources)
                 }
                 Work::Evaluate(recipes) => {
                     let length = units.length.as_deref();
-                    self.of_loads(recipes, length).or_else(|| self.summary_of_path(stage))
+                    self.of_loads(recipes, length).or_else(|| self.summary_of_path(stage, units))
                 }
             }?;
             Some(StageSummary { stage: stage.name.clone(), text })

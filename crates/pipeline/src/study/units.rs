@@ -3,6 +3,7 @@
 use crate::manifest::{OutputUnitsTable, StudyTable};
 use crate::study::{Stage, Study, Work};
 use asperity_contact::grid::Boundary;
+use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, listed};
 use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::quantity::{Dimension, Unit};
@@ -11,7 +12,7 @@ use asperity_stages::absolute::{AbsoluteColumns, StageUnits};
 use asperity_stages::output_units::Conversion;
 use asperity_stages::reduced_units::PressureUnit;
 use asperity_stages::surface::Origin;
-use asperity_stages::units::TableUnits;
+use asperity_stages::units::{TableUnits, shared};
 use asperity_stages::{ContactLoads, Kind, Recipe};
 use asperity_tables::column::Description;
 use asperity_tables::table::Table;
@@ -25,19 +26,22 @@ impl Study {
         stored.map(|units| units.names.in_output(&self.output_units)).collect()
     }
 
+    /// Returns the units of the table of the stage with the name `stage`.
+    pub fn units_of(&self, stage: &str) -> TableUnits {
+        self.stored_units(stage).names.in_output(&self.output_units)
+    }
+
+    /// Returns the units that the table of the stage with the name `stage` has in the store.
+    pub fn stored_units(&self, stage: &str) -> StageUnits {
+        let mut all = self.stages.iter().zip(of_stages(&self.stages));
+        let own = all.find(|(known, _)| known.name == stage);
+        own.map(|(_, units)| units).unwrap_or_default()
+    }
+
     /// Returns the conversion of the table of a stage from the units of the store to those of
     /// output.
     pub fn conversion(&self, stage: &str) -> Conversion {
-        let mut stored = self.stages.iter().zip(of_stages(&self.stages));
-        let own = stored.find(|(known, _)| known.name == stage);
-        let from = own.map(|(_, units)| units.names).unwrap_or_default();
-        Conversion { from, to: self.output_units.clone() }
-    }
-
-    /// Returns the units of the table of the stage with the name `stage`.
-    pub fn units_of(&self, stage: &str) -> TableUnits {
-        let named = self.stages.iter().zip(self.units()).find(|(known, _)| known.name == stage);
-        named.map(|(_, units)| units).unwrap_or_default()
+        Conversion { from: self.stored_units(stage).names, to: self.output_units.clone() }
     }
 
     /// Returns the columns with absolute numbers that the published table of a stage has. `empty`
@@ -48,9 +52,8 @@ impl Study {
         empty: &Table,
         quantity: Option<String>,
     ) -> AbsoluteColumns {
-        let mut named = self.stages.iter().zip(of_stages(&self.stages));
-        let units = named.find(|(known, _)| known.name == stage).map(|(_, units)| units);
-        AbsoluteColumns::new(empty, &StageUnits { quantity, ..units.unwrap_or_default() })
+        let units = StageUnits { quantity, ..self.stored_units(stage) };
+        AbsoluteColumns::new(empty, &units)
     }
 
     /// Returns the loads of all contacts of the surfaces of a stage. The surfaces can also be
@@ -82,7 +85,7 @@ impl Study {
     }
 }
 
-/// Returns the units of the table of each stage; see [`Study::units`].
+/// Returns the units of the table of each stage in the store; see [`Study::units`].
 pub fn of_stages(stages: &[Stage]) -> Vec<StageUnits> {
     let mut units: Vec<StageUnits> = Vec::with_capacity(stages.len());
     let mut are_pressed: Vec<bool> = Vec::with_capacity(stages.len());
@@ -90,13 +93,13 @@ pub fn of_stages(stages: &[Stage]) -> Vec<StageUnits> {
         let read = || stage.inputs.iter().map(|&input| &units[input].names);
         let length = match &stage.work {
             Work::Generate(surfaces) if stage.inputs.is_empty() => {
-                common(surfaces.iter().map(|surfaces| Some(surfaces.params.origin.unit())))
+                shared(surfaces.iter().map(|surfaces| Some(surfaces.params.origin.unit())))
             }
-            _ => common(read().map(|units| units.length.as_deref())),
+            _ => shared(read().map(|units| units.length.as_deref())),
         };
         let own = stage.work.recipes().iter().find_map(|recipe| modulus(recipe)?.1);
         let pressed = || stage.inputs.iter().filter(|&&input| are_pressed[input]);
-        let inherited = || common(pressed().map(|&input| units[input].names.pressure.as_deref()));
+        let inherited = || shared(pressed().map(|&input| units[input].names.pressure.as_deref()));
         let contacts = match stage.work.kind() {
             Kind::Generate => modulus_of_contacts(stages, index),
             _ => None,
@@ -134,12 +137,21 @@ pub fn unit_of_quantity<'t>(
 /// Effective modulus of a contact with its unit, if it has one.
 type Modulus = (f64, Option<&'static str>);
 
-/// Returns the modulus that all contacts of the surfaces of a stage have.
+/// Returns the effective modulus of the contacts that read a stage of surfaces, if all have the
+/// same one.
 fn modulus_of_contacts(stages: &[Stage], surfaces: usize) -> Option<Modulus> {
     let readers = stages.iter().filter(|stage| stage.inputs.contains(&surfaces));
     let mut moduli = readers.flat_map(|stage| stage.work.recipes()).filter_map(modulus);
     let first = moduli.next()?;
-    moduli.all(|other| other == first).then_some(first)
+    moduli.all(|other| is_same_modulus(other, first)).then_some(first)
+}
+
+fn is_same_modulus((modulus, unit): Modulus, (first, first_unit): Modulus) -> bool {
+    let factor = unit.zip(first_unit).and_then(|(from, to)| Unit::factor(from, to));
+    match factor {
+        Some(factor) => decimal::is_same(modulus * factor, first),
+        None => unit == first_unit && modulus == first,
+    }
 }
 
 fn modulus(recipe: &Recipe) -> Option<Modulus> {
@@ -210,11 +222,4 @@ fn loads_of(recipe: &Recipe) -> Option<ContactLoads> {
         PressureUnit::Absolute => ContactLoads::Absolute { effective_modulus, unit },
         PressureUnit::Relative => ContactLoads::Reduced,
     })
-}
-
-/// Returns the unit that all have, if it is not empty.
-fn common<'a>(units: impl Iterator<Item = Option<&'a str>>) -> Option<String> {
-    let mut named = units.map(|unit| unit.filter(|unit| !unit.is_empty()));
-    let first = named.next().flatten()?;
-    named.all(|other| other == Some(first)).then(|| first.to_owned())
 }

@@ -77,15 +77,16 @@ pub fn validate(
         validator.check_multilevel(stage, &graph, problems);
     }
     let (stages, is_complete) = validator.sorted_stages(&graph);
-    let units = units::of_stages(&stages);
-    let units_of = |name: &str| units.get(stages.iter().position(|stage| stage.name == name)?);
-    let all = is_complete.then_some(units.as_slice());
+    let stored = units::of_stages(&stages);
+    let sorted_index = |name: &str| stages.iter().position(|stage| stage.name == name);
+    let all = is_complete.then_some(stored.as_slice());
     let output_units = units::output(&manifest.study, all, problems);
     let conversion = |name: &str| {
-        let from = units_of(name)?.names.clone();
+        let from = stored[sorted_index(name)?].names.clone();
         Some(Conversion { from, to: output_units.clone() })
     };
-    let names_of_units = |name: &str| Some(units_of(name)?.names.clone().in_output(&output_units));
+    let names_of_units =
+        |name: &str| Some(stored[sorted_index(name)?].names.clone().in_output(&output_units));
     let empty = |stage: usize| validator.validated[stage].empty.as_ref();
     // Figures and claims read published tables.
     let published = |stage: usize| {
@@ -93,7 +94,8 @@ pub fn validate(
         let work = validator.validated[stage].work.as_ref()?;
         let read = graph.inputs[stage].iter().flatten().filter_map(|&input| empty(input));
         let quantity = units::unit_of_quantity(work, read);
-        let units = units_of(&manifest.stages[stage].name.value).cloned().unwrap_or_default();
+        let index = sorted_index(&manifest.stages[stage].name.value);
+        let units = index.map(|index| stored[index].clone()).unwrap_or_default();
         Some(AbsoluteColumns::new(table, &StageUnits { quantity, ..units }).beside(table))
     };
     let tables: Vec<Option<Table>> = (0..manifest.stages.len()).map(published).collect();

@@ -69,9 +69,17 @@ impl Axis {
         /// Smallest distance of the ends of a linear axis, relative to the ends. The drawing crate
         /// needs distinct numbers between them.
         const DISTANCE: f64 = 1e-12;
+        /// Extent of an axis beyond the data, relative to its end.
+        const ROOM: f64 = 0.1;
         let [from, to] = self.unbounded_ends(values);
         let [from, to] = [self.limits[0].unwrap_or(from), self.limits[1].unwrap_or(to)]
             .map(|end| if end.is_nan() { 0.0 } else { end.clamp(-FARTHEST, FARTHEST) });
+        // All data are beyond the only declared end.
+        let [from, to] = match self.limits {
+            [Some(_), None] if from >= to => [from, from + ROOM * from.abs()],
+            [None, Some(_)] if from >= to => [to - ROOM * to.abs(), to],
+            _ => [from, to],
+        };
         match self.spacing {
             Spacing::Linear => {
                 let room = DISTANCE * from.abs().max(to.abs()).max(1e-280);
@@ -208,8 +216,8 @@ impl Spacing {
 /// Numbers that a logarithmic axis shows without powers of ten, with some room for rounding.
 const PLAIN: Range<f64> = 1e-2 * (1.0 - 1e-6)..1e3 * (1.0 + 1e-6);
 
-/// Returns the power of ten that all numbers of a linear axis between these ends have, because some
-/// of them are very large or small. Returns `None` if plain numbers can be read.
+/// Returns the power of ten that the numbers of a linear axis share if some of them are very large
+/// or very small, and `None` if all can be written as plain numbers.
 fn common_exponent([from, to]: [f64; 2]) -> Option<i32> {
     let largest = from.abs().max(to.abs());
     let step = compute_tick_step(from, to, 5);
@@ -340,6 +348,8 @@ mod tests {
             }
         }
         assert_eq!(Axis::linear("").within(0.2, 0.3).ends(std::iter::empty()), [0.2, 0.3]);
+        let beyond = Axis { limits: [Some(10.0), None], ..Axis::linear("") };
+        assert_eq!(beyond.ends([1.0, 2.0].into_iter()), [10.0, 11.0]);
     }
 
     #[test]

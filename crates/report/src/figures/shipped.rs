@@ -14,6 +14,7 @@ use asperity_stages::columns::{
     COEFFICIENT, CORRECTION, EFFECTIVE_MODULUS, K_UPPER, LAYER_THICKNESS, LOAD, WORK_OF_ADHESION,
 };
 use asperity_stages::ensemble::{grouped, load_column};
+use asperity_stages::output_units::Conversion;
 use asperity_stages::surface::coordinates;
 use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Role, Value};
@@ -197,9 +198,9 @@ fn found(
         // Rows of surfaces and means over surfaces are not stacked.
         let (shown, first_stage) = first.get_or_insert_with(|| (spec.clone(), stage));
         if *shown == spec {
-            let (converted, own) = stage.units.converted(&table, &first_stage.units);
-            units.push(own);
-            tables.push(converted);
+            let (from, to) = (stage.units.clone(), first_stage.units.clone());
+            units.push(from.clone().in_output(&to));
+            tables.push(Conversion { from, to }.table(&table));
         }
     }
     let Some((mut spec, stage)) = first else { return Ok(None) };

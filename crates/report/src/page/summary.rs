@@ -17,6 +17,7 @@ use crate::plotted::reals;
 use crate::points::{self, distinct, independent};
 use crate::symbols::{self, Labels};
 use crate::units::{digits, length_in_words};
+use asperity_manifest::keys::quantity;
 use asperity_pipeline::study::figures::{ErrorBars, Quantity};
 use asperity_stages::aggregate::{self, Groups, Multilevel, Statistic};
 use asperity_stages::columns::{
@@ -25,6 +26,7 @@ use asperity_stages::columns::{
 };
 use asperity_stages::ensemble::{self, ParameterPoint};
 use asperity_stages::solve::is_unconverged;
+use asperity_stages::units::TableUnits;
 use asperity_stages::{Kind, Recipe, Work};
 use asperity_tables::cells::cells;
 use asperity_tables::column::{Description, Role, absolute_column};
@@ -468,12 +470,18 @@ impl Selection {
             let nearest = known.min_by(|one, other| distance(one).total_cmp(&distance(other)));
             if let (Some(nearest), true) = (nearest, points.len() > 1) {
                 rows.retain(|&row| given.value(row) == given.value(nearest));
-                let pressure =
-                    table.reals(PRESSURE.name).map_or(f64::NAN, |all| all.value(nearest));
                 note = match ensemble::prescribed_length(ensemble::load_column(table)) {
-                    Some(length) => format!(", at the {length} {}", given.value(nearest)),
+                    Some(length) => {
+                        let unit = TableUnits::from_table(table).length;
+                        let written = quantity::written(given.value(nearest), unit.as_deref());
+                        format!(", at the {length} {written}")
+                    }
                     None => {
-                        let load = loads.text(reduced.value(nearest), pressure);
+                        let reduced = reduced.value(nearest);
+                        let load = match table.reals(PRESSURE.name) {
+                            Ok(pressures) => loads.text(reduced, pressures.value(nearest)),
+                            Err(_) => loads.text_of_reduced(reduced),
+                        };
                         format!(", at the {} = {load}", loads.name())
                     }
                 };

@@ -10,7 +10,7 @@ use crate::manifest::claim::{
     WrittenClaims,
 };
 use crate::manifest::figure::{Holds, Selected, WrittenTable};
-use crate::study::figures::is_number;
+use crate::study::figures::{holds, is_number};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::checks::Checks;
@@ -251,15 +251,14 @@ impl<'t> Checker<'_, '_, 't> {
             {
                 return self.unknown_column(table, stage, column, &selected.span);
             }
-            let holds = match &keys.source {
-                Source::Stage(stage) if table.is_some_and(|table| is_number(table, column)) => {
-                    let unit = self.unit_of_column(stage, column);
-                    Holds::Numbers(unit.as_deref().and_then(Unit::find))
+            let held = match (table, &keys.source) {
+                (Some(table), Source::Stage(stage)) => {
+                    let units = (self.context.units)(stage).unwrap_or_default();
+                    holds(table, &units, column)
                 }
-                _ if table.is_some() => Holds::Texts,
-                _ => Holds::Unknown,
+                _ => Holds::Others,
             };
-            let values = selected.value.values(holds);
+            let values = selected.value.values(held);
             let values = self.checks.accept(values, &selected.span)?;
             selection.insert(column.clone(), values);
         }

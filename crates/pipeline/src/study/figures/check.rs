@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::{AREAS, Curve, ErrorBars, FigureSize, FigureSpec, Law, NoQuantity, PanelSpec};
-use super::{Quantity, Scales, THIS_STUDY, Value, has_surfaces, is_number};
+use super::{Quantity, Scales, THIS_STUDY, Value, has_surfaces, holds, is_number};
 use crate::manifest::figure::{
     CurveTable, FigureTable, Holds, PanelTable, RangeTable, Selected, SelectedValue, Words,
     WrittenFigure,
@@ -122,7 +122,18 @@ where
         tables.any(|table| table.has(column))
     };
     let units = (context.units)(&from.value).unwrap_or_default();
-    let mut columns = Columns { stage: &from.value, table, units, is_known: &is_known, checks };
+    let holds_in = |stage: &str, column: &str| match (context.table)(stage) {
+        Some(table) => holds(table, &(context.units)(stage).unwrap_or_default(), column),
+        None => Holds::Others,
+    };
+    let mut columns = Columns {
+        stage: &from.value,
+        table,
+        units,
+        holds_in: &holds_in,
+        is_known: &is_known,
+        checks,
+    };
     let panels = columns.panels(keys, stages);
     let colour = keys.colour.written().map(|written| columns.coordinate("colour", written));
     let dash = keys.dash.written().map(|written| columns.coordinate("dash", written));
@@ -156,6 +167,7 @@ where
         title: checks.optional("title", &keys.title)?.map(|title| title.value.clone()),
         caption: checks.optional("caption", &keys.caption)?.map(|text| text.value.clone()),
         size,
+        font_family: checks.optional("font_family", &keys.font_family)?.map(|of| of.value.clone()),
         legend,
         legend_order,
         labels: labels?,
@@ -185,6 +197,8 @@ struct Columns<'a, 'c> {
     stage: &'a str,
     table: &'a Table,
     units: TableUnits,
+    /// Function that returns what a column of a stage holds.
+    holds_in: &'a dyn Fn(&str, &str) -> Holds,
     /// Function that tells whether a stage of the study has a column.
     is_known: &'a dyn Fn(&str) -> bool,
     checks: &'a mut Checks<'c>,
@@ -319,7 +333,8 @@ impl<'a> Columns<'a, '_> {
             let mut selection = BTreeMap::new();
             let written = keys.selection.written().into_iter().flat_map(|written| &written.value);
             for (name, selected) in written {
-                let values = selected.value.values(Holds::Unknown);
+                let holds = (self.holds_in)(from.as_deref().unwrap_or_default(), name);
+                let values = selected.value.values(holds);
                 selection.insert(name.clone(), self.checks.accept(values, &selected.span)?);
             }
             selection
@@ -507,11 +522,7 @@ impl<'a> Columns<'a, '_> {
                 clear = None;
                 continue;
             }
-            let holds = match is_number(self.table, name) {
-                true => Holds::Numbers(self.units.of_column(self.table, name)),
-                false => Holds::Texts,
-            };
-            let values = selected.value.values(holds);
+            let values = selected.value.values(holds(self.table, &self.units, name));
             let Some(values) = self.checks.accept(values, &selected.span) else {
                 clear = None;
                 continue;

@@ -143,6 +143,8 @@ fn improbable(params: &solve::Params, slopes: Option<[f64; 2]>, closing: f64) ->
     let closing = if is_half_space { closing } else { HEAVY.max(closing) };
     let [flattest, steepest] = slopes.unwrap_or(SLOPES);
     let shown = |pressure: f64| quantity::written(pressure, params.pressure_unit);
+    let rounded = |number: f64, unit| quantity::range([number].into_iter(), unit);
+    let rounded_modulus = rounded(modulus, params.pressure_unit).unwrap_or_default();
     let same_unit = if params.pressure_unit.is_none() { " in the same unit" } else { "" };
     let is_heavy = |unit: f64| lightest >= closing * unit;
     let is_light = |unit: f64| heaviest < LIGHT * unit;
@@ -152,10 +154,10 @@ fn improbable(params: &solve::Params, slopes: Option<[f64; 2]>, closing: f64) ->
     };
     let scale = match slopes {
         Some([_, steepest]) => {
-            let slope = quantity::range([steepest].into_iter(), None).unwrap_or_default();
-            format!("E* is {}{same_unit} and the rms slope at most {slope}", shown(modulus))
+            let slope = rounded(steepest, None).unwrap_or_default();
+            format!("E* is {rounded_modulus}{same_unit} and the rms slope at most {slope}")
         }
-        None => format!("E* is {}{same_unit}", shown(modulus)),
+        None => format!("E* is {rounded_modulus}{same_unit}"),
     };
     match params.load_unit {
         PressureUnit::Relative if is_heavy(1.0) => Some(format!(
@@ -172,10 +174,9 @@ fn improbable(params: &solve::Params, slopes: Option<[f64; 2]>, closing: f64) ->
             shown(lightest)
         )),
         PressureUnit::Absolute if is_light(modulus * flattest) => Some(format!(
-            "all loads are pressures of at most {}, and E* is {}{same_unit}, so that only a node \
-             or two touch; check the units of the loads and of E*",
-            shown(heaviest),
-            shown(modulus)
+            "all loads are pressures of at most {}, and E* is {rounded_modulus}{same_unit}, so that only a \
+             node or two touch; check the units of the loads and of E*",
+            shown(heaviest)
         )),
         _ => None,
     }
