@@ -170,7 +170,7 @@ impl Picture {
         let kind = options.map.unwrap_or(default);
         let surface =
             if options.relief { Some(maps.map(MapKind::Heights, None, stop)?) } else { None };
-        let is_one_state = maps.is_path() && maps.rows().len() == 1;
+        let is_one_state = maps.rows().len() == 1;
         let is_overlay = options.load.is_none() && !options.animate && !is_one_state;
         if kind == MapKind::Contact && is_overlay {
             return Picture::of_all_contacts(maps, surface.as_ref());

@@ -269,3 +269,14 @@ fn impossible_pictures_are_refused_with_advice() {
     assert_eq!(unknown.status.code(), Some(1));
     assert!(text(&unknown.stderr).contains("no finished task 0000"));
 }
+
+#[test]
+fn a_stage_with_one_load_has_the_map_of_this_load() {
+    let bench = Bench::new();
+    bench.run(&STUDY.replace("loads = { to = 0.1, steps = 4 }", "loads = [0.1]"));
+    let manifest = bench.path("study.toml");
+    let task = [manifest.to_str().unwrap(), "light", "k_upper=8", "realization=1"];
+    let (printed, picture) = view(&bench, &task);
+    let (_, at_load) = view(&bench, &[&task[..], &["--load", "0.1"]].concat());
+    assert_eq!(picture, at_load, "{printed}");
+}
