@@ -80,8 +80,13 @@ fn has_other_unit(table: &FileTable) -> bool {
     overrides(table) && unit.is_some_and(|unit| !is_metre(&unit.value))
 }
 
-/// Returns the unit of length of a map. Refuses a channel without heights, and a unit that
-/// contradicts the file.
+/// Returns whether the file alone gives the side of a map, as a number without a unit.
+fn is_side_of_file(table: &FileTable, map: &MapFile) -> bool {
+    matches!(map.size, Size::Unitless(_)) && table.side.written().is_none()
+}
+
+/// Returns the unit of length of a map. Refuses a channel without heights, a unit that contradicts
+/// the file, and lengths with a unit beside a side without one.
 fn unit(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<String> {
     let FileKeys { path, table, .. } = keys;
     let written = table.unit.written();
@@ -101,8 +106,21 @@ fn unit(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<String> {
         ));
     }
     let Some(written) = written else {
-        let of_lengths = checks.units.length.as_ref().map_or("", |named| named.unit.symbol);
-        return Some(if is_in_metres(map) { "m".to_owned() } else { of_lengths.to_owned() });
+        return match &checks.units.length {
+            _ if is_in_metres(map) => Some("m".to_owned()),
+            None => Some(String::new()),
+            Some(named) if is_side_of_file(table, map) => {
+                let (symbol, span) = (named.unit.symbol, named.span.clone());
+                let message = format!("the lengths of {:?} have no unit", path.value);
+                let problem = Problem::new(message, span, "length with a unit");
+                let problem = problem.and(path.span.clone(), "lengths without a unit");
+                checks.reject(problem.help(format!(
+                    "write `unit = {symbol:?}` if this is the unit of the file, or a number \
+                     without a unit"
+                )))
+            }
+            Some(named) => Some(named.unit.symbol.to_owned()),
+        };
     };
     if !is_in_metres(map) || overrides(table) {
         return Some(written.value.clone());
