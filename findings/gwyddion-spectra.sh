@@ -8,11 +8,11 @@
 # wave, and 0.99 for rpsdf, which is the power in a ring: 2πk/(2π)² times the density per wave vector.
 # psdf subtracts a straight line from each line of the map and scales the rest back to its mean square: to
 # rounding, it is the spectrum of that. 3 % of its mean square slope lies beyond the shortest wave of the map.
-# Matters: surfaces drawn from the 1D PSDF have 0.71 of the height and slope if it is taken for one-sided. A
+# Surfaces drawn from the 1D PSDF have 0.71 of the height and slope if it is taken for one-sided. A
 # power law fitted to the radial PSDF has an exponent that differs by 1 from that of a density (H by 1/2).
 # The tail flattens the end of a steep spectrum.
 #
-# The script needs the packages of Debian 12, and fails if this has changed.
+# The script needs the packages of Debian 12.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

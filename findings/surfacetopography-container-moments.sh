@@ -7,10 +7,8 @@
 # mean square height, 0.79 to 0.80 times the mean square gradient, and 0.59 for order 4, whatever H is. Order
 # 1 is right. A container has spectra of profiles; times π/q they stand in for the areal one, which the help
 # says to be off by π/2, π/4 and 3π/16.
-# Matters: moments of containers exist to join scans of several sizes. The rms slope comes out 11 % too
+# Moments of containers exist to join scans of several sizes. The rms slope comes out 11 % too
 # small, so that loads in E* × rms slope are 12 % too large, and Nayak's m0 m4/m2² is 1.4 times too large.
-#
-# The script fails if this has changed.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

@@ -8,10 +8,8 @@
 # and 0.99 of those of profiles, and down to 2 points 1.00, 0.94 and 0.97. They are small differences of an
 # autocorrelation that is averaged in wide bins and interpolated by straight lines; the first negative one
 # ends the list.
-# Matters: this curvature sets the radii of summits and whether a scan resolved them. Well sampled and
+# This curvature sets the radii of summits and whether a scan resolved them. Well sampled and
 # low-pass filtered maps seem to have blunter summits, or have no result.
-#
-# The script fails if this has changed.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

@@ -6,10 +6,10 @@
 # radii of 2, 5 and 10 thousandths of the side, the cutoffs are 5.8, 11.8 and 20.7 thousandths if the
 # heights vary along x, as for the profile. If they vary along y, there is none, and with the tip in the
 # metadata, short_reliability_cutoff, by which spectra are cut, is none, too.
-# Matters: ground, honed and polished surfaces are scanned along or across their grooves, and maps get
+# Ground, honed and polished surfaces are scanned along or across their grooves, and maps get
 # turned. The blunted flanks count as measured, and their slopes set loads and contact areas.
 #
-# The script fails if this has changed. asperity compares peaks along the scan lines, whose direction is set
+# asperity compares peaks along the scan lines, whose direction is set
 # by `align_along`.
 set -euo pipefail
 folder=$(mktemp -d)

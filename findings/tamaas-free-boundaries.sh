@@ -5,10 +5,8 @@
 # Seen on 2026-11-29 (a bow of 64 × 64 nodes with waves, pressure 0.01 E*): the pressures are those of the
 # periodic model to the last bit, 36.2 % of the map is in contact, and the peak pressure is 0.102 E*. Only
 # with solver.setIntegralOperator("dcfft") are they those of a free patch: 28.4 % and 0.297 E*. No warning.
-# Matters: scans are not periodic. Their edges are pressed against images of the opposite edges, with a third
+# Scans are not periodic. Their edges are pressed against images of the opposite edges, with a third
 # of the peak pressure here, and the script that did it says "non-periodic".
-#
-# The script fails if this has changed.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

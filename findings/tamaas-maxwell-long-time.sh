@@ -7,10 +7,8 @@
 # pressure starts right, at 1 + 2G, but ends at 0.981, 0.858, 0.601 and 0.539 of the elastic one for
 # G = 0.01, 0.1, 1 and 3. That is (µ + G)/(µ + 2G), at any load and wavelength. The contact of a sphere
 # with G = 1 grows to 1.40 times the area of Hertz, with a peak pressure of 0.72.
-# Matters: creep and relaxation end with too much contact area (40 % here, for a sphere) and too small
+# Creep and relaxation end with too much contact area (40 % here, for a sphere) and too small
 # gaps, whichever way the time step is refined. A check of the first time step shows nothing.
-#
-# The script fails if this has changed.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

@@ -6,10 +6,8 @@
 # Seen on 2026-11-29 (128 × 64 square cells, sides 2 and 1, isotropic with an rms slope of 0.5): the slope
 # is 0.789, and the pressure for full contact 1.71 times the true one. Each side is taken for 1, so
 # that slopes along the long side are twice as steep. Right are maps with equal sides, after division.
-# Matters: loads are stated in E* × rms slope. On strips, which are usual for measured maps, the reduced
+# Loads are stated in E* × rms slope. On strips, which are usual for measured maps, the reduced
 # load is then 37 % too small, and the grain of an isotropic surface is 2:1.
-#
-# The script fails if this has changed.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
