@@ -191,41 +191,6 @@ law = "contact-evolution"
 bootstrap = 10
 kappa = 2.5
 
-[stage.fit-mean-pressure]
-kind = "fit"
-from = "corrected"
-law = "mean-pressure"
-bootstrap = 10
-
-
-[stage.fit-scaled-erf]
-kind = "fit"
-from = "corrected"
-law = "scaled-erf"
-bootstrap = 10
-
-
-[stage.fit-load-separation]
-kind = "fit"
-from = "area"
-law = "load-separation"
-bootstrap = 10
-
-
-[stage.fit-gap-percolation]
-kind = "fit"
-from = "area"
-law = "gap-percolation"
-bootstrap = 10
-
-
-[stage.fit-mesh-convergence]
-kind = "fit"
-from = "area"
-law = "mesh-convergence"
-bootstrap = 10
-
-
 [stage.fit-self-affine]
 kind = "fit"
 from = "spectrum"
@@ -264,6 +229,14 @@ from = "area"
 sql = "select nodes, k_upper, pressure, avg(mean_gap) as gap from area group by nodes, k_upper, pressure"
 columns = { gap = { unit = "length", meaning = "mean gap" } }
 """
+MANIFEST += "".join(
+    f'\n[stage.fit-{law}]\nkind = "fit"\nfrom = "{read}"\nlaw = "{law}"\nbootstrap = 10\n'
+    for read, laws in {
+        "corrected": ["mean-pressure", "scaled-erf"],
+        "area": ["load-separation", "gap-percolation", "mesh-convergence"],
+    }.items()
+    for law in laws
+)
 
 #: Words in units that the study has named.
 NAMED = re.compile(r"(?<![A-Za-z])(µm|MPa|GPa|k?J/m²|N|K/W|W/\(m|Ω)")

@@ -20,8 +20,9 @@
 //!
 //! Conjugate gradients with the preconditioner of module `multigrid` solve for the pressures, on
 //! one thread and in a fixed order. Module `channels` computes the conductances and finds the
-//! channels that percolate. Conductances are rounded to single precision, which changes the flow by
-//! at most as much as a conductance. Everything else on the grid has double precision.
+//! channels that percolate. Conductances are rounded to single precision. The relative change of
+//! the flow is at most that of one conductance, 6e-8. Everything else on the grid has double
+//! precision.
 //!
 //! Near percolation, conductances span many decades, and the norm of the residual does not bound
 //! the error of the flow. The solution is therefore enclosed by two bounds. Pressures are periodic
