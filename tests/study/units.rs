@@ -643,7 +643,7 @@ fn a_bound_of_an_error_is_in_the_units_of_output() {
     let bench = Bench::new();
     let study = |output_units: &str, bound: &str| {
         let until = format!(
-            "realizations = {{ at_least = 3, at_most = 40, until = \"sem(means.mean_gap) < {bound}\" }}"
+            "realizations = {{ at_least = 3, at_most = 40, until = \"sem(contact.mean_gap) < {bound}\" }}"
         );
         with_parameters(output_units, "")
             .replace("GAPS", "{ count = 10, to = 2 }")

@@ -1,8 +1,8 @@
 //! Units of the columns of an answer, which follow from the query.
 //!
-//! A column that is passed on keeps its description. Sums, means, extrema, quotients and `case` have
-//! the unit of their operands where it is certain; all other columns have none. A product with a
-//! number has none, because it may be a conversion.
+//! A column that is passed on keeps its description. Sums, means, extrema, quotients and `case`
+//! have the unit of their operands where it is certain; all other columns have none. A product
+//! with a number has none, because it may be a conversion.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -308,8 +308,8 @@ mod tests {
         let coarse = vec![1.0, 2.0, 4.0, 7.0, 11.0];
         let fine = vec![1.5, 2.0, 5.0];
         let found = MultilevelMean::new(&[coarse, fine]).unwrap();
-        // The differences are 0.5, 0 and 1. Their correlation with 1, 2 and 4 is 1/2 over the root of
-        // 7/3 and 1/4.
+        // The differences are 0.5, 0 and 1. Their correlation with 1, 2 and 4 is 1/2 over the root
+        // of 7/3 and 1/4.
         let covariance = 0.5 * (16.5 / (7.0 / 3.0_f64)).sqrt();
         let [first, second] = found.terms[..] else { panic!("two terms") };
         assert!((found.value - (5.0 + 0.5)).abs() < 1e-14);

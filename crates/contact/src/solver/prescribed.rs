@@ -51,8 +51,9 @@ const FORCING: f64 = 0.05;
 /// not hide.
 const CLEAR: f64 = 4.0;
 
-/// Maximum number of loads of a search. A search takes more than ten if rounding hides the approach,
-/// or if the approach is steep at a load at which nearly all nodes in contact have yielded.
+/// Maximum number of loads of a search. A search takes more than ten if rounding hides the
+/// approach, or if the approach is steep at a load at which nearly all nodes in contact have
+/// yielded.
 const MAX_LOADS: usize = 40;
 
 /// Number of loads after which every second one halves the bracket, and after which loads are
@@ -70,8 +71,8 @@ const MAX_ELASTIC: f64 = 0.2;
 /// Largest factor by which a load differs from the one before while the bracket has one end.
 const MAX_FACTOR: f64 = 16.0;
 
-/// Largest ratio of the larger to the smaller of two successive loads at which the second one starts
-/// from the pressures of the first one.
+/// Largest ratio of the larger to the smaller of two successive loads at which the second one
+/// starts from the pressures of the first one.
 const MAX_RATIO: f64 = 1.2;
 
 /// Maximum number of pairs from the pressures of the load before. Most loads take fewer than 20; if
@@ -210,11 +211,11 @@ impl Solver {
         let watch = || watch.is_interrupted();
         let ((load, outcome), slope) = solver.search(prescribed, Guess::default(), &COARSE, &watch);
         let pairs = f64::from(outcome.pairs) * solver.pressure.len() as f64 / nodes as f64;
-        let pairs = pairs.round() as u32;
+        let pairs_of_mesh = pairs.round() as u32;
         if outcome.stop == Stop::Converged {
-            Guess { load, slope, pairs }
+            Guess { load, slope, pairs: pairs_of_mesh }
         } else {
-            Guess { pairs, ..Guess::default() }
+            Guess { pairs: pairs_of_mesh, ..Guess::default() }
         }
     }
 
@@ -340,8 +341,9 @@ impl Solver {
         let hardness = self.inner.bound?.pressure();
         let cells = self.pressure.len() as f64;
         let is_elastic = |pressure: f64| pressure > 0.0 && pressure < hardness;
-        let elastic = self.pressure.iter().copied().enumerate().filter(|(_, p)| is_elastic(*p));
-        let elastic: Vec<(usize, f64)> = elastic.collect();
+        let nodes_with_pressure = self.pressure.iter().copied().enumerate();
+        let elastic: Vec<(usize, f64)> =
+            nodes_with_pressure.filter(|(_, pressure)| is_elastic(*pressure)).collect();
         let on_elastic = elastic.iter().map(|(_, pressure)| pressure).sum::<f64>() / cells;
         let replaced = if touches_less { hardness } else { 0.0 };
         let yielded = self.pressure.iter().filter(|pressure| **pressure >= hardness).count();

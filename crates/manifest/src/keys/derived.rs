@@ -135,8 +135,8 @@ impl<'a> Expressions<'a> {
     }
 
     /// Returns the unit of an expression of `table` in which parameters have units; `None` for all
-    /// other values. `known` is that of [`Expressions::known_unit`], and `schema` and `declared` are
-    /// those of the value.
+    /// other values. `known` is that of [`Expressions::known_unit`], and `schema` and `declared`
+    /// are those of the value.
     ///
     /// # Errors
     /// Returns the problem of an expression whose unit does not belong to the key `path`.

@@ -342,8 +342,8 @@ impl Units {
         metres * length + newtons * (pressure + 2 * length)
     }
 
-    /// Returns whether no length or pressure of the table has a unit, although plain numbers of this
-    /// dimension would have it. All other dimensions have a unit.
+    /// Returns whether no length or pressure of the table has a unit, although plain numbers of
+    /// this dimension would have it. All other dimensions have a unit.
     pub fn lacks(&self, dimension: Dimension) -> bool {
         match dimension {
             Dimension::Length => self.length.is_none(),

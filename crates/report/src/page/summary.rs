@@ -477,10 +477,10 @@ impl Selection {
                         format!(", at the {length} {written}")
                     }
                     None => {
-                        let reduced = reduced.value(nearest);
+                        let least = reduced.value(nearest);
                         let load = match table.reals(PRESSURE.name) {
-                            Ok(pressures) => loads.text(reduced, pressures.value(nearest)),
-                            Err(_) => loads.text_of_reduced(reduced),
+                            Ok(pressures) => loads.text(least, pressures.value(nearest)),
+                            Err(_) => loads.text_of_reduced(least),
                         };
                         format!(", at the {} = {load}", loads.name())
                     }

@@ -51,12 +51,13 @@ pub fn ask(
         tables.iter().map(|(name, table)| (name.clone(), table.schema())).collect();
     let answer = answer(query, tables, names, memory)?;
     let origins = origins(query, &schemas)?;
+    let unknown = Origin::default();
     let columns = frame::columns(&answer)?;
     let field = |(name, array): &(String, ArrayRef)| {
         let field = Field::new(name, array.data_type().clone(), true);
         let metadata = match meanings.get(name) {
             Some(Meaning { unit, meaning }) => described(Role::Result, unit, meaning),
-            None => inferred(&field, origins.get(name), &schemas),
+            None => inferred(&field, origins.get(name).unwrap_or(&unknown), &schemas),
         };
         field.with_metadata(metadata)
     };
@@ -69,8 +70,7 @@ pub fn ask(
 ///
 /// A computed column has the role and the meaning of a column of the same name and type in a table
 /// that the query reads: a rounded load is still the load of a row.
-fn inferred(field: &Field, origin: Option<&Origin>, tables: &[(String, SchemaRef)]) -> Metadata {
-    let origin = origin.cloned().unwrap_or_default();
+fn inferred(field: &Field, origin: &Origin, tables: &[(String, SchemaRef)]) -> Metadata {
     let namesake = tables.iter().find_map(|(_, schema)| {
         let read = schema.field_with_name(field.name()).ok()?;
         Some((Role::from_field(read)?, read)).filter(|_| read.data_type() == field.data_type())

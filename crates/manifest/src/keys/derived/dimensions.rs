@@ -51,8 +51,8 @@ struct Search<'a> {
 }
 
 /// Returns the unit of the result of an expression in the value of `key`: that of the known number
-/// or of the first parameter with the same dimension or, without one, that of the SI. Returns `None`
-/// for a pure number, and for expressions in which nothing has a unit.
+/// or of the first parameter with the same dimension or, without one, that of the SI. Returns
+/// `None` for a pure number, and for expressions in which nothing has a unit.
 ///
 /// # Errors
 /// Returns the reason why the expression is not a quantity of the declared dimension.
@@ -62,9 +62,9 @@ pub fn unit_of(
     number: Option<KnownUnit>,
     expression: &Expression,
 ) -> Result<Option<&'static Unit>, String> {
-    let number = number.filter(|number| expression.columns().contains(number.name));
-    let units = number.and_then(|number| number.unit).into_iter().collect();
-    let mut search = Search { expressions, key, number, units, known: BTreeMap::new() };
+    let used = number.filter(|number| expression.columns().contains(number.name));
+    let units = used.and_then(|number| number.unit).into_iter().collect();
+    let mut search = Search { expressions, key, number: used, units, known: BTreeMap::new() };
     let names = expression.columns().into_iter().filter(|name| !search.is_key(name));
     search.find_parameters(names.map(str::to_owned).collect());
     let found = search.exponents(expression, false);
@@ -79,15 +79,15 @@ pub fn unit_of(
     }
     let exponents = found?.unwrap_or(wanted[0]);
     // The number would have the unit of the result, which would then be another quantity.
-    let pure = number.filter(|number| number.dimension.is_none());
+    let pure = used.filter(|number| number.dimension.is_none());
     if let Some(KnownUnit { name, .. }) = pure.filter(|_| exponents != PURE) {
         let result = named(exponents);
         return Err(format!("`{name}` is a pure number here, but this makes {result} of it"));
     }
     let may_be_pure = declared.is_some_and(|declared| declared.or_ratio);
     if !wanted.contains(&exponents) && !(exponents == PURE && may_be_pure) {
-        let wanted: Vec<String> = wanted.into_iter().map(named).collect();
-        let reason = format!("must be {}, but this is {}", wanted.join(" or "), named(exponents));
+        let accepted: Vec<String> = wanted.into_iter().map(named).collect();
+        let reason = format!("must be {}, but this is {}", accepted.join(" or "), named(exponents));
         return Err(reason);
     }
     let own = search.units.iter().find(|unit| unit.dimension.exponents() == exponents);
@@ -179,13 +179,13 @@ impl Search<'_> {
     fn is_key(&self, name: &str) -> bool {
         let Expressions { layout, scope } = self.expressions;
         let cases = self.key.table.get("cases").and_then(|cases| cases.get_ref().as_array());
-        let mut cases = cases.into_iter().flatten().filter_map(|case| case.get_ref().as_table());
+        let mut points = cases.into_iter().flatten().filter_map(|case| case.get_ref().as_table());
         let is_parameter =
             || scope.parameters.is_some_and(|parameters| parameters.get(name).is_some());
         name != self.key.name
             && layout.has(name)
             && (self.key.table.contains_key(name)
-                || cases.any(|case| case.contains_key(name))
+                || points.any(|case| case.contains_key(name))
                 || !is_parameter())
     }
 

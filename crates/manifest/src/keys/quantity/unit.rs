@@ -98,10 +98,10 @@ impl Unit {
     /// Returns the unit with this symbol or plain spelling, or the unit that a product of units
     /// equals: `W/(m K)` for `W m^-1 K⁻¹`, and `Pa` for `N/m²`.
     pub fn find(text: &str) -> Option<&'static Unit> {
-        let text = text.trim();
-        let named = UNITS.iter().find(|unit| unit.symbol == text || unit.plain == Some(text));
+        let symbol = text.trim();
+        let named = UNITS.iter().find(|unit| unit.symbol == symbol || unit.plain == Some(symbol));
         named.or_else(|| {
-            let Product { power, exponents } = Product::parse(&respelt(text))?;
+            let Product { power, exponents } = Product::parse(&respelt(symbol))?;
             let is_it =
                 |unit: &&Unit| unit.power == power && unit.dimension.exponents() == exponents;
             UNITS.iter().find(is_it)

@@ -112,12 +112,15 @@ fn unit(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<String> {
             Some(named) if is_side_of_file(table, map) => {
                 let (symbol, span) = (named.unit.symbol, named.span.clone());
                 let message = format!("the lengths of {:?} have no unit", path.value);
-                let problem = Problem::new(message, span, "length with a unit");
-                let problem = problem.and(path.span.clone(), "lengths without a unit");
-                checks.reject(problem.help(format!(
+                let help = format!(
                     "write `unit = {symbol:?}` if this is the unit of the file, or a number \
                      without a unit"
-                )))
+                );
+                checks.reject(
+                    Problem::new(message, span, "length with a unit")
+                        .and(path.span.clone(), "lengths without a unit")
+                        .help(help),
+                )
             }
             Some(named) => Some(named.unit.symbol.to_owned()),
         };
