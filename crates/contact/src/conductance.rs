@@ -10,6 +10,9 @@
 //!
 //! with the distance s_ij of the centres of two spots. In a periodic cell, the sum includes the
 //! periodic images of all spots.
+//!
+//! In a layer, a current does not spread as displacements do: [`conduction`](crate::conduction)
+//! describes it, and [`Conductor`](crate::solver::Conductor) computes the conductance.
 
 mod point_sources;
 

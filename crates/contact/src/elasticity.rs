@@ -153,7 +153,7 @@ impl Axis {
     /// Returns the numbers of periods along x and y of the wave with `along` periods along this
     /// axis and `across` periods along the other axis.
     #[inline]
-    fn waves(self, along: usize, across: usize) -> [usize; 2] {
+    pub(crate) fn waves(self, along: usize, across: usize) -> [usize; 2] {
         match self {
             Axis::X => [along, across],
             Axis::Y => [across, along],

@@ -10,6 +10,7 @@
 //! | [`adhesion`] | adhesive contact along a path of loads or mean gaps |
 //! | [`morphology`] | area, perimeter and clusters of the contact |
 //! | [`conductance`] | spots of the contact, and their thermal or electrical conductance |
+//! | [`conduction`] | spreading of heat and currents in layers |
 //! | [`distribution`] | histograms of pressures and gaps |
 //! | [`flow`] | flow of a fluid through the gap |
 //! | [`theory`] | contact area by Persson's theory, asperity models and the evolution law |
@@ -67,6 +68,7 @@
 pub mod adhesion;
 pub mod asperities;
 pub mod conductance;
+pub mod conduction;
 pub mod distribution;
 pub mod elasticity;
 pub mod fft;

@@ -90,6 +90,7 @@ pub(crate) mod blocks;
 mod body;
 mod bounds;
 mod candidates;
+mod conductor;
 mod conjugate_gradients;
 pub mod cost;
 mod initial_guess;
@@ -107,6 +108,7 @@ mod refinement;
 mod stiffness;
 
 pub use body::{Body, Elastic, Hardness, HardnessError};
+pub use conductor::Conductor;
 pub use prescribed::Prescribed;
 pub use stiffness::ContactStiffness;
 
