@@ -74,6 +74,31 @@ loads = ["200 MPa", "400 MPa", "700 MPa"]
 path = "there-and-back"
 stiffness = true
 
+[stage.face]
+kind = "generate"
+nodes = 32
+side = "100 um"
+hurst = 0.8
+k_lower = 2
+k_upper = 4
+rms_slope = 0.1
+
+[stage.coated]
+kind = "solve"
+from = "face"
+layer = { thickness = "2 um", youngs_modulus = "50 GPa", poisson_ratio = 0.36, resistivity = "115 nohm m" }
+substrate = { youngs_modulus = "120 GPa", poisson_ratio = 0.34, resistivity = "17 nohm m" }
+counter_body = { resistivity = "17 nohm m" }
+loads = ["200 MPa", "400 MPa"]
+stiffness = true
+
+[stage.on-base]
+kind = "solve"
+from = "face"
+layer = { thickness = "20 um", youngs_modulus = "50 GPa", poisson_ratio = 0.36, conductivity = "66 W/(m K)" }
+loads = ["200 MPa", "400 MPa"]
+stiffness = true
+
 [stage.soft]
 kind = "generate"
 nodes = 64
@@ -120,6 +145,14 @@ correction = "2017"
 [stage.yielded-area]
 kind = "measure"
 from = "yielding"
+
+[stage.coated-area]
+kind = "measure"
+from = "coated"
+
+[stage.on-base-area]
+kind = "measure"
+from = "on-base"
 
 [stage.adhesive-area]
 kind = "measure"
@@ -250,7 +283,7 @@ TWINS = {
     "maximum_load": "maximum_pressure",
 }
 #: Contacts of the surfaces, whose tables have no modulus.
-CONTACTS_OF = {"surfaces": "contact", "metal": "yielding", "soft": "adhesive", "scan": "scanned"}
+CONTACTS_OF = {"surfaces": "contact", "metal": "yielding", "face": "coated", "soft": "adhesive", "scan": "scanned"}
 #: Settings and errors of the solver, which only have a meaning in its own units.
 OF_SOLVER = {"tolerance", "residual"}
 #: Labels of axes that are pure numbers.

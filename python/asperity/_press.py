@@ -35,7 +35,8 @@ def press(
     hardness: Optional[Quantity] = None,
     hardness_unit: Optional[str] = None,
     layer: Optional[Mapping[str, Any]] = None,
-    substrate: Optional[Mapping[str, float]] = None,
+    substrate: Optional[Mapping[str, Quantity]] = None,
+    counter_body: Optional[Mapping[str, Quantity]] = None,
     against: Optional[Union[Topography, ArrayLike]] = None,
     shift: Optional[Tuple[float, float]] = None,
     mirror: Optional[str] = None,
@@ -102,7 +103,11 @@ def press(
         ``{"thickness", "poisson_ratio", "modulus_ratio"}`` with the shear modulus of the coating over that of
         the half-space. The modulus E* is that of the layer. Default: a half-space.
     substrate : mapping, optional
-        Half-space below a coating, ``{"poisson_ratio"}``.
+        Half-space below a coating, ``{"poisson_ratio"}``. With a ``"conductivity"`` or a ``"resistivity"`` in
+        `layer` and `substrate` and with `stiffness`, the table has the column ``contact_conductance``.
+    counter_body : mapping, optional
+        ``{"conductivity"}`` or ``{"resistivity"}`` of the rough body, for a `layer` with the same key; default:
+        the rough body conducts perfectly.
     against : Topography or array_like, optional
         Heights of a second rough surface, positive towards the first one and in common axes. It has the nodes
         and sides of the first surface. The sum of both heights is pressed, and `loads` are in units of the rms
@@ -191,6 +196,7 @@ def press(
             hardness_unit,
             layer,
             substrate,
+            counter_body,
             stiffness,
             tolerance,
             max_pairs,
@@ -220,7 +226,8 @@ def press_each(
     hardness: Optional[Quantity] = None,
     hardness_unit: Optional[str] = None,
     layer: Optional[Mapping[str, Any]] = None,
-    substrate: Optional[Mapping[str, float]] = None,
+    substrate: Optional[Mapping[str, Quantity]] = None,
+    counter_body: Optional[Mapping[str, Quantity]] = None,
     against: Optional[Union[Topography, ArrayLike]] = None,
     shift: Optional[Tuple[float, float]] = None,
     mirror: Optional[str] = None,
@@ -260,6 +267,7 @@ def press_each(
             hardness_unit,
             layer,
             substrate,
+            counter_body,
             stiffness,
             tolerance,
             max_pairs,
@@ -326,7 +334,8 @@ def _setting(
     hardness: Optional[Quantity],
     hardness_unit: Optional[str],
     layer: Optional[Mapping[str, Any]],
-    substrate: Optional[Mapping[str, float]],
+    substrate: Optional[Mapping[str, Quantity]],
+    counter_body: Optional[Mapping[str, Quantity]],
     stiffness: Optional[bool],
     tolerance: Optional[float],
     max_pairs: Optional[int],
@@ -340,6 +349,7 @@ def _setting(
         "hardness_unit": hardness_unit,
         "layer": None if layer is None else dict(layer),
         "substrate": None if substrate is None else dict(substrate),
+        "counter_body": None if counter_body is None else dict(counter_body),
         "stiffness": stiffness,
         "tolerance": tolerance,
         "max_pairs": max_pairs,

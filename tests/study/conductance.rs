@@ -75,7 +75,7 @@ fn a_stiffness_that_is_added_to_stored_pressures_solves_no_load_again() {
 }
 
 #[test]
-fn contacts_on_a_layer_have_a_stiffness_and_no_conductance() {
+fn contacts_on_a_layer_without_conductivities_have_a_stiffness_and_no_conductance() {
     let bench = Bench::new();
     let keys = "stiffness = true\nlayer = { thickness = 0.05, poisson_ratio = 0.3 }";
     bench.run(&study("1e-6", keys));
@@ -84,6 +84,109 @@ fn contacts_on_a_layer_have_a_stiffness_and_no_conductance() {
     assert!(known("stiffness") > 0);
     assert_eq!(known("contact_conductance"), 0);
     assert!(!area.has("unloading_stiffness"));
+}
+
+/// A study of contacts with coatings, whose `layer`, `substrate` and `counter_body` have further
+/// keys.
+fn coated(keys: &str, [layer, substrate, counter_body]: [&str; 3]) -> String {
+    let counter_body = match counter_body {
+        "" => String::new(),
+        keys => format!("; counter_body = {{ {keys} }}"),
+    };
+    manifest("coated", "")
+        .generate(
+            "surface",
+            "nodes = [64, 32]; side = ['200 um', '100 um']; hurst = 0.8; k_lower = 2; k_upper = 8; \
+             rms_slope = 0.02",
+        )
+        .solve(
+            "contact",
+            &format!(
+                "layer = {{ thickness = '5 um', youngs_modulus = '50 GPa', poisson_ratio = 0.36{layer} \
+                 }}; substrate = {{ youngs_modulus = '120 GPa', poisson_ratio = 0.34{substrate} \
+                 }}{counter_body}; loads = ['10 MPa', '50 MPa']; stiffness = true; {keys}"
+            ),
+        )
+        .measure("resistance", "")
+        .text()
+}
+
+const RESISTIVITIES: [&str; 3] =
+    [", resistivity = '115 nohm m'", ", resistivity = 17e-9", "resistivity = '23 nohm m'"];
+
+#[test]
+fn coated_contacts_have_a_conductance_in_units_of_the_si() {
+    let bench = Bench::new();
+    bench.run(&coated("", RESISTIVITIES));
+    let [contact, table] = ["contact", "resistance"].map(|stage| bench.table("coated", stage));
+    assert_eq!(reals(&contact, "contact_conductance"), reals(&table, "contact_conductance"));
+    // ρ_s = (ρ₁ + ρ₃)/2 of the layer and the rough body.
+    let (rho, side, area) = (69e-9, 200e-6, 200e-6 * 100e-6);
+    let near = |column: &str, row: usize, expected: f64| {
+        let found = real(&table, column, row);
+        assert!((found / expected - 1.0).abs() < 1e-11, "{column}: {found}, {expected}");
+    };
+    for row in 0..2 {
+        let conductance = real(&table, "contact_conductance", row);
+        // The layer spreads the current less than the force.
+        assert!(conductance < 0.95 * real(&table, "stiffness", row));
+        near("pair_resistivity", row, rho);
+        near("substrate_conductivity_ratio", row, 17.0 / 115.0);
+        near("counter_conductivity_ratio", row, 23.0 / 115.0);
+        near("specific_resistance", row, rho * side / conductance);
+        near("electrical_resistance", row, rho * side / (conductance * area));
+        near("layer_electrical_resistance", row, 115e-9 * 5e-6 / area);
+    }
+    let known = |column| table.reals(column).unwrap().iter().flatten().count();
+    assert_eq!(known("greenwood_conductance"), 0);
+    assert!(!table.has("thermal_conductance"));
+}
+
+#[test]
+fn a_layer_of_the_material_of_its_substrate_conducts_as_its_stiffness_has_it() {
+    let bench = Bench::new();
+    let same = |keys| coated("tolerance = 1e-9", keys).replace("120 GPa", "50 GPa");
+    let conductivities =
+        [", conductivity = 60", ", conductivity = 60", "conductivity = '4 W/(cm K)'"];
+    bench.run(&same(conductivities).replace("0.34", "0.36"));
+    let table = bench.table("coated", "resistance");
+    let (k, side, area) = (2.0 / (1.0 / 60.0 + 1.0 / 400.0), 200e-6, 200e-6 * 100e-6);
+    for row in 0..2 {
+        let [stiffness, conductance, pair] =
+            ["stiffness", "contact_conductance", "pair_conductivity"]
+                .map(|column| real(&table, column, row));
+        assert!((conductance / stiffness - 1.0).abs() < 1e-8, "{conductance}, {stiffness}");
+        assert!((pair / k - 1.0).abs() < 1e-11, "{pair}");
+        let [thermal, uniform] = ["thermal_conductance", "layer_thermal_resistance"]
+            .map(|column| real(&table, column, row));
+        assert!((thermal / (conductance * k / side) - 1.0).abs() < 1e-11);
+        assert!((uniform / (5e-6 / (60.0 * area)) - 1.0).abs() < 1e-11);
+    }
+}
+
+#[test]
+fn conductivities_of_a_layer_are_added_to_stored_pressures() {
+    let bench = Bench::new();
+    let keys = "pressures = \"all\"";
+    bench.run(&coated(keys, [""; 3]));
+    let before = bench.files();
+    let rows = |bench: &Bench| reals(&bench.table("coated", "resistance"), "electrical_resistance");
+    for resistivities in
+        [RESISTIVITIES, [", resistivity = 17e-9", ", resistivity = 115e-9", "resistivity = 17e-9"]]
+    {
+        bench.run(&coated(keys, resistivities));
+        let after = bench.files();
+        let mut stored = before.keys().filter(|path| path.starts_with("store"));
+        assert!(stored.all(|path| after.contains_key(path)));
+        let together = Bench::new();
+        together.run(&coated("", resistivities));
+        assert_eq!(rows(&bench), rows(&together));
+    }
+    // Without a description, the rough body conducts perfectly.
+    bench.run(&coated(keys, [RESISTIVITIES[0], RESISTIVITIES[1], ""]));
+    let table = bench.table("coated", "resistance");
+    assert_eq!(real(&table, "counter_conductivity_ratio", 0), 0.0);
+    assert_eq!(real(&table, "pair_resistivity", 0), 57.5e-9);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use crate::map_file::MapFileError;
 use crate::surface_files::SurfaceFileError;
 use asperity_contact::adhesion::AdhesionError;
 use asperity_contact::asperities::NoSummits;
+use asperity_contact::conduction::ConductorError;
 use asperity_contact::elasticity::LayerError;
 use asperity_contact::morphology::map::MapError;
 use asperity_contact::solver::HardnessError;
@@ -38,6 +39,8 @@ pub enum StageError {
     Hardness(#[from] HardnessError),
     #[error("cannot solve the contact with this layer (thickness over the longer side)")]
     Layer(#[from] LayerError),
+    #[error("cannot solve the conduction through the layer")]
+    Conductor(#[from] ConductorError),
     #[error("cannot solve the contact with adhesion")]
     Adhesion(#[from] AdhesionError),
     #[error(

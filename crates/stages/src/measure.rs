@@ -257,7 +257,9 @@ impl Stage for Params {
     fn reads_part(&self, part: &Part) -> bool {
         let reads = |column: Column| part.columns.contains(&column.name);
         match self {
-            Params::Contacts { .. } => reads(FLOW_STOP) || reads(FROZEN_STIFFNESS),
+            Params::Contacts { .. } => {
+                reads(FLOW_STOP) || reads(FROZEN_STIFFNESS) || reads(CONTACT_CONDUCTANCE)
+            }
             Params::Friction(_) => reads(FROZEN_STIFFNESS),
             Params::Distribution(Distribution::Pressures) => reads(PRESSURE_COUNTS),
             Params::Distribution(Distribution::Gaps) => reads(GAP_COUNTS),

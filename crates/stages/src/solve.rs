@@ -30,7 +30,7 @@ use self::control::Control;
 pub use self::fields::ContactFields;
 pub use self::layer::GivenLayer;
 pub use self::rows::SolvedLoad;
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, LayerConduction};
 use crate::columns::*;
 use crate::nominal_area::NominalArea;
 use crate::per_axis::PerAxis;
@@ -83,7 +83,7 @@ pub const STAGE: Definition = Definition {
         let hardness = PressureUnit::Absolute.hardness_columns();
         let further = [INTERACTION, LOADING_BRANCH, MAXIMUM_LOAD];
         let elastic = rows::columns().all();
-        let stiffness = [FROZEN_STIFFNESS, UNLOADING_STIFFNESS];
+        let stiffness = [FROZEN_STIFFNESS, UNLOADING_STIFFNESS, CONTACT_CONDUCTANCE];
         let heavy = [CONTACT, PRESSURES, PRESSURE_COUNTS, GAP_COUNTS, REPULSIVE, GAPS];
         let settings = [&settings[..], &LAYER_PARAMETERS, &further, &hardness].concat();
         let mut columns = [&settings[..], &elastic, &FLOW, &stiffness].concat();
@@ -159,6 +159,10 @@ pub struct Params {
     /// Stiffness of the contact that is computed under every load.
     #[serde(skip_serializing_if = "Stiffness::is_none", serialize_with = "stiffness_recipe")]
     pub stiffness: Stiffness,
+    /// Conduction through the layer, whose conductance is computed under every load. Omitted from
+    /// the recipe if conductivities are not given, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer_conduction: Option<LayerConduction>,
     /// Interaction of asperities, if Hertzian contacts of the summits replace the solved contact.
     /// Omitted from the recipe if the contact of every node is solved, so that existing keys stay
     /// valid.
@@ -401,6 +405,9 @@ impl Stage for Params {
         }
         if self.stiffness == Stiffness::LoadingAndUnloading {
             columns.push(UNLOADING_STIFFNESS);
+        }
+        if self.layer_conduction.is_some() {
+            columns.push(CONTACT_CONDUCTANCE);
         }
         Ok(beside_coordinates(&columns, inputs)?)
     }

@@ -9,8 +9,8 @@ const ADDED: [(&str, &[Column]); 7] = [
     ("`flow = true`", &FLOW),
     ("a `hardness`", &[SATURATED_NODES, SATURATED_FRACTION, MEAN_YIELDED_DEPTH]),
     ("`stiffness = true` and a `hardness`", &[UNLOADING_STIFFNESS]),
-    ("`stiffness = true` and the `conductivity` of the `bodies`", &THERMAL),
-    ("`stiffness = true` and the `resistivity` of the `bodies`", &ELECTRICAL),
+    ("`stiffness = true` and the `conductivity` of the `bodies` or of a `layer`", &THERMAL),
+    ("`stiffness = true` and the `resistivity` of the `bodies` or of a `layer`", &ELECTRICAL),
     ("a `layer` on a rigid base", &LAYER_RESULTS),
 ];
 

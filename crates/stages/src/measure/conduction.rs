@@ -1,10 +1,11 @@
-//! Conductance of contacts, which follows from their stiffness.
+//! Conductance of contacts, which follows from their stiffness. A `solve` stage computes that of
+//! contacts with a layer.
 
 use std::f64::consts::PI;
 
 use arrow::array::{Array, ArrayRef, Float64Array};
 
-use crate::bodies::Conduction;
+use crate::bodies::{Conduction, LayerConduction};
 use crate::columns::*;
 use crate::grids::Grids;
 use crate::table_columns::Values::{Count, OptionalReal, Real};
@@ -36,7 +37,7 @@ pub struct Settings {
 pub struct Conductance {
     stiffness: Option<f64>,
     unloading_stiffness: Option<f64>,
-    /// Conductance in units of k_s over the longer side; `None` on a layer.
+    /// Conductance in units of k_s over the longer side; `None` on a layer without conductivities.
     conductance: Option<f64>,
     /// Conductance by Greenwood's formula, in the same unit.
     greenwood: Option<f64>,
@@ -45,6 +46,8 @@ pub struct Conductance {
     /// Conductivity k_s and resistivity ρ_s of the bodies; NaN if they are unknown.
     conductivity: f64,
     resistivity: f64,
+    /// Layer with conductivities, if there is one.
+    layer: Option<ConductingLayer>,
     /// Longer side in metres, and nominal area in m². Validation refuses surfaces without a unit of
     /// length, whose conductances would be null here.
     side: f64,
@@ -54,6 +57,14 @@ pub struct Conductance {
     hardness: Option<f64>,
     /// Unit of the hardness in pascals.
     pascals: f64,
+}
+
+/// Layer through which the heat or the current flows.
+#[derive(Clone, Copy)]
+struct ConductingLayer {
+    /// Thickness in metres.
+    thickness: f64,
+    conduction: LayerConduction,
 }
 
 impl Conductance {
@@ -75,7 +86,24 @@ impl Conductance {
         finite(self.resistivity * self.side / conductance? / self.area)
     }
 
+    /// Returns k_s/k₁ = ρ₁/ρ_s of the layer times its thickness.
+    fn thickness_of_pair(&self) -> Option<f64> {
+        let layer = self.layer?;
+        Some(layer.thickness * 2.0 / (1.0 + layer.conduction.to_counter_body))
+    }
+
+    fn layer_thermal_resistance(&self) -> Option<f64> {
+        finite(self.thickness_of_pair()? / (self.conductivity * self.area))
+    }
+
+    fn layer_electrical_resistance(&self) -> Option<f64> {
+        finite(self.thickness_of_pair()? * self.resistivity / self.area)
+    }
+
     fn holm_resistance(&self) -> Option<f64> {
+        if self.layer.is_some() {
+            return None;
+        }
         Some(self.resistivity / 2.0 * (PI * self.hardness? * self.pascals / self.force).sqrt())
     }
 }
@@ -83,6 +111,10 @@ impl Conductance {
 /// Returns a number if it is finite: a contact without conductance has no finite resistance.
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
+}
+
+fn conducts_heat(settings: &Settings) -> bool {
+    settings.conduction.conductivity.is_some()
 }
 
 fn conducts_current(settings: &Settings) -> bool {
@@ -108,12 +140,29 @@ pub fn columns() -> TableColumns<Settings, Conductance> {
             [column(FORCE, Real(|one| one.force))],
         )
         .and_if(
-            |settings| settings.conduction.conductivity.is_some(),
+            |settings| settings.conduction.layer.is_some(),
+            [
+                column(
+                    SUBSTRATE_CONDUCTIVITY_RATIO,
+                    OptionalReal(|one| Some(one.layer?.conduction.to_substrate)),
+                ),
+                column(
+                    COUNTER_CONDUCTIVITY_RATIO,
+                    OptionalReal(|one| Some(one.layer?.conduction.to_counter_body)),
+                ),
+            ],
+        )
+        .and_if(
+            conducts_heat,
             [
                 column(PAIR_CONDUCTIVITY, Real(|one| one.conductivity)),
                 column(THERMAL_CONDUCTANCE, OptionalReal(Conductance::thermal_conductance)),
                 column(THERMAL_RESISTANCE, OptionalReal(Conductance::thermal_resistance)),
             ],
+        )
+        .and_if(
+            |settings| conducts_heat(settings) && settings.conduction.layer.is_some(),
+            [column(LAYER_THERMAL_RESISTANCE, OptionalReal(Conductance::layer_thermal_resistance))],
         )
         .and_if(
             conducts_current,
@@ -125,12 +174,20 @@ pub fn columns() -> TableColumns<Settings, Conductance> {
             ],
         )
         .and_if(
+            |settings| conducts_current(settings) && settings.conduction.layer.is_some(),
+            [column(
+                LAYER_ELECTRICAL_RESISTANCE,
+                OptionalReal(Conductance::layer_electrical_resistance),
+            )],
+        )
+        .and_if(
             |settings| conducts_current(settings) && settings.has_force && settings.has_hardness,
             [column(HOLM_RESISTANCE, OptionalReal(Conductance::holm_resistance))],
         )
 }
 
-/// Computes the conductance of each contact from its stiffness, beside that of separate spots.
+/// Returns the conductance of each contact, from its stiffness or as solved for a layer, beside
+/// that of separate spots.
 ///
 /// # Errors
 /// Returns an error if a column is missing or a contact map does not fit its mesh.
@@ -143,16 +200,17 @@ pub fn conductances(
     let number = |column: Column| solved.optional(column.name, Table::reals);
     let stiffnesses = solved.reals(FROZEN_STIFFNESS.name)?;
     let unloading = number(UNLOADING_STIFFNESS)?;
+    let through_layer = number(CONTACT_CONDUCTANCE)?;
     let pressures = solved.reals(PRESSURE.name)?;
     let [layers, hardnesses] = [number(LAYER_THICKNESS)?, number(HARDNESS)?];
     let settings = Settings {
         yields: unloading.is_some(),
-        conduction: conduction.unwrap_or(Conduction { conductivity: None, resistivity: None }),
+        conduction: conduction.unwrap_or_default(),
         has_force: conduction.is_some() && solved.has(PRESSURE_UNIT.name),
         are_forces: solved.has(FORCE.name),
         has_hardness: hardnesses.is_some(),
     };
-    let Conduction { conductivity, resistivity } = settings.conduction;
+    let Conduction { conductivity, resistivity, layer } = settings.conduction;
     let pascals = pascals(solved);
     let unit = units::length_unit(solved);
     let metres = unit.and_then(|unit| length_ratio(&unit, "m")).unwrap_or(f64::NAN);
@@ -167,20 +225,28 @@ pub fn conductances(
         };
         let (_, of_spots) = prepared.insert((grid, of_spots));
         let found = of_spots.of_map(&map);
-        // Barber's analogy is one of elastic half-spaces.
-        let is_half_space = layers.is_none_or(|layers| layers.is_null(row));
+        let thickness = layers.and_then(|layers| value(layers, row));
         // A current flows through all nodes in contact, also where the material has yielded.
         let of_all_nodes = value(unloading.unwrap_or(stiffnesses), row);
+        let conductance = match thickness {
+            // Barber's analogy is one of elastic half-spaces.
+            None => of_all_nodes,
+            Some(_) => through_layer.and_then(|values| value(values, row)),
+        };
         let area = metres * metres * grid.cell().area();
         rows.push(Conductance {
             stiffness: value(stiffnesses, row),
             unloading_stiffness: unloading.and_then(|values| value(values, row)),
-            conductance: of_all_nodes.filter(|_| is_half_space),
-            greenwood: found.greenwood.filter(|_| is_half_space),
+            conductance,
+            greenwood: found.greenwood.filter(|_| thickness.is_none()),
             spots: found.count,
             mean_radius: found.mean_radius.map(|radius| radius * grid.cell().longer_side()),
             conductivity: conductivity.unwrap_or(f64::NAN),
             resistivity: resistivity.unwrap_or(f64::NAN),
+            layer: thickness.zip(layer).map(|(thickness, conduction)| ConductingLayer {
+                thickness: thickness * metres,
+                conduction,
+            }),
             side: metres * grid.cell().longer_side(),
             area,
             force: pressures.value(row) * pascals * area,

@@ -5,13 +5,17 @@ use super::parallel::LoadTask;
 use super::parts::{AddedParts, LoadParts, StoredLoads, counted};
 use super::rows::{SolvedLoad, contact_map};
 use super::{Params, WORK_BYTES_PER_NODE, parts, rows};
+use crate::bodies::LayerConduction;
 use crate::columns::RMS_SLOPE;
 use crate::reduced_units::{Scales, SurfaceHardness};
 use crate::unloading::Branch;
 use crate::{Context, StageError, unloading};
+use asperity_contact::conduction::LayeredConductor;
 use asperity_contact::flow;
 use asperity_contact::grid::Grid;
-use asperity_contact::solver::{Body, ContactStiffness, Elastic, Prescribed, Solver, Stop, Watch};
+use asperity_contact::solver::{
+    Body, Conductor, ContactStiffness, Elastic, Prescribed, Solver, Stop, Watch,
+};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::table::Table;
@@ -30,6 +34,8 @@ pub struct Contact {
     /// Compliance of a layer on a rigid base under a uniform pressure, and the height of the
     /// highest node above the mean plane, in the solver's units.
     uniform: Option<UniformCompression>,
+    /// Conduction through a layer, if its conductance is computed.
+    conductor: Option<Conductor>,
     /// Root mean square height of the surface before it yielded, in the solver's unit of length. It
     /// is 1 for a flat surface, and if no gaps are counted.
     rms_height: f64,
@@ -84,6 +90,14 @@ impl Contact {
             compliance,
             highest: highest_above_mean(&heights),
         });
+        let conductor = match (layer, params.layer_conduction) {
+            (Some(layer), Some(LayerConduction { to_substrate, to_counter_body })) => {
+                let thickness = layer.thickness();
+                let layer = LayeredConductor::new(thickness, to_substrate, to_counter_body)?;
+                Some(Conductor::new(&threads, grid, layer))
+            }
+            _ => None,
+        };
         let body = Body { elastic, hardness: bound };
         let mut solver = body.solver_with_threads(threads.clone(), grid, &heights);
         let mut kept = None;
@@ -104,6 +118,7 @@ impl Contact {
             hardness,
             under_unit_pressure: solver.displacement_under_unit_pressure(),
             uniform,
+            conductor,
             rms_height,
             kept,
         };
@@ -251,6 +266,14 @@ impl Contact {
                 _ => parts.stiffness,
             };
         }
+        parts.conductance = match &self.conductor {
+            Some(_) if is_open => Some(0.0),
+            Some(conductor) => {
+                let (threads, settings) = (solver.threads().clone(), self.params.settings());
+                converged(conductor.conductance(threads, &pressures, &settings, watch))?
+            }
+            None => None,
+        };
         if !self.params.reads_gap() {
             return Ok(parts);
         }

@@ -138,6 +138,7 @@ impl Params {
             gap_bins: None,
             flow: false,
             stiffness: Stiffness::None,
+            layer_conduction: None,
             asperities: Interaction::ALL.into_iter().find(is_named),
             shift: None,
             bodies: Bodies::default(),

@@ -17,7 +17,7 @@ use serde::Deserialize;
 
 use self::adhesion::{AdhesionTable, Gaps, PathShape};
 use self::bodies::{Body, bodies, modulus};
-use self::layer::{LayerTable, SubstrateTable, layer};
+use self::layer::{CounterBodyTable, LayerTable, SubstrateTable, layer};
 use self::loads::{GapBins, Loads, PressureBins, StoredPressures};
 use super::{ListedLoads, Params, Stiffness};
 use crate::check_context::{Property, Surfaces};
@@ -140,7 +140,8 @@ pub struct SolveTable {
     /// pressure with respect to the approach of the bodies, exact on the mesh. With a `hardness`,
     /// the stiffness at the beginning of unloading is computed, too. Each takes up to twelve pairs
     /// of Fourier transforms per load. The contact conductance is proportional to the stiffness, or
-    /// to that of unloading with a `hardness`.
+    /// to that of unloading with a `hardness`. That of a `layer` with a `conductivity` or a
+    /// `resistivity` is solved besides, in up to twenty pairs.
     #[schemars(extend("default" = false))]
     pub stiffness: Key<bool>,
     /// Elastic layer between the rough surface and a rigid base, `{ thickness, poisson_ratio, base
@@ -153,6 +154,9 @@ pub struct SolveTable {
     /// a `layer` with `modulus_ratio`.
     #[schemars(transform = swept)]
     pub substrate: Key<SubstrateTable>,
+    /// Conductivity of the rigid rough body that is pressed into a `layer`, `{ conductivity }` or
+    /// `{ resistivity }`. By default this body conducts perfectly.
+    pub counter_body: Key<CounterBodyTable>,
     /// Attraction between the surfaces, `{ work, range }`. The states then form a path: each starts
     /// from the one before. `loads` keep their order, may be negative and may decrease again. By
     /// default the surfaces do not attract each other.
@@ -231,8 +235,33 @@ fn points(
         checked.push(clear.and(recipes));
     }
     let points = checked.into_iter().collect::<Option<Vec<_>>>()?;
+    check_same_conduction(section, &points, problems)?;
     report_equal_points(section, &points, problems);
     Some(points.concat())
+}
+
+/// Refuses points with layers of different conductivities, whose contacts no column would keep
+/// apart.
+fn check_same_conduction(
+    section: &Section<SolveTable>,
+    points: &[Vec<Recipe>],
+    problems: &mut Problems,
+) -> Option<()> {
+    let of_layer = |recipe: &Recipe| match recipe {
+        Recipe::Solve(params) => params.bodies.conduction,
+        _ => None,
+    };
+    let conductions = || points.iter().flatten().map(of_layer);
+    if conductions().all(|conduction| Some(conduction) == conductions().next()) {
+        return Some(());
+    }
+    let message = "the layers of the stage have different conductivities";
+    let problem = Problem::new(message, section.span.clone(), "has several layers");
+    problems.push(problem.help(
+        "give each conductivity in a stage of its own; loads with stored `pressures` are not solved \
+         again",
+    ));
+    None
 }
 
 /// Refuses keys that other keys exclude.
@@ -253,6 +282,8 @@ fn refuse_excluded(table: &SolveTable, checks: &mut Checks) -> Option<()> {
     exclude! { table, checks,
         adhesive => hardness: "a material with a hardness is not combined with `adhesion`";
         adhesive => layer, stiffness, substrate, flow: "is not computed together with `adhesion`";
+        adhesive || is_half_space => counter_body:
+            "needs a `layer`; list the two bodies of other contacts in `bodies`";
         adhesive => interaction: "asperities have no adhesion here";
         adhesive && by_displacement => control: "a path with `adhesion` prescribes loads or gaps";
         by_gap => loads: "with `control = \"gap\"` the states are `gaps`";
@@ -368,6 +399,7 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     let bodies = bodies(table, surfaces, checks);
     let asperities = asperities(table, checks);
     let shift = against::shift(table, checks);
+    let conduction = bodies.as_ref().and_then(|bodies| bodies.conduction);
     let (loads, listed) = loads?;
     let load_unit = load_unit?;
     let lack_unit = control.is_load() && lack_unit(table, load_unit, checks);
@@ -395,6 +427,7 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
         branch: None,
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
+        layer_conduction: conduction.and_then(|conduction| conduction.layer),
         bodies: bodies?,
         flow: flow?,
         stiffness,

@@ -1,9 +1,8 @@
 //! Results of a load that are computed only on request, from its pressures: the parts of its row.
 //!
-//! Pressures and gaps are counted in bins, and the flow through the gap and the stiffness of the
-//! contact are computed. The flow is a
-//! key of `solve` and not of `measure`, because the gaps of 56 loads at 512² would take 0.1 GB per
-//! surface.
+//! Pressures and gaps are counted in bins, and the flow through the gap, the stiffness of the
+//! contact and the conductance through a layer are computed. The flow is a key of `solve` and not
+//! of `measure`, because the gaps of 56 loads at 512² would take 0.1 GB per surface.
 //!
 //! A part can be added to a load that is stored with its pressures. To give the same bytes, parts
 //! are always computed from the stored form of the pressures, which are in the unit of the moduli,
@@ -17,10 +16,12 @@ use arrow::datatypes::Float64Type;
 
 use super::{Params, Pressures, Stiffness};
 use crate::StageError;
+use crate::bodies::LayerConduction;
 use crate::columns::*;
 use crate::unloading::Branch;
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::flow::{BYTES_PER_NODE, Flow, Unconverged};
+use asperity_contact::solver::Conductor;
 use asperity_tables::column::{Column, lists, optional_reals, reals, texts};
 use asperity_tables::store::series::{Part, PartRows};
 use asperity_tables::table::Table;
@@ -41,6 +42,9 @@ pub struct LoadParts {
     pub stiffness: Option<f64>,
     /// Stiffness of unloading, in the same form.
     pub unloading_stiffness: Option<f64>,
+    /// Conductance of a contact with a layer, in units of k_s over the longer side, in the same
+    /// form.
+    pub conductance: Option<f64>,
 }
 
 /// Cost of the gap under one load, in pairs of single-precision transforms. The gap takes one pair
@@ -56,6 +60,10 @@ const PAIRS_OF_FLOW: f64 = 165.0;
 /// double precision.
 const PAIRS_OF_STIFFNESS: f64 = 18.0;
 
+/// Cost of the conductance of a contact with a layer under one load, in pairs of transforms. Thin
+/// layers on a worse conductor take up to 19 pairs, half of them in double precision.
+const PAIRS_OF_CONDUCTANCE: f64 = 24.0;
+
 /// Memory for the stiffness under one load, in bytes per node: two maps, and five numbers for each
 /// node in contact.
 const BYTES_OF_STIFFNESS: f64 = 56.0;
@@ -68,15 +76,23 @@ impl Params {
 
     /// Returns whether a part is computed from the pressures under each load.
     pub(super) fn reads_pressures(&self) -> bool {
-        self.reads_gap() || self.pressure_bins.is_some() || !self.stiffness.is_none()
+        self.reads_gap() || self.pressure_bins.is_some() || self.freezes_contact()
+    }
+
+    /// Returns whether a part is a response of the contact whose nodes in contact stay the same.
+    fn freezes_contact(&self) -> bool {
+        !self.stiffness.is_none() || self.layer_conduction.is_some()
     }
 
     /// Returns the memory for computing the parts of one load, in bytes per node.
     pub(super) fn part_bytes_per_node(&self) -> f64 {
         let flow = if self.flow { BYTES_PER_NODE } else { 0.0 };
         let maps = [self.reads_pressures(), self.reads_gap()];
-        let stiffness = if self.stiffness.is_none() { 0.0 } else { BYTES_OF_STIFFNESS };
-        flow + stiffness + maps.map(|is_read| if is_read { 8.0 } else { 0.0 }).iter().sum::<f64>()
+        let stiffness = if self.freezes_contact() { BYTES_OF_STIFFNESS } else { 0.0 };
+        let conductance = self.layer_conduction.map_or(0.0, |_| Conductor::BYTES_PER_NODE);
+        flow + stiffness
+            + conductance
+            + maps.map(|is_read| if is_read { 8.0 } else { 0.0 }).iter().sum::<f64>()
     }
 
     /// Returns the expected pairs of transforms for the parts of one load.
@@ -87,7 +103,8 @@ impl Params {
             Stiffness::Loading => PAIRS_OF_STIFFNESS,
             Stiffness::LoadingAndUnloading => 2.0 * PAIRS_OF_STIFFNESS,
         };
-        gap + stiffness + if self.flow { PAIRS_OF_FLOW } else { 0.0 }
+        let conductance = self.layer_conduction.map_or(0.0, |_| PAIRS_OF_CONDUCTANCE);
+        gap + stiffness + conductance + if self.flow { PAIRS_OF_FLOW } else { 0.0 }
     }
 
     /// Returns the parameters with only those parts that `wanted` accepts.
@@ -104,6 +121,7 @@ impl Params {
                 Some(part) if wanted(&part) => self.stiffness,
                 _ => Stiffness::None,
             },
+            layer_conduction: self.layer_conduction.filter(|of| wanted(&conductance(*of))),
             pressure_bins: self.pressure_bins.filter(|bins| wanted(&pressure_counts(*bins))),
             gap_bins: self.gap_bins.filter(|bins| wanted(&gap_counts(self.branch, *bins))),
             ..self.clone()
@@ -141,6 +159,15 @@ pub fn stiffness(stiffness: Stiffness) -> Option<Part> {
     Some(Part { name: name.to_owned(), columns, is_heavy: false })
 }
 
+/// Returns the part with the conductance of a contact with a layer.
+pub fn conductance(LayerConduction { to_substrate, to_counter_body }: LayerConduction) -> Part {
+    Part {
+        name: format!("conductance_{to_substrate}_{to_counter_body}"),
+        columns: vec![CONTACT_CONDUCTANCE.name],
+        is_heavy: false,
+    }
+}
+
 /// Returns the part with the counts of pressures in bins.
 pub fn pressure_counts(bins: EqualBins) -> Part {
     counts(PRESSURE_COUNTS, bins)
@@ -171,6 +198,7 @@ pub fn requested(params: &Params) -> Vec<PartRows> {
     let parts = [
         params.flow.then(flow),
         stiffness(params.stiffness),
+        params.layer_conduction.map(conductance),
         (!kept.is_empty()).then(pressures),
         params.pressure_bins.map(pressure_counts),
         params.gap_bins.map(|bins| gap_counts(params.branch, bins)),
@@ -208,6 +236,9 @@ pub fn columns(
     }
     if params.stiffness == Stiffness::LoadingAndUnloading {
         columns.push((UNLOADING_STIFFNESS, finite(|of| of.unloading_stiffness)));
+    }
+    if params.layer_conduction.is_some() {
+        columns.push((CONTACT_CONDUCTANCE, finite(|of| of.conductance)));
     }
     if params.pressures != Pressures::None {
         let kept = parts.iter_mut().map(|of| of.pressures.take()).collect();

@@ -68,6 +68,7 @@ pub fn params() -> Params {
         gap_bins: None,
         flow: false,
         stiffness: Stiffness::None,
+        layer_conduction: None,
         layer: None,
         asperities: None,
         shift: None,

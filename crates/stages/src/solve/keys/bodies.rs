@@ -4,10 +4,11 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::SolveTable;
-use crate::bodies::{Bodies, Conduction};
+use super::layer::LayerTable;
+use crate::bodies::{Bodies, Conduction, LayerConduction};
 use crate::check_context::Surfaces;
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::Problem;
+use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{conductivity, pressure, resistivity};
 use asperity_manifest::keys::{Key, Spanned};
@@ -112,6 +113,13 @@ fn dundurs(bodies: &[Spanned<Body>]) -> Option<f64> {
     sum.map(|[difference, compliance]| difference / (2.0 * compliance))
 }
 
+/// Conductivities with the key that gives them.
+struct GivenConduction {
+    key: &'static str,
+    span: Span,
+    conduction: Conduction,
+}
+
 /// Returns the conductivities of the pair, or `Some(None)` if the manifest gives none. Refuses
 /// values that would have no effect.
 fn conduction(
@@ -119,28 +127,19 @@ fn conduction(
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<Option<Conduction>> {
-    let bodies = table.bodies.written().map_or(&[][..], |bodies| &bodies.value);
-    let conductivities = of_all(bodies, "conductivity", |body| &body.conductivity, checks)?;
-    let resistivities = of_all(bodies, "resistivity", |body| &body.resistivity, checks)?;
-    let keys = [("conductivity", conductivities.first()), ("resistivity", resistivities.first())];
-    let Some((key, first)) = keys.into_iter().find_map(|(key, first)| Some((key, first?))) else {
+    let given = match table.layer.written() {
+        None => of_half_spaces(table, checks)?,
+        Some(layer) => of_layered(table, layer, checks)?,
+    };
+    let Some(GivenConduction { key, span, conduction }) = given else {
         return Some(None);
     };
     if !checks.value("stiffness", &table.stiffness)? {
         let message = format!("`{key}` has no effect without `stiffness = true`");
-        let problem = Problem::new(message, first.span.clone(), "needs the stiffness of contacts");
+        let problem = Problem::new(message, span, "needs the stiffness of contacts");
         return checks.reject(problem.help(
-            "the conductance of a contact follows from its stiffness: add `stiffness = true` to \
-             the stage",
-        ));
-    }
-    if let Some(layer) = table.layer.written() {
-        let message = format!("`{key}` and `layer` exclude each other");
-        let problem = Problem::new(message, first.span.clone(), "applies to half-spaces only")
-            .and(layer.span.clone(), "this body is not a half-space");
-        return checks.reject(problem.help(
-            "remove one of the two keys; the conductance follows from the stiffness only for \
-             half-spaces",
+            "the conductance of a contact is computed with its stiffness: add `stiffness = true` \
+             to the stage",
         ));
     }
     let is_unknown = |unit: &&String| length_ratio(unit, "m").is_none();
@@ -152,19 +151,137 @@ fn conduction(
             }
         };
         let label = "conductances in units of the SI need the side in metres";
-        let problem = Problem::new(message, first.span.clone(), label);
+        let problem = Problem::new(message, span, label);
         return checks.reject(
             problem.help("give the side of the surfaces with its unit, as in `side = \"100 um\"`"),
         );
     }
+    Some(Some(conduction))
+}
+
+/// Returns the conductivities of one or two half-spaces.
+fn of_half_spaces(table: &SolveTable, checks: &mut Checks) -> Option<Option<GivenConduction>> {
+    let bodies = table.bodies.written().map_or(&[][..], |bodies| &bodies.value);
+    let conductivities = of_all(bodies, "conductivity", |body| &body.conductivity, checks)?;
+    let resistivities = of_all(bodies, "resistivity", |body| &body.resistivity, checks)?;
+    let keys = [("conductivity", conductivities.first()), ("resistivity", resistivities.first())];
+    let Some((key, first)) = keys.into_iter().find_map(|(key, first)| Some((key, first?))) else {
+        return Some(None);
+    };
     let sum = |values: &[&Spanned<f64>], term: fn(f64) -> f64| -> Option<f64> {
         let terms = values.iter().map(|value| term(decimal::nearest(value.value)));
         terms.reduce(|one, other| one + other)
     };
-    Some(Some(Conduction {
+    let conduction = Conduction {
         conductivity: sum(&conductivities, |value| 1.0 / value).map(|sum| 2.0 / sum),
         resistivity: sum(&resistivities, |value| value).map(|sum| sum / 2.0),
-    }))
+        layer: None,
+    };
+    Some(Some(GivenConduction { key, span: first.span.clone(), conduction }))
+}
+
+/// Returns the conductivities of a layered body and of the rough body, or `Some(None)` if the
+/// manifest gives none. A rigid base conducts perfectly, and so does a rough body that is not
+/// described.
+fn of_layered(
+    table: &SolveTable,
+    layer: &Spanned<LayerTable>,
+    checks: &mut Checks,
+) -> Option<Option<GivenConduction>> {
+    let bodies = table.bodies.written().map_or(&[][..], |bodies| &bodies.value);
+    let mut of_bodies =
+        bodies.iter().flat_map(|body| [&body.value.conductivity, &body.value.resistivity]);
+    if let Some(written) = of_bodies.find_map(|key| key.written()) {
+        let message = "a conductivity in `bodies` has no effect with a `layer`";
+        let problem = Problem::new(message, written.span.clone(), "belongs into `layer`")
+            .and(layer.span.clone(), "the layer");
+        return checks.reject(problem.help(
+            "write `conductivity` or `resistivity` in `layer`, in its `substrate`, and in \
+             `counter_body` for the rough body",
+        ));
+    }
+    let substrate = table.substrate.written();
+    let counter_body = table.counter_body.written();
+    let heat = [
+        Some(("layer", &layer.span, &layer.value.conductivity)),
+        substrate.map(|below| ("substrate", &below.span, &below.value.conductivity)),
+        counter_body.map(|body| ("counter_body", &body.span, &body.value.conductivity)),
+    ];
+    let current = [
+        Some(("layer", &layer.span, &layer.value.resistivity)),
+        substrate.map(|below| ("substrate", &below.span, &below.value.resistivity)),
+        counter_body.map(|body| ("counter_body", &body.span, &body.value.resistivity)),
+    ];
+    let conductivities = of_parts("conductivity", heat, checks)?;
+    let resistivities = of_parts("resistivity", current, checks)?;
+    let (key, [own, of_substrate, of_counter_body], is_resistive) =
+        match (conductivities, resistivities) {
+            (None, None) if counter_body.is_some() => {
+                let span = &counter_body?.span;
+                let message = "`counter_body` has neither a `conductivity` nor a `resistivity`";
+                return checks.refuse("counter_body", message, span, "describes no conduction");
+            }
+            (None, None) => return Some(None),
+            (Some(found), None) => ("conductivity", found, false),
+            (None, Some(found)) => ("resistivity", found, true),
+            (Some([heat, ..]), Some([current, ..])) => {
+                let message = "a `layer` has either a `conductivity` or a `resistivity`";
+                let problem = Problem::new(message, current?.span.clone(), "for a current")
+                    .and(heat?.span.clone(), "for heat");
+                return checks.reject(problem.help(
+                    "heat and current spread differently in a layer: give each in a stage of its \
+                     own; loads with stored `pressures` are not solved again",
+                ));
+            }
+        };
+    let of_layer = own?;
+    let number = |value: &Spanned<f64>| decimal::nearest(value.value);
+    let to = |other: Option<&Spanned<f64>>| {
+        other.map_or(0.0, |other| {
+            let ratio = number(of_layer) / number(other);
+            decimal::nearest(if is_resistive { 1.0 / ratio } else { ratio })
+        })
+    };
+    let [to_substrate, to_counter_body] = [to(of_substrate), to(of_counter_body)];
+    if let Some(ratio) = [to_substrate, to_counter_body].into_iter().find(|r| !r.is_finite()) {
+        let message = format!("the ratio of two values of `{key}` is {ratio:?}");
+        return checks.refuse("layer", message, &of_layer.span, "out of the range of numbers");
+    }
+    // k_s = 2/(1/k₁ + 1/k₃) and ρ_s = (ρ₁ + ρ₃)/2.
+    let pair = (1.0 + to_counter_body) / 2.0;
+    let conduction = Conduction {
+        conductivity: (!is_resistive).then(|| number(of_layer) / pair),
+        resistivity: is_resistive.then(|| number(of_layer) * pair),
+        layer: Some(LayerConduction { to_substrate, to_counter_body }),
+    };
+    Some(Some(GivenConduction { key, span: of_layer.span.clone(), conduction }))
+}
+
+/// A body that the current flows through, with the name of its table, and a key of it.
+type BodyKey<'k> = (&'static str, &'k Span, &'k Key<f64>);
+
+/// Returns the values of a key of layer, substrate and rough body, or `Some(None)` if none of them
+/// has it. Refuses a key that one of the described bodies lacks.
+fn of_parts<'k>(
+    name: &str,
+    keys: [Option<BodyKey<'k>>; 3],
+    checks: &mut Checks,
+) -> Option<Option<[Option<&'k Spanned<f64>>; 3]>> {
+    let values = keys.map(|key| key.and_then(|(_, _, key)| key.written()));
+    let Some(given) = values.iter().flatten().next() else {
+        return Some(None);
+    };
+    let mut described = keys.iter().flatten();
+    let Some((table, span, _)) = described.find(|(_, _, key)| key.written().is_none()) else {
+        return Some(Some(values));
+    };
+    let message = format!("`{table}` lacks the `{name}`");
+    let problem = Problem::new(message, (*span).clone(), format!("has no `{name}`"))
+        .and(given.span.clone(), "another body has it");
+    checks.reject(problem.help(format!(
+        "the current flows through all bodies: give `{name}` in `{table}`; a rigid base, and a rough \
+         body without `counter_body`, conduct perfectly"
+    )))
 }
 
 /// Returns the values of a key of all bodies, or no values if no body has it. Refuses a key that
@@ -189,8 +306,6 @@ fn of_all<'b>(
 
 #[cfg(test)]
 mod tests {
-    use asperity_manifest::diagnostics::Span;
-
     use super::*;
 
     fn body(youngs_modulus: f64, poisson_ratio: f64) -> Spanned<Body> {

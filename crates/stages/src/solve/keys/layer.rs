@@ -13,7 +13,7 @@ use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::{length, pressure};
+use asperity_manifest::keys::declare::{conductivity, length, pressure, resistivity};
 use asperity_manifest::keys::{Key, Spanned};
 
 /// Elastic layer, the value of `layer`.
@@ -42,6 +42,17 @@ pub struct LayerTable {
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub modulus_ratio: Key<f64>,
+    /// Thermal conductivity of the layer, such as `"0.4 W/(m K)"`; a plain number is in W/(m K).
+    /// With `stiffness = true`, the conductance of the contacts is then solved, and a `measure`
+    /// stage has thermal conductances and resistances in units of the SI.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = conductivity)]
+    pub conductivity: Key<f64>,
+    /// Electrical resistivity of the layer, such as `"22 nohm m"`; a plain number is in Ω m. It has
+    /// the effect of a `conductivity` for an electric current. Give one of the two.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = resistivity)]
+    pub resistivity: Key<f64>,
 }
 
 /// Half-space below a coating, the value of `substrate`.
@@ -56,6 +67,26 @@ pub struct SubstrateTable {
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0), transform = pressure)]
     pub youngs_modulus: Key<f64>,
+    /// Thermal conductivity of the half-space, needed if the `layer` has one.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = conductivity)]
+    pub conductivity: Key<f64>,
+    /// Electrical resistivity of the half-space, needed if the `layer` has one.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0), transform = resistivity)]
+    pub resistivity: Key<f64>,
+}
+
+/// Rigid rough body that is pressed into a layer, the value of `counter_body`.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct CounterBodyTable {
+    /// Thermal conductivity of the rough body, for a `layer` with a `conductivity`.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = conductivity)]
+    pub conductivity: Key<f64>,
+    /// Electrical resistivity of the rough body, for a `layer` with a `resistivity`.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = resistivity)]
+    pub resistivity: Key<f64>,
 }
 
 /// Returns the layer of a point, or `Some(None)` for a half-space. Refuses keys that do not go with
