@@ -512,6 +512,9 @@ pub fn is_unconverged(stop: &str) -> bool {
     UNCONVERGED.contains(&stop)
 }
 
+/// Largest number of nodes in contact with which area and stiffness are those of the mesh.
+const FEW_NODES: i64 = 2;
+
 fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     let table = source.table().map_err(StageError::Store)?;
     let rows = table.rows();
@@ -525,6 +528,8 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
     let unconverged: usize = UNCONVERGED.into_iter().map(among).sum::<Result<_, _>>()?;
     let [full, apart, untouched] =
         [among("full-contact")?, among(adhesion::PULLED_OFF)?, among(NO_CONTACT)?];
+    let nodes = table.integers(CONTACT_NODES.name)?.iter().flatten();
+    let few = nodes.filter(|nodes| (1..=FEW_NODES).contains(nodes)).count();
     Ok(vec![
         Some(format!("{} on {}", counted(rows, solved), counted(surfaces.len(), "surface"))),
         Some(match unconverged {
@@ -534,6 +539,7 @@ fn summary(source: &TableSource) -> Result<Vec<Option<String>>, StageError> {
         (full > 0).then(|| format!("{full} in full contact")),
         (apart > 0).then(|| format!("{apart} pulled off")),
         (untouched > 0).then(|| format!("{untouched} without contact")),
+        (few > 0).then(|| format!("{few} with at most {FEW_NODES} nodes in contact")),
         range(source, SATURATED_FRACTION.name, "saturated")?,
         (rows > 0).then(|| {
             let pairs = counted(pairs as usize / rows, "pair");
