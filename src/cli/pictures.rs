@@ -340,14 +340,17 @@ const HEADER: [&str; 9] =
 fn row(channel: &DescribedChannel) -> [String; 9] {
     let number = |number: Option<f64>| number.map_or_else(|| "–".to_owned(), short);
     let [x, y] = channel.nodes;
-    let size = channel.size.map(|[x, y]| format!("{} × {}", short(x), short(y)));
+    let is_profile = y == 1;
+    let size = channel
+        .size
+        .map(|[x, y]| if is_profile { short(x) } else { format!("{} × {}", short(x), short(y)) });
     let size = match (size, channel.size_unit) {
         (Some(size), Some(unit)) => format!("{size} {unit}"),
         (size, _) => size.unwrap_or_else(|| "–".to_owned()),
     };
     [
         format!("{} {}", channel.number, channel.name),
-        format!("{x} × {y}"),
+        if is_profile { x.to_string() } else { format!("{x} × {y}") },
         size,
         channel.unit.as_deref().unwrap_or("–").to_owned(),
         channel.missing.to_string(),

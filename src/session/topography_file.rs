@@ -12,7 +12,7 @@ use asperity_stages::surface_files::{MAX_BYTES, SurfaceFileError};
 use asperity_tables::store::regular::read_regular;
 use asperity_topography_files::{
     Channel, ChannelError, Corners, HeightMap, Size, Statistics, SuspectNumber, TopographyFile,
-    read,
+    read, read_profile,
 };
 
 pub use asperity_topography_files::{HeightStatistics, Quantity};
@@ -93,9 +93,12 @@ pub fn describe(
 ) -> Result<DescribedFile, SessionError> {
     let bytes = read_regular(path, MAX_BYTES)
         .map_err(|source| SurfaceFileError::Read { path: path.to_owned(), source })?;
-    let file = read(&bytes).map_err(|source| SessionError::Topography {
-        path: path.to_owned(),
-        source: Box::new(source),
+    // Text with two columns is a profile only if the user says so; here nothing depends on it.
+    let file = read(&bytes).or_else(|source| {
+        read_profile(&bytes).map_err(|_| SessionError::Topography {
+            path: path.to_owned(),
+            source: Box::new(source),
+        })
     })?;
     let chosen = chosen(&file, channel)?;
     let mut described = Vec::new();
@@ -151,6 +154,17 @@ impl DescribedChannel {
                 .unknown_side_unit()
                 .map(|unit| format!("the sides are in `{unit}`, which is no known unit of length")),
         );
+        if channel.is_profile() {
+            let step = map.steps().map_or_else(String::new, |[step, _]| {
+                let unit = channel.unit().map_or_else(String::new, |unit| format!(" {unit}"));
+                format!(" with a step of {step:.4e}{unit}")
+            });
+            notes.push(format!(
+                "a profile of {} points{step}: its rms height is Rq, its rms slope RΔq; a study \
+                 reads it with `profile = true`",
+                channel.nodes()[0]
+            ));
+        }
         DescribedChannel {
             number,
             name: channel.name().to_owned(),

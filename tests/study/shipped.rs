@@ -174,3 +174,34 @@ fn two_scans_of_one_surface_agree_in_their_overlap() {
         "{slopes:?}"
     );
 }
+
+#[test]
+fn lines_of_a_known_surface_give_its_slope_and_its_contact() {
+    let bench = Bench::new();
+    let path = manifests().join("profile.toml");
+    let output = bench.output(&["run", path.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let known = column(&bench.table("profile", "sample"), "rms_slope")[0];
+    let slopes = bench.table("profile", "slopes");
+    let of = |name: &str| column(&slopes, name);
+    for row in 0..3 {
+        // The interval holds in 95 % of all studies; twice its width holds here.
+        let [lower, slope, upper] =
+            ["slope_lower", "slope", "slope_upper"].map(|name| of(name)[row]);
+        assert!(known > lower * lower / slope && known < upper * upper / slope, "{row}");
+        assert!((of("profile_slope")[row] * 2_f64.sqrt() / slope - 1.0).abs() < 0.05);
+    }
+    // The interval of a hundred profiles is narrow.
+    assert!(of("slope_upper")[2] / of("slope_lower")[2] < 1.1);
+    let comparison = bench.table("profile", "comparison");
+    assert_eq!(comparison.rows(), 9);
+    let [areas, exact] = ["area", "known"].map(|name| column(&comparison, name));
+    for (area, exact) in areas[6..].iter().zip(&exact[6..]) {
+        assert!((area / exact - 1.0).abs() < 0.1, "{area} should be {exact}");
+    }
+    // Lines of a scan have the parameters of profiles.
+    let parameters = bench.table("profile", "parameters");
+    assert_eq!(parameters.rows(), 4);
+    let [heights, rt] = ["Rz", "Rt"].map(|name| column(&parameters, name));
+    assert!(heights.iter().zip(&rt).all(|(mean, total)| *mean > 0.0 && mean <= total));
+}

@@ -25,6 +25,8 @@
 //! | [`areal`], [`material_ratio`], [`peaks`] | other areal parameters of ISO 25178-2 |
 //! | [`height_distribution`] | histograms of heights, and the bearing area curve |
 //! | [`power_spectrum`], [`autocorrelation`] | radial averages of power and of height differences |
+//! | [`profile_parameters`] | parameters of profiles, ISO 21920-2 and ISO 4287 |
+//! | [`from_profiles`] | spectrum of an isotropic surface from those of its profiles |
 //! | [`stitched`] | one spectrum from several scans of a surface |
 //!
 //! Heights are positive towards the elastic body.
@@ -36,6 +38,7 @@ pub mod descriptors;
 pub mod differences;
 pub(crate) mod draws;
 pub mod fill;
+pub mod from_profiles;
 pub mod gaussian;
 pub mod height_distribution;
 pub mod johnson;
@@ -48,6 +51,7 @@ pub mod periodic;
 pub mod power_spectrum;
 pub mod preparation;
 pub mod prescribed_heights;
+pub mod profile_parameters;
 pub mod random;
 pub mod reliability;
 pub mod shapes;

@@ -132,7 +132,8 @@ pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a
     let (plan, archive) = (finished.plan, finished.archive);
     let tasks = plan.tasks.iter().enumerate();
     let of_surface = |(at, task): (usize, &'a Task)| match &task.recipe {
-        Recipe::Generate(params) => Some((at, params)),
+        // Figures of surfaces are maps; profiles have none.
+        Recipe::Generate(params) => (!params.origin.is_profile()).then_some((at, params)),
         _ => None,
     };
     let surfaces: Vec<_> = tasks.filter_map(of_surface).collect();

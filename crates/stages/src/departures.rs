@@ -2,6 +2,7 @@
 
 use crate::StageError;
 use crate::aggregate::{Groups, Statistic, grouped};
+use crate::columns::M02;
 use asperity_contact::topography::descriptors::Statistics;
 use asperity_tables::table::Table;
 
@@ -27,6 +28,10 @@ const DESCRIBED: [&str; 8] =
 /// # Errors
 /// Returns an error if the table lacks the descriptors of surfaces.
 pub fn points(surfaces: &Table) -> Result<Vec<PointDepartures>, StageError> {
+    // Theories describe surfaces; profiles have no slope across their line.
+    if !surfaces.has(M02.name) {
+        return Ok(vec![]);
+    }
     let groups = Groups {
         group_by: None,
         over: DESCRIBED.map(str::to_owned).into(),

@@ -81,6 +81,22 @@ pub enum StageError {
          or `bins`, or use scans with a smaller `reliable_wavelength`"
     )]
     NothingTrusted,
+    /// Profiles have no spectrum.
+    #[error(
+        "the profiles have trusted waves in fewer than four bins; increase `trusted_fraction`, or use longer \
+         profiles"
+    )]
+    TooFewWaves,
+    #[error(
+        "the profile has {points} points, and a section {section}; `section_length` must be from two \
+         steps to the length of the profile"
+    )]
+    Section {
+        /// Number of points of the profile.
+        points: usize,
+        /// Number of points of a section.
+        section: f64,
+    },
     /// Heights cannot be drawn again because the spectrum is in the table of another task.
     #[error(
         "the heights of this surface are not stored, and its spectrum is in the table of another \

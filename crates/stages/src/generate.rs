@@ -267,6 +267,15 @@ fn summary(source: &TableSource, loads: &ContactLoads) -> Result<Vec<String>, St
     let shapes: Vec<&str> =
         Method::all().filter(|method| method.is_shape()).map(Method::word).collect();
     let is_rough = !methods.iter().all(|method| shapes.contains(&method.as_str()));
+    if !table.has(M02.name) {
+        let parts = [
+            Some(counted(table.rows(), "profile")),
+            read_from_files(&table, source)?,
+            range(source, RMS_HEIGHT.name, "Rq")?,
+            range(source, RMS_SLOPE.name, "RΔq")?,
+        ];
+        return Ok(parts.into_iter().flatten().collect());
+    }
     let parts = [
         Some(counted(table.rows(), "surface")),
         read_from_files(&table, source)?,

@@ -161,6 +161,7 @@ macro_rules! row_kinds {
 row_kinds! {
     Surfaces = "surfaces",
     Spectra = "surfaces without heights",
+    Profiles = "profiles",
     Loads = "solved loads",
     Contacts = "measured contacts",
     PressureDistributions = "distributions of pressures",

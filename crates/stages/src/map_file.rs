@@ -12,7 +12,7 @@ use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::topography::surface::{Scan, SurfaceError, check_range};
 use asperity_topography_files::{
     ChannelError, NpyError, Quantity, Size, SuspectNumber, TopographyFileError, formats, is_marker,
-    npy_array, read,
+    npy_array, npy_line, read, read_profile,
 };
 
 /// The reader of a file format, as recipes name it.
@@ -47,6 +47,13 @@ pub struct MapChoice {
     /// recipes if false, so that existing keys stay valid.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ignores_mask: bool,
+    /// True if the file is read as a profile. Omitted from recipes of maps, so that existing keys
+    /// stay valid.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub profile: bool,
+    /// Number of the line of a map that is read as a profile, from 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<u32>,
 }
 
 /// A height map as read from a file.
@@ -102,6 +109,23 @@ pub enum MapFileError {
     },
     #[error("the file does not contain the sides of its map; set `side`")]
     NoSize,
+    #[error("the file holds a profile, not a map; set `profile = true`")]
+    Profile,
+    #[error(
+        "the file holds a map of {} × {} points, not a profile; choose one of its lines by `line`",
+        nodes[0], nodes[1]
+    )]
+    NoProfile {
+        /// Numbers of points along x and y.
+        nodes: [usize; 2],
+    },
+    #[error("the map has {lines} lines, but `line` is {line}")]
+    NoLine {
+        /// Number of the line that was requested.
+        line: u32,
+        /// Number of lines of the map.
+        lines: usize,
+    },
     #[error(transparent)]
     Surface(#[from] SurfaceError),
 }
@@ -130,10 +154,49 @@ impl MapFile {
     /// # Errors
     /// If the format is unknown, the file is damaged, or it has no such map.
     pub fn read(bytes: &[u8], choice: &MapChoice) -> Result<MapFile, MapFileError> {
-        let &MapChoice { ref channel, missing, ignores_mask } = choice;
-        if bytes.starts_with(b"\x93NUMPY") {
-            return MapFile::read_npy(bytes, channel.as_ref(), missing);
+        let map = MapFile::read_any(bytes, choice)?;
+        if choice.profile || choice.line.is_some() {
+            return map.profile(choice.line);
         }
+        // Arrays and matrices with one line were refused for their size before profiles were read.
+        let is_profile = map.nodes[1] == 1 && map.nodes[0] > 1;
+        if is_profile { Err(MapFileError::Profile) } else { Ok(map) }
+    }
+
+    /// Returns the map as a profile, or the profile along a line of it.
+    fn profile(self, line: Option<u32>) -> Result<MapFile, MapFileError> {
+        let [nodes_x, nodes_y] = self.nodes;
+        let (nodes, index) = match (line, nodes_x, nodes_y) {
+            (Some(line), ..) if !(1..=nodes_y).contains(&(line as usize)) => {
+                return Err(MapFileError::NoLine { line, lines: nodes_y });
+            }
+            (Some(line), ..) => (nodes_x, line as usize - 1),
+            (None, _, 1) => (nodes_x, 0),
+            // A row of numbers in an array [x, y].
+            (None, 1, _) => return Ok(MapFile { nodes: [nodes_y, 1], ..self }.of_steps(1)),
+            (None, ..) => return Err(MapFileError::NoProfile { nodes: self.nodes }),
+        };
+        let heights = (0..nodes).map(|i| self.heights[i * nodes_y + index]).collect();
+        Ok(MapFile { nodes: [nodes, 1], heights, ..self }.of_steps(0))
+    }
+
+    /// Returns the profile with the side of the map along an axis, and one step across.
+    fn of_steps(self, axis: usize) -> MapFile {
+        let along = |sides: [f64; 2]| [sides[axis], sides[axis] / self.nodes[0] as f64];
+        let size = match self.size {
+            Size::Metres(sides) => Size::Metres(along(sides)),
+            Size::Unitless(sides) => Size::Unitless(along(sides)),
+            Size::Unknown => Size::Unknown,
+        };
+        MapFile { size, ..self }
+    }
+
+    fn read_any(bytes: &[u8], choice: &MapChoice) -> Result<MapFile, MapFileError> {
+        let &MapChoice { ref channel, missing, ignores_mask, profile, line: _ } = choice;
+        if bytes.starts_with(b"\x93NUMPY") {
+            return MapFile::read_npy(bytes, channel.as_ref(), missing, profile);
+        }
+        let read = if profile { read_profile } else { read };
         let file = read(bytes).map_err(|error| MapFileError::Format(Box::new(error)))?;
         let channels = file.channels();
         let (index, reason) = match channel {
@@ -177,8 +240,13 @@ impl MapFile {
         bytes: &[u8],
         choice: Option<&ChannelChoice>,
         missing: Option<f64>,
+        profile: bool,
     ) -> Result<MapFile, MapFileError> {
-        let (nodes, mut heights) = npy_array(bytes).map_err(MapFileError::Npy)?;
+        let line = if profile { npy_line(bytes) } else { None };
+        let (nodes, mut heights) = match line {
+            Some(line) => ([line.len(), 1], line),
+            None => npy_array(bytes).map_err(MapFileError::Npy)?,
+        };
         if let Some(marker) = missing {
             let marked = heights.iter_mut().filter(|height| is_marker(**height, marker));
             marked.for_each(|height| *height = f64::NAN);
@@ -278,6 +346,33 @@ mod tests {
         );
         let named = ChannelChoice::Name("height".to_owned());
         assert!(matches!(read(&named), Err(MapFileError::Channel(ChannelError::Unknown { .. }))));
+    }
+
+    #[test]
+    fn a_line_of_a_map_is_a_profile() {
+        let read = |choice: &MapChoice| MapFile::read(TEXT.as_bytes(), choice);
+        let choice = MapChoice { profile: true, ..MapChoice::default() };
+        let no_profile = MapFileError::NoProfile { nodes: [3, 2] };
+        assert_eq!(read(&choice).unwrap_err(), no_profile);
+        let line = |line| MapChoice { line: Some(line), ..choice.clone() };
+        let first = read(&line(1)).unwrap();
+        assert_eq!(first.nodes, [3, 1]);
+        let found = [&first.heights[..], &first.size.sides().unwrap()].concat();
+        for (found, exact) in found.iter().zip([1e-6, 2e-6, 4e-6, 3e-6, 1e-6]) {
+            assert!((found - exact).abs() < 1e-20, "{found}");
+        }
+        assert!(read(&line(2)).unwrap().heights[1].is_nan());
+        assert_eq!(read(&line(3)).unwrap_err(), MapFileError::NoLine { line: 3, lines: 2 });
+    }
+
+    #[test]
+    fn a_profile_is_read_only_as_a_profile() {
+        let text = b"# heights\n1\n2\n3\n4\n";
+        let choice = MapChoice { profile: true, ..MapChoice::default() };
+        let read = MapFile::read(text, &choice).unwrap();
+        assert_eq!((read.nodes, read.size), ([4, 1], Size::Unknown));
+        assert!(MapFile::read(text, &MapChoice::default()).is_err());
+        assert_eq!(serde_json::to_string(&MapChoice::default()).unwrap(), "{}");
     }
 
     #[test]

@@ -10,7 +10,9 @@ mod conduction;
 mod contacts;
 pub mod distributions;
 pub mod friction;
+mod from_profiles;
 pub mod keys;
+mod profile;
 pub mod statistics;
 mod stitched;
 
@@ -54,18 +56,18 @@ pub const STAGE: Definition = Definition {
     name: "measure",
     version: VERSION,
     reads: Reads {
-        rows: &[RowKind::Loads, RowKind::Surfaces],
+        rows: &[RowKind::Loads, RowKind::Surfaces, RowKind::Profiles],
         from: Cow::Borrowed("either `solve` or `generate` stages"),
     },
     row_kind: |read| match read? {
-        RowKind::Surfaces => Some(RowKind::Heights),
+        RowKind::Surfaces | RowKind::Profiles => Some(RowKind::Heights),
         _ => Some(RowKind::Contacts),
     },
     columns: || {
         let contacts = contacts::all_columns();
         let of_surfaces = statistics::all_columns();
         let distributions = distributions::all_columns();
-        let lists: [&[Column]; 7] = [
+        let lists: [&[Column]; 8] = [
             &contacts,
             &distributions,
             &friction::columns().all(),
@@ -73,6 +75,7 @@ pub const STAGE: Definition = Definition {
             &POOLED_HEIGHTS[1..],
             &of_surfaces,
             &[SCANS, OVERLAP_RATIO, OVERLAP_SCATTER],
+            &from_profiles::OWN_COLUMNS,
         ];
         lists.concat()
     },
@@ -87,9 +90,11 @@ pub const STAGE: Definition = Definition {
         let slopes = range(table, SLOPE_AT_SCALE.name, "slopes from")?;
         let roughness = range(table, ROUGHNESS[0].name, "Sq")?;
         let scans = stitched::summary(table)?;
+        let profiles = from_profiles::summary(table)?;
+        let of_profiles = range(table, PROFILE_ROUGHNESS[3].name, "Rq")?;
         let parts =
             [rows, area, filled, pressures, gaps, heights, spectrum, scans, slopes, roughness];
-        Ok(parts.into_iter().flatten().collect())
+        Ok(parts.into_iter().chain([profiles, of_profiles]).flatten().collect())
     },
 };
 
@@ -145,6 +150,18 @@ pub enum Params {
         /// Longest trusted wavelength, as a fraction of the shorter side of a scan.
         trusted_fraction: f64,
     },
+    /// One power spectrum of an isotropic surface from all surfaces, which are profiles of it or
+    /// maps with lines.
+    FromProfiles {
+        /// Number of nodes per decade of wavenumbers.
+        bins: u32,
+        /// Longest trusted wavelength, as a fraction of the length of a profile.
+        trusted_fraction: f64,
+        /// Maximum number of lines of a map. Omitted from the recipe for all lines.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lines: Option<u32>,
+        version: u32,
+    },
     /// Partial slip under tangential loads of the contacts of a `solve` stage.
     Friction(friction::Params),
     /// Another statistic of each single surface of a `generate` stage.
@@ -166,6 +183,9 @@ impl Stage for Params {
             Params::Pool { bins, range } => pool(inputs, bins as usize, range, context),
             Params::Stitched { bins, trusted_fraction } => {
                 stitched::measure(inputs, bins, trusted_fraction, context)
+            }
+            Params::FromProfiles { bins, trusted_fraction, lines, .. } => {
+                from_profiles::measure(inputs, bins, trusted_fraction, lines, context)
             }
             Params::Friction(ref friction) => friction.measure(&input.table),
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
@@ -203,6 +223,7 @@ impl Stage for Params {
                 beside_coordinates(distribution.columns(attracts), inputs)?
             }
             Params::Stitched { .. } => stitched::empty_table(inputs)?,
+            Params::FromProfiles { lines, .. } => from_profiles::empty_table(*lines, inputs)?,
             Params::Pool { .. } => {
                 let points = stacked(inputs)?.in_role(Role::Parameter);
                 let names = points.names();
@@ -214,13 +235,17 @@ impl Stage for Params {
     fn input_scope(&self) -> InputScope {
         match self {
             Params::Pool { .. } => InputScope::ParameterPoint,
-            Params::Stitched { .. } => InputScope::All,
+            Params::Stitched { .. } | Params::FromProfiles { .. } => InputScope::All,
             _ => InputScope::Single,
         }
     }
 
     fn columns_depend_on_params(&self) -> bool {
-        matches!(self, Params::Surface(Statistic::Areal(_)))
+        matches!(
+            self,
+            Params::Surface(Statistic::Areal(_) | Statistic::Profile(_))
+                | Params::FromProfiles { .. }
+        )
     }
 
     /// Returns all columns, but for pooled surfaces only light ones, because the heights are drawn
@@ -272,7 +297,9 @@ impl Stage for Params {
         let additional = match self {
             Params::Contacts { filled: true, .. } => FILLED_BYTES_PER_NODE,
             Params::Surface(statistic) => statistic.bytes_per_node(),
-            Params::Stitched { .. } => Statistic::Spectrum.bytes_per_node(),
+            Params::Stitched { .. } | Params::FromProfiles { .. } => {
+                Statistic::Spectrum.bytes_per_node()
+            }
             _ => 0.0,
         };
         Footprint { work: 36.0 + additional, table: 0.0 }
@@ -284,7 +311,7 @@ impl Stage for Params {
             Params::Contacts { .. } | Params::Distribution(_) => 0.2 * extent.rows as f64,
             Params::Friction(_) => 0.0,
             Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
-            Params::Stitched { .. } => 8.0 * extent.tables as f64,
+            Params::Stitched { .. } | Params::FromProfiles { .. } => 8.0 * extent.tables as f64,
             Params::Surface(statistic) => 6.0 + statistic.pairs(),
         })
     }
@@ -315,7 +342,7 @@ fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<
 fn measured(input: &Input, statistic: Statistic, context: &Context) -> Result<Table, StageError> {
     let params = surface_params(input);
     let surface = params.surface(&input.table, context.sources, context.threads)?;
-    let (rows, columns) = statistic.measure(&surface, &params.origin);
+    let (rows, columns) = statistic.measure(&surface, &params.origin)?;
     Ok(input.table.coordinates().pick(&vec![0; rows]).with(columns))
 }
 

@@ -278,6 +278,7 @@ impl StagePoints {
     pub fn row_kind(&self) -> Option<RowKind> {
         match self {
             StagePoints::Generate(points) if points.lack_heights() => Some(RowKind::Spectra),
+            StagePoints::Generate(points) if points.are_profiles() => Some(RowKind::Profiles),
             StagePoints::Measure(section) => measure::keys::row_kind(section),
             _ => None,
         }

@@ -354,7 +354,8 @@ fn plu_layer<'a>(
 /// streams, preceded by a list of their lengths. If a file has several objects, the first one is
 /// read; the bytes after its numbers, such as photos, are not used.
 ///
-/// Object type 1 is a profile if it has one line. Gwyddion 2.62 writes maps with this type.
+/// Object type 1 is a profile if it has one line, whose side along y is then one step. Gwyddion
+/// 2.62 writes maps with this type.
 ///
 /// Not known: what an inversion means. Four programs treat it in three ways, and no public file
 /// uses it. As in Gwyddion, it negates the heights here, and 2 and 3 mirror the map, too.
@@ -418,9 +419,6 @@ impl SurHeader {
         let lowest = cursor.i32()?;
         cursor.skip(4)?;
         let nodes = checked_nodes([cursor.i32()?.into(), cursor.i32()?.into()])?;
-        if kind == SUR_PROFILE && nodes[1] == 1 {
-            return Err(FormatError::unsupported("the file holds a profile, not a map"));
-        }
         cursor.skip(4)?;
         let spacing = [cursor.single()?, cursor.single()?, cursor.single()?];
         cursor.skip(3 * 16)?;
@@ -461,11 +459,17 @@ impl SurHeader {
         let sign = if (1..=3).contains(&self.inversion) { -1.0 } else { 1.0 };
         let scale = factor("spacing of z", self.spacing[2])?;
         let [unit_x, unit_y, unit_z] = &self.units;
-        // `y` converts the side along y to the unit of the side along x.
-        let y = ratio(unit_y, unit_x).ok_or_else(|| {
-            FormatError::value("unit of y", unit_y, &format!("a unit like that of x, `{unit_x}`"))
-        })?;
-        let sides = [nodes[0] as f64 * self.spacing[0], nodes[1] as f64 * self.spacing[1] * y];
+        let sides = if nodes[1] == 1 {
+            // Profiles give no step along y.
+            [nodes[0] as f64, 1.0].map(|steps| steps * self.spacing[0])
+        } else {
+            // `y` converts the side along y to the unit of the side along x.
+            let y = ratio(unit_y, unit_x).ok_or_else(|| {
+                let allowed = format!("a unit like that of x, `{unit_x}`");
+                FormatError::value("unit of y", unit_y, &allowed)
+            })?;
+            [nodes[0] as f64 * self.spacing[0], nodes[1] as f64 * self.spacing[1] * y]
+        };
         let size = Sides::new(sides, &Unit::parse(unit_x))?;
         let raster = unscaled.scaled(sign * scale, sign * self.offset);
         Ok(Channel::new("heights", Unit::parse(unit_z), size, raster))

@@ -149,10 +149,10 @@ pub struct HeightStatistics {
     pub rms_height: f64,
     /// Root-mean-square slope, √(⟨(Δh/Δx)²⟩ + ⟨(Δh/Δy)²⟩).
     ///
-    /// The differences are taken at all nodes that have a following node along both axes, except
-    /// where one of the two points is missing. The slope is `None` if the size is unknown or has
-    /// another unit than the heights. It is also `None` if an axis has no pair of neighbouring
-    /// points.
+    /// The differences are taken at all nodes that have a following node along both axes, or along
+    /// x for a profile, except where one of the two points is missing. The slope is `None` if the
+    /// size is unknown or has another unit than the heights. It is also `None` if an axis has no
+    /// pair of neighbouring points.
     pub rms_slope: Option<f64>,
     /// Smallest height of the map.
     pub lowest: f64,
@@ -305,6 +305,12 @@ impl<'a> Channel<'a> {
     /// Returns the numbers of nodes along x and y.
     pub fn nodes(&self) -> [usize; 2] {
         self.raster.nodes()
+    }
+
+    /// Returns whether the channel is a profile: one line of heights along x. The side along y is
+    /// then one step.
+    pub fn is_profile(&self) -> bool {
+        self.nodes()[1] == 1
     }
 
     /// Returns the side lengths along x and y.
@@ -517,6 +523,12 @@ fn rms_slope(map: &HeightMap) -> Option<f64> {
     let [nodes_x, nodes_y] = map.nodes();
     let [step_x, step_y] = map.steps()?;
     let heights = map.heights();
+    if nodes_y == 1 {
+        let slopes = heights.windows(2).map(|pair| (pair[1] - pair[0]) / step_x);
+        return Some(
+            mean(slopes.filter(|slope| !slope.is_nan()).map(|slope| slope.powi(2)))?.sqrt(),
+        );
+    }
     let mean_square_slope = |next: usize, step: f64| {
         let lines = (0..nodes_x - 1).map(|i| i * nodes_y);
         let nodes = lines.flat_map(|line| line..line + nodes_y - 1);

@@ -106,7 +106,7 @@ use thiserror::Error;
 pub use self::channel::{
     Channel, Corners, HeightMap, HeightStatistics, Quantity, Size, Statistics, SuspectNumber,
 };
-pub use self::npy::{NpyError, npy_array};
+pub use self::npy::{NpyError, npy_array, npy_line};
 pub use self::raster::is_marker;
 pub use self::unit::{is_metre, length_ratio};
 
@@ -305,6 +305,51 @@ fn read_through(bytes: &[u8], depth: usize) -> Result<TopographyFile<'_>, Topogr
         }
     }
     Err(TopographyFileError::Unknown { start: start(bytes), tried, others })
+}
+
+/// Reads a file as [`read`], and also files that are a profile only if the user says so: text with
+/// one column of heights, or with two columns x and height, and NumPy arrays with one axis.
+///
+/// The file may still hold maps; [`Channel::is_profile`] tells.
+///
+/// # Errors
+/// As [`read`].
+///
+/// ```
+/// use asperity_topography_files::{read, read_profile};
+///
+/// let text = b"x [mm]\tz [um]\n0.0\t1.5\n0.5\t2.5\n1.0\t2.0\n";
+/// assert!(read(text).is_err());
+/// let file = read_profile(text)?;
+/// let channel = &file.channels()[0];
+/// assert!(channel.is_profile());
+/// assert_eq!(channel.nodes(), [3, 1]);
+/// assert_eq!(channel.map().heights(), [1.5e-6, 2.5e-6, 2e-6]);
+/// # Ok::<(), asperity_topography_files::TopographyFileError>(())
+/// ```
+pub fn read_profile(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
+    let error = match read(bytes) {
+        Ok(file) => return Ok(file),
+        Err(error) => error,
+    };
+    let (format, channel) = match npy::profile(bytes) {
+        Some(channel) => (npy::FORMAT, Ok(channel)),
+        None if matches!(error, TopographyFileError::Unknown { .. }) => {
+            let Ok(text) = text::decoded(bytes) else {
+                return Err(error);
+            };
+            (text::FORMAT, text::profile(&text))
+        }
+        None => return Err(error),
+    };
+    let format = FORMATS.iter().find(|known| **known == format).expect("both formats are listed");
+    match channel {
+        Ok(channel) => Ok(TopographyFile { format, channels: vec![channel] }),
+        Err(source) => {
+            let (name, title) = (format.name, format.title);
+            Err(TopographyFileError::Damaged { name, title, source })
+        }
+    }
 }
 
 impl<'a> TopographyFile<'a> {

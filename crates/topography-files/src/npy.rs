@@ -106,6 +106,21 @@ pub fn npy_array(bytes: &[u8]) -> Result<([usize; 2], Vec<f64>), NpyError> {
     }
 }
 
+/// Decodes the numbers of an array with one axis. Returns `None` if the bytes are no such array of
+/// integers or floats.
+pub fn npy_line(bytes: &[u8]) -> Option<Vec<f64>> {
+    let (shape, numbers) = npy_numbers(bytes)?;
+    (shape.len() == 1 && !numbers.is_empty()).then_some(numbers)
+}
+
+/// Reads an array with one axis as a profile.
+pub(super) fn profile(bytes: &[u8]) -> Option<Channel<'static>> {
+    let heights = npy_line(bytes)?;
+    let nodes = checked_nodes([i64::try_from(heights.len()).ok()?, 1]).ok()?;
+    let raster = Raster::from_columns(nodes, heights);
+    Some(Channel::new("heights", Unit::None, Size::Unknown, raster))
+}
+
 /// Decodes the shape and the numbers of an array of any shape. Returns `None` if the elements are
 /// no numbers, if they are in Fortran order, or if the file is damaged.
 pub(crate) fn npy_numbers(bytes: &[u8]) -> Option<(Vec<usize>, Vec<f64>)> {

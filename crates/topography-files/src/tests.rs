@@ -11,7 +11,7 @@ use super::samples::{
 use super::unit::Unit;
 use super::{
     Channel, HeightMap, Quantity, Size, Statistics, SuspectNumber, TopographyFile,
-    TopographyFileError, formats, read,
+    TopographyFileError, formats, read, read_profile,
 };
 
 #[track_caller]
@@ -167,6 +167,57 @@ fn an_archive_without_prefix_and_without_marks_is_read() {
     assert_eq!(Statistics::new(&first_map(&bytes)).missing, 0);
 }
 
+/// The first line of the map of the samples, which is no map.
+#[track_caller]
+fn assert_is_first_line(bytes: &[u8]) {
+    let file = read(bytes).unwrap();
+    let channel = &file.channels()[0];
+    assert!(channel.is_profile());
+    let map = channel.map();
+    assert_eq!(map.nodes(), [3, 1]);
+    for (found, exact) in map.heights().iter().zip([1e-9, 2e-9, 3e-9]) {
+        assert!((found - exact).abs() < 1e-20, "{found}");
+    }
+    let [side, step] = map.size().sides().unwrap();
+    assert!((side - 3e-6).abs() < 1e-18 && (step - 1e-6).abs() < 1e-18);
+    let statistics = Statistics::new(&map).heights.unwrap();
+    assert!((statistics.rms_slope.unwrap() - 1e-3).abs() < 1e-12);
+}
+
+#[test]
+fn x3p_and_digital_surf_files_with_one_line_are_profiles() {
+    let archive = Archive::default();
+    let mut description = archive.description.replace("SUR", "PRF").replace("<SizeY>2", "<SizeY>1");
+    // A profile may have no y axis.
+    let start = description.find("<CY>").unwrap();
+    let end = description.find("</CY>").unwrap() + "</CY>".len();
+    description.replace_range(start..end, "");
+    let data = archive.data[..6].to_vec();
+    assert_is_first_line(&x3p(&Archive { description, data, valid: Some(0b111), ..archive }));
+
+    let mut surf = sur();
+    // Object type 1, and one line.
+    surf[18..20].copy_from_slice(&1_u16.to_le_bytes());
+    surf[112..116].copy_from_slice(&1_i32.to_le_bytes());
+    surf[116..120].copy_from_slice(&3_i32.to_le_bytes());
+    surf.truncate(518 + 6);
+    assert_is_first_line(&surf);
+}
+
+#[test]
+fn arrays_with_one_axis_are_profiles_if_the_user_says_so() {
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (3,), }\n";
+    let mut file = b"\x93NUMPY\x01\x00".to_vec();
+    file.extend((header.len() as u16).to_le_bytes());
+    file.extend(header.bytes());
+    file.extend([1.0_f64, 2.0, 4.0].into_iter().flat_map(f64::to_le_bytes));
+    assert!(read(&file).is_err());
+    let found = read_profile(&file).unwrap();
+    assert_eq!(found.channels()[0].map().heights(), [1.0, 2.0, 4.0]);
+    // Other files are read as before.
+    assert!(!read_profile(&sur()).unwrap().channels()[0].is_profile());
+}
+
 #[test]
 fn errors_name_the_entry_and_the_expected_value() {
     let described = |from: &str, to: &str| {
@@ -178,7 +229,11 @@ fn errors_name_the_entry_and_the_expected_value() {
             other => panic!("{other}"),
         }
     };
-    assert_eq!(described("SUR", "PRF"), "`FeatureType` is PRF; expected SUR, a surface");
+    assert_eq!(
+        described("SUR", "PCL"),
+        "`FeatureType` is PCL; expected SUR, a surface, or PRF, a profile"
+    );
+    assert_eq!(described("SUR", "PRF"), "`SizeY` is 2; expected 1, the single line of a profile");
     assert_eq!(
         described("<SizeX>3", "<SizeX>-3"),
         "`number of nodes` is -3; expected a positive number"

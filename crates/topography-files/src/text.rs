@@ -82,6 +82,26 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     Err(farthest.expect("the loop ends only after an error").1)
 }
 
+/// Reads a profile: one column of heights, or two columns x and height, with units in titles.
+pub fn profile(text: &str) -> Result<Channel<'static>, FormatError> {
+    let mut first_error = None;
+    for notation in Notation::ALL {
+        let mut blocks = match blocks(text, notation) {
+            Ok(blocks) => blocks,
+            Err((_, error)) => {
+                first_error.get_or_insert(error);
+                continue;
+            }
+        };
+        if blocks.len() > 1 {
+            let what = format!("the text has {} blocks of numbers; a profile is one", blocks.len());
+            return Err(FormatError::unsupported(what));
+        }
+        return blocks.remove(0).profile();
+    }
+    Err(first_error.expect("the loop ends only after an error"))
+}
+
 /// Decodes text in UTF-16 with a byte order mark, in UTF-8 or in an encoding of instruments.
 pub fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
     let wide = |order: fn([u8; 2]) -> u16| {

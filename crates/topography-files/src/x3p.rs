@@ -6,6 +6,8 @@
 //! openGPS library. NaN marks missing points. The file that `ValidPointsLink` names has one bit per
 //! point, starting at the lowest bit of a byte; points whose bit is 0 are missing.
 //!
+//! A profile has the feature type PRF and one line of points along x.
+//!
 //! Instead of the binary file, `main.xml` may have a `DataList` with the numbers as text in the
 //! same order, as x3pio 2.0.0 writes it with `storage = XML`. An empty `Datum` is a missing point.
 
@@ -91,11 +93,14 @@ enum Points {
 impl Description {
     fn from_xml(root: Node<'_, '_>) -> Result<Description, FormatError> {
         let feature = text(root, &["Record1", "FeatureType"])?;
-        if feature != "SUR" {
-            let allowed = "SUR, a surface";
+        let is_profile = feature == "PRF";
+        if feature != "SUR" && !is_profile {
+            let allowed = "SUR, a surface, or PRF, a profile";
             return Err(FormatError::value("FeatureType", feature, allowed));
         }
-        for axis in ["CX", "CY"] {
+        // A profile may have no y axis.
+        let axes: &[&str] = if is_profile { &["CX"] } else { &["CX", "CY"] };
+        for axis in axes {
             let kind = text(root, &["Record1", "Axes", axis, "AxisType"])?;
             if kind != "I" {
                 let entry = format!("AxisType of {axis}");
@@ -107,11 +112,16 @@ impl Description {
         if layers != 1 {
             return Err(FormatError::value("SizeZ", layers, "1, a single layer"));
         }
+        let lines = size("SizeY")?;
+        if is_profile && lines != 1 {
+            return Err(FormatError::value("SizeY", lines, "1, the single line of a profile"));
+        }
         let axis =
             |name, entry, otherwise| number(root, &["Record1", "Axes", name, entry], otherwise);
+        let step = axis("CX", "Increment", 1.0)?;
         Ok(Description {
-            nodes: checked_nodes([size("SizeX")?, size("SizeY")?])?,
-            steps: [axis("CX", "Increment", 1.0)?, axis("CY", "Increment", 1.0)?],
+            nodes: checked_nodes([size("SizeX")?, lines])?,
+            steps: [step, if is_profile { step } else { axis("CY", "Increment", 1.0)? }],
             element: element(&text(root, &["Record1", "Axes", "CZ", "DataType"])?)?,
             scale: factor("Increment of CZ", axis("CZ", "Increment", 1.0)?)?,
             offset: finite("Offset of CZ", axis("CZ", "Offset", 0.0)?)?,

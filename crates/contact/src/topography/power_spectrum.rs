@@ -118,14 +118,58 @@ pub(super) fn for_each_mode(
 /// map, the mean square height of the profiles about their means is (2 Σ C₁)/L for odd N, and
 /// (2 Σ C₁ − C₁(πN/L))/L for even N.
 pub fn profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
+    let mut sums = vec![0.0; axis.select(surface.grid().nodes()) / 2];
+    let mut lines = 0.0;
+    let unit = for_each_profile(surface, axis, boundary, |spectrum| {
+        for (sum, value) in sums.iter_mut().zip(spectrum) {
+            *sum += value.norm_sqr();
+        }
+        lines += 1.0;
+    });
+    sums.into_iter().map(|sum| unit / lines * sum).collect()
+}
+
+/// Computes the density C₁(q) of single profiles along an axis, as [`profiles`] does of all.
+///
+/// If the map has more than `count` profiles, `count` of them are taken at even distances.
+pub fn line_spectra(
+    surface: &Surface,
+    axis: Axis,
+    boundary: Boundary,
+    count: usize,
+) -> Vec<Vec<f64>> {
+    let [nodes_x, nodes_y] = surface.grid().nodes();
+    let total = match axis {
+        Axis::X => nodes_y,
+        Axis::Y => nodes_x,
+    };
+    let taken = count.min(total);
+    let mut densities: Vec<Vec<f64>> = Vec::with_capacity(taken);
+    let mut line = 0;
+    let unit = for_each_profile(surface, axis, boundary, |spectrum| {
+        if densities.len() < taken && line == densities.len() * total / taken {
+            densities.push(spectrum.iter().map(Complex::norm_sqr).collect());
+        }
+        line += 1;
+    });
+    densities.iter_mut().flatten().for_each(|density| *density *= unit);
+    densities
+}
+
+/// Passes the amplitudes of the modes 1, …, N/2 of each profile along an axis to `with`. Returns
+/// the factor that converts |ĥ|² to the density C₁(q).
+fn for_each_profile(
+    surface: &Surface,
+    axis: Axis,
+    boundary: Boundary,
+    mut with: impl FnMut(&[Complex<f64>]),
+) -> f64 {
     let nodes = axis.select(surface.grid().nodes());
     let side = axis.select(surface.grid().cell().size());
     let weights = weights(nodes, boundary);
     let transform = Transform::new([1, nodes]);
     let mut scratch = transform.scratch();
     let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-    let mut sums = vec![0.0; nodes / 2];
-    let mut lines = 0.0;
     for_each_line(surface, axis, |line| {
         let mut line = from_first_node(line);
         let mean = mean(&line);
@@ -133,13 +177,9 @@ pub fn profiles(surface: &Surface, axis: Axis, boundary: Boundary) -> Vec<f64> {
             *height = weight * (*height - mean);
         }
         transform.forward(&line, &mut spectrum, &mut scratch);
-        for (sum, value) in sums.iter_mut().zip(&spectrum[1..]) {
-            *sum += value.norm_sqr();
-        }
-        lines += 1.0;
+        with(&spectrum[1..]);
     });
-    let unit = side / (nodes as f64).powi(2) / mean_square(&weights) / lines;
-    sums.into_iter().map(|sum| unit * sum).collect()
+    side / (nodes as f64).powi(2) / mean_square(&weights)
 }
 
 /// Returns w (h − ⟨h⟩) for the window w, and ⟨w²⟩.
@@ -241,6 +281,20 @@ mod tests {
         assert_close(densities[4], 0.02);
         let along_y = profiles(&surface, Axis::Y, Boundary::Periodic);
         assert!(along_y.iter().all(|density| *density < 1e-30));
+    }
+
+    #[test]
+    fn the_mean_over_single_profiles_is_the_spectrum_of_all() {
+        let surface = rough([12, 6], [3.0, 2.0]);
+        let all = profiles(&surface, Axis::X, Boundary::Free);
+        let lines = line_spectra(&surface, Axis::X, Boundary::Free, 100);
+        assert_eq!(lines.len(), 6);
+        for (mode, density) in all.iter().enumerate() {
+            assert_close(lines.iter().map(|line| line[mode]).sum::<f64>() / 6.0, *density);
+        }
+        // Lines 0, 1, 3 and 4 are nearly evenly spaced.
+        let some = line_spectra(&surface, Axis::X, Boundary::Free, 4);
+        assert_eq!(some, [0, 1, 3, 4].map(|line: usize| lines[line].clone()));
     }
 
     #[test]

@@ -298,6 +298,12 @@ pub fn check_flow(
                     "set `heights = \"redraw\"` in that stage so that it provides surfaces"
                         .to_owned()
                 }
+                RowKind::Profiles if kind == Kind::Solve => {
+                    "a profile cannot be pressed; a `measure` stage with \
+                     `what = \"spectrum-from-profiles\"` gives the spectrum of the surface, from which \
+                     `method = \"spectrum\"` draws surfaces"
+                        .to_owned()
+                }
                 _ if read.is_some_and(|(_, before)| before != rows)
                     && reads.rows.contains(&rows) =>
                 {

@@ -42,6 +42,8 @@ columns! {
             /// points under the mask keep their heights
             "ignored",
         ]);
+        /// number of the line of the map that is read as a profile, counted from 1 at y = 0
+        pub const LINE: Column = parameter_integer("line", "1");
         /// position along x at which the cropped part of the map begins; `side` is the side of this
         /// part
         pub const CROP_FROM_X: Column = parameter("crop_from_x", "length");
@@ -311,6 +313,27 @@ columns! {
     /// profiles, with ∫ C₁ dq/π over q > 0 equal to h_rms² of the profiles. Profiles that are not
     /// periodic are multiplied by a Hann window, and C₁ divided by the mean square of the window
     pub const PROFILE_DENSITY: Column = real("profile_density", "length³");
+    /// maximum number of lines of each map that are used as profiles
+    pub const LINES: Column = parameter_integer("lines", "1");
+    /// number of profiles from which the spectrum of the surface was computed
+    pub const PROFILES: Column = integer("profiles", "1");
+    /// lower end of the 95 % interval of the density, from the scatter between profiles; null for a
+    /// single profile
+    pub const SPECTRAL_DENSITY_LOWER: Column = real("spectral_density_lower", "length⁴");
+    /// upper end of the 95 % interval of the density, from the scatter between profiles; null for a
+    /// single profile
+    pub const SPECTRAL_DENSITY_UPPER: Column = real("spectral_density_upper", "length⁴");
+    /// rms slope of the profiles, from their waves in the band of the spectrum
+    pub const PROFILE_SLOPE: Column = real("profile_slope", "1");
+    /// rms slope √⟨|∇h|²⟩ of the isotropic surface with this spectrum: √2 times that of its
+    /// profiles
+    pub const SURFACE_SLOPE: Column = real("surface_slope", "1");
+    /// lower end of the 95 % interval of `surface_slope`, from the scatter between profiles; null
+    /// for a single profile
+    pub const SURFACE_SLOPE_LOWER: Column = real("surface_slope_lower", "1");
+    /// upper end of the 95 % interval of `surface_slope`, from the scatter between profiles; null
+    /// for a single profile
+    pub const SURFACE_SLOPE_UPPER: Column = real("surface_slope_upper", "1");
     /// distance of the two points; for radial statistics rounded to the larger mesh step. Distances
     /// below half of this step round to none
     pub const LAG: Column = parameter("lag", "length");
@@ -419,4 +442,60 @@ columns! {
     /// inverse areal material ratio Smc(mr), ISO 25178-2: height above the mean that the fraction
     /// `smc_ratio` of the surface reaches or exceeds
     pub const SMC: Column = real("Smc", "length");
+}
+
+columns! {
+    /// Columns of `what = "roughness"` of profiles.
+    pub const PROFILE_ROUGHNESS = [
+        /// number of whole sections of the profile on which it is evaluated
+        const SECTIONS: Column = integer("sections", "1");
+        /// section length of ISO 21920-2, sampling length of ISO 4287, in whole steps
+        const SECTION_LENGTH: Column = real("section_length", "length");
+        /// arithmetic mean height over the evaluation length, ISO 21920-2; the mean over the
+        /// sampling lengths, ISO 4287, is the same
+        const RA: Column = real("Ra", "length");
+        /// root mean square height over the evaluation length, ISO 21920-2
+        const RQ: Column = real("Rq", "length");
+        /// skewness over the evaluation length, ISO 21920-2; null for a flat profile
+        const RSK: Column = real("Rsk", "1");
+        /// kurtosis over the evaluation length, 3 for Gaussian heights, ISO 21920-2; null for a
+        /// flat profile
+        const RKU: Column = real("Rku", "1");
+        /// height of the highest point above the mean line, mean over the sections, ISO 21920-2
+        const RP: Column = real("Rp", "length");
+        /// depth of the lowest point below the mean line, mean over the sections, ISO 21920-2
+        const RV: Column = real("Rv", "length");
+        /// maximum height Rp + Rv, mean over the sections, ISO 21920-2; not the ten-point height of
+        /// ISO 4287:1984
+        const RZ: Column = real("Rz", "length");
+        /// height between the lowest and the highest point of the evaluation length, ISO 21920-2
+        /// and ISO 4287
+        const RT: Column = real("Rt", "length");
+        /// mean spacing of profile elements, whose hills and dales reach a tenth of Rp and Rv; null
+        /// without a whole element
+        const RSM: Column = real("RSm", "length");
+        /// root mean square slope RΔq, from seven points each, ISO 21920-2 and ISO 4287
+        const RDQ: Column = real("Rdq", "1");
+        /// mean over the sections of their root mean square heights: Rq of ISO 4287 and 4288
+        const RQ_OF_SECTIONS: Column = real("Rq_4287", "length");
+        /// core height, ISO 21920-2 and ISO 13565-2
+        const RK: Column = real("Rk", "length");
+        /// reduced hill height, ISO 21920-2 and ISO 13565-2
+        const RPK: Column = real("Rpk", "length");
+        /// reduced dale depth, ISO 21920-2 and ISO 13565-2
+        const RVK: Column = real("Rvk", "length");
+        /// fraction of the profile above the core, Rmrk1 of ISO 21920-2, Mr1 of ISO 13565-2
+        const RMRK1: Column = real("Rmrk1", "1");
+        /// fraction of the profile in or above the core, Rmrk2 of ISO 21920-2, Mr2 of ISO 13565-2
+        const RMRK2: Column = real("Rmrk2", "1");
+    ];
+}
+
+columns! {
+    /// requested section length
+    pub const SECTION_LENGTH_GIVEN: Column = parameter("section_length_given", "length");
+    /// material ratio Rmr(c), ISO 21920-2: fraction of the profile at or above `smr_height`
+    pub const RMR: Column = real("Rmr", "1");
+    /// height Rmc(mr) above the mean line that the fraction `smc_ratio` of the profile reaches
+    pub const RMC: Column = real("Rmc", "length");
 }

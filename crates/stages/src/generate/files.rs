@@ -65,6 +65,17 @@ pub struct FileTable {
     /// a number that stands far from all others. By default no number is missing.
     #[schemars(transform = swept)]
     pub missing: Key<f64>,
+    /// `true` reads a profile: one line of heights along x, from a file that holds one, from text
+    /// with one column of heights or two columns x and height, or from a NumPy array with one axis.
+    /// Profiles cannot be pressed; `what = "spectrum-from-profiles"` of a `measure` stage computes
+    /// the spectrum of the surface. `side` is the length of the profile, and `high_pass` and
+    /// `low_pass` are the cutoffs λc and λs of ISO 16610-21.
+    #[schemars(extend("default" = false))]
+    pub profile: Key<bool>,
+    /// Number of a line along x of the map, counted from 1 at y = 0, that is read as a profile. By
+    /// default the map is read.
+    #[schemars(range(min = 1, max = MAX_NODES), transform = swept)]
+    pub line: Key<u32>,
     /// `false` keeps the heights of points under a mask that a user drew in Gwyddion. With `true`
     /// they are missing. Points that the format itself marks are always missing.
     #[schemars(extend("default" = true), transform = swept)]
@@ -234,7 +245,10 @@ pub fn files(
             channel: channel.map(|channel| channel.value.clone()),
             missing: checks.optional("missing", &table.missing)?.map(|missing| missing.value),
             ignores_mask: checks.optional("mask", &table.mask)?.is_some_and(|mask| !mask.value),
+            profile: is_profile(table),
+            line: checks.optional("line", &table.line)?.map(|line| line.value),
         };
+        check_same_kind(section, table, checks)?;
         let found = path.and_then(|path| {
             let found = reading.map(path, table, &choice);
             found.map_err(|problem| checks.problems.push(problem)).ok()
@@ -273,7 +287,7 @@ pub fn files(
                 (surface(*content, map.reader.clone(), unit, seen), side)
             }
             FoundMap::RecordedFile(recalled) => {
-                let side = lengths::written_side(table, checks)?;
+                let side = lengths::written_side(table, Some(recalled.nodes), checks)?;
                 (recalled_surface(recalled, table, surface), side)
             }
         };
@@ -376,7 +390,7 @@ fn report_same_surfaces(
 }
 
 /// Returns the spans of the keys for which different values can give the same surface.
-fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 8] {
+fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 9] {
     fn span<T>(key: &Key<T>) -> Option<Span> {
         key.written().map(|written| written.span.clone())
     }
@@ -384,6 +398,7 @@ fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 8] {
         ("channel", span(&table.channel)),
         ("missing", span(&table.missing)),
         ("mask", span(&table.mask)),
+        ("line", span(&table.line)),
         ("side", span(&table.side)),
         ("crop", span(&table.crop)),
         ("level", span(&table.level)),
@@ -453,7 +468,13 @@ fn refuse_excluded(table: &FileTable, checks: &mut Checks) -> Option<()> {
     let is_no_polynomial = lacks("align", align == Some(WrittenAlignment::Polynomial));
     let is_unaligned = lacks("align", align.is_some());
     let keeps_spikes = lacks("spikes", table.spikes.written().is_some());
+    let profile = is_profile(table);
     exclude! { table, checks,
+        profile => crop, spikes, spike_window, islands, align, align_along, align_degree,
+            level_through, tip_radius, noise_floor, resample, edges, taper_fraction:
+            "for maps; this is a profile";
+        profile && table.low_pass.value() == Some(WrittenLowPass::Found(FoundLowPass::Reliable)) =>
+            low_pass: "must be a wavelength for a profile";
         periodic == Some(true) => edges: "the map is already periodic";
         is_untapered => taper_fraction: "needs `edges = \"taper\"`";
         is_no_polynomial => align_degree: "needs `align = \"polynomial\"`";
@@ -462,6 +483,27 @@ fn refuse_excluded(table: &FileTable, checks: &mut Checks) -> Option<()> {
         table.level_through.written().is_some() => level:
             "`level_through` already subtracts a plane";
     }
+}
+
+/// Returns whether a file is read as a profile.
+pub fn is_profile(table: &FileTable) -> bool {
+    table.profile.value() == Some(true) || table.line.written().is_some()
+}
+
+/// Refuses a stage that reads both maps and profiles.
+fn check_same_kind(
+    section: &Section<FileTable>,
+    table: &FileTable,
+    checks: &mut Checks,
+) -> Option<()> {
+    let first = &section.points.first()?.table;
+    if is_profile(first) == is_profile(table) {
+        return Some(());
+    }
+    let message = "a stage cannot read both maps and profiles";
+    let span = table.path.written().map_or(&section.span, |path| &path.span);
+    let problem = Problem::new(message, span.clone(), "another kind than the first file");
+    checks.reject(problem.help("read the profiles in a stage of their own"))
 }
 
 /// Returns the treatment of the edges of the map from the keys `periodic`, `edges` and
@@ -556,7 +598,27 @@ impl FileCache<'_> {
                 Ok(FoundMap::Map(content, map))
             }
             Err(MapFileError::Channel(error)) => Err(no_channel(path, table, &error)),
-            Err(error) => refuse(chain(&error), "unreadable file"),
+            Err(error @ MapFileError::NoLine { .. }) => {
+                let message = format!("{:?}: {error}", path.value);
+                let line = table.line.written().map(|line| &line.span);
+                let span = line.unwrap_or(&path.span).clone();
+                Err(Problem::new(message, span, "lines are counted from 1, at y = 0"))
+            }
+            Err(error @ (MapFileError::Profile | MapFileError::NoProfile { .. })) => {
+                let message = format!("{:?}: {error}", path.value);
+                Err(Problem::new(message, path.span.clone(), "file to read"))
+            }
+            Err(error) => {
+                let as_profile = MapChoice { profile: true, ..choice.clone() };
+                if choice.profile || MapFile::read(&bytes, &as_profile).is_err() {
+                    return refuse(chain(&error), "unreadable file");
+                }
+                let message = format!("{:?} holds a profile, not a map", path.value);
+                let problem = Problem::new(message, path.span.clone(), "one line of heights");
+                Err(problem.help(
+                    "set `profile = true` to read one column of heights, or two columns x and height",
+                ))
+            }
         }
     }
 

@@ -104,16 +104,23 @@ impl SurfacePoints {
         section.points.iter().any(|point| point.table.heights.value() == Some(Heights::None))
     }
 
+    /// Returns whether the stage reads profiles.
+    pub fn are_profiles(&self) -> bool {
+        let SurfacePoints::File(section) = self else {
+            return false;
+        };
+        section.points.iter().any(|point| files::is_profile(&point.table))
+    }
+
     /// Returns the kinds of rows that the method reads from other stages, or `None` if it reads no
     /// stage.
     pub fn reads(&self) -> Option<Reads> {
         match self {
             SurfacePoints::Spectrum(_) => Some(Reads {
                 rows: &[RowKind::PowerSpectra],
-                from:
-                    "`measure` stages with `what = \"spectrum\"` or `\"stitched-spectrum\"`, where \
-                       its method is `spectrum`"
-                        .into(),
+                from: "`measure` stages with `what = \"spectrum\"`, `\"stitched-spectrum\"` or \
+                       `\"spectrum-from-profiles\"`, where its method is `spectrum`"
+                    .into(),
             }),
             SurfacePoints::Yielded(_) => Some(Reads {
                 rows: &[RowKind::Loads],

@@ -37,7 +37,8 @@ pub struct SpectrumTable {
     /// between two rows, and zero beyond the first and the last row. A CSV header may have units:
     /// `wavenumber [1/µm]`, `density [µm^4]`. To use the spectrum that a `measure` stage computes,
     /// omit this key and name the stage in `from`; each mode then has the density of its ring of
-    /// wavenumbers. With `what = "stitched-spectrum"`, the spectrum comes from several scans.
+    /// wavenumbers. With `what = "stitched-spectrum"`, the spectrum comes from several scans, and
+    /// with `what = "spectrum-from-profiles"` from profiles.
     #[schemars(transform = swept)]
     pub path: Key<String>,
     /// Number of nodes per side of the cell; for a rectangle a pair along x and y, such as

@@ -50,6 +50,8 @@ fn a_surface_is_known_from_its_recipe() {
             channel: Some(ChannelChoice::Name("2".to_owned())),
             missing: Some(-9999.0),
             ignores_mask: true,
+            profile: true,
+            line: Some(3),
         },
         preparation: Preparation {
             crop: Some(Crop { from: [0.1, 0.0], size: [0.25, 1e-7] }),

@@ -14,7 +14,7 @@ use super::contacts::ADHESION_VERSION;
 use super::distributions::Distribution;
 use super::friction::FrictionTable;
 use super::statistics::Statistic;
-use super::{NodeSet, Params, stitched};
+use super::{NodeSet, Params, from_profiles, stitched};
 use crate::bodies::Conduction;
 use crate::check_context::{Property, Surfaces};
 use crate::exclusions::exclude;
@@ -32,6 +32,8 @@ const DEFAULT_BINS: u32 = 1000;
 const MAX_BINS_PER_DECADE: u32 = 1000;
 /// Default value of `bins` for clusters.
 const DEFAULT_BINS_PER_DECADE: u32 = 5;
+/// Maximum value of the key `lines`.
+const MAX_LINES: u32 = 1_000_000;
 /// Default value of the key `range`.
 const DEFAULT_RANGE: f64 = 5.0;
 /// Minimum and maximum of the key `range`. No height of a surface with n nodes exceeds √n rms
@@ -50,12 +52,15 @@ pub struct MeasureTable {
     /// also have the `"autocorrelation"`, slope and curvature by scale (`"scales"`), the
     /// `"bearing"` curve, and the `"roughness"` parameters of ISO 25178-2, which `parameters`
     /// selects. `"stitched-spectrum"` is one spectrum from all surfaces of the stages in `from`:
-    /// scans of different size of one surface.
+    /// scans of different size of one surface. `"spectrum-from-profiles"` is the spectrum C(q) of
+    /// an isotropic surface from all profiles of the stages in `from`, or from lines of maps. The
+    /// `"roughness"` of profiles has the parameters of ISO 21920-2.
     #[schemars(extend("default" = "heights"))]
     pub what: Key<What>,
     /// Number of bins of the height histogram, or of steps of the bearing curve. For clusters it is
-    /// the number of bins per decade of area, with the default 5, and for a stitched spectrum the
-    /// number of bins per decade of wavenumbers, with the default 10.
+    /// the number of bins per decade of area, with the default 5, and for a spectrum that is
+    /// stitched or computed from profiles the number of bins per decade of wavenumbers, with the
+    /// default 10.
     #[schemars(range(min = 1, max = MAX_BINS), extend("default" = DEFAULT_BINS))]
     pub bins: Key<u32>,
     /// Half width of the height histogram or of the bearing curve, in units of the rms height. For
@@ -63,11 +68,20 @@ pub struct MeasureTable {
     #[schemars(extend("minimum" = RANGES[0], "maximum" = RANGES[1], "default" = DEFAULT_RANGE))]
     pub range: Key<f64>,
     /// Longest wavelength of a scan that a stitched spectrum uses, as a fraction of the shorter
-    /// side of the scan. The shortest is `reliable_wavelength` or two mesh steps. Periodic surfaces
-    /// are used up to their side.
+    /// side of the scan, or of a profile as a fraction of its length. The shortest is
+    /// `reliable_wavelength` or two mesh steps. Periodic surfaces are used up to their side.
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
     #[schemars(extend("default" = stitched::DEFAULT_FRACTION))]
     pub trusted_fraction: Key<f64>,
+    /// Maximum number of lines along x, at even distances, that `what = "spectrum-from-profiles"`
+    /// uses of each map. By default it uses all lines.
+    #[schemars(range(min = 1, max = MAX_LINES), transform = swept)]
+    pub lines: Key<u32>,
+    /// Section length of the parameters of profiles, ISO 21920-2 (sampling length, ISO 4287), for
+    /// `what = "roughness"`. The default is the cutoff `high_pass` of the profile, or a fifth of
+    /// the profile without a cutoff.
+    #[schemars(extend("exclusiveMinimum" = 0), transform = length, transform = swept)]
+    pub section_length: Key<f64>,
     /// `true` gives one height histogram for all surfaces of a parameter point, with mean and
     /// standard deviation over the surfaces. `false` gives each surface its own histogram. For
     /// surfaces only.
@@ -92,11 +106,13 @@ pub struct MeasureTable {
     #[schemars(length(min = 1), transform = list)]
     pub parameters: Key<Vec<Parameter>>,
     /// Height c above the mean, which adds the areal material ratio Smr(c) to
-    /// `what = "roughness"`. It is a length in the unit of the surfaces or with a unit.
+    /// `what = "roughness"`, or Rmr(c) of profiles. It is a length in the unit of the surfaces or
+    /// with a unit.
     #[schemars(transform = length, transform = swept)]
     pub smr_height: Key<f64>,
     /// Material ratio mr, which adds the inverse areal material ratio Smc(mr) to
-    /// `what = "roughness"`: the height above the mean that this fraction of the surface reaches.
+    /// `what = "roughness"`, or Rmc(mr) of profiles: the height above the mean that this fraction
+    /// of the surface reaches.
     #[schemars(range(min = 0, max = 1), transform = swept)]
     pub smc_ratio: Key<f64>,
     /// Material ratio p of the volumes Vmp, Vmc and Vvc, by default 0.1.
@@ -137,13 +153,15 @@ pub enum What {
     StitchedSpectrum,
     /// Power spectral density of profiles along x and y.
     ProfileSpectrum,
+    /// Power spectral density of an isotropic surface from its profiles.
+    SpectrumFromProfiles,
     /// Mean product of two heights as a function of their distance.
     Autocorrelation,
     /// Slope and curvature as functions of the distance over which differences are taken.
     Scales,
     /// Fraction of the surface at or above a height, as a function of the height.
     Bearing,
-    /// Roughness parameters of ISO 25178-2, see `parameters`.
+    /// Roughness parameters of ISO 25178-2, see `parameters`, or of ISO 21920-2 for profiles.
     Roughness,
 }
 
@@ -157,7 +175,7 @@ pub fn row_kind(section: &Section<MeasureTable>) -> Option<RowKind> {
     let what = table.what.value()?;
     match what.quantity(1, 1.0) {
         Quantity::Contacts | Quantity::Heights => None,
-        Quantity::Stitched => Some(RowKind::PowerSpectra),
+        Quantity::Stitched | Quantity::FromProfiles => Some(RowKind::PowerSpectra),
         Quantity::Distribution(distribution) => Some(distribution.rows()),
         Quantity::Statistic(statistic) => Some(statistic.rows()),
     }
@@ -169,6 +187,7 @@ enum Quantity {
     Distribution(Distribution),
     Heights,
     Stitched,
+    FromProfiles,
     Statistic(Statistic),
 }
 
@@ -181,6 +200,7 @@ impl What {
             What::Clusters => return Quantity::Distribution(Distribution::Clusters { bins }),
             What::Heights => return Quantity::Heights,
             What::StitchedSpectrum => return Quantity::Stitched,
+            What::SpectrumFromProfiles => return Quantity::FromProfiles,
             What::Spectrum => Statistic::Spectrum,
             What::ProfileSpectrum => Statistic::ProfileSpectrum,
             What::Autocorrelation => Statistic::AUTOCORRELATION,
@@ -200,12 +220,13 @@ impl What {
 /// Returns the task of a stage, or `None` after reporting problems. The rows that the stage reads
 /// decide which quantities it can measure.
 pub fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
-    let reads_surfaces = context.read? == RowKind::Surfaces;
+    let read = context.read?;
+    let reads_surfaces = matches!(read, RowKind::Surfaces | RowKind::Profiles);
     let mut checked = Vec::with_capacity(section.points.len());
     for point in &section.points {
         let checks = &mut Checks::new(section, point, context.problems);
         checked.push(if reads_surfaces {
-            of_surfaces(&point.table, &context.surfaces, checks)
+            of_surfaces(&point.table, read == RowKind::Profiles, &context.surfaces, checks)
         } else {
             of_loads(&point.table, &section.span, &context.surfaces, checks)
         });
@@ -235,8 +256,8 @@ fn check_quantity(table: &MeasureTable, reads_loads: bool, checks: &mut Checks) 
 fn exclude_of_loads(table: &MeasureTable, what: What, checks: &mut Checks) -> Option<()> {
     let of_contacts = what == What::Contacts;
     exclude! { table, checks,
-        true => range, pool, trusted_fraction, parameters, smr_height, smc_ratio, peak_ratio,
-            dale_ratio, correlation_threshold, pruning:
+        true => range, pool, trusted_fraction, lines, section_length, parameters, smr_height,
+            smc_ratio, peak_ratio, dale_ratio, correlation_threshold, pruning:
             "for surfaces; this stage reads loads";
         table.friction.written().is_some() => what: "is not measured together with `friction`";
         what != What::Clusters => bins: "applies only to surfaces and to `what = \"clusters\"`";
@@ -248,8 +269,14 @@ fn exclude_of_loads(table: &MeasureTable, what: What, checks: &mut Checks) -> Op
 }
 
 /// Refuses keys that other keys of a stage that reads surfaces exclude.
-fn exclude_of_surfaces(table: &MeasureTable, what: What, checks: &mut Checks) -> Option<()> {
-    let stitched = what == What::StitchedSpectrum;
+fn exclude_of_surfaces(
+    table: &MeasureTable,
+    what: What,
+    profiles: bool,
+    checks: &mut Checks,
+) -> Option<()> {
+    let from_profiles = what == What::SpectrumFromProfiles;
+    let stitched = what == What::StitchedSpectrum || from_profiles;
     let fraction = table.trusted_fraction.value();
     let is_other_fraction = fraction.is_some_and(|value| value != stitched::DEFAULT_FRACTION);
     exclude! { table, checks,
@@ -261,9 +288,15 @@ fn exclude_of_surfaces(table: &MeasureTable, what: What, checks: &mut Checks) ->
         what != What::Roughness => parameters, smr_height, smc_ratio, peak_ratio, dale_ratio,
             correlation_threshold, pruning:
             "for roughness parameters, `what = \"roughness\"`";
+        profiles => parameters, peak_ratio, dale_ratio, correlation_threshold, pruning:
+            "for maps; this stage reads profiles";
+        !profiles || what != What::Roughness => section_length:
+            "for the roughness parameters of profiles";
+        !from_profiles => lines: "for `what = \"spectrum-from-profiles\"`";
+        profiles && from_profiles => lines: "for maps; a profile has one line";
         stitched => pool, range: "for the distribution of heights";
         !stitched && is_other_fraction => trusted_fraction:
-            "for `what = \"stitched-spectrum\"`";
+            "for `what = \"stitched-spectrum\"` or `\"spectrum-from-profiles\"`";
         !stitched && what != What::Heights => pool:
             "for the distribution of heights, `what = \"heights\"`";
         !stitched && what != What::Heights && what != What::Bearing => bins, range:
@@ -356,23 +389,62 @@ fn bins_per_decade(table: &MeasureTable, checks: &mut Checks) -> Option<u32> {
     checks.refuse("bins", format!("`bins` is {bins}"), &written.span, must)
 }
 
-fn of_surfaces(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
+fn of_surfaces(
+    table: &MeasureTable,
+    profiles: bool,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Params> {
     check_quantity(table, false, checks)?;
     let what = checks.value("what", &table.what)?;
-    exclude_of_surfaces(table, what, checks)?;
+    check_of_profile(table, what, profiles, checks)?;
+    exclude_of_surfaces(table, what, profiles, checks)?;
     let bins = checks.value("bins", &table.bins)?;
     let range = checks.number("range", &table.range)?;
     let trusted_fraction = checks.number("trusted_fraction", &table.trusted_fraction)?;
-    if what == What::StitchedSpectrum {
-        return stitched(table, trusted_fraction, surfaces, checks);
+    if matches!(what, What::StitchedSpectrum | What::SpectrumFromProfiles) {
+        let lines = checks.optional("lines", &table.lines)?.map(|lines| lines.value);
+        let params = stitched(table, trusted_fraction, surfaces, checks)?;
+        return Some(match (what, params) {
+            (What::SpectrumFromProfiles, Params::Stitched { bins, trusted_fraction }) => {
+                let version = from_profiles::VERSION;
+                Params::FromProfiles { bins, trusted_fraction, lines, version }
+            }
+            (_, params) => params,
+        });
     }
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
         return heights(table, bins, range, surfaces.stage_with(Property::NotRedrawable), checks);
     };
     Some(Params::Surface(match what {
+        What::Roughness if profiles => areal::of_profile(table, surfaces, checks)?,
         What::Roughness => areal::statistic(table, surfaces, checks)?,
+        What::ProfileSpectrum if profiles => Statistic::SingleProfileSpectrum,
         _ => statistic,
     }))
+}
+
+/// Refuses a quantity of maps if the stage reads profiles.
+fn check_of_profile(
+    table: &MeasureTable,
+    what: What,
+    profiles: bool,
+    checks: &mut Checks,
+) -> Option<()> {
+    let is_of_maps = match what {
+        What::Spectrum | What::StitchedSpectrum | What::Autocorrelation | What::Scales => true,
+        What::Heights => table.pool.value() == Some(true),
+        _ => false,
+    };
+    let Some(written) = table.what.written().filter(|_| profiles && is_of_maps) else {
+        return Some(());
+    };
+    let message = "this stage reads profiles, but `what` is a quantity of maps";
+    let problem = Problem::new(message, written.span.clone(), "needs maps");
+    checks.reject(problem.help(
+        "`\"spectrum-from-profiles\"` is the spectrum of the surface, `\"profile-spectrum\"` that of \
+         each profile; profiles also have `\"heights\"`, `\"bearing\"` and `\"roughness\"`",
+    ))
 }
 
 /// Returns the task of a stitched spectrum. Refuses surfaces whose lengths have different units.

@@ -11,9 +11,10 @@ use arrow::array::ArrayRef;
 use serde::Serialize;
 
 use super::areal::Areal;
-use crate::RowKind;
+use super::profile::Profile;
 use crate::columns::*;
 use crate::surface::Origin;
+use crate::{RowKind, StageError};
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::autocorrelation::Autocorrelation;
 use asperity_contact::topography::descriptors::Roughness;
@@ -48,6 +49,10 @@ pub enum Statistic {
     Roughness,
     /// Selected parameters of ISO 25178.
     Areal(Areal),
+    /// Parameters of a profile, ISO 21920-2.
+    Profile(Profile),
+    /// Power spectral density of a profile along x.
+    SingleProfileSpectrum,
 }
 
 /// Version of the autocorrelation, which is part of its keys only.
@@ -71,7 +76,7 @@ impl Statistic {
     pub const AUTOCORRELATION: Statistic =
         Statistic::Autocorrelation { version: AUTOCORRELATION_VERSION };
 
-    const EACH: [Statistic; 7] = [
+    const EACH: [Statistic; 8] = [
         Statistic::Spectrum,
         Statistic::ProfileSpectrum,
         Statistic::AUTOCORRELATION,
@@ -79,17 +84,22 @@ impl Statistic {
         Statistic::Bearing { bins: 1, range: 1.0 },
         Statistic::Roughness,
         Statistic::Areal(Areal::ALL),
+        Statistic::Profile(Profile::ALL),
     ];
 
     /// Returns the kind of rows in the table.
     pub fn rows(&self) -> RowKind {
         match self {
             Statistic::Spectrum => RowKind::PowerSpectra,
-            Statistic::ProfileSpectrum => RowKind::ProfileSpectra,
+            Statistic::ProfileSpectrum | Statistic::SingleProfileSpectrum => {
+                RowKind::ProfileSpectra
+            }
             Statistic::Autocorrelation { .. } => RowKind::Autocorrelations,
             Statistic::Scales => RowKind::Scales,
             Statistic::Bearing { .. } => RowKind::BearingCurves,
-            Statistic::Roughness | Statistic::Areal(_) => RowKind::Roughness,
+            Statistic::Roughness | Statistic::Areal(_) | Statistic::Profile(_) => {
+                RowKind::Roughness
+            }
         }
     }
 
@@ -99,27 +109,39 @@ impl Statistic {
             Statistic::Spectrum => {
                 vec![WAVENUMBER, MODES, DEGREES_OF_FREEDOM, SPECTRAL_DENSITY]
             }
-            Statistic::ProfileSpectrum => vec![ALONG, WAVENUMBER, PROFILE_DENSITY],
+            Statistic::ProfileSpectrum | Statistic::SingleProfileSpectrum => {
+                vec![ALONG, WAVENUMBER, PROFILE_DENSITY]
+            }
             Statistic::Autocorrelation { .. } => vec![ALONG, LAG, AUTOCORRELATION],
             Statistic::Scales => vec![ALONG, DISTANCE, SLOPE_AT_SCALE, CURVATURE_AT_SCALE],
             Statistic::Bearing { .. } => vec![BEARING_LEVEL, HEIGHT, BEARING_SHARE],
             Statistic::Roughness => ROUGHNESS.to_vec(),
             Statistic::Areal(areal) => areal.columns(),
+            Statistic::Profile(profile) => profile.columns(),
         }
     }
 
     /// Measures a surface and returns the number of rows and the columns.
-    pub fn measure(&self, surface: &Surface, origin: &Origin) -> (usize, Measured) {
+    ///
+    /// # Errors
+    /// If a profile is shorter than one of its sections.
+    pub fn measure(
+        &self,
+        surface: &Surface,
+        origin: &Origin,
+    ) -> Result<(usize, Measured), StageError> {
         let boundary = if origin.is_open() { Boundary::Free } else { Boundary::Periodic };
-        match *self {
+        Ok(match *self {
             Statistic::Spectrum => spectrum(surface, origin, boundary),
-            Statistic::ProfileSpectrum => profile_spectrum(surface, boundary),
+            Statistic::ProfileSpectrum => profile_spectrum(surface, boundary, &Axis::BOTH),
+            Statistic::SingleProfileSpectrum => profile_spectrum(surface, boundary, &[Axis::X]),
             Statistic::Autocorrelation { .. } => autocorrelation(surface, boundary),
             Statistic::Scales => slopes_and_curvatures(surface, boundary),
             Statistic::Bearing { bins, range } => bearing_curve(surface, bins, range),
             Statistic::Roughness => roughness(surface, boundary),
             Statistic::Areal(areal) => (1, areal.measure(surface, boundary)),
-        }
+            Statistic::Profile(profile) => (1, profile.measure(surface, origin)?),
+        })
     }
 
     /// Returns the cost of the statistic, in pairs of FFTs (forward and inverse) on the mesh of the
@@ -167,8 +189,8 @@ pub fn independent_fraction(origin: &Origin) -> f64 {
     }
 }
 
-fn profile_spectrum(surface: &Surface, boundary: Boundary) -> (usize, Measured) {
-    let rows = Axis::BOTH.into_iter().flat_map(|axis| {
+fn profile_spectrum(surface: &Surface, boundary: Boundary, axes: &[Axis]) -> (usize, Measured) {
+    let rows = axes.iter().flat_map(|&axis| {
         let side = axis.select(surface.grid().cell().size());
         let densities = power_spectrum::profiles(surface, axis, boundary);
         let waves = (1..).map(f64::from).zip(densities);
@@ -248,7 +270,7 @@ mod tests {
         let origin = Origin::Shape { nodes: PerAxis::same(16), shape, unit: String::new() };
         let surface = shape.draw(Grid::square(16, 1.0).unwrap());
         for statistic in Statistic::EACH {
-            let (rows, measured) = statistic.measure(&surface, &origin);
+            let (rows, measured) = statistic.measure(&surface, &origin).unwrap();
             let columns: Vec<Column> = measured.iter().map(|(column, _)| *column).collect();
             assert_eq!(columns, statistic.columns());
             assert!(rows > 0);

@@ -175,10 +175,11 @@ pub fn own_coordinates(origin: &Origin) -> Vec<(Column, Value)> {
             if let Edges::Taper { taper_fraction } = file.edges {
                 columns.push(real(TAPER_FRACTION, taper_fraction));
             }
-            let MapChoice { channel, missing, ignores_mask } = &file.choice;
+            let MapChoice { channel, missing, ignores_mask, profile: _, line } = &file.choice;
             columns.extend(channel.as_ref().map(|channel| text(CHANNEL, channel.to_string())));
             columns.extend(missing.map(|number| real(MISSING, number)));
             columns.extend(ignores_mask.then(|| text(MASK, "ignored".to_owned())));
+            columns.extend(line.map(|line| whole(LINE, line)));
             columns.extend(preparation_coordinates(&file.preparation));
             columns
         }

@@ -8,14 +8,14 @@ use super::{Origin, Params};
 use crate::columns::*;
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column};
-use asperity_contact::grid::{Cell, Grid};
+use asperity_contact::grid::{Boundary, Cell, Grid};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::descriptors::{Descriptors, skewness_and_excess_kurtosis};
 use asperity_contact::topography::differences;
 use asperity_contact::topography::moments::{Continuum, Moments};
 use asperity_contact::topography::random::RandomSurface;
 use asperity_contact::topography::reliability::{NoiseFloor, Reliability};
-use asperity_contact::topography::surface::Surface;
+use asperity_contact::topography::surface::{Axis, Surface};
 use asperity_tables::column::{Column, Value};
 
 /// Roughness descriptors of a surface, for the row of the surface in a table.
@@ -72,6 +72,9 @@ impl Description {
     /// Describes a surface by its heights. A random self-affine surface is also described by its
     /// modes.
     pub fn from_surface(origin: &Origin, surface: &Surface, threads: &Threads) -> Description {
+        if origin.is_profile() {
+            return Description::from_profile(surface);
+        }
         if origin.is_open() {
             return Description::from_open_map(surface);
         }
@@ -100,6 +103,22 @@ impl Description {
                 full_contact_load: Some(seen.full_contact_load * unit),
             }),
             ..known
+        }
+    }
+
+    /// Describes a profile by the differences between neighbouring points.
+    fn from_profile(surface: &Surface) -> Description {
+        let scales = differences::along(surface, Axis::X, Boundary::Free);
+        let rms_slope = scales.first().map_or(0.0, |neighbours| neighbours.slope);
+        // The other moments are zero: the profile has no differences across its line.
+        let moments = Moments { m20: rms_slope * rms_slope, ..differences::moments(surface) };
+        let (skewness, excess_kurtosis) = skewness_and_excess_kurtosis(surface).unzip();
+        Description {
+            moments,
+            rms_slope,
+            effective_modes: None,
+            expected: None,
+            seen: Some(Seen { skewness, excess_kurtosis, full_contact_load: None }),
         }
     }
 
@@ -147,20 +166,22 @@ pub struct Described<'a> {
 /// coordinates instead.
 pub fn descriptors<'a>() -> TableColumns<Origin, Described<'a>> {
     TableColumns::<Origin, Described>::new()
-        .and([
-            column(M00, Real(|row| row.moments.m00)),
-            column(M20, Real(|row| row.moments.m20)),
-            column(M02, Real(|row| row.moments.m02)),
-            column(M22, Real(|row| row.moments.m22)),
-            column(M40, Real(|row| row.moments.m40)),
-            column(M04, Real(|row| row.moments.m04)),
-            column(NAYAK, OptionalReal(|row| row.moments.nayak())),
-            column(SUMMIT_DENSITY, Real(|row| row.moments.summit_density())),
-            column(
-                SUMMIT_DENSITY_INTEGER,
-                Real(|row| row.moments.summit_density_integer(row.cell)),
-            ),
-        ])
+        .and([column(M00, Real(|row| row.moments.m00)), column(M20, Real(|row| row.moments.m20))])
+        .and_if(
+            is_map,
+            [
+                column(M02, Real(|row| row.moments.m02)),
+                column(M22, Real(|row| row.moments.m22)),
+                column(M40, Real(|row| row.moments.m40)),
+                column(M04, Real(|row| row.moments.m04)),
+                column(NAYAK, OptionalReal(|row| row.moments.nayak())),
+                column(SUMMIT_DENSITY, Real(|row| row.moments.summit_density())),
+                column(
+                    SUMMIT_DENSITY_INTEGER,
+                    Real(|row| row.moments.summit_density_integer(row.cell)),
+                ),
+            ],
+        )
         .and_if(
             |origin| origin.given_rms_height().is_none(),
             [column(RMS_HEIGHT, Real(|row| row.moments.rms_height()))],
@@ -168,9 +189,19 @@ pub fn descriptors<'a>() -> TableColumns<Origin, Described<'a>> {
         .and([
             column(SKEWNESS, OptionalReal(|row| row.seen?.skewness)),
             column(EXCESS_KURTOSIS, OptionalReal(|row| row.seen?.excess_kurtosis)),
-            column(EFFECTIVE_MODES, OptionalReal(|row| row.effective_modes)),
-            column(FULL_CONTACT_LOAD, OptionalReal(|row| row.seen?.full_contact_load)),
         ])
+        .and_if(
+            is_map,
+            [
+                column(EFFECTIVE_MODES, OptionalReal(|row| row.effective_modes)),
+                column(FULL_CONTACT_LOAD, OptionalReal(|row| row.seen?.full_contact_load)),
+            ],
+        )
+}
+
+/// Returns whether a surface is a map. Profiles have no statistics across their line.
+fn is_map(origin: &Origin) -> bool {
+    !origin.is_profile()
 }
 
 /// Returns the columns of descriptors that follow from the prescribed spectrum of a random surface,

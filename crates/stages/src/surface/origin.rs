@@ -288,6 +288,11 @@ impl Origin {
             || self.parts().into_iter().any(Origin::is_open)
     }
 
+    /// Returns whether the surface is a profile: one line of heights along x.
+    pub fn is_profile(&self) -> bool {
+        matches!(self, Origin::File(file) if file.choice.profile)
+    }
+
     /// Returns whether the surface is a measured map with filled points, or contains one.
     pub fn has_filled_points(&self) -> bool {
         matches!(self, Origin::File(file) if file.seen.is_filled)

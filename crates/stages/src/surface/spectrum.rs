@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use crate::columns::{SCANS, SPECTRAL_DENSITY, WAVENUMBER};
+use crate::columns::{PROFILES, SCANS, SPECTRAL_DENSITY, WAVENUMBER};
 use crate::grids::Grids;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use crate::{StageError, spectrum_files};
@@ -145,12 +145,12 @@ impl SpectrumSurface {
     }
 
     /// Returns the density of a measured spectrum, constant on each ring of wavenumbers. The
-    /// density of a spectrum that is stitched from several scans is a power law between its bins.
+    /// density of a spectrum from several scans or from profiles is a power law between its rows.
     ///
     /// # Errors
     /// If the table has no spectrum, or the spectrum of a flat surface.
     pub fn density_from_spectrum(table: &Table) -> Result<SpectralDensity, StageError> {
-        if table.has(SCANS.name) {
+        if table.has(SCANS.name) || table.has(PROFILES.name) {
             let wavenumbers = table.reals(WAVENUMBER.name)?.values().iter();
             let densities = table.reals(SPECTRAL_DENSITY.name)?.values().iter();
             let points = wavenumbers.zip(densities).map(|(q, density)| [*q, *density]);

@@ -153,6 +153,44 @@ impl Block {
         between
     }
 
+    /// Reads one column of heights, or two columns x and height.
+    ///
+    /// # Errors
+    /// Returns an error if there are other columns, or if x is not evenly spaced.
+    pub fn profile(mut self) -> Result<Channel<'static>, FormatError> {
+        self.drop_empty_columns();
+        if !matches!(self.columns, 1 | 2) {
+            let what = format!(
+                "a profile has one column, of heights, or two, of x and heights; this text has {}",
+                self.columns
+            );
+            return Err(FormatError::unsupported(what));
+        }
+        let titles = self.titles();
+        let nodes = checked_nodes([self.lines as i64, 1])?;
+        let mut description = self.header.describe(nodes)?;
+        let unit = |column: usize| titles.as_ref().and_then(|titles| titles[column].unit.clone());
+        for title in titles.iter().flatten() {
+            title.check_unit()?;
+        }
+        let z = self.columns - 1;
+        let mut heights: Vec<f64> =
+            self.numbers.chunks_exact(self.columns).map(|row| row[z]).collect();
+        let mut sides = None;
+        if z == 1 {
+            description.set_units(unit(0).as_deref(), None, unit(1).as_deref())?;
+            let positions: Vec<f64> = self.numbers.chunks_exact(2).map(|row| row[0]).collect();
+            let step = even_step(&positions)?;
+            if step < 0.0 {
+                heights.reverse();
+            }
+            sides = Some([step.abs() * positions.len() as f64, step.abs()]);
+        } else {
+            description.set_units(None, None, unit(0).as_deref())?;
+        }
+        channel(description, sides, Raster::from_columns(nodes, heights), None)
+    }
+
     /// Returns the titles of the columns in the last lines of the header, with their units.
     fn titles(&self) -> Option<Vec<Title>> {
         let titles = |line: &String| table::titles(line, self.separator, self.columns);
@@ -361,6 +399,28 @@ impl Block {
             Some(note) => channel.noted(note),
             None => channel,
         })
+    }
+}
+
+/// Returns the distance between neighbouring positions along a profile.
+///
+/// # Errors
+/// Returns an error if a position is a tenth of a step or more away from its place in an even row.
+fn even_step(positions: &[f64]) -> Result<f64, FormatError> {
+    const TOLERANCE: f64 = 0.1;
+    let (first, last) = (positions[0], positions[positions.len() - 1]);
+    let step = (last - first) / (positions.len() - 1).max(1) as f64;
+    let place = |index: usize| first + step * index as f64;
+    let is_even =
+        |(index, position): (usize, &f64)| (position - place(index)).abs() < TOLERANCE * step.abs();
+    match positions.iter().enumerate().find(|point| !is_even(*point)) {
+        None => Ok(step),
+        Some((index, position)) => Err(FormatError::unsupported(format!(
+            "the positions in the first column are not evenly spaced: number {} is {position}, \
+             expected {}",
+            index + 1,
+            place(index)
+        ))),
     }
 }
 

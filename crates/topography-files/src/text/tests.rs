@@ -91,6 +91,39 @@ fn a_profile_is_refused() {
     refused("0 0 1\n1 1 2\n2 2 3\n3 3 3\n", "4 triplets along a line are a profile, not a map");
 }
 
+fn profile(text: &str) -> Result<Channel<'static>, String> {
+    super::profile(text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn columns_are_a_profile_if_the_user_says_so() {
+    let channel = profile("0 1\n1 2\n2 3\n").unwrap();
+    assert_eq!((channel.nodes(), channel.unit()), ([3, 1], None));
+    assert_eq!(channel.size(), Size::Unitless([3.0, 1.0]));
+    assert_eq!(channel.map().heights(), [1.0, 2.0, 3.0]);
+
+    // Decimal commas, titles with units, and positions that fall.
+    let channel = profile("X (mm);Z (um)\n1,0;4\n0,5;5,5\n0,0;6\n").unwrap();
+    let [side, step] = channel.size().sides().unwrap();
+    assert!((side - 1.5e-3).abs() < 1e-15 && (step - 0.5e-3).abs() < 1e-15);
+    for (found, exact) in channel.map().heights().iter().zip([6e-6, 5.5e-6, 4e-6]) {
+        assert!((found - exact).abs() < 1e-18);
+    }
+
+    let channel = profile("# stylus\nheight [nm]\n1\nnan\n3\n4\n").unwrap();
+    assert_eq!((channel.size(), channel.unit()), (Size::Unknown, Some("m")));
+    assert_eq!(channel.map().missing(), [false, true, false, false]);
+}
+
+#[test]
+fn profiles_have_even_steps_and_one_column_of_heights() {
+    let uneven = profile("0 1\n1 2\n2 3\n3.5 4\n").unwrap_err();
+    assert!(uneven.starts_with("the positions in the first column are not evenly"), "{uneven}");
+    let three = profile("0 1 2\n1 2 3\n").unwrap_err();
+    assert!(three.ends_with("this text has 3"), "{three}");
+    assert!(profile("no numbers\n").is_err());
+}
+
 #[test]
 fn triplets_are_put_onto_their_grid() {
     let text = "0 0 1\n0 2 2\n1.001 0 3\n1 2 4\n2 0 5\n2 2 6\n";

@@ -2,7 +2,7 @@
 
 use std::ops::RangeBounds;
 
-use super::{FileKeys, FileTable};
+use super::{FileKeys, FileTable, is_profile};
 use crate::generate::mesh::square_cells;
 use crate::map_file::MapFile;
 use crate::per_axis::PerAxis;
@@ -27,15 +27,31 @@ pub struct Lengths {
     pub cell: Cell,
 }
 
-/// Returns the sides that the manifest gives along x and y, if it gives them.
-pub fn written_side(table: &FileTable, checks: &mut Checks) -> Option<Option<PerAxis<f64>>> {
-    let sides = checks.optional("side", &table.side)?;
-    Some(sides.map(|sides| PerAxis(sides.value.pair().map(decimal::nearest))))
+/// Returns the sides that the manifest gives along x and y, if it gives them. A profile of known
+/// `nodes` has the side that is written along x, and one step across.
+pub fn written_side(
+    table: &FileTable,
+    nodes: Option<[u32; 2]>,
+    checks: &mut Checks,
+) -> Option<Option<PerAxis<f64>>> {
+    let Some(written) = checks.optional("side", &table.side)? else {
+        return Some(None);
+    };
+    let sides = written.value.pair().map(decimal::nearest);
+    let Some([nodes, _]) = nodes.filter(|_| is_profile(table)) else {
+        return Some(Some(PerAxis(sides)));
+    };
+    if let OnAxes::Each(_) = written.value {
+        let message = "a profile has one length, but `side` is a pair";
+        return checks.refuse("side", message, &written.span, "must be one number");
+    }
+    Some(Some(PerAxis([sides[0], decimal::nearest(sides[0] / f64::from(nodes))])))
 }
 
 /// Returns the unit and the sides of a map. Reports contradictions between manifest and file.
 pub fn lengths(keys: &FileKeys, map: &MapFile, checks: &mut Checks) -> Option<Lengths> {
-    let written = written_side(keys.table, checks);
+    let nodes = map.nodes.map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX));
+    let written = written_side(keys.table, Some(nodes), checks);
     let unit = unit(keys, map, checks)?;
     let known = sides_of_file(keys, map, checks)?;
     let side = written?;
@@ -209,7 +225,7 @@ fn check_both(
     let OnAxes::Both(side) = sides.value else {
         return Some(());
     };
-    if nodes_x == nodes_y {
+    if nodes_x == nodes_y || nodes_y == 1 {
         return Some(());
     }
     let message = format!(

@@ -1,8 +1,8 @@
 //! Checks of the preparation of the map in a file.
 
-use std::ops::RangeBounds;
+use std::ops::{RangeBounds, RangeInclusive};
 
-use super::{FileKeys, FileTable, FoundLowPass, WrittenLowPass, repairs};
+use super::{FileKeys, FileTable, FoundLowPass, WrittenLowPass, is_profile, repairs};
 use crate::generate::mesh::{MAX_NODES, MIN_NODES};
 use crate::generate::plausibility::slope_and_span;
 use crate::map_file::MapFile;
@@ -23,6 +23,9 @@ use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::OnAxes;
 use asperity_manifest::keys::bounds::QUANTITY;
 use asperity_manifest::keys::checks::Checks;
+
+/// Numbers of points of profiles.
+const PROFILE_POINTS: RangeInclusive<usize> = 16..=1 << 22;
 
 /// Returns the preparation of the map, after the checks that need no map.
 pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation> {
@@ -265,6 +268,9 @@ fn copies(keys: &FileKeys) -> u32 {
 
 /// Refuses a map with too few or too many nodes.
 fn check_nodes(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()> {
+    if is_profile(keys.table) {
+        return check_points(keys, grid, checks);
+    }
     let max = MAX_NODES / copies(keys);
     let can_be = MIN_NODES as usize..=max as usize;
     let nodes = grid.nodes();
@@ -282,6 +288,17 @@ fn check_nodes(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()> {
     let help = "choose another part of the map with `crop`, or another file";
     let reason = format!("{found}; it must have from {MIN_NODES} to {max} per side");
     refuse(keys, &reason, help, checks)
+}
+
+/// Refuses a profile with too few or too many points.
+fn check_points(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()> {
+    let [points, _] = grid.nodes();
+    if PROFILE_POINTS.contains(&points) {
+        return Some(());
+    }
+    let [least, most] = [PROFILE_POINTS.start(), PROFILE_POINTS.end()];
+    let reason = format!("has {points} points; a profile must have from {least} to {most}");
+    refuse(keys, &reason, "choose another file", checks)
 }
 
 /// Refuses a map with points that were not measured or were removed, unless `fill` names a method

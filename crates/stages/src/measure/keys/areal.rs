@@ -6,6 +6,7 @@ use crate::lengths::in_unit_of_surfaces;
 use crate::measure::areal::{
     Areal, DECAY, DEFAULT, PEAKS, Parameter, ParameterSet, Settings, VERSION, VOLUMES,
 };
+use crate::measure::profile::{self, Profile};
 use crate::measure::statistics::Statistic;
 use asperity_manifest::diagnostics::{Problem, listed};
 use asperity_manifest::keys::Key;
@@ -59,6 +60,26 @@ pub fn statistic(
     } else {
         Statistic::Areal(Areal { parameters, settings, version: VERSION })
     })
+}
+
+/// Returns the statistic of `what = "roughness"` of profiles, or `None` after reporting problems.
+pub fn of_profile(
+    table: &MeasureTable,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Statistic> {
+    let mut length = |name: &str, key: &Key<f64>| match checks.optional(name, key)? {
+        Some(length) => Some(Some(in_unit_of_surfaces(length, surfaces, checks)?)),
+        None => Some(None),
+    };
+    let section_length = length("section_length", &table.section_length);
+    let smr_height = length("smr_height", &table.smr_height);
+    Some(Statistic::Profile(Profile {
+        section_length: section_length?,
+        smr_height: smr_height?,
+        smc_ratio: checks.optional_number("smc_ratio", &table.smc_ratio)?,
+        version: profile::VERSION,
+    }))
 }
 
 /// Refuses a setting if none of the parameters that depend on it is computed.
