@@ -69,6 +69,12 @@ fn refused(bench: &Bench, manifest: &str) -> String {
     text(&checked.stderr).split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+fn check(bench: &Bench, manifest: &str) -> [String; 2] {
+    let checked = bench.output(&["check", bench.write(manifest).to_str().unwrap()]);
+    assert!(checked.status.success(), "{}", text(&checked.stderr));
+    [text(&checked.stdout), text(&checked.stderr)]
+}
+
 #[test]
 fn means_of_samples_are_over_the_files_of_each_label() {
     let bench = bench();
@@ -261,6 +267,16 @@ fn keys_that_resemble_others_and_names_of_columns_are_no_labels() {
     );
     let said = refused(&bench, &twice);
     assert!(said.contains("same surface in `scan` and `other`"), "{said}");
+}
+
+#[test]
+fn check_prints_a_line_about_each_map_and_warns_of_noise() {
+    let bench = bench();
+    let [said, _] = check(&bench, &study("path = 'scans/{specimen}-*.txt'; samples = true"));
+    assert!(said.contains("scan: 2 parameter points with 2 to 3 samples each"), "{said}");
+    let line =
+        "scan: `scans/B-2.txt` 10 × 10 µm along x and y, 16 × 16 points with steps of 625 nm";
+    assert!(said.contains(line), "{said}");
 }
 
 #[test]

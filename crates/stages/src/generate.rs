@@ -1,5 +1,6 @@
 //! `generate` stages, which draw or read surfaces and describe them.
 
+pub mod described_map;
 pub mod files;
 mod heights;
 mod mesh;
