@@ -294,8 +294,11 @@ fn file_text(file: &DescribedFile, path: &Path, output: Option<&Path>) -> String
         text += &format!("{}\n", wrapped(&format!("note     {note}")));
     }
     text += &format!("{}\n", wrapped(&heights(file)));
+    if let Some(map) = &file.map {
+        text += &format!("{}\n", wrapped(&format!("map      {map}")));
+    }
     if let Some(output) = output {
-        text += &format!("picture  {}\n", output.display());
+        text += &format!("picture  {}, x to the right and y upwards\n", output.display());
     }
     text
 }

@@ -50,7 +50,9 @@ pub struct CheckArguments {
 pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let study = arguments.study.session(data).study()?;
     let plan = Plan::new(&study);
+    let maps = study.measured_maps();
     super::print_warnings(&study.warnings());
+    super::print_warnings(&maps.warnings);
     let mut out = stdout();
     let at_least = if study.grows() { "at least " } else { "" };
     writeln!(
@@ -63,6 +65,9 @@ pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, 
     )?;
     for summary in study.summaries() {
         writeln!(out, "  {summary}")?;
+    }
+    for line in maps.lines {
+        writeln!(out, "  {line}")?;
     }
     Ok(ExitCode::SUCCESS)
 }

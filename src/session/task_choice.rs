@@ -13,9 +13,11 @@ use super::{SessionError, UnknownName};
 use asperity_manifest::decimal;
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
 use asperity_stages::columns::{
-    BRANCH, FORCE, LOAD, MEAN_GAP, PRESCRIBED_DISPLACEMENT, PRESCRIBED_GAP, PRESSURE, STEP, SURFACE,
+    BRANCH, CONTENT, FORCE, LOAD, MEAN_GAP, PRESCRIBED_DISPLACEMENT, PRESCRIBED_GAP, PRESSURE,
+    STEP, SURFACE,
 };
 use asperity_stages::ensemble::{load_column, prescribed_length};
+use asperity_stages::surface::labels::PATH;
 use asperity_stages::units::{TableUnits, length_unit, pressure_unit};
 use asperity_tables::column::Role;
 use asperity_tables::key::TaskKey;
@@ -304,7 +306,11 @@ pub fn chosen_task(
         let key = word.parse().map_err(|_| TaskNameError::InvalidKey { word })?;
         return Ok(ChosenTask { key, rows });
     }
-    let columns = table.coordinates();
+    let mut columns = table.coordinates();
+    if table.has(PATH.name) {
+        // Files are told by their paths.
+        columns = table.only(&[PATH.name]).beside(&columns.without(&[CONTENT.name]));
+    }
     let fields = columns.batch().schema_ref().fields().iter().zip(columns.batch().columns());
     let is_typed = |field: &Field| {
         let name = field.name().as_str();
@@ -348,7 +354,9 @@ impl Coordinate {
     pub fn filter(&self, table: &Table, rows: &[usize]) -> Result<Vec<usize>, SessionError> {
         let Coordinate { column, value } = self;
         let coordinates = match column.as_str() {
-            name if name == STEP.name && table.has(name) => table.only(&[name]),
+            name if [STEP.name, PATH.name].contains(&name) && table.has(name) => {
+                table.only(&[name])
+            }
             _ => table.coordinates(),
         };
         let Some(values) = coordinates.batch().column_by_name(column) else {

@@ -5,8 +5,10 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 
 use super::{SessionError, UnknownName};
-use asperity_contact::grid::{Cell, Grid};
+use asperity_contact::grid::{Boundary, Cell, Grid};
+use asperity_contact::topography::surface::Scan;
 use asperity_report::Raster;
+use asperity_stages::generate::described_map::DescribedMap;
 use asperity_stages::generate::plausibility::EnteredMap;
 use asperity_stages::surface_files::{MAX_BYTES, SurfaceFileError};
 use asperity_tables::store::regular::read_regular;
@@ -35,7 +37,11 @@ pub struct DescribedFile {
     /// The requested channel, or the one that is read if none is chosen.
     #[serde(skip)]
     pub chosen: Option<ChosenChannel>,
-    /// Warnings if the chosen channel was probably read in a wrong unit.
+    /// The map of the chosen channel in words, if its sides are known and it has heights.
+    #[serde(skip)]
+    pub map: Option<String>,
+    /// Warnings if the chosen channel was probably read in a wrong unit, or if its slope comes from
+    /// noise.
     #[serde(skip)]
     pub warnings: Vec<String>,
     /// PNG file of the chosen channel, if requested; missing points are red.
@@ -103,7 +109,7 @@ pub fn describe(
     let chosen = chosen(&file, channel)?;
     let mut described = Vec::new();
     let mut warnings = Vec::new();
-    let mut picture = None;
+    let (mut picture, mut in_words) = (None, None);
     for (index, one) in file.channels().iter().enumerate() {
         if channel.is_some() && index != chosen {
             continue;
@@ -117,6 +123,10 @@ pub fn describe(
         let one = DescribedChannel::new(index + 1, one, &map);
         if index == chosen {
             warnings.extend(one.warnings(path, file.format().name()));
+            if let Some(map) = in_one_line(&file.channels()[index], &map) {
+                warnings.extend(map.warning(&format!("`{}`", path.display())));
+                in_words = Some(map.to_string());
+            }
         }
         described.push(one);
     }
@@ -133,6 +143,7 @@ pub fn describe(
             quantity: channel.quantity().clone(),
             reason: default.filter(|_| file.channels().len() > 1).map(|default| default.reason),
         }),
+        map: in_words,
         warnings,
         picture,
     })
@@ -194,6 +205,18 @@ impl DescribedChannel {
         let map = EnteredMap { grid, unit, rms_slope, height_span, format, has_given_sides };
         map.warnings(&format!("`{}`", path.display()))
     }
+}
+
+/// Describes a map of heights in one line, if its sides are known. It is taken to be not periodic.
+fn in_one_line(channel: &Channel<'_>, map: &HeightMap) -> Option<DescribedMap> {
+    let (size, unit) = match (channel.quantity(), channel.size()) {
+        (Quantity::Height, Size::Metres(size)) => (size, "m"),
+        (Quantity::Unitless, Size::Unitless(size)) => (size, ""),
+        _ => return None,
+    };
+    let grid = Grid::new(map.nodes(), Cell::new(size).ok()?).ok()?;
+    let scan = Scan::new(grid, map.heights().to_vec()).ok()?;
+    Some(DescribedMap::new(scan, unit, Boundary::Free))
 }
 
 /// Returns the index of the channel `wanted`. If it is `None`, returns the index of the default

@@ -50,6 +50,7 @@ mod reference;
 mod repairs;
 mod report;
 mod running_in;
+mod samples;
 mod scans;
 mod separation;
 mod session;

@@ -25,6 +25,7 @@ use std::sync::Arc;
 
 use crate::plan::Plan;
 use crate::study::{Growth, Study, Until, Work, multilevel};
+use asperity_stages::surface::planned::PlannedSurfaces;
 use asperity_tables::store::{StoreError, TaskTables};
 
 pub use conditions::{
@@ -178,13 +179,15 @@ impl NextSize {
         let Work::Generate(ensembles) = work else { return };
         for ensemble in ensembles {
             let nodes = ensemble.params.nodes();
-            ensemble.realizations = match self {
-                NextSize::OnAll(surfaces) => *surfaces,
+            let next = match self {
+                NextSize::OnAll(surfaces) => Some(*surfaces),
                 NextSize::OnMeshes(meshes) => {
-                    let mesh = meshes.iter().find(|mesh| mesh.nodes == nodes);
-                    mesh.map_or(ensemble.realizations, |mesh| mesh.surfaces)
+                    meshes.iter().find(|mesh| mesh.nodes == nodes).map(|mesh| mesh.surfaces)
                 }
             };
+            if let Some(surfaces) = next {
+                *ensemble = ensemble.with_surfaces(surfaces);
+            }
         }
     }
 }
@@ -304,7 +307,7 @@ fn evaluate_stages(
             name: stage.name.clone(),
             surfaces: ensembles
                 .iter()
-                .map(|one| one.realizations)
+                .map(PlannedSurfaces::surfaces)
                 .max()
                 .unwrap_or(first.realizations),
             meshes: if is_multilevel { levels::meshes(ensembles) } else { Vec::new() },
@@ -347,9 +350,7 @@ pub fn maximum_plan(mut study: Study) -> Plan {
         Work::Evaluate(_) => None,
     });
     for ensemble in ensembles.flatten() {
-        if let Some(growth) = &ensemble.growth {
-            ensemble.realizations = growth.at_most;
-        }
+        ensemble.realizations = ensemble.at_most();
     }
     Plan::new(&study)
 }

@@ -15,10 +15,14 @@ pub mod sources;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
+use std::path::Path;
+use std::sync::Arc;
 
 use crate::study::{Stage, Study};
 use asperity_manifest::names;
 use asperity_stages::ensemble::ParameterPoint;
+use asperity_stages::surface::labels::{PATH, SurfaceLabels};
+use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{InputScope, Recipe, Series, Work, surface};
 use asperity_tables::key::{Digest, KeyMap, TaskKey};
 use asperity_tables::parallel;
@@ -64,6 +68,8 @@ pub struct Plan {
     pub tasks: Vec<Task>,
     /// Stages, each after the stages that it reads.
     pub stages: Vec<PlannedStage>,
+    /// Labels of the measured surfaces, which tasks of several surfaces read.
+    pub labels: SurfaceLabels,
     /// Index of each task, by key.
     indices: KeyMap<usize>,
 }
@@ -86,13 +92,33 @@ pub struct Task {
     pub nodes: [usize; 2],
     /// Number of rows per surface in the task's table, or in the tables that the task pools.
     pub rows: usize,
+    /// Labels and path of the measured surface of the task, if it depends on a single one.
+    named: Named,
+}
+
+/// What the tables of a measured surface get beside the numbers of its tasks.
+#[derive(Debug, Clone, Default)]
+struct Named {
+    /// Hash of the labels; `None` without labels.
+    labels: Option<Digest>,
+    path: Option<Arc<Path>>,
 }
 
 impl Task {
     /// Returns the key on which the keys of the tasks that read this task depend. It covers the
-    /// values of the rows and those parts that `reader` reads.
+    /// values of the rows and those parts that `reader` reads. For tasks of several surfaces it
+    /// also covers the labels of the surface, and its path if `reader` uses it.
     fn identity_for(&self, reader: &Recipe) -> TaskKey {
-        self.with_parts_of(self.identity, reader)
+        let key = self.with_parts_of(self.identity, reader);
+        let Named { labels, path } = &self.named;
+        if reader.input_scope() == InputScope::Single {
+            return key;
+        }
+        let key = labels.map_or(key, |labels| TaskKey::new("labels", 1, labels, &[key]));
+        match path.as_ref().filter(|_| reader.uses_column(PATH.name)) {
+            Some(path) => TaskKey::new(PATH.name, 1, Digest::from_params(&path), &[key]),
+            None => key,
+        }
     }
 
     /// Returns the key on which the key of a series depends whose rows are computed from single
@@ -146,7 +172,12 @@ impl PlannedStage {
 impl Plan {
     /// Creates the plan of a study.
     pub fn new(study: &Study) -> Plan {
-        let mut builder = Builder::default();
+        let surfaces = study.stages.iter().flat_map(|stage| match &stage.work {
+            Work::Generate(surfaces) => surfaces.as_slice(),
+            Work::Evaluate(_) => &[],
+        });
+        let labels = SurfaceLabels::new(surfaces.map(|surfaces| &surfaces.params));
+        let mut builder = Builder::new(&study.sources);
         for stage in &study.stages {
             let tasks = builder.tasks_of(stage, &study.stages);
             builder.stages.push(PlannedStage {
@@ -156,7 +187,7 @@ impl Plan {
             });
         }
         let Builder { tasks, stages, known: indices, .. } = builder;
-        Plan { study: study.name.clone(), tasks, stages, indices }
+        Plan { study: study.name.clone(), tasks, stages, labels, indices }
     }
 
     /// Returns the index of the task with this key, or `None` if the plan has no such task.
@@ -290,8 +321,8 @@ impl Plan {
 /// Number of surfaces of a stage above which their recipes are hashed on several threads.
 const MANY: usize = 1000;
 
-#[derive(Default)]
-struct Builder {
+struct Builder<'a> {
+    sources: &'a SurfaceFiles,
     tasks: Vec<Task>,
     stages: Vec<PlannedStage>,
     known: KeyMap<usize>,
@@ -300,7 +331,29 @@ struct Builder {
     shared: Option<(Digest, Digest)>,
 }
 
-impl Builder {
+impl<'a> Builder<'a> {
+    fn new(sources: &'a SurfaceFiles) -> Builder<'a> {
+        let known = KeyMap::default();
+        Builder { sources, tasks: Vec::new(), stages: Vec::new(), known, shared: None }
+    }
+
+    /// Returns the labels and the path of the measured surface of a task.
+    fn named(&self, recipe: &Recipe, inputs: &[usize]) -> Named {
+        match (recipe, inputs) {
+            (Recipe::Generate(params), _) => Named {
+                labels: params.origin.labels().map(Digest::from_params),
+                path: params
+                    .origin
+                    .content()
+                    .and_then(|content| self.sources.path_of(content).map(Arc::from)),
+            },
+            (_, [input]) if recipe.input_scope() == InputScope::Single => {
+                self.tasks[*input].named.clone()
+            }
+            _ => Named::default(),
+        }
+    }
+
     fn tasks_of(&mut self, stage: &Stage, all: &[Stage]) -> Vec<usize> {
         let feeding = stage.inputs.iter().map(|&input| &self.stages[input]);
         let inputs: Vec<usize> = feeding.flat_map(|stage| stage.tasks.clone()).collect();
@@ -392,6 +445,7 @@ impl Builder {
             nodes,
             rows,
             identity: TaskKey::new(stage, version, digests.identity, &read),
+            named: self.named(&recipe, &inputs),
             recipe,
             inputs,
         });

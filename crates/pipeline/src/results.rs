@@ -24,6 +24,7 @@ use asperity_stages::StageError;
 use asperity_stages::absolute::AbsoluteColumns;
 use asperity_stages::columns::CONTENT;
 use asperity_stages::fit::limits::columns::AS_QUANTITY;
+use asperity_stages::surface::labels::PATH;
 use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Column, ColumnKind, Description};
 use asperity_tables::key::Digest;
@@ -44,12 +45,6 @@ pub const FIGURES: &str = "figures";
 
 pub const TASK: Column =
     Column::result("task", ColumnKind::Text, "", "key of the task that computed the row");
-const PATH: Column = Column::result(
-    "path",
-    ColumnKind::Text,
-    "",
-    "file of the measured surface, as the manifest names it",
-);
 
 /// Names of the columns that only published tables have.
 pub const OWN_COLUMNS: [&str; 2] = [TASK.name, PATH.name];
@@ -242,7 +237,8 @@ pub fn published_columns(study: &Study) -> Result<Vec<Vec<Description>>, Results
 /// Returns a table without rows, with the columns of `table` and those that only published tables
 /// have.
 fn with_own_columns(table: Table) -> Table {
-    let own: &[Column] = if table.has(CONTENT.name) { &[PATH, TASK] } else { &[TASK] };
+    let has_path = table.has(PATH.name) || !table.has(CONTENT.name);
+    let own: &[Column] = if has_path { &[TASK] } else { &[PATH, TASK] };
     // A query such as `SELECT max(load)` answers an empty table with a row.
     table.slice(0..0).beside(&Table::empty(own))
 }
@@ -316,5 +312,8 @@ fn digest(context: RowContext, tasks: &[usize]) -> String {
             Digest::from_params(&(content, length, pressure, modulus))
         }
     };
+    if !plan.labels.is_empty() {
+        return Digest::from_params(&(digest.to_string(), &plan.labels)).to_string();
+    }
     digest.to_string()
 }

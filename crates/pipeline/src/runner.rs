@@ -28,8 +28,9 @@ use crate::results::reader::ResultReader;
 use asperity_contact::threads::Threads;
 use asperity_manifest::diagnostics::words_of_panic;
 use asperity_stages::fit::status;
+use asperity_stages::surface::labels::{PATH, with_paths};
 use asperity_stages::surface_files::SurfaceFiles;
-use asperity_stages::{Context, FinishedRows, Input, Recipe, StageError};
+use asperity_stages::{Context, FinishedRows, Input, InputScope, Recipe, StageError};
 use asperity_tables::parallel::{self, locked};
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::series::{SeriesRows, TableRef};
@@ -296,6 +297,12 @@ impl<'a> Run<'a> {
                 None => (self.read(inputs[first], &tables[first], columns, threads)?, 1),
             };
             first += count;
+            if recipe.input_scope() != InputScope::Single {
+                let labelled = self.plan.labels.added_to(input.table);
+                let names_path = recipe.uses_column(PATH.name);
+                input.table =
+                    if names_path { with_paths(labelled, self.sources) } else { labelled };
+            }
             if columns == Columns::Light {
                 input.table = recipe.needed(input.table);
                 held += memory::COPIES_OF_INPUTS * input.table.bytes_held() as f64;

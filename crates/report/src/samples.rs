@@ -25,6 +25,7 @@ use asperity_stages::surface::origin::MeasuredSurface;
 use asperity_stages::surface::{Heights, Origin};
 use asperity_stages::units::TableUnits;
 use asperity_stages::{Kind, Recipe, Stage as _, StageError, ensemble, grids, surface};
+use asperity_tables::key::TaskKey;
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::TaskTables;
 
@@ -126,8 +127,8 @@ impl Sample<'_> {
     }
 }
 
-/// Returns the first finished surface of each parameter point. If there are more than [`MOST`]
-/// points, it returns those of [`MOST`] evenly spread points.
+/// Returns the first finished surface of each parameter point, and all samples of measured ones. If
+/// there are more than [`MOST`], it returns [`MOST`] evenly spread ones.
 pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a>>, ReportError> {
     let (plan, archive) = (finished.plan, finished.archive);
     let tasks = plan.tasks.iter().enumerate();
@@ -139,10 +140,12 @@ pub fn first_surfaces<'a>(finished: &FinishedStages<'a>) -> Result<Vec<Sample<'a
     let surfaces: Vec<_> = tasks.filter_map(of_surface).collect();
     let tables = surfaces.iter().map(|(task, _)| &plan.tasks[*task].table);
     let have = archive.have(&tables.collect::<Vec<_>>());
-    let mut seen: Vec<ensemble::ParameterPoint> = Vec::new();
+    let mut seen: Vec<(ensemble::ParameterPoint, Option<TaskKey>)> = Vec::new();
     let mut first = Vec::new();
     for ((task, params), _) in surfaces.into_iter().zip(have).filter(|(_, is_there)| *is_there) {
-        let point = ensemble::ParameterPoint::from_cells(params.coordinates());
+        let is_sample = params.origin.labels().is_some_and(|labels| labels.is_sample);
+        let sample = is_sample.then(|| params.surface_key());
+        let point = (ensemble::ParameterPoint::from_cells(params.coordinates()), sample);
         if seen.last() != Some(&point) && !seen.contains(&point) {
             seen.push(point);
             first.push((task, params));

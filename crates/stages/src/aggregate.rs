@@ -147,6 +147,19 @@ impl Stage for Params {
         }
     }
 
+    /// A word of a query that only looks like the name of the column does no harm: the task then
+    /// depends on a column that it does not read.
+    fn uses_column(&self, name: &str) -> bool {
+        match self {
+            Params::Groups(groups) => groups.group_by.iter().flatten().any(|column| column == name),
+            Params::Multilevel(_) => false,
+            Params::Sql(sql) => {
+                let is_in_word = |letter: char| letter.is_alphanumeric() || letter == '_';
+                sql.query.split(|letter| !is_in_word(letter)).any(|word| word == name)
+            }
+        }
+    }
+
     fn for_inputs(&self, inputs: Vec<(String, usize)>) -> Option<Recipe> {
         match self {
             Params::Groups(_) | Params::Multilevel(_) => None,

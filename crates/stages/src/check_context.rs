@@ -43,6 +43,8 @@ pub enum Property {
     /// Random surfaces that cannot be drawn again, because their spectra are in the tables of other
     /// stages.
     NotRedrawable,
+    /// Samples of one ensemble that differ in sides or steps.
+    UnequalSamples,
     /// Surfaces that are not scaled to a given rms slope.
     WithoutSlope,
     /// Surfaces that are not scaled to a given rms height.

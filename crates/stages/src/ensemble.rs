@@ -36,19 +36,22 @@ pub enum Member {
     Sole,
     /// Random surface, identified by its random numbers.
     Drawn { seed: i64, realization: i64 },
+    /// Measured surface that is a sample of its ensemble, identified by a hash of its region of a
+    /// file, and of the random numbers of a surface that it is pressed against.
+    Sample(u64),
 }
 
 impl Member {
     pub fn seed(self) -> Option<i64> {
         match self {
-            Member::Sole => None,
+            Member::Sole | Member::Sample(_) => None,
             Member::Drawn { seed, .. } => Some(seed),
         }
     }
 
     pub fn realization(self) -> Option<i64> {
         match self {
-            Member::Sole => None,
+            Member::Sole | Member::Sample(_) => None,
             Member::Drawn { realization, .. } => Some(realization),
         }
     }
@@ -333,6 +336,8 @@ fn index_of_load(distinct: &[f64], load: f64) -> usize {
 pub struct Members<'a> {
     seeds: Option<&'a Int64Array>,
     realizations: Option<&'a Int64Array>,
+    /// Sample in each row; empty if the table has no samples.
+    samples: Vec<Option<Member>>,
 }
 
 impl<'a> Members<'a> {
@@ -342,11 +347,15 @@ impl<'a> Members<'a> {
     /// Returns an error if seeds or realizations are not integers.
     pub fn new(table: &'a Table) -> Result<Members<'a>, TableError> {
         let column = |name: &str| table.optional(name, Table::integers);
-        Ok(Members { seeds: column(SEED.name)?, realizations: column(REALIZATION.name)? })
+        let (seeds, realizations) = (column(SEED.name)?, column(REALIZATION.name)?);
+        Ok(Members { seeds, realizations, samples: samples(table) })
     }
 
     /// Returns the surface of a row.
     pub fn of_row(&self, row: usize) -> Member {
+        if let Some(Some(sample)) = self.samples.get(row) {
+            return *sample;
+        }
         let value = |column: Option<&Int64Array>| {
             column.filter(|column| column.is_valid(row)).map(|column| column.value(row))
         };
@@ -357,6 +366,31 @@ impl<'a> Members<'a> {
             }
         }
     }
+}
+
+/// Returns the sample in each row of a table. Returns an empty list if the contents of files are
+/// parameters in this table, because its surfaces are then no samples.
+fn samples(table: &Table) -> Vec<Option<Member>> {
+    let regions = table.only(&REGION).in_role(Role::Surface);
+    if !regions.has(CONTENT.name) {
+        return Vec::new();
+    }
+    let drawn = table.only(&[SEED.name, REALIZATION.name]);
+    let identity = regions.beside(&drawn);
+    let contents = regions.batch().column_by_name(CONTENT.name).expect("the column was found");
+    let names = identity.names();
+    let sample = |row: usize| {
+        let mut hasher = blake3::Hasher::new();
+        for (name, column) in names.iter().zip(identity.batch().columns()) {
+            if let Some(value) = Value::from_array(column, row) {
+                hasher.update(format!("{name}={value}\n").as_bytes());
+            }
+        }
+        let hash = hasher.finalize();
+        let first = hash.as_bytes().first_chunk().expect("a hash has 32 bytes");
+        Member::Sample(u64::from_le_bytes(*first))
+    };
+    (0..table.rows()).map(|row| contents.is_valid(row).then(|| sample(row))).collect()
 }
 
 /// Columns that identify a region of a measured surface, independent of filters and height scale.
@@ -392,6 +426,8 @@ pub fn sampling_units(table: &Table) -> Result<Vec<i64>, TableError> {
     let unit = |row: usize| {
         let unit = match members.of_row(row) {
             member @ Member::Drawn { .. } => Unit::Drawn(member),
+            // Another preparation of the same region is not another sample.
+            Member::Sample(_) => Unit::Region(regions[row]),
             Member::Sole if contents.is_some_and(|contents| contents.is_valid(row)) => {
                 Unit::Region(regions[row])
             }

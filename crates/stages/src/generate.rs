@@ -1,5 +1,6 @@
 //! `generate` stages, which draw or read surfaces and describe them.
 
+pub mod described_map;
 pub mod files;
 mod heights;
 mod mesh;
@@ -18,6 +19,7 @@ use arrow::array::{Array, Float64Array};
 use crate::columns::*;
 use crate::stage::{ContactLoads, distinct, range};
 use crate::surface::description::{self, Description};
+use crate::surface::labels::of_samples;
 use crate::surface::method::Method;
 use crate::surface::spectrum::{Source, SpectrumSurface};
 use crate::surface_files::SurfaceFiles;
@@ -238,6 +240,10 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     for surface in &surfaces {
         add(own_columns(&surface.origin));
     }
+    let labels = || surfaces.iter().filter_map(|surface| surface.origin.labels());
+    for labels in labels() {
+        add(labels.cells().map(|(column, _)| column).collect());
+    }
     let scaled = surfaces.iter().find(|surface| surface.origin.given_rms_height().is_some());
     if let Some(surface) = scaled.or(surfaces.first()) {
         let origin = &surface.origin;
@@ -254,7 +260,8 @@ pub fn empty_table<'f>(surfaces: impl IntoIterator<Item = &'f Params>) -> Table 
     if origins.any(|origin| matches!(origin, Origin::Random { .. })) {
         columns.extend(description::spectrum_descriptors().all());
     }
-    Table::empty(&columns)
+    let table = Table::empty(&columns);
+    if labels().any(|labels| labels.is_sample) { of_samples(&table) } else { table }
 }
 
 /// Returns the phrases that summarise a table of surfaces for users.

@@ -18,13 +18,15 @@ use crate::measure::keys::MeasureTable;
 use crate::nominal_area::NominalArea;
 use crate::solve::keys::SolveTable;
 use crate::surface::Origin;
+use crate::surface::labels::{self, PATH};
 use crate::surface::method::Method;
 use crate::surface::planned::PlannedSurfaces;
+use crate::surface_files::SurfaceFiles;
 use crate::{
     InputScope, Kind, Reads, Recipe, RowKind, StageError, aggregate, correct, generate, measure,
     solve,
 };
-use asperity_manifest::diagnostics::{Problems, Span, listed};
+use asperity_manifest::diagnostics::{Problem, Problems, Span, listed};
 use asperity_manifest::keys::derived::{KnownNumber, Scope};
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::validation::unknown_word;
@@ -253,7 +255,11 @@ impl StagePoints {
     /// Checks the points and returns the tasks of the stage, or `None` after reporting problems.
     pub fn work(&self, context: &mut CheckContext) -> Option<Work> {
         let recipes = match self {
-            StagePoints::Generate(points) => return points.surfaces(context).map(Work::Generate),
+            StagePoints::Generate(points) => {
+                let surfaces = points.surfaces(context)?;
+                check_labels(points, &surfaces, context.problems)?;
+                return Some(Work::Generate(surfaces));
+            }
             StagePoints::Solve(section) => solve::keys::recipes(section, context),
             StagePoints::Measure(section) => measure::keys::recipes(section, context),
             StagePoints::Correct(section) => correct::recipes(section, context),
@@ -334,6 +340,28 @@ impl StagePoints {
     }
 }
 
+/// Refuses labels with the names of columns, because two columns of a table cannot have one name.
+fn check_labels(
+    points: &SurfacePoints,
+    surfaces: &[PlannedSurfaces],
+    problems: &mut Problems,
+) -> Option<()> {
+    let mut labels = surfaces.iter().filter_map(|one| one.params.origin.labels());
+    let columns = || Kind::ALL.into_iter().flat_map(|kind| (kind.definition().columns)());
+    let own = ["path", "task"];
+    let is_taken = |name: &str| {
+        labels::parameter_of_random_surfaces(name).is_none()
+            && (own.contains(&name) || columns().any(|column| column.name == name))
+    };
+    let taken = labels.find_map(|labels| labels.values.keys().find(|name| is_taken(name)));
+    let Some(taken) = taken else { return Some(()) };
+    let span = points.span_of_label(taken).cloned().unwrap_or_default();
+    let message = format!("a label cannot be called `{taken}`");
+    let label = "name of another column of the tables";
+    problems.push(Problem::new(message, span, label).help("choose another word"));
+    None
+}
+
 /// Work of a stage at all its parameter points, in order.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Work {
@@ -395,6 +423,17 @@ impl Work {
         };
         let mut tables = Vec::new();
         for recipe in recipes {
+            let with_paths: Vec<(String, Table)>;
+            let inputs = if recipe.uses_column(PATH.name) {
+                let none = SurfaceFiles::default();
+                let named = inputs.iter();
+                with_paths = named
+                    .map(|(name, table)| (name.clone(), labels::with_paths(table.clone(), &none)))
+                    .collect();
+                with_paths.as_slice()
+            } else {
+                inputs
+            };
             let table = recipe.empty_table(inputs).map_err(|error| match error {
                 StageError::Table(source) => {
                     let names = inputs.iter().map(|(name, _)| name.as_str());
@@ -424,12 +463,16 @@ impl Surfaces {
         let grids = || params().filter_map(|params| params.grid().ok());
         let steps = grids().flat_map(|grid| grid.spacing());
         let non_square = grids().find(|grid| !grid.has_square_cells());
+        let samples = surfaces.iter().filter(|surfaces| surfaces.sample.is_some());
+        let mut grids_of_samples = samples.filter_map(|surfaces| surfaces.params.grid().ok());
+        let first = grids_of_samples.next();
         let slopes = origins().filter_map(|origin| Some([origin.given_rms_slope()?; 2]));
         let heights = origins().filter_map(|origin| Some([origin.given_rms_height()?; 2]));
         let properties = [
             (Property::Open, origins().any(Origin::is_open)),
             (Property::Filled, origins().any(Origin::has_filled_points)),
             (Property::NotRedrawable, origins().any(Origin::reads_stage)),
+            (Property::UnequalSamples, grids_of_samples.any(|grid| Some(grid) != first)),
             (Property::WithoutSlope, origins().any(|origin| origin.given_rms_slope().is_none())),
             (Property::WithoutHeight, origins().any(|origin| origin.given_rms_height().is_none())),
         ];

@@ -136,6 +136,12 @@ pub trait Stage {
         None
     }
 
+    /// Returns whether the task uses the column `name` of its inputs because the manifest names it
+    /// in a query or as a column of groups.
+    fn uses_column(&self, _name: &str) -> bool {
+        false
+    }
+
     /// Returns the recipe with `inputs` filled in: the name of each input stage and the number of
     /// its tables. Returns `None` if the recipe does not contain them.
     fn for_inputs(&self, _inputs: Vec<(String, usize)>) -> Option<Recipe> {

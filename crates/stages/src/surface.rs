@@ -2,6 +2,7 @@
 
 pub mod coordinates;
 pub mod description;
+pub mod labels;
 pub mod method;
 pub mod origin;
 pub mod pair;

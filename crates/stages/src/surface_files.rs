@@ -143,6 +143,22 @@ impl SurfaceFiles {
         Ok((content, bytes))
     }
 
+    /// Returns whether there is a file with this path, or a record of it.
+    pub fn has(&self, path: &Path) -> bool {
+        self.folder.join(path).is_file() || self.known.contains_key(path)
+    }
+
+    /// Returns the names in a folder, relative to the manifest, with those of recorded files.
+    pub fn names_in(&self, folder: &Path) -> BTreeSet<String> {
+        let entries = std::fs::read_dir(self.folder.join(folder)).into_iter().flatten();
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let recorded = self.known.keys().filter_map(|path| {
+            let inside = path.strip_prefix(folder).ok()?;
+            Some(inside.components().next()?.as_os_str().to_str()?.to_owned())
+        });
+        names.chain(recorded).collect()
+    }
+
     /// Reads the file with this content again.
     ///
     /// # Errors

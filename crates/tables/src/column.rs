@@ -136,6 +136,35 @@ pub const REDUCED: &str = "reduced";
 /// so that a change of wording does not change stored results.
 pub(crate) const WORDING: [&str; 4] = ["unit", DIMENSION, "meaning", CODES];
 
+/// Metadata key of a column that the table of a stage has and the tables of its tasks lack, such as
+/// a label of a measured surface.
+pub const ADDED: &str = "added";
+/// Metadata key for the role of a column in the tables of the tasks, if it has another role in the
+/// table of the stage.
+const ROLE_OF_TASKS: &str = "role_of_tasks";
+
+/// Returns the field of a column with another role.
+pub fn with_role(field: Field, role: Role) -> Field {
+    let metadata = field.metadata().clone();
+    field.with_metadata(metadata.with(ROLE, role.name()))
+}
+
+/// Returns the field of a published column with another role than in the tables of the tasks.
+pub fn with_published_role(field: Field, role: Role) -> Field {
+    let Some(own) = Role::from_field(&field) else { return field };
+    let metadata = field.metadata().clone().with(ROLE_OF_TASKS, own.name());
+    with_role(field.with_metadata(metadata), role)
+}
+
+/// Returns the field of a column with its role in the tables of the tasks, which
+/// [`with_published_role`] may have changed.
+pub fn with_role_of_tasks(field: Field) -> Field {
+    let mut metadata = field.metadata().clone();
+    let Some(own) = metadata.get(ROLE_OF_TASKS).cloned() else { return field };
+    metadata.retain(|entry, _| entry != ROLE_OF_TASKS);
+    field.with_metadata(metadata.with(ROLE, own))
+}
+
 /// Returns the metadata of the Arrow field of a column with this role, unit and meaning.
 pub fn described(role: Role, unit: &str, meaning: &str) -> Metadata {
     Metadata::new().with(ROLE, role.name()).with("unit", unit).with("meaning", meaning)
@@ -373,6 +402,11 @@ pub fn optional_reals(values: impl IntoIterator<Item = Option<f64>>) -> ArrayRef
 
 pub fn integers(values: impl IntoIterator<Item = i64>) -> ArrayRef {
     Arc::new(Int64Array::from_iter_values(values))
+}
+
+/// Returns a column of integers in which missing values are null.
+pub fn optional_integers(values: impl IntoIterator<Item = Option<i64>>) -> ArrayRef {
+    Arc::new(Int64Array::from_iter(values))
 }
 
 pub fn flags(values: impl IntoIterator<Item = bool>) -> ArrayRef {

@@ -321,6 +321,7 @@ fn surface(member: Member) -> String {
     match member {
         Member::Sole => "the only surface".to_owned(),
         Member::Drawn { seed, realization } => format!("seed {seed}, realization {realization}"),
+        Member::Sample(hash) => format!("sample {hash:016x}"),
     }
 }
 

@@ -194,7 +194,30 @@ pub struct NoiseFloor {
     pub rms_height: f64,
 }
 
+/// White noise of a map, and its part of the slopes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseShare {
+    /// Noise of the map.
+    pub floor: NoiseFloor,
+    /// Share of the mean square slope of the map that comes from the noise, from 0 to 1.
+    pub share: f64,
+}
+
 impl NoiseFloor {
+    /// Finds the noise of a complete map as [`NoiseFloor::from_surface`], with its share of the
+    /// mean square slope. The slopes are those of [`Reliability::new`].
+    pub fn with_share(surface: &Surface, boundary: Boundary) -> Option<NoiseShare> {
+        let modes = modes(surface, boundary);
+        let floor = Self::from_modes(&modes, surface.grid())?;
+        let (mut all, mut of_noise) = (0.0, 0.0);
+        for mode in modes.iter().filter(|mode| mode.density > 0.0) {
+            all += mode.square_slope;
+            of_noise += mode.square_slope / mode.density * floor.density;
+        }
+        let share = if all > 0.0 { (of_noise / all).min(1.0) } else { 0.0 };
+        Some(NoiseShare { floor, share })
+    }
+
     /// Finds the noise of a complete map, or returns `None` if its spectrum has no plateau.
     ///
     /// The density of each band of wavenumbers, four to an octave, is the median over its modes
@@ -421,6 +444,21 @@ mod tests {
                 assert!((found.wavelength / crossover - 1.0).abs() < 0.12, "{crossover} {found:?}");
                 assert!((found.rms_height / 512.0 - 1.0).abs() < 0.04);
             }
+        }
+    }
+
+    #[test]
+    fn the_share_of_noise_in_the_slope_is_what_the_noise_adds_to_its_square() {
+        let square_slope = |surface: &Surface, boundary: Boundary| match boundary {
+            Boundary::Periodic => Moments::from_surface(surface).rms_slope().powi(2),
+            Boundary::Free => differences::moments(surface).rms_slope().powi(2),
+        };
+        let [clean, rough] = [0.0, 1.0].map(|noise| noisy(256, 4.0, 1.0 / 32.0, noise));
+        for boundary in [Boundary::Periodic, Boundary::Free] {
+            let found = NoiseFloor::with_share(&rough, boundary).unwrap();
+            let exact = 1.0 - square_slope(&clean, boundary) / square_slope(&rough, boundary);
+            assert!((found.share / exact - 1.0).abs() < 0.1, "{boundary:?} {found:?} {exact}");
+            assert_eq!(NoiseFloor::with_share(&clean, boundary), None);
         }
     }
 

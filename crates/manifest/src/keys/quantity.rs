@@ -159,7 +159,7 @@ pub type UnitOfExpression<'a> = dyn Fn(
     + 'a;
 
 /// The units of a table, and its quantities.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Units {
     /// Unit of the lengths; `None` if no length has a unit and no key names a known unit.
     pub length: Option<NamedUnit>,

@@ -143,7 +143,7 @@ pub(super) fn read(
     let mut damaged = Vec::new();
     for (&task, reference) in tasks.iter().zip(references) {
         match task_tables.light(reference) {
-            Ok(table) => tables.push(table),
+            Ok(table) => tables.push(plan.labels.added_to(table)),
             Err(error) if error.is_recomputable() => damaged.push((task, error)),
             Err(error) => return Err(error),
         }

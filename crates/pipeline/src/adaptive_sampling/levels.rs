@@ -1,5 +1,6 @@
 //! Numbers of surfaces on the meshes of multilevel means.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use super::MeshSurfaces;
@@ -23,10 +24,12 @@ const PAIRS_OF_SURFACE: f64 = 6.0;
 pub fn meshes(surfaces: &[PlannedSurfaces]) -> Vec<MeshSurfaces> {
     let mesh = |planned: &PlannedSurfaces| MeshSurfaces {
         nodes: planned.params.nodes(),
-        surfaces: planned.realizations,
+        surfaces: planned.surfaces(),
     };
     let mut meshes: Vec<MeshSurfaces> = surfaces.iter().map(mesh).collect();
-    meshes.sort_by_key(|mesh| (mesh.nodes[0] * mesh.nodes[1], mesh.nodes));
+    let order =
+        |mesh: &MeshSurfaces| (mesh.nodes[0] * mesh.nodes[1], mesh.nodes, Reverse(mesh.surfaces));
+    meshes.sort_by_key(order);
     meshes.dedup_by_key(|mesh| mesh.nodes);
     meshes
 }

@@ -6,8 +6,10 @@ use std::sync::Mutex;
 
 use serde::{Deserialize, Serialize};
 
-use crate::results::{CONVERTED, PATH, TASK};
+use crate::results::{CONVERTED, TASK};
+use asperity_stages::columns::CONTENT;
 use asperity_stages::output_units::Conversion;
+use asperity_stages::surface::labels::{PATH, without_labels};
 use asperity_stages::units::TableUnits;
 use asperity_tables::column::REDUCED;
 use asperity_tables::key::KeyMap;
@@ -128,9 +130,12 @@ impl PublishedStage {
             metadata.get(CONVERTED).and_then(|units| serde_json::from_str(units).ok());
         let stored = names_of_units.map(|(length, pressure)| TableUnits { length, pressure });
         let schema = source.schema();
+        // Otherwise a query has selected the column.
+        let has_files = names.iter().any(|name| name == CONTENT.name);
         let is_own = |&column: &usize| {
             let is_repetition = schema.field(column).metadata().contains_key(REDUCED);
-            !is_repetition && ![TASK.name, PATH.name].contains(&names[column].as_str())
+            let is_path = names[column] == PATH.name && has_files;
+            !is_repetition && !is_path && names[column] != TASK.name
         };
         let missing = metadata.get(MISSING_COLUMNS);
         Ok(Some(PublishedStage {
@@ -262,7 +267,7 @@ impl PublishedStage {
             if wanted.start < wanted.end {
                 let table = match last.take().filter(|(first, _)| *first == start) {
                     Some((_, table)) => table,
-                    None => self.source.part(&self.own, part).ok()?,
+                    None => without_labels(&self.source.part(&self.own, part).ok()?),
                 };
                 parts.push(table.slice(wanted.start - start..wanted.end - start));
                 *last = Some((start, table));
@@ -270,7 +275,7 @@ impl PublishedStage {
             start = end;
         }
         if parts.is_empty() {
-            self.source.first(&self.own, 0).ok()
+            Some(without_labels(&self.source.first(&self.own, 0).ok()?))
         } else {
             Table::stack(&parts).ok()
         }

@@ -12,14 +12,14 @@ use crate::plan::{Plan, PlannedStage};
 use crate::results::owner::{self, Owner};
 use crate::results::published_stage::{KIND, MISSING_COLUMNS, MissingColumns, PARTS, light_parts};
 use crate::results::reader::ResultReader;
-use crate::results::{CONVERTED, PATH, ResultsError, TASK, described, digest, file};
+use crate::results::{CONVERTED, ResultsError, TASK, described, digest, file};
 use crate::study::EmptyTables;
 use asperity_stages::absolute::AbsoluteColumns;
-use asperity_stages::columns::CONTENT;
 use asperity_stages::output_units::Conversion;
+use asperity_stages::surface::labels::with_paths;
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::units::TableUnits;
-use asperity_tables::column::{Description, optional_texts, texts};
+use asperity_tables::column::{Description, texts};
 use asperity_tables::key::{Digest, TaskKey};
 use asperity_tables::parquet;
 use asperity_tables::parquet::{GROUP, Metadata};
@@ -505,21 +505,8 @@ impl RowContext<'_> {
         } else {
             Table::stack(&keys).map_err(contradiction)?
         };
-        let described = self.absolute.beside(&table).described_by(self.description);
+        let labelled = self.plan.labels.published(table, self.description);
+        let described = self.absolute.beside(&labelled).described_by(self.description);
         Ok(with_paths(self.conversion.table(&described), self.sources).beside(&keys))
     }
-}
-
-/// Adds the column of the paths of measured surfaces. The stored tables lack it, because the same
-/// file can be moved.
-fn with_paths(table: Table, sources: &SurfaceFiles) -> Table {
-    let Ok(contents) = table.texts(CONTENT.name) else {
-        return table;
-    };
-    let path = |content: Option<&str>| {
-        let path = sources.path_of_hex(content?);
-        Some(path.map_or_else(String::new, |path| path.display().to_string()))
-    };
-    let paths = optional_texts(contents.iter().map(path));
-    table.with(vec![(PATH, paths)])
 }

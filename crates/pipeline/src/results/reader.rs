@@ -12,10 +12,11 @@ use std::sync::OnceLock;
 use arrow::array::Array;
 
 use super::published_stage::PublishedStage;
-use crate::results::{PATH, files_of};
+use crate::results::files_of;
 use asperity_stages::columns::{CONTENT, FILLED_NODES, FORMAT, UNIT};
 use asperity_stages::fit::status;
 use asperity_stages::grids::Grids;
+use asperity_stages::surface::labels::PATH;
 use asperity_stages::surface_files::{ContentHash, RecordedFile, RecordedFiles};
 use asperity_stages::{Kind, StageError};
 use asperity_tables::store::listing::FileKind;

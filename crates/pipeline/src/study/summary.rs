@@ -11,6 +11,7 @@ use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
 use asperity_stages::absolute::StageUnits;
+use asperity_stages::generate::files::samples;
 use asperity_stages::per_axis::PerAxis;
 use asperity_stages::reduced_units::PressureUnit;
 use asperity_stages::surface::spectrum::SpectrumSurface;
@@ -32,16 +33,16 @@ impl fmt::Display for StageSummary {
 }
 
 impl Study {
-    /// Returns a summary of each stage of random surfaces, with side, rms height and rms slope, and
-    /// of each stage of loads, with modulus and loads.
+    /// Returns a summary of each stage of random surfaces, with side, rms height and rms slope, of
+    /// each stage of samples, and of each stage of loads, with modulus and loads.
     pub fn summaries(&self) -> Vec<StageSummary> {
         // Recipes have the units of the store.
         let units = of_stages(&self.stages);
         let summary = |(stage, StageUnits { names: units, .. }): (&Stage, &StageUnits)| {
             let text = match &stage.work {
-                Work::Generate(surfaces) => {
+                Work::Generate(surfaces) => samples::summary(surfaces).or_else(|| {
                     of_surfaces(surfaces.iter().map(|surfaces| &surfaces.params), &self.sources)
-                }
+                }),
                 Work::Evaluate(recipes) => {
                     let length = units.length.as_deref();
                     self.of_loads(recipes, length).or_else(|| self.summary_of_path(stage, units))

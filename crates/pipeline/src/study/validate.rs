@@ -1,5 +1,6 @@
 //! Validation of the stages, each after its inputs, and of the conditions on numbers of surfaces.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use arrow::datatypes::DataType;
@@ -20,6 +21,8 @@ use asperity_stages::columns::{SURFACE, needed_key};
 use asperity_stages::generate::realizations::{AT_LEAST, Growing};
 use asperity_stages::output_units::Conversion;
 use asperity_stages::registry::StagePoints;
+use asperity_stages::surface::Origin;
+use asperity_stages::surface::labels::Labels;
 use asperity_stages::surface::planned::{self, KnownMean, PlannedSurfaces, Until};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{CheckContext, InputScope, Kind, RowKind, stacked};
@@ -76,6 +79,7 @@ pub fn validate(
         validator.validated[stage] = validator.stage(stage, &graph, problems);
         validator.check_multilevel(stage, &graph, problems);
     }
+    validator.check_labels(problems);
     let (stages, is_complete) = validator.sorted_stages(&graph);
     let stored = units::of_stages(&stages);
     let sorted_index = |name: &str| stages.iter().position(|stage| stage.name == name);
@@ -264,6 +268,47 @@ impl Validator<'_> {
             }
         }
         Some(works)
+    }
+
+    /// Refuses a surface that has other labels in another stage. The tables of a surface are
+    /// computed once, and get their labels by its name.
+    fn check_labels(&self, problems: &mut Problems) {
+        let mut known: BTreeMap<String, (&Labels, usize)> = BTreeMap::new();
+        let made = |stage: usize| {
+            let validated = &self.validated[stage];
+            validated.surfaces_made().into_iter().flatten().map(move |surfaces| (stage, surfaces))
+        };
+        let all: Vec<_> = (0..self.validated.len()).flat_map(made).collect();
+        if all.iter().all(|(_, surfaces)| surfaces.params.origin.labels().is_none()) {
+            return;
+        }
+        let none = Labels::default();
+        for (stage, surfaces) in all {
+            let params = &surfaces.params;
+            if !matches!(params.origin, Origin::File(_)) {
+                continue;
+            }
+            let labels = params.origin.labels().unwrap_or(&none);
+            let name = params.surface_key().to_string();
+            let (before, first) = *known.entry(name).or_insert((labels, stage));
+            if before != labels {
+                let [second, first] = [stage, first].map(|stage| &self.stages[stage].name);
+                let content = params.origin.content();
+                let path = content.and_then(|content| self.sources.path_of(content));
+                let message = format!(
+                    "`{}` is the same surface in `{}` and `{}`, with other labels or another \
+                     `samples`",
+                    path.unwrap_or(Path::new("")).display(),
+                    first.value,
+                    second.value
+                );
+                let problem = Problem::new(message, second.span.clone(), "labelled differently")
+                    .and(first.span.clone(), "labelled first")
+                    .help("let other stages read one of the two stages");
+                problems.push(problem);
+                return;
+            }
+        }
     }
 
     /// Checks the surfaces of a stage with multilevel means.

@@ -16,6 +16,8 @@ use crate::check_context::{Property, unknown_column};
 use crate::columns::ALTERATIONS;
 use crate::error::QueryError;
 use crate::exclusions::exclude;
+use crate::surface::labels::with_paths;
+use crate::surface_files::SurfaceFiles;
 use crate::{CheckContext, Recipe, StageError};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
@@ -97,7 +99,8 @@ pub fn recipes(
     let checks = &mut Checks::new(section, point, context.problems);
     let adhesive = context.surfaces.stage_with(Property::WithAdhesion);
     let without_loads = context.surfaces.stage_with(Property::WithoutGivenLoads);
-    let params = params(&point.table, context.input, context.earlier, checks);
+    let input = context.input.map(|table| with_paths(table.clone(), &SurfaceFiles::default()));
+    let params = params(&point.table, input.as_ref(), context.earlier, checks);
     check_physics(&point.table, adhesive, checks)?;
     check_loads(&point.table, without_loads, checks)?;
     Some(vec![Recipe::Aggregate(Arc::new(params?))])

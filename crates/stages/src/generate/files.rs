@@ -2,9 +2,12 @@
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 
+pub mod labels;
 mod lengths;
+mod patterns;
 mod preparation;
 mod repairs;
+pub mod samples;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,15 +16,17 @@ use std::rc::Rc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use self::labels::{LabelledFiles, WrittenLabels};
 use self::lengths::{Lengths, lengths};
 use self::preparation::{inspected, preparation};
 use self::repairs::{WrittenAlignment, WrittenPoints};
 use super::mesh::{MAX_NODES, MIN_NODES};
 use crate::CheckContext;
 use crate::exclusions::exclude;
-use crate::generate::realizations::surfaces;
+use crate::generate::realizations::{Realizations, surfaces};
 use crate::map_file::{ChannelChoice, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
+use crate::surface::labels::Labels;
 use crate::surface::origin::{InspectedMap, MeasuredSurface};
 use crate::surface::planned::{PlannedSurfaces, single};
 use crate::surface::{Heights, Origin, Params};
@@ -52,9 +57,26 @@ use asperity_topography_files::{ChannelError, is_metre};
 pub struct FileTable {
     /// File of a height map, relative to the manifest. The format is recognised by content: x3p,
     /// sur, gwy, gsf, sdf, opd, al3d, Nanoscope, Igor, MetroPro, netCDF, text and more, or a NumPy
-    /// array with x along its first axis. `asperity surface FILE` describes a file.
+    /// array with x along its first axis. `asperity surface FILE` describes a file. A pattern such
+    /// as `"scans/{specimen}_*.x3p"` names several: `*` stands for any text, `?` for one character,
+    /// and `{specimen}` for text that becomes a label.
     #[schemars(transform = swept, transform = required)]
     pub path: Key<String>,
+    /// `true` makes the files, and the regions of a list of `crop`, samples of one ensemble: means
+    /// are over them, and they have errors and intervals. Samples differ in what is read; all other
+    /// keys and the labels are parameters. With `false`, each file is a parameter point.
+    #[schemars(extend("default" = false))]
+    pub samples: Key<bool>,
+    /// Number of samples at each parameter point, or a condition that decides it, for
+    /// `samples = true`. Files are used in the order of the list or of their paths. By default all
+    /// are used.
+    pub realizations: Key<Realizations>,
+    /// Labels of the file, such as `{ specimen = "A", state = "worn" }`, which become parameter
+    /// columns of all tables. They may also be keys of a case. A path of a CSV file stands for the
+    /// line whose column `path` or `file` has the path or the name of the file. Labels change no
+    /// surface and no contact.
+    #[schemars(transform = swept)]
+    pub labels: Key<WrittenLabels>,
     /// Name, or number starting at 1, of the map to read from a file with several maps. By default
     /// the heights are chosen by the names and units of the maps; `asperity surface FILE` prints
     /// the choice.
@@ -236,9 +258,18 @@ pub fn files(
     section: &Section<FileTable>,
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {
+    let LabelledFiles { section, labels } =
+        &LabelledFiles::new(section, context.sources, context.problems)?;
+    let mut of_points = labels.iter();
+    let mut samples = None;
     let mut reading = FileCache::new(context.sources);
     let mut resolved = Vec::new();
-    let planned = surfaces(section, context.problems, |table, checks| {
+    let mut planned = surfaces(section, context.problems, |table, checks| {
+        let values = of_points.next().expect("each point has labels").clone();
+        let is_sample = checks.value("samples", &table.samples)?;
+        let labels = Labels { values, is_sample };
+        let number = samples::number(table, is_sample, checks)?;
+        samples = Some(number).filter(|_| is_sample);
         let path = checks.required("path", &table.path);
         let channel = checks.optional("channel", &table.channel)?;
         let choice = MapChoice {
@@ -278,6 +309,7 @@ pub fn files(
             preparation: keys.preparation.clone(),
             tip_version: MeasuredSurface::version_of_tip(keys.edges, &keys.preparation),
             seen,
+            labels: labels.clone(),
         };
         let (surface, side) = match &found {
             FoundMap::Map(content, map) => {
@@ -298,6 +330,9 @@ pub fn files(
         Some(planned)
     })?;
     report_same_surfaces(section, &resolved, context.problems);
+    if let Some(number) = samples {
+        samples::numbered(section, &mut planned, number, context.problems)?;
+    }
     Some(planned)
 }
 
@@ -634,7 +669,7 @@ impl FileCache<'_> {
         let Some((other, span)) = self.seen.insert(content, here) else {
             return Some(());
         };
-        if span == path.span {
+        if other == path.value {
             return Some(());
         }
         let message = format!("{:?} and {other:?} have the same content", path.value);

@@ -3,6 +3,7 @@
 use toml::de::DeTable;
 
 use super::files::FileTable;
+use super::files::labels::{WrittenLabels, with_labels_of_cases};
 use super::random::RandomTable;
 use super::shapes::{ParaboloidTable, PunchTable, WaveTable};
 use super::spectrum::SpectrumTable;
@@ -68,7 +69,10 @@ impl Method {
                 Points::Random(amplitude, reader::read(table, span, expected, problems))
             }
             Method::Spectrum => Points::Spectrum(reader::read(table, span, expected, problems)),
-            Method::File => Points::File(reader::read(table, span, expected, problems)),
+            Method::File => {
+                let labelled = with_labels_of_cases(table);
+                Points::File(reader::read(labelled, span, expected, problems))
+            }
             Method::Yielded => Points::Yielded(reader::read(table, span, expected, problems)),
             Method::Paraboloid => Points::Paraboloid(reader::read(table, span, expected, problems)),
             Method::Wave(shape) => {
@@ -140,12 +144,28 @@ impl SurfacePoints {
         key.written()
     }
 
+    /// Returns where the manifest gives a label: its value, or the list or the path that has it.
+    pub fn span_of_label(&self, name: &str) -> Option<&Span> {
+        let SurfacePoints::File(section) = self else {
+            return None;
+        };
+        let written = section.points.iter().filter_map(|point| point.table.labels.written());
+        let of_name = written.clone().find_map(|labels| match &labels.value {
+            WrittenLabels::Table(values) => values.get(name).map(|value| &value.span),
+            WrittenLabels::File(_) => None,
+        });
+        let mut lists = written.filter(|labels| matches!(labels.value, WrittenLabels::File(_)));
+        let path = || section.points.first()?.table.path.written().map(|path| &path.span);
+        of_name.or_else(|| lists.next().map(|list| &list.span)).or_else(path)
+    }
+
     /// Returns the keys of adaptive sampling, or `None` for a fixed number of surfaces. All
     /// parameter points of the stage share these keys.
     pub fn growing(&self) -> Option<&Growing> {
         let realizations = match self {
             SurfacePoints::Random(_, section) => &section.points.first()?.table.realizations,
             SurfacePoints::Spectrum(section) => &section.points.first()?.table.realizations,
+            SurfacePoints::File(section) => &section.points.first()?.table.realizations,
             _ => return None,
         };
         match &realizations.written()?.value {

@@ -201,6 +201,7 @@ pub fn random(
             },
             realizations,
             growth,
+            sample: None,
             may_be_swept: section.may_be_swept,
         })
     })

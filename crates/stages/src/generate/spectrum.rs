@@ -141,6 +141,7 @@ pub fn spectra(
             },
             realizations,
             growth,
+            sample: None,
             may_be_swept: section.may_be_swept,
         })
     })

@@ -5,6 +5,7 @@ use crate::map_file::{ChannelChoice, MapChoice, Reader};
 use crate::per_axis::PerAxis;
 use crate::reduced_units::{GivenHardness, PressureUnit};
 use crate::solve;
+use crate::surface::labels::Labels;
 use crate::surface::origin::{InspectedMap, MeasuredSurface};
 use crate::surface::pair::{MirrorAxis, Pair};
 use crate::surface::prescribed_heights::PrescribedHeights;
@@ -42,6 +43,7 @@ fn a_surface_is_known_from_its_recipe() {
         preparation: Preparation::default(),
         tip_version: None,
         seen: InspectedMap::default(),
+        labels: Labels::default(),
     };
     let shape = Shape::Punch { radius: 0.25, depth: 0.5 };
     let prepared = MeasuredSurface {
@@ -176,6 +178,7 @@ fn the_recipe_of_an_array_is_what_it_was_before_there_were_other_files() {
             preparation: Preparation::default(),
             tip_version: None,
             seen: InspectedMap { missing: 3, ..InspectedMap::default() },
+            labels: Labels::default(),
         })),
     };
     let expected = format!(

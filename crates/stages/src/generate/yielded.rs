@@ -227,6 +227,7 @@ impl Yielding<'_> {
                 params: Params { heights, side: None, origin: Origin::Yielded(Box::new(yielded)) },
                 realizations: surfaces.realizations,
                 growth: None,
+                sample: surfaces.sample,
                 may_be_swept: false,
             }
         })

@@ -402,6 +402,9 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     let conduction = bodies.as_ref().and_then(|bodies| bodies.conduction);
     let (loads, listed) = loads?;
     let load_unit = load_unit?;
+    if control.is_load() && load_unit == PressureUnit::Relative {
+        check_samples(table, surfaces, checks)?;
+    }
     let lack_unit = control.is_load() && lack_unit(table, load_unit, checks);
     let listed = ListedLoads { lack_unit, ..listed };
     let hardness = hardness?;
@@ -434,6 +437,25 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
         asperities: asperities?,
         shift: shift?,
     })
+}
+
+/// Refuses loads in units of E* × rms slope on samples of different sides or steps. Their slopes
+/// are those of different bands of wavelengths, so that equal loads are no equal pressures.
+fn check_samples(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<()> {
+    let (Some(stage), Some(loads)) =
+        (surfaces.stage_with(Property::UnequalSamples), table.loads.written())
+    else {
+        return Some(());
+    };
+    let message = format!(
+        "the samples of `{stage}` have different sides or steps, and loads are in units of E* × \
+         rms slope"
+    );
+    let label = "the rms slope of each scan depends on its step";
+    checks.reject(Problem::new(message, loads.span.clone(), label).help(
+        "give loads with a unit, such as \"10 MPa\", and a modulus with a unit, so that all scans \
+         are under equal pressures; or give all scans the same `crop` and `resample`",
+    ))
 }
 
 /// Returns whether plain loads are read in units of E* × rms slope only because `load_unit` is left

@@ -26,7 +26,7 @@ use asperity_tables::table::Table;
 const SHORT_NAME: usize = 8;
 
 /// Returns the parameter columns of a surface with their values, as far as they are known before
-/// the surface is drawn.
+/// the surface is drawn, and its labels, which the table of the surface lacks.
 pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
     let rms_slope = params.origin.given_rms_slope();
     let mut coordinates = coordinates_of(params, params.nodes(), params.size(), rms_slope);
@@ -34,7 +34,10 @@ pub fn coordinates(params: &Params) -> Vec<(Column, Value)> {
         // The name of the surface depends on the table that it reads.
         coordinates.retain(|(column, _)| *column != SURFACE);
     }
-    coordinates
+    match params.origin.labels() {
+        Some(labels) => labels.added_to(coordinates),
+        None => coordinates,
+    }
 }
 
 /// Returns whether the spectrum of a surface comes from the table of another task and has not been

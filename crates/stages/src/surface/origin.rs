@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::labels::Labels;
 use super::pair::Pair;
 use super::prescribed_heights::PrescribedHeights;
 use super::spectrum::{Source, SpectrumSurface};
@@ -113,6 +114,9 @@ pub struct MeasuredSurface {
     /// Properties of the map found when the manifest was checked, for forecasts and messages only.
     #[serde(skip)]
     pub seen: InspectedMap,
+    /// Labels of the surface, which no recipe contains.
+    #[serde(skip)]
+    pub labels: Labels,
 }
 
 impl MeasuredSurface {
@@ -279,6 +283,28 @@ impl Origin {
             Origin::Pair(pair) => vec![&pair.body.origin, &pair.against.origin],
             Origin::Yielded(yielded) => vec![&yielded.body.origin],
             _ => Vec::new(),
+        }
+    }
+
+    /// Returns the labels of a measured surface, or of the one in `from` of which the surface is
+    /// made. Returns `None` if there are none.
+    pub fn labels(&self) -> Option<&Labels> {
+        match self {
+            Origin::File(file) => Some(&file.labels).filter(|labels| !labels.is_empty()),
+            Origin::Pair(pair) => pair.body.origin.labels(),
+            Origin::Yielded(yielded) => yielded.body.origin.labels(),
+            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => None,
+        }
+    }
+
+    /// Returns the content of the file of a measured surface, or of the one in `from` of which the
+    /// surface is made.
+    pub fn content(&self) -> Option<&ContentHash> {
+        match self {
+            Origin::File(file) => Some(&file.content),
+            Origin::Pair(pair) => pair.body.origin.content(),
+            Origin::Yielded(yielded) => yielded.body.origin.content(),
+            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => None,
         }
     }
 

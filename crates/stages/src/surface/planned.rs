@@ -15,10 +15,15 @@ const CLAIMS_DECIDED: &str = "claims decided";
 pub struct PlannedSurfaces {
     /// Recipe of the first surface, which is realization 0.
     pub params: Params,
-    /// Number of surfaces, at least one. With adaptive sampling, the number at the start.
+    /// Number of surfaces, at least one except for samples. With adaptive sampling, the number at
+    /// the start.
     pub realizations: u32,
     /// Adaptive sampling, which is the same at all points of a stage; `None` for a fixed number.
     pub growth: Option<Arc<Growth>>,
+    /// Index of a measured surface among the samples of its parameter point; `None` for other
+    /// surfaces. Each sample is planned alone, with one realization, or none while adaptive
+    /// sampling has not reached it.
+    pub sample: Option<u32>,
     /// True if the values of `nodes` and `side` that were read as pairs could also be lists to
     /// sweep.
     pub may_be_swept: bool,
@@ -27,8 +32,25 @@ pub struct PlannedSurfaces {
 impl PlannedSurfaces {
     /// Returns the maximum number of surfaces.
     pub fn at_most(&self) -> u32 {
-        let growth = self.growth.as_ref();
-        growth.map_or(self.realizations, |growth| growth.at_most)
+        match &self.growth {
+            Some(growth) => self.with_surfaces(growth.at_most).realizations,
+            None => self.realizations,
+        }
+    }
+
+    /// Returns the number of surfaces of the parameter point, as far as these tell it: a sample
+    /// tells that the samples before it are planned, too.
+    pub fn surfaces(&self) -> u32 {
+        self.realizations + self.sample.filter(|_| self.realizations > 0).unwrap_or(0)
+    }
+
+    /// Returns the plan with another number of surfaces of the parameter point.
+    pub fn with_surfaces(&self, surfaces: u32) -> PlannedSurfaces {
+        let realizations = match self.sample {
+            Some(sample) => u32::from(sample < surfaces),
+            None => surfaces,
+        };
+        PlannedSurfaces { realizations, ..self.clone() }
     }
 }
 
@@ -156,6 +178,7 @@ pub fn single(heights: Heights, side: Option<PerAxis<f64>>, origin: Origin) -> P
         params: Params { heights, side, origin },
         realizations: 1,
         growth: None,
+        sample: None,
         may_be_swept: false,
     }
 }

@@ -91,8 +91,12 @@ pub fn pairs(
                             side: None,
                             origin: Origin::Pair(Box::new(pair)),
                         },
-                        realizations: first.realizations.max(second.realizations),
+                        realizations: match first.realizations {
+                            0 => 0,
+                            own => own.max(second.realizations),
+                        },
                         growth: None,
+                        sample: None,
                         may_be_swept: false,
                     }
                 }));

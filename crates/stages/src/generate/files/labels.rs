@@ -1,0 +1,439 @@
+//! The files that `path` names, and the labels of each.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use toml::Spanned as TomlSpanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+use super::FileTable;
+use super::patterns::{is_label, is_pattern, matching, mistake};
+use crate::surface::labels;
+use crate::surface_files::SurfaceFiles;
+use asperity_manifest::diagnostics::{Problem, Problems, Span};
+use asperity_manifest::keys::{GridPoint, KeyTable, Section, Spanned, deserialize_either};
+use asperity_tables::column::{ColumnKind, Value};
+
+/// Labels of files, the value of `labels`.
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
+pub enum WrittenLabels {
+    /// The value of each label.
+    Table(BTreeMap<String, Spanned<LabelValue>>),
+    /// A CSV file with a line for each file.
+    File(String),
+}
+
+deserialize_either!(WrittenLabels { table => Table, word => File });
+
+/// Value of a label.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum LabelValue {
+    Integer(i64),
+    Real(f64),
+    Text(String),
+}
+
+impl LabelValue {
+    fn value(&self) -> Value {
+        match self {
+            LabelValue::Integer(number) => Value::Integer(*number),
+            LabelValue::Real(number) => Value::Real(*number),
+            LabelValue::Text(text) => Value::Text(text.clone()),
+        }
+    }
+}
+
+/// Moves the keys of cases that are no slips of keys of the stage into the `labels` of the case.
+pub fn with_labels_of_cases(mut table: DeTable<'_>) -> DeTable<'_> {
+    let Some((_, value)) = table.iter_mut().find(|(key, _)| key.get_ref() == "cases") else {
+        return table;
+    };
+    let DeValue::Array(cases) = value.get_mut() else { return table };
+    for case in cases.iter_mut() {
+        let span = case.span();
+        let DeValue::Table(entries) = case.get_mut() else { continue };
+        let layout = FileTable::layout();
+        let is_own = |name: &str| layout.has(name) || layout.keys().any(|key| is_slip(name, key));
+        let (mut own, mut labels) = (DeTable::new(), DeTable::new());
+        for (key, value) in std::mem::take(entries) {
+            let is_plain = !matches!(value.get_ref(), DeValue::Table(_) | DeValue::Array(_));
+            let is_own = is_own(key.get_ref()) || !is_plain || !is_label(key.get_ref());
+            if is_own {
+                own.insert(key, value)
+            } else {
+                labels.insert(key, value)
+            };
+        }
+        let given = own.iter_mut().find(|(key, _)| key.get_ref() == "labels");
+        match given.map(|(_, value)| value.get_mut()) {
+            _ if labels.is_empty() => {}
+            Some(DeValue::Table(given)) => given.extend(labels),
+            // The keys are then reported as unknown.
+            Some(_) => own.extend(labels),
+            None => {
+                let name = TomlSpanned::new(span.clone(), DeString::from("labels"));
+                own.insert(name, TomlSpanned::new(span, DeValue::Table(labels)));
+            }
+        }
+        *entries = own;
+    }
+    table
+}
+
+/// Returns whether a word is a key in other letters, or with one letter too many, too few, swapped
+/// or wrong. A short word with another letter is another word: `site` is not `side`.
+fn is_slip(word: &str, key: &str) -> bool {
+    let letters = |text: &str| text.to_lowercase().replace('-', "_").chars().collect::<Vec<_>>();
+    let (word, key) = (letters(word), letters(key));
+    let common = word.iter().zip(&key).take_while(|(one, other)| one == other).count();
+    match (&word[common..], &key[common..]) {
+        ([], []) => true,
+        ([_, rest @ ..], other) if rest == other => true,
+        (other, [_, rest @ ..]) if rest == other => true,
+        ([a, b, rest @ ..], [c, d, more @ ..]) if (a, b) == (d, c) => rest == more,
+        ([_, rest @ ..], [_, more @ ..]) => rest == more && word.len() > 4,
+        _ => false,
+    }
+}
+
+/// Points of a stage with one file each, and the labels of each file.
+pub struct LabelledFiles {
+    pub section: Section<FileTable>,
+    pub labels: Vec<BTreeMap<String, Value>>,
+}
+
+/// A label before its type is known: labels from paths and from CSV files are words.
+enum Word {
+    Value(Value),
+    Text(String),
+}
+
+impl LabelledFiles {
+    /// Replaces patterns of paths by the files that match them, and collects the labels of each
+    /// file. Returns `None` after reporting problems.
+    pub fn new(
+        section: &Section<FileTable>,
+        sources: &mut SurfaceFiles,
+        problems: &mut Problems,
+    ) -> Option<LabelledFiles> {
+        let mut lists: BTreeMap<&str, List> = BTreeMap::new();
+        let (mut points, mut labels) = (Vec::new(), Vec::new());
+        let mut is_clear = true;
+        for point in &section.points {
+            let Some(path) = point.table.path.written() else {
+                points.push(GridPoint { table: point.table.clone(), span: point.span.clone() });
+                labels.push((BTreeMap::new(), point.span.clone()));
+                continue;
+            };
+            let files = match files(path, sources) {
+                Ok(files) => files,
+                Err(problem) => {
+                    problems.push(problem);
+                    is_clear = false;
+                    continue;
+                }
+            };
+            for (file, of_path) in files {
+                let words = of_path.into_iter().map(|(name, text)| (name, Word::Text(text)));
+                let mut own: BTreeMap<String, Word> = words.collect();
+                let written = point.table.labels.written();
+                let more = match written.map(|labels| (&labels.value, &labels.span)) {
+                    None => Ok(Vec::new()),
+                    Some((WrittenLabels::Table(table), _)) => Ok(table
+                        .iter()
+                        .map(|(name, value)| (name.clone(), Word::Value(value.value.value())))
+                        .collect()),
+                    Some((WrittenLabels::File(list), span)) => lists
+                        .entry(list)
+                        .or_insert_with(|| List::read(list, sources))
+                        .of_file(&file)
+                        .map_err(|reason| Problem::new(reason, span.clone(), "list of labels")),
+                };
+                for (name, word) in more.unwrap_or_else(|problem| {
+                    problems.push(problem);
+                    is_clear = false;
+                    Vec::new()
+                }) {
+                    if own.insert(name.clone(), word).is_some() {
+                        let message = format!("the label `{name}` is given twice");
+                        let label = "a placeholder has this name";
+                        problems.push(Problem::new(message, path.span.clone(), label));
+                        is_clear = false;
+                    }
+                }
+                let mut table = point.table.clone();
+                let span = path.span.clone();
+                table.path.0 = Some(Spanned { value: file, span: span.clone() });
+                points.push(GridPoint { table, span: point.span.clone() });
+                labels.push((own, span));
+            }
+            if problems.is_full() {
+                return None;
+            }
+        }
+        let labels = typed(labels, problems).filter(|_| is_clear)?;
+        let section = Section {
+            span: section.span.clone(),
+            points,
+            reported_keys: section.reported_keys.clone(),
+            may_be_swept: section.may_be_swept,
+            units: section.units.clone(),
+        };
+        Some(LabelledFiles { section, labels })
+    }
+}
+
+/// Returns the files that a path names, each with the labels in its path.
+#[expect(clippy::type_complexity, reason = "a path with its labels")]
+fn files(
+    path: &Spanned<String>,
+    sources: &SurfaceFiles,
+) -> Result<Vec<(String, Vec<(String, String)>)>, Problem> {
+    let Spanned { value, span } = path;
+    if !is_pattern(value) || sources.has(Path::new(value)) {
+        return Ok(vec![(value.clone(), Vec::new())]);
+    }
+    if let Some(mistake) = mistake(value) {
+        let message = format!("cannot use the pattern {value:?}: {mistake}");
+        let help = "a placeholder such as `{specimen}` is a word of letters, digits and `_`";
+        return Err(Problem::new(message, span.clone(), "pattern of files").help(help));
+    }
+    let found = matching(value, sources);
+    if found.is_empty() {
+        let message = format!("no file matches {value:?}");
+        let help = "the pattern is relative to the manifest; `*` stands for any text, `?` for one \
+                    character, and `{specimen}` for text that becomes a label";
+        return Err(Problem::new(message, span.clone(), "pattern of files").help(help));
+    }
+    Ok(found.into_iter().map(|file| (file.path, file.labels)).collect())
+}
+
+/// Returns the labels of all files with their types. The words of a label become integers or real
+/// numbers if all of them are such numbers as they would be written.
+fn typed(
+    labels: Vec<(BTreeMap<String, Word>, Span)>,
+    problems: &mut Problems,
+) -> Option<Vec<BTreeMap<String, Value>>> {
+    let mut kinds: BTreeMap<String, ColumnKind> = BTreeMap::new();
+    let mut words: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    let mut is_clear = true;
+    for (own, span) in &labels {
+        for (name, word) in own {
+            let kind = match word {
+                Word::Text(text) => {
+                    words.entry(name).or_default().push(text);
+                    continue;
+                }
+                Word::Value(Value::Integer(_)) => ColumnKind::Integer,
+                Word::Value(Value::Real(_)) => ColumnKind::Real,
+                Word::Value(Value::Text(_)) => ColumnKind::Text,
+            };
+            let known = *kinds.entry(name.clone()).or_insert(kind);
+            let common = common(known, kind);
+            match common {
+                Some(common) => {
+                    kinds.insert(name.clone(), common);
+                }
+                None => {
+                    let message =
+                        format!("the label `{name}` is a number in one place and text in another");
+                    problems.push(Problem::new(message, span.clone(), "labelled differently"));
+                    is_clear = false;
+                }
+            }
+        }
+    }
+    for (name, words) in words {
+        let kind = kind_of(&words);
+        let known = kinds.get(name).copied().unwrap_or(kind);
+        kinds.insert(name.to_owned(), common(known, kind).unwrap_or(ColumnKind::Text));
+    }
+    for (name, kind) in &mut kinds {
+        let Some(parameter) = labels::parameter_of_random_surfaces(name) else { continue };
+        let span = labels.iter().find(|(own, _)| own.contains_key(name)).map(|(_, span)| span);
+        match (common(*kind, parameter.kind) == Some(parameter.kind), span) {
+            (false, Some(span)) => {
+                let message = format!(
+                    "the label `{name}` must be a number like the parameter of random surfaces"
+                );
+                problems.push(Problem::new(message, span.clone(), "has this label"));
+                is_clear = false;
+            }
+            _ => *kind = parameter.kind,
+        }
+    }
+    let value = |name: &str, word: Word| {
+        let kind = kinds[name];
+        match (word, kind) {
+            (Word::Value(Value::Integer(number)), ColumnKind::Real) => Value::Real(number as f64),
+            (Word::Value(value), _) => value,
+            (Word::Text(text), ColumnKind::Integer) => {
+                text.parse().map_or(Value::Text(text), Value::Integer)
+            }
+            (Word::Text(text), ColumnKind::Real) => {
+                text.parse().map_or(Value::Text(text), Value::Real)
+            }
+            (Word::Text(text), _) => Value::Text(text),
+        }
+    };
+    let of_file = |(own, _): (BTreeMap<String, Word>, Span)| {
+        let typed = own.into_iter().map(|(name, word)| {
+            let value = value(&name, word);
+            (name, value)
+        });
+        typed.collect()
+    };
+    is_clear.then(|| labels.into_iter().map(of_file).collect())
+}
+
+/// Returns the type that holds values of two types, if there is one.
+fn common(one: ColumnKind, other: ColumnKind) -> Option<ColumnKind> {
+    match (one, other) {
+        _ if one == other => Some(one),
+        (ColumnKind::Integer, ColumnKind::Real) | (ColumnKind::Real, ColumnKind::Integer) => {
+            Some(ColumnKind::Real)
+        }
+        _ => None,
+    }
+}
+
+/// Returns the type of words. Numbers with leading zeros, such as `007`, are text.
+fn kind_of(words: &[&str]) -> ColumnKind {
+    let is_padded = |word: &&str| {
+        let digits = word.strip_prefix('-').unwrap_or(word);
+        let mut letters = digits.chars();
+        letters.next() == Some('0') && letters.next().is_some_and(|next| next.is_ascii_digit())
+    };
+    let is_real = |word: &&str| {
+        word.starts_with(|first: char| first.is_ascii_digit() || first == '-')
+            && word.parse::<f64>().is_ok_and(f64::is_finite)
+    };
+    if words.iter().any(is_padded) || !words.iter().all(is_real) {
+        ColumnKind::Text
+    } else if words.iter().all(|word| word.parse::<i64>().is_ok()) {
+        ColumnKind::Integer
+    } else {
+        ColumnKind::Real
+    }
+}
+
+/// A CSV file with the labels of files, or the reason why it cannot be used.
+struct List(Result<Vec<BTreeMap<String, String>>, String>);
+
+/// Names of the column with the path or the name of the file.
+const FILE_COLUMNS: [&str; 2] = ["path", "file"];
+
+impl List {
+    fn read(path: &str, sources: &mut SurfaceFiles) -> List {
+        let read = sources.add(Path::new(path)).map_err(|error| error.to_string());
+        let text = read.and_then(|(_, bytes)| {
+            String::from_utf8(bytes).map_err(|_| "it is not a text in UTF-8".to_owned())
+        });
+        let lines = text.and_then(|text| lines(&text));
+        List(lines.map_err(|reason| format!("cannot read the labels in {path:?}: {reason}")))
+    }
+
+    /// Returns the labels of a file: those of the line with its path, or with its name.
+    fn of_file(&self, file: &str) -> Result<Vec<(String, Word)>, String> {
+        let lines = self.0.as_ref().map_err(Clone::clone)?;
+        let name = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
+        let of = |wanted: &str| {
+            lines.iter().find(|line| {
+                let named = FILE_COLUMNS.iter().filter_map(|column| line.get(*column));
+                named.into_iter().any(|own| own == wanted)
+            })
+        };
+        let missing = || format!("the list of labels has no line for {file:?}");
+        let line = of(file).or_else(|| of(&name)).ok_or_else(missing)?;
+        let own = line
+            .iter()
+            .filter(|(name, text)| !FILE_COLUMNS.contains(&name.as_str()) && !text.is_empty());
+        Ok(own.map(|(name, text)| (name.clone(), Word::Text(text.clone()))).collect())
+    }
+}
+
+/// Reads the lines of a CSV file with a header, by the names of the columns.
+fn lines(text: &str) -> Result<Vec<BTreeMap<String, String>>, String> {
+    let plain = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut lines = plain.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let header = lines.next().ok_or("it is empty")?;
+    let separator = [';', '\t'].into_iter().find(|&one| header.contains(one)).unwrap_or(',');
+    let names = cells(header, separator);
+    if !names.iter().any(|name| FILE_COLUMNS.contains(&name.as_str())) {
+        return Err("it has no column `path` or `file`".to_owned());
+    }
+    let labels = names.iter().filter(|name| !FILE_COLUMNS.contains(&name.as_str()));
+    if let Some(name) = labels.into_iter().find(|name| !is_label(name)) {
+        return Err(format!("`{name}` is no name of a label: use letters, digits and `_`"));
+    }
+    let line = |(index, line): (usize, &str)| {
+        let cells = cells(line, separator);
+        if cells.len() != names.len() {
+            let (found, wanted) = (cells.len(), names.len());
+            return Err(format!("line {} has {found} cells, not {wanted}", index + 2));
+        }
+        Ok(names.iter().cloned().zip(cells).collect())
+    };
+    lines.enumerate().map(line).collect()
+}
+
+/// Returns the cells of a line. A cell in quotes may contain the separator, and `""` for a quote.
+fn cells(line: &str, separator: char) -> Vec<String> {
+    let mut cells = vec![String::new()];
+    let mut is_quoted = false;
+    let mut letters = line.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let cell = cells.last_mut().expect("there is a first cell");
+        match letter {
+            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => cell.push('"'),
+            '"' => is_quoted = !is_quoted,
+            _ if letter == separator && !is_quoted => cells.push(String::new()),
+            _ => cell.push(letter),
+        }
+    }
+    cells.iter_mut().for_each(|cell| *cell = cell.trim().to_owned());
+    cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_are_told_from_other_words() {
+        for word in ["levl", "Level", "leevl", "levvel", "lebel", "tip-radius"] {
+            assert!(["level", "tip_radius"].iter().any(|key| is_slip(word, key)), "{word}");
+        }
+        for (word, key) in [("site", "side"), ("part", "path"), ("state", "side"), ("", "side")] {
+            assert!(!is_slip(word, key), "{word}");
+        }
+    }
+
+    #[test]
+    fn cells_in_quotes_may_contain_separators() {
+        assert_eq!(cells("a, b ,\"c, \"\"d\"\"\",", ','), ["a", "b", "c, \"d\"", ""]);
+    }
+
+    #[test]
+    fn words_are_numbers_only_if_all_are_written_as_such() {
+        assert_eq!(kind_of(&["1", "-2"]), ColumnKind::Integer);
+        assert_eq!(kind_of(&["1", "2.5e-3"]), ColumnKind::Real);
+        assert_eq!(kind_of(&["0.5", "0"]), ColumnKind::Real);
+        for words in [["01", "2"], ["1", "b"], ["nan", "1"], ["1", ""]] {
+            assert_eq!(kind_of(&words), ColumnKind::Text, "{words:?}");
+        }
+    }
+
+    #[test]
+    fn a_list_of_labels_has_a_header_with_the_column_of_files() {
+        let read = lines("file;specimen\na.npy;A\n\nb.npy;\"B;2\"\n").unwrap();
+        assert_eq!(read[1]["specimen"], "B;2");
+        assert!(lines("name,specimen\na,A").unwrap_err().contains("`path` or `file`"));
+        assert!(lines("path,my label\na,A").unwrap_err().contains("`my label`"));
+        assert_eq!(lines("path,b\na,A\nb").unwrap_err(), "line 3 has 1 cells, not 2");
+    }
+}
