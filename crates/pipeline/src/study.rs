@@ -7,6 +7,7 @@ mod adhesion;
 pub mod claims;
 pub mod figures;
 mod graph;
+mod means;
 pub(crate) mod multilevel;
 mod pairs;
 mod summary;
@@ -36,6 +37,7 @@ use asperity_stages::surface_files::{RecordedFiles, SurfaceFiles};
 use asperity_stages::units::TableUnits;
 use asperity_tables::table::Table;
 
+pub use means::MeansOfStage;
 pub use summary::StageSummary;
 pub(crate) use units::unit_of_quantity;
 pub use warnings::Warning;
