@@ -10,6 +10,7 @@ mod cluster;
 mod columns;
 mod console;
 pub mod diff;
+mod errors;
 mod maintenance;
 mod pictures;
 mod plan;
@@ -77,11 +78,14 @@ enum Command {
     Finish(cluster::FinishArguments),
     /// Test claims, of the 2015 paper or of the study itself, with the results of a study.
     Claims(claims::ClaimsArguments),
-    /// Estimate the cost and the gain of extending a fit of limits.
+    /// Estimate how wrong means and fitted limits are, and what halving an error costs.
     ///
-    /// For each limit, print the cost of halving each small parameter once more, and how much this
-    /// would reduce the standard error.
-    Advise(claims::AdviseArguments),
+    /// For each mean over surfaces, print the errors of sampling, mesh, cell and solver with their
+    /// intervals, and the lines of the manifest that add missing surfaces. For each fitted limit,
+    /// print the cost of halving each small parameter once more, and how much this would reduce the
+    /// standard error.
+    #[command(alias = "advise")]
+    Errors(errors::ErrorsArguments),
     /// Write an HTML page of figures and tables, and each figure as SVG, PNG and PDF.
     Report(report::ReportArguments),
     /// Print the table of a stage, or the result of an SQL query.
@@ -143,7 +147,7 @@ pub fn run(line: impl IntoIterator<Item = OsString>, program: Option<&Path>) -> 
         Command::Cancel(arguments) => cluster::cancel(&arguments, &data),
         Command::Finish(arguments) => cluster::finish(&arguments, &data),
         Command::Claims(arguments) => claims::claims(&arguments, &data),
-        Command::Advise(arguments) => claims::advise(&arguments, &data),
+        Command::Errors(arguments) => errors::errors(&arguments, &data),
         Command::Report(arguments) => report::report(&arguments, &data),
         Command::Table(arguments) => tables::table(&arguments, &data),
         Command::Columns(arguments) => tables::columns(&arguments, &data),

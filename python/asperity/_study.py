@@ -444,6 +444,33 @@ class Study:
         _warn(notices)
         return Diff(Table(means), text, json.loads(details))
 
+    def errors(self, stage: Optional[str] = None, column: Optional[str] = None) -> Dict[str, Any]:
+        """Estimates how wrong means and fitted limits are, and what halving an error costs.
+
+        Parameters
+        ----------
+        stage : str, optional
+            Stage with the means: an ``aggregate`` stage, a ``solve``, ``measure`` or ``correct`` stage, or a fit of
+            limits. Default: all ``aggregate`` stages and fits of limits.
+        column : str, optional
+            Column whose means to judge. Default: all of the stage.
+
+        Returns
+        -------
+        dict
+            The content of ``asperity errors --json``: ``means``, each with ``loads`` whose ``terms`` are the errors
+            of sampling, mesh, cell and solver with their 95 % intervals; ``additions``, the lines of the manifest
+            that show further terms; and ``limits``, the fits of limits.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such stage or column.
+        """
+        errors, notices = self._session.errors(stage, column)
+        _warn(notices)
+        return json.loads(errors)
+
     def claims(self) -> List[Dict[str, Any]]:
         """Tests the statements of Yastrebov, Anciaux & Molinari (2015) against the tables.
 

@@ -216,6 +216,18 @@ impl Session {
         })
     }
 
+    /// Returns the JSON of the command `errors`.
+    fn errors(
+        &self,
+        py: Python<'_>,
+        stage: Option<String>,
+        column: Option<String>,
+    ) -> PyResult<(String, Notices)> {
+        self.call(py, move |session| {
+            Ok(session.errors(stage.as_deref(), column.as_deref())?.json())
+        })
+    }
+
     fn claims<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let (found, _) = self.call(py, |session| session.claims())?;
         claims::claims_list(py, &found)

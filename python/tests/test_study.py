@@ -31,6 +31,17 @@ def test_tables_can_be_asked(finished):
     assert "finished" in finished.explain()
 
 
+def test_errors_of_means_have_intervals(finished):
+    (mean,) = finished.errors("contact", "mean_gap")["means"]
+    assert len(mean["loads"]) == 3 and mean["unknown"] == ["mesh", "cell", "solver"]
+    for load in mean["loads"]:
+        (sampling,) = load["terms"]
+        lower, upper = sampling["interval"]
+        assert sampling["term"] == "sampling" and lower == -upper < 0
+    with pytest.raises(asperity.UnknownNameError):
+        finished.errors("nothing")
+
+
 def test_a_study_equals_itself(finished):
     comparison = finished.diff(finished)
     assert comparison.equal and repr(comparison).endswith("A and B are equal")

@@ -1,5 +1,4 @@
-//! `asperity claims`, which tests the claims of a study, and `advise`, which estimates the
-//! cost of extending a fit of limits.
+//! `asperity claims`, which tests the claims of a study.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,8 +8,7 @@ use std::slice;
 use super::columns::in_columns;
 use super::plan::core_hours;
 use super::terminal::stdout;
-use super::{Failure, SetArguments, StudyArguments, print_answer};
-use crate::session::advice::{AdvisedFit, AdvisedStep, StudyAdvice};
+use super::{Failure, SetArguments, print_answer};
 use crate::session::claims::{
     Claim, ClaimOutcome, ClaimSpec, Judgement, LEVEL, Origin, Setting, Verdict, shipped, verdict,
 };
@@ -349,77 +347,4 @@ fn quantities(claim: &Claim, judgement: &Judgement) -> String {
         [format!("alone, {percent} % per end"), format!("all together, {percent} %")];
     let header = ["quantity", "value", &alone, &together, "alone"];
     format!("\n{}\n", in_columns(header, rows, 0..0))
-}
-
-#[derive(clap::Args)]
-pub struct AdviseArguments {
-    #[command(flatten)]
-    study: StudyArguments,
-
-    /// Print the result as JSON.
-    ///
-    /// Form: `[{"stage", "what", "forms", "limit", "unit", "standard_error", "points", "steps":
-    /// [{"term", "doubled", "points", "core_hours", "factor"}, …]}, …]`.
-    ///
-    /// `factor` is the expected ratio of the new standard error to the present one.
-    #[arg(long)]
-    json: bool,
-}
-
-pub fn advise(arguments: &AdviseArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
-    let advice = arguments.study.session(data).advice()?;
-    print_answer(arguments.json, &advice.fits, || advice_text(&advice))
-}
-
-fn advice_text(advice: &StudyAdvice) -> String {
-    let fits: Vec<String> = advice.fits.iter().map(fit_text).collect();
-    let mut text = fits.join("\n");
-    if advice.without > 0 {
-        let many = counted(advice.without, "fit");
-        text += &format!(
-            "{many} of limits without a result: run the study, or see `asperity status`\n"
-        );
-    } else if advice.fits.is_empty() {
-        text += "the study fits no limits; add a `fit` stage with `law = \"limits\"`\n";
-    }
-    text
-}
-
-fn fit_text(fit: &AdvisedFit) -> String {
-    let error = fit
-        .standard_error
-        .map_or_else(String::new, |error| format!(" ± {} (standard error)", significant(error, 2)));
-    let unit = fit.unit.as_ref().map_or_else(String::new, |unit| format!(" [{unit}]"));
-    let mut text = format!(
-        "{}: {}\n  limit{unit} {:.4}{error}, {}; {}\n",
-        fit.stage,
-        fit.what,
-        fit.limit,
-        counted(fit.points, "point"),
-        fit.forms.join(" · "),
-    );
-    text += &format!(
-        "  {:28}  {:>6}  {:>18}  {:>14}  {}\n",
-        "small parameter halved", "points", "cost", "standard error", "by doubling"
-    );
-    let best = fit.steps.iter().filter_map(AdvisedStep::gain).fold(0.0, f64::max);
-    for step in &fit.steps {
-        let after = match (fit.standard_error, step.factor) {
-            (Some(error), Some(factor)) => significant(error * factor, 2),
-            (None, Some(factor)) => format!("× {factor:.2}"),
-            (_, None) => "?".to_owned(),
-        };
-        let mark = match step.gain() {
-            Some(gain) if gain >= best => "  ← best gain for its cost",
-            _ => "",
-        };
-        text += &format!(
-            "  {:28}  {:>6}  {:>18}  {after:>14}  {}{mark}\n",
-            step.term.as_deref().unwrap_or("(twice the surfaces)"),
-            step.points,
-            core_hours(step.seconds),
-            step.doubled.join(", "),
-        );
-    }
-    text
 }

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::SessionError;
 use super::status::in_hours;
-use super::{Session, SessionError};
 use asperity_manifest::expression::Expression;
 use asperity_pipeline::forecast::CostModel;
 use asperity_pipeline::plan::{Plan, PlannedStage};
@@ -76,18 +76,21 @@ impl AdvisedStep {
     }
 }
 
-impl Session<'_> {
-    /// Estimates, for each fit of limits, the cost and the gain of halving each of its small
-    /// parameters once more. Writes nothing.
+impl StudyAdvice {
+    /// Estimates, for each fit of limits of the study or of one stage, the cost and the gain of
+    /// halving each of its small parameters once more.
     ///
     /// # Errors
-    /// Returns the same errors as [`Session::reading`], and an error if a table is damaged.
-    pub fn advice(&self) -> Result<StudyAdvice, SessionError> {
-        let reading = self.reading()?;
+    /// Returns an error if a table is damaged.
+    pub(super) fn new(
+        reading: &StudyResults,
+        stage: Option<&str>,
+    ) -> Result<StudyAdvice, SessionError> {
         let mut advice = StudyAdvice { fits: Vec::new(), without: 0 };
-        for (index, stage) in reading.plan.stages.iter().enumerate() {
-            if stage.kind == Kind::Fit {
-                add_stage(&reading, index, stage, &mut advice)?;
+        for (index, planned) in reading.plan.stages.iter().enumerate() {
+            let is_wanted = stage.is_none_or(|name| name == planned.name);
+            if planned.kind == Kind::Fit && is_wanted {
+                add_stage(reading, index, planned, &mut advice)?;
             }
         }
         Ok(advice)

@@ -95,7 +95,7 @@ fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
     let bench = Bench::new();
     let manifest = bench.write(&LIMITS);
     let advise = |more: &[&str]| {
-        let arguments = [&["advise", manifest.to_str().unwrap()], more].concat();
+        let arguments = [&["errors", manifest.to_str().unwrap()], more].concat();
         let output = bench.output(&arguments);
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stdout)
@@ -107,7 +107,7 @@ fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
         assert!(printed.contains(part), "{part} in\n{printed}");
     }
     let advice: Value = serde_json::from_str(&advise(&["--json"])).unwrap();
-    let steps = advice[0]["steps"].as_array().unwrap();
+    let steps = advice["limits"][0]["steps"].as_array().unwrap();
     let step = |term: &str| steps.iter().find(|step| step["term"] == term).unwrap();
     // Each term is halved by doubling other parameters.
     for (term, doubled, points) in [
@@ -124,6 +124,32 @@ fn one_more_octave_towards_each_limit_is_priced_and_narrows_it() {
     }
     let again = &steps[steps.len() - 1];
     assert_eq!(again["points"], 6);
+}
+
+#[test]
+fn tied_parameters_are_doubled_together() {
+    let bench = Bench::new();
+    let study = manifest("tied", "seed = 1")
+        .generate(
+            "surfaces",
+            "hurst = 0.8; realizations = 4; heights = 'redraw'; k_lower = [1, 2, 4]; \
+             k_upper = '4 * k_lower'; nodes = '4 * k_upper'",
+        )
+        .solve("contact", "loads = [0.1]")
+        .measure("area", "")
+        .fit(
+            "limit",
+            "law = 'limits'; of = 'area_fraction'; loads = 0.1; bootstrap = 10; \
+             terms = { of = '1 / k_lower', exponent = 1 }; over = ['k_upper', 'nodes']",
+        )
+        .text();
+    bench.run(&study);
+    let output = bench.output(&["errors", bench.path("study.toml").to_str().unwrap(), "--json"]);
+    let errors: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let steps = errors["limits"][0]["steps"].as_array().unwrap();
+    // One octave, and twice the surfaces.
+    assert_eq!(steps.len(), 2, "{errors}");
+    assert_eq!(steps[0]["doubled"], serde_json::json!(["k_lower", "k_upper", "nodes"]));
 }
 
 #[test]

@@ -20,6 +20,7 @@ mod disk;
 mod distributions;
 mod disturbance;
 mod ensembles;
+mod errors;
 mod explain;
 mod exports;
 mod failures;

@@ -226,7 +226,7 @@ fn every_command_that_reads_a_manifest_reads_settings() {
         &["status", manifest],
         &["cancel", manifest],
         &["claims", manifest],
-        &["advise", manifest],
+        &["errors", manifest],
         &["columns", manifest],
         &["table", manifest, "area"],
         &["view", manifest, "light"],

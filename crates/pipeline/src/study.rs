@@ -7,6 +7,7 @@ mod adhesion;
 pub mod claims;
 pub mod figures;
 mod graph;
+mod means;
 mod measured_maps;
 pub(crate) mod multilevel;
 mod pairs;
@@ -37,6 +38,7 @@ use asperity_stages::surface_files::{RecordedFiles, SurfaceFiles};
 use asperity_stages::units::TableUnits;
 use asperity_tables::table::Table;
 
+pub use means::MeansOfStage;
 pub use measured_maps::MeasuredMaps;
 pub use summary::StageSummary;
 pub(crate) use units::unit_of_quantity;

@@ -9,6 +9,7 @@ mod automatic;
 mod contact_maps;
 mod curves;
 mod declared;
+mod errors;
 mod heights;
 mod shipped;
 mod spectra;
@@ -30,13 +31,14 @@ use asperity_pipeline::study::Study;
 use asperity_pipeline::study::figures::FigureSpec;
 
 /// Figures that code draws, which every study can have.
-const CODED: [&Definition; 6] = [
+const CODED: [&Definition; 7] = [
     &heights::MAPS,
     &heights::HEIGHTS,
     &spectra::SPECTRUM,
     &spectra::SLOPE_BY_SCALE,
     &contact_maps::CONTACT_MAPS,
     &adhesion_maps::MAPS,
+    &errors::ERRORS,
 ];
 
 pub use shipped::{missing, names};

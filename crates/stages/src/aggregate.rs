@@ -26,6 +26,7 @@ mod statistics;
 mod theory;
 
 pub use groups::reduce as grouped;
+pub(crate) use multilevel::numbers;
 pub use multilevel::{
     FinestMean, Multilevel, finest_means, reduce as multilevel_means, warning as multilevel_warning,
 };

@@ -13,6 +13,7 @@
 //! | [`correct`] | corrects contact areas for the mesh |
 //! | [`fit`] | fits laws to single parameter points, and limits of observables to all points |
 //! | [`aggregate`] | computes statistics of groups of rows, and answers SQL queries |
+//! | [`error_budget`] | errors of means: sampling, mesh, cell and solver |
 //! | [`departures`] | finds surfaces that are not isotropic Gaussian roughness |
 //! | `stage`, [`error`] | interface of all stages: [`Definition`], [`Stage`], [`StageError`] |
 //! | [`check_context`], [`lengths`] | what checks of keys know about the study; units of lengths |
@@ -45,6 +46,7 @@ pub mod correct;
 pub mod departures;
 pub mod ensemble;
 pub mod error;
+pub mod error_budget;
 mod exclusions;
 pub mod fit;
 pub mod generate;
@@ -246,6 +248,18 @@ impl Recipe {
             Kind::Aggregate => self.query().is_none(),
             Kind::Generate | Kind::Solve | Kind::Measure | Kind::Correct => false,
         }
+    }
+
+    /// Returns whether the recipe fits the limit of an observable.
+    pub fn is_fit_of_limits(&self) -> bool {
+        matches!(self, Recipe::Fit(params) if matches!(params.law, fit::laws::Law::Limits(_)))
+    }
+
+    /// Returns whether the recipe computes multilevel means.
+    pub fn is_multilevel(&self) -> bool {
+        let is_multilevel =
+            |params: &aggregate::Params| matches!(params, aggregate::Params::Multilevel(_));
+        matches!(self, Recipe::Aggregate(params) if is_multilevel(params))
     }
 
     /// Returns whether one task draws all surfaces of a parameter point.

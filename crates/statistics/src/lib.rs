@@ -20,6 +20,7 @@
 //! | [`intervals`] | confidence intervals of functions of means by the jackknife |
 //! | [`expectation`] | ranges in which quantities are expected, and verdicts |
 //! | [`differences`] | differences of two means, paired or independent; many comparisons |
+//! | [`discretization`] | error of a mean on a mesh or in a cell, from other meshes or cells |
 //! | [`multilevel`] | means on a fine mesh from many surfaces on coarser ones |
 //! | `least_squares` | Levenberg–Marquardt, linear least squares, goodness of fit |
 //! | [`random`] | seeded normal random numbers for synthetic data |
@@ -32,6 +33,7 @@ pub mod bootstrap;
 pub mod convexity;
 pub mod curves;
 pub mod differences;
+pub mod discretization;
 pub mod evolution;
 pub mod expectation;
 pub mod intervals;

@@ -245,7 +245,7 @@ fn nodes(table: &Table) -> Result<Vec<i64>, TableError> {
 }
 
 /// Returns the values of a column of numbers or flags.
-fn numbers(table: &Table, name: &str) -> Result<Vec<Option<f64>>, TableError> {
+pub(crate) fn numbers(table: &Table, name: &str) -> Result<Vec<Option<f64>>, TableError> {
     if let Ok(integers) = table.integers(name) {
         return Ok(integers.iter().map(|value| value.map(|value| value as f64)).collect());
     }

@@ -5,6 +5,9 @@
 //! small parameter smaller and leaves the others unchanged, it is a step towards the limit of this
 //! parameter alone. For example, with `k_lower / k_upper` and `k_upper / nodes`, doubling both
 //! `k_upper` and `nodes` is a step towards the fractal limit.
+//!
+//! Two parameters that have the same ratio at all points, such as those of `k_upper = "8 *
+//! k_lower"`, are tied: the points do not show the effect of their ratio. They are doubled together.
 
 use std::collections::BTreeSet;
 
@@ -97,6 +100,9 @@ fn step(
     points: &[ParameterPoint],
     parameters: Vec<String>,
 ) -> Option<Octave> {
+    if are_torn(points, &choices.over, &parameters) {
+        return None;
+    }
     let mut smaller: Option<String> = None;
     for (index, term) in choices.terms.iter().enumerate() {
         let text = term.of.to_string();
@@ -123,6 +129,24 @@ fn step(
     Some(Octave { term: smaller?, from, doubled: parameters, error_ratio: None })
 }
 
+/// Returns whether only one of two tied parameters is doubled.
+fn are_torn(points: &[ParameterPoint], over: &BTreeSet<String>, doubled: &[String]) -> bool {
+    let ratios = |one: &str, other: &str| {
+        let ratio = |point: &ParameterPoint| number(point, one) / number(point, other);
+        points.iter().map(ratio).collect::<Vec<f64>>()
+    };
+    let is_constant =
+        |values: &[f64]| values.iter().all(|&value| decimal::is_same(value, values[0]));
+    let varies = |name: &str| {
+        !is_constant(&points.iter().map(|point| number(point, name)).collect::<Vec<f64>>())
+    };
+    let others = || over.iter().filter(|name| !doubled.contains(name) && varies(name));
+    doubled
+        .iter()
+        .filter(|name| varies(name))
+        .any(|one| others().any(|other| is_constant(&ratios(one, other))))
+}
+
 fn doubled(point: &ParameterPoint, parameters: &[String]) -> ParameterPoint {
     let value = |name: &str, value: &Value| match value {
         value if !parameters.iter().any(|other| other == name) => value.clone(),
@@ -134,11 +158,14 @@ fn doubled(point: &ParameterPoint, parameters: &[String]) -> ParameterPoint {
 }
 
 fn small_parameters(choices: &LimitChoices, point: &ParameterPoint) -> Vec<f64> {
-    let number = |name: &str| match point.get(name) {
+    let terms = choices.terms.iter();
+    terms.map(|term| term.of.value(&|name| number(point, name))).collect()
+}
+
+fn number(point: &ParameterPoint, name: &str) -> f64 {
+    match point.get(name) {
         Some(Value::Real(number)) => *number,
         Some(Value::Integer(number)) => *number as f64,
         _ => f64::NAN,
-    };
-    let terms = choices.terms.iter();
-    terms.map(|term| term.of.value(&number)).collect()
+    }
 }
