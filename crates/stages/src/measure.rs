@@ -26,6 +26,7 @@ use super::{
     table_beside_coordinates,
 };
 use crate::bodies::Conduction;
+use crate::version::{PartVersion, Version};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::height_distribution::{Histogram, HistogramPool};
 use asperity_manifest::diagnostics::counted;
@@ -35,12 +36,18 @@ use asperity_tables::source::TableSource;
 use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::Table;
 
+use conduction::SPOTS_VERSION;
+use contacts::ADHESION_VERSION;
 pub use contacts::NodeSet;
 pub use distributions::Distribution;
-use statistics::Statistic;
+use friction::DISSIPATION_VERSION;
+use statistics::{AUTOCORRELATION_VERSION, Statistic};
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
-pub const VERSION: u32 = 5;
+pub const VERSION: Version = Version::new(
+    4,
+    &["spectra of measured maps that have yielded count the independent modes of the map"],
+);
 
 /// Memory for the map of filled nodes, the measured map and the search of spikes, in bytes per
 /// node.
@@ -158,6 +165,26 @@ pub enum Params {
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Measure
+    }
+
+    fn part_versions(&self) -> Vec<PartVersion> {
+        match self {
+            Params::Contacts { .. } => vec![
+                PartVersion::new("spots_version", "formula of separate spots", SPOTS_VERSION),
+                PartVersion::new("adhesion_version", "measures with adhesion", ADHESION_VERSION),
+            ],
+            Params::Friction(_) => {
+                let (parameter, version) = ("dissipation_version", DISSIPATION_VERSION);
+                vec![PartVersion::new(parameter, "dissipated energy", version)]
+            }
+            Params::Surface(Statistic::Autocorrelation { .. }) => {
+                vec![PartVersion::new("version", "autocorrelation", AUTOCORRELATION_VERSION)]
+            }
+            Params::Surface(Statistic::Areal(_)) => {
+                vec![PartVersion::new("version", "texture parameters", areal::VERSION)]
+            }
+            _ => Vec::new(),
+        }
     }
 
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {

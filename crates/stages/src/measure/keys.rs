@@ -289,9 +289,10 @@ fn of_loads(
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
         let conduction = conduction(span, surfaces, checks)?;
         let filled = surfaces.stage_with(Property::Filled).is_some();
-        let spots_version = surfaces.stage_with(Property::WithImages).map(|_| SPOTS_VERSION);
+        let spots_version =
+            surfaces.stage_with(Property::WithImages).map(|_| SPOTS_VERSION.number());
         let adhesion_version =
-            surfaces.stage_with(Property::WithAdhesion).map(|_| ADHESION_VERSION);
+            surfaces.stage_with(Property::WithAdhesion).map(|_| ADHESION_VERSION.number());
         return Some(Params::Contacts {
             stiffness,
             set,

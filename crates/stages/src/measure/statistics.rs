@@ -14,6 +14,7 @@ use super::areal::Areal;
 use crate::RowKind;
 use crate::columns::*;
 use crate::surface::Origin;
+use crate::version::Version;
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::autocorrelation::Autocorrelation;
 use asperity_contact::topography::descriptors::Roughness;
@@ -51,7 +52,11 @@ pub enum Statistic {
 }
 
 /// Version of the autocorrelation, which is part of its keys only.
-const AUTOCORRELATION_VERSION: u32 = 2;
+pub const AUTOCORRELATION_VERSION: Version = Version::new(
+    1,
+    &["lag zero of the radial mean is the mean square height also where Δx and Δy differ by more \
+       than a factor of two"],
+);
 
 /// Returns the columns of all statistics.
 pub fn all_columns() -> Vec<Column> {
@@ -69,7 +74,7 @@ type Measured = Vec<(Column, ArrayRef)>;
 impl Statistic {
     /// The autocorrelation in its present version.
     pub const AUTOCORRELATION: Statistic =
-        Statistic::Autocorrelation { version: AUTOCORRELATION_VERSION };
+        Statistic::Autocorrelation { version: AUTOCORRELATION_VERSION.number() };
 
     const EACH: [Statistic; 7] = [
         Statistic::Spectrum,

@@ -57,7 +57,7 @@ pub fn statistic(
     Some(if is_default && settings == Settings::default() {
         Statistic::Roughness
     } else {
-        Statistic::Areal(Areal { parameters, settings, version: VERSION })
+        Statistic::Areal(Areal { parameters, settings, version: VERSION.number() })
     })
 }
 
