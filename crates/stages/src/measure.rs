@@ -41,13 +41,10 @@ use contacts::ADHESION_VERSION;
 pub use contacts::NodeSet;
 pub use distributions::Distribution;
 use friction::DISSIPATION_VERSION;
-use statistics::{AUTOCORRELATION_VERSION, Statistic};
+use statistics::{AUTOCORRELATION_VERSION, Statistic, YIELDED_VERSION};
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
-pub const VERSION: Version = Version::new(
-    4,
-    &["spectra of measured maps that have yielded count the independent modes of the map"],
-);
+pub const VERSION: Version = Version::new(4, &[]);
 
 /// Memory for the map of filled nodes, the measured map and the search of spikes, in bytes per
 /// node.
@@ -151,6 +148,9 @@ pub enum Params {
         bins: u32,
         /// Longest trusted wavelength, as a fraction of the shorter side of a scan.
         trusted_fraction: f64,
+        /// Version of the spectra of surfaces that have yielded, if a scan has.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        yielded_version: Option<u32>,
     },
     /// Partial slip under tangential loads of the contacts of a `solve` stage.
     Friction(friction::Params),
@@ -183,6 +183,10 @@ impl Stage for Params {
             Params::Surface(Statistic::Areal(_)) => {
                 vec![PartVersion::new("version", "texture parameters", areal::VERSION)]
             }
+            Params::Surface(Statistic::Spectrum { .. }) | Params::Stitched { .. } => {
+                let of = "spectra of yielded surfaces";
+                vec![PartVersion::new("yielded_version", of, YIELDED_VERSION)]
+            }
             _ => Vec::new(),
         }
     }
@@ -191,7 +195,7 @@ impl Stage for Params {
         let input = inputs.first().expect("the plan gives a task its inputs");
         match *self {
             Params::Pool { bins, range } => pool(inputs, bins as usize, range, context),
-            Params::Stitched { bins, trusted_fraction } => {
+            Params::Stitched { bins, trusted_fraction, .. } => {
                 stitched::measure(inputs, bins, trusted_fraction, context)
             }
             Params::Friction(ref friction) => friction.measure(&input.table),
@@ -297,7 +301,9 @@ impl Stage for Params {
         let additional = match self {
             Params::Contacts { filled: true, .. } => FILLED_BYTES_PER_NODE,
             Params::Surface(statistic) => statistic.bytes_per_node(),
-            Params::Stitched { .. } => Statistic::Spectrum.bytes_per_node(),
+            Params::Stitched { .. } => {
+                Statistic::Spectrum { yielded_version: None }.bytes_per_node()
+            }
             _ => 0.0,
         };
         Footprint { work: 36.0 + additional, table: 0.0 }

@@ -428,6 +428,7 @@ impl Surfaces {
         let properties = [
             (Property::Open, origins().any(Origin::is_open)),
             (Property::Filled, origins().any(Origin::has_filled_points)),
+            (Property::Yielded, origins().any(Origin::has_yielded)),
             (Property::NotRedrawable, origins().any(Origin::reads_stage)),
             (Property::WithoutSlope, origins().any(|origin| origin.given_rms_slope().is_none())),
             (Property::WithoutHeight, origins().any(|origin| origin.given_rms_height().is_none())),

@@ -13,7 +13,7 @@ use super::conduction::SPOTS_VERSION;
 use super::contacts::ADHESION_VERSION;
 use super::distributions::Distribution;
 use super::friction::FrictionTable;
-use super::statistics::Statistic;
+use super::statistics::{Statistic, YIELDED_VERSION};
 use super::{NodeSet, Params, stitched};
 use crate::bodies::Conduction;
 use crate::check_context::{Property, Surfaces};
@@ -181,7 +181,7 @@ impl What {
             What::Clusters => return Quantity::Distribution(Distribution::Clusters { bins }),
             What::Heights => return Quantity::Heights,
             What::StitchedSpectrum => return Quantity::Stitched,
-            What::Spectrum => Statistic::Spectrum,
+            What::Spectrum => Statistic::Spectrum { yielded_version: None },
             What::ProfileSpectrum => Statistic::ProfileSpectrum,
             What::Autocorrelation => Statistic::AUTOCORRELATION,
             What::Scales => Statistic::Scales,
@@ -372,8 +372,14 @@ fn of_surfaces(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -
     };
     Some(Params::Surface(match what {
         What::Roughness => areal::statistic(table, surfaces, checks)?,
+        What::Spectrum => Statistic::Spectrum { yielded_version: yielded_version(surfaces) },
         _ => statistic,
     }))
+}
+
+/// Returns the version of the spectra of yielded surfaces, if there are any.
+fn yielded_version(surfaces: &Surfaces) -> Option<u32> {
+    surfaces.stage_with(Property::Yielded).map(|_| YIELDED_VERSION.number())
 }
 
 /// Returns the task of a stitched spectrum. Refuses surfaces whose lengths have different units.
@@ -394,7 +400,8 @@ fn stitched(
         );
     }
     let [first, second, ..] = surfaces.length_units.as_slice() else {
-        return Some(Params::Stitched { bins, trusted_fraction });
+        let yielded_version = yielded_version(surfaces);
+        return Some(Params::Stitched { bins, trusted_fraction, yielded_version });
     };
     let message = format!("the scans have lengths in {first:?} and in {second:?}");
     let problem = Problem::new(message, table.what.written()?.span.clone(), "needs one unit");

@@ -28,7 +28,12 @@ use asperity_tables::column::{Column, integers, optional_reals, reals, texts};
 #[serde(tag = "of", rename_all = "kebab-case")]
 pub enum Statistic {
     /// Power spectral density over rings of wavevectors.
-    Spectrum,
+    Spectrum {
+        /// Version of the spectra of surfaces that have yielded. Omitted from the recipe for other
+        /// surfaces, so that existing keys stay valid.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        yielded_version: Option<u32>,
+    },
     /// Power spectral density of profiles along x and y.
     ProfileSpectrum,
     /// Autocorrelation along x, along y, and averaged over all directions.
@@ -50,6 +55,10 @@ pub enum Statistic {
     /// Selected parameters of ISO 25178.
     Areal(Areal),
 }
+
+/// Version of the spectra of surfaces that have yielded.
+pub const YIELDED_VERSION: Version =
+    Version::new(1, &["the modes of a measured map that has yielded count as those of the map"]);
 
 /// Version of the autocorrelation, which is part of its keys only.
 pub const AUTOCORRELATION_VERSION: Version = Version::new(
@@ -77,7 +86,7 @@ impl Statistic {
         Statistic::Autocorrelation { version: AUTOCORRELATION_VERSION.number() };
 
     const EACH: [Statistic; 7] = [
-        Statistic::Spectrum,
+        Statistic::Spectrum { yielded_version: None },
         Statistic::ProfileSpectrum,
         Statistic::AUTOCORRELATION,
         Statistic::Scales,
@@ -89,7 +98,7 @@ impl Statistic {
     /// Returns the kind of rows in the table.
     pub fn rows(&self) -> RowKind {
         match self {
-            Statistic::Spectrum => RowKind::PowerSpectra,
+            Statistic::Spectrum { .. } => RowKind::PowerSpectra,
             Statistic::ProfileSpectrum => RowKind::ProfileSpectra,
             Statistic::Autocorrelation { .. } => RowKind::Autocorrelations,
             Statistic::Scales => RowKind::Scales,
@@ -101,7 +110,7 @@ impl Statistic {
     /// Returns the columns without the parameter columns of the surface.
     pub fn columns(&self) -> Vec<Column> {
         match self {
-            Statistic::Spectrum => {
+            Statistic::Spectrum { .. } => {
                 vec![WAVENUMBER, MODES, DEGREES_OF_FREEDOM, SPECTRAL_DENSITY]
             }
             Statistic::ProfileSpectrum => vec![ALONG, WAVENUMBER, PROFILE_DENSITY],
@@ -117,7 +126,7 @@ impl Statistic {
     pub fn measure(&self, surface: &Surface, origin: &Origin) -> (usize, Measured) {
         let boundary = if origin.is_open() { Boundary::Free } else { Boundary::Periodic };
         match *self {
-            Statistic::Spectrum => spectrum(surface, origin, boundary),
+            Statistic::Spectrum { .. } => spectrum(surface, origin, boundary),
             Statistic::ProfileSpectrum => profile_spectrum(surface, boundary),
             Statistic::Autocorrelation { .. } => autocorrelation(surface, boundary),
             Statistic::Scales => slopes_and_curvatures(surface, boundary),
@@ -266,7 +275,9 @@ mod tests {
         let written = |statistic: Statistic| {
             serde_json::to_string(&crate::measure::Params::Surface(statistic)).unwrap()
         };
-        assert_eq!(written(Statistic::Spectrum), r#"{"of":"spectrum"}"#);
+        let spectrum = |yielded_version| written(Statistic::Spectrum { yielded_version });
+        assert_eq!(spectrum(None), r#"{"of":"spectrum"}"#);
+        assert_eq!(spectrum(Some(2)), r#"{"of":"spectrum","yielded_version":2}"#);
         let bearing = Statistic::Bearing { bins: 100, range: 4.0 };
         assert_eq!(written(bearing), r#"{"of":"bearing","bins":100,"range":4.0}"#);
     }
