@@ -27,6 +27,7 @@ import importlib
 
 # Modules are imported on first use, so that the command line starts without NumPy.
 _MODULE_OF = {
+    "from_surfacetopography": "_surfaces",
     "read": "_surfaces",
     "surface": "_surfaces",
     "Topography": "_topography",

@@ -11,7 +11,11 @@ from asperity._map import Map as Map
 from asperity._plan import Diff as Diff, Plan as Plan, Report as Report, Run as Run
 from asperity._press import press as press, press_each as press_each
 from asperity._study import Study as Study
-from asperity._surfaces import read as read, surface as surface
+from asperity._surfaces import (
+    from_surfacetopography as from_surfacetopography,
+    read as read,
+    surface as surface,
+)
 from asperity._table import Column as Column, Table as Table
 from asperity._topography import Topography as Topography
 from asperity.errors import (
@@ -58,6 +62,7 @@ __all__ = [
     "__version__",
     "corrected_area",
     "errors",
+    "from_surfacetopography",
     "main",
     "models",
     "persson",

@@ -6,6 +6,8 @@ import os
 import warnings
 from typing import Any, Dict, Mapping, Optional, Sequence, Union
 
+import numpy as np
+
 from asperity import _asperity
 from asperity._arrays import Size
 from asperity._table import Table
@@ -102,6 +104,46 @@ def read(
     read = Topography._of(heights, sides, own_unit or unit, is_periodic)
     read._warn(format, has_given_sides=size is not None)
     return read
+
+
+def from_surfacetopography(topography: Any) -> Topography:
+    """Converts a map of SurfaceTopography, with its sides, unit, periodicity and missing points.
+
+    Heights are those of ``topography.heights()``, after all steps such as ``detrend``. Both packages store them
+    as ``[x, y]``, and sides are nodes × spacing.
+
+    Parameters
+    ----------
+    topography : SurfaceTopography.Topography
+        Map, or a view of one.
+
+    Returns
+    -------
+    Topography
+        The height map; a copy of the heights.
+
+    Raises
+    ------
+    SurfaceError
+        If it is a line scan, a part of a map that is distributed over processes, or has no sides.
+
+    Warns
+    -----
+    StudyWarning
+        If the rms slope is above 1, so that heights or sides are probably in another unit.
+    """
+    if topography.dim != 2:
+        raise SurfaceError("the topography is a line scan; a contact needs a map")
+    if getattr(topography, "is_domain_decomposed", False):
+        raise SurfaceError("the topography is distributed over processes; read the whole map in one process")
+    if topography.physical_sizes is None:
+        raise SurfaceError("the topography has no sides; give `physical_sizes` when you read it")
+    heights = np.ma.filled(np.ma.array(topography.heights(), dtype=np.float64), np.nan)
+    width, length = topography.physical_sizes
+    unit = getattr(topography, "unit", None) or None
+    return Topography(
+        heights, (float(width), float(length)), unit=unit, is_periodic=bool(topography.is_periodic)
+    )
 
 
 def surface(

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from html import escape
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -379,6 +380,43 @@ class Topography:
         cropped = Topography._of(heights, sides, self.unit, False)
         cropped._is_unchecked = self._is_unchecked
         return cropped
+
+    def to_surfacetopography(self) -> Any:
+        """Returns the map as a ``SurfaceTopography.Topography``, which has to be installed.
+
+        Sides, unit and periodicity stay, and missing points are masked. The heights are a copy.
+        """
+        from SurfaceTopography import Topography as Converted
+
+        heights = np.ma.masked_invalid(self._heights) if self.missing else self._heights.copy()
+        return Converted(heights, self._size, unit=self.unit, periodic=self._is_periodic)
+
+    def to_gwy(self, path: "Union[str, os.PathLike[str]]") -> None:
+        """Writes the map to a file of Gwyddion, ``.gwy``, with missing points under a mask.
+
+        Lengths are converted to metres, if the map has a unit of length. The first line of the file has y = 0.
+        :func:`read`, SurfaceTopography and surfalize take points under the mask for missing ones.
+
+        Parameters
+        ----------
+        path : str or path
+            Path of the file. Another file of Gwyddion is overwritten.
+
+        Raises
+        ------
+        ArgumentError
+            If the path is that of a file of another kind.
+
+        Examples
+        --------
+        >>> import asperity, os, tempfile
+        >>> path = os.path.join(tempfile.mkdtemp(), "map.gwy")
+        >>> Topography([[1.0, 2.0], [3.0, float("nan")]], size="100 um").to_gwy(path)
+        >>> back = asperity.read(path)
+        >>> back.size, back.unit, back.missing
+        ((0.0001, 0.0001), 'm', 1)
+        """
+        _asperity.write_gwyddion(os.fspath(path), self._heights, self._size, self.unit)
 
     def statistics(self) -> Dict[str, float]:
         """Computes statistics of the heights, named like table columns.

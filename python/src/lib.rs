@@ -37,7 +37,7 @@ mod _asperity {
     #[pymodule_export]
     use super::surfaces::{
         align, crop, draw, fill, implausible, length, level, level_through, read, remove_islands,
-        remove_spikes,
+        remove_spikes, write_gwyddion,
     };
     #[pymodule_export]
     use super::table::Table;

@@ -9,6 +9,7 @@ use asperity::contact::topography::outliers::{MAX_WINDOW, Spikes, islands};
 use asperity::contact::topography::preparation::Crop;
 use asperity::contact::topography::surface::Axis;
 use asperity::direct;
+use asperity::session::export;
 use asperity::surface_files::{MAX_BYTES, SurfaceFileError};
 use asperity::tables::store::regular::read_regular;
 use asperity::topography_files::{Quantity, Size, SuspectNumber, is_marker};
@@ -17,7 +18,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::conversion::{self, map, scan};
-use crate::errors::{direct_error, surface_error, value_error};
+use crate::errors::{direct_error, session_error, surface_error, value_error};
 use crate::interruption::interruptible;
 use crate::table::Table;
 
@@ -61,6 +62,20 @@ pub fn implausible(
 ) -> PyResult<Vec<String>> {
     let scan = scan(py, &heights, size)?;
     Ok(py.detach(|| direct::implausible(&scan, unit.unwrap_or_default(), format, has_given_sides)))
+}
+
+/// Writes a map to a file of Gwyddion.
+#[pyfunction]
+pub fn write_gwyddion(
+    py: Python<'_>,
+    path: PathBuf,
+    heights: PyReadonlyArray2<'_, f64>,
+    size: [f64; 2],
+    unit: Option<&str>,
+) -> PyResult<()> {
+    let scan = scan(py, &heights, size)?;
+    let written = py.detach(|| export::write_gwyddion(&path, &scan, unit));
+    written.map_err(|error| session_error(py, &error))
 }
 
 /// Heights (NaN if missing), sides in the unit of the heights, unit, name of the channel, names of

@@ -23,6 +23,7 @@ use super::formatting::listed;
 use super::maps::{Map, MapKind, PathState, TaskMaps};
 use super::output_files::{has_suffix, unwritten, write_output, write_output_with};
 use super::task_choice::ChosenLoad;
+use asperity_contact::topography::surface::Scan;
 use asperity_stages::columns::LOAD;
 use asperity_stages::ensemble::prescribed_length;
 use asperity_stages::per_axis::PerAxis;
@@ -100,6 +101,30 @@ pub struct Exported {
     /// Branches of the exported states of a path.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub branches: Vec<String>,
+}
+
+/// Writes the heights of a map to a file of Gwyddion, with missing points under a mask. `unit` is
+/// the unit of the heights and of the sides. Another file of Gwyddion is overwritten.
+///
+/// # Errors
+/// Returns an error if the map needs more than 4 GB, if the path is that of a file of another kind,
+/// or if the file cannot be written.
+pub fn write_gwyddion(path: &Path, scan: &Scan, unit: Option<&str>) -> Result<(), SessionError> {
+    let map = Map {
+        kind: MapKind::Heights,
+        values: scan.heights().to_vec(),
+        grid: scan.grid(),
+        length_unit: unit.map(str::to_owned),
+        unit: unit.map(str::to_owned),
+        load: None,
+        state: None,
+        pressure_unit: None,
+        effective_modulus: None,
+        load_column: None,
+        load_unit: None,
+    };
+    let file = gwyddion::native(&[gwyddion::Channel { map: &map, mask: None }])?;
+    write_output(path, &file, "Gwyddion", true)
 }
 
 /// Format of an export, which the suffix of the file names.

@@ -159,7 +159,7 @@ impl Reason<'_> {
             if cause.stage == self.stage {
                 cause.why.to_string()
             } else {
-                format!("earlier stage `{}`: {}", cause.stage, cause.why)
+                format!("earlier stage `{}`: {}", cause.stage, cause.why.brief())
             }
         };
         self.causes.iter().map(phrase).collect()

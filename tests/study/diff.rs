@@ -256,7 +256,7 @@ fn another_version_of_a_stage_is_a_difference_even_if_its_results_are_equal() {
     fs::write(&owner, record.to_string()).unwrap();
     let tables = bench.data().join("results/small");
     let (printed, code) = diff(&bench, &tables, &manifest, &["--exit-code"]);
-    assert!(printed.contains("light: stage version 1 → "), "{printed}");
+    assert!(printed.contains("light: `solve` version 1 → "), "{printed}");
     assert!(
         printed.ends_with("A and B have different parameters and equal results\n"),
         "{printed}"

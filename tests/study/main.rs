@@ -68,6 +68,7 @@ mod topography;
 mod two_bodies;
 mod units;
 mod unloading;
+mod upgrade;
 mod variants;
 mod views;
 mod warnings;

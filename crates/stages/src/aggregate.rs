@@ -13,6 +13,7 @@ use super::{
     Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, Recipe, RowKind, Stage,
     StageError, stacked,
 };
+use crate::version::{PartVersion, Version};
 use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
@@ -35,7 +36,7 @@ pub use theory::{Model, SPECTRUM_COLUMNS, nayak_parameters};
 
 /// Version of the computed numbers, part of the key of every stored result. Raise it whenever the
 /// numbers change.
-pub const VERSION: u32 = 6;
+pub const VERSION: Version = Version::new(6, &[]);
 
 /// Definition of the kind of stage `aggregate`.
 pub const STAGE: Definition = Definition {
@@ -54,7 +55,13 @@ pub const STAGE: Definition = Definition {
 };
 
 /// Version of the answers to queries, part of the key of every stored answer.
-pub const SQL_VERSION: u32 = 3;
+pub const SQL_VERSION: Version = Version::new(
+    1,
+    &[
+        "`sum(1)`, windows with `order by`, `%`, `round` and `cast` are computed as in DuckDB",
+        "columns of stages with `sql` have the units that follow from the query",
+    ],
+);
 
 /// Statistics that a task computes, or query that it answers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -100,6 +107,16 @@ impl Groups {
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Aggregate
+    }
+
+    fn part_versions(&self) -> Vec<PartVersion> {
+        match self {
+            Params::Groups(_) => Vec::new(),
+            Params::Multilevel(_) => {
+                vec![PartVersion::new("version", "multilevel mean", multilevel::VERSION)]
+            }
+            Params::Sql(_) => vec![PartVersion::new("version", "query", SQL_VERSION)],
+        }
     }
 
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {

@@ -2,11 +2,16 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::version::Version;
 use asperity_contact::grid::Boundary;
 
 /// Version of the numbers of loads with a free boundary. It is part of their recipes only, so that
 /// raising it does not recompute periodic loads.
-const FREE_BOUNDARY_VERSION: u32 = 3;
+pub const FREE_BOUNDARY_VERSION: Version = Version::new(
+    2,
+    &["pressures that a step clips are taken from the nodes around them: fewer pairs of \
+       transforms, other last digits"],
+);
 
 #[derive(Serialize, Deserialize)]
 struct BoundaryRecipe {
@@ -16,7 +21,7 @@ struct BoundaryRecipe {
 
 /// Serializes the boundary for a recipe.
 pub fn serialize<S: Serializer>(boundary: &Boundary, serializer: S) -> Result<S::Ok, S::Error> {
-    let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION };
+    let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION.number() };
     recipe.serialize(serializer)
 }
 

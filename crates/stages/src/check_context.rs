@@ -40,6 +40,8 @@ pub enum Property {
     Open,
     /// Measured maps whose missing points were filled.
     Filled,
+    /// Surfaces that have yielded.
+    Yielded,
     /// Random surfaces that cannot be drawn again, because their spectra are in the tables of other
     /// stages.
     NotRedrawable,

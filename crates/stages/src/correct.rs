@@ -15,6 +15,7 @@ use crate::grids::Meshes;
 use crate::stage::distinct;
 use crate::table_columns::Values::{OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column};
+use crate::version::Version;
 use crate::{
     CheckContext, Context, Definition, Effort, Extent, Input, Kind, Reads, Recipe, RowKind, Stage,
     StageError, stacked, table_beside_coordinates,
@@ -29,7 +30,7 @@ use asperity_tables::column::Column;
 use asperity_tables::table::Table;
 
 /// Version of the results, which is part of every key. It is raised whenever numbers change.
-pub const VERSION: u32 = 3;
+pub const VERSION: Version = Version::new(3, &[]);
 
 /// The kind of stage that corrects the contact area for the mesh.
 pub const STAGE: Definition = Definition {

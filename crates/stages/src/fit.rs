@@ -30,6 +30,7 @@ use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, MEAN_GAP, STOP};
 use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::solve::is_unconverged;
 use crate::stage::{number, range};
+use crate::version::Version;
 use crate::{
     Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, RowKind, Stage,
     StageError, stacked,
@@ -44,7 +45,7 @@ use asperity_tables::table::{Table, TableError};
 
 /// Version of the computed numbers, part of the key of every stored result. Raise it whenever the
 /// numbers change.
-pub const VERSION: u32 = 8;
+pub const VERSION: Version = Version::new(8, &[]);
 
 /// Definition of the kind of stage `fit`.
 pub const STAGE: Definition = Definition {

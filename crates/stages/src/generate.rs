@@ -16,13 +16,18 @@ use std::borrow::Cow;
 
 use arrow::array::{Array, Float64Array};
 
+use crate::boundary_recipe::FREE_BOUNDARY_VERSION;
 use crate::columns::*;
+use crate::map_file::Reader;
+use crate::reduced_units::HARDNESS_VERSION;
+use crate::solve;
 use crate::stage::{ContactLoads, distinct, range};
 use crate::surface::description::{self, Description};
 use crate::surface::labels::of_samples;
 use crate::surface::method::Method;
 use crate::surface::spectrum::{Source, SpectrumSurface};
 use crate::surface_files::SurfaceFiles;
+use crate::version::{PartVersion, Version};
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
     StageError, departures,
@@ -37,11 +42,11 @@ use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::table::Table;
 
-use crate::surface::origin::MUCH_UNRELIABLE;
+use crate::surface::origin::{MUCH_UNRELIABLE, PERIODIC_TIP_VERSION};
 use crate::surface::{Heights, Origin, Params, coordinates};
 
 /// Version of the results, which is part of every key. It is raised whenever numbers change.
-pub const VERSION: u32 = 3;
+pub const VERSION: Version = Version::new(3, &[]);
 
 /// Rms deviation of the heights from their prescribed distribution, in rms heights, above which
 /// users are warned. Surfaces with a hundred modes or more stay below a fifth of it.
@@ -126,6 +131,22 @@ impl Params {
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Generate
+    }
+
+    fn part_versions(&self) -> Vec<PartVersion> {
+        match &self.origin {
+            Origin::File(file) => {
+                let tip = PartVersion::new("tip_version", "tip", PERIODIC_TIP_VERSION);
+                let reader = file.reader.as_ref().and_then(Reader::part_version);
+                reader.into_iter().chain([tip]).collect()
+            }
+            Origin::Yielded(_) => vec![
+                PartVersion::new("solve_version", "`solve`", solve::VERSION),
+                PartVersion::new("boundary", "free boundary", FREE_BOUNDARY_VERSION),
+                PartVersion::new("hardness", "hardness", HARDNESS_VERSION),
+            ],
+            _ => Vec::new(),
+        }
     }
 
     /// Draws one surface and describes it in one row.

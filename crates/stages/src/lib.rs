@@ -25,6 +25,7 @@
 //! | [`grids`], [`per_axis`] | grids of surfaces; values along x and y |
 //! | [`ensemble`] | grouping of rows by parameter point, surface and load |
 //! | [`units`], [`absolute`] | names of the units of a table; reduced numbers in these units |
+//! | [`version`] | versions of numbers, with the reasons for which they were raised |
 //! | [`output_units`] | conversion of tables to other units for output |
 //! | [`map_file`], [`surface_files`], [`spectrum_files`] | files of measured surfaces and spectra |
 //!
@@ -67,6 +68,7 @@ pub mod surface_files;
 mod table_columns;
 pub mod units;
 pub mod unloading;
+pub mod version;
 
 use std::borrow::Cow;
 use std::fmt;
@@ -122,7 +124,7 @@ impl Kind {
 
     /// Returns the version of the numbers that the stage computes.
     pub fn version(self) -> u32 {
-        self.definition().version
+        self.definition().version.number()
     }
 }
 

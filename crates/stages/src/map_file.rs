@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::version::{PartVersion, Version};
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::topography::surface::{Scan, SurfaceError, check_range};
 use asperity_topography_files::{
@@ -135,6 +136,13 @@ impl Reader {
     pub fn of_format(name: &str) -> Reader {
         let format = formats().iter().find(|format| format.name() == name);
         Reader { format: name.to_owned(), version: format.map_or(0, |format| format.version()) }
+    }
+
+    /// Returns the version of the reader with its reasons, unless the format is unknown.
+    pub fn part_version(&self) -> Option<PartVersion> {
+        let format = formats().iter().find(|format| format.name() == self.format)?;
+        let version = Version::new(1, format.changes());
+        Some(PartVersion::new("reader", format!("reader `{}`", self.format), version))
     }
 }
 

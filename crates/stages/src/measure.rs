@@ -28,6 +28,7 @@ use super::{
     table_beside_coordinates,
 };
 use crate::bodies::Conduction;
+use crate::version::{PartVersion, Version};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::height_distribution::{Histogram, HistogramPool};
 use asperity_manifest::diagnostics::counted;
@@ -37,12 +38,15 @@ use asperity_tables::source::TableSource;
 use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::Table;
 
+use conduction::SPOTS_VERSION;
+use contacts::ADHESION_VERSION;
 pub use contacts::NodeSet;
 pub use distributions::Distribution;
-use statistics::Statistic;
+use friction::DISSIPATION_VERSION;
+use statistics::{AUTOCORRELATION_VERSION, Statistic, YIELDED_VERSION};
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
-pub const VERSION: u32 = 5;
+pub const VERSION: Version = Version::new(4, &[]);
 
 /// Memory for the map of filled nodes, the measured map and the search of spikes, in bytes per
 /// node.
@@ -149,6 +153,9 @@ pub enum Params {
         bins: u32,
         /// Longest trusted wavelength, as a fraction of the shorter side of a scan.
         trusted_fraction: f64,
+        /// Version of the spectra of surfaces that have yielded, if a scan has.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        yielded_version: Option<u32>,
     },
     /// One power spectrum of an isotropic surface from all surfaces, which are profiles of it or
     /// maps with lines.
@@ -177,11 +184,41 @@ impl Stage for Params {
         Kind::Measure
     }
 
+    fn part_versions(&self) -> Vec<PartVersion> {
+        match self {
+            Params::Contacts { .. } => vec![
+                PartVersion::new("spots_version", "formula of separate spots", SPOTS_VERSION),
+                PartVersion::new("adhesion_version", "measures with adhesion", ADHESION_VERSION),
+            ],
+            Params::Friction(_) => {
+                let (parameter, version) = ("dissipation_version", DISSIPATION_VERSION);
+                vec![PartVersion::new(parameter, "dissipated energy", version)]
+            }
+            Params::Surface(Statistic::Autocorrelation { .. }) => {
+                vec![PartVersion::new("version", "autocorrelation", AUTOCORRELATION_VERSION)]
+            }
+            Params::Surface(Statistic::Areal(_)) => {
+                vec![PartVersion::new("version", "texture parameters", areal::VERSION)]
+            }
+            Params::Surface(Statistic::Profile(_)) => {
+                vec![PartVersion::new("version", "parameters of profiles", profile::VERSION)]
+            }
+            Params::FromProfiles { .. } => {
+                vec![PartVersion::new("version", "spectra from profiles", from_profiles::VERSION)]
+            }
+            Params::Surface(Statistic::Spectrum { .. }) | Params::Stitched { .. } => {
+                let of = "spectra of yielded surfaces";
+                vec![PartVersion::new("yielded_version", of, YIELDED_VERSION)]
+            }
+            _ => Vec::new(),
+        }
+    }
+
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
         let input = inputs.first().expect("the plan gives a task its inputs");
         match *self {
             Params::Pool { bins, range } => pool(inputs, bins as usize, range, context),
-            Params::Stitched { bins, trusted_fraction } => {
+            Params::Stitched { bins, trusted_fraction, .. } => {
                 stitched::measure(inputs, bins, trusted_fraction, context)
             }
             Params::FromProfiles { bins, trusted_fraction, lines, .. } => {
@@ -298,7 +335,7 @@ impl Stage for Params {
             Params::Contacts { filled: true, .. } => FILLED_BYTES_PER_NODE,
             Params::Surface(statistic) => statistic.bytes_per_node(),
             Params::Stitched { .. } | Params::FromProfiles { .. } => {
-                Statistic::Spectrum.bytes_per_node()
+                Statistic::Spectrum { yielded_version: None }.bytes_per_node()
             }
             _ => 0.0,
         };

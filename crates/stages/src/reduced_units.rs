@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::columns::*;
+use crate::version::Version;
 use asperity_contact::grid::Grid;
 use asperity_contact::solver;
 use asperity_contact::solver::{Hardness, HardnessError};
@@ -149,7 +150,7 @@ impl Scales {
 
 /// Version of the solver for a material with a hardness. Only recipes with a hardness contain it,
 /// so raising it does not recompute elastic contacts.
-const HARDNESS_VERSION: u32 = 3;
+pub const HARDNESS_VERSION: Version = Version::new(3, &[]);
 
 /// The hardness of a material as given in the manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -171,7 +172,7 @@ struct HardnessRecipe {
 
 impl From<GivenHardness> for HardnessRecipe {
     fn from(GivenHardness { pressure, unit }: GivenHardness) -> Self {
-        Self { pressure, unit, version: HARDNESS_VERSION }
+        Self { pressure, unit, version: HARDNESS_VERSION.number() }
     }
 }
 

@@ -471,6 +471,7 @@ impl Surfaces {
         let properties = [
             (Property::Open, origins().any(Origin::is_open)),
             (Property::Filled, origins().any(Origin::has_filled_points)),
+            (Property::Yielded, origins().any(Origin::has_yielded)),
             (Property::NotRedrawable, origins().any(Origin::reads_stage)),
             (Property::UnequalSamples, grids_of_samples.any(|grid| Some(grid) != first)),
             (Property::WithoutSlope, origins().any(|origin| origin.given_rms_slope().is_none())),

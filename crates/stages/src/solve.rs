@@ -31,13 +31,15 @@ pub use self::fields::ContactFields;
 pub use self::layer::GivenLayer;
 pub use self::rows::SolvedLoad;
 use crate::bodies::{Bodies, LayerConduction};
+use crate::boundary_recipe::FREE_BOUNDARY_VERSION;
 use crate::columns::*;
 use crate::nominal_area::NominalArea;
 use crate::per_axis::PerAxis;
-use crate::reduced_units::{GivenHardness, PressureUnit};
+use crate::reduced_units::{GivenHardness, HARDNESS_VERSION, PressureUnit};
 use crate::stage::range;
 use crate::surface::pair;
 use crate::unloading::Branch;
+use crate::version::{PartVersion, Version};
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series,
     Stage, StageError, beside_coordinates, boundary_recipe, nominal_area,
@@ -56,7 +58,7 @@ use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::{Table, TableError};
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
-pub const VERSION: u32 = 17;
+pub const VERSION: Version = Version::new(17, &[]);
 
 /// Differences between the loads in the manifest and the loads that are solved, for warnings.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -378,6 +380,17 @@ impl Stage for Params {
         Kind::Solve
     }
 
+    fn part_versions(&self) -> Vec<PartVersion> {
+        vec![
+            PartVersion::new("control", "prescribed lengths", PRESCRIBED_VERSION),
+            PartVersion::new("boundary", "free boundary", FREE_BOUNDARY_VERSION),
+            PartVersion::new("layer", "layer", layer::VERSION),
+            PartVersion::new("hardness", "hardness", HARDNESS_VERSION),
+            PartVersion::new("flow", "flow", parts::FLOW_VERSION),
+            PartVersion::new("asperities", "asperity models", ASPERITIES_VERSION),
+        ]
+    }
+
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {
         let (surface, table) = pressed(inputs, context)?;
         match self.asperities {
@@ -561,19 +574,22 @@ fn stiffness_recipe<S: Serializer>(
 
 /// Serializes the flow for a recipe, as the version of its numbers.
 fn flow_recipe<S: Serializer>(_: &bool, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_u32(parts::FLOW_VERSION)
+    serializer.serialize_u32(parts::FLOW_VERSION.number())
 }
 
 /// Version of the numbers of prescribed gaps and displacements. Only their recipes contain it.
-const PRESCRIBED_VERSION: u32 = 2;
+pub const PRESCRIBED_VERSION: Version = Version::new(
+    1,
+    &["a value at which all nodes in contact have yielded has the load on these nodes"],
+);
 
 /// Serializes a control other than loads for a recipe, with the version of its numbers.
 fn control_recipe<S: Serializer>(control: &Control, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(&format_args!("{}_{PRESCRIBED_VERSION}", control.name()))
+    serializer.collect_str(&format_args!("{}_{}", control.name(), PRESCRIBED_VERSION.number()))
 }
 
 /// Version of the numbers of asperity models. Only their recipes contain it.
-const ASPERITIES_VERSION: u32 = 2;
+const ASPERITIES_VERSION: Version = Version::new(2, &[]);
 
 #[derive(Serialize)]
 struct AsperitiesRecipe {
@@ -587,7 +603,7 @@ fn asperities_recipe<S: Serializer>(
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     let recipe = interaction
-        .map(|interaction| AsperitiesRecipe { interaction, version: ASPERITIES_VERSION });
+        .map(|interaction| AsperitiesRecipe { interaction, version: ASPERITIES_VERSION.number() });
     recipe.serialize(serializer)
 }
 

@@ -6,6 +6,7 @@ use bytesize::ByteSize;
 
 use crate::surface_files::SurfaceFiles;
 use crate::units::TableUnits;
+use crate::version::{PartVersion, Version};
 use crate::{Kind, Recipe, RowKind, StageError, surface};
 use asperity_contact::threads::Threads;
 use asperity_tables::column::{Column, Value, absolute_column};
@@ -20,7 +21,7 @@ pub struct Definition {
     /// Name of the kind in manifests, tables and recipes.
     pub name: &'static str,
     /// Version of the numbers that the stage computes, which is raised whenever they change.
-    pub version: u32,
+    pub version: Version,
     pub reads: Reads,
     /// Returns the kind of the stage's rows, given the kind of the rows that it reads; `None` if it
     /// depends on parameters.
@@ -64,6 +65,12 @@ pub struct Reads {
 pub trait Stage {
     /// Returns the kind of stage that has these parameters.
     fn kind(&self) -> Kind;
+
+    /// Returns the versions that the recipe contains of parts of its numbers, beside the version of
+    /// the stage.
+    fn part_versions(&self) -> Vec<PartVersion> {
+        Vec::new()
+    }
 
     /// Computes the table of the task.
     ///

@@ -98,6 +98,7 @@ mod text_headers;
 mod tiff;
 mod tiff_maps;
 mod unit;
+mod versions;
 mod wsxm;
 mod x3p;
 

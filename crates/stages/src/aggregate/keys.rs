@@ -223,8 +223,9 @@ fn multilevel_means(
         }
     }
     let (over, statistics) = (over?, statistics?);
-    clear
-        .map(|()| Params::Multilevel(Multilevel { over, statistics, version: multilevel::VERSION }))
+    clear.map(|()| {
+        Params::Multilevel(Multilevel { over, statistics, version: multilevel::VERSION.number() })
+    })
 }
 
 /// Returns the query of a stage with `sql`, and refuses keys that `sql` replaces.
@@ -237,7 +238,7 @@ fn query(table: &AggregateTable, sql: &Spanned<String>, checks: &mut Checks) -> 
         return checks.refuse("sql", "`sql` is empty", &sql.span, "must be a query");
     }
     let columns = columns?;
-    let (query, tables, version) = (sql.value.clone(), Vec::new(), SQL_VERSION);
+    let (query, tables, version) = (sql.value.clone(), Vec::new(), SQL_VERSION.number());
     clear.map(|()| Params::Sql(Sql { query, tables, columns, version }))
 }
 

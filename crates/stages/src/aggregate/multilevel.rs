@@ -15,6 +15,7 @@ use serde::Serialize;
 use super::groups::{self, GroupNames, inherited};
 use super::{Groups, Statistic, statistics};
 use crate::columns::{NODES, NODES_X, NODES_Y};
+use crate::version::Version;
 use crate::{StageError, ensemble};
 use asperity_manifest::diagnostics::listed;
 use asperity_statistics::multilevel::{LevelCost, MultilevelMean, least_cost};
@@ -22,7 +23,10 @@ use asperity_tables::column::optional_reals;
 use asperity_tables::table::{Table, TableError};
 
 /// Version of the numbers of multilevel means, part of the key of every stored result.
-pub const VERSION: u32 = 2;
+pub const VERSION: Version = Version::new(
+    1,
+    &["covariances are correlations of the common surfaces times the deviations of all"],
+);
 
 /// Columns that identify the mesh of a surface.
 pub const MESH: [&str; 3] = [NODES.name, NODES_X.name, NODES_Y.name];
@@ -411,7 +415,7 @@ mod tests {
         Multilevel {
             over: vec![AREA_FRACTION.name.to_owned()],
             statistics: vec![Statistic::Mean, Statistic::Sem, Statistic::Confidence(0.95)],
-            version: VERSION,
+            version: VERSION.number(),
         }
     }
 

@@ -108,7 +108,7 @@ mod tests {
             query: query_text.to_owned(),
             tables: vec![("light".to_owned(), 2), ("heavy".to_owned(), 1)],
             columns: [("total".to_owned(), TOTAL)].into(),
-            version: SQL_VERSION,
+            version: SQL_VERSION.number(),
         };
         query(&[table(0..3), table(3..500), table(0..4)], &sql, ByteSize::mb(1))
     }
@@ -136,7 +136,7 @@ mod tests {
                 query: "select l.point from light l join heavy r using (point)".to_owned(),
                 tables: vec![("light".to_owned(), 1), ("heavy".to_owned(), 1)],
                 columns: BTreeMap::new(),
-                version: SQL_VERSION,
+                version: SQL_VERSION.number(),
             };
             query(&[keyed(500, key), keyed(1000, key)], &sql, ByteSize::mb(1))
         };

@@ -152,7 +152,7 @@ fn a_surface_that_has_yielded_is_known_from_its_recipe() {
             tolerance: 1e-5,
             max_pairs: 100,
             boundary,
-            solve_version: solve::VERSION,
+            solve_version: solve::VERSION.number(),
         };
         let origin = Origin::Yielded(Box::new(yielded));
         let params = Params { heights: Heights::Keep, side: None, origin };

@@ -167,7 +167,7 @@ fn yielded(body: &Params, hardness: GivenHardness, load: f64, contact: &solve::P
         tolerance: contact.tolerance,
         max_pairs: contact.max_pairs,
         boundary: contact.boundary,
-        solve_version: solve::VERSION,
+        solve_version: solve::VERSION.number(),
     }
 }
 

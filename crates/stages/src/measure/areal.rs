@@ -10,6 +10,7 @@ use serde::ser::SerializeSeq;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::columns::*;
+use crate::version::Version;
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::areal::{developed_area_ratio, texture_direction};
 use asperity_contact::topography::autocorrelation::Autocorrelation;
@@ -20,7 +21,7 @@ use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, optional_reals};
 
 /// Version of the numbers, which is part of every key of these parameters.
-pub const VERSION: u32 = 1;
+pub const VERSION: Version = Version::new(1, &[]);
 
 /// Default material ratio p of the peak material volume.
 pub const PEAK_RATIO_DEFAULT: f64 = 0.1;
@@ -212,7 +213,7 @@ impl Areal {
             correlation_threshold: Some(THRESHOLD_DEFAULT),
             pruning: Some(PRUNING_DEFAULT),
         },
-        version: VERSION,
+        version: VERSION.number(),
     };
 
     /// Returns the columns without the parameter columns of the surface.
@@ -309,7 +310,7 @@ mod tests {
 
     fn recipe(parameters: &[Parameter], settings: Settings) -> String {
         let parameters = parameters.iter().copied().collect();
-        let areal = Areal { parameters, settings, version: VERSION };
+        let areal = Areal { parameters, settings, version: VERSION.number() };
         serde_json::to_string(&Statistic::Areal(areal)).unwrap()
     }
 

@@ -10,6 +10,7 @@ use crate::columns::*;
 use crate::grids::Grids;
 use crate::table_columns::Values::{Count, OptionalReal, Real};
 use crate::table_columns::{TableColumns, column};
+use crate::version::Version;
 use crate::{StageError, units};
 use asperity_contact::conductance::SpotConductance;
 use asperity_contact::grid::{Boundary, Grid};
@@ -19,7 +20,8 @@ use asperity_tables::table::Table;
 use asperity_topography_files::length_ratio;
 
 /// Version of the conductance of separate spots in periodic cells.
-pub const SPOTS_VERSION: u32 = 2;
+pub const SPOTS_VERSION: Version =
+    Version::new(1, &["Greenwood's formula has the centres of the spots, not the nearest nodes"]);
 
 /// Settings that decide which columns tables have.
 pub struct Settings {

@@ -17,6 +17,7 @@ use crate::columns::*;
 use crate::grids::Grids;
 use crate::table_columns::Values::{Count, Flag, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column};
+use crate::version::Version;
 use crate::{StageError, grids, solve};
 use asperity_contact::grid::Grid;
 use asperity_contact::morphology::area::ContactArea;
@@ -43,7 +44,10 @@ const COPIED: [Column; 8] = [
 ];
 
 /// Version of the measures of contacts with adhesion.
-pub const ADHESION_VERSION: u32 = 2;
+pub const ADHESION_VERSION: Version = Version::new(
+    1,
+    &["paths of mean gaps have loads; `stiffness_finite_difference` is null where a path turns"],
+);
 
 /// Columns that are copied from the states of a path with adhesion, in addition.
 const COPIED_WITH_ADHESION: [Column; 9] = [

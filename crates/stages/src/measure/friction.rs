@@ -14,6 +14,7 @@ use crate::ensemble::load_column;
 use crate::grids::Grids;
 use crate::table_columns::Values::{OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column};
+use crate::version::Version;
 use crate::{StageError, branch_names, solve};
 use asperity_contact::partial_slip::{self, NormalContact, State};
 use asperity_manifest::decimal;
@@ -50,7 +51,8 @@ fn partial_loads(schema: &mut Schema) {
 }
 
 /// Version of the dissipated energy.
-pub const DISSIPATION_VERSION: u32 = 2;
+pub const DISSIPATION_VERSION: Version =
+    Version::new(1, &["the first tangential loading dissipates twice as much as was given"]);
 
 /// Friction and tangential loads.
 #[derive(Debug, Clone, PartialEq, Serialize)]

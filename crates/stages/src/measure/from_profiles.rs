@@ -11,6 +11,7 @@ use crate::columns::*;
 use crate::stage::{number, stacked};
 use crate::surface::Origin;
 use crate::surface_files::ContentHash;
+use crate::version::Version;
 use crate::{Context, Input, Recipe, StageError};
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::from_profiles::{ProfileModes, invert};
@@ -23,7 +24,7 @@ use asperity_tables::source::TableSource;
 use asperity_tables::table::Table;
 
 /// Version of the numbers, which is part of the keys of these spectra only.
-pub const VERSION: u32 = 1;
+pub const VERSION: Version = Version::new(1, &[]);
 
 /// Level of the intervals.
 const LEVEL: f64 = 0.95;

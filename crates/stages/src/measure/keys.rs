@@ -13,7 +13,7 @@ use super::conduction::SPOTS_VERSION;
 use super::contacts::ADHESION_VERSION;
 use super::distributions::Distribution;
 use super::friction::FrictionTable;
-use super::statistics::Statistic;
+use super::statistics::{Statistic, YIELDED_VERSION};
 use super::{NodeSet, Params, from_profiles, stitched};
 use crate::bodies::Conduction;
 use crate::check_context::{Property, Surfaces};
@@ -201,7 +201,7 @@ impl What {
             What::Heights => return Quantity::Heights,
             What::StitchedSpectrum => return Quantity::Stitched,
             What::SpectrumFromProfiles => return Quantity::FromProfiles,
-            What::Spectrum => Statistic::Spectrum,
+            What::Spectrum => Statistic::Spectrum { yielded_version: None },
             What::ProfileSpectrum => Statistic::ProfileSpectrum,
             What::Autocorrelation => Statistic::AUTOCORRELATION,
             What::Scales => Statistic::Scales,
@@ -322,9 +322,10 @@ fn of_loads(
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
         let conduction = conduction(span, surfaces, checks)?;
         let filled = surfaces.stage_with(Property::Filled).is_some();
-        let spots_version = surfaces.stage_with(Property::WithImages).map(|_| SPOTS_VERSION);
+        let spots_version =
+            surfaces.stage_with(Property::WithImages).map(|_| SPOTS_VERSION.number());
         let adhesion_version =
-            surfaces.stage_with(Property::WithAdhesion).map(|_| ADHESION_VERSION);
+            surfaces.stage_with(Property::WithAdhesion).map(|_| ADHESION_VERSION.number());
         return Some(Params::Contacts {
             stiffness,
             set,
@@ -406,8 +407,8 @@ fn of_surfaces(
         let lines = checks.optional("lines", &table.lines)?.map(|lines| lines.value);
         let params = stitched(table, trusted_fraction, surfaces, checks)?;
         return Some(match (what, params) {
-            (What::SpectrumFromProfiles, Params::Stitched { bins, trusted_fraction }) => {
-                let version = from_profiles::VERSION;
+            (What::SpectrumFromProfiles, Params::Stitched { bins, trusted_fraction, .. }) => {
+                let version = from_profiles::VERSION.number();
                 Params::FromProfiles { bins, trusted_fraction, lines, version }
             }
             (_, params) => params,
@@ -420,6 +421,7 @@ fn of_surfaces(
         What::Roughness if profiles => areal::of_profile(table, surfaces, checks)?,
         What::Roughness => areal::statistic(table, surfaces, checks)?,
         What::ProfileSpectrum if profiles => Statistic::SingleProfileSpectrum,
+        What::Spectrum => Statistic::Spectrum { yielded_version: yielded_version(surfaces) },
         _ => statistic,
     }))
 }
@@ -447,6 +449,11 @@ fn check_of_profile(
     ))
 }
 
+/// Returns the version of the spectra of yielded surfaces, if there are any.
+fn yielded_version(surfaces: &Surfaces) -> Option<u32> {
+    surfaces.stage_with(Property::Yielded).map(|_| YIELDED_VERSION.number())
+}
+
 /// Returns the task of a stitched spectrum. Refuses surfaces whose lengths have different units.
 fn stitched(
     table: &MeasureTable,
@@ -465,7 +472,8 @@ fn stitched(
         );
     }
     let [first, second, ..] = surfaces.length_units.as_slice() else {
-        return Some(Params::Stitched { bins, trusted_fraction });
+        let yielded_version = yielded_version(surfaces);
+        return Some(Params::Stitched { bins, trusted_fraction, yielded_version });
     };
     let message = format!("the scans have lengths in {first:?} and in {second:?}");
     let problem = Problem::new(message, table.what.written()?.span.clone(), "needs one unit");

@@ -6,12 +6,13 @@ use serde::Serialize;
 use crate::StageError;
 use crate::columns::*;
 use crate::surface::Origin;
+use crate::version::Version;
 use asperity_contact::topography::profile_parameters::Evaluation;
 use asperity_contact::topography::surface::Surface;
 use asperity_tables::column::{Column, integers, optional_reals, reals};
 
 /// Version of the numbers, which is part of every key of these parameters.
-pub const VERSION: u32 = 1;
+pub const VERSION: Version = Version::new(1, &[]);
 
 /// Settings of the parameters of profiles; `None` for those that the manifest does not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -34,7 +35,7 @@ impl Profile {
         section_length: Some(0.25),
         smr_height: Some(0.0),
         smc_ratio: Some(0.5),
-        version: VERSION,
+        version: VERSION.number(),
     };
 
     fn settings(&self) -> impl Iterator<Item = (Column, f64)> {

@@ -14,6 +14,7 @@ use super::areal::Areal;
 use super::profile::Profile;
 use crate::columns::*;
 use crate::surface::Origin;
+use crate::version::Version;
 use crate::{RowKind, StageError};
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::autocorrelation::Autocorrelation;
@@ -28,7 +29,12 @@ use asperity_tables::column::{Column, integers, optional_reals, reals, texts};
 #[serde(tag = "of", rename_all = "kebab-case")]
 pub enum Statistic {
     /// Power spectral density over rings of wavevectors.
-    Spectrum,
+    Spectrum {
+        /// Version of the spectra of surfaces that have yielded. Omitted from the recipe for other
+        /// surfaces, so that existing keys stay valid.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        yielded_version: Option<u32>,
+    },
     /// Power spectral density of profiles along x and y.
     ProfileSpectrum,
     /// Autocorrelation along x, along y, and averaged over all directions.
@@ -55,8 +61,16 @@ pub enum Statistic {
     SingleProfileSpectrum,
 }
 
+/// Version of the spectra of surfaces that have yielded.
+pub const YIELDED_VERSION: Version =
+    Version::new(1, &["the modes of a measured map that has yielded count as those of the map"]);
+
 /// Version of the autocorrelation, which is part of its keys only.
-const AUTOCORRELATION_VERSION: u32 = 2;
+pub const AUTOCORRELATION_VERSION: Version = Version::new(
+    1,
+    &["lag zero of the radial mean is the mean square height also where Δx and Δy differ by more \
+       than a factor of two"],
+);
 
 /// Returns the columns of all statistics.
 pub fn all_columns() -> Vec<Column> {
@@ -74,10 +88,10 @@ type Measured = Vec<(Column, ArrayRef)>;
 impl Statistic {
     /// The autocorrelation in its present version.
     pub const AUTOCORRELATION: Statistic =
-        Statistic::Autocorrelation { version: AUTOCORRELATION_VERSION };
+        Statistic::Autocorrelation { version: AUTOCORRELATION_VERSION.number() };
 
     const EACH: [Statistic; 8] = [
-        Statistic::Spectrum,
+        Statistic::Spectrum { yielded_version: None },
         Statistic::ProfileSpectrum,
         Statistic::AUTOCORRELATION,
         Statistic::Scales,
@@ -90,7 +104,7 @@ impl Statistic {
     /// Returns the kind of rows in the table.
     pub fn rows(&self) -> RowKind {
         match self {
-            Statistic::Spectrum => RowKind::PowerSpectra,
+            Statistic::Spectrum { .. } => RowKind::PowerSpectra,
             Statistic::ProfileSpectrum | Statistic::SingleProfileSpectrum => {
                 RowKind::ProfileSpectra
             }
@@ -106,7 +120,7 @@ impl Statistic {
     /// Returns the columns without the parameter columns of the surface.
     pub fn columns(&self) -> Vec<Column> {
         match self {
-            Statistic::Spectrum => {
+            Statistic::Spectrum { .. } => {
                 vec![WAVENUMBER, MODES, DEGREES_OF_FREEDOM, SPECTRAL_DENSITY]
             }
             Statistic::ProfileSpectrum | Statistic::SingleProfileSpectrum => {
@@ -132,7 +146,7 @@ impl Statistic {
     ) -> Result<(usize, Measured), StageError> {
         let boundary = if origin.is_open() { Boundary::Free } else { Boundary::Periodic };
         Ok(match *self {
-            Statistic::Spectrum => spectrum(surface, origin, boundary),
+            Statistic::Spectrum { .. } => spectrum(surface, origin, boundary),
             Statistic::ProfileSpectrum => profile_spectrum(surface, boundary, &Axis::BOTH),
             Statistic::SingleProfileSpectrum => profile_spectrum(surface, boundary, &[Axis::X]),
             Statistic::Autocorrelation { .. } => autocorrelation(surface, boundary),
@@ -283,7 +297,9 @@ mod tests {
         let written = |statistic: Statistic| {
             serde_json::to_string(&crate::measure::Params::Surface(statistic)).unwrap()
         };
-        assert_eq!(written(Statistic::Spectrum), r#"{"of":"spectrum"}"#);
+        let spectrum = |yielded_version| written(Statistic::Spectrum { yielded_version });
+        assert_eq!(spectrum(None), r#"{"of":"spectrum"}"#);
+        assert_eq!(spectrum(Some(2)), r#"{"of":"spectrum","yielded_version":2}"#);
         let bearing = Statistic::Bearing { bins: 100, range: 4.0 };
         assert_eq!(written(bearing), r#"{"of":"bearing","bins":100,"range":4.0}"#);
     }

@@ -24,6 +24,7 @@ use crate::reduced_units::PressureUnit;
 use crate::solve::control::Control;
 use crate::solve::pressed;
 use crate::surface::pair;
+use crate::version::{PartVersion, Version};
 use crate::{
     Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates,
     nominal_area,
@@ -37,7 +38,16 @@ use asperity_tables::table::Table;
 
 /// Version of the numbers with adhesion. Only recipes with adhesion contain it, so raising it does
 /// not recompute other contacts.
-pub const VERSION: u32 = 5;
+pub const VERSION: Version = Version::new(
+    1,
+    &[
+        "the pull-off load is ten times as accurate",
+        "descents end in the state also where nodes are about to close, and states of symmetric \
+         surfaces are no saddle points",
+        "new columns `repulsive_pressure` and `pressure_in_contact`, for the mean contact pressure",
+        "another preconditioner and longer steps: fewer pairs of transforms, other last digits",
+    ],
+);
 
 /// Number of pairs of transforms by which a state takes fewer pairs if the tolerance is tenfold.
 /// With the default tolerance of the solver, 1e-9, it takes [`AdhesivePath::PAIRS_PER_STATE`].
@@ -197,6 +207,10 @@ impl Params {
 impl Stage for Params {
     fn kind(&self) -> Kind {
         Kind::Solve
+    }
+
+    fn part_versions(&self) -> Vec<PartVersion> {
+        vec![PartVersion::new("version", "adhesion", VERSION)]
     }
 
     fn run(&self, inputs: &[Input], context: &Context) -> Result<Table, StageError> {

@@ -3,12 +3,17 @@
 use serde::Serialize;
 
 use crate::columns::*;
+use crate::version::Version;
 use asperity_contact::elasticity::{Base, Layer, LayerError, Support};
 use asperity_tables::column::{Column, Value};
 use asperity_tables::table::{Table, TableError};
 
 /// Version of the numbers of layers. Only recipes with a layer contain it.
-const VERSION: u32 = 2;
+pub const VERSION: Version = Version::new(
+    1,
+    &["pressures that a step clips are taken from the nodes around them: fewer pairs of \
+       transforms, other last digits"],
+);
 
 /// A layer as given in the manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -48,7 +53,7 @@ impl From<GivenLayer> for LayerRecipe {
             base,
             modulus_ratio: below.map(|(ratio, _)| ratio),
             substrate_poisson_ratio: below.map(|(_, ratio)| ratio),
-            version: VERSION,
+            version: VERSION.number(),
         }
     }
 }

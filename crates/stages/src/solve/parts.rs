@@ -19,6 +19,7 @@ use crate::StageError;
 use crate::bodies::LayerConduction;
 use crate::columns::*;
 use crate::unloading::Branch;
+use crate::version::Version;
 use asperity_contact::distribution::EqualBins;
 use asperity_contact::flow::{BYTES_PER_NODE, Flow, Unconverged};
 use asperity_contact::solver::Conductor;
@@ -135,12 +136,13 @@ pub fn pressures() -> Part {
 }
 
 /// Version of the numbers of the flow. Only its part and the recipes with a flow contain it.
-pub const FLOW_VERSION: u32 = 2;
+pub const FLOW_VERSION: Version =
+    Version::new(1, &["another solver, whose certified error is at most 1e-6 in place of 1e-8"]);
 
 /// Returns the part with the flow through the gap.
 pub fn flow() -> Part {
     Part {
-        name: format!("flow_{FLOW_VERSION}"),
+        name: format!("flow_{}", FLOW_VERSION.number()),
         columns: FLOW.map(|column| column.name).to_vec(),
         is_heavy: false,
     }

@@ -12,6 +12,7 @@ use crate::grids::grid;
 use crate::map_file::{ChannelRead, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
 use crate::surface_files::{ContentHash, SurfaceFiles};
+use crate::version::Version;
 use asperity_contact::grid::{Cell, Grid};
 use asperity_contact::threads::Threads;
 use asperity_contact::topography::fill::Fill;
@@ -82,7 +83,8 @@ pub enum Origin {
 }
 
 /// Version of the numbers of the tip on periodic maps.
-const PERIODIC_TIP_VERSION: u32 = 2;
+pub const PERIODIC_TIP_VERSION: Version =
+    Version::new(1, &["`tip_wavelength` of periodic maps compares peaks across the edges, too"]);
 
 /// The recipe of a measured surface: a height map in a file, and its preparation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -123,7 +125,7 @@ impl MeasuredSurface {
     /// Returns the version of the cutoff of the tip for such a map.
     pub fn version_of_tip(edges: Edges, preparation: &Preparation) -> Option<u32> {
         let compares = edges == Edges::Periodic && preparation.tip_radius.is_some();
-        compares.then_some(PERIODIC_TIP_VERSION)
+        compares.then(|| PERIODIC_TIP_VERSION.number())
     }
 }
 

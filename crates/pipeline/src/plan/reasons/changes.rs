@@ -10,6 +10,7 @@ use crate::plan::reasons::record::{PointRecord, StageRecord};
 use asperity_manifest::keys::quantity;
 use asperity_stages::aggregate::Statistic;
 use asperity_stages::units::unit_of_parameter;
+use asperity_stages::version::{PartVersion, VersionChange};
 
 /// Cause that makes tasks run, and the stage in which it arose.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -33,12 +34,8 @@ pub enum Why {
     Changed {
         fields: Vec<Change>,
     },
-    /// The program has a new version of the stage's computation.
-    Version {
-        /// Version of the stage on record.
-        old: u32,
-        new: u32,
-    },
+    /// The program has another version of the stage's computation, or of a part of it.
+    Version(VersionChange),
     /// The stage reads a stage that it did not read before.
     ReadsMore {
         name: String,
@@ -158,6 +155,17 @@ impl fmt::Display for Shown {
     }
 }
 
+impl Why {
+    /// Returns the cause without the reasons of a version, for stages that read the one in which it
+    /// arose.
+    pub fn brief(&self) -> String {
+        match self {
+            Why::Version(VersionChange { of, new, .. }) => format!("{of} version {new}"),
+            why => why.to_string(),
+        }
+    }
+}
+
 impl fmt::Display for Why {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -165,7 +173,7 @@ impl fmt::Display for Why {
             Why::NewStage => write!(formatter, "new stage"),
             Why::New { fields } => write!(formatter, "new {}", joined(fields)),
             Why::Changed { fields } => write!(formatter, "{}", joined(fields)),
-            Why::Version { old, new } => write!(formatter, "stage version {old} → {new}"),
+            Why::Version(change) => write!(formatter, "{change}"),
             Why::ReadsMore { name } => write!(formatter, "now reads `{name}`"),
             Why::ReadsLess { name } => write!(formatter, "no longer reads `{name}`"),
             Why::Fewer { fields } => write!(formatter, "{} removed", joined(fields)),
@@ -219,8 +227,8 @@ pub struct StageChanges {
 /// Changes of a parameter point since the last run.
 #[derive(Debug, Default)]
 pub struct PointChange {
-    /// Cause of the change, or `None` if the point existed before.
-    pub why: Option<Why>,
+    /// Causes of the change; empty if the point existed before.
+    pub why: Vec<Why>,
     /// True if the identity of the point is unchanged, so that later stages are not affected.
     pub keeps_identity: bool,
     /// Number of surfaces at this point in the last run, or `None` if the point is new or edited.
@@ -237,7 +245,7 @@ impl StageChanges {
                 ..StageChanges::default()
             };
         };
-        let (old, new) = (before.version, now.version);
+        let version = version_change(before, now);
         let matched = PointMatches::new(&before.points, &now.points);
         let stays = |name: &&String| now.reads.contains(name) && before.reads.contains(name);
         let unread = before.reads.iter().filter(|name| !stays(name));
@@ -246,7 +254,7 @@ impl StageChanges {
         let kept_reads = [before, now].map(|stage| stage.reads.iter().filter(stays));
         let [reads_before, reads_now] = kept_reads;
         StageChanges {
-            to_all: Vec::from_iter((old != new).then_some(Why::Version { old, new })),
+            to_all: version.map(Why::Version).into_iter().collect(),
             removed: less.chain(matched.removed(&before.points)).collect(),
             is_reordered: !matched.is_in_order() || !reads_before.eq(reads_now),
             reads_more: more.cloned().collect(),
@@ -297,12 +305,12 @@ impl PointMatches {
                     ..PointChange::default()
                 },
                 (None, Some(old)) => PointChange {
-                    why: Some(Why::Changed { fields: changes(&before[old], point) }),
+                    why: causes(&before[old], point),
                     keeps_identity: before[old].identity == point.identity,
                     realizations_before: None,
                 },
                 (None, None) => PointChange {
-                    why: Some(Why::New { fields: seen.coordinates(point) }),
+                    why: vec![Why::New { fields: seen.coordinates(point) }],
                     ..PointChange::default()
                 },
             };
@@ -376,6 +384,66 @@ fn shown(point: &PointRecord, name: &str, json: &str) -> Shown {
     }
 }
 
+/// Returns the change of the version of a stage.
+pub(super) fn version_change(before: &StageRecord, now: &StageRecord) -> Option<VersionChange> {
+    let version = now.kind.definition().version;
+    version.change(format!("`{}`", now.kind), before.version, now.version)
+}
+
+/// Returns the causes for which a point differs from its earlier version.
+fn causes(before: &PointRecord, now: &PointRecord) -> Vec<Why> {
+    let value = |point: &PointRecord, name: &str| {
+        point.fields.get(name).and_then(|json| serde_json::from_str(json).ok())
+    };
+    let changed_versions = now.versions.iter().filter_map(|part| {
+        let [before, now] = [before, now].map(|point| value(point, part.parameter));
+        Some((part.parameter, part_version_change(part, before, now)?))
+    });
+    let mut versions: Vec<(&str, VersionChange)> = changed_versions.collect();
+    let mut fields = changes(before, now);
+    fields.retain(|change| versions.iter().all(|(parameter, _)| change.field != *parameter));
+    if !fields.is_empty() {
+        // The part is new if its version was absent: an edit has added it.
+        versions.retain(|(parameter, _)| before.fields.contains_key(*parameter));
+    }
+    let edited = (!fields.is_empty()).then_some(Why::Changed { fields });
+    edited.into_iter().chain(versions.into_iter().map(|(_, change)| Why::Version(change))).collect()
+}
+
+/// Returns the change of the version of a part of the numbers, given the values of its parameter,
+/// or `None` if the values differ in more than the version.
+pub(super) fn part_version_change(
+    part: &PartVersion,
+    before: Option<Value>,
+    now: Option<Value>,
+) -> Option<VersionChange> {
+    let (old, rest_before) = version_and_rest(part.parameter, before)?;
+    let (new, rest) = version_and_rest(part.parameter, now)?;
+    (rest_before == rest).then(|| part.version.change(part.of.as_str(), old, new))?
+}
+
+/// Returns the version in the value of a parameter, and the value without it. Returns `None` if the
+/// point has no such parameter.
+///
+/// Values without a version are those of version 1: `true` was the value of a part that is computed
+/// or not, `gap` that of `gap_2`, and a parameter that is nothing but a version was absent.
+fn version_and_rest(parameter: &str, value: Option<Value>) -> Option<(u32, Value)> {
+    let number = |value: &Value| value.as_u64().and_then(|version| version.try_into().ok());
+    match value {
+        None => parameter.ends_with("version").then_some((1, Value::Null)),
+        Some(Value::Bool(true)) => Some((1, Value::Null)),
+        Some(Value::Object(mut object)) => {
+            let version = object.remove("version");
+            Some((version.as_ref().map_or(Some(1), number)?, Value::Object(object)))
+        }
+        Some(Value::String(text)) => match text.rsplit_once('_') {
+            Some((word, version)) => Some((version.parse().ok()?, word.into())),
+            None => Some((1, text.into())),
+        },
+        Some(value) => Some((number(&value)?, Value::Null)),
+    }
+}
+
 /// Returns the parameters in which two points differ.
 fn changes(before: &PointRecord, now: &PointRecord) -> Vec<Change> {
     let names: BTreeSet<&String> = before.fields.keys().chain(now.fields.keys()).collect();
@@ -392,6 +460,7 @@ fn changes(before: &PointRecord, now: &PointRecord) -> Vec<Change> {
 
 #[cfg(test)]
 mod tests {
+    use asperity_stages::version::Version;
 
     use super::*;
 
@@ -406,13 +475,51 @@ mod tests {
             ("unit", "\"µm\""),
             ("tolerance", "1e-5"),
         ];
-        let owned = fields.map(|(name, value)| (name.to_owned(), value.to_owned()));
-        let point = PointRecord { fields: owned.into(), realizations: 1, identity: String::new() };
+        let point = point(&fields, Vec::new());
         let told = |name: &str| shown(&point, name, &point.fields[name]).0;
         assert_eq!(told("loads"), "7 values, 1 … 7 MPa");
         assert_eq!(told("effective_modulus"), "210000 MPa");
         assert_eq!(told("side"), "100 µm");
         assert_eq!(told("tolerance"), "1e-5");
+    }
+
+    fn point(fields: &[(&str, &str)], versions: Vec<PartVersion>) -> PointRecord {
+        let owned = fields.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned()));
+        PointRecord { fields: owned.collect(), realizations: 1, identity: String::new(), versions }
+    }
+
+    /// Formats the causes for which a point with this version of its part differs from `before`.
+    fn told(parameter: &'static str, before: &[(&str, &str)], now: &[(&str, &str)]) -> Vec<String> {
+        let version = Version::new(1, &["rounded", "corrected"]);
+        let now = point(now, vec![PartVersion::new(parameter, "part", version)]);
+        causes(&point(before, Vec::new()), &now).iter().map(Why::to_string).collect()
+    }
+
+    #[test]
+    fn a_raised_version_of_a_part_is_told_with_its_reasons() {
+        let free = |version: &str| format!(r#"{{"beyond":"free","version":{version}}}"#);
+        let (old, new) = (free("2"), free("3"));
+        let corrected = ["part version 3: corrected"];
+        assert_eq!(told("boundary", &[("boundary", &old)], &[("boundary", &new)]), corrected);
+        let both = ["part version 3: rounded; corrected"];
+        assert_eq!(told("flow", &[("flow", "true")], &[("flow", "3")]), both);
+        let corrected_and_rounded =
+            told("control", &[("control", "\"gap\"")], &[("control", "\"gap_3\"")]);
+        assert_eq!(corrected_and_rounded, both);
+        let of = ("of", "\"autocorrelation\"");
+        assert_eq!(told("version", &[of], &[of, ("version", "3")]), both);
+    }
+
+    #[test]
+    fn an_edit_that_adds_a_part_is_no_new_version() {
+        let changed = ["flow – → 3"];
+        assert_eq!(told("flow", &[], &[("flow", "3")]), changed);
+        let (old, new) = ([("hurst", "0.7")], [("hurst", "0.8"), ("tip_version", "3")]);
+        assert_eq!(told("tip_version", &old, &new), ["hurst 0.7 → 0.8"]);
+        let periodic = [("boundary", r#"{"beyond":"mirror","version":3}"#)];
+        let free = [("boundary", r#"{"beyond":"free","version":3}"#)];
+        let changed = r#"boundary beyond "mirror", version 3 → beyond "free", version 3"#;
+        assert_eq!(told("boundary", &periodic, &free), [changed]);
     }
 
     #[test]

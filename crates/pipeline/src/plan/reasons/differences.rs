@@ -9,11 +9,12 @@ use std::fmt;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::changes::{Shown, unit_of};
+use super::changes::{Shown, part_version_change, unit_of, version_change};
 use super::counterparts;
 use super::record::{PointRecord, Record, StageRecord};
 use asperity_manifest::decimal;
 use asperity_stages::Kind;
+use asperity_stages::version::{PartVersion, VersionChange};
 
 /// Maximum number of elements of a list that are named as missing in the other list.
 const MAX_ELEMENTS: usize = 6;
@@ -36,10 +37,14 @@ pub enum Difference {
     OnlyInB {
         kind: Kind,
     },
-    /// Versions of the stage's computation.
+    /// Versions of the stage's computation, or of a part of it, from A to B.
     Version {
         a: u32,
         b: u32,
+        /// Numbers that have the version: a kind of stage, or a part of its numbers.
+        of: String,
+        /// Reasons of the versions after that of A.
+        reasons: Vec<&'static str>,
     },
     /// Stages that the stage reads, by their names in A.
     Reads {
@@ -110,9 +115,7 @@ fn stage_differences<'a>(
     name_in_a: impl Fn(&'a str) -> &'a str,
 ) -> Vec<Difference> {
     let mut found = Vec::new();
-    if a.version != b.version {
-        found.push(Difference::Version { a: a.version, b: b.version });
-    }
+    found.extend(version_change(a, b).map(Difference::from));
     let reads: Vec<String> = b.reads.iter().map(|name| name_in_a(name).to_owned()).collect();
     if a.reads != reads {
         found.push(Difference::Reads { a: a.reads.clone(), b: reads });
@@ -123,10 +126,17 @@ fn stage_differences<'a>(
         points.flat_map(|point| point.fields.keys()).map(String::as_str).collect();
     for key in keys.into_iter().chain([REALIZATIONS]) {
         let units = [a, b].map(|stage| unit_of(stage.points.first()?, key));
+        let mut versions = a.points.iter().chain(&b.points).flat_map(|point| &point.versions);
+        let part = versions.find(|part| part.parameter == key);
         let [a, b] = [a, b].map(|stage| values(stage, key));
-        if !has_same_elements(&a, &b) {
-            found.push(Difference::Key { key: key.to_owned(), a, b, units });
+        if has_same_elements(&a, &b) {
+            continue;
         }
+        let version = part.and_then(|part| part_version_difference(part, &a, &b));
+        found.push(match version {
+            Some(change) => change.into(),
+            None => Difference::Key { key: key.to_owned(), a, b, units },
+        });
     }
     if found.len() == before {
         let only = |one: &StageRecord, other: &StageRecord| {
@@ -139,6 +149,22 @@ fn stage_differences<'a>(
         }
     }
     found
+}
+
+/// Returns the change of the version of a part, if all values of its parameter differ in nothing
+/// else.
+fn part_version_difference(part: &PartVersion, a: &[Value], b: &[Value]) -> Option<VersionChange> {
+    let pairs = a.len().max(b.len()).max(1);
+    let change = |at: usize| part_version_change(part, a.get(at).cloned(), b.get(at).cloned());
+    let mut changes = (0..pairs).map(change);
+    let first = changes.next()??;
+    changes.all(|other| other.as_ref() == Some(&first)).then_some(first)
+}
+
+impl From<VersionChange> for Difference {
+    fn from(VersionChange { of, old, new, reasons }: VersionChange) -> Difference {
+        Difference::Version { a: old, b: new, of, reasons }
+    }
 }
 
 /// Name under which the number of surfaces per point is compared.
@@ -196,7 +222,10 @@ impl fmt::Display for Difference {
         match self {
             Difference::OnlyInA { kind } => write!(formatter, "stage ({kind}) only in A"),
             Difference::OnlyInB { kind } => write!(formatter, "stage ({kind}) only in B"),
-            Difference::Version { a, b } => write!(formatter, "stage version {a} → {b}"),
+            Difference::Version { a, b, of, reasons } => {
+                let (of, reasons) = (of.clone(), reasons.clone());
+                VersionChange { of, old: *a, new: *b, reasons }.fmt(formatter)
+            }
             Difference::Reads { a, b } => {
                 write!(formatter, "from {} → {}", a.join(", "), b.join(", "))
             }
@@ -234,6 +263,7 @@ mod tests {
             ),
             realizations: 1,
             identity: String::new(),
+            versions: Vec::new(),
         };
         StageRecord {
             name: name.to_owned(),

@@ -14,6 +14,7 @@ use crate::plan::Plan;
 use crate::plan::sources::{Sources, TasksFromStore};
 use crate::study::Study;
 use asperity_stages::surface::{Origin, Params};
+use asperity_stages::version::PartVersion;
 use asperity_stages::{Kind, Recipe, Work};
 use asperity_tables::key::Digest;
 use asperity_tables::store::files::write_if_changed;
@@ -58,6 +59,10 @@ pub struct PointRecord {
     /// Hash of the parameters that later stages depend on.
     #[serde(rename = "essence")]
     pub identity: String,
+    /// Versions of parts of the numbers, with their reasons. Only the record of the present study
+    /// has them, and only if it is not read from a file.
+    #[serde(skip)]
+    pub versions: Vec<PartVersion>,
 }
 
 impl Record {
@@ -172,17 +177,20 @@ fn points(work: &Work) -> Vec<PointRecord> {
 impl PointRecord {
     /// Creates the record of a recipe that reads other stages.
     ///
-    /// Of an SQL query, only the text is recorded, because [`StageRecord::reads`] names the tables.
+    /// Of an SQL query, only the text and the version are recorded, because [`StageRecord::reads`]
+    /// names the tables.
     fn evaluating(recipe: &Recipe) -> PointRecord {
         let Some(query) = recipe.query() else {
             return PointRecord::new(recipe, 1);
         };
+        let versions = recipe.part_versions();
+        let numbers = versions
+            .iter()
+            .map(|part| (part.parameter.to_owned(), part.version.number().to_string()));
         let text = Value::from(query).to_string();
-        PointRecord {
-            fields: BTreeMap::from([("sql".to_owned(), text)]),
-            realizations: 1,
-            identity: Digest::from_params(&query).to_string(),
-        }
+        let fields = BTreeMap::from_iter(numbers.chain([("sql".to_owned(), text)]));
+        let identity = Digest::from_params(&fields).to_string();
+        PointRecord { fields, realizations: 1, identity, versions }
     }
 
     fn new(recipe: &Recipe, realizations: u32) -> PointRecord {
@@ -201,6 +209,7 @@ impl PointRecord {
             fields,
             realizations,
             identity: Digest::from_params(&read_by_some_stage(recipe)).to_string(),
+            versions: recipe.part_versions(),
         }
     }
 }

@@ -58,7 +58,7 @@ pub fn statistic(
     Some(if is_default && settings == Settings::default() {
         Statistic::Roughness
     } else {
-        Statistic::Areal(Areal { parameters, settings, version: VERSION })
+        Statistic::Areal(Areal { parameters, settings, version: VERSION.number() })
     })
 }
 
@@ -78,7 +78,7 @@ pub fn of_profile(
         section_length: section_length?,
         smr_height: smr_height?,
         smc_ratio: checks.optional_number("smc_ratio", &table.smc_ratio)?,
-        version: profile::VERSION,
+        version: profile::VERSION.number(),
     }))
 }
 

@@ -33,7 +33,7 @@ pub fn params(
     let params = Params {
         coefficient: decimal::nearest(*coefficient),
         poisson_ratio,
-        dissipation_version: poisson_ratio.map(|_| DISSIPATION_VERSION),
+        dissipation_version: poisson_ratio.map(|_| DISSIPATION_VERSION.number()),
         loads: loads.value.iter().map(|load| decimal::nearest(load.value)).collect(),
     };
     check_loads(&params, &loads.span, surfaces, checks)?;

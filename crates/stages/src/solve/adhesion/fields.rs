@@ -101,7 +101,7 @@ impl Params {
         let may_miss = table.has(PRESCRIBED_GAP.name);
         let targets = if may_miss { PRESCRIBED_GAP.name } else { given };
         Ok(Params {
-            version: VERSION,
+            version: VERSION.number(),
             effective_modulus: number(EFFECTIVE_MODULUS.name)?,
             load_unit: if given == PRESSURE.name {
                 PressureUnit::Absolute

@@ -19,7 +19,7 @@ use asperity_tables::column::integers;
 /// Returns the parameters of an approach and a separation under prescribed loads, with pull-off.
 pub(super) fn params() -> Params {
     Params {
-        version: VERSION,
+        version: VERSION.number(),
         effective_modulus: 3.0,
         load_unit: PressureUnit::Relative,
         newtons: None,

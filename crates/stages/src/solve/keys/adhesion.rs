@@ -138,7 +138,7 @@ pub fn recipes(
     let load_unit = load_unit?;
     let has_loads = control == Control::Load && targets.iter().any(|load| *load != 0.0);
     let given = Params {
-        version: VERSION,
+        version: VERSION.number(),
         effective_modulus: effective_modulus?,
         load_unit,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
