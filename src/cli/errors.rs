@@ -154,8 +154,8 @@ fn bases(loads: &[LoadErrors]) -> BTreeMap<&'static str, String> {
         if let Some(nodes) = first.on_nodes {
             basis += &format!(", with {nodes} nodes per side");
         }
-        let orders = terms.iter().filter(|term| term.order_is_shown == Some(true));
-        let orders: Vec<f64> = orders.filter_map(|term| term.order).collect();
+        let shown = terms.iter().filter(|term| term.order_is_shown == Some(true));
+        let orders: Vec<f64> = shown.filter_map(|term| term.order).collect();
         let assumed = terms.iter().filter(|term| term.order_is_shown == Some(false)).count();
         let [least, most] = [f64::min, f64::max].map(|end| orders.iter().copied().reduce(end));
         if let (Some(least), Some(most)) = (least, most) {

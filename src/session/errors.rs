@@ -1,4 +1,4 @@
-//! Errors of the means of a study, with the costs of halving them and the surfaces that are missing.
+//! Errors of the means of a study, with the costs of halving them, and missing surfaces.
 
 mod additions;
 mod costs;
@@ -162,8 +162,8 @@ impl Session<'_> {
 
 fn means_of(reading: &StudyResults, name: &str) -> Result<Option<MeansOfStage>, SessionError> {
     let names: Vec<&str> = reading.plan.stages.iter().map(|stage| stage.name.as_str()).collect();
-    let index = names.iter().position(|known| *known == name);
-    let index = index.ok_or_else(|| UnknownName::stage(name, &names))?;
+    let found = names.iter().position(|known| *known == name);
+    let index = found.ok_or_else(|| UnknownName::stage(name, &names))?;
     Ok(reading.study.means_of(index)?)
 }
 
@@ -312,14 +312,14 @@ fn halving(budget: &ErrorBudget, surfaces: &[Surfaces], costs: &Costs) -> Vec<Ha
     let nodes = number(&budget.point, NODES.name);
     if let Some(factor) = factor(&meshes) {
         // The variance of the difference to the finer mesh is to add a fifth at most.
-        let needed = meshes.iter().map(|(load, mesh)| {
+        let for_loads = meshes.iter().map(|(load, mesh)| {
             let error = &mesh.found.error;
             let left = 1.0 - mesh.found.remaining(factor as f64);
             let variance = (left * error.error).powi(2) * mesh.surfaces[0] as f64;
             5.0 * variance / load.mean.error.powi(2)
         });
-        let needed = needed.filter(|needed| needed.is_finite()).fold(0.0, f64::max).ceil() as usize;
-        let needed = needed.max(FEWEST).min(count);
+        let most = for_loads.filter(|needed| needed.is_finite()).fold(0.0, f64::max);
+        let needed = (most.ceil() as usize).max(FEWEST).min(count);
         halving.push(Halving {
             term: Term::Mesh.name(),
             change: format!(

@@ -1,6 +1,7 @@
 //! Scans as samples of one ensemble, and their labels.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::fs;
 
 use crate::bench::{Bench, Count, is_idle, real, text};
@@ -18,7 +19,7 @@ fn write_scan(bench: &Bench, name: &str, seed: u64, side: f64) {
     let phases: Vec<f64> = (0..6).map(|_| 6.2 * uniform()).collect();
     let line = |j: usize| {
         let height = |i: usize| {
-            let [x, y] = [i, j].map(|node| node as f64 / NODES as f64 * 6.283);
+            let [x, y] = [i, j].map(|node| TAU * node as f64 / NODES as f64);
             let waves = phases.iter().zip(1..);
             let sum: f64 = waves
                 .map(|(phase, k)| (f64::from(k) * x + phase).sin() * (2.0 * y + phase).cos())

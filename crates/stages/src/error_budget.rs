@@ -31,7 +31,8 @@ const PER_SIDE: [&str; 6] =
 const SIDES: [&str; 3] = [SIDE.name, SIDE_X.name, SIDE_Y.name];
 /// Greatest number of meshes or cells beside that of the mean.
 const MOST_SIZES: usize = 3;
-/// Share of the nodes by which contacts at [`DEFAULT_TOLERANCE`] differ at most from converged ones.
+/// Largest share of the nodes by which contacts at [`DEFAULT_TOLERANCE`] differ from converged
+/// ones.
 const WRONG_NODES: f64 = 2e-6;
 
 /// Errors of the means of a column at one parameter point.
@@ -154,9 +155,7 @@ pub fn budgets(
         by_point.entry(common.without(&[COEFFICIENT.name])).or_default().push(index);
     }
     let budgets = by_point.into_values().map(|group| study.budget(&group, is_multilevel));
-    let mut budgets: Vec<ErrorBudget> = budgets.collect();
-    budgets.retain(|budget| !budget.loads.is_empty());
-    Ok(budgets)
+    Ok(budgets.filter(|budget| !budget.loads.is_empty()).collect())
 }
 
 /// Ensembles of a table with the values of a column.
@@ -210,9 +209,9 @@ impl Ensembles {
             group.iter().copied().filter(|&other| is_equal(TOLERANCE.name, other)).collect();
         meshes.sort_by(|&one, &other| nodes(one).total_cmp(&nodes(other)));
         meshes.dedup_by_key(|ensemble| nodes(*ensemble).to_bits());
-        let precise = group.iter().copied().filter(|&other| other != target && is_on_mesh(other));
+        let on_mesh = group.iter().copied().filter(|&other| other != target && is_on_mesh(other));
         let tolerance = |ensemble: usize| number(&self.all[ensemble].point, TOLERANCE.name);
-        let precise = precise
+        let precise = on_mesh
             .filter(|&other| tolerance(other) < tolerance(target))
             .min_by(|&one, &other| tolerance(one).partial_cmp(&tolerance(other)).expect("numbers"));
         let levels = if is_multilevel { meshes.clone() } else { vec![target] };
@@ -293,17 +292,17 @@ impl Ensembles {
         let (used, target) = largest(&known, target)?;
         let values: Vec<BTreeMap<Member, f64>> =
             used.iter().map(|&mesh| self.at(mesh, load)).collect();
-        let shared = values[0].keys().filter(|member| {
+        let on_all = values[0].keys().filter(|member| {
             is_drawn(member) && values.iter().all(|values| values.contains_key(member))
         });
-        let shared: Vec<Member> = shared.copied().collect();
+        let shared: Vec<Member> = on_all.copied().collect();
         let paired = |values: &BTreeMap<Member, f64>| {
             shared.iter().map(|member| values[member]).collect::<Vec<f64>>()
         };
-        let values: Vec<Vec<f64>> = values.iter().map(paired).collect();
+        let levels: Vec<Vec<f64>> = values.iter().map(paired).collect();
         let sizes: Vec<f64> =
             used.iter().map(|&mesh| nodes_per_side(&self.all[mesh].point)).collect();
-        let found = DiscretizationError::new(&sizes, &values, target, Sampling::Paired)?;
+        let found = DiscretizationError::new(&sizes, &levels, target, Sampling::Paired)?;
         Some(SizeError { found, surfaces: vec![shared.len(); sizes.len()], sizes, on_mesh: None })
     }
 

@@ -283,9 +283,11 @@ fn lines(cases: &[Case], keys: &[(&str, &str)]) -> String {
             .map(|(column, key)| format!("{key} = {}", written(point, column)))
             .collect();
         cells.push(format!("realizations = {surfaces}"));
-        let terms: Vec<&str> = terms.iter().map(|term| term.name()).collect();
-        let comment = if terms.is_empty() { String::new() } else { " # ".to_owned() };
-        let comment = comment + &terms.join(", ");
+        let names: Vec<&str> = terms.iter().map(|term| term.name()).collect();
+        let comment = match names[..] {
+            [] => String::new(),
+            _ => format!(" # {}", names.join(", ")),
+        };
         lines += &format!("    {{ {} }},{comment}\n", cells.join(", "));
     }
     lines + "]\n"

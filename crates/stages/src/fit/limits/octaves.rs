@@ -7,7 +7,8 @@
 //! `k_upper` and `nodes` is a step towards the fractal limit.
 //!
 //! Two parameters that have the same ratio at all points, such as those of `k_upper = "8 *
-//! k_lower"`, are tied: the points do not show the effect of their ratio. They are doubled together.
+//! k_lower"`, are tied: the points do not show the effect of their ratio. They are doubled
+//! together.
 
 use std::collections::BTreeSet;
 
