@@ -85,10 +85,10 @@ pub fn unit_of(
         return Err(format!("`{name}` is a pure number here, but this makes {result} of it"));
     }
     let may_be_pure = declared.is_some_and(|declared| declared.or_ratio);
-    if !wanted.contains(&exponents) && !(exponents == PURE && may_be_pure) {
+    let is_accepted = wanted.contains(&exponents) || exponents == PURE && may_be_pure;
+    if !is_accepted {
         let accepted: Vec<String> = wanted.into_iter().map(named).collect();
-        let reason = format!("must be {}, but this is {}", accepted.join(" or "), named(exponents));
-        return Err(reason);
+        return Err(format!("must be {}, but this is {}", accepted.join(" or "), named(exponents)));
     }
     let own = search.units.iter().find(|unit| unit.dimension.exponents() == exponents);
     Ok(own.copied().or_else(|| Unit::si_of(exponents)))
