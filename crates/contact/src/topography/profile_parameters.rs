@@ -260,7 +260,7 @@ mod tests {
     #[test]
     fn ripples_below_the_discrimination_are_no_elements() {
         let wave = |index: usize| libm::sin(std::f64::consts::TAU * index as f64 / 200.0 + 0.1);
-        let ripple = |index: usize| if index % 2 == 0 { 0.05 } else { -0.05 };
+        let ripple = |index: usize| if index.is_multiple_of(2) { 0.05 } else { -0.05 };
         let heights = (0..2000).map(|index| wave(index) + ripple(index)).collect();
         assert_close(parameters(heights, 1.0, Some(400.0)).rsm.unwrap(), 200.0, 1.0);
     }
