@@ -650,10 +650,10 @@ fn a_bound_of_an_error_is_in_the_units_of_output() {
             .replace("realizations = 5", &until)
             .replace("[\"0.5 * heavy\", \"heavy\"]", "[\"heavy\"]")
     };
-    bench.run(&study("", "0.01"));
+    bench.run(&study("", "0.002"));
     let surfaces = bench.table("shown", "surfaces").rows();
     assert!((4..40).contains(&surfaces), "{surfaces}");
-    let counts = bench.run(&study("output_units = { length = \"nm\" }", "10"));
+    let counts = bench.run(&study("output_units = { length = \"nm\" }", "2"));
     assert!(counts.values().all(|count| count.computed == 0), "{counts:?}");
     assert_eq!(bench.table("shown", "surfaces").rows(), surfaces);
 }
