@@ -208,7 +208,11 @@ impl DescribedChannel {
 }
 
 /// Describes a map of heights in one line, if its sides are known. It is taken to be not periodic.
+/// A profile has a note instead.
 fn in_one_line(channel: &Channel<'_>, map: &HeightMap) -> Option<DescribedMap> {
+    if channel.is_profile() {
+        return None;
+    }
     let (size, unit) = match (channel.quantity(), channel.size()) {
         (Quantity::Height, Size::Metres(size)) => (size, "m"),
         (Quantity::Unitless, Size::Unitless(size)) => (size, ""),

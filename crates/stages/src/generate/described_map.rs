@@ -30,7 +30,8 @@ pub struct DescribedMap {
     /// Rms slope from differences between neighbouring points.
     rms_slope: f64,
     missing: usize,
-    /// White noise of the map; `None` if its spectrum has no plateau, or if no point was measured.
+    /// White noise of the map; `None` if its spectrum has no plateau, if no point was measured, and
+    /// for profiles.
     pub noise: Option<NoiseShare>,
 }
 
@@ -57,7 +58,7 @@ impl DescribedMap {
             noise: complete
                 .ok()
                 .and_then(|map| NoiseFloor::with_share(&map, boundary))
-                .filter(|noise| noise.share >= LITTLE_NOISE),
+                .filter(|noise| noise.share >= LITTLE_NOISE && grid.nodes()[1] > 1),
         }
     }
 
@@ -97,6 +98,15 @@ impl fmt::Display for DescribedMap {
             false => self.pair(self.grid.spacing()),
         };
         let slope = quantity::range([self.rms_slope].into_iter(), None).unwrap_or_default();
+        if nodes_y == 1 {
+            let [length, height] =
+                [self.grid.cell().size()[0], self.rms_height].map(|length| self.shown(length));
+            return write!(
+                formatter,
+                "profile of {length}, {nodes_x} points with a step of {}, Rq {height}, RΔq {slope}",
+                self.shown(self.grid.spacing()[0]),
+            );
+        }
         write!(
             formatter,
             "{} along x and y, {nodes_x} × {nodes_y} points with steps of {steps}, rms height {}, \
@@ -150,5 +160,15 @@ mod tests {
             "80 × 10 µm along x and y, 40 × 20 points with steps of 2 × 0.5 µm, rms height 0.7";
         assert!(text.starts_with(start), "{text}");
         assert!(text.ends_with("no noise found"), "{text}");
+    }
+
+    #[test]
+    fn a_profile_is_told_with_its_length() {
+        let grid = Grid::new([40, 1], Cell::new([80e-6, 2e-6]).unwrap()).unwrap();
+        let heights = (0..grid.count()).map(|node| 1e-6 * (node % 2) as f64);
+        let profile = Surface::new(grid, heights.collect()).unwrap();
+        let text = DescribedMap::new(profile.into(), "m", Boundary::Free).to_string();
+        let start = "profile of 80 µm, 40 points with a step of 2 µm, Rq ";
+        assert!(text.starts_with(start) && text.contains(", RΔq 0."), "{text}");
     }
 }
