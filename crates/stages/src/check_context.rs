@@ -47,6 +47,8 @@ pub enum Property {
     NotRedrawable,
     /// Samples of one ensemble that differ in sides or steps.
     UnequalSamples,
+    /// Measured surfaces that differ in labels or in their preparation, but for the region.
+    UnlikeScans,
     /// Surfaces that are not scaled to a given rms slope.
     WithoutSlope,
     /// Surfaces that are not scaled to a given rms height.

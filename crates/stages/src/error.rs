@@ -87,6 +87,13 @@ pub enum StageError {
          profiles"
     )]
     TooFewWaves,
+    /// The spectrum of the surface contradicts its profiles.
+    #[error(
+        "the spectrum gives the surface an rms slope of {surface:.3}, but √2 times that of its \
+         profiles is {expected:.3}: the fit does not resolve a peak of their spectrum, as turned and \
+         ground surfaces have it along the feed, and these surfaces are not isotropic"
+    )]
+    ContradictedProfiles { surface: f64, expected: f64 },
     #[error(
         "the profile has {points} points, and a section {section}; `section_length` must be from two \
          steps to the length of the profile"

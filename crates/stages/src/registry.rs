@@ -468,12 +468,17 @@ impl Surfaces {
         let first = grids_of_samples.next();
         let slopes = origins().filter_map(|origin| Some([origin.given_rms_slope()?; 2]));
         let heights = origins().filter_map(|origin| Some([origin.given_rms_height()?; 2]));
+        let treatments = origins().filter_map(|origin| match origin {
+            Origin::File(file) => Some(file.treatment()),
+            _ => None,
+        });
         let properties = [
             (Property::Open, origins().any(Origin::is_open)),
             (Property::Filled, origins().any(Origin::has_filled_points)),
             (Property::Yielded, origins().any(Origin::has_yielded)),
             (Property::NotRedrawable, origins().any(Origin::reads_stage)),
             (Property::UnequalSamples, grids_of_samples.any(|grid| Some(grid) != first)),
+            (Property::UnlikeScans, distinct_values(treatments).len() > 1),
             (Property::WithoutSlope, origins().any(|origin| origin.given_rms_slope().is_none())),
             (Property::WithoutHeight, origins().any(|origin| origin.given_rms_height().is_none())),
         ];

@@ -122,7 +122,7 @@ impl fmt::Display for DescribedMap {
             }
         }
         match &self.noise {
-            None => write!(formatter, ", no noise found"),
+            None => write!(formatter, ", no plateau of noise found"),
             Some(NoiseShare { floor, share }) => write!(
                 formatter,
                 ", noise {} with {:.1} % of the mean square slope",
@@ -157,9 +157,9 @@ mod tests {
         let map = Surface::new(grid, heights.collect()).unwrap();
         let text = DescribedMap::new(map.into(), "m", Boundary::Free).to_string();
         let start =
-            "80 × 10 µm along x and y, 40 × 20 points with steps of 2 × 0.5 µm, rms height 0.7";
+            "80 × 10 µm along x and y, 40 × 20 points with steps of 2 µm × 500 nm, rms height 6";
         assert!(text.starts_with(start), "{text}");
-        assert!(text.ends_with("no noise found"), "{text}");
+        assert!(text.ends_with("no plateau of noise found"), "{text}");
     }
 
     #[test]

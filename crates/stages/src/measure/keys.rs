@@ -406,6 +406,9 @@ fn of_surfaces(
     if matches!(what, What::StitchedSpectrum | What::SpectrumFromProfiles) {
         let lines = checks.optional("lines", &table.lines)?.map(|lines| lines.value);
         let params = stitched(table, trusted_fraction, surfaces, checks)?;
+        if what == What::SpectrumFromProfiles {
+            check_profiles_are_alike(table, surfaces, checks)?;
+        }
         return Some(match (what, params) {
             (What::SpectrumFromProfiles, Params::Stitched { bins, trusted_fraction, .. }) => {
                 let version = from_profiles::VERSION.number();
@@ -447,6 +450,22 @@ fn check_of_profile(
         "`\"spectrum-from-profiles\"` is the spectrum of the surface, `\"profile-spectrum\"` that of \
          each profile; profiles also have `\"heights\"`, `\"bearing\"` and `\"roughness\"`",
     ))
+}
+
+/// Refuses profiles of several parameter points: the spectrum would be that of no surface.
+fn check_profiles_are_alike(
+    table: &MeasureTable,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<()> {
+    let Some(stage) = surfaces.stage_with(Property::UnlikeScans) else { return Some(()) };
+    let message = format!("the surfaces of `{stage}` differ in labels or preparation");
+    let problem = Problem::new(message, table.what.written()?.span.clone(), "is one spectrum");
+    checks.reject(
+        problem.help(
+            "give each specimen and each filter a `generate` and a `measure` stage of its own",
+        ),
+    )
 }
 
 /// Returns the version of the spectra of yielded surfaces, if there are any.

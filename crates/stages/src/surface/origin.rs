@@ -122,6 +122,13 @@ pub struct MeasuredSurface {
 }
 
 impl MeasuredSurface {
+    /// Returns all that makes the surface another parameter point, but for its file, region and
+    /// channel: labels, scale of heights and preparation.
+    pub fn treatment(&self) -> impl PartialEq + use<> {
+        let preparation = Preparation { crop: None, ..self.preparation.clone() };
+        (self.labels.values.clone(), self.height_scale, self.edges, preparation)
+    }
+
     /// Returns the version of the cutoff of the tip for such a map.
     pub fn version_of_tip(edges: Edges, preparation: &Preparation) -> Option<u32> {
         let compares = edges == Edges::Periodic && preparation.tip_radius.is_some();
