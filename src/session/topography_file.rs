@@ -171,8 +171,8 @@ impl DescribedChannel {
                 format!(" with a step of {step:.4e}{unit}")
             });
             notes.push(format!(
-                "a profile of {} points{step}: its rms height is Rq, its rms slope RΔq; a study \
-                 reads it with `profile = true`",
+                "a profile of {} points{step}: its rms height is Rq, its rms slope RΔq from \
+                 neighbouring points; a study reads it with `profile = true`",
                 channel.nodes()[0]
             ));
         }

@@ -300,7 +300,7 @@ fn summary(source: &TableSource, loads: &ContactLoads) -> Result<Vec<String>, St
             Some(counted(table.rows(), "profile")),
             read_from_files(&table, source)?,
             range(source, RMS_HEIGHT.name, "Rq")?,
-            range(source, RMS_SLOPE.name, "RΔq")?,
+            range(source, RMS_SLOPE.name, "rms slope")?,
         ];
         return Ok(parts.into_iter().flatten().collect());
     }

@@ -103,7 +103,7 @@ impl fmt::Display for DescribedMap {
                 [self.grid.cell().size()[0], self.rms_height].map(|length| self.shown(length));
             return write!(
                 formatter,
-                "profile of {length}, {nodes_x} points with a step of {}, Rq {height}, RΔq {slope}",
+                "profile of {length}, {nodes_x} points with a step of {}, Rq {height}, rms slope {slope}",
                 self.shown(self.grid.spacing()[0]),
             );
         }
@@ -169,6 +169,6 @@ mod tests {
         let profile = Surface::new(grid, heights.collect()).unwrap();
         let text = DescribedMap::new(profile.into(), "m", Boundary::Free).to_string();
         let start = "profile of 80 µm, 40 points with a step of 2 µm, Rq ";
-        assert!(text.starts_with(start) && text.contains(", RΔq 0."), "{text}");
+        assert!(text.starts_with(start) && text.contains(", rms slope 0."), "{text}");
     }
 }

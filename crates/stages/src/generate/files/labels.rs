@@ -341,14 +341,18 @@ impl List {
     fn of_file(&self, file: &str) -> Result<Vec<(String, Word)>, String> {
         let lines = self.0.as_ref().map_err(Clone::clone)?;
         let name = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
-        let of = |wanted: &str| {
-            lines.iter().find(|line| {
-                let named = FILE_COLUMNS.iter().filter_map(|column| line.get(*column));
-                named.into_iter().any(|own| own == wanted)
-            })
+        let of = |wanted: &str| -> Vec<_> {
+            let is_wanted = |line: &&BTreeMap<String, String>| {
+                FILE_COLUMNS.iter().any(|column| line.get(*column).is_some_and(|own| own == wanted))
+            };
+            lines.iter().filter(is_wanted).collect()
         };
-        let missing = || format!("the list of labels has no line for {file:?}");
-        let line = of(file).or_else(|| of(&name)).ok_or_else(missing)?;
+        let by_path = of(file);
+        let found = if by_path.is_empty() { of(&name) } else { by_path };
+        let [line] = found[..] else {
+            let count = if found.is_empty() { "no line" } else { "several lines" };
+            return Err(format!("the list of labels has {count} for {file:?}"));
+        };
         let own = line
             .iter()
             .filter(|(name, text)| !FILE_COLUMNS.contains(&name.as_str()) && !text.is_empty());
@@ -370,13 +374,22 @@ fn lines(text: &str) -> Result<Vec<BTreeMap<String, String>>, String> {
     if let Some(name) = labels.into_iter().find(|name| !is_label(name)) {
         return Err(format!("`{name}` is no name of a label: use letters, digits and `_`"));
     }
+    if let Some(name) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
+        return Err(format!("the column `{}` exists twice", name.1));
+    }
+    // Programs that separate by semicolons write decimal commas.
+    let number = |cell: String| {
+        let pointed = cell.replace(',', ".");
+        let is_number = separator == ';' && pointed.parse::<f64>().is_ok();
+        if is_number { pointed } else { cell }
+    };
     let line = |(index, line): (usize, &str)| {
         let cells = cells(line, separator);
         if cells.len() != names.len() {
             let (found, wanted) = (cells.len(), names.len());
             return Err(format!("line {} has {found} cells, not {wanted}", index + 2));
         }
-        Ok(names.iter().cloned().zip(cells).collect())
+        Ok(names.iter().cloned().zip(cells.into_iter().map(number)).collect())
     };
     lines.enumerate().map(line).collect()
 }
@@ -410,6 +423,22 @@ mod tests {
         }
         for (word, key) in [("site", "side"), ("part", "path"), ("state", "side"), ("", "side")] {
             assert!(!is_slip(word, key), "{word}");
+        }
+    }
+
+    #[test]
+    fn a_list_has_one_line_for_a_file_and_one_column_for_a_label() {
+        let list = |text: &str| List(lines(text));
+        let of = |text: &str| list(text).of_file("scans/a.x3p").map(|labels| labels.len());
+        assert_eq!(of("file;wear;note\na.x3p;0,5;\nb.x3p;1,5;x"), Ok(1));
+        let found = lines("file;wear\na.x3p;0,5").unwrap();
+        assert_eq!(found[0]["wear"], "0.5");
+        for (text, reason) in [
+            ("file,part\na.x3p,1\na.x3p,2", "several lines"),
+            ("file,part\nb.x3p,1", "no line"),
+            ("file,part,part\na.x3p,1,2", "`part` exists twice"),
+        ] {
+            assert!(of(text).unwrap_err().contains(reason), "{text}");
         }
     }
 
