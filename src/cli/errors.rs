@@ -109,6 +109,9 @@ fn row(load: &LoadErrors) -> [String; 8] {
         let Some(term) = load.terms.iter().find(|term| term.term == name) else {
             return "?".to_owned();
         };
+        if load.value == 0.0 {
+            return "–".to_owned();
+        }
         let [lower, upper] = term.interval;
         match term.bias {
             Some(bias) => {

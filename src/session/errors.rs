@@ -14,7 +14,8 @@ use super::{Session, SessionError, UnknownName};
 use asperity_pipeline::results::StudyResults;
 use asperity_pipeline::study::MeansOfStage;
 use asperity_stages::columns::{
-    AREA_CORRECTED, COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, K_UPPER, NODES, TOLERANCE,
+    AREA_CORRECTED, AREA_FRACTION, COEFFICIENT, CORRECTION, K_LOWER, K_ROLLOFF, K_UPPER, NODES,
+    TOLERANCE,
 };
 use asperity_stages::ensemble::{ParameterPoint, load_column};
 use asperity_stages::error_budget::{
@@ -195,7 +196,8 @@ fn add_means(
         }
         let field = table.batch().schema_ref().field_with_name(column).expect("the column exists");
         for budget in error_budget::budgets(&table, column, source.is_multilevel)? {
-            if !seen.insert(identity(&budget)) {
+            let counted = if column == AREA_CORRECTED.name { AREA_FRACTION.name } else { column };
+            if !seen.insert((counted.to_owned(), identity(&budget))) {
                 continue;
             }
             let surfaces: Vec<Surfaces> = budget

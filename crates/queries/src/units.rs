@@ -9,9 +9,9 @@ use std::sync::Arc;
 
 use arrow::datatypes::{Field, Metadata, SchemaRef};
 use sqlparser::ast::{
-    BinaryOperator, Expr, FunctionArg, FunctionArgExpr, FunctionArguments, Query, RenameSelectItem,
-    Select, SelectItem, SelectItemQualifiedWildcardKind, SetExpr, TableAlias, TableFactor,
-    UnaryOperator, Value, WildcardAdditionalOptions,
+    BinaryOperator, DataType, Expr, FunctionArg, FunctionArgExpr, FunctionArguments, Query,
+    RenameSelectItem, Select, SelectItem, SelectItemQualifiedWildcardKind, SetExpr, TableAlias,
+    TableFactor, UnaryOperator, Value, WildcardAdditionalOptions,
 };
 
 use crate::QueryError;
@@ -256,8 +256,22 @@ fn of_expression(expression: &Expr, relations: &[(String, Columns)]) -> Origin {
             found.map(|(_, origin)| origin.clone()).unwrap_or_default()
         }
         Expr::Nested(inner) => of_expression(inner, relations),
-        Expr::Cast { expr, .. }
-        | Expr::UnaryOp { op: UnaryOperator::Minus | UnaryOperator::Plus, expr } => {
+        // Only real numbers are converted to units of output.
+        Expr::Cast { expr, data_type, .. } => {
+            let is_real = matches!(
+                data_type,
+                DataType::Float(_)
+                    | DataType::Double(_)
+                    | DataType::DoublePrecision
+                    | DataType::Real
+                    | DataType::Float4
+                    | DataType::Float8
+                    | DataType::Float32
+                    | DataType::Float64
+            );
+            Origin::computed(unit(expr).filter(|_| is_real))
+        }
+        Expr::UnaryOp { op: UnaryOperator::Minus | UnaryOperator::Plus, expr } => {
             Origin::computed(unit(expr))
         }
         Expr::Ceil { expr, .. } | Expr::Floor { expr, .. } => Origin::computed(unit(expr)),
@@ -419,6 +433,13 @@ mod tests {
                     case when area > 0 then pressure else mean_gap end as d, \
                     coalesce(pressure, 0.0) as e, coalesce(pressure, 1) as f from contact";
         assert_eq!(units(text), "a: pressure, b: -, c: length, d: -, e: pressure, f: -");
+    }
+
+    #[test]
+    fn casts_to_real_numbers_alone_keep_the_unit() {
+        let text = "select cast(mean_gap as double) as a, cast(mean_gap as int) as b, \
+                    mean_gap::float as c, cast(pressure as varchar) as d from contact";
+        assert_eq!(units(text), "a: length, b: -, c: length, d: -");
     }
 
     #[test]

@@ -193,8 +193,10 @@ impl Figure {
         let mut scene = Scene::new(width, self.height(&legend));
         scene.background_color = None;
         scene.text_color = Some(Colour::Text.css());
-        let own = self.font_family.iter().map(String::as_str);
-        scene.font_family = Some(own.chain([FONT_FAMILY]).collect::<Vec<_>>().join(", "));
+        // A name with a digit or a quotation mark needs quotes.
+        let own = self.font_family.iter().map(|name| format!("'{}'", name.replace('\'', "\\'")));
+        let families = own.chain([FONT_FAMILY.to_owned()]);
+        scene.font_family = Some(families.collect::<Vec<_>>().join(", "));
         let mut pictures = String::new();
         for (line, content) in self.title_lines().into_iter().enumerate() {
             let y = MARGIN + (line as f64 + 0.75) * TITLE_LINE;
@@ -590,7 +592,7 @@ mod tests {
     #[test]
     fn a_family_of_letters_is_named_in_the_drawing_and_changes_no_pixels() {
         let own = Figure { font_family: Some("Arial".to_owned()), ..figure() }.to_svg("area");
-        assert!(own.contains("font-family=\"Arial, DejaVu Sans, "), "{own}");
+        assert!(own.contains("font-family=\"&apos;Arial&apos;, DejaVu Sans, "), "{own}");
         let pixels = |svg: &str| svg::to_png(&svg::alone(svg), 1.0).unwrap();
         assert_eq!(pixels(&own), pixels(&figure().to_svg("area")));
     }

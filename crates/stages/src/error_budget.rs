@@ -10,10 +10,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::aggregate::numbers;
 use crate::columns::{
     AREA_CORRECTED, AREA_FRACTION, COEFFICIENT, K_LOWER, K_ROLLOFF, K_UPPER, NODES, NODES_X,
-    NODES_Y, SIDE, SIDE_X, SIDE_Y, TOLERANCE, WORK_OF_ADHESION,
+    NODES_Y, PERIMETER_EUCLIDEAN, PERIMETER_MANHATTAN, SIDE, SIDE_X, SIDE_Y, STOP, TOLERANCE,
+    WORK_OF_ADHESION,
 };
 use crate::ensemble::prescribed_length;
 use crate::ensemble::{Ensemble, Load, Member, ParameterPoint, ensembles, load_column};
+use crate::solve::is_unconverged;
+use arrow::datatypes::DataType;
 use asperity_contact::solver::DEFAULT_TOLERANCE;
 use asperity_manifest::decimal;
 use asperity_statistics::differences::MeanDifference;
@@ -169,6 +172,11 @@ struct Ensembles {
     to_wavelengths: Vec<Option<f64>>,
     /// True if the column is a fraction of the nodes.
     counts_nodes: bool,
+    /// True if the column is a number or a length of all that is in the cell, which grows with the
+    /// cell, and a number of nodes also with the mesh.
+    is_sum_over_cell: bool,
+    /// Whether the load of each row did not converge.
+    unconverged: Vec<bool>,
 }
 
 impl Ensembles {
@@ -188,6 +196,15 @@ impl Ensembles {
             in_wavelengths: in_wavelengths.collect(),
             values: numbers(table, column)?,
             counts_nodes: [AREA_FRACTION.name, AREA_CORRECTED.name].contains(&column),
+            is_sum_over_cell: field.is_some_and(|field| *field.data_type() == DataType::Int64)
+                || [PERIMETER_EUCLIDEAN.name, PERIMETER_MANHATTAN.name].contains(&column),
+            unconverged: match table.has(STOP.name) {
+                true => {
+                    let stops = table.texts(STOP.name)?;
+                    stops.iter().map(|stop| stop.is_some_and(is_unconverged)).collect()
+                }
+                false => vec![false; table.rows()],
+            },
             all,
         })
     }
@@ -225,8 +242,8 @@ impl Ensembles {
                 load,
                 surfaces,
                 mean,
-                mesh: self.mesh_error(&meshes, target, load),
-                cell: cell.map(|cell| SizeError {
+                mesh: self.mesh_error(&meshes, target, load).filter(|_| !self.is_sum_over_cell),
+                cell: cell.filter(|_| !self.is_sum_over_cell).map(|cell| SizeError {
                     on_mesh: cell.on_mesh.filter(|on_mesh| *on_mesh != nodes(target)),
                     ..cell
                 }),
@@ -354,7 +371,12 @@ impl Ensembles {
         // A node has four edges, which the correction subtracts.
         let bound = WRONG_NODES * (1.0 + 4.0 * coefficient);
         let is_known = self.counts_nodes && is_elastic && tolerance <= DEFAULT_TOLERANCE;
-        is_known.then_some(SolverError::Bound(bound))
+        let ensemble = &self.all[target];
+        let index =
+            ensemble.loads.iter().position(|own| decimal::is_same(own.given, load.given))?;
+        let mut rows = (0..ensemble.members.len()).filter_map(|member| ensemble.row(member, index));
+        let are_converged = !rows.any(|row| self.unconverged[row]);
+        (is_known && are_converged).then_some(SolverError::Bound(bound))
     }
 }
 
