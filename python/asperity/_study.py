@@ -469,7 +469,8 @@ class Study:
         """
         errors, notices = self._session.errors(stage, column)
         _warn(notices)
-        return json.loads(errors)
+        found: Dict[str, Any] = json.loads(errors)
+        return found
 
     def claims(self) -> List[Dict[str, Any]]:
         """Tests the statements of Yastrebov, Anciaux & Molinari (2015) against the tables.
