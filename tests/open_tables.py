@@ -38,6 +38,9 @@ for path in tables:
         field.pop("dimension", None)
         # The column whose reduced numbers this one has in the units of the study.
         field.pop("reduced", None)
+        # The role in the tables of single surfaces, and labels, which only published tables have.
+        field.pop("role_of_tasks", None)
+        field.pop("added", None)
     for column in json.loads(pl.read_parquet_metadata(path)["asperity.columns"]):
         assert column.pop("type"), (path, column)
         assert column["meaning"] and column == fields.pop(0), (path, column)
