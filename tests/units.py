@@ -289,7 +289,7 @@ OF_SOLVER = {"tolerance", "residual"}
 #: Labels of axes that are pure numbers.
 PURE = (
     "A/A₀", "fraction", "load p₀/(E* h′)", "slope", "secant", "Nayak", "erf scale", "flow factor", "clusters per",
-    "perimeter²", "dp̄/dp₀", "L/λ", "(h′ L)²", "area of",
+    "perimeter²", "dp̄/dp₀", "L/λ", "(h′ L)²", "area of", "the mean, %",
 )
 
 
