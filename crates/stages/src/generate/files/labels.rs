@@ -12,7 +12,7 @@ use super::FileTable;
 use super::patterns::{is_label, is_pattern, matching, mistake};
 use crate::surface::labels;
 use crate::surface_files::SurfaceFiles;
-use asperity_manifest::diagnostics::{Problem, Problems, Span};
+use asperity_manifest::diagnostics::{Problem, Problems, Span, counted};
 use asperity_manifest::keys::{GridPoint, KeyTable, Section, Spanned, deserialize_either};
 use asperity_tables::column::{ColumnKind, Value};
 
@@ -362,54 +362,45 @@ impl List {
 
 /// Reads the lines of a CSV file with a header, by the names of the columns.
 fn lines(text: &str) -> Result<Vec<BTreeMap<String, String>>, String> {
-    let plain = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = plain.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let header = lines.next().ok_or("it is empty")?;
+    let plain = text.trim_start_matches('\u{feff}');
+    let mut written =
+        plain.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let header = written.next().ok_or("it is empty")?;
     let separator = [';', '\t'].into_iter().find(|&one| header.contains(one)).unwrap_or(',');
-    let names = cells(header, separator);
-    if !names.iter().any(|name| FILE_COLUMNS.contains(&name.as_str())) {
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator as u8)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .from_reader(plain.as_bytes());
+    let names = reader.headers().map_err(|error| error.to_string())?.clone();
+    if !names.iter().any(|name| FILE_COLUMNS.contains(&name)) {
         return Err("it has no column `path` or `file`".to_owned());
     }
-    let labels = names.iter().filter(|name| !FILE_COLUMNS.contains(&name.as_str()));
-    if let Some(name) = labels.into_iter().find(|name| !is_label(name)) {
-        return Err(format!("`{name}` is no name of a label: use letters, digits and `_`"));
-    }
-    if let Some(name) = names.iter().enumerate().find(|(at, name)| names[..*at].contains(name)) {
-        return Err(format!("the column `{}` exists twice", name.1));
+    for (index, name) in names.iter().enumerate() {
+        if names.iter().take(index).any(|other| other == name) {
+            return Err(format!("the column `{name}` exists twice"));
+        }
+        if !FILE_COLUMNS.contains(&name) && !is_label(name) {
+            return Err(format!("`{name}` is no name of a label: use letters, digits and `_`"));
+        }
     }
     // Programs that separate by semicolons write decimal commas.
-    let number = |cell: String| {
+    let number = |cell: &str| {
         let pointed = cell.replace(',', ".");
         let is_number = separator == ';' && pointed.parse::<f64>().is_ok();
-        if is_number { pointed } else { cell }
+        if is_number { pointed } else { cell.to_owned() }
     };
-    let line = |(index, line): (usize, &str)| {
-        let cells = cells(line, separator);
+    let line = |record: Result<csv::StringRecord, csv::Error>| {
+        let cells = record.map_err(|error| error.to_string())?;
         if cells.len() != names.len() {
-            let (found, wanted) = (cells.len(), names.len());
-            return Err(format!("line {} has {found} cells, not {wanted}", index + 2));
+            let line = cells.iter().collect::<Vec<_>>().join(&separator.to_string());
+            let (found, wanted) = (counted(cells.len(), "cell"), names.len());
+            return Err(format!("the line {line:?} has {found}, not {wanted}"));
         }
-        Ok(names.iter().cloned().zip(cells.into_iter().map(number)).collect())
+        Ok(names.iter().map(str::to_owned).zip(cells.iter().map(number)).collect())
     };
-    lines.enumerate().map(line).collect()
-}
-
-/// Returns the cells of a line. A cell in quotes may contain the separator, and `""` for a quote.
-fn cells(line: &str, separator: char) -> Vec<String> {
-    let mut cells = vec![String::new()];
-    let mut is_quoted = false;
-    let mut letters = line.chars().peekable();
-    while let Some(letter) = letters.next() {
-        let cell = cells.last_mut().expect("there is a first cell");
-        match letter {
-            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => cell.push('"'),
-            '"' => is_quoted = !is_quoted,
-            _ if letter == separator && !is_quoted => cells.push(String::new()),
-            _ => cell.push(letter),
-        }
-    }
-    cells.iter_mut().for_each(|cell| *cell = cell.trim().to_owned());
-    cells
+    reader.records().map(line).collect()
 }
 
 #[cfg(test)]
@@ -444,7 +435,8 @@ mod tests {
 
     #[test]
     fn cells_in_quotes_may_contain_separators() {
-        assert_eq!(cells("a, b ,\"c, \"\"d\"\"\",", ','), ["a", "b", "c, \"d\"", ""]);
+        let found = lines("# a list\nfile, note\na.x3p ,\"c, \"\"d\"\"\"\n\nb.x3p,\n").unwrap();
+        assert_eq!(found.iter().map(|line| &line["note"]).collect::<Vec<_>>(), ["c, \"d\"", ""]);
     }
 
     #[test]
@@ -463,6 +455,6 @@ mod tests {
         assert_eq!(read[1]["specimen"], "B;2");
         assert!(lines("name,specimen\na,A").unwrap_err().contains("`path` or `file`"));
         assert!(lines("path,my label\na,A").unwrap_err().contains("`my label`"));
-        assert_eq!(lines("path,b\na,A\nb").unwrap_err(), "line 3 has 1 cells, not 2");
+        assert_eq!(lines("path,b\na,A\nb").unwrap_err(), "the line \"b\" has 1 cell, not 2");
     }
 }

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use regex::Regex;
+
 use crate::surface_files::SurfaceFiles;
 
 /// File that a pattern matches.
@@ -56,6 +58,7 @@ pub fn matching(pattern: &str, sources: &SurfaceFiles) -> Vec<MatchedFile> {
     let start = if pattern.starts_with('/') { "/" } else { "" };
     let mut found = vec![MatchedFile { path: start.to_owned(), labels: Vec::new() }];
     for part in pattern.split('/').filter(|part| !part.is_empty()) {
+        let expression = expression(part);
         let below = |folder: MatchedFile| {
             let inside = |name: &str| match folder.path.as_str() {
                 "" | "/" => format!("{}{name}", folder.path),
@@ -66,10 +69,10 @@ pub fn matching(pattern: &str, sources: &SurfaceFiles) -> Vec<MatchedFile> {
             }
             let names = sources.names_in(Path::new(&folder.path)).into_iter();
             let entry = |name: String| {
-                let mut labels = folder.labels.clone();
                 let is_hidden = name.starts_with('.') && !part.starts_with('.');
-                (!is_hidden && matches(part, &name, &mut labels))
-                    .then(|| MatchedFile { path: inside(&name), labels })
+                let own = labels(&expression, &name).filter(|_| !is_hidden)?;
+                let labels = [folder.labels.clone(), own].concat();
+                Some(MatchedFile { path: inside(&name), labels })
             };
             names.filter_map(entry).collect()
         };
@@ -80,30 +83,30 @@ pub fn matching(pattern: &str, sources: &SurfaceFiles) -> Vec<MatchedFile> {
     found
 }
 
-/// Returns whether a name matches a pattern, and adds the texts of the placeholders to `labels`.
-fn matches(pattern: &str, name: &str, labels: &mut Vec<(String, String)>) -> bool {
-    let ends = || name.char_indices().map(|(index, _)| index).chain([name.len()]);
+/// Returns the regular expression of a part of a pattern without mistakes. Each placeholder is a
+/// group.
+fn expression(pattern: &str) -> Regex {
+    let mut text = "(?s)^".to_owned();
     let mut letters = pattern.chars();
-    match letters.next() {
-        None => name.is_empty(),
-        Some('*') => ends().any(|end| matches(letters.as_str(), &name[end..], labels)),
-        Some('?') => {
-            let mut rest = name.chars();
-            rest.next().is_some() && matches(letters.as_str(), rest.as_str(), labels)
-        }
-        Some('{') => {
-            let Some((label, rest)) = letters.as_str().split_once('}') else { return false };
-            let known = labels.len();
-            ends().skip(1).any(|end| {
-                labels.truncate(known);
-                labels.push((label.to_owned(), name[..end].to_owned()));
-                matches(rest, &name[end..], labels)
-            })
-        }
-        Some(letter) => {
-            name.strip_prefix(letter).is_some_and(|rest| matches(letters.as_str(), rest, labels))
+    while let Some(letter) = letters.next() {
+        match (letter, letters.as_str().split_once('}')) {
+            ('*', _) => text += ".*?",
+            ('?', _) => text += ".",
+            ('{', Some((name, rest))) => {
+                text += &format!("(?<{name}>.+?)");
+                letters = rest.chars();
+            }
+            _ => text += &regex::escape(&letter.to_string()),
         }
     }
+    Regex::new(&(text + "$")).expect("names of labels are names of groups")
+}
+
+/// Returns the texts of the placeholders if a name matches.
+fn labels(expression: &Regex, name: &str) -> Option<Vec<(String, String)>> {
+    let found = expression.captures(name)?;
+    let groups = expression.capture_names().flatten();
+    Some(groups.map(|group| (group.to_owned(), found[group].to_owned())).collect())
 }
 
 #[cfg(test)]
@@ -112,10 +115,7 @@ mod tests {
 
     #[test]
     fn placeholders_take_the_shortest_text_with_which_the_rest_matches() {
-        let labels = |pattern: &str, name: &str| {
-            let mut labels = Vec::new();
-            matches(pattern, name, &mut labels).then_some(labels)
-        };
+        let labels = |pattern: &str, name: &str| labels(&expression(pattern), name);
         let own = |name: &str, text: &str| (name.to_owned(), text.to_owned());
         let found = labels("{specimen}-{state}-*.x3p", "A-run-in-3.x3p").unwrap();
         assert_eq!(found, [own("specimen", "A"), own("state", "run")]);
