@@ -5,6 +5,7 @@
 //! point in one task that stores only sums. If a study is extended, all surfaces are measured
 //! again, which takes seconds because no contact is solved.
 
+mod all_surfaces;
 mod areal;
 mod conduction;
 mod contacts;
@@ -79,7 +80,7 @@ pub const STAGE: Definition = Definition {
             &POOLED_HEIGHTS[1..],
             &of_surfaces,
             &[SCANS, OVERLAP_RATIO, OVERLAP_SCATTER],
-            &from_profiles::OWN_COLUMNS,
+            &from_profiles::own_columns(),
         ];
         lists.concat()
     },

@@ -6,13 +6,14 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
+use super::all_surfaces;
 use super::statistics::independent_fraction;
 use crate::columns::*;
 use crate::stage::{number, stacked};
 use crate::surface::Origin;
 use crate::surface_files::ContentHash;
 use crate::version::Version;
-use crate::{Context, Input, Recipe, StageError};
+use crate::{Context, Input, StageError};
 use asperity_contact::grid::Boundary;
 use asperity_contact::topography::from_profiles::{ProfileModes, invert};
 use asperity_contact::topography::power_spectrum::line_spectra;
@@ -53,17 +54,12 @@ const COLUMNS: [Column; 11] = [
     SURFACE_SLOPE_UPPER,
 ];
 
-/// Columns that other measurements do not have.
-pub const OWN_COLUMNS: [Column; 8] = [
-    LINES,
-    SPECTRAL_DENSITY_LOWER,
-    SPECTRAL_DENSITY_UPPER,
-    PROFILES,
-    PROFILE_SLOPE,
-    SURFACE_SLOPE,
-    SURFACE_SLOPE_LOWER,
-    SURFACE_SLOPE_UPPER,
-];
+/// Returns the columns that other measurements do not have.
+pub fn own_columns() -> Vec<Column> {
+    let shared = [SURFACE, WAVENUMBER, DEGREES_OF_FREEDOM, SPECTRAL_DENSITY];
+    let own = COLUMNS.into_iter().filter(|column| !shared.contains(column));
+    [LINES].into_iter().chain(own).collect()
+}
 
 /// Computes the spectrum of the surface from the lines along x of all inputs, at most `lines` of
 /// each.
@@ -77,29 +73,20 @@ pub fn measure(
     lines: Option<u32>,
     context: &Context,
 ) -> Result<Table, StageError> {
-    let mut profiles = Vec::new();
-    for Input { recipe, table, .. } in inputs {
-        if (context.interrupted)() {
-            return Err(StageError::Interrupted);
-        }
-        let Recipe::Generate(params) = recipe else {
-            unreachable!("validation accepts only surfaces for this measurement")
-        };
-        let surface = params.surface(table, context.sources, context.threads)?;
-        profiles.extend(modes(&params.origin, &surface, trusted_fraction, lines));
-    }
+    let of_each: Vec<Vec<ProfileModes>> =
+        all_surfaces::of_each(inputs, context, |params, _, surface| {
+            Ok(modes(&params.origin, &surface, trusted_fraction, lines).collect())
+        })?;
+    let profiles = of_each.concat();
     let found = invert(&profiles, bins_per_decade).ok_or(StageError::TooFewWaves)?;
     let (surface, expected) = (found.rms_slope, SQRT_2 * found.profile_slope);
     if libm::log(surface / expected).abs() > MOST_DEVIATION {
         return Err(StageError::ContradictedProfiles { surface, expected });
     }
-    let names = inputs.iter().map(|input| Ok(input.table.texts(SURFACE.name)?.value(0)));
-    let mut name = names.collect::<Result<Vec<&str>, StageError>>()?.join("+");
     // Spectra of the same surfaces by other settings are other spectra.
-    name += &format!(" {bins_per_decade} {trusted_fraction} {lines:?}");
-    let name = ContentHash::new(name.as_bytes()).to_string();
-    let tables: Vec<Table> = inputs.iter().map(|input| unit_of(&input.table)).collect();
-    let unit = Table::stack(&tables)?;
+    let settings =
+        all_surfaces::name(inputs)? + &format!(" {bins_per_decade} {trusted_fraction} {lines:?}");
+    let name = ContentHash::new(settings.as_bytes()).to_string();
     let quantile = two_sided_quantile(LEVEL, found.groups.saturating_sub(1).max(1) as u32);
     // The scatter of two profiles says next to nothing.
     let end = |value: f64, error: Option<f64>, sign: f64| {
@@ -125,7 +112,8 @@ pub fn measure(
         (SURFACE_SLOPE_UPPER, slope_end(1.0)),
     ];
     let given = lines.map(|lines| (LINES, integers(vec![i64::from(lines); count])));
-    Ok(unit.pick(&vec![0; count]).with(given.into_iter().chain(columns).collect()))
+    let unit = all_surfaces::unit(inputs, count)?;
+    Ok(unit.with(given.into_iter().chain(columns).collect()))
 }
 
 /// Returns the modes of the lines along x of a surface, at most `lines` of them.
@@ -161,12 +149,7 @@ fn modes(
 /// If the inputs have columns of the same name with different types.
 pub fn empty_table(lines: Option<u32>, inputs: &[(String, Table)]) -> Result<Table, StageError> {
     let given: Vec<Column> = lines.map(|_| LINES).into_iter().chain(COLUMNS).collect();
-    Ok(unit_of(&stacked(inputs)?).beside(&Table::empty(&given)))
-}
-
-/// Returns the unit of length of the profiles.
-fn unit_of(surfaces: &Table) -> Table {
-    surfaces.keep(|name, _| name == UNIT.name)
+    Ok(all_surfaces::unit_of(&stacked(inputs)?).beside(&Table::empty(&given)))
 }
 
 /// Summarises the number of profiles, and the slope of the surface with its interval. Returns

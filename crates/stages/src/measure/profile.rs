@@ -17,13 +17,13 @@ pub const VERSION: Version = Version::new(1, &[]);
 /// Settings of the parameters of profiles; `None` for those that the manifest does not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Profile {
-    /// Section length. By default it is λc, or a fifth of the profile without λc.
+    /// Section length. By default it is λc or, if there is no λc, a fifth of the profile.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub section_length: Option<f64>,
     /// Height c of the material ratio Rmr(c), above the mean line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smr_height: Option<f64>,
-    /// Material ratio mr of the height Rmc(mr).
+    /// Material ratio mr at which the column Rmc has the height.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smc_ratio: Option<f64>,
     pub version: u32,

@@ -7,11 +7,12 @@
 
 use std::f64::consts::TAU;
 
+use super::all_surfaces;
 use super::statistics::independent_fraction;
 use crate::columns::*;
 use crate::stage::{distinct, number, stacked};
 use crate::surface::Origin;
-use crate::{Context, Input, Recipe, StageError, surface};
+use crate::{Context, Input, StageError, surface};
 use asperity_contact::grid::{Boundary, Grid};
 use asperity_contact::topography::periodic::Edges;
 use asperity_contact::topography::power_spectrum::rings;
@@ -57,32 +58,21 @@ pub fn measure(
     trusted_fraction: f64,
     context: &Context,
 ) -> Result<Table, StageError> {
-    let mut spectra = Vec::new();
-    for Input { recipe, table, .. } in inputs {
-        if (context.interrupted)() {
-            return Err(StageError::Interrupted);
-        }
-        let Recipe::Generate(params) = recipe else {
-            unreachable!("validation accepts only surfaces for this measurement")
-        };
-        let surface = params.surface(table, context.sources, context.threads)?;
+    let spectra = all_surfaces::of_each(inputs, context, |params, table, surface| {
         let origin = &params.origin;
         let boundary = if origin.is_open() { Boundary::Free } else { Boundary::Periodic };
-        spectra.push(ScanSpectrum {
+        Ok(ScanSpectrum {
             rings: rings(&surface, boundary),
             longer_side: surface.grid().cell().longer_side(),
             independent: independent_fraction(origin),
             band: band(params, table, surface.grid(), trusted_fraction)?.map(|length| TAU / length),
-        });
-    }
+        })
+    })?;
     let bins = stitched(&spectra, bins_per_decade);
     if bins.len() < 2 {
         return Err(StageError::NothingTrusted);
     }
-    let names = inputs.iter().map(|input| Ok(input.table.texts(SURFACE.name)?.value(0)));
-    let name = names.collect::<Result<Vec<&str>, StageError>>()?.join("+");
-    let tables: Vec<Table> = inputs.iter().map(|input| unit_of(&input.table)).collect();
-    let unit = Table::stack(&tables)?;
+    let name = all_surfaces::name(inputs)?;
     let overlaps = || bins.iter().map(|bin| bin.overlap);
     let columns = vec![
         (SURFACE, texts(bins.iter().map(|_| &name))),
@@ -94,7 +84,7 @@ pub fn measure(
         (OVERLAP_RATIO, optional_reals(overlaps().map(|one| one.map(|one| one.ratio)))),
         (OVERLAP_SCATTER, optional_reals(overlaps().map(|one| one.map(|one| one.scatter)))),
     ];
-    Ok(unit.pick(&vec![0; bins.len()]).with(columns))
+    Ok(all_surfaces::unit(inputs, bins.len())?.with(columns))
 }
 
 /// Returns the table without rows, from the names and the empty tables of the inputs.
@@ -102,12 +92,7 @@ pub fn measure(
 /// # Errors
 /// If the inputs have columns of the same name with different types.
 pub fn empty_table(inputs: &[(String, Table)]) -> Result<Table, StageError> {
-    Ok(unit_of(&stacked(inputs)?).beside(&Table::empty(&COLUMNS)))
-}
-
-/// Returns the unit of length of surfaces, the only parameter that scans share in any study.
-fn unit_of(surfaces: &Table) -> Table {
-    surfaces.keep(|name, _| name == UNIT.name)
+    Ok(all_surfaces::unit_of(&stacked(inputs)?).beside(&Table::empty(&COLUMNS)))
 }
 
 /// Returns the longest and the shortest trusted wavelength of a surface, in the order of their
