@@ -33,9 +33,10 @@ pub struct ErrorsArguments {
     /// [{"load", "surfaces", "value", "largest", "terms": [{"term": "sampling" | "mesh" | "cell" |
     /// "solver", "bias", "standard_error", "interval", "order", "order_is_shown", "sizes",
     /// "surfaces", "on_nodes"}, …]}, …], "halving": [{"term", "change", "core_hours"}, …],
-    /// "unknown"}, …], "additions": [{"stage", "terms", "replaced", "lines", "core_hours"}, …],
-    /// "limits": [{"stage", "what", "forms", "limit", "unit", "standard_error", "points", "steps":
-    /// [{"term", "doubled", "points", "core_hours", "factor"}, …]}, …], "limits_without_result"}`.
+    /// "unknown"}, …], "additions": [{"stage", "terms", "replaced", "unused", "lines",
+    /// "core_hours"}, …], "limits": [{"stage", "what", "forms", "limit", "unit", "standard_error",
+    /// "points", "steps": [{"term", "doubled", "points", "core_hours", "factor"}, …]}, …],
+    /// "limits_without_result"}`.
     ///
     /// `bias` is the mean minus its limit, and `interval` its 95 % confidence interval. `factor` is
     /// the expected ratio of the new standard error to the present one.
@@ -184,13 +185,21 @@ fn bases(loads: &[LoadErrors]) -> BTreeMap<&'static str, String> {
 
 fn addition_text(addition: &Addition) -> String {
     let cost = addition.seconds.map(|seconds| format!(" ({})", core_hours(seconds)));
-    let intro = format!(
-        "to show the error of {}{}, replace in [stage.{}]\n{} by",
-        addition.terms.join(" and "),
-        cost.unwrap_or_default(),
-        addition.stage,
-        listed(addition.replaced.iter().copied(), "and"),
-    );
+    let unused = match &addition.unused[..] {
+        [] => String::new(),
+        names => format!(
+            "remove {} from [parameters], and ",
+            listed(names.iter().map(String::as_str), "and")
+        ),
+    };
+    let stage = &addition.stage;
+    let change = match &addition.replaced[..] {
+        [] => format!("add to [stage.{stage}]"),
+        keys => format!("replace in [stage.{stage}]\n{} by", listed(keys.iter().copied(), "and")),
+    };
+    let terms = addition.terms.join(" and ");
+    let intro =
+        format!("to show the error of {terms}{}, {unused}{change}", cost.unwrap_or_default());
     let indented = addition.lines.lines().map(|line| format!("    {line}\n"));
     format!("{intro}\n{}", indented.collect::<String>())
 }

@@ -167,3 +167,25 @@ fn stages_without_means_over_surfaces_are_refused() {
         assert!(printed.contains(message), "{printed}");
     }
 }
+
+#[test]
+fn proposed_lines_replace_the_keys_and_parameters_of_the_manifest() {
+    let replaced = |surfaces: &str, more: &str| {
+        let bench = Bench::new();
+        bench.run(&format!("{}{more}", study(&format!("realizations = 4; {surfaces}"))));
+        let found = errors(&bench, &[]);
+        let addition = &found["additions"][0];
+        assert_eq!(addition["stage"], "surfaces");
+        (addition["replaced"].clone(), addition["unused"].clone())
+    };
+    let wavelengths = "nodes = 32; side = '8 um'; longest_wavelength = '4 um'; \
+                       shortest_wavelength = '1 um'";
+    let keys = ["side", "nodes", "longest_wavelength", "shortest_wavelength", "realizations"];
+    let none = serde_json::json!([]);
+    assert_eq!(replaced(wavelengths, ""), (serde_json::json!(keys), none));
+    let parameters = "\n[parameters]\nwaves = [2, 4]\nsteepness = 0.1\n";
+    let tied =
+        "k_lower = 'waves'; k_upper = '2 * waves'; nodes = '8 * waves'; rms_slope = 'steepness'";
+    let keys = serde_json::json!(["k_lower", "k_upper", "nodes", "realizations"]);
+    assert_eq!(replaced(tied, parameters), (keys, serde_json::json!(["waves"])));
+}

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
+use toml::Table;
 
 use super::FEWEST;
 use super::costs::{Costs, Surfaces};
@@ -27,8 +28,10 @@ pub struct Addition {
     pub stage: String,
     /// Terms that the lines show.
     pub terms: Vec<&'static str>,
-    /// Keys that the lines replace.
+    /// Keys of the stage that the lines replace.
     pub replaced: Vec<&'static str>,
+    /// Names in `[parameters]` that nothing uses then.
+    pub unused: Vec<String>,
     pub lines: String,
     /// Expected core-seconds; `None` if they are not known.
     #[serde(rename = "core_hours", serialize_with = "optional_in_hours")]
@@ -53,7 +56,7 @@ const MOST_WAVES: f64 = 8192.0;
 /// Factor to a tolerance at which the error of the solver is negligible.
 const TIGHTER: f64 = 0.01;
 
-/// Keys whose values cases can list, with the columns that have them.
+/// Keys that `cases` can list, each after the column that holds its value.
 const KEYS: [(&str, &str); 12] = [
     (K_LOWER.name, "k_lower"),
     (K_ROLLOFF.name, "k_rolloff"),
@@ -69,6 +72,9 @@ const KEYS: [(&str, &str); 12] = [
     (NODES_X.name, "nodes"),
 ];
 
+/// Keys that exclude some of [`KEYS`], or the list of cases.
+const EXCLUDED: [&str; 4] = ["longest_wavelength", "shortest_wavelength", "realizations", "cases"];
+
 /// Surfaces of a parameter point, present or proposed.
 struct Case {
     point: ParameterPoint,
@@ -80,6 +86,7 @@ struct Case {
 /// Returns the lines that show the unknown terms.
 pub fn additions(reading: &StudyResults, costs: &Costs, unknown: &BTreeSet<&str>) -> Vec<Addition> {
     let plan = &reading.plan;
+    let manifest = reading.study.manifest.text.parse().unwrap_or_default();
     let has_lengths = plan.tasks.iter().any(|task| {
         let mut cells = task.recipe.coordinates().into_iter();
         cells.any(|(column, _)| is_length(column.unit) && ![SIDE, SIDE_X, SIDE_Y].contains(&column))
@@ -90,7 +97,26 @@ pub fn additions(reading: &StudyResults, costs: &Costs, unknown: &BTreeSet<&str>
         Kind::Solve if unknown.contains(Term::Solver.name()) => tolerance(plan, stage),
         _ => None,
     });
-    additions.collect()
+    additions.map(|addition| addition.in_manifest(&manifest)).collect()
+}
+
+impl Addition {
+    /// Keeps the replaced keys that the manifest has, and finds the parameters that only they use.
+    fn in_manifest(self, manifest: &Table) -> Addition {
+        let mut rest = manifest.clone();
+        let parameters = rest.remove("parameters");
+        let parameters = || parameters.iter().filter_map(toml::Value::as_table).flatten();
+        let stages = rest.get_mut("stage").and_then(|stages| stages.get_mut(&self.stage));
+        let mut stage = stages.and_then(toml::Value::as_table_mut);
+        let mut has = |key: &str| stage.as_mut().is_some_and(|keys| keys.remove(key).is_some());
+        let replaced = self.replaced.iter().copied().filter(|key| has(key)).collect();
+        let values = parameters().map(|(_, value)| value.to_string());
+        let text = values.chain([rest.to_string()]).collect::<Vec<_>>().join("\n");
+        let is_word = |letter: char| letter.is_alphanumeric() || letter == '_';
+        let words: BTreeSet<&str> = text.split(|letter| !is_word(letter)).collect();
+        let unused = parameters().map(|(name, _)| name).filter(|name| !words.contains(&name[..]));
+        Addition { replaced, unused: unused.cloned().collect(), ..self }
+    }
 }
 
 fn is_length(unit: &str) -> bool {
@@ -111,6 +137,7 @@ fn tolerance(plan: &Plan, stage: &PlannedStage) -> Option<Addition> {
         stage: stage.name.clone(),
         terms: vec![Term::Solver.name()],
         replaced: vec!["tolerance"],
+        unused: Vec::new(),
         lines: format!("tolerance = [{only:e}, {tighter:e}]\n"),
         seconds: None,
     })
@@ -147,6 +174,11 @@ fn surfaces(
         })
         .collect();
     let is_multilevel = plan.tasks.iter().any(|task| task.recipe.is_multilevel());
+    // A force is another pressure in a cell of another size.
+    let has_forces = plan
+        .tasks
+        .iter()
+        .any(|task| matches!(&task.recipe, Recipe::Solve(params) if params.newtons.is_some()));
     let mut seconds = 0.0;
     for (point, tasks) in &tasks {
         let mut propose = |term: Term, point: ParameterPoint, count: usize, factor: f64| {
@@ -180,6 +212,9 @@ fn surfaces(
             && 2.0 * nodes <= MOST_NODES
         {
             let count = tasks.len().clamp(2, FEWEST);
+            if tasks.len() < count {
+                propose(Term::Mesh, (*point).clone(), count, 1.0);
+            }
             propose(Term::Mesh, scaled(point, &MESH, 2.0), count, 2.0);
             let waves = number(point, K_UPPER.name).unwrap_or(0.0);
             if nodes >= 2.0 * LEAST_NODES_PER_WAVE * waves && nodes % 4.0 == 0.0 {
@@ -193,7 +228,8 @@ fn surfaces(
             meshes.all(|other| nodes <= nodes_of(other))
         };
         let count_of_cells = points.iter().filter(is_of_cell).count();
-        if unknown.contains(Term::Cell.name()) && count_of_cells == 1 && is_coarsest() {
+        let is_unknown = unknown.contains(Term::Cell.name()) && !has_forces;
+        if is_unknown && count_of_cells == 1 && is_coarsest() {
             let per_side = [&MESH[..], &[K_LOWER.name, K_ROLLOFF.name, K_UPPER.name]].concat();
             let numbers: Vec<f64> =
                 per_side.iter().filter_map(|name| number(point, name)).collect();
@@ -227,11 +263,12 @@ fn surfaces(
         return None;
     }
     let keys = varied(&cases)?;
-    let replaced = keys.iter().map(|(_, key)| *key).chain(["realizations", "cases"]);
+    let replaced = keys.iter().map(|(_, key)| *key).chain(EXCLUDED);
     Some(Addition {
         stage: stage.name.clone(),
         terms,
         replaced: replaced.collect(),
+        unused: Vec::new(),
         lines: lines(&cases, &keys),
         seconds: Some(seconds),
     })
