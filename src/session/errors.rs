@@ -86,8 +86,8 @@ pub struct TermError {
     pub order: Option<f64>,
     /// True if the means show the order, and false if it is assumed.
     pub order_is_shown: Option<bool>,
-    /// Numbers of nodes per side, values of `k_lower` or tolerances of the surfaces behind the
-    /// term.
+    /// Meshes, cells or tolerances that the term compares: numbers of nodes per side, values of
+    /// `k_lower`, or tolerances.
     pub sizes: Vec<f64>,
     /// Number of surfaces of each size.
     pub surfaces: Vec<usize>,

@@ -380,8 +380,8 @@ impl Ensembles {
     }
 }
 
-/// Returns the largest of several sizes, and the target with its index among them. Returns `None`
-/// if there is no other size than that of the target, or if the target is missing.
+/// Returns the largest of the sizes and that of the target, in their order, and the index of the
+/// target among them. Returns `None` if there is no other size, or if the target is missing.
 fn largest(sizes: &[usize], target: usize) -> Option<(Vec<usize>, usize)> {
     let index = sizes.iter().position(|&size| size == target)?;
     let first = sizes.len().saturating_sub(MOST_SIZES);

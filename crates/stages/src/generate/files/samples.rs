@@ -122,7 +122,7 @@ fn overlap(one: &MeasuredSurface, other: &MeasuredSurface) -> bool {
     })
 }
 
-/// Returns what `check` says about the samples of a stage: `2 parameter points of 3 samples each`.
+/// Returns what `check` says about samples: `2 parameter points with 3 samples each`.
 pub fn summary(planned: &[PlannedSurfaces]) -> Option<String> {
     let mut of_points: BTreeMap<ParameterPoint, usize> = BTreeMap::new();
     for surfaces in planned.iter().filter(|surfaces| surfaces.sample.is_some()) {
