@@ -183,6 +183,21 @@ fn surfaces_of_other_seeds_are_independent() {
 }
 
 #[test]
+fn loads_of_one_study_only_have_their_unit() {
+    let bench = Bench::new();
+    let pressed = |load: &str| {
+        SMALL
+            .replace("loads = [0.05, 0.1]", "effective_modulus = \"2 GPa\"\nloads = [LOADS]")
+            .replace("LOADS", &format!("\"1 MPa\", {load:?}"))
+    };
+    let first = run(&bench, "first.toml", &pressed("2 MPa"));
+    let more = run(&bench, "more.toml", &pressed("3 MPa").replace("\"small\"", "\"more\""));
+    let (printed, _) = diff(&bench, &first, &more, &[]);
+    assert!(printed.contains("only in A, at other loads: pressure 2 MPa"), "{printed}");
+    assert!(printed.contains("only in B, at other loads: pressure 3 MPa"), "{printed}");
+}
+
+#[test]
 fn rows_and_stages_of_one_study_only_are_named() {
     let bench = Bench::new();
     let first = run(&bench, "first.toml", &SMALL);

@@ -11,8 +11,10 @@ use arrow::array::{Array, Float64Array};
 use serde::Serialize;
 
 use asperity_manifest::decimal::nearest;
-use asperity_stages::columns::LOAD;
+use asperity_manifest::keys::quantity;
+use asperity_stages::columns::{LOAD, PRESSURE};
 use asperity_stages::ensemble::{Member, Members, ParameterPoint, grouped, load_column};
+use asperity_stages::units::TableUnits;
 use asperity_tables::column::{Role, Value};
 use asperity_tables::table::{Table, TableError};
 
@@ -111,7 +113,15 @@ impl MatchedRows {
             matching.add(side, table, load_column, reduced)?;
         }
         let varying = matching.varying();
-        let (common, [only_in_a, only_in_b]) = matching.counts(load_column, &varying);
+        let units = [a, b].map(|table| {
+            let TableUnits { length, pressure } = TableUnits::from_table(table);
+            match load_column {
+                name if name == LOAD.name => None,
+                name if name == PRESSURE.name => pressure,
+                _ => length,
+            }
+        });
+        let (common, [only_in_a, only_in_b]) = matching.counts(load_column, &units, &varying);
         let disjoint_loads = disjoint_loads(&matching.groups);
         let rows = RowMatches {
             common,
@@ -274,9 +284,14 @@ impl Matching {
         varying
     }
 
-    /// Counts the rows that both tables have, and those that only one has. `varying` are the
-    /// parameters by which points are named.
-    fn counts(&self, load_column: &str, varying: &[String]) -> (usize, [UnmatchedRows; 2]) {
+    /// Counts the rows that both tables have, and those that only one has. `units` are those of the
+    /// loads of each table, and `varying` are the parameters by which points are named.
+    fn counts(
+        &self,
+        load_column: &str,
+        units: &[Option<String>; 2],
+        varying: &[String],
+    ) -> (usize, [UnmatchedRows; 2]) {
         let names: Vec<&str> = varying.iter().map(String::as_str).collect();
         let mut only = [UnmatchedRows::default(), UnmatchedRows::default()];
         let mut common = 0;
@@ -293,7 +308,7 @@ impl Matching {
                     } else if !self.known_surfaces[beyond].contains(&(point, member)) {
                         lacking.surfaces.add(|| surface(member));
                     } else {
-                        lacking.loads.add(|| group.position(load_column));
+                        lacking.loads.add(|| group.position(load_column, units[side].as_deref()));
                     }
                 }
             }
@@ -303,9 +318,10 @@ impl Matching {
 }
 
 impl RowGroup {
-    /// Describes the load and the number of the row, as in `load 0.1`.
-    pub fn position(&self, load_column: &str) -> String {
-        let load = self.load.map(|load| format!("{load_column} {load}"));
+    /// Describes the load and the number of the row, as in `pressure 10 MPa`.
+    fn position(&self, load_column: &str, unit: Option<&str>) -> String {
+        let number = |load: f64| quantity::written(load, unit);
+        let load = self.load.map(|load| format!("{load_column} {}", number(load)));
         let row = (self.repetition > 1).then(|| format!("row {}", self.repetition));
         load.into_iter().chain(row).collect::<Vec<_>>().join(", ")
     }
