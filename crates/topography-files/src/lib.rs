@@ -273,22 +273,31 @@ pub fn formats() -> &'static [Format] {
 /// Returns an error if the file is empty, damaged or cut off, or if its format or its variant of
 /// the format is not supported. If no format is recognized, the error lists all of them.
 pub fn read(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
-    read_through(bytes, MAX_DEPTH)
+    read_through(bytes, MAX_DEPTH, read_maps)
 }
 
-/// Reads a file, or the only file of a container. `depth` is the number of containers in each other
-/// that are read through.
-fn read_through(bytes: &[u8], depth: usize) -> Result<TopographyFile<'_>, TopographyFileError> {
+/// Reads a file by `read`, or the only file of a container. `depth` is the number of containers in
+/// each other that are read through.
+fn read_through(
+    bytes: &[u8],
+    depth: usize,
+    read: fn(&[u8]) -> Result<TopographyFile<'_>, TopographyFileError>,
+) -> Result<TopographyFile<'_>, TopographyFileError> {
     if bytes.is_empty() {
         return Err(TopographyFileError::Empty);
     }
     if depth > 0
         && let Some(content) = container::content(bytes)?
     {
-        let TopographyFile { format, channels } = read_through(&content, depth - 1)?;
+        let TopographyFile { format, channels } = read_through(&content, depth - 1, read)?;
         let channels = channels.into_iter().map(Channel::into_owned).collect();
         return Ok(TopographyFile { format, channels });
     }
+    read(bytes)
+}
+
+/// Reads a file that holds maps or says that it holds profiles.
+fn read_maps(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
     let mut tried = Vec::new();
     let mut others = Vec::new();
     for format in &FORMATS {
@@ -329,7 +338,11 @@ fn read_through(bytes: &[u8], depth: usize) -> Result<TopographyFile<'_>, Topogr
 /// # Ok::<(), asperity_topography_files::TopographyFileError>(())
 /// ```
 pub fn read_profile(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
-    let error = match read(bytes) {
+    read_through(bytes, MAX_DEPTH, read_maps_or_profile)
+}
+
+fn read_maps_or_profile(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
+    let error = match read_maps(bytes) {
         Ok(file) => return Ok(file),
         Err(error) => error,
     };

@@ -214,6 +214,10 @@ fn arrays_with_one_axis_are_profiles_if_the_user_says_so() {
     assert!(read(&file).is_err());
     let found = read_profile(&file).unwrap();
     assert_eq!(found.channels()[0].map().heights(), [1.0, 2.0, 4.0]);
+    for file in compressed("profile.txt", b"0 1\n1 2\n2 4\n") {
+        let found = read_profile(&file).unwrap();
+        assert_eq!(found.channels()[0].map().heights(), [1.0, 2.0, 4.0]);
+    }
     // Other files are read as before.
     assert!(!read_profile(&sur()).unwrap().channels()[0].is_profile());
 }

@@ -413,15 +413,22 @@ fn even_step(positions: &[f64]) -> Result<f64, FormatError> {
     let place = |index: usize| first + step * index as f64;
     let is_even =
         |(index, position): (usize, &f64)| (position - place(index)).abs() < TOLERANCE * step.abs();
-    match positions.iter().enumerate().find(|point| !is_even(*point)) {
-        None => Ok(step),
-        Some((index, position)) => Err(FormatError::unsupported(format!(
-            "the positions in the first column are not evenly spaced: number {} is {position}, \
-             expected {}",
-            index + 1,
-            place(index)
-        ))),
+    if positions.iter().enumerate().all(is_even) {
+        return Ok(step);
     }
+    let steps = || positions.windows(2).map(|pair| pair[1] - pair[0]);
+    let mut sorted: Vec<f64> = steps().collect();
+    sorted.sort_by(f64::total_cmp);
+    let usual = sorted[sorted.len() / 2];
+    let distance = |step: f64| (step - usual).abs();
+    let other = steps().enumerate().max_by(|one, two| distance(one.1).total_cmp(&distance(two.1)));
+    let (index, other) = other.expect("there are two positions");
+    Err(FormatError::unsupported(format!(
+        "the positions in the first column are not evenly spaced: most are {usual:.4e} apart, \
+         numbers {} and {} are {other:.4e} apart",
+        index + 1,
+        index + 2
+    )))
 }
 
 fn channel<'a>(

@@ -119,6 +119,7 @@ fn columns_are_a_profile_if_the_user_says_so() {
 fn profiles_have_even_steps_and_one_column_of_heights() {
     let uneven = profile("0 1\n1 2\n2 3\n3.5 4\n").unwrap_err();
     assert!(uneven.starts_with("the positions in the first column are not evenly"), "{uneven}");
+    assert!(uneven.ends_with("numbers 3 and 4 are 1.5000e0 apart"), "{uneven}");
     let three = profile("0 1 2\n1 2 3\n").unwrap_err();
     assert!(three.ends_with("this text has 3"), "{three}");
     assert!(profile("no numbers\n").is_err());
