@@ -4,7 +4,7 @@
     python3 benches/flow.py              # 1024², six loads: about five minutes
     python3 benches/flow.py 256          # small meshes are also solved directly by SciPy
 
-The gaps and the times of asperity come from `cargo bench -p asperity-contact --bench flow`. pyamg
+The gaps and the times of asperity come from `cargo bench -p asperity-mechanics --bench flow`. pyamg
 solves the same network for the flow along x, by conjugate gradients with a classical (Ruge-Stüben)
 hierarchy, to a residual of 1e-8. Seconds are CPU seconds. Needs numpy, scipy and pyamg.
 """
@@ -78,7 +78,7 @@ def multigrid(matrix, currents):
 def main():
     size = int(sys.argv[1]) if len(sys.argv) > 1 else 1024
     with tempfile.TemporaryDirectory() as folder:
-        command = ["cargo", "bench", "-p", "asperity-contact", "--bench", "flow", "--", str(size), folder]
+        command = ["cargo", "bench", "-p", "asperity-mechanics", "--bench", "flow", "--", str(size), folder]
         table = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         print("load  seconds of both flows  bound of x  pyamg, flow along x: seconds, difference  direct: seconds, difference")
         for row in filter(None, map(ROW.match, table.splitlines())):

@@ -11,25 +11,25 @@
 //! | studies: validate, plan, run, read, query in SQL, report | [`session::Session`] |
 //! | manifests and their tasks, before a run | [`study::Study`], [`plan::Plan`] |
 //! | tables, columns and Parquet files | [`tables::table::Table`], [`tables::parquet`] |
-//! | grids and periodic cells | [`Grid`](contact::grid::Grid), [`Cell`](contact::grid::Cell) |
+//! | grids and periodic cells | [`Grid`](mechanics::grid::Grid), [`Cell`](mechanics::grid::Cell) |
 //! | random surfaces, simple shapes, given heights | [`RandomSurface`], [`Shape`], [`Surface`] |
 //! | files of measured heights | [`read`](topography_files::read), [`TopographyFile`] |
 //! | roughness parameters and spectral moments | [`Descriptors`], [`Moments`] |
-//! | contact under a load | [`Solver`](contact::solver::Solver) on a [`PeriodicHalfSpace`] |
+//! | contact under a load | [`Solver`](mechanics::solver::Solver) on a [`PeriodicHalfSpace`] |
 //! | single surfaces and contacts without a study | [`direct::draw`], [`direct::Pressing`] |
 //! | contact area, perimeter, clusters | [`ContactMap`], [`ContactArea`], [`Clusters`] |
-//! | theories | [`persson`](contact::theory::persson), [`Asperities`], [`ContactEvolution`] |
+//! | theories | [`persson`](mechanics::theory::persson), [`Asperities`], [`ContactEvolution`] |
 //! | laws fitted to ensembles of curves | [`statistics`] |
 //!
 //! This example presses a surface with three loads, in units of E* × rms slope (here 1):
 //!
 //! ```
-//! use asperity::contact::elasticity::PeriodicHalfSpace;
-//! use asperity::contact::grid::Grid;
-//! use asperity::contact::morphology::{area::ContactArea, map::ContactMap};
-//! use asperity::contact::solver::{Settings, Solver, Stop};
-//! use asperity::contact::topography::random::{Amplitude, RandomSurface};
-//! use asperity::contact::topography::spectrum::Spectrum;
+//! use asperity_mechanics::elasticity::PeriodicHalfSpace;
+//! use asperity_mechanics::grid::Grid;
+//! use asperity_mechanics::morphology::{area::ContactArea, map::ContactMap};
+//! use asperity_mechanics::solver::{Settings, Solver, Stop};
+//! use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
+//! use asperity_mechanics::topography::spectrum::Spectrum;
 //!
 //! let grid = Grid::square(64, 1.0)?;
 //! let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 16, anisotropy: None };
@@ -46,7 +46,7 @@
 //!     assert!(contact.fraction() > lighter);
 //!     lighter = contact.fraction();
 //! }
-//! # Ok::<(), asperity::contact::grid::GridError>(())
+//! # Ok::<(), asperity_mechanics::grid::GridError>(())
 //! ```
 //!
 //! Crates that are not re-exported here are internal; `docs/architecture.md` describes all crates.
@@ -54,17 +54,17 @@
 //! The reference is Yastrebov, Anciaux & Molinari, *From infinitesimal to full contact between
 //! rough surfaces: evolution of the contact area*, Int. J. Solids Struct. 52 (2015) 83–102.
 //!
-//! [`Asperities`]: contact::theory::models::Asperities
-//! [`Clusters`]: contact::morphology::clusters::Clusters
-//! [`ContactArea`]: contact::morphology::area::ContactArea
-//! [`ContactEvolution`]: contact::theory::law::ContactEvolution
-//! [`ContactMap`]: contact::morphology::map::ContactMap
-//! [`Descriptors`]: contact::topography::descriptors::Descriptors
-//! [`Moments`]: contact::topography::moments::Moments
-//! [`PeriodicHalfSpace`]: contact::elasticity::PeriodicHalfSpace
-//! [`RandomSurface`]: contact::topography::random::RandomSurface
-//! [`Shape`]: contact::topography::shapes::Shape
-//! [`Surface`]: contact::topography::surface::Surface
+//! [`Asperities`]: mechanics::theory::models::Asperities
+//! [`Clusters`]: mechanics::morphology::clusters::Clusters
+//! [`ContactArea`]: mechanics::morphology::area::ContactArea
+//! [`ContactEvolution`]: mechanics::theory::law::ContactEvolution
+//! [`ContactMap`]: mechanics::morphology::map::ContactMap
+//! [`Descriptors`]: mechanics::topography::descriptors::Descriptors
+//! [`Moments`]: mechanics::topography::moments::Moments
+//! [`PeriodicHalfSpace`]: mechanics::elasticity::PeriodicHalfSpace
+//! [`RandomSurface`]: mechanics::topography::random::RandomSurface
+//! [`Shape`]: mechanics::topography::shapes::Shape
+//! [`Surface`]: mechanics::topography::surface::Surface
 //! [`TopographyFile`]: topography_files::TopographyFile
 
 // Every type in a public signature must be nameable.
@@ -78,7 +78,8 @@ pub mod cli;
 
 mod share;
 
-pub use asperity_contact as contact;
+#[doc(hidden)]
+pub use asperity_mechanics as mechanics;
 pub use asperity_pipeline::{direct, plan, study};
 /// Readers of files, public for fuzz tests and the Python module only.
 #[doc(hidden)]

@@ -86,7 +86,7 @@ use asperity_tables::store::Store;
 use asperity_tables::store::users::HostState;
 
 pub use crate::share::{Day, ShareError, ShareOptions, UnportablePath, utc};
-pub use asperity_contact::instructions::Instructions;
+pub use asperity_mechanics::instructions::Instructions;
 pub use asperity_pipeline::cluster::shard::{InvalidShard, Shard};
 pub use asperity_pipeline::data_folder::DataFolder;
 pub use asperity_pipeline::manifest::setting::Setting;

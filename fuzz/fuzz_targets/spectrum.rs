@@ -4,7 +4,7 @@
 //! reader is reached through files of the corpus that begin with the Parquet signature.
 #![no_main]
 
-use asperity::contact::topography::spectral_density::SpectralDensity;
+use asperity_mechanics::topography::spectral_density::SpectralDensity;
 use asperity::stages::spectrum_files::read;
 use libfuzzer_sys::fuzz_target;
 

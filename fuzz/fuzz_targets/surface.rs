@@ -1,9 +1,9 @@
 //! Fuzz target that reads any bytes as a NumPy file of a measured surface.
 #![no_main]
 
-use asperity::contact::grid::{Cell, Grid};
-use asperity::contact::topography::periodic::Edges;
-use asperity::contact::topography::surface::{Surface, check_range};
+use asperity_mechanics::grid::{Cell, Grid};
+use asperity_mechanics::topography::periodic::Edges;
+use asperity_mechanics::topography::surface::{Surface, check_range};
 use asperity::topography_files::npy_array;
 use libfuzzer_sys::fuzz_target;
 

@@ -2,8 +2,8 @@
 
 use std::num::NonZeroUsize;
 
-use asperity::contact::grid::{Cell, Grid};
-use asperity::contact::topography::surface::{Scan, Surface, check_range};
+use asperity_mechanics::grid::{Cell, Grid};
+use asperity_mechanics::topography::surface::{Scan, Surface, check_range};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;

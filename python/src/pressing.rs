@@ -2,9 +2,9 @@
 
 use std::sync::{Mutex, MutexGuard};
 
-use asperity::contact::threads::available_cores;
 use asperity::direct;
 use asperity::session::error::StageError;
+use asperity_mechanics::threads::available_cores;
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;

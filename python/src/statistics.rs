@@ -1,13 +1,13 @@
 //! Statistics and power spectra of height maps.
 
-use asperity::contact::grid::Boundary;
-use asperity::contact::topography::areal::{developed_area_ratio, texture_direction};
-use asperity::contact::topography::autocorrelation::Autocorrelation;
-use asperity::contact::topography::descriptors::{Descriptors, Roughness};
-use asperity::contact::topography::differences;
-use asperity::contact::topography::material_ratio::MaterialRatioCurve;
-use asperity::contact::topography::peaks::Peaks;
-use asperity::contact::topography::power_spectrum::rings;
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::topography::areal::{developed_area_ratio, texture_direction};
+use asperity_mechanics::topography::autocorrelation::Autocorrelation;
+use asperity_mechanics::topography::descriptors::{Descriptors, Roughness};
+use asperity_mechanics::topography::differences;
+use asperity_mechanics::topography::material_ratio::MaterialRatioCurve;
+use asperity_mechanics::topography::peaks::Peaks;
+use asperity_mechanics::topography::power_spectrum::rings;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 

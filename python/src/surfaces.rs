@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-use asperity::contact::topography::alignment::{Alignment, LineFit, MAX_DEGREE};
-use asperity::contact::topography::fill::Fill;
-use asperity::contact::topography::level::{Level, ThreePoints};
-use asperity::contact::topography::outliers::{MAX_WINDOW, Spikes, islands};
-use asperity::contact::topography::preparation::Crop;
-use asperity::contact::topography::surface::Axis;
 use asperity::direct;
 use asperity::session::export;
 use asperity::surface_files::{MAX_BYTES, SurfaceFileError};
 use asperity::tables::store::regular::read_regular;
 use asperity::topography_files::{Quantity, Size, SuspectNumber, is_marker};
+use asperity_mechanics::topography::alignment::{Alignment, LineFit, MAX_DEGREE};
+use asperity_mechanics::topography::fill::Fill;
+use asperity_mechanics::topography::level::{Level, ThreePoints};
+use asperity_mechanics::topography::outliers::{MAX_WINDOW, Spikes, islands};
+use asperity_mechanics::topography::preparation::Crop;
+use asperity_mechanics::topography::surface::Axis;
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

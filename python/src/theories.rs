@@ -1,13 +1,13 @@
 //! Theories, laws and corrections as functions of arrays.
 
-use asperity::contact::grid::Boundary;
-use asperity::contact::morphology::area::{ContactArea, PI_OVER_EIGHT, YASTREBOV_2017};
-use asperity::contact::morphology::map::ContactMap;
-use asperity::contact::theory::law::ContactEvolution;
-use asperity::contact::theory::models::{Asperities, AsperityModel, Contact};
-use asperity::contact::theory::persson as theory;
 use asperity::statistics::evolution::{EvolutionProblem, Kappa, Quantity};
 use asperity::statistics::{Curves, Window};
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::morphology::area::{ContactArea, PI_OVER_EIGHT, YASTREBOV_2017};
+use asperity_mechanics::morphology::map::ContactMap;
+use asperity_mechanics::theory::law::ContactEvolution;
+use asperity_mechanics::theory::models::{Asperities, AsperityModel, Contact};
+use asperity_mechanics::theory::persson as theory;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 

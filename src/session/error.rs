@@ -2,8 +2,8 @@ use std::path::{Path, PathBuf};
 
 use super::Shard;
 use super::name_lookup::{TaskNameError, UnknownName};
-use asperity_contact::morphology::map::MapError;
 use asperity_manifest::diagnostics::{ManifestErrors, counted, shell_word};
+use asperity_mechanics::morphology::map::MapError;
 use asperity_pipeline::data_folder::OpenError;
 use asperity_tables::key::TaskKey;
 use asperity_tables::store::StoreError;

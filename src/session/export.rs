@@ -23,7 +23,7 @@ use super::formatting::listed;
 use super::maps::{Map, MapKind, PathState, TaskMaps};
 use super::output_files::{has_suffix, unwritten, write_output, write_output_with};
 use super::task_choice::ChosenLoad;
-use asperity_contact::topography::surface::Scan;
+use asperity_mechanics::topography::surface::Scan;
 use asperity_stages::columns::LOAD;
 use asperity_stages::ensemble::prescribed_length;
 use asperity_stages::per_axis::PerAxis;

@@ -22,7 +22,7 @@ use super::name_lookup::{TaskNameError, planned};
 use super::status::{StageCount, growing};
 use super::{Session, Shard, failures};
 use asperity_claims::DeclaredClaims;
-use asperity_contact::threads::available_cores;
+use asperity_mechanics::threads::available_cores;
 use asperity_pipeline::forecast::memory::{self, MemoryLimit};
 use asperity_pipeline::outcome::Damage;
 use asperity_pipeline::plan::Plan;

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::submission::{measured, queued};
 use super::{Session, SessionError};
-use asperity_contact::threads::Threads;
+use asperity_mechanics::threads::Threads;
 use asperity_pipeline::adaptive_sampling::SampledStudy;
 use asperity_pipeline::cluster::receipts::{self, Receipt};
 use asperity_pipeline::cluster::slurm::{Queued, SlurmError};

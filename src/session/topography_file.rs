@@ -5,8 +5,8 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 
 use super::{SessionError, UnknownName};
-use asperity_contact::grid::{Boundary, Cell, Grid};
-use asperity_contact::topography::surface::Scan;
+use asperity_mechanics::grid::{Boundary, Cell, Grid};
+use asperity_mechanics::topography::surface::Scan;
 use asperity_report::Raster;
 use asperity_stages::generate::described_map::DescribedMap;
 use asperity_stages::generate::plausibility::EnteredMap;

@@ -11,7 +11,7 @@ use super::maps::{Map, MapKind, Overlay, PathState, TaskMaps};
 use super::output_files::{has_suffix, is_stream, write_output};
 use super::task_choice::{ChosenLoad, Coordinate};
 use super::{Session, SessionError};
-use asperity_contact::grid::Grid;
+use asperity_mechanics::grid::Grid;
 use asperity_report::animation::{AnimationFormat, animation};
 use asperity_report::map_pictures::{
     NodeValues, Quantity, StillFormat, contacts_panel, pixels, still,

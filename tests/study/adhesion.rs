@@ -14,7 +14,7 @@ use crate::manifest::{manifest, stages_from};
 
 /// Surface whose contact independent solvers have computed, with its states at prescribed gaps.
 fn reference(name: &str) -> String {
-    format!("{}/crates/contact/tests/data/adhesion/{name}", env!("CARGO_MANIFEST_DIR"))
+    format!("{}/crates/mechanics/tests/data/adhesion/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
 pub fn study(path: &str) -> String {

@@ -7,7 +7,7 @@ use crate::manifest::{manifest, stages_from};
 
 /// Surface whose stiffness an independent program has computed.
 fn reference(name: &str) -> String {
-    format!("{}/crates/contact/tests/data/conductance/{name}", env!("CARGO_MANIFEST_DIR"))
+    format!("{}/crates/mechanics/tests/data/conductance/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
 fn study(tolerance: &str, keys: &str) -> String {

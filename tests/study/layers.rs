@@ -7,7 +7,7 @@ use crate::manifest::{manifest, stages_from};
 
 /// Surface whose contact with layers an independent solver has computed.
 fn reference(name: &str) -> String {
-    format!("{}/crates/contact/tests/data/layer/{name}", env!("CARGO_MANIFEST_DIR"))
+    format!("{}/crates/mechanics/tests/data/layer/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
 /// Returns a study of the reference surface with further keys of its `solve` stage.

@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use asperity::contact::grid::Grid;
-use asperity::contact::topography::random::{Amplitude, RandomSurface};
-use asperity::contact::topography::spectrum::Spectrum;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
+use asperity_mechanics::topography::spectrum::Spectrum;
 
 use crate::bench::Bench;
 

@@ -5,7 +5,7 @@ use crate::manifest::stages_from;
 
 /// Data of an independent solver that minimises the tangential energy under |t| ≤ f p.
 fn reference(name: &str) -> String {
-    format!("{}/crates/contact/tests/data/tangential/{name}", env!("CARGO_MANIFEST_DIR"))
+    format!("{}/crates/mechanics/tests/data/tangential/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
 fn study(loads: &str, friction: &str) -> String {

@@ -17,7 +17,7 @@ use crate::reference::column;
 
 /// Folder of surfaces with reference solutions by independent code.
 fn solved_folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/contact/tests/data/rectangular-and-free")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/mechanics/tests/data/rectangular-and-free")
 }
 
 /// Reads the loads of a reference solution from a text file with a header.

@@ -17,7 +17,7 @@ fn reference(name: &str) -> PathBuf {
 
 /// Returns the path of a reference file with a hardness, which the tests of the solver use, too.
 pub fn with_hardness(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/contact/tests/data/hardness");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/mechanics/tests/data/hardness");
     folder.join(name)
 }
 

@@ -7,7 +7,7 @@ use crate::manifest::stages_from;
 
 /// Data of an independent solver by projected gradients.
 fn reference(name: &str) -> String {
-    format!("{}/crates/contact/tests/data/unloading/{name}", env!("CARGO_MANIFEST_DIR"))
+    format!("{}/crates/mechanics/tests/data/unloading/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
 fn study(loads: &str) -> String {

@@ -4,9 +4,9 @@ use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::Path;
 
-use asperity::contact::morphology::map::ContactMap;
 use asperity::tables::parquet;
 use asperity::tables::parquet::Columns;
+use asperity_mechanics::morphology::map::ContactMap;
 use serde_json::Value;
 
 use crate::bench::{Bench, STUDY, text};

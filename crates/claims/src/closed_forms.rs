@@ -1,13 +1,13 @@
 //! Quantities of closed forms, which need no study and are exact.
 
-use asperity_contact::grid::Grid;
-use asperity_contact::theory::law::KAPPA_BGT;
-use asperity_contact::theory::models::AsperityModel;
-use asperity_contact::theory::models::{Asperities, Contact};
-use asperity_contact::theory::persson;
-use asperity_contact::topography::moments::Continuum;
-use asperity_contact::topography::random::{Amplitude, RandomSurface};
-use asperity_contact::topography::spectrum::Spectrum;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::theory::law::KAPPA_BGT;
+use asperity_mechanics::theory::models::AsperityModel;
+use asperity_mechanics::theory::models::{Asperities, Contact};
+use asperity_mechanics::theory::persson;
+use asperity_mechanics::topography::moments::Continuum;
+use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
+use asperity_mechanics::topography::spectrum::Spectrum;
 use asperity_pipeline::study::claims::Statistic;
 use asperity_statistics::intervals::{Bound, jackknife};
 

@@ -2,7 +2,7 @@
 //! gives.
 
 use crate::evidence::{Group, nearest};
-use asperity_contact::theory::persson;
+use asperity_mechanics::theory::persson;
 use asperity_pipeline::study::claims::Statistic;
 use asperity_statistics::evolution::{EvolutionProblem, Kappa, Quantity};
 use asperity_statistics::intervals::Weights;

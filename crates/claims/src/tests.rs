@@ -4,8 +4,8 @@ use std::sync::LazyLock;
 
 use super::evidence::StageTable;
 use super::*;
-use asperity_contact::theory::persson;
-use asperity_contact::topography::spectrum;
+use asperity_mechanics::theory::persson;
+use asperity_mechanics::topography::spectrum;
 use asperity_pipeline::study::claims::shipped;
 use asperity_stages::Kind;
 use asperity_stages::columns::*;

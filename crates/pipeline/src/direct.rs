@@ -35,11 +35,11 @@ use self::checks::{Checked, CheckedContact, checked, expected_one, placeholder_s
 use self::loads::Loads;
 use self::states::States;
 use crate::study::{Work, improbable_contact};
-use asperity_contact::grid::{Boundary, Grid};
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::descriptors::Descriptors;
-use asperity_contact::topography::differences;
-use asperity_contact::topography::surface::{Scan, Surface, SurfaceError};
+use asperity_mechanics::grid::{Boundary, Grid};
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::descriptors::Descriptors;
+use asperity_mechanics::topography::differences;
+use asperity_mechanics::topography::surface::{Scan, Surface, SurfaceError};
 use asperity_stages::columns::RMS_SLOPE;
 use asperity_stages::generate::plausibility::{EnteredMap, slope_and_span};
 use asperity_stages::measure::friction;
@@ -334,7 +334,7 @@ impl Pressing {
     }
 
     /// Returns the gaps under the load with index `load`, row-major, as defined by
-    /// [`Solver::gap_under`](asperity_contact::solver::Solver::gap_under). Surfaces with adhesion
+    /// [`Solver::gap_under`](asperity_mechanics::solver::Solver::gap_under). Surfaces with adhesion
     /// that are pulled off have infinite gaps.
     ///
     /// Returns `None` if the load is not finished or its pressures were not kept.

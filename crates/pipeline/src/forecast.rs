@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use self::remaining::Remaining;
 use crate::plan::sources::Sources;
 use crate::plan::{Plan, Task};
-use asperity_contact::solver::cost;
+use asperity_mechanics::solver::cost;
 use asperity_stages::{Effort, Extent};
 use asperity_tables::column::{Column, ColumnKind, optional_texts, reals, texts};
 use asperity_tables::table::{Table, TableError};

@@ -21,8 +21,8 @@ use polars_plan::plans::{AExpr, IR};
 
 use crate::QueryError;
 use crate::frame;
-use asperity_contact::threads::available_cores;
 use asperity_manifest::diagnostics::{counted, words_of_panic};
+use asperity_mechanics::threads::available_cores;
 use asperity_tables::column::Value;
 
 /// Message for systems that do not let polars start its threads.

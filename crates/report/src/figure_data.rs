@@ -13,8 +13,8 @@ use crate::samples::MeasuredMaps;
 use crate::styles::{Lengths, Styles};
 use crate::symbols::Files;
 use crate::units::{LengthUnit, Units};
-use asperity_contact::morphology::area::YASTREBOV_2017;
-use asperity_contact::topography::spectrum::Spectrum;
+use asperity_mechanics::morphology::area::YASTREBOV_2017;
+use asperity_mechanics::topography::spectrum::Spectrum;
 use asperity_pipeline::study::figures::ErrorBars;
 use asperity_stages::columns::{
     AREA_FRACTION, CONTENT, HARDNESS, K_ROLLOFF, LAYER_THICKNESS, LOAD, PERIMETER_MANHATTAN,

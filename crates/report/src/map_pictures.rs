@@ -8,8 +8,8 @@ use crate::charts::raster::{CONTACT, GAP, PULLED, PUSHED, Pixel, Raster, Scale};
 use crate::charts::svg::{self, PixelsError};
 use crate::charts::{Figure, Panel, panel_of_map, pdf};
 use crate::units::{LengthUnit, PressureUnit, Scaled, digits, scale_bar};
-use asperity_contact::grid::Grid;
-use asperity_contact::morphology::map::ContactMap;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::morphology::map::ContactMap;
 
 /// Width of the longer side of a map in a picture, in units of the drawing.
 const SIDE: f64 = 480.0;
@@ -243,7 +243,7 @@ fn drawing(panel: &MapPanel) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_contact::grid::Cell;
+    use asperity_mechanics::grid::Cell;
 
     fn grid(nodes: [usize; 2], size: [f64; 2]) -> Grid {
         Grid::new(nodes, Cell::new(size).unwrap()).unwrap()

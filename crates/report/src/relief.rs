@@ -5,7 +5,7 @@
 //! edges show the profile of the surface.
 
 use crate::charts::raster::{GAP, Pixel, Raster, reduced};
-use asperity_contact::grid::Grid;
+use asperity_mechanics::grid::Grid;
 
 /// Largest number of quadrilaterals along a side.
 const MOST_NODES: usize = 512;
@@ -328,7 +328,7 @@ fn edge(a: Vector, b: Vector, c: Vector) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_contact::grid::Cell;
+    use asperity_mechanics::grid::Cell;
 
     fn grid(nodes: [usize; 2]) -> Grid {
         Grid::new(nodes, Cell::new([1.0, 1.0]).unwrap()).unwrap()

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::version::Version;
-use asperity_contact::grid::Boundary;
+use asperity_mechanics::grid::Boundary;
 
 /// Version of the numbers of loads with a free boundary. It is part of their recipes only, so that
 /// raising it does not recompute periodic loads.

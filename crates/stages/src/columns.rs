@@ -224,9 +224,9 @@ columns! {
 mod tests {
     use super::*;
     use crate::surface::method::Method;
-    use asperity_contact::topography::fill::Fill;
-    use asperity_contact::topography::level::Level;
-    use asperity_contact::topography::periodic::Edges;
+    use asperity_mechanics::topography::fill::Fill;
+    use asperity_mechanics::topography::level::Level;
+    use asperity_mechanics::topography::periodic::Edges;
 
     fn words(column: Column) -> Vec<&'static str> {
         column.codes.iter().map(|code| code.word).collect()

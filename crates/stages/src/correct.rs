@@ -20,12 +20,12 @@ use crate::{
     CheckContext, Context, Definition, Effort, Extent, Input, Kind, Reads, Recipe, RowKind, Stage,
     StageError, stacked, table_beside_coordinates,
 };
-use asperity_contact::morphology::area::{CountedArea, PI_OVER_EIGHT, YASTREBOV_2017};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, counted};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::list;
 use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
+use asperity_mechanics::morphology::area::{CountedArea, PI_OVER_EIGHT, YASTREBOV_2017};
 use asperity_tables::column::Column;
 use asperity_tables::table::Table;
 

@@ -3,7 +3,7 @@
 use crate::StageError;
 use crate::aggregate::{Groups, Statistic, grouped};
 use crate::columns::M02;
-use asperity_contact::topography::descriptors::Statistics;
+use asperity_mechanics::topography::descriptors::Statistics;
 use asperity_tables::table::Table;
 
 /// Departures of the surfaces of one parameter point from isotropic Gaussian roughness.

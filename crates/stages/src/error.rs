@@ -2,16 +2,16 @@
 
 use crate::map_file::MapFileError;
 use crate::surface_files::SurfaceFileError;
-use asperity_contact::adhesion::AdhesionError;
-use asperity_contact::asperities::NoSummits;
-use asperity_contact::conduction::ConductorError;
-use asperity_contact::elasticity::LayerError;
-use asperity_contact::morphology::map::MapError;
-use asperity_contact::solver::HardnessError;
-use asperity_contact::topography::johnson::MomentsError;
-use asperity_contact::topography::preparation::PreparationError;
-use asperity_contact::topography::spectral_density::SpectralDensityError;
-use asperity_contact::topography::surface::SurfaceError;
+use asperity_mechanics::adhesion::AdhesionError;
+use asperity_mechanics::asperities::NoSummits;
+use asperity_mechanics::conduction::ConductorError;
+use asperity_mechanics::elasticity::LayerError;
+use asperity_mechanics::morphology::map::MapError;
+use asperity_mechanics::solver::HardnessError;
+use asperity_mechanics::topography::johnson::MomentsError;
+use asperity_mechanics::topography::preparation::PreparationError;
+use asperity_mechanics::topography::spectral_density::SpectralDensityError;
+use asperity_mechanics::topography::surface::SurfaceError;
 use asperity_queries::FrameError;
 pub use asperity_queries::QueryError;
 use asperity_tables::store::StoreError;

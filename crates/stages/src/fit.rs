@@ -297,7 +297,7 @@ mod tests {
     use super::contact_evolution::Datum;
     use super::*;
     use crate::columns::{AREA_FRACTION, LOAD, STOP, SURFACE};
-    use asperity_contact::theory::law::ContactEvolution;
+    use asperity_mechanics::theory::law::ContactEvolution;
     use asperity_tables::column::{Column, ColumnKind, reals, texts};
 
     const HURST: Column = Column::parameter("hurst", ColumnKind::Real, "1", "Hurst exponent");

@@ -32,11 +32,11 @@ use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
     StageError, departures,
 };
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::prescribed_heights::{HeightDistribution, ITERATIONS};
-use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::{counted, listed};
 use asperity_manifest::keys::quantity;
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::prescribed_heights::{HeightDistribution, ITERATIONS};
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{self, Column, lists};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;

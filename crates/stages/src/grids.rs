@@ -9,8 +9,8 @@ use arrow::array::{Array, Float64Array, Int64Array};
 
 use super::StageError;
 use super::columns::{NODES, NODES_X, NODES_Y, SIDE, SIDE_X, SIDE_Y};
-use asperity_contact::grid::{Cell, Grid};
-use asperity_contact::morphology::map::ContactMap;
+use asperity_mechanics::grid::{Cell, Grid};
+use asperity_mechanics::morphology::map::ContactMap;
 use asperity_tables::column::{Column, Value};
 use asperity_tables::table::{Table, TableError};
 

@@ -77,7 +77,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use asperity_contact::distribution::EqualBins;
+use asperity_mechanics::distribution::EqualBins;
 use asperity_tables::column::Column;
 
 pub use check_context::CheckContext;

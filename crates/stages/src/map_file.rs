@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::version::{PartVersion, Version};
-use asperity_contact::grid::{Cell, Grid};
-use asperity_contact::topography::surface::{Scan, SurfaceError, check_range};
+use asperity_mechanics::grid::{Cell, Grid};
+use asperity_mechanics::topography::surface::{Scan, SurfaceError, check_range};
 use asperity_topography_files::{
     ChannelError, NpyError, Quantity, Size, SuspectNumber, TopographyFileError, formats, is_marker,
     npy_array, npy_line, read, read_profile,

@@ -30,9 +30,9 @@ use super::{
 };
 use crate::bodies::Conduction;
 use crate::version::{PartVersion, Version};
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::height_distribution::{Histogram, HistogramPool};
 use asperity_manifest::diagnostics::counted;
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::height_distribution::{Histogram, HistogramPool};
 use asperity_tables::column::{Column, Role, integers, optional_reals, reals};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;

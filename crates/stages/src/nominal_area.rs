@@ -1,9 +1,9 @@
 //! Nominal areas of surfaces, which turn loads that are forces into mean pressures.
 
 use crate::{Recipe, surface};
-use asperity_contact::grid::Grid;
 use asperity_manifest::decimal;
 use asperity_manifest::keys::quantity::{Dimension, Unit};
+use asperity_mechanics::grid::Grid;
 
 /// Nominal area of a map.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::columns::*;
 use crate::version::Version;
-use asperity_contact::grid::Grid;
-use asperity_contact::solver;
-use asperity_contact::solver::{Hardness, HardnessError};
-use asperity_contact::topography::surface::Surface;
 use asperity_manifest::decimal;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::solver;
+use asperity_mechanics::solver::{Hardness, HardnessError};
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, Role, Value};
 
 /// The unit of loads and hardnesses in a manifest.

@@ -44,13 +44,13 @@ use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series,
     Stage, StageError, beside_coordinates, boundary_recipe, nominal_area,
 };
-use asperity_contact::asperities::Interaction;
-use asperity_contact::distribution::EqualBins;
-use asperity_contact::grid::Boundary;
-use asperity_contact::solver::{Body, Hardness, Settings, cost};
-use asperity_contact::topography::surface::Surface;
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
+use asperity_mechanics::asperities::Interaction;
+use asperity_mechanics::distribution::EqualBins;
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::solver::{Body, Hardness, Settings, cost};
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, Role, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;

@@ -8,7 +8,7 @@ use crate::surface_files::SurfaceFiles;
 use crate::units::TableUnits;
 use crate::version::{PartVersion, Version};
 use crate::{Kind, Recipe, RowKind, StageError, surface};
-use asperity_contact::threads::Threads;
+use asperity_mechanics::threads::Threads;
 use asperity_tables::column::{Column, Value, absolute_column};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;

@@ -23,10 +23,10 @@ use crate::grids::{self, Grids};
 use crate::per_axis::PerAxis;
 use crate::surface_files::SurfaceFiles;
 use crate::{Kind, StageError};
-use asperity_contact::grid::Grid;
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::prescribed_heights::nodes_of_iterations;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::prescribed_heights::nodes_of_iterations;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::key::{Digest, TaskKey};
 use asperity_tables::table::Table;
 

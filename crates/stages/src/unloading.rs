@@ -15,8 +15,8 @@ use serde::Serialize;
 use crate::StageError;
 use crate::columns::*;
 use crate::reduced_units::PressureUnit;
-use asperity_contact::solver::{Hardness, Settings, Solver, Stop, Watch};
 use asperity_manifest::decimal;
+use asperity_mechanics::solver::{Hardness, Settings, Solver, Stop, Watch};
 use asperity_tables::column::{Column, Value};
 
 /// The part of a path to which a load belongs.

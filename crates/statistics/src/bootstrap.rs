@@ -243,7 +243,7 @@ mod tests {
     use crate::random::curves::{scattered, uniform};
     use crate::random::normal;
     use crate::{Curves, Window};
-    use asperity_contact::theory::law::ContactEvolution;
+    use asperity_mechanics::theory::law::ContactEvolution;
 
     const BOOTSTRAP: Bootstrap = Bootstrap { replicates: 400, seed: 7, level: 0.9 };
 

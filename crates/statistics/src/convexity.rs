@@ -234,7 +234,7 @@ mod tests {
         BGT_ALPHA_2, BGT_ALPHA_10, persson_curve, scattered, single, uniform,
     };
     use crate::{Curves, Window};
-    use asperity_contact::theory::law::{ContactEvolution, KAPPA_BGT};
+    use asperity_mechanics::theory::law::{ContactEvolution, KAPPA_BGT};
 
     const LIGHT: Window = Window { from: 0.0, to: 0.06 };
     const BOOTSTRAP: Bootstrap = Bootstrap { replicates: 100, seed: 3, level: 0.95 };

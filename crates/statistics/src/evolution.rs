@@ -11,7 +11,7 @@ use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, Residuals, minimize};
 use super::{Curves, FitError, Window};
-use asperity_contact::theory::law::ContactEvolution;
+use asperity_mechanics::theory::law::ContactEvolution;
 
 /// Initial values (β, μ) of the fit. They are tried in order until the fit from one of them
 /// succeeds.
@@ -70,7 +70,7 @@ pub struct EvolutionFit {
 /// Data of one parameter point to which a contact evolution law is fitted.
 ///
 /// ```
-/// use asperity_contact::theory::law::{ContactEvolution, KAPPA_BGT};
+/// use asperity_mechanics::theory::law::{ContactEvolution, KAPPA_BGT};
 /// use asperity_statistics::evolution::{EvolutionProblem, Kappa, Quantity};
 /// use asperity_statistics::{Curves, FitError, Window};
 ///
@@ -342,7 +342,7 @@ mod tests {
     use crate::random::curves::{
         BGT_ALPHA_2, BGT_ALPHA_10, persson_curve, scattered, single, uniform,
     };
-    use asperity_contact::theory::law::{KAPPA_BGT, KAPPA_PERSSON};
+    use asperity_mechanics::theory::law::{KAPPA_BGT, KAPPA_PERSSON};
 
     const LAW: ContactEvolution = ContactEvolution { kappa: 1.1 * KAPPA_BGT, beta: 1.2, mu: 0.6 };
     const LIGHT: Window = Window { from: 0.0, to: 0.06 };

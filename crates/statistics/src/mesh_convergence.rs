@@ -174,7 +174,7 @@ fn mean(values: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::random::normal;
-    use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017};
+    use asperity_mechanics::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017};
 
     const EDGES: [f64; 4] = [0.32, 0.17, 0.08, 0.04];
 

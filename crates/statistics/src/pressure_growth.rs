@@ -107,7 +107,7 @@ fn growth(ends: &Data, areas: &[f64]) -> Vec<Option<(f64, f64)>> {
 mod tests {
     use super::*;
     use crate::random::curves::{BGT_ALPHA_2, BGT_ALPHA_10, scattered, single, uniform};
-    use asperity_contact::theory::law::ContactEvolution;
+    use asperity_mechanics::theory::law::ContactEvolution;
 
     const LAW: ContactEvolution = ContactEvolution { kappa: 2.7, beta: 1.2, mu: 0.4 };
 

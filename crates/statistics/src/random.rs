@@ -32,8 +32,8 @@ pub fn normal(seed: u64, count: usize) -> Vec<f64> {
 /// Synthetic curves for the tests of the fits.
 #[cfg(test)]
 pub(crate) mod curves {
-    use asperity_contact::theory::law::ContactEvolution;
-    use asperity_contact::theory::persson;
+    use asperity_mechanics::theory::law::ContactEvolution;
+    use asperity_mechanics::theory::persson;
 
     use super::normal;
     use crate::Curves;

@@ -12,7 +12,7 @@ use super::bootstrap::{Bootstrap, Estimate, Intervals};
 use super::curves::Data;
 use super::least_squares::{Quality, Residuals, minimize};
 use super::{Curves, FitError, GoodnessOfFit, Window};
-use asperity_contact::theory::persson::{erfc_inverse, ln_erfc, ln_erfc_slope};
+use asperity_mechanics::theory::persson::{erfc_inverse, ln_erfc, ln_erfc_slope};
 
 /// Minimum number of data, one more than the number of parameters.
 const LEAST_DATA: usize = 2;

@@ -308,10 +308,10 @@ impl Likelihood {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_contact::grid::{Boundary, Grid};
-    use asperity_contact::topography::power_spectrum::rings;
-    use asperity_contact::topography::random::{Amplitude, RandomSurface};
-    use asperity_contact::topography::spectrum::Spectrum;
+    use asperity_mechanics::grid::{Boundary, Grid};
+    use asperity_mechanics::topography::power_spectrum::rings;
+    use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
+    use asperity_mechanics::topography::spectrum::Spectrum;
 
     const BOOTSTRAP: Bootstrap = Bootstrap { replicates: 200, seed: 5, level: 0.95 };
 

@@ -9,9 +9,9 @@ use arrow::datatypes::Float64Type;
 
 use super::{MapKind, Overlay, PathState, SurfaceTask};
 use crate::session::SessionError;
-use asperity_contact::grid::Grid;
-use asperity_contact::morphology::map::ContactMap;
-use asperity_contact::threads::Threads;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::morphology::map::ContactMap;
+use asperity_mechanics::threads::Threads;
 use asperity_stages::Kind;
 use asperity_stages::columns::{
     BRANCH, CONTACT, EFFECTIVE_MODULUS, GAPS, MEAN_DISPLACEMENT, MEAN_GAP, PRESCRIBED_GAP,

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use toml::Table as Keys;
 
 use crate::study::{Study, Work};
-use asperity_contact::grid::Grid;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{ManifestErrors, listed};
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
+use asperity_mechanics::grid::Grid;
 use asperity_stages::measure::{self, friction};
 use asperity_stages::nominal_area::NominalArea;
 use asperity_stages::surface::planned::PlannedSurfaces;

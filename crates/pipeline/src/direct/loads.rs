@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::{Solved, bits};
-use asperity_contact::solver::Solver;
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::solver::Solver;
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_stages::StageError;
 use asperity_stages::columns::RMS_SLOPE;
 use asperity_stages::solve::{Contact, Params, SolvedLoad, gap_under};

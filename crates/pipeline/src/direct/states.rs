@@ -1,8 +1,8 @@
 //! Contact with adhesion: states of a path, each of which starts from the one before.
 
 use super::{Solved, bits};
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_stages::StageError;
 use asperity_stages::columns::{CONTACT, GAPS, MEAN_DISPLACEMENT, REPULSIVE};
 use asperity_stages::solve::adhesion::{ContactPath, Params};

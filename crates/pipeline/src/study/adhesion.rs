@@ -1,9 +1,9 @@
 //! Adhesion of the surfaces of a stage: its resolution by the mesh, and its Tabor parameter.
 
 use crate::study::{Stage, Study, Work};
-use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
+use asperity_mechanics::topography::shapes::Shape;
 use asperity_stages::Recipe;
 use asperity_stages::columns::WORK_OF_ADHESION;
 use asperity_stages::solve::adhesion;

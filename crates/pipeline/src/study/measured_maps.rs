@@ -3,9 +3,9 @@
 //! The files are read again for this, so that only commands that print the lines take the time.
 
 use crate::study::{Study, Warning, Work};
-use asperity_contact::grid::Boundary;
-use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::LowPass;
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::topography::periodic::Edges;
+use asperity_mechanics::topography::preparation::LowPass;
 use asperity_stages::generate::described_map::DescribedMap;
 use asperity_stages::surface::origin::MeasuredSurface;
 use asperity_stages::surface::{Origin, Params};

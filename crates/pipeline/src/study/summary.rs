@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use crate::study::units::of_stages;
 use crate::study::{Stage, Study, Work};
-use asperity_contact::elasticity::{Base, Support};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
+use asperity_mechanics::elasticity::{Base, Support};
 use asperity_stages::absolute::StageUnits;
 use asperity_stages::generate::files::samples;
 use asperity_stages::per_axis::PerAxis;

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::*;
-use asperity_contact::topography::random::RandomSurface;
 use asperity_manifest::decimal;
+use asperity_mechanics::topography::random::RandomSurface;
 use asperity_stages::surface::Origin;
 use asperity_stages::surface::planned::PlannedSurfaces;
 use asperity_stages::{Recipe, solve};

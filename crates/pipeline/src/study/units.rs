@@ -2,12 +2,12 @@
 
 use crate::manifest::{OutputUnitsTable, StudyTable};
 use crate::study::{Stage, Study, Work};
-use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, listed};
 use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::quantity::{Dimension, Unit};
 use asperity_manifest::keys::{Key, Section, Spanned};
+use asperity_mechanics::grid::Boundary;
 use asperity_stages::absolute::{AbsoluteColumns, StageUnits};
 use asperity_stages::output_units::Conversion;
 use asperity_stages::reduced_units::PressureUnit;

@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 
 use colorous::{CIVIDIS, Gradient, INFERNO, PLASMA, RED_BLUE, VIRIDIS, YELLOW_GREEN_BLUE};
 
-use asperity_contact::morphology::map::ContactMap;
+use asperity_mechanics::morphology::map::ContactMap;
 
 pub type Pixel = [u8; 3];
 

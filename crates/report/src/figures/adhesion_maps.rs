@@ -16,9 +16,9 @@ use crate::map_pictures::{NodeValues, Quantity};
 use crate::points::{self, Point};
 use crate::samples::{self, Sample};
 use crate::units::length_in_words;
-use asperity_contact::grid::Grid;
-use asperity_contact::morphology::area::ContactArea;
-use asperity_contact::morphology::map::ContactMap;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::morphology::area::ContactArea;
+use asperity_mechanics::morphology::map::ContactMap;
 use asperity_stages::columns::{
     BRANCH, CONTACT, EFFECTIVE_MODULUS, LOAD, MEAN_GAP, PRESSURE, PRESSURES, REPULSIVE,
 };

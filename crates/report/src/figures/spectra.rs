@@ -14,7 +14,7 @@ use crate::points::{self, holds};
 use crate::surface_curves::{self, CurvePoint, SurfaceCurve, thinned};
 use crate::units::{LengthUnit, digits};
 use crate::{ReportError, samples};
-use asperity_contact::topography::surface;
+use asperity_mechanics::topography::surface;
 use asperity_stages::columns::{
     ALONG, DISTANCE, MODES, SCANS, SLOPE_AT_SCALE, SPECTRAL_DENSITY, WAVENUMBER,
 };

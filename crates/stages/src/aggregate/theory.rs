@@ -13,11 +13,11 @@ use super::{Groups, Statistic};
 use crate::StageError;
 use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, columns, real};
 use crate::surface::coordinates::is_altered;
-use asperity_contact::grid::Cell;
-use asperity_contact::theory::law::KAPPA_BGT;
-use asperity_contact::theory::models::{Asperities, AsperityModel, full_contact};
-use asperity_contact::theory::persson;
-use asperity_contact::topography::spectrum::Spectrum;
+use asperity_mechanics::grid::Cell;
+use asperity_mechanics::theory::law::KAPPA_BGT;
+use asperity_mechanics::theory::models::{Asperities, AsperityModel, full_contact};
+use asperity_mechanics::theory::persson;
+use asperity_mechanics::topography::spectrum::Spectrum;
 use asperity_tables::column::{Column, optional_reals};
 use asperity_tables::table::{Table, TableError};
 

@@ -17,7 +17,7 @@ use crate::columns::{
 };
 use crate::ensemble::{self, Member, ensembles};
 use crate::grids;
-use asperity_contact::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017, edge_fraction};
+use asperity_mechanics::morphology::area::{PI_OVER_EIGHT, YASTREBOV_2017, edge_fraction};
 use asperity_statistics::mesh_convergence::{MeshProblem, Refinement};
 use asperity_statistics::{FitError, Window};
 use asperity_tables::column::{Column, Role, optional_reals, texts};

@@ -8,7 +8,7 @@ use crate::columns::*;
 use crate::ensemble::{Ensemble, Member, ensembles};
 use crate::grids::Meshes;
 use crate::solve::is_unconverged;
-use asperity_contact::morphology::area::{CountedArea, YASTREBOV_2017};
+use asperity_mechanics::morphology::area::{CountedArea, YASTREBOV_2017};
 use asperity_statistics::bootstrap::Interval;
 use asperity_statistics::percolation::{Channels, Interface, PercolationProblem};
 use asperity_tables::column::{Role, Value};

@@ -3,12 +3,12 @@
 use std::fmt;
 
 use super::plausibility::slope_and_span;
-use asperity_contact::grid::{Boundary, Grid};
-use asperity_contact::topography::fill::Fill;
-use asperity_contact::topography::level::Level;
-use asperity_contact::topography::reliability::{NoiseFloor, NoiseShare};
-use asperity_contact::topography::surface::{Scan, Window};
 use asperity_manifest::keys::quantity;
+use asperity_mechanics::grid::{Boundary, Grid};
+use asperity_mechanics::topography::fill::Fill;
+use asperity_mechanics::topography::level::Level;
+use asperity_mechanics::topography::reliability::{NoiseFloor, NoiseShare};
+use asperity_mechanics::topography::surface::{Scan, Window};
 
 /// Share of the mean square slope from noise above which users are warned.
 const MUCH_NOISE: f64 = 0.1;
@@ -144,8 +144,8 @@ fn central(map: &Scan) -> Option<Scan> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_contact::grid::Cell;
-    use asperity_contact::topography::surface::Surface;
+    use asperity_mechanics::grid::Cell;
+    use asperity_mechanics::topography::surface::Surface;
 
     #[test]
     fn a_map_is_told_with_its_sides_in_a_readable_unit_and_without_its_tilt() {

@@ -31,13 +31,6 @@ use crate::surface::origin::{InspectedMap, MeasuredSurface};
 use crate::surface::planned::{PlannedSurfaces, single};
 use crate::surface::{Heights, Origin, Params};
 use crate::surface_files::{ContentHash, RecordedFile, SurfaceFileError, SurfaceFiles};
-use asperity_contact::topography::alignment::MAX_DEGREE;
-use asperity_contact::topography::fill::Fill;
-use asperity_contact::topography::level::{Level, ThreePoints};
-use asperity_contact::topography::outliers::MAX_WINDOW;
-use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::Preparation;
-use asperity_contact::topography::surface::Axis;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean, shell_word};
 use asperity_manifest::keys::checks::Checks;
@@ -46,6 +39,13 @@ use asperity_manifest::keys::declare::{
 };
 use asperity_manifest::keys::quantity::Unit;
 use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned, table};
+use asperity_mechanics::topography::alignment::MAX_DEGREE;
+use asperity_mechanics::topography::fill::Fill;
+use asperity_mechanics::topography::level::{Level, ThreePoints};
+use asperity_mechanics::topography::outliers::MAX_WINDOW;
+use asperity_mechanics::topography::periodic::Edges;
+use asperity_mechanics::topography::preparation::Preparation;
+use asperity_mechanics::topography::surface::Axis;
 use asperity_topography_files::{ChannelError, is_metre};
 
 /// A measured surface, read from the file of an instrument. Its keys are applied in this order:

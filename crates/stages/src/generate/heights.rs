@@ -3,10 +3,10 @@
 use crate::surface::Heights;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface::prescribed_heights::PrescribedHeights;
-use asperity_contact::topography::johnson::{MomentsError, check_moments};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Key, Spanned};
+use asperity_mechanics::topography::johnson::{MomentsError, check_moments};
 
 /// Keys of the height distribution of a random surface.
 pub struct HeightKeys<'a> {

@@ -1,11 +1,11 @@
 //! Nodes and sides along x and y, in recipes and in manifests.
 
 use crate::per_axis::PerAxis;
-use asperity_contact::grid::Cell;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Key, OnAxes};
+use asperity_mechanics::grid::Cell;
 
 /// Minimum number of nodes per side of a cell.
 pub const MIN_NODES: u32 = 4;

@@ -15,10 +15,10 @@ use crate::surface::Heights;
 use crate::surface::method::{Method, WaveShape};
 use crate::surface::planned::PlannedSurfaces;
 use crate::{CheckContext, Reads, RowKind};
-use asperity_contact::topography::random::Amplitude;
 use asperity_manifest::diagnostics::{Problems, Span};
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::{KeyTable, Layout, Section, Spanned, reader};
+use asperity_mechanics::topography::random::Amplitude;
 
 /// Parameter points of a `generate` stage, by method.
 #[derive(Debug)]

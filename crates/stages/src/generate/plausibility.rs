@@ -3,8 +3,8 @@
 //! A file whose unit is misread looks like any other map: all its numbers are off by one factor.
 //! Slopes of solid surfaces, and pixels of optical instruments, are within known bounds.
 
-use asperity_contact::grid::Grid;
 use asperity_manifest::keys::quantity;
+use asperity_mechanics::grid::Grid;
 use asperity_topography_files::length_ratio;
 
 /// Rms slope above which a map is improbable. Contact theories assume slopes below it.
@@ -187,7 +187,7 @@ pub fn slope_and_span(grid: Grid, heights: &[f64]) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_contact::grid::Cell;
+    use asperity_mechanics::grid::Cell;
 
     fn map<'a>(nodes: [usize; 2], sides: [f64; 2], unit: &'a str) -> EnteredMap<'a> {
         EnteredMap {

@@ -11,15 +11,15 @@ use crate::CheckContext;
 use crate::generate::realizations::{self, Realizations, surfaces};
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface::{Heights, Origin, Params};
-use asperity_contact::grid::Cell;
-use asperity_contact::topography::johnson::{MAX_KURTOSIS, MAX_SKEWNESS};
-use asperity_contact::topography::random::{Amplitude, RandomSurface};
-use asperity_contact::topography::spectrum::{Anisotropy, Spectrum};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
 use asperity_manifest::keys::{GridPoint, Key, OnAxes, Section, table};
+use asperity_mechanics::grid::Cell;
+use asperity_mechanics::topography::johnson::{MAX_KURTOSIS, MAX_SKEWNESS};
+use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
+use asperity_mechanics::topography::spectrum::{Anisotropy, Spectrum};
 
 /// Relative tolerance between a side and a whole number of wavelengths. It covers the rounding of a
 /// quotient with twelve digits.

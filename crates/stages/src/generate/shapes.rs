@@ -11,10 +11,10 @@ use crate::per_axis::PerAxis;
 use crate::surface::method::WaveShape;
 use crate::surface::planned::{PlannedSurfaces, single};
 use crate::surface::{Heights, Origin};
-use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::diagnostics::Problems;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
 use asperity_manifest::keys::{Key, OnAxes, Section, table};
+use asperity_mechanics::topography::shapes::Shape;
 
 /// Paraboloid −r²/(2R), for comparison with Hertz contact.
 #[derive(Debug, Default, Deserialize, JsonSchema)]

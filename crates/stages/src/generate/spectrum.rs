@@ -19,13 +19,13 @@ use crate::surface::planned::PlannedSurfaces;
 use crate::surface::spectrum::{Source, SpectrumSurface};
 use crate::surface::{Heights, Origin, Params};
 use crate::surface_files::{SurfaceFileError, SurfaceFiles};
-use asperity_contact::grid::Grid;
-use asperity_contact::topography::johnson::{MAX_KURTOSIS, MAX_SKEWNESS};
-use asperity_contact::topography::spectral_density::{SpectralDensity, occupies};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
 use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, table};
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::topography::johnson::{MAX_KURTOSIS, MAX_SKEWNESS};
+use asperity_mechanics::topography::spectral_density::{SpectralDensity, occupies};
 
 /// Random surfaces with a given isotropic power spectral density C(q), normalised so that
 /// ∫ C d²q/(2π)² is their mean square height.

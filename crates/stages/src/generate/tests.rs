@@ -11,17 +11,17 @@ use crate::surface::pair::{MirrorAxis, Pair};
 use crate::surface::prescribed_heights::PrescribedHeights;
 use crate::surface::yielded::Yielded;
 use crate::surface_files::ContentHash;
-use asperity_contact::grid::Boundary;
-use asperity_contact::topography::alignment::{Alignment, LineFit};
-use asperity_contact::topography::fill::Fill;
-use asperity_contact::topography::level::{Level, ThreePoints};
-use asperity_contact::topography::outliers::Spikes;
-use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{Crop, FoundCutoff, LowPass, Preparation};
-use asperity_contact::topography::random::{Amplitude, RandomSurface};
-use asperity_contact::topography::shapes::Shape;
-use asperity_contact::topography::spectrum::{Anisotropy, Spectrum};
-use asperity_contact::topography::surface::Axis;
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::topography::alignment::{Alignment, LineFit};
+use asperity_mechanics::topography::fill::Fill;
+use asperity_mechanics::topography::level::{Level, ThreePoints};
+use asperity_mechanics::topography::outliers::Spikes;
+use asperity_mechanics::topography::periodic::Edges;
+use asperity_mechanics::topography::preparation::{Crop, FoundCutoff, LowPass, Preparation};
+use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
+use asperity_mechanics::topography::shapes::Shape;
+use asperity_mechanics::topography::spectrum::{Anisotropy, Spectrum};
+use asperity_mechanics::topography::surface::Axis;
 
 #[test]
 fn a_surface_is_known_from_its_recipe() {

@@ -3,7 +3,7 @@
 use crate::columns::*;
 use crate::surface::Params;
 use crate::{Context, Input, Recipe, StageError};
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::table::Table;
 
 /// Draws or reads the surface of each input in turn, and returns what `measure` makes of it.

@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::columns::*;
 use crate::version::Version;
-use asperity_contact::grid::Boundary;
-use asperity_contact::topography::areal::{developed_area_ratio, texture_direction};
-use asperity_contact::topography::autocorrelation::Autocorrelation;
-use asperity_contact::topography::descriptors::Roughness;
-use asperity_contact::topography::material_ratio::MaterialRatioCurve;
-use asperity_contact::topography::peaks::Peaks;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::topography::areal::{developed_area_ratio, texture_direction};
+use asperity_mechanics::topography::autocorrelation::Autocorrelation;
+use asperity_mechanics::topography::descriptors::Roughness;
+use asperity_mechanics::topography::material_ratio::MaterialRatioCurve;
+use asperity_mechanics::topography::peaks::Peaks;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, optional_reals};
 
 /// Version of the numbers, which is part of every key of these parameters.
@@ -305,8 +305,8 @@ impl Areal {
 mod tests {
     use super::*;
     use crate::measure::statistics::Statistic;
-    use asperity_contact::grid::Grid;
-    use asperity_contact::topography::shapes::Shape;
+    use asperity_mechanics::grid::Grid;
+    use asperity_mechanics::topography::shapes::Shape;
 
     fn recipe(parameters: &[Parameter], settings: Settings) -> String {
         let parameters = parameters.iter().copied().collect();

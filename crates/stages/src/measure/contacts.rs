@@ -19,11 +19,11 @@ use crate::table_columns::Values::{Count, Flag, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column};
 use crate::version::Version;
 use crate::{StageError, grids, solve};
-use asperity_contact::grid::Grid;
-use asperity_contact::morphology::area::ContactArea;
-use asperity_contact::morphology::clusters::Clusters;
-use asperity_contact::morphology::map::ContactMap;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::morphology::area::ContactArea;
+use asperity_mechanics::morphology::clusters::Clusters;
+use asperity_mechanics::morphology::map::ContactMap;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, Role, optional_reals};
 use asperity_tables::table::Table;
 

@@ -14,10 +14,10 @@ use serde::Serialize;
 use crate::columns::*;
 use crate::grids::Grids;
 use crate::{Input, Recipe, RowKind, StageError, solve};
-use asperity_contact::distribution::EqualBins;
-use asperity_contact::grid::Grid;
-use asperity_contact::morphology::clusters::Cluster;
-use asperity_contact::theory::persson;
+use asperity_mechanics::distribution::EqualBins;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::morphology::clusters::Cluster;
+use asperity_mechanics::theory::persson;
 use asperity_tables::column::{Column, integers, optional_reals, reals};
 use asperity_tables::table::Table;
 
@@ -246,7 +246,7 @@ fn in_bins(clusters: &[Cluster], grid: Grid, edges: &[f64]) -> Vec<InBin> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_contact::morphology::map::ContactMap;
+    use asperity_mechanics::morphology::map::ContactMap;
 
     /// Returns the map of a square in which node (i, j) is in contact if `contact(i, j)`.
     fn map(nodes: usize, contact: impl Fn(usize, usize) -> bool) -> ContactMap {

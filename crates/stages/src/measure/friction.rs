@@ -1,7 +1,7 @@
 //! Partial slip of the contacts of a `solve` stage under tangential loads.
 //!
 //! Ciavarella and Jäger's superposition needs the normal contact under the load N and under a few
-//! shares of it; see [`asperity_contact::partial_slip`]. These are other loads of the same `solve`
+//! shares of it; see [`asperity_mechanics::partial_slip`]. These are other loads of the same `solve`
 //! stage, so nothing is solved again. The table has rows for the loads N of which all shares are
 //! among the loads of the stage.
 
@@ -16,9 +16,9 @@ use crate::table_columns::Values::{OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column};
 use crate::version::Version;
 use crate::{StageError, branch_names, solve};
-use asperity_contact::partial_slip::{self, NormalContact, State};
 use asperity_manifest::decimal;
 use asperity_manifest::keys::{Key, Spanned};
+use asperity_mechanics::partial_slip::{self, NormalContact, State};
 use asperity_tables::table::Table;
 
 /// Maximum number of tangential loads.

@@ -7,8 +7,8 @@ use crate::StageError;
 use crate::columns::*;
 use crate::surface::Origin;
 use crate::version::Version;
-use asperity_contact::topography::profile_parameters::Evaluation;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::topography::profile_parameters::Evaluation;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, integers, optional_reals, reals};
 
 /// Version of the numbers, which is part of every key of these parameters.

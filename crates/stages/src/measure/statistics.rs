@@ -16,12 +16,12 @@ use crate::columns::*;
 use crate::surface::Origin;
 use crate::version::Version;
 use crate::{RowKind, StageError};
-use asperity_contact::grid::Boundary;
-use asperity_contact::topography::autocorrelation::Autocorrelation;
-use asperity_contact::topography::descriptors::Roughness;
-use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::surface::{Axis, Surface};
-use asperity_contact::topography::{differences, height_distribution, power_spectrum};
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::topography::autocorrelation::Autocorrelation;
+use asperity_mechanics::topography::descriptors::Roughness;
+use asperity_mechanics::topography::periodic::Edges;
+use asperity_mechanics::topography::surface::{Axis, Surface};
+use asperity_mechanics::topography::{differences, height_distribution, power_spectrum};
 use asperity_tables::column::{Column, integers, optional_reals, reals, texts};
 
 /// Statistic that is measured on one surface.
@@ -275,8 +275,8 @@ fn beside_direction<const N: usize>(
 mod tests {
     use super::*;
     use crate::per_axis::PerAxis;
-    use asperity_contact::grid::Grid;
-    use asperity_contact::topography::shapes::Shape;
+    use asperity_mechanics::grid::Grid;
+    use asperity_mechanics::topography::shapes::Shape;
 
     #[test]
     fn every_statistic_has_the_columns_that_it_declares() {

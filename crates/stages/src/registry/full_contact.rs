@@ -13,12 +13,12 @@ use crate::generate::shapes;
 use crate::per_axis::PerAxis;
 use crate::solve::keys::bodies;
 use crate::surface::Origin;
-use asperity_contact::grid::Boundary;
-use asperity_contact::topography::shapes::Shape;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problems;
 use asperity_manifest::keys::bounds;
 use asperity_manifest::keys::derived::Point;
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::topography::shapes::Shape;
 
 /// Name of the load in expressions.
 pub const NAME: &str = "full_contact";
@@ -163,8 +163,8 @@ impl Wave {
 
 #[cfg(test)]
 mod tests {
-    use asperity_contact::grid::{Cell, Grid};
-    use asperity_contact::topography::descriptors::Descriptors;
+    use asperity_mechanics::grid::{Cell, Grid};
+    use asperity_mechanics::topography::descriptors::Descriptors;
 
     use super::*;
 

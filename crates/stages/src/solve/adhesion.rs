@@ -29,9 +29,9 @@ use crate::{
     Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates,
     nominal_area,
 };
-use asperity_contact::adhesion::{AdhesivePath, Settings};
-use asperity_contact::distribution::EqualBins;
-use asperity_contact::grid::Boundary;
+use asperity_mechanics::adhesion::{AdhesivePath, Settings};
+use asperity_mechanics::distribution::EqualBins;
+use asperity_mechanics::grid::Boundary;
 use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::table::Table;

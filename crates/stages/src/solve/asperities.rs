@@ -7,8 +7,8 @@ use super::rows::{self, SolvedLoad, contact_map};
 use crate::columns::RMS_SLOPE;
 use crate::reduced_units::Scales;
 use crate::{Context, Effort, StageError};
-use asperity_contact::asperities::{Asperities, Interaction};
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::asperities::{Asperities, Interaction};
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::table::Table;
 
 /// Cost per load of an explicit interaction, in pairs of single-precision transforms: 16 to 23 were

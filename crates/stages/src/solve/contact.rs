@@ -10,14 +10,14 @@ use crate::columns::RMS_SLOPE;
 use crate::reduced_units::{Scales, SurfaceHardness};
 use crate::unloading::Branch;
 use crate::{Context, StageError, unloading};
-use asperity_contact::conduction::LayeredConductor;
-use asperity_contact::flow;
-use asperity_contact::grid::Grid;
-use asperity_contact::solver::{
+use asperity_mechanics::conduction::LayeredConductor;
+use asperity_mechanics::flow;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::solver::{
     Body, Conductor, ContactStiffness, Elastic, Prescribed, Solver, Stop, Watch,
 };
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::table::Table;
 
 /// Contact of one surface. Any of its solvers can solve any load, and the result is the same.

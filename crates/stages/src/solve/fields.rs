@@ -12,10 +12,10 @@ use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::reduced_units::{GivenHardness, PressureUnit, Scales};
 use crate::unloading::Branch;
-use asperity_contact::asperities::{Asperities, Interaction};
-use asperity_contact::solver::{Solver, Watch};
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::asperities::{Asperities, Interaction};
+use asperity_mechanics::solver::{Solver, Watch};
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::Role;
 use asperity_tables::table::{Table, TableError};
 
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
     use crate::solve::parts::StoredLoads;
     use crate::solve::tests::{params, solved_on, surface};
-    use asperity_contact::grid::Boundary;
+    use asperity_mechanics::grid::Boundary;
 
     fn fields(solved: &Table) -> ContactFields {
         ContactFields::new(solved, surface(), 0.7, Threads::one()).unwrap()

@@ -26,9 +26,6 @@ use crate::reduced_units::{GivenHardness, LoadUnit, PressureUnit};
 use crate::solve::control::Control;
 use crate::surface::pair::MirrorAxis;
 use crate::{CheckContext, Recipe, nominal_area, unloading};
-use asperity_contact::asperities::Interaction;
-use asperity_contact::grid::Boundary;
-use asperity_contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
@@ -37,6 +34,9 @@ use asperity_manifest::keys::declare::{
 };
 use asperity_manifest::keys::quantity::Dimension;
 use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, quantity, table};
+use asperity_mechanics::asperities::Interaction;
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 
 /// Maximum value of `max_pairs`.
 const MAX_PAIRS: u32 = 1_000_000;

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::columns::*;
 use crate::version::Version;
-use asperity_contact::elasticity::{Base, Layer, LayerError, Support};
+use asperity_mechanics::elasticity::{Base, Layer, LayerError, Support};
 use asperity_tables::column::{Column, Value};
 use asperity_tables::table::{Table, TableError};
 

@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use crate::{Context, StageError};
-use asperity_contact::solver::Watch;
+use asperity_mechanics::solver::Watch;
 use asperity_tables::parallel::locked;
 use asperity_tables::table::Table;
 
@@ -153,7 +153,7 @@ mod tests {
     use crate::columns::LOAD;
     use crate::solve::tests::KeptRows;
     use crate::surface_files::SurfaceFiles;
-    use asperity_contact::threads::Threads;
+    use asperity_mechanics::threads::Threads;
     use asperity_tables::column::reals;
 
     const LOADS: [f64; 4] = [0.1, 0.2, 0.3, 0.4];

@@ -10,11 +10,11 @@ use crate::nominal_area;
 use crate::reduced_units::{PressureUnit, Scales, SurfaceHardness};
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_in_role};
-use asperity_contact::asperities::AsperityOutcome;
-use asperity_contact::grid::Boundary;
-use asperity_contact::morphology::map::ContactMap;
-use asperity_contact::solver::{Outcome, Stop};
-use asperity_contact::threads::Threads;
+use asperity_mechanics::asperities::AsperityOutcome;
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::morphology::map::ContactMap;
+use asperity_mechanics::solver::{Outcome, Stop};
+use asperity_mechanics::threads::Threads;
 use asperity_tables::column::{Column, Role, bytes};
 use asperity_tables::table::Table;
 

@@ -12,11 +12,11 @@ use super::*;
 use crate::FinishedRows;
 use crate::grids;
 use crate::surface_files::SurfaceFiles;
-use asperity_contact::grid::Grid;
-use asperity_contact::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::shapes::Shape;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::shapes::Shape;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::store::StoreError;
 
 /// Receiver that records the rows that a task keeps.

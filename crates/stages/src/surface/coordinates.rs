@@ -13,12 +13,12 @@ use crate::grids;
 use crate::map_file::MapChoice;
 use crate::per_axis::PerAxis;
 use crate::reduced_units::PressureUnit;
-use asperity_contact::topography::alignment::{Alignment, LineFit};
-use asperity_contact::topography::level::ThreePoints;
-use asperity_contact::topography::outliers::Spikes;
-use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{Crop, FoundCutoff, LowPass, Preparation};
-use asperity_contact::topography::shapes::Shape;
+use asperity_mechanics::topography::alignment::{Alignment, LineFit};
+use asperity_mechanics::topography::level::ThreePoints;
+use asperity_mechanics::topography::outliers::Spikes;
+use asperity_mechanics::topography::periodic::Edges;
+use asperity_mechanics::topography::preparation::{Crop, FoundCutoff, LowPass, Preparation};
+use asperity_mechanics::topography::shapes::Shape;
 use asperity_tables::column::{Column, Role, Value};
 use asperity_tables::table::Table;
 

@@ -8,14 +8,14 @@ use super::{Origin, Params};
 use crate::columns::*;
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column};
-use asperity_contact::grid::{Boundary, Cell, Grid};
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::descriptors::{Descriptors, skewness_and_excess_kurtosis};
-use asperity_contact::topography::differences;
-use asperity_contact::topography::moments::{Continuum, Moments};
-use asperity_contact::topography::random::RandomSurface;
-use asperity_contact::topography::reliability::{NoiseFloor, Reliability};
-use asperity_contact::topography::surface::{Axis, Surface};
+use asperity_mechanics::grid::{Boundary, Cell, Grid};
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::descriptors::{Descriptors, skewness_and_excess_kurtosis};
+use asperity_mechanics::topography::differences;
+use asperity_mechanics::topography::moments::{Continuum, Moments};
+use asperity_mechanics::topography::random::RandomSurface;
+use asperity_mechanics::topography::reliability::{NoiseFloor, Reliability};
+use asperity_mechanics::topography::surface::{Axis, Surface};
 use asperity_tables::column::{Column, Value};
 
 /// Roughness descriptors of a surface, for the row of the surface in a table.

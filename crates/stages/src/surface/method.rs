@@ -1,8 +1,8 @@
 //! The methods that make surfaces.
 
 use super::Origin;
-use asperity_contact::topography::random::Amplitude;
-use asperity_contact::topography::shapes::Shape;
+use asperity_mechanics::topography::random::Amplitude;
+use asperity_mechanics::topography::shapes::Shape;
 
 /// The value of the key `method`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

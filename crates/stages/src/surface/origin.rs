@@ -13,16 +13,16 @@ use crate::map_file::{ChannelRead, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use crate::version::Version;
-use asperity_contact::grid::{Cell, Grid};
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::fill::Fill;
-use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{Preparation, Prepared, Removed};
-use asperity_contact::topography::prescribed_heights::HeightDistribution;
-use asperity_contact::topography::random::RandomSurface;
-use asperity_contact::topography::reliability::Reliability;
-use asperity_contact::topography::shapes::Shape;
-use asperity_contact::topography::surface::{Scan, Surface};
+use asperity_mechanics::grid::{Cell, Grid};
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::fill::Fill;
+use asperity_mechanics::topography::periodic::Edges;
+use asperity_mechanics::topography::preparation::{Preparation, Prepared, Removed};
+use asperity_mechanics::topography::prescribed_heights::HeightDistribution;
+use asperity_mechanics::topography::random::RandomSurface;
+use asperity_mechanics::topography::reliability::Reliability;
+use asperity_mechanics::topography::shapes::Shape;
+use asperity_mechanics::topography::surface::{Scan, Surface};
 use asperity_topography_files::SuspectNumber;
 
 /// The origin of a surface: a spectrum, a file, a shape or other surfaces.

@@ -10,9 +10,9 @@ use super::{Heights, Origin, Params};
 use crate::per_axis::PerAxis;
 use crate::surface_files::SurfaceFiles;
 use crate::{Recipe, StageError};
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::surface::{Axis, Surface};
-use asperity_contact::topography::translation::{reversed, sum, translated};
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::surface::{Axis, Surface};
+use asperity_mechanics::topography::translation::{reversed, sum, translated};
 
 /// The recipe of the summed heights of two surfaces.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::Params;
 use crate::StageError;
 use crate::surface_files::SurfaceFiles;
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::prescribed_heights::HeightDistribution;
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::prescribed_heights::HeightDistribution;
 
 /// The height distribution of a random surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -8,11 +8,13 @@ use crate::columns::{PROFILES, SCANS, SPECTRAL_DENSITY, WAVENUMBER};
 use crate::grids::Grids;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use crate::{StageError, spectrum_files};
-use asperity_contact::grid::Grid;
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::prescribed_heights::HeightDistribution;
-use asperity_contact::topography::spectral_density::{SpectralDensity, TabulatedSurface, occupies};
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::grid::Grid;
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::prescribed_heights::HeightDistribution;
+use asperity_mechanics::topography::spectral_density::{
+    SpectralDensity, TabulatedSurface, occupies,
+};
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::table::Table;
 
 /// A random surface with a given power spectral density.

@@ -12,10 +12,10 @@ use crate::columns::RMS_SLOPE;
 use crate::reduced_units::{GivenHardness, PressureUnit, Scales};
 use crate::surface_files::SurfaceFiles;
 use crate::{StageError, boundary_recipe, unloading};
-use asperity_contact::grid::Boundary;
-use asperity_contact::solver::{Body, Hardness, Settings, Watch, cost};
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::grid::Boundary;
+use asperity_mechanics::solver::{Body, Hardness, Settings, Watch, cost};
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::surface::Surface;
 
 /// The recipe of a surface that has yielded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

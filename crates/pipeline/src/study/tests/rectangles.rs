@@ -1,7 +1,7 @@
 //! Tests of `nodes` and `side` given as lists, which define sweeps or rectangular grids.
 
 use super::*;
-use asperity_contact::grid::Grid;
+use asperity_mechanics::grid::Grid;
 
 const ROUGH: &str = "kind = \"generate\"\nhurst = 0.8\nk_lower = 2\n";
 

@@ -1,7 +1,7 @@
 //! Warning about meshes that are too coarse for the contact area.
 
 use crate::study::{Stage, Study, Work, multilevel};
-use asperity_contact::topography::shapes::Shape;
+use asperity_mechanics::topography::shapes::Shape;
 use asperity_stages::fit::laws::{Law, PlainLaw};
 use asperity_stages::per_axis::PerAxis;
 use asperity_stages::surface::pair::Pair;

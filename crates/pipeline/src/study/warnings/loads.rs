@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use crate::study::summary::rms_slope;
 use crate::study::{Stage, Study, Work};
-use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
+use asperity_mechanics::grid::Boundary;
 use asperity_stages::reduced_units::PressureUnit;
 use asperity_stages::surface::{Origin, Params};
 use asperity_stages::{Recipe, solve};

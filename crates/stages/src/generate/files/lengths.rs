@@ -6,12 +6,12 @@ use super::{FileKeys, FileTable, is_profile};
 use crate::generate::mesh::square_cells;
 use crate::map_file::MapFile;
 use crate::per_axis::PerAxis;
-use asperity_contact::grid::Cell;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::bounds::QUANTITY;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{OnAxes, Spanned};
+use asperity_mechanics::grid::Cell;
 use asperity_topography_files::{Quantity, Size, is_metre};
 
 /// Relative tolerance between the sides in the manifest and the sides in the file.

@@ -8,21 +8,21 @@ use crate::generate::plausibility::slope_and_span;
 use crate::map_file::MapFile;
 use crate::per_axis::PerAxis;
 use crate::surface::origin::InspectedMap;
-use asperity_contact::grid::{Cell, Grid};
-use asperity_contact::topography::differences::edge_step_ratio;
-use asperity_contact::topography::fill::Fill;
-use asperity_contact::topography::level::Level;
-use asperity_contact::topography::periodic::Edges;
-use asperity_contact::topography::preparation::{
-    Crop, FoundCutoff, Levelled, LowPass, Preparation, PreparationError, spread,
-};
-use asperity_contact::topography::reliability::Reliability;
-use asperity_contact::topography::surface::{Axis, Scan};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::OnAxes;
 use asperity_manifest::keys::bounds::QUANTITY;
 use asperity_manifest::keys::checks::Checks;
+use asperity_mechanics::grid::{Cell, Grid};
+use asperity_mechanics::topography::differences::edge_step_ratio;
+use asperity_mechanics::topography::fill::Fill;
+use asperity_mechanics::topography::level::Level;
+use asperity_mechanics::topography::periodic::Edges;
+use asperity_mechanics::topography::preparation::{
+    Crop, FoundCutoff, Levelled, LowPass, Preparation, PreparationError, spread,
+};
+use asperity_mechanics::topography::reliability::Reliability;
+use asperity_mechanics::topography::surface::{Axis, Scan};
 
 /// Numbers of points of profiles.
 const PROFILE_POINTS: RangeInclusive<usize> = 16..=1 << 22;

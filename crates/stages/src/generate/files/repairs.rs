@@ -4,12 +4,12 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::FileTable;
-use asperity_contact::topography::alignment::{Alignment, LineFit};
-use asperity_contact::topography::level::ThreePoints;
-use asperity_contact::topography::outliers::Spikes;
 use asperity_manifest::decimal;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::length;
+use asperity_mechanics::topography::alignment::{Alignment, LineFit};
+use asperity_mechanics::topography::level::ThreePoints;
+use asperity_mechanics::topography::outliers::Spikes;
 
 /// Function of each scan line that `align` subtracts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]

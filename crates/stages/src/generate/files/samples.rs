@@ -10,10 +10,10 @@ use crate::surface::Origin;
 use crate::surface::coordinates::coordinates;
 use crate::surface::origin::MeasuredSurface;
 use crate::surface::planned::{Growth, PlannedSurfaces};
-use asperity_contact::topography::preparation::Crop;
 use asperity_manifest::diagnostics::{Problem, Problems, counted};
 use asperity_manifest::keys::Section;
 use asperity_manifest::keys::checks::Checks;
+use asperity_mechanics::topography::preparation::Crop;
 
 /// Number of samples of each parameter point: all, a fixed number, or adaptive.
 pub struct Number(Option<(u32, Option<Arc<Growth>>)>);

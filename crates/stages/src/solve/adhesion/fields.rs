@@ -11,10 +11,10 @@ use crate::ensemble::load_column;
 use crate::reduced_units::{PressureUnit, Scales};
 use crate::solve::control::Control;
 use crate::{StageError, solve};
-use asperity_contact::adhesion::{AdhesivePath, Stop};
-use asperity_contact::solver::Watch;
-use asperity_contact::threads::Threads;
-use asperity_contact::topography::surface::Surface;
+use asperity_mechanics::adhesion::{AdhesivePath, Stop};
+use asperity_mechanics::solver::Watch;
+use asperity_mechanics::threads::Threads;
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::table::{Table, TableError};
 
 /// Path on one surface that is followed again for the maps of its states.
@@ -133,7 +133,7 @@ mod tests {
     use crate::solve::tests::surface;
     use arrow::array::{Array, AsArray};
     use arrow::datatypes::Float64Type;
-    use asperity_contact::grid::Boundary;
+    use asperity_mechanics::grid::Boundary;
 
     fn fields(solved: &Table) -> PathFields {
         PathFields::new(solved, surface(), 0.7, Threads::one()).unwrap()

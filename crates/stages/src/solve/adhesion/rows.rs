@@ -10,9 +10,9 @@ use crate::solve::parts::counted;
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_in_role};
 use crate::{StageError, nominal_area};
-use asperity_contact::adhesion::{AdhesiveState, Stop};
-use asperity_contact::distribution::EqualBins;
-use asperity_contact::grid::Boundary;
+use asperity_mechanics::adhesion::{AdhesiveState, Stop};
+use asperity_mechanics::distribution::EqualBins;
+use asperity_mechanics::grid::Boundary;
 use asperity_tables::column::{Column, Role, bytes, optional_list};
 use asperity_tables::table::Table;
 

@@ -13,7 +13,7 @@ use crate::solve::tests::{KeptRows, params as elastic_params, solved_on, surface
 use crate::surface_files::SurfaceFiles;
 use arrow::array::{Array, AsArray};
 use arrow::datatypes::Float64Type;
-use asperity_contact::threads::Threads;
+use asperity_mechanics::threads::Threads;
 use asperity_tables::column::integers;
 
 /// Returns the parameters of an approach and a separation under prescribed loads, with pull-off.

@@ -15,12 +15,12 @@ use crate::solve::Pressures;
 use crate::solve::adhesion::{Params, VERSION};
 use crate::solve::control::Control;
 use crate::{Recipe, nominal_area};
-use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, positive_items, work};
 use asperity_manifest::keys::{Key, Spanned, deserialize_either};
+use asperity_mechanics::grid::Boundary;
 
 /// Maximum number of states of a path.
 const MAX_STATES: u32 = 10_000;

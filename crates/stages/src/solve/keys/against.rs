@@ -6,11 +6,11 @@ use crate::per_axis::PerAxis;
 use crate::surface::pair::Pair;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface::{Heights, Origin, Params};
-use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
+use asperity_mechanics::grid::Boundary;
 
 /// A stage of which each surface is one body of a pair.
 #[derive(Debug, Clone, Copy)]

@@ -8,13 +8,13 @@ use crate::check_context::Surfaces;
 use crate::exclusions::exclude;
 use crate::lengths::in_unit_of_surfaces;
 use crate::solve::layer::GivenLayer;
-use asperity_contact::elasticity::{Base, Support};
-use asperity_contact::grid::Boundary;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{conductivity, length, pressure, resistivity};
 use asperity_manifest::keys::{Key, Spanned};
+use asperity_mechanics::elasticity::{Base, Support};
+use asperity_mechanics::grid::Boundary;
 
 /// Elastic layer, the value of `layer`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

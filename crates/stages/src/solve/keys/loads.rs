@@ -7,12 +7,12 @@ use super::SolveTable;
 use crate::check_context::Surfaces;
 use crate::lengths::in_unit_of_surfaces;
 use crate::solve::{ListedLoads, Pressures};
-use asperity_contact::distribution::EqualBins;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length_or_ratio, load, positive_items, pressure_or_ratio};
 use asperity_manifest::keys::{Key, Spanned, deserialize_either};
+use asperity_mechanics::distribution::EqualBins;
 
 /// Maximum number of loads of a parameter point.
 const MAX_LOADS: u32 = 100_000;
