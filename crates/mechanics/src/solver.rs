@@ -60,9 +60,9 @@
 //! - `initial_guess` provides the initial pressures, with `nested` and `prolongation`;
 //! - `refinement` evaluates pressures in double precision, and finally decides which nodes at the
 //!   edge of contact belong to it;
-//! - `conjugate_gradients` iterates in single precision, with `preconditioner` and `line_search`;
-//! - `bounds` keeps pressures within their bounds and their mean equal to the load, and `balance`
-//!   chooses m and δ if the hardness bounds the pressures;
+//! - `inner` iterates in single precision, with `preconditioner` and `line_search`;
+//! - `bounds` keeps pressures within their bounds and their mean equal to the load; if the hardness
+//!   bounds the pressures, `inner/balance` chooses m and δ;
 //! - `passes` are the loops over the mesh between two transforms, on the vectors of `lanes`.
 //!
 //! `prescribed` searches the load of a prescribed mean gap or approach. After a load is solved,
@@ -85,15 +85,14 @@ use super::elasticity::ElasticOperator;
 use super::fft::Scratch;
 use super::threads::Threads;
 
-mod balance;
 pub(crate) mod blocks;
 mod body;
 mod bounds;
 mod candidates;
 mod conductor;
-mod conjugate_gradients;
 pub mod cost;
 mod initial_guess;
+mod inner;
 pub(crate) mod lanes;
 mod line_search;
 pub(crate) mod marks;
@@ -112,7 +111,7 @@ pub use conductor::Conductor;
 pub use prescribed::Prescribed;
 pub use stiffness::ContactStiffness;
 
-use conjugate_gradients::InnerSolver;
+use inner::InnerSolver;
 use nested::Coarser;
 use passes::ReferencePressure;
 use problem::Problem;
@@ -268,7 +267,7 @@ impl Solver {
 
     /// Returns the threads that share the work.
     pub fn threads(&self) -> &Threads {
-        &self.inner.threads
+        self.inner.threads()
     }
 
     /// Solves the contact under the mean pressure `load` > 0, in units of E* × rms slope.
@@ -304,12 +303,7 @@ impl Solver {
 
     /// Resets everything that earlier loads have changed.
     fn begin_load(&mut self, load: f64, settings: &Settings) {
-        self.inner.load = load;
-        self.inner.bound = None;
-        self.inner.pairs = 0;
-        self.inner.reference = 0.0;
-        self.inner.reference_pressure.prepare(settings.tolerance);
-        self.inner.active.prepare(ReferencePressure::is_map(settings.tolerance));
+        self.inner.begin_load(load, settings.tolerance);
         if let Some(coarser) = &mut self.coarser {
             coarser.forget();
         }
@@ -325,7 +319,7 @@ impl Solver {
     /// Returns whether the material is expected to yield under the present load.
     fn is_expected_to_yield(&mut self, hardness: Hardness, watch: &dyn Watch) -> bool {
         let expected = self.yields_on_coarser(hardness, watch);
-        expected.unwrap_or_else(|| !self.is_light() && self.inner.load > self.problem.yield_load)
+        expected.unwrap_or_else(|| !self.is_light() && self.inner.load() > self.problem.yield_load)
     }
 
     /// Solves the present load with pressures at most `bound`.
@@ -335,7 +329,7 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Outcome {
-        self.inner.bound = bound;
+        self.inner.set_bound(bound);
         let (history, evaluation) = self.initial_guess(settings, watch);
         self.solve(history, evaluation, settings, watch)
     }

@@ -8,22 +8,22 @@ use std::ops::RangeInclusive;
 use pulp::Simd;
 
 use super::lanes::{
-    Accumulate, LANES, Pass, Wide, for_rows, greater, highest_of, over_rows, sum_by, sum_rows,
-    total, weight,
+    Accumulate, LANES, Pass, for_rows, greater, highest_of, over_rows, sum_by, sum_rows, total,
+    weight,
 };
-use super::passes::{PendingUpdate, PressureInput, ReferencePressure, promote};
+use super::passes::{PendingUpdate, ReferencePressure, promote};
 use super::{Hardness, Solver};
-use crate::fft::{Band, Row};
-use crate::solver::marks::{FREE, SATURATED, has};
+use crate::fft::Row;
+use crate::solver::marks::{SATURATED, has};
 
 impl Solver {
     /// Scales the pressures so that their mean is the load. If the hardness bounds the pressures,
     /// scales elastic pressures only.
     pub(super) fn impose_load(&mut self) {
-        match self.inner.bound {
+        match self.inner.bound() {
             None => {
                 let scale = self.scale_to_load();
-                let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
+                let (threads, row_nodes) = (self.inner.threads(), self.inner.mesh().nodes[1]);
                 for_rows(threads, &mut self.pressure, row_nodes, |_, pressure| {
                     pressure.iter_mut().for_each(|p| *p *= scale);
                 });
@@ -37,7 +37,7 @@ impl Solver {
     /// Counts the nodes in contact and the saturated nodes, and finds the largest pressure.
     pub(super) fn summarise(&mut self) -> PressureSummary {
         let hardness = self.inner.ceiling();
-        let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
+        let (threads, row_nodes) = (self.inner.threads(), self.inner.mesh().nodes[1]);
         sum_rows(threads, &mut self.pressure, row_nodes, |_, pressure| PressureSummary {
             contact_nodes: pressure.iter().filter(|p| **p > 0.0).count(),
             saturated_nodes: pressure.iter().filter(|p| **p >= hardness).count(),
@@ -52,14 +52,14 @@ impl Solver {
         let mut sum = self.sum_of_pressures();
         if sum <= 0.0 {
             // The inner solver clears pressures that are too small for single precision.
-            self.guess_from_heights(self.inner.load);
+            self.guess_from_heights(self.inner.load());
             sum += self.sum_of_pressures();
         }
-        self.inner.load * self.pressure.len() as f64 / sum
+        self.inner.total() / sum
     }
 
     fn sum_of_pressures(&mut self) -> f64 {
-        let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
+        let (threads, row_nodes) = (self.inner.threads(), self.inner.mesh().nodes[1]);
         sum_rows(threads, &mut self.pressure, row_nodes, |_, pressure| total(pressure))
     }
 }
@@ -104,60 +104,36 @@ impl Solver {
     pub(super) fn promote_yielding(&mut self, hardness: Hardness, pending: PendingUpdate) -> f64 {
         let mut promote = PromoteYielding {
             hardness: hardness.pressure(),
-            reference_pressure: &self.inner.reference_pressure,
-            pressure_increment: &self.inner.pressure_increment,
-            last_step: &self.inner.last_step,
+            reference_pressure: self.inner.reference_pressure(),
+            pressure_increment: self.inner.pressure_increment(),
+            last_step: self.inner.last_step(),
             tally: Tally::below(hardness.pressure()),
         };
-        over_rows(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1], &mut promote);
+        over_rows(
+            self.inner.threads(),
+            &mut self.pressure,
+            self.inner.mesh().nodes[1],
+            &mut promote,
+        );
         let mut tally = promote.tally;
         if pending.part < 1.0 {
-            self.take_back(1.0 - pending.part);
+            self.inner.take_back(1.0 - pending.part, &mut self.pressure);
             tally = self.tally(hardness);
         }
         if SCALES.contains(&self.scale_after(&tally)) {
             return self.share_out_after(tally);
         }
-        self.shift_free_nodes(hardness);
+        // Scaling elastic pressures alone may not suffice, because there may be too few of them.
+        self.inner.shift_free_nodes(hardness.pressure(), &mut self.pressure);
         self.share_out(hardness)
-    }
-
-    /// Replaces the pressure p of each free node by clamp(p + s, 0, `hardness`), with the shift s
-    /// for which the mean over all nodes is the load. Without such a shift, the pressures stay as
-    /// they are.
-    ///
-    /// Scaling elastic pressures alone may not suffice, because there may be too few of them.
-    fn shift_free_nodes(&mut self, hardness: Hardness) {
-        let limit = hardness.pressure();
-        let sum: f64 = self.pressure.iter().sum();
-        let missing_load = self.inner.load * self.pressure.len() as f64 - sum;
-        self.inner.candidates.clear();
-        for (p, last_step) in self.pressure.iter().zip(&self.inner.last_step) {
-            if has(*last_step, FREE) {
-                self.inner.candidates.push(*p as f32, 0.0);
-            }
-        }
-        let Some(shift) = self.inner.candidates.shift(missing_load, limit as f32) else {
-            return;
-        };
-        for (p, last_step) in self.pressure.iter_mut().zip(&self.inner.last_step) {
-            if has(*last_step, FREE) {
-                *p = (*p + shift).clamp(0.0, limit);
-            }
-        }
     }
 
     /// Begins the convolution of the present pressures in double precision.
     ///
     /// Updates the flags in the last steps, but keeps the steps, unlike [`Solver::evaluate`].
-    pub(super) fn begin_keeping_steps(&mut self, hardness: Hardness) {
-        let mut pass = Wide(PressureInput {
-            pressure: &self.pressure,
-            hardness: hardness.pressure(),
-            last_step: Band::new(&mut self.inner.last_step),
-            keeps_steps: true,
-        });
-        self.double_scratch.take_over(&mut self.inner.scratch);
+    pub(super) fn begin_keeping_steps(&mut self) {
+        self.inner.lend_scratch(&mut self.double_scratch);
+        let mut pass = self.inner.pressure_input(&self.pressure, true);
         self.problem.transform.begin(&mut pass, &mut self.double_scratch);
     }
 
@@ -200,7 +176,7 @@ impl Solver {
     /// number of saturated nodes.
     fn tally(&mut self, hardness: Hardness) -> Tally {
         let mut tally = Tally::below(hardness.pressure());
-        over_rows(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1], &mut tally);
+        over_rows(self.inner.threads(), &mut self.pressure, self.inner.mesh().nodes[1], &mut tally);
         tally
     }
 
@@ -210,9 +186,9 @@ impl Solver {
     /// saturated nodes. If P − H n is only a rounding error, returns 0, or 1 if elastic pressures
     /// are already zero.
     fn scale_after(&self, tally: &Tally) -> f64 {
-        let total = self.inner.load * self.pressure.len() as f64;
+        let total = self.inner.total();
         let rest = total - tally.saturated_nodes * tally.hardness;
-        let elastic = tally.elastic_sum(&self.pressure, self.inner.mesh.nodes[1]);
+        let elastic = tally.elastic_sum(&self.pressure, self.inner.mesh().nodes[1]);
         if rest.abs() <= ROUNDING * total {
             return if elastic == 0.0 { 1.0 } else { 0.0 };
         }
@@ -222,12 +198,12 @@ impl Solver {
     /// Scales all pressures, including saturated ones, down to the mean of the load. If their mean
     /// is below the load, guesses the pressures from the heights instead.
     fn share_out_anew(&mut self) {
-        let total = self.inner.load * self.pressure.len() as f64;
+        let total = self.inner.total();
         let sum: f64 = self.pressure.iter().sum();
         if sum >= total {
             self.pressure.iter_mut().for_each(|p| *p *= total / sum);
         } else {
-            self.guess_from_heights(self.inner.load);
+            self.guess_from_heights(self.inner.load());
         }
     }
 }

@@ -147,10 +147,6 @@ impl ActiveBand<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::elasticity::PeriodicHalfSpace;
-    use crate::grid::samples::{rectangle, square};
-    use crate::solver::{Settings, Solver};
-    use crate::topography::shapes::Shape;
 
     fn marked(last_step: f32, free: bool, pressed: bool) -> f32 {
         let marks = (FREE * u32::from(free)) | (PRESSED * u32::from(pressed));
@@ -180,35 +176,5 @@ mod tests {
                 assert!((bearer + 2.5).abs() <= 1e-6 * 2.5);
             }
         }
-    }
-
-    #[test]
-    fn pressure_is_in_active_groups_alone() {
-        // Strips of contact along y, and along x, where rows end with nine nodes outside groups.
-        let grid = rectangle([96, 153], [1.0, 1.0]);
-        let waves = Shape::Wave { amplitude: 0.1, waves: 2 }.draw(grid);
-        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), waves.heights());
-        solver.press(0.01, &Settings::default(), &|| false);
-        let mut counts = [0; 2];
-        for row in (0..96).map(|index| Row::new(index, 153)) {
-            let groups = row.of(solver.pressure()).as_chunks::<LANES>().0;
-            for (active, pressures) in solver.inner.active.row(row).iter().zip(groups) {
-                counts[usize::from(*active)] += 1;
-                assert!(*active || pressures.iter().all(|p| *p == 0.0));
-            }
-        }
-        assert_eq!(counts[0] + counts[1], 96 * 9);
-        assert!(counts[0] > counts[1] && counts[1] > 0);
-    }
-
-    #[test]
-    fn all_groups_of_a_fine_search_stay_active() {
-        let grid = square(64, 1.0);
-        let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
-        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
-        let settings = Settings { tolerance: 1e-8, ..Settings::default() };
-        solver.press(0.01, &settings, &|| false);
-        assert!(solver.inner.active.active.iter().all(|active| *active));
-        assert!(solver.inner.active.free.iter().any(|free| !free));
     }
 }

@@ -14,20 +14,15 @@
 
 use std::sync::Arc;
 
-use super::conjugate_gradients::{End, Goal, InnerSolver, State};
-use super::lanes::{InOrder, Wide, over_rows};
+use super::inner::{End, Goal, InnerSolver, State};
+use super::lanes::over_rows;
 use super::line_search::StepControl;
-use super::passes::{Convergence, PendingUpdate};
+use super::mesh::Mesh;
+use super::passes::PendingUpdate;
 use super::problem::CoarserMeshes;
-use super::prolongation::{
-    AppliedUpdate, BeginPressed, CoarseMap, PressureLessGap, Prolonged, SetProlonged,
-    StartPressure, SumProlonged,
-};
+use super::prolongation::{CoarseMap, SetProlonged};
 use super::refinement::Evaluation;
 use super::{Hardness, Outcome, Settings, Solver, Watch};
-use crate::fft::Band;
-use crate::solver::conjugate_gradients::Balance;
-use crate::solver::mesh::Mesh;
 use crate::threads::Threads;
 
 /// Residual to reach on a coarser mesh, in units of rms slope × its smaller mesh step. Half or
@@ -70,7 +65,7 @@ impl Coarser {
     pub fn new(threads: &Threads, meshes: &CoarserMeshes) -> Self {
         let levels = meshes.levels.iter().map(|mesh| Level::new(threads, mesh.clone()));
         let solver = Solver::of_problem(threads.clone(), meshes.coarsest.clone());
-        let found = CoarseContact::empty(&solver.inner.mesh);
+        let found = CoarseContact::empty(solver.inner.mesh());
         Self { levels: levels.collect(), coarsest: Coarsest { solver, found }, found_for: None }
     }
 
@@ -102,7 +97,7 @@ impl Coarser {
         hardness: Option<Hardness>,
         watch: &dyn Watch,
     ) -> &CoarseContact {
-        let case = LoadCase { load: finer.load, hardness, watch };
+        let case = LoadCase { load: finer.load(), hardness, watch };
         self.found_for = Some(hardness);
         find(&mut self.levels, &mut self.coarsest, finer, case)
     }
@@ -144,17 +139,38 @@ impl Level {
     /// a map s p − g with s = `compliance`.
     fn find_from(&mut self, coarse: &CoarseContact, compliance: f64, case: LoadCase) {
         let Self { inner, found } = self;
-        inner.load = case.load;
-        inner.bound = coarse.next_bound(case.hardness);
-        inner.pairs = 0;
-        match inner.begin_from(coarse) {
+        inner.begin_bounded(case.load, coarse.next_bound(case.hardness));
+        match inner.begin_from(coarse.map(), coarse.reference) {
             None => found.clear(),
             Some(start) => {
-                let (pending, offset) = inner.find_coarse(start, case.watch);
+                let (pending, offset) = Self::approach(inner, start, case.watch);
                 found.take_iterate(inner, pending, offset, compliance);
             }
         }
-        found.pairs = f64::from(inner.pairs) + coarse.pairs / RATIO;
+        found.pairs = f64::from(inner.pairs()) + coarse.pairs / RATIO;
+    }
+
+    /// Iterates from `start` until the residual is at most [`TOLERANCE`]. Returns the update that
+    /// is still to be applied to the pressures, and the mean gap in contact.
+    fn approach(
+        inner: &mut InnerSolver,
+        mut start: State,
+        watch: &dyn Watch,
+    ) -> (PendingUpdate, f64) {
+        let goal = Goal { residual: TOLERANCE, is_evaluated: false };
+        let stop = |pairs| pairs >= PAIR_LIMIT || watch.is_interrupted();
+        let mut control = inner.step_control(true);
+        loop {
+            let End::Residual { pending, offset, is_reached } =
+                inner.iterate(&mut control, start, goal, &stop)
+            else {
+                unreachable!("no step is left to evaluate");
+            };
+            if is_reached || stop(inner.pairs()) {
+                return (pending, offset);
+            }
+            start = inner.begin_again(pending, offset);
+        }
     }
 }
 
@@ -174,52 +190,8 @@ impl Coarsest {
     }
 }
 
-impl InnerSolver {
-    /// Iterates from `start` until the residual is at most [`TOLERANCE`]. Returns the update that
-    /// is still to be applied to the pressures, and the mean gap in contact.
-    fn find_coarse(&mut self, mut start: State, watch: &dyn Watch) -> (PendingUpdate, f64) {
-        let goal = Goal { residual: TOLERANCE, is_evaluated: false };
-        let stop = |pairs| pairs >= PAIR_LIMIT || watch.is_interrupted();
-        let mut control = self.step_control(true);
-        loop {
-            let End::Residual { pending, offset, is_reached } =
-                self.iterate(&mut control, start, goal, &stop)
-            else {
-                unreachable!("no step is left to evaluate");
-            };
-            if is_reached || stop(self.pairs) {
-                return (pending, offset);
-            }
-            start = self.begin_again(pending, offset);
-        }
-    }
-
-    /// Frees the maps that are borrowed from a finer mesh during a solve.
-    fn drop_maps(&mut self) {
-        for map in self.lent_maps() {
-            *map = Vec::new();
-        }
-    }
-
-    /// Swaps the maps with the larger maps of a finer mesh, and takes the scratch of that mesh.
-    fn borrow_from(&mut self, finer: &mut Self) {
-        for (own, map) in self.lent_maps().into_iter().zip(finer.lent_maps()) {
-            std::mem::swap(own, map);
-        }
-        self.scratch.take_over(&mut finer.scratch);
-    }
-
-    fn lent_maps(&mut self) -> [&mut Vec<f32>; 3] {
-        [&mut self.gap, &mut self.pressure_increment, &mut self.last_step]
-    }
-}
-
 /// Ratio of the numbers of nodes of a mesh and of the next coarser mesh.
 pub const RATIO: f64 = 4.0;
-
-/// Ratio of the factor s in the map s p − g to the displacement of one node of the finer mesh under
-/// unit pressure on itself. Ratios of 1 and 2 take as many pairs.
-const COMPLIANCES: f64 = 1.5;
 
 pub struct CoarseContact {
     /// Map s p − g of the pressure p and the gap g, with a compliance s.
@@ -280,49 +252,26 @@ impl CoarseContact {
         compliance: f64,
     ) {
         self.pressure_less_gap.resize(inner.cells(), 0.0);
-        let mut pass = PressureLessGap {
-            compliance: compliance as f32,
-            offset: offset as f32,
-            update: AppliedUpdate::new(pending, inner.ceiling()),
-            pressure_increment: &inner.pressure_increment,
-            last_step: &inner.last_step,
-            gap: &inner.gap,
-            peak_pressure: 0.0,
-        };
         let map = &mut self.pressure_less_gap;
-        over_rows(&inner.threads, map, self.nodes[1], &mut pass);
-        self.peak_pressure = f64::from(pass.peak_pressure);
-        self.bound = inner.bound;
-        self.reference = inner.reference + offset;
+        self.peak_pressure = inner.pressure_less_gap(pending, offset, compliance, map);
+        self.bound = inner.bound();
+        self.reference = inner.reference() + offset;
     }
 
     /// Sets the map to s p − g of the last solution of `solver`, which has this outcome, with s =
     /// `compliance`.
     pub fn take_solution(&mut self, solver: &Solver, outcome: &Outcome, compliance: f64) {
-        let (gap, offset) = (&solver.inner.gap, solver.offset);
+        let (gap, offset) = (solver.inner.gap(), solver.offset);
         let nodes = solver.pressure.iter().zip(gap);
         let less_gap = nodes.map(|(p, gap)| (compliance * p - (f64::from(*gap) - offset)) as f32);
         self.pressure_less_gap.clear();
         self.pressure_less_gap.extend(less_gap);
-        self.reference = solver.inner.reference + offset;
+        self.reference = solver.inner.reference() + offset;
         self.peak_pressure = outcome.peak_pressure;
-        self.bound = solver.inner.bound;
+        self.bound = solver.inner.bound();
         self.pairs = f64::from(outcome.pairs);
     }
 }
-
-impl InnerSolver {
-    /// Returns the factor s of the map s p − g with which iterations on this mesh begin, where p
-    /// and g are the pressure and the gap on the next coarser mesh.
-    pub fn compliance(&self) -> f64 {
-        COMPLIANCES * self.mesh.nodal_compliance
-    }
-}
-
-/// Assumed error of the gaps under interpolated pressures, in mesh steps at unit rms slope. If the
-/// material yields, open and saturated nodes within this error take part in the estimate of the
-/// first offset.
-const NEAR: f64 = 1.0;
 
 impl Solver {
     /// Sets the pressures to those interpolated from a coarser mesh, imposes the load and evaluates
@@ -332,99 +281,15 @@ impl Solver {
         coarse: &CoarseContact,
         settings: &Settings,
     ) -> Option<Evaluation> {
-        let prolonged = self.inner.prolonged(coarse)?;
-        let row_nodes = self.inner.mesh.nodes[1];
+        let prolonged = self.inner.prolonged(coarse.map())?;
+        let row_nodes = self.inner.mesh().nodes[1];
         let mut pass =
             SetProlonged { prolonged, hardness: self.inner.ceiling(), row: vec![0.0; row_nodes] };
         let pressure = &mut self.pressure;
-        over_rows(&self.inner.threads, pressure, row_nodes, &mut pass);
+        over_rows(self.inner.threads(), pressure, row_nodes, &mut pass);
         self.impose_load();
-        self.inner.reference = coarse.reference;
+        self.inner.set_reference(coarse.reference);
         Some(self.evaluate_guess(settings))
-    }
-}
-
-impl InnerSolver {
-    /// Begins iterations in single precision with pressures interpolated from a coarser mesh; takes
-    /// one transform pair. Returns `None` if no interpolated pressure is positive.
-    pub fn begin_from(&mut self, coarse: &CoarseContact) -> Option<State> {
-        let prolonged = self.prolonged(coarse)?;
-        self.reference_pressure.clear();
-        self.reference = coarse.reference;
-        Some(self.begin_pressed(StartPressure::FromCoarserMesh(prolonged)))
-    }
-
-    /// Begins new iterations from the present pressures after the update `pending`; takes one
-    /// transform pair. Adds `offset`, approximately the mean gap in contact, to the reference of
-    /// the gaps.
-    pub fn begin_again(&mut self, pending: PendingUpdate, offset: f64) -> State {
-        self.reference += offset;
-        let update = AppliedUpdate::new(pending, self.ceiling());
-        self.begin_pressed(StartPressure::FromLastIteration(update))
-    }
-
-    fn begin_pressed(&mut self, start: StartPressure) -> State {
-        match self.bound {
-            None => self.begin_pressed_as::<false>(start),
-            Some(_) => self.begin_pressed_as::<true>(start),
-        }
-    }
-
-    fn begin_pressed_as<const YIELDS: bool>(&mut self, start: StartPressure) -> State {
-        let reference = self.reference + self.mesh.highest;
-        let hardness = self.ceiling();
-        let mut pass = Wide(BeginPressed::<YIELDS> {
-            start,
-            ceiling: hardness as f32,
-            heights: &self.mesh.heights,
-            reference: reference as f32,
-            gap: Band::new(&mut self.gap),
-            pressure_increment: Band::new(&mut self.pressure_increment),
-            last_step: Band::new(&mut self.last_step),
-            active: self.active.band(),
-            sums: InOrder::new(),
-        });
-        self.mesh.transform.begin(&mut pass, &mut self.scratch);
-        let sums = pass.0.sums.total();
-        let work = self.mesh.transform.multiply(&self.mesh.displacement, &mut self.scratch);
-        self.pairs += 1;
-        let offset = if YIELDS {
-            let near = Convergence { offset: 0.0, error: NEAR / self.mesh.steps_per_side };
-            self.peek_offset(1.0, near, false)
-        } else {
-            (work - sums.pressure_on_height) / sums.pressure - reference
-        };
-        let (convergence, free_offset) = self.finish_gap::<YIELDS>(PendingUpdate::NONE, offset);
-        let balance = YIELDS.then(|| Balance {
-            sum: sums.pressure + sums.saturated_nodes * (hardness - f64::from(hardness as f32)),
-            free_offset,
-        });
-        State { convergence, reference_sum: 0.0, balance }
-    }
-
-    /// Returns the pressures interpolated from a coarser mesh, or `None` if none of them is
-    /// positive.
-    ///
-    /// Without an upper bound, they are scaled so that their mean is the load.
-    fn prolonged<'a>(&mut self, coarse: &'a CoarseContact) -> Option<Prolonged<'a>> {
-        let ceiling = self.ceiling();
-        let per_pressure = 1.0 / self.compliance();
-        let row_nodes = self.mesh.nodes[1];
-        let mut pass = SumProlonged {
-            prolonged: Prolonged::new(coarse.map(), per_pressure, ceiling),
-            row: vec![0.0; row_nodes],
-            sum: InOrder::new(),
-        };
-        let cells = self.cells();
-        let rows = &mut self.gap[..cells];
-        over_rows(&self.threads, rows, row_nodes, &mut pass);
-        let sum = pass.sum.total();
-        let scale = match self.bound {
-            None => self.load * self.cells() as f64 / sum,
-            Some(_) => 1.0,
-        };
-        let is_some = sum > 0.0 && scale.is_finite();
-        is_some.then(|| Prolonged::new(coarse.map(), scale * per_pressure, ceiling))
     }
 }
 
@@ -455,14 +320,14 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Option<(StepControl, Evaluation)> {
-        self.with_coarser(self.inner.bound, watch, |solver, found| {
+        self.with_coarser(self.inner.bound(), watch, |solver, found| {
             let mut control = solver.inner.step_control(true);
             // The mean displacement is zero. The displacement of a node in contact is its height
             // plus the reference.
             let displacement = solver.problem.highest + found.reference;
             let digit = solver.inner.residual(f64::from(f32::EPSILON) * displacement);
             let evaluation = if settings.tolerance > DIGITS * digit {
-                let start = solver.inner.begin_from(found)?;
+                let start = solver.inner.begin_from(found.map(), found.reference)?;
                 solver.approach(&mut control, start, settings, watch)
             } else {
                 solver.evaluate_prolonged(found, settings)?
@@ -484,13 +349,13 @@ impl Solver {
             return None;
         }
         let mut coarser = self.coarser.take()?;
-        self.inner.scratch.take_over(&mut self.double_scratch);
+        self.inner.take_scratch(&mut self.double_scratch);
         let is_found = coarser.found_for.is_some_and(|found_for| {
             found_for == hardness || hardness.is_none() && coarser.found().bound.is_none()
         });
         if !is_found {
             let found = coarser.find(&mut self.inner, hardness, watch);
-            self.inner.pairs += found.finer_pairs();
+            self.inner.add_pairs(found.finer_pairs());
         }
         let result = use_found(self, coarser.found());
         self.coarser = Some(coarser);

@@ -143,7 +143,7 @@ impl Solver {
         match prescribed {
             Prescribed::MeanGap(_) => highest - outcome.mean_gap,
             Prescribed::Approach { uniform_compliance, .. } => {
-                highest + self.inner.reference + self.offset + uniform_compliance * load
+                highest + self.inner.reference() + self.offset + uniform_compliance * load
             }
         }
     }
@@ -297,13 +297,13 @@ impl Solver {
 
     /// Solves the contact under a load that differs little from the last one, from its pressures.
     fn press_from_last(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
-        let (bound, reference) = (self.inner.bound, self.inner.reference + self.offset);
+        let (bound, reference) = (self.inner.bound(), self.inner.reference() + self.offset);
         self.begin_load(load, settings);
         if self.reaches_full_contact(load) {
             return self.press_to_full_contact();
         }
-        self.inner.bound = bound;
-        self.inner.reference = reference;
+        self.inner.set_bound(bound);
+        self.inner.set_reference(reference);
         self.impose_load();
         let evaluation = self.evaluate_guess(settings);
         let few = Settings { pair_limit: settings.pair_limit.min(NEAR_PAIRS), ..*settings };
@@ -338,7 +338,7 @@ impl Solver {
         touches_less: bool,
         settings: &Settings,
     ) -> Option<Yielded> {
-        let hardness = self.inner.bound?.pressure();
+        let hardness = self.inner.bound()?.pressure();
         let cells = self.pressure.len() as f64;
         let is_elastic = |pressure: f64| pressure > 0.0 && pressure < hardness;
         let nodes_with_pressure = self.pressure.iter().copied().enumerate();
@@ -352,15 +352,16 @@ impl Solver {
             return None;
         }
         elastic.iter().for_each(|(node, _)| self.pressure[*node] = replaced);
-        let (reference, offset) = (self.inner.reference, self.offset);
-        self.inner.load = hardness * nodes as f64 / cells;
-        self.inner.pairs = 0;
-        self.inner.reference += offset;
+        let (reference, offset) = (self.inner.reference(), self.offset);
+        self.inner.begin_bounded(hardness * nodes as f64 / cells, self.inner.bound());
+        self.inner.shift_reference(offset);
         let outcome = self.yielded_at(prescribed, nodes as f64 / cells, settings);
-        let yielded = Yielded { load: self.inner.load, outcome };
+        let yielded = Yielded { load: self.inner.load(), outcome };
         if outcome.stop != Stop::Converged {
             elastic.iter().for_each(|(node, pressure)| self.pressure[*node] = *pressure);
-            (self.inner.load, self.inner.reference, self.offset) = (load, reference, offset);
+            self.inner.begin_bounded(load, self.inner.bound());
+            self.inner.set_reference(reference);
+            self.offset = offset;
         }
         Some(yielded)
     }
@@ -374,11 +375,11 @@ impl Solver {
         let change = match prescribed {
             Prescribed::MeanGap(gap) => middle + (evaluation.mean_gap - gap) / (1.0 - share),
             Prescribed::Approach { approach, uniform_compliance } => {
-                let uniform = uniform_compliance * self.inner.load;
-                approach - uniform - self.problem.highest - self.inner.reference
+                let uniform = uniform_compliance * self.inner.load();
+                approach - uniform - self.problem.highest - self.inner.reference()
             }
         };
-        self.inner.reference += change;
+        self.inner.shift_reference(change);
         let evaluation = self.evaluate();
         self.offset = 0.0;
         let Convergence { offset: middle, error } = evaluation.convergence;

@@ -9,19 +9,11 @@
 //! so that the residual is that of the returned pressures.
 
 use super::bounds::PressureSummary;
-use super::conjugate_gradients::{End, Goal, InnerSolver, State};
-use super::lanes::{
-    Accumulate, InOrder, Wide, for_rows, greater, over_rows, sum_by, sum_rows, weight,
-};
+use super::inner::{End, Goal, State};
+use super::lanes::{Accumulate, for_rows, sum_by, sum_rows, weight};
 use super::line_search::{LastStep, LineSearch, StepControl};
-use super::passes::{
-    Convergence, GapOutput, GapStatistics, GapUpdate, InitialResidual, PendingUpdate,
-    PressureInput, PromotedInput, StepOutput, StepScaling, promote,
-};
+use super::passes::{Convergence, GapStatistics, PendingUpdate, StepScaling};
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
-use crate::fft::Band;
-use crate::solver::conjugate_gradients::Balance;
-use crate::solver::marks::{FREE, has};
 
 /// Maximum residual, as a fraction of the displacement that the mean contact pressure on a single
 /// node causes at this node.
@@ -64,9 +56,9 @@ impl Solver {
         let mut decisions = DECISIONS;
         loop {
             if self.is_solved(settings, &evaluation) {
-                let may_repeat = self.inner.pairs < settings.pair_limit;
+                let may_repeat = self.inner.pairs() < settings.pair_limit;
                 if may_repeat && self.is_rounded(settings, &evaluation) {
-                    self.inner.reference += evaluation.convergence.offset;
+                    self.inner.shift_reference(evaluation.convergence.offset);
                     evaluation = self.evaluate();
                     continue;
                 }
@@ -78,7 +70,7 @@ impl Solver {
                 }
                 return self.outcome(Stop::Converged, evaluation, summary);
             }
-            let stop = if self.inner.pairs >= settings.pair_limit {
+            let stop = if self.inner.pairs() >= settings.pair_limit {
                 Stop::PairLimit
             } else if watch.is_interrupted() {
                 Stop::Interrupted
@@ -104,7 +96,7 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Evaluation {
-        let residual = self.tolerance(settings, self.inner.free_nodes);
+        let residual = self.tolerance(settings, self.inner.free_nodes());
         let goal = Goal { residual, is_evaluated: true };
         let stop = |pairs| {
             watch.spent(pairs);
@@ -112,7 +104,7 @@ impl Solver {
         };
         match self.inner.iterate(control, start, goal, &stop) {
             End::Residual { pending, offset, .. } => self.evaluate_inner(pending, offset),
-            End::Step { line, state } => match self.inner.bound {
+            End::Step { line, state } => match self.inner.bound() {
                 None => self.evaluate_step(control, &line, state.convergence.offset),
                 Some(hardness) => self.evaluate_yielding_step(control, &line, hardness, &state),
             },
@@ -141,8 +133,9 @@ impl Solver {
     /// [`MAX_FRACTION_OF_DISPLACEMENT`] of the displacement of one node under the mean contact
     /// pressure. The second limit is never below the rounding error of the heights.
     fn tolerance(&self, settings: &Settings, contact_nodes: f64) -> f64 {
-        let mean_pressure = self.inner.load * self.pressure.len() as f64 / contact_nodes;
-        let bound = MAX_FRACTION_OF_DISPLACEMENT * self.inner.mesh.nodal_compliance * mean_pressure;
+        let mean_pressure = self.inner.load() * self.pressure.len() as f64 / contact_nodes;
+        let bound =
+            MAX_FRACTION_OF_DISPLACEMENT * self.inner.mesh().nodal_compliance * mean_pressure;
         let rounding = f64::EPSILON * self.problem.highest;
         settings.tolerance.min(self.inner.residual(bound.max(rounding)))
     }
@@ -155,7 +148,7 @@ impl Solver {
     ) -> Outcome {
         Outcome {
             stop,
-            pairs: self.inner.pairs,
+            pairs: self.inner.pairs(),
             // If all contact nodes are saturated, the error may be negative.
             residual: self.inner.residual(evaluation.convergence.error.max(0.0)),
             contact_nodes: summary.contact_nodes,
@@ -172,13 +165,8 @@ impl Solver {
     /// Computes the gap under the present pressures and evaluates it; takes one transform pair.
     /// Sets the last steps to zero.
     pub(super) fn evaluate(&mut self) -> Evaluation {
-        let mut pass = Wide(PressureInput {
-            pressure: &self.pressure,
-            hardness: self.inner.ceiling(),
-            last_step: Band::new(&mut self.inner.last_step),
-            keeps_steps: false,
-        });
-        self.double_scratch.take_over(&mut self.inner.scratch);
+        self.inner.lend_scratch(&mut self.double_scratch);
+        let mut pass = self.inner.pressure_input(&self.pressure, false);
         self.problem.transform.begin(&mut pass, &mut self.double_scratch);
         self.finish_gap()
     }
@@ -195,7 +183,7 @@ impl Solver {
         if is_seen || self.is_solved(settings, &evaluation) {
             return evaluation;
         }
-        self.inner.reference += offset;
+        self.inner.shift_reference(offset);
         self.evaluate()
     }
 
@@ -205,41 +193,24 @@ impl Solver {
     /// Adds `offset`, approximately the mean gap in contact, to the reference of the gaps, so that
     /// gaps in contact become small and keep all their digits.
     pub(super) fn evaluate_inner(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
-        if let Some(hardness) = self.inner.bound {
+        if let Some(hardness) = self.inner.bound() {
             self.promote_yielding(hardness, pending);
-            self.inner.reference += offset;
+            self.inner.shift_reference(offset);
             return self.evaluate();
         }
         if pending.part == 1.0 {
             self.begin_promoted(pending.scale, offset);
             return self.finish_gap();
         }
-        let factor = pending.of_pressure();
-        let InnerSolver { threads, mesh, reference_pressure, pressure_increment, .. } = &self.inner;
-        for_rows(threads, &mut self.pressure, mesh.nodes[1], |row, pressure| {
-            promote(factor, reference_pressure.row(row), row.of(pressure_increment), pressure);
-        });
+        self.inner.promote(pending.of_pressure(), &mut self.pressure);
         self.evaluate_without(1.0 - pending.part, offset)
     }
 
     fn evaluate_without(&mut self, part: f64, offset: f64) -> Evaluation {
-        self.take_back(part);
+        self.inner.take_back(part, &mut self.pressure);
         self.impose_load();
-        self.inner.reference += offset;
+        self.inner.shift_reference(offset);
         self.evaluate()
-    }
-
-    /// Undoes the fraction `part` of the last step, within the bounds of the pressures.
-    pub(super) fn take_back(&mut self, part: f64) {
-        let hardness = self.inner.ceiling();
-        let InnerSolver { threads, mesh, last_step, .. } = &self.inner;
-        for_rows(threads, &mut self.pressure, mesh.nodes[1], |row, pressure| {
-            for (p, last_step) in pressure.iter_mut().zip(row.of(last_step)) {
-                let step = weight::<f64>(has(*last_step, FREE)) * f64::from(*last_step);
-                // Rounding must not leave a pressure below zero or above the hardness.
-                *p = greater(*p - part * step, 0.0).min(hardness);
-            }
-        });
     }
 
     /// Evaluates the pressures after the step that `line` describes. If only a part of the step is
@@ -269,8 +240,8 @@ impl Solver {
     ) -> Evaluation {
         let offset = state.convergence.offset;
         let scale = self.promote_yielding(hardness, PendingUpdate::NONE);
-        self.inner.reference += offset;
-        self.begin_keeping_steps(hardness);
+        self.inner.shift_reference(offset);
+        self.begin_keeping_steps();
         let (evaluation, curvature) = self.finish_step::<true>(scale, offset);
         let best = line.then_scaled(scale, state.free_offset()).best(curvature);
         self.keep_step(control, best, curvature, evaluation, 0.0)
@@ -288,20 +259,10 @@ impl Solver {
     ) -> (Evaluation, f64) {
         let work =
             self.problem.transform.multiply(&self.problem.displacement, &mut self.double_scratch);
-        let mut pass = Wide(StepOutput::<YIELDS> {
-            heights: &self.problem.heights,
-            reference: self.inner.reference,
-            scaling: StepScaling { scale: scale as f32, reference_change: reference_change as f32 },
-            sums_gaps: !self.problem.body.has_zero_mean_displacement(),
-            statistics: InOrder::new(),
-            curvature: InOrder::new(),
-            reference_pressure: &self.inner.reference_pressure,
-            pressure_increment: &self.inner.pressure_increment,
-            gap: Band::new(&mut self.inner.gap),
-            last_step: Band::new(&mut self.inner.last_step),
-            sample: self.inner.sample.band(),
-            found: vec![0.0; self.inner.mesh.nodes[1]],
-        });
+        let scaling =
+            StepScaling { scale: scale as f32, reference_change: reference_change as f32 };
+        let sums_gaps = !self.problem.body.has_zero_mean_displacement();
+        let mut pass = self.inner.step_output::<YIELDS>(&self.problem.heights, sums_gaps, scaling);
         self.problem.transform.finish(&mut pass, &mut self.double_scratch);
         let (statistics, curvature) = (pass.0.statistics.total(), pass.0.curvature.total());
         (self.evaluation(&statistics, work), curvature)
@@ -334,19 +295,14 @@ impl Solver {
     }
 
     fn begin_promoted(&mut self, scale: f64, offset: f64) {
-        self.inner.reference += offset;
-        let mut pass = Wide(PromotedInput {
-            scale,
-            reference_pressure: &self.inner.reference_pressure,
-            pressure_increment: &self.inner.pressure_increment,
-            pressure: Band::new(&mut self.pressure),
-        });
-        self.double_scratch.take_over(&mut self.inner.scratch);
+        self.inner.shift_reference(offset);
+        self.inner.lend_scratch(&mut self.double_scratch);
+        let mut pass = self.inner.promoted_input(scale, &mut self.pressure);
         self.problem.transform.begin(&mut pass, &mut self.double_scratch);
     }
 
     fn finish_gap(&mut self) -> Evaluation {
-        match self.inner.bound {
+        match self.inner.bound() {
             None => self.finish_gap_as::<false>(),
             Some(_) => self.finish_gap_as::<true>(),
         }
@@ -355,14 +311,8 @@ impl Solver {
     fn finish_gap_as<const YIELDS: bool>(&mut self) -> Evaluation {
         let work =
             self.problem.transform.multiply(&self.problem.displacement, &mut self.double_scratch);
-        let mut pass = Wide(GapOutput::<YIELDS> {
-            heights: &self.problem.heights,
-            reference: self.inner.reference,
-            gap: Band::new(&mut self.inner.gap),
-            last_step: &self.inner.last_step,
-            sums_gaps: !self.problem.body.has_zero_mean_displacement(),
-            statistics: InOrder::new(),
-        });
+        let sums_gaps = !self.problem.body.has_zero_mean_displacement();
+        let mut pass = self.inner.gap_output::<YIELDS>(&self.problem.heights, sums_gaps);
         self.problem.transform.finish(&mut pass, &mut self.double_scratch);
         let statistics = pass.0.statistics.total();
         self.evaluation(&statistics, work)
@@ -370,7 +320,7 @@ impl Solver {
 
     fn evaluation(&mut self, statistics: &GapStatistics, work: f64) -> Evaluation {
         let convergence = statistics.convergence();
-        self.inner.pairs += 1;
+        self.inner.add_pairs(1);
         self.offset = convergence.offset;
         let cells = self.pressure.len() as f64;
         let yielded_depth = match statistics.saturated_nodes() {
@@ -380,7 +330,7 @@ impl Solver {
         let mean_gap = match statistics.gap_sum {
             Some(sum) => sum / cells - convergence.offset,
             // Displacements and heights have zero mean.
-            None => -(self.inner.reference + convergence.offset),
+            None => -(self.inner.reference() + convergence.offset),
         };
         // Yielded nodes count as zero gap. If all nodes are in contact, only rounding remains.
         let mean_gap = match yielded_depth {
@@ -399,50 +349,9 @@ impl Solver {
     /// Prepares iterations from the present pressures and gaps, and computes their first residual.
     /// `convergence` describes these gaps.
     pub(super) fn initial_residual(&mut self, convergence: Convergence) -> State {
-        let offset = match self.inner.bound {
-            None => convergence.offset,
-            Some(hardness) => self.balanced_offset(hardness, convergence),
-        };
-        self.begin(offset)
-    }
-
-    /// Prepares iterations from the present pressures and gaps. The first residual is the gap
-    /// minus `offset`.
-    fn begin(&mut self, offset: f64) -> State {
-        match self.inner.bound {
-            None => self.begin_as::<false>(offset),
-            Some(_) => self.begin_as::<true>(offset),
-        }
-    }
-
-    fn begin_as<const YIELDS: bool>(&mut self, offset: f64) -> State {
-        let hardness = self.inner.ceiling();
-        let mut pass = InitialResidual::<YIELDS> {
-            response: GapUpdate::without_step(offset),
-            gap: &self.inner.gap,
-            hardness,
-            last_step: Band::new(&mut self.inner.last_step),
-            active: self.inner.active.band(),
-            residual: self.inner.preconditioner.residual_rows(),
-            row: vec![0.0; self.inner.mesh.nodes[1]],
-            reference_pressure: self.inner.reference_pressure.band(),
-            pressure_increment: Band::new(&mut self.inner.pressure_increment),
-            seen: InOrder::new(),
-            reference_sum: InOrder::new(),
-            bounded_sum: InOrder::new(),
-        };
-        let row_nodes = self.inner.mesh.nodes[1];
-        over_rows(&self.inner.threads, &mut self.pressure, row_nodes, &mut pass);
-        let (seen, reference_sum) = (pass.seen.total(), pass.reference_sum.total());
-        let sum = pass.bounded_sum.total();
-        self.inner.free_nodes = seen.free_nodes;
-        self.inner.scratch.take_over(&mut self.double_scratch);
-        self.inner.level = offset;
-        State {
-            convergence: seen.extremes.convergence(offset),
-            reference_sum,
-            balance: YIELDS.then(|| Balance::seen(&seen, sum, offset)),
-        }
+        let start = self.inner.begin(&mut self.pressure, convergence);
+        self.inner.take_scratch(&mut self.double_scratch);
+        start
     }
 }
 
@@ -473,9 +382,9 @@ impl Solver {
     /// Returns whether any pressure changed, in which case the pressures must be evaluated again.
     /// `summary` describes the pressures before the decision.
     pub(super) fn decide(&mut self, offset: f64, summary: PressureSummary) -> bool {
-        let decision = Decision { compliance: self.inner.mesh.nodal_compliance, offset };
-        let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
-        let (pressure, gap) = (&mut self.pressure, &self.inner.gap);
+        let decision = Decision { compliance: self.inner.mesh().nodal_compliance, offset };
+        let (threads, row_nodes) = (self.inner.threads(), self.inner.mesh().nodes[1]);
+        let (pressure, gap) = (&mut self.pressure, self.inner.gap());
         let changes = sum_rows(threads, pressure, row_nodes, |row, pressure| {
             let changes = |p, gap| weight::<f64>(decision.pressure(p, gap) != p);
             let by = |p, gap| (decision.pressure(p, gap) - p).abs();
@@ -484,8 +393,8 @@ impl Solver {
                 pressure: sum_by(pressure, row.of(gap), by),
             }
         });
-        let total = self.inner.load * self.pressure.len() as f64;
-        let elastic = match self.inner.bound {
+        let total = self.inner.load() * self.pressure.len() as f64;
+        let elastic = match self.inner.bound() {
             None => total,
             Some(hardness) => total - hardness.pressure() * summary.saturated_nodes as f64,
         };
@@ -559,7 +468,7 @@ mod tests {
             solver
         };
         let (loose, tight) = (press(1e-2), press(1e-10));
-        let nodes = loose.pressure().iter().zip(&loose.inner.gap);
+        let nodes = loose.pressure().iter().zip(loose.inner.gap());
         for (p, gap) in nodes {
             let rounding = f64::from(f32::EPSILON * gap.abs());
             assert!(*p > 0.0 || f64::from(*gap) - loose.offset >= -rounding);

@@ -13,14 +13,7 @@
 //! The error of the compliance is of second order in the error of w. Therefore few iterations
 //! suffice.
 
-use pulp::Simd;
-
-use super::lanes::{LANES, Pass, Wide, over_rows};
-use super::preconditioner::{Kind, Residual};
 use super::{Settings, Solver, Stop, Watch};
-use crate::fft::{Band, Row};
-use crate::solver::blocks::{ResidualRows, TransposeOutput};
-use crate::solver::marks::{ActiveBand, ActiveGroups, FREE};
 
 /// Stiffness of a contact whose nodes in contact do not change.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,20 +110,8 @@ impl Solver {
         if nodes.len() == pressure.len() && self.problem.body.has_zero_mean_displacement() {
             return known(f64::INFINITY, Stop::FullContact);
         }
-        self.mark_free(&nodes);
+        self.inner.mark_free(&nodes);
         FrozenContact { solver: self, nodes, pairs: 0 }.stiffness(start, settings, watch)
-    }
-
-    /// Marks these nodes as free, and no others.
-    fn mark_free(&mut self, nodes: &[usize]) {
-        let row_nodes = self.inner.mesh.nodes[1];
-        self.inner.last_step.fill(0.0);
-        for node in nodes {
-            self.inner.last_step[*node] = f32::from_bits(FREE);
-        }
-        let threads = &self.inner.threads;
-        let mut pass = MarkGroups { groups: self.inner.active.band() };
-        over_rows(threads, &mut self.inner.last_step, row_nodes, &mut pass);
     }
 }
 
@@ -204,7 +185,7 @@ impl FrozenContact<'_> {
         for (node, w) in nodes.iter().zip(w) {
             map[*node] = *w;
         }
-        solver.double_scratch.take_over(&mut solver.inner.scratch);
+        solver.inner.lend_scratch(&mut solver.double_scratch);
         let sunk = solver.displacement_under(&map);
         *pairs += 1;
         nodes.iter().map(|node| sunk[*node]).collect()
@@ -212,36 +193,10 @@ impl FrozenContact<'_> {
 
     /// Returns the corrections z = Eᵀ K E r of the elastic nodes, in single precision.
     fn correction(&mut self, residual: &[f64]) -> Vec<f64> {
-        let Self { solver, nodes, pairs } = self;
-        solver.inner.scratch.take_over(&mut solver.double_scratch);
-        let inner = &mut solver.inner;
-        let row_nodes = inner.mesh.nodes[1];
-        inner.gap.fill(0.0);
-        for (node, residual) in nodes.iter().zip(residual) {
-            inner.gap[*node] = *residual as f32;
-        }
-        let mut pass = AddResidual {
-            last_step: &inner.last_step,
-            active: &inner.active,
-            residual: inner.preconditioner.residual_rows(),
-        };
-        over_rows(&inner.threads, &mut inner.gap, row_nodes, &mut pass);
-        let free = Residual {
-            gap: &inner.gap,
-            level: 0.0,
-            last_step: &inner.last_step,
-            active: &inner.active,
-        };
-        let (mesh, scratch, threads) = (&inner.mesh, &mut inner.scratch, &inner.threads);
-        *pairs += inner.preconditioner.apply(Kind::Extended, mesh, free, scratch, threads);
-        let (corrections, transposed) =
-            inner.preconditioner.corrections(mesh, &inner.gap, 0.0, scratch, threads);
-        corrections.read(&mut Wide(StoreCorrections {
-            active: &inner.active,
-            transposed,
-            corrections: Band::new(&mut inner.pressure_increment),
-        }));
-        nodes.iter().map(|node| f64::from(inner.pressure_increment[*node])).collect()
+        self.solver.inner.take_scratch(&mut self.solver.double_scratch);
+        let (corrections, pairs) = self.solver.inner.corrections_of(&self.nodes, residual);
+        self.pairs += pairs;
+        corrections
     }
 }
 
@@ -257,71 +212,4 @@ fn add(a: &mut [f64], factor: f64, b: &[f64]) {
 fn without_mean(values: &[f64]) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     values.iter().map(|value| value - mean).collect()
-}
-
-/// Pass over the last steps that marks the groups with a free node.
-struct MarkGroups<'a> {
-    groups: ActiveBand<'a>,
-}
-
-impl Pass<f32> for MarkGroups<'_> {
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let groups = self.groups.row(row);
-        let marks = groups.active.iter_mut().zip(groups.free);
-        for (values, (active, free)) in values.chunks_exact(LANES).zip(marks) {
-            *free = values.iter().any(|value| value.to_bits() & FREE != 0);
-            *active = *free;
-        }
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self { groups: self.groups.split_off(row) }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-/// Pass over the residual that adds it up in blocks, for the extension.
-struct AddResidual<'a> {
-    last_step: &'a [f32],
-    active: &'a ActiveGroups,
-    residual: ResidualRows<'a>,
-}
-
-impl Pass<f32> for AddResidual<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
-        let groups = self.active.free_row(row);
-        self.residual.add_row::<S, R>(simd, row, values, row.of(self.last_step), groups);
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self { residual: self.residual.split_off(row), ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-/// Pass over the corrections that stores them.
-struct StoreCorrections<'a> {
-    active: &'a ActiveGroups,
-    transposed: TransposeOutput<'a>,
-    corrections: Band<'a, f32>,
-}
-
-impl Pass<f32> for StoreCorrections<'_> {
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        self.transposed.add_to_row(row, values, self.active.free_row(row));
-        self.corrections.row(row).copy_from_slice(values);
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            transposed: self.transposed.split_off(),
-            corrections: self.corrections.split_off(row),
-            ..*self
-        }
-    }
-
-    fn append(&mut self, _: Self) {}
 }

@@ -97,7 +97,7 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
 
 fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {
     // Row by row, because equal terms in a long sum would all be rounded the same way.
-    let rows = solver.pressure().chunks_exact(solver.inner.mesh.nodes[1]);
+    let rows = solver.pressure().chunks_exact(solver.inner.mesh().nodes[1]);
     let total: f64 = rows.map(|row| row.iter().sum::<f64>()).sum();
     assert!((total / solver.pressure().len() as f64 / load - 1.0).abs() < 1e-12);
     let violation = violation(solver, heights);
@@ -117,7 +117,7 @@ fn violation(solver: &Solver, heights: &[f64]) -> f64 {
             _ => gap.abs(),
         }
     });
-    solver.inner.mesh.steps_per_side * violations.fold(0.0, f64::max)
+    solver.inner.mesh().steps_per_side * violations.fold(0.0, f64::max)
 }
 
 /// Solves the contact at the default tolerance, and checks the outcome against the stored
@@ -134,11 +134,13 @@ fn assert_outcome_at(
 ) -> Outcome {
     let outcome = press(solver, load, settings);
     let range = heights.iter().fold(0.0_f64, |range, h| range.max(h.abs()));
-    let rounding = 1e-13 * solver.inner.mesh.steps_per_side * range;
+    let rounding = 1e-13 * solver.inner.mesh().steps_per_side * range;
     let tolerance = match outcome.stop {
         Stop::Converged | Stop::FullContact => settings.tolerance,
         // Without convergence the outcome is known in single precision only.
-        _ => outcome.residual + f64::from(f32::EPSILON) * solver.inner.mesh.steps_per_side * range,
+        _ => {
+            outcome.residual + f64::from(f32::EPSILON) * solver.inner.mesh().steps_per_side * range
+        }
     };
     assert_complementary(solver, heights, load, 1.02 * tolerance + rounding);
     let violation = violation(solver, heights);

@@ -25,21 +25,17 @@
 //! mean.
 
 use std::mem::take;
-use std::sync::Arc;
 
-use super::Hardness;
-use super::lanes::{InOrder, Wide};
-use super::line_search::{LastStep, LineSearch, StepControl};
-use super::passes::{
+use super::InnerSolver;
+use crate::fft::Band;
+use crate::solver::lanes::{InOrder, Wide};
+use crate::solver::line_search::{LastStep, LineSearch, StepControl};
+use crate::solver::marks::{FREE, PRESSED};
+use crate::solver::passes::{
     Ceiling, Convergence, Direction, GapSums, GapUpdate, GatherCandidates, Means, Peek,
-    PendingUpdate, ReferencePressure, Sample, Sums, UpdateGap, UpdatePressure,
+    PendingUpdate, Sums, UpdateGap, UpdatePressure,
 };
-use super::preconditioner::{Kind, Preconditioner, Residual};
-use crate::fft::{Band, Scratch};
-use crate::solver::candidates::Candidates;
-use crate::solver::marks::{ActiveGroups, FREE, PRESSED};
-use crate::solver::mesh::Mesh;
-use crate::threads::Threads;
+use crate::solver::preconditioner::{Kind, Residual};
 
 /// Smallest residual that is trusted in single precision, as a fraction of the largest residual
 /// since the last evaluation in double precision.
@@ -90,88 +86,6 @@ pub struct Balance {
 impl Balance {
     pub fn seen(seen: &GapSums, sum: f64, offset: f64) -> Self {
         Self { sum, free_offset: offset + seen.free_sum / seen.free_nodes.max(1.0) }
-    }
-}
-
-/// Solver in single precision on one mesh: pressures, gaps and last steps of the nodes, and the
-/// preconditioner.
-///
-/// A [`Solver`](super::Solver) provides its initial pressures and gaps and evaluates its result.
-pub struct InnerSolver {
-    pub mesh: Arc<Mesh>,
-    pub load: f64,
-    /// Upper bound of the pressures; `None` while they are not bounded.
-    pub bound: Option<Hardness>,
-
-    pub gap: Vec<f32>,
-    /// Number that is subtracted from gaps before they are rounded to single precision.
-    pub reference: f64,
-    /// Offset from which the present residual is measured: residual = `gap` − `level`.
-    pub level: f64,
-    /// Part of the pressure that does not change during the iterations.
-    pub reference_pressure: ReferencePressure,
-    /// Difference of pressure and reference pressure.
-    pub pressure_increment: Vec<f32>,
-    /// Last step of the pressure of each node, zero at nodes that are not free. Its lowest bits
-    /// hold the flags of the node (`passes`).
-    pub last_step: Vec<f32>,
-    pub active: ActiveGroups,
-    pub sample: Sample,
-    pub free_nodes: f64,
-    pub preconditioner: Preconditioner,
-    /// Nodes whose pressure may change, collected if the material yields.
-    pub candidates: Candidates,
-    pub scratch: Scratch<f32>,
-
-    /// Transform pairs used for the present load.
-    pub pairs: u32,
-
-    pub threads: Threads,
-}
-
-impl InnerSolver {
-    pub fn new(threads: &Threads, mesh: Arc<Mesh>) -> Self {
-        let (nodes, cells) = (mesh.nodes, mesh.cells());
-        Self {
-            load: 0.0,
-            bound: None,
-            gap: vec![0.0; cells],
-            reference: 0.0,
-            level: 0.0,
-            reference_pressure: ReferencePressure::new(nodes),
-            pressure_increment: vec![0.0; cells],
-            last_step: vec![0.0; cells],
-            active: ActiveGroups::new(nodes),
-            sample: Sample::new(nodes),
-            free_nodes: 0.0,
-            preconditioner: Preconditioner::new(threads, &mesh),
-            candidates: Candidates::default(),
-            scratch: mesh.transform.scratch_on(threads.clone()),
-            pairs: 0,
-            threads: threads.clone(),
-            mesh,
-        }
-    }
-
-    pub fn set_threads(&mut self, threads: Threads) {
-        self.scratch.set_threads(threads.clone());
-        self.preconditioner.set_threads(&threads);
-        self.threads = threads;
-    }
-
-    pub fn cells(&self) -> usize {
-        self.mesh.cells()
-    }
-
-    /// Returns the upper bound of the pressures, or infinity if there is none.
-    pub fn ceiling(&self) -> f64 {
-        self.bound.map_or(f64::INFINITY, Hardness::pressure)
-    }
-
-    /// Converts an error of the gap to the unit of residuals, the smaller mesh step at unit rms
-    /// slope.
-    pub fn residual(&self, error: f64) -> f64 {
-        self.mesh.steps_per_side * error
     }
 }
 
@@ -254,11 +168,6 @@ impl InnerSolver {
             }
             (state, last) = (next, Some(step));
         }
-    }
-
-    /// Returns the sum of the pressures that the load requires.
-    fn total(&self) -> f64 {
-        self.load * self.cells() as f64
     }
 
     /// Returns the smallest residual that single precision can reach if the largest residual was

@@ -8,11 +8,11 @@
 //! This matters if few or no nodes are elastic: their mean gap then says nothing, and nodes jump
 //! between both bounds. [`Candidates::shift`] computes both constants.
 
-use super::candidates::Candidates;
-use super::conjugate_gradients::InnerSolver;
-use super::lanes::Wide;
-use super::passes::{Convergence, MIN_SAMPLE_NODES, PeekGap};
-use super::{Hardness, Solver};
+use super::InnerSolver;
+use crate::solver::Hardness;
+use crate::solver::candidates::Candidates;
+use crate::solver::lanes::Wide;
+use crate::solver::passes::{Convergence, MIN_SAMPLE_NODES, PeekGap};
 
 /// Ratio of the residual to reach to the present residual above which steps are balanced with all
 /// free nodes instead of a sample.
@@ -82,22 +82,25 @@ impl InnerSolver {
         let shift = peek.0.nodes.shift(0.0, hardness as f32).unwrap_or(0.0);
         offset + shift / self.mesh.nodal_stiffness
     }
-}
 
-impl Solver {
     /// Returns the offset of gaps for which Σ clamp(p − k (g − offset), 0, `hardness`) = Σ p.
     ///
-    /// p and g are the pressure and the gap of each node that may change, and k is the nodal
+    /// p and g are the `pressure` and the gap of each node that may change, and k is the nodal
     /// stiffness. The result replaces `convergence.offset`, the mean gap of elastic nodes, which
     /// may be the gap of only one or two nodes.
-    pub(super) fn balanced_offset(&mut self, hardness: Hardness, convergence: Convergence) -> f64 {
-        self.inner.candidates.clear();
-        self.gather(self.inner.sample.pairs(), hardness, convergence);
-        if (self.inner.candidates.len() as f64) < MIN_SAMPLE_NODES {
-            self.gather(self.inner.sample.other_pairs(), hardness, convergence);
+    pub fn balanced_offset(
+        &mut self,
+        pressure: &[f64],
+        hardness: Hardness,
+        convergence: Convergence,
+    ) -> f64 {
+        self.candidates.clear();
+        self.gather(self.sample.pairs(), pressure, hardness, convergence);
+        if (self.candidates.len() as f64) < MIN_SAMPLE_NODES {
+            self.gather(self.sample.other_pairs(), pressure, hardness, convergence);
         }
-        let shift = self.inner.candidates.shift(0.0, hardness.pressure() as f32);
-        convergence.offset + shift.unwrap_or(0.0) / self.inner.mesh.nodal_stiffness
+        let shift = self.candidates.shift(0.0, hardness.pressure() as f32);
+        convergence.offset + shift.unwrap_or(0.0) / self.mesh.nodal_stiffness
     }
 
     /// Appends to `candidates` the nodes whose pressure may change, from rows 2i and 2i + 1 for
@@ -106,12 +109,18 @@ impl Solver {
     ///
     /// Let e be `convergence.error`. Elastic nodes may change, nodes without pressure if g − offset
     /// < e, and saturated nodes if g − offset > −e.
-    fn gather(&mut self, pairs: Vec<usize>, hardness: Hardness, convergence: Convergence) {
+    fn gather(
+        &mut self,
+        pairs: Vec<usize>,
+        pressure: &[f64],
+        hardness: Hardness,
+        convergence: Convergence,
+    ) {
         let Convergence { offset, error } = convergence;
         for pair in pairs {
-            let first = 2 * pair * self.inner.mesh.nodes[1];
-            let last = self.pressure.len().min(first + 2 * self.inner.mesh.nodes[1]);
-            for (p, gap) in self.pressure[first..last].iter().zip(&self.inner.gap[first..last]) {
+            let first = 2 * pair * self.mesh.nodes[1];
+            let last = pressure.len().min(first + 2 * self.mesh.nodes[1]);
+            for (p, gap) in pressure[first..last].iter().zip(&self.gap[first..last]) {
                 let above = f64::from(*gap) - offset;
                 let may_change = match *p {
                     0.0 => above < error,
@@ -119,8 +128,8 @@ impl Solver {
                     _ => true,
                 };
                 if may_change {
-                    let change = -self.inner.mesh.nodal_stiffness * above;
-                    self.inner.candidates.push(*p as f32, change as f32);
+                    let change = -self.mesh.nodal_stiffness * above;
+                    self.candidates.push(*p as f32, change as f32);
                 }
             }
         }
