@@ -80,6 +80,14 @@ struct InUse {
     tasks: usize,
     /// Number of cores lent to tasks in addition to their own.
     lent: usize,
+    /// Number of tasks that wait for others and do not use their own core.
+    waiting: usize,
+}
+
+impl InUse {
+    fn cores(&self) -> usize {
+        (self.tasks.max(1) + self.lent).saturating_sub(self.waiting)
+    }
 }
 
 impl Threads {
@@ -167,6 +175,15 @@ impl Threads {
         }
     }
 
+    /// Lends the core of the calling thread, which waits until the returned value is dropped.
+    fn lend_own_core(&self) -> OwnCore<'_> {
+        let cores = self.cores.as_deref();
+        if let Some(cores) = cores {
+            cores.change(|in_use| in_use.waiting += 1);
+        }
+        OwnCore(cores)
+    }
+
     /// Borrows free threads until the returned value is dropped: at most `most`, including the
     /// calling thread.
     pub fn workers_up_to(&self, most: usize) -> Workers<'_> {
@@ -180,6 +197,17 @@ impl Threads {
     }
 }
 
+/// Core of a task that waits. Dropping the value takes it back.
+struct OwnCore<'a>(Option<&'a Cores>);
+
+impl Drop for OwnCore<'_> {
+    fn drop(&mut self) {
+        if let Some(cores) = self.0 {
+            cores.change(|in_use| in_use.waiting -= 1);
+        }
+    }
+}
+
 impl Cores {
     fn change<V>(&self, change: impl FnOnce(&mut InUse) -> V) -> V {
         change(&mut locked(&self.in_use))
@@ -189,9 +217,8 @@ impl Cores {
     /// ⌈`count`/`tasks`⌉ − 1, an equal share of all cores.
     fn lend(&self, most: usize) -> usize {
         self.change(|in_use| {
-            let tasks = in_use.tasks.max(1);
-            let free = self.count.saturating_sub(tasks + in_use.lent);
-            let share = self.count.div_ceil(tasks) - 1;
+            let free = self.count.saturating_sub(in_use.cores());
+            let share = self.count.div_ceil(in_use.tasks.max(1)) - 1;
             let lent = most.min(free).min(share);
             in_use.lent += lent;
             lent
@@ -201,7 +228,7 @@ impl Cores {
     /// Takes back `lent` cores if more cores are in use than there are. Returns whether it did.
     fn take_back_if_overbooked(&self, lent: usize) -> bool {
         self.change(|in_use| {
-            let is_overbooked = in_use.tasks.max(1) + in_use.lent > self.count;
+            let is_overbooked = in_use.cores() > self.count;
             if is_overbooked {
                 in_use.lent -= lent;
             }

@@ -41,9 +41,9 @@ const FREE_KERNEL: f64 = 2.7e-7;
 /// pair instead of two, the other work of an iteration makes each pair 1.3 times as long.
 const YIELDING: f64 = 1.45;
 
-/// Longest side of a mesh whose speed is measured. A larger mesh would take seconds and gigabytes,
-/// so a part of it is measured.
-const LARGEST_MEASURED: usize = 2048;
+/// Longest side of a mesh whose speed is measured. A larger mesh would take up to seconds and
+/// gigabytes, so a part of it is measured.
+const LARGEST_MEASURED: usize = 1024;
 
 /// Returns the time to prepare a body, in core-seconds; it is negligible for a periodic body.
 pub fn preparation_seconds(body: &Body, [nodes_x, nodes_y]: [usize; 2]) -> f64 {

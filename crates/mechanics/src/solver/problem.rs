@@ -128,7 +128,7 @@ impl CoarserMeshes {
         let mut stride = 1;
         let mut sampled = || -> Vec<f64> {
             stride *= 2;
-            every_so_many(stride, heights, row_nodes).collect()
+            every_so_many(stride, heights, row_nodes)
         };
         let meshes =
             bodies.iter().map(|body| Arc::new(Mesh::from_heights(threads, &**body, &sampled())));
@@ -150,9 +150,12 @@ fn coarsened(grid: &Grid) -> Option<Grid> {
 }
 
 /// Returns the heights of every `stride`-th node along both axes.
-fn every_so_many(stride: usize, heights: &[f64], row_nodes: usize) -> impl Iterator<Item = f64> {
-    let rows = heights.chunks_exact(row_nodes).step_by(stride);
-    rows.flat_map(move |row| row.iter().step_by(stride).copied())
+fn every_so_many(stride: usize, heights: &[f64], row_nodes: usize) -> Vec<f64> {
+    let mut sampled = Vec::with_capacity(heights.len() / (stride * stride));
+    for row in heights.chunks_exact(row_nodes).step_by(stride) {
+        sampled.extend(row.iter().step_by(stride));
+    }
+    sampled
 }
 
 pub struct CentredHeights {

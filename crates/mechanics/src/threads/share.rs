@@ -17,7 +17,8 @@ impl Threads {
     /// `None`, for example for lack of memory, it lends no more cores before this item. A helper
     /// stops when no items are left, or when more cores are in use than there are, because another
     /// task has started. It returns its core at once, and its worker is used again by later
-    /// helpers.
+    /// helpers. While the calling thread waits for the last helpers, their passes can borrow its
+    /// core.
     ///
     /// # Errors
     /// Returns the first error of `work`. The remaining items are skipped.
@@ -74,6 +75,8 @@ impl Threads {
                 }
                 items.run(|| work(own, item));
             }
+            // The helpers that are left share the core of the calling thread.
+            let _core = self.lend_own_core();
             for helper in helpers {
                 helper.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             }
@@ -144,7 +147,7 @@ mod tests {
     use std::num::NonZeroUsize;
     use std::panic::{AssertUnwindSafe, catch_unwind};
     use std::sync::Barrier;
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
 
     use super::*;
 
@@ -230,6 +233,30 @@ mod tests {
         assert!(sharing.helper_time() > Duration::ZERO);
         drop((sharing, other));
         assert_eq!(threads.workers_up_to(2).helpers, 1);
+    }
+
+    #[test]
+    fn the_last_helper_borrows_the_core_of_the_calling_thread() {
+        let threads = threads(2);
+        let task = threads.begin_task();
+        let both = Barrier::new(2);
+        let borrowed = Mutex::new(0);
+        let on_item = |worker: &mut usize, _: usize| {
+            both.wait();
+            // The calling thread is the first worker.
+            if *worker == 2 {
+                let start = Instant::now();
+                while *locked(&borrowed) == 0 && start.elapsed() < Duration::from_secs(10) {
+                    *locked(&borrowed) = task.threads().workers_up_to(2).helpers;
+                }
+            }
+            Ok::<(), ()>(())
+        };
+        task.threads().share(2, &mut 1, |_| Some(2), on_item).unwrap();
+        assert_eq!(locked(&borrowed).to_owned(), 1);
+        // The calling thread has its core again.
+        let _other = threads.begin_task();
+        assert_eq!(threads.workers_up_to(2).helpers, 0);
     }
 
     #[test]
