@@ -43,7 +43,7 @@ def main() -> None:
         )
     python = prepare(options.environment)
     problem = Problem(
-        nodes=1024 if options.full else 512,
+        nodes=options.nodes or (1024 if options.full else 512),
         k_lower=options.case[0],
         k_upper=options.case[1],
         hurst=0.8,
@@ -128,6 +128,7 @@ def parse() -> argparse.Namespace:
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="512², 12 loads; the default")
     size.add_argument("--full", action="store_true", help="1024², 90 loads")
+    parser.add_argument("--nodes", type=int, help="nodes per side, in place of 512 or 1024")
     parser.add_argument("--case", type=case, default=(4, 64), metavar="K_LOWER,K_UPPER")
     parser.add_argument("--seed", type=int, default=2015)
     parser.add_argument("--loads", type=int, help="number of loads, at most the schedule's 90")

@@ -75,7 +75,8 @@ impl CostModel {
 }
 
 fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
-    let extent = Extent { nodes, rows: task.rows, tables: task.inputs.len() };
+    let (longer_side, tables) = (task.longer_side, task.inputs.len());
+    let extent = Extent { nodes, longer_side, rows: task.rows, tables };
     task.recipe.effort(extent).and_reading(extent.tables)
 }
 

@@ -90,6 +90,8 @@ pub struct Task {
     identity: TaskKey,
     /// Numbers of nodes of the surface along x and y.
     pub nodes: [usize; 2],
+    /// Longer side of the cell.
+    pub longer_side: f64,
     /// Number of rows per surface in the task's table, or in the tables that the task pools.
     pub rows: usize,
     /// Labels and path of the measured surface of the task, if it depends on a single one.
@@ -423,7 +425,8 @@ impl<'a> Builder<'a> {
         }
         let task = self.tasks.len();
         let first = inputs.first().map(|&input| &self.tasks[input]);
-        let nodes = recipe.mesh().unwrap_or_else(|| first.map_or([0; 2], |first| first.nodes));
+        let of_input = || first.map_or(([0; 2], 0.0), |first| (first.nodes, first.longer_side));
+        let (nodes, longer_side) = recipe.mesh().unwrap_or_else(of_input);
         let rows = recipe.rows(first.map_or(0, |first| first.rows));
         let table = match series(&recipe, &inputs, &self.tasks) {
             None => key.into(),
@@ -443,6 +446,7 @@ impl<'a> Builder<'a> {
             key,
             table,
             nodes,
+            longer_side,
             rows,
             identity: TaskKey::new(stage, version, digests.identity, &read),
             named: self.named(&recipe, &inputs),

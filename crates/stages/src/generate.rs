@@ -231,8 +231,9 @@ impl Stage for Params {
         1
     }
 
-    fn mesh(&self) -> Option<[usize; 2]> {
-        Some(self.nodes())
+    fn mesh(&self) -> Option<([usize; 2], f64)> {
+        let [size_x, size_y] = self.size();
+        Some((self.nodes(), size_x.max(size_y)))
     }
 
     /// If the heights are stored, returns the recipe with redrawn heights, which describes the same

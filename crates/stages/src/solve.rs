@@ -49,7 +49,7 @@ use asperity_manifest::keys::quantity;
 use asperity_mechanics::asperities::Interaction;
 use asperity_mechanics::distribution::EqualBins;
 use asperity_mechanics::grid::Boundary;
-use asperity_mechanics::solver::{Body, Hardness, Settings, cost};
+use asperity_mechanics::solver::{Body, Elastic, Hardness, Settings, cost};
 use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, Role, Value};
 use asperity_tables::parquet::Columns;
@@ -189,20 +189,22 @@ impl Params {
         Settings { tolerance: self.tolerance, pair_limit: self.max_pairs }
     }
 
-    /// Returns a body with the costs of the elastic body, with the hardness in the unit in which it
-    /// is given. A layer costs as much as a half-space.
-    fn body(&self) -> Body {
+    /// Returns a body with the costs of the contact below cells with this longer side. The hardness
+    /// is in the unit in which it is given.
+    fn body(&self, longer_side: f64) -> Body {
         let hardness = self.hardness.as_ref();
+        let layer = self.layer.and_then(|layer| layer.below(longer_side).ok());
         Body {
-            elastic: self.boundary.into(),
+            elastic: layer.map_or(self.boundary.into(), Elastic::Layer),
             hardness: hardness.and_then(|given| Hardness::new(given.pressure).ok()),
         }
     }
 
     /// Returns the expected number of pairs of transforms for one load with its parts.
-    fn pairs_per_load(&self) -> f64 {
+    fn pairs_per_load(&self, longer_side: f64) -> f64 {
         let loads = if self.control.is_load() { 1.0 } else { LOADS_OF_SEARCH };
-        loads * cost::pairs_per_load(&self.body(), self.tolerance) + self.pairs_of_parts()
+        let of_load = cost::pairs_per_load(&self.body(longer_side), self.tolerance);
+        loads * of_load + self.pairs_of_parts()
     }
 
     /// Returns the parameter columns that all rows share, with their values, except the hardness.
@@ -448,7 +450,8 @@ impl Stage for Params {
         };
         let solver = match self.asperities {
             Some(interaction) => 4.0 + asperities::bytes_per_node(interaction),
-            None => self.body().bytes_per_node(self.tolerance),
+            // A layer needs as much as a half-space.
+            None => self.body(1.0).bytes_per_node(self.tolerance),
         };
         Footprint {
             work: WORK_BYTES_PER_NODE + solver + self.part_bytes_per_node(),
@@ -469,12 +472,13 @@ impl Stage for Params {
     }
 
     fn effort(&self, extent: Extent) -> Effort {
-        let (body, nodes) = (self.body(), extent.nodes);
+        let Extent { nodes, longer_side, .. } = extent;
         if let Some(interaction) = self.asperities {
             return asperities::effort(interaction, self.loads.len(), nodes);
         }
-        let effort = Effort::pairs(self.pairs_per_load() * self.loads.len() as f64);
-        Effort { seconds: effort.seconds + cost::preparation_seconds(&body, nodes), ..effort }
+        let effort = Effort::pairs(self.pairs_per_load(longer_side) * self.loads.len() as f64);
+        let preparation = cost::preparation_seconds(&self.body(longer_side), nodes);
+        Effort { seconds: effort.seconds + preparation, ..effort }
     }
 
     /// Returns the recipe without parts, or `None` if this recipe has none.

@@ -133,8 +133,9 @@ pub trait Stage {
         read
     }
 
-    /// Returns the number of nodes along x and y if the task creates a mesh.
-    fn mesh(&self) -> Option<[usize; 2]> {
+    /// Returns the numbers of nodes along x and y and the longer side of the cell, if the task
+    /// creates a mesh.
+    fn mesh(&self) -> Option<([usize; 2], f64)> {
         None
     }
 
@@ -311,10 +312,12 @@ impl Footprint {
 }
 
 /// Size of the inputs of a task.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extent {
     /// Number of nodes of a surface along x and y.
     pub nodes: [usize; 2],
+    /// Longer side of the cell, in the unit of the surface.
+    pub longer_side: f64,
     /// Number of rows per surface, see [`Stage::rows`].
     pub rows: usize,
     pub tables: usize,

@@ -9,8 +9,9 @@ use crate::elasticity::PeriodicHalfSpace;
 use crate::fft::Transform;
 use crate::grid::{Boundary, Cell, Grid};
 
-/// Ratio of the time of an iteration to the time of its transforms: 2.4 at 512² and 2.3 at 1024².
-const OVERHEAD: f64 = 2.3;
+/// Ratio of the time of an iteration to the time of its transforms: 2.3 on processors with AVX2, and
+/// 3.1 on one with AVX-512, whose transforms wait less for memory.
+const OVERHEAD: f64 = 2.7;
 
 /// Expected number of transform pairs for a load at the default tolerance.
 ///
@@ -31,6 +32,10 @@ const MEASURING_TIME: Duration = Duration::from_millis(20);
 /// both axes.
 const FREE: f64 = 2.5;
 
+/// Time to read heights and to prepare the solver of a periodic body, in seconds per node. Half of
+/// it is the system that provides the memory.
+const PREPARATION: f64 = 6.5e-8;
+
 /// Time to compute the kernels of a free half-space and of its coarser meshes, in seconds per node.
 const FREE_KERNEL: f64 = 2.7e-7;
 
@@ -43,14 +48,15 @@ const YIELDING: f64 = 1.45;
 
 /// Longest side of a mesh whose speed is measured. A larger mesh would take up to seconds and
 /// gigabytes, so a part of it is measured.
-const LARGEST_MEASURED: usize = 1024;
+const LARGEST_MEASURED: usize = 2048;
 
-/// Returns the time to prepare a body, in core-seconds; it is negligible for a periodic body.
+/// Returns the time to prepare the contact of a surface with a body, in core-seconds.
 pub fn preparation_seconds(body: &Body, [nodes_x, nodes_y]: [usize; 2]) -> f64 {
-    match body.elastic.boundary() {
+    let of_kernel = match body.elastic.boundary() {
         Boundary::Periodic => 0.0,
-        Boundary::Free => FREE_KERNEL * nodes_x as f64 * nodes_y as f64,
-    }
+        Boundary::Free => FREE_KERNEL,
+    };
+    (PREPARATION + of_kernel) * nodes_x as f64 * nodes_y as f64
 }
 
 /// Returns the expected number of transform pairs for one load. It is the same for all loads and

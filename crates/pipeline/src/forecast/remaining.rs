@@ -43,13 +43,15 @@ impl Remaining {
         let beginning = self.beginnings.get(&task).and_then(|rows| whole.beginning(*rows));
         if let Some(beginning) = beginning {
             let effort = effort(planned, planned.nodes);
-            let extent = Extent { nodes: planned.nodes, rows: planned.rows, tables: 1 };
+            let (nodes, longer_side) = (planned.nodes, planned.longer_side);
+            let extent = Extent { nodes, longer_side, rows: planned.rows, tables: 1 };
             return Effort { pairs: effort.pairs - beginning.effort(extent).pairs, ..effort };
         }
         let groups = self.groups.get(&task).into_iter().flatten();
         let efforts = groups.map(|group| {
-            let (nodes, tables) = (planned.nodes, planned.inputs.len());
-            let extent = Extent { nodes, rows: group.values.len(), tables };
+            let (nodes, longer_side) = (planned.nodes, planned.longer_side);
+            let tables = planned.inputs.len();
+            let extent = Extent { nodes, longer_side, rows: group.values.len(), tables };
             let effort = group.recipe(whole).effort(extent).and_reading(extent.tables);
             if !group.from_stored {
                 return effort;

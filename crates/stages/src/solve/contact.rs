@@ -351,11 +351,12 @@ pub fn solve(
     context: &Context,
 ) -> Result<Table, StageError> {
     let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
-    let count = surface.grid().count() as f64;
+    let grid = surface.grid();
+    let (count, longer_side) = (grid.count() as f64, grid.cell().longer_side());
     let is_interrupted = || (context.interrupted)();
     let (contact, mut solver) =
         Contact::new(params, surface, rms_slope, context.threads.clone(), &is_interrupted)?;
-    let per_node = params.body().sibling_bytes_per_node(params.tolerance)
+    let per_node = params.body(longer_side).sibling_bytes_per_node(params.tolerance)
         + params.part_bytes_per_node()
         + WORK_BYTES_PER_NODE;
     let sibling = |solver: &Solver| {
@@ -372,7 +373,7 @@ pub fn solve(
             |rows| contact.table_of_parts(rows),
         );
     }
-    let task = LoadTask::new(context, &params.loads, params.pairs_per_load());
+    let task = LoadTask::new(context, &params.loads, params.pairs_per_load(longer_side));
     task.run(
         &mut solver,
         sibling,

@@ -132,7 +132,7 @@ pub struct SolveTable {
     /// maps is mirrored. By default the maps of both stages have the same axes.
     pub mirror: Key<MirrorAxis>,
     /// `true` solves Reynolds' equation for the flow through the gap under each load, along x and
-    /// along y. This takes 12 to 16 times as long as the contact and needs
+    /// along y. This takes 10 to 16 times as long as the contact and needs
     /// `boundary = "periodic"`.
     #[schemars(extend("default" = false))]
     pub flow: Key<bool>,

@@ -12,6 +12,7 @@ use super::*;
 use crate::FinishedRows;
 use crate::grids;
 use crate::surface_files::SurfaceFiles;
+use asperity_mechanics::elasticity::Support;
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
 use asperity_mechanics::threads::Threads;
@@ -217,8 +218,22 @@ fn a_sibling_needs_memory_and_none_is_needed_on_one_thread() {
     let requested = requests(2);
     assert_eq!(requested.len(), 2);
     let nodes = grid().count() as f64;
-    let solver = params.body().bytes_per_node(params.tolerance) * nodes;
+    let solver = params.body(1.0).bytes_per_node(params.tolerance) * nodes;
     assert!(requested.iter().all(|bytes| *bytes > 0 && (*bytes as f64) < solver));
+}
+
+#[test]
+fn a_stiff_coating_is_expected_to_take_more_pairs_on_a_larger_cell() {
+    let support = Support::HalfSpace { poisson_ratio: 0.3, modulus_ratio: 20.0 };
+    let layer = GivenLayer { thickness: 0.1, poisson_ratio: 0.3, support };
+    let coated = Params { layer: Some(layer), ..params() };
+    let pairs = |longer_side| {
+        coated.effort(Extent { nodes: [512; 2], longer_side, rows: 3, tables: 1 }).pairs
+            / coated.loads.len() as f64
+    };
+    // 15.7 and 33 pairs a load were counted for thicknesses of 0.2 and 0.005 sides.
+    assert!((12.0..19.0).contains(&pairs(0.5)), "{}", pairs(0.5));
+    assert!((26.0..41.0).contains(&pairs(20.0)), "{}", pairs(20.0));
 }
 
 #[test]
