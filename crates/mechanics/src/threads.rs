@@ -316,20 +316,28 @@ impl Workers<'_> {
         }
         let waiting = Mutex::new(blocks.iter_mut());
         let next = || locked(&waiting).next();
-        let run_blocks = |states: &mut V| {
+        let run_blocks = |state: &mut V| {
             while let Some(block) = next() {
-                work(states, block);
+                work(state, block);
             }
         };
-        let (own, others) = states.split_first_mut().expect("there is one at least");
+        let states = states[..=self.helpers].iter_mut();
+        let jobs = states.map(|state| Box::new(|| run_blocks(state)) as Box<dyn FnOnce() + Send>);
+        self.run(jobs.collect());
+    }
+
+    /// Runs the jobs, one on each thread. Closures of rayon are compiled here once, and not for
+    /// each kind of work.
+    fn run(&self, mut jobs: Vec<Box<dyn FnOnce() + Send + '_>>) {
+        let own = jobs.pop().expect("the calling thread has a job");
         match self.cores {
-            Some(cores) if self.helpers > 0 => cores.pool.in_place_scope(|scope| {
-                for states in &mut others[..self.helpers] {
-                    scope.spawn(|_| run_blocks(states));
+            Some(cores) if !jobs.is_empty() => cores.pool.in_place_scope(|scope| {
+                for job in jobs {
+                    scope.spawn(|_| job());
                 }
-                run_blocks(own);
+                own();
             }),
-            _ => run_blocks(own),
+            _ => own(),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Passes over the nodes of the mesh that compute new values and sums node by node.
 
+use std::ops::Range;
+
 use pulp::Simd;
 
 use crate::fft::{Band, Row};
@@ -102,25 +104,15 @@ where
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, _: &mut [()]) {
         let inside = self.domain.inside(row);
-        let inputs = self.inputs.map(|map| row.of(map).split_at(inside));
-        let outputs = self.outputs.each_mut().map(|band| band.row(row).split_at_mut(inside));
+        let inputs = self.inputs.map(|map| row.of(map));
+        let mut outputs = self.outputs.each_mut().map(|band| band.row(row));
         let mut found = Found::ZERO;
-        let own_inputs = inputs.map(|(own, _)| own);
-        let beyond_inputs = inputs.map(|(_, beyond)| beyond);
-        let mut beyond_outputs = [const { None }; O];
-        let mut at = 0;
-        let own_outputs = outputs.map(|(own, beyond)| {
-            beyond_outputs[at] = Some(beyond);
-            at += 1;
-            own
-        });
         if inside > 0 {
-            segment(ON_MAP, inside, own_inputs, own_outputs, self.term, &mut found);
+            segment(ON_MAP, 0..inside, &inputs, &mut outputs, self.term, &mut found);
         }
-        let outside = self.domain.mesh[1] - inside;
-        if outside > 0 {
-            let outside_outputs = beyond_outputs.map(|beyond| beyond.expect("each was set"));
-            segment(OUTSIDE, outside, beyond_inputs, outside_outputs, self.term, &mut found);
+        if inside < self.domain.mesh[1] {
+            let outside = inside..self.domain.mesh[1];
+            segment(OUTSIDE, outside, &inputs, &mut outputs, self.term, &mut found);
         }
         self.found.push(found);
     }
@@ -140,21 +132,25 @@ where
     }
 }
 
-/// Visits `nodes` neighbouring nodes of one kind, and adds their sums and maxima to `found`.
+/// Visits the neighbouring nodes `nodes` of a row, which are of one kind, and adds their sums and
+/// maxima to `found`.
+///
+/// Every call is compiled for each set of instructions, and plain loops over the few maps are a
+/// third of the code of `map` and `from_fn`.
 #[inline(always)]
 fn segment<const A: usize, const O: usize, const K: usize, const H: usize>(
     site: Site,
-    nodes: usize,
-    inputs: [&[f64]; A],
-    outputs: [&mut [f64]; O],
+    nodes: Range<usize>,
+    inputs: &[&[f64]; A],
+    outputs: &mut [&mut [f64]; O],
     term: impl Fn(Site, [f64; A], [f64; O]) -> Visited<O, K, H>,
     found: &mut Found<K, H>,
 ) {
     let mut sums = [[0.0; LANES]; K];
     let mut highest = [[f64::NEG_INFINITY; LANES]; H];
-    let groups = nodes / LANES;
-    for group in 0..groups {
-        let first = group * LANES;
+    let (mut own_x, mut own_y) = ([0.0; A], [0.0; O]);
+    let rest = nodes.end - nodes.len() % LANES;
+    for first in (nodes.start..rest).step_by(LANES) {
         let mut x = [[0.0; LANES]; A];
         for a in 0..A {
             x[a].copy_from_slice(&inputs[a][first..first + LANES]);
@@ -164,11 +160,13 @@ fn segment<const A: usize, const O: usize, const K: usize, const H: usize>(
             y[o].copy_from_slice(&outputs[o][first..first + LANES]);
         }
         for lane in 0..LANES {
-            let (new, terms, high) = term(
-                site,
-                std::array::from_fn(|a| x[a][lane]),
-                std::array::from_fn(|o| y[o][lane]),
-            );
+            for a in 0..A {
+                own_x[a] = x[a][lane];
+            }
+            for o in 0..O {
+                own_y[o] = y[o][lane];
+            }
+            let (new, terms, high) = term(site, own_x, own_y);
             for o in 0..O {
                 y[o][lane] = new[o];
             }
@@ -183,22 +181,30 @@ fn segment<const A: usize, const O: usize, const K: usize, const H: usize>(
             outputs[o][first..first + LANES].copy_from_slice(&y[o]);
         }
     }
-    for node in groups * LANES..nodes {
-        let x = std::array::from_fn(|a| inputs[a][node]);
-        let y = std::array::from_fn(|o| outputs[o][node]);
-        let (new, terms, high) = term(site, x, y);
+    for node in rest..nodes.end {
+        for a in 0..A {
+            own_x[a] = inputs[a][node];
+        }
+        for o in 0..O {
+            own_y[o] = outputs[o][node];
+        }
+        let (new, terms, high) = term(site, own_x, own_y);
         for o in 0..O {
             outputs[o][node] = new[o];
         }
         for k in 0..K {
-            sums[k][node % LANES] += terms[k];
+            sums[k][node - rest] += terms[k];
         }
         for h in 0..H {
             highest[h][0] = greater(high[h], highest[h][0]);
         }
     }
-    found.add(Found {
-        sums: sums.map(|lanes| lanes.into_iter().sum()),
-        highest: highest.map(|lanes| lanes.into_iter().fold(f64::NEG_INFINITY, greater)),
-    });
+    let mut in_segment = Found::ZERO;
+    for k in 0..K {
+        in_segment.sums[k] = sums[k].into_iter().sum();
+    }
+    for h in 0..H {
+        in_segment.highest[h] = highest[h].into_iter().fold(f64::NEG_INFINITY, greater);
+    }
+    found.add(in_segment);
 }
