@@ -187,8 +187,8 @@ impl PreparedSurface {
 }
 
 impl Solver {
-    /// Creates the solver of a surface with one height for each node of the body's grid. The mean of
-    /// the heights does not matter.
+    /// Creates the solver of a surface with one height for each node of the body's grid. The mean
+    /// of the heights does not matter.
     ///
     /// # Panics
     /// Panics if the number of heights differs from the number of nodes of the body.
