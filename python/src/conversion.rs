@@ -67,11 +67,22 @@ pub fn grid(py: Python<'_>, nodes: [usize; 2], size: [f64; 2]) -> PyResult<Grid>
     grid.map_err(|error| surface_error(py, &error))
 }
 
-/// Copies an array of heights into a scan; missing heights are NaN.
-pub fn scan(py: Python<'_>, heights: &PyReadonlyArray2<'_, f64>, size: [f64; 2]) -> PyResult<Scan> {
-    let grid = grid(py, nodes(heights), size)?;
+/// Returns the grid and the heights of an array, without a copy; missing heights are not finite.
+pub fn heights<'a>(
+    py: Python<'_>,
+    heights: &'a PyReadonlyArray2<'_, f64>,
+    size: [f64; 2],
+) -> PyResult<(Grid, &'a [f64])> {
+    let shape = heights.shape();
+    let grid = grid(py, [shape[0], shape[1]], size)?;
     let values = heights.as_slice()?;
     check_range(grid, values).map_err(|error| surface_error(py, &error))?;
+    Ok((grid, values))
+}
+
+/// Copies an array of heights into a scan; missing heights are NaN.
+pub fn scan(py: Python<'_>, array: &PyReadonlyArray2<'_, f64>, size: [f64; 2]) -> PyResult<Scan> {
+    let (grid, values) = heights(py, array, size)?;
     Scan::new(grid, values.to_vec()).map_err(|error| surface_error(py, &error))
 }
 
@@ -93,18 +104,11 @@ pub fn jobs(py: Python<'_>, jobs: Option<usize>) -> PyResult<Option<NonZeroUsize
 /// Copies an array of heights without missing points into a surface.
 pub fn surface(
     py: Python<'_>,
-    heights: &PyReadonlyArray2<'_, f64>,
+    array: &PyReadonlyArray2<'_, f64>,
     size: [f64; 2],
 ) -> PyResult<Surface> {
-    let grid = grid(py, nodes(heights), size)?;
-    let values = heights.as_slice()?;
-    check_range(grid, values).map_err(|error| surface_error(py, &error))?;
+    let (grid, values) = heights(py, array, size)?;
     Surface::new(grid, values.to_vec()).map_err(|error| surface_error(py, &error))
-}
-
-fn nodes(heights: &PyReadonlyArray2<'_, f64>) -> [usize; 2] {
-    let shape = heights.shape();
-    [shape[0], shape[1]]
 }
 
 /// Converts a map to an array [x, y] without a copy.
