@@ -211,7 +211,8 @@ impl Session<'_> {
     /// run and their expected costs. Writes nothing.
     ///
     /// # Errors
-    /// Returns the same errors as [`Session::sampled`].
+    /// Returns an error if the manifest is invalid, or a table that decides the number of surfaces
+    /// cannot be read.
     pub fn status(&self) -> Result<Status, SessionError> {
         let sampled = self.sampled()?;
         let record = Record::read(&self.data.records(), &sampled.study.name);
@@ -256,7 +257,7 @@ impl Session<'_> {
     /// Opens the tables of the study, for reading and for SQL queries.
     ///
     /// # Errors
-    /// Returns the same errors as [`Session::reading`].
+    /// Returns the same errors as [`Session::status`].
     pub fn tables(&self) -> Result<Tables<'_>, SessionError> {
         Tables::read_all(self)
     }

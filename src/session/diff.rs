@@ -1,8 +1,7 @@
 //! Comparison of two studies: their parameters, their rows, and the means of their columns.
 //!
-//! Both sides are [`Studies`]. Stages correspond by name and kind. Rows correspond by parameter
-//! point, surface and load ([`rows`]); means of corresponding rows are compared surface by surface
-//! ([`columns`]).
+//! Stages correspond by name and kind. Rows correspond by parameter point, surface and load, in
+//! `rows`; means of corresponding rows are compared surface by surface, in `columns`.
 
 pub(crate) mod columns;
 mod output;

@@ -123,7 +123,7 @@ impl Session<'_> {
     /// cost of extending fits of limits. Writes nothing.
     ///
     /// # Errors
-    /// Returns the same errors as [`Session::reading`], an error if a stage or column does not
+    /// Returns the same errors as [`Session::status`], an error if a stage or column does not
     /// exist or has no means over surfaces, and an error if a table is damaged.
     pub fn errors(
         &self,

@@ -1,6 +1,6 @@
 //! Finished and missing tasks of a study, with reasons and costs.
 //!
-//! [`Status`] reads the store and the record of the last run; [`Progress`] also reads the receipts
+//! [`Status`] reads the store and the record of the last run; `Progress` also reads the receipts
 //! and the queue of a cluster.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
