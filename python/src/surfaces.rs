@@ -12,7 +12,7 @@ use asperity_mechanics::topography::fill::Fill;
 use asperity_mechanics::topography::level::{Level, ThreePoints};
 use asperity_mechanics::topography::outliers::{MAX_WINDOW, Spikes, islands};
 use asperity_mechanics::topography::preparation::Crop;
-use asperity_mechanics::topography::surface::Axis;
+use asperity_mechanics::topography::surface::{Axis, check_range};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -62,7 +62,9 @@ pub fn implausible(
 ) -> PyResult<Vec<String>> {
     let (grid, heights) = conversion::heights(py, &heights, size)?;
     let unit = unit.unwrap_or_default();
-    Ok(py.detach(|| direct::implausible(grid, heights, unit, format, has_given_sides)))
+    let warnings = || direct::implausible(grid, heights, unit, format, has_given_sides);
+    let checked = py.detach(|| check_range(grid, heights).map(|()| warnings()));
+    checked.map_err(|error| surface_error(py, &error))
 }
 
 /// Writes a map to a file of Gwyddion.
