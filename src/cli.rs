@@ -9,7 +9,7 @@ mod claims;
 mod cluster;
 mod columns;
 mod console;
-pub mod diff;
+pub(crate) mod diff;
 mod errors;
 mod maintenance;
 mod pictures;
@@ -18,7 +18,7 @@ mod reference;
 mod report;
 mod run;
 mod tables;
-pub mod terminal;
+pub(crate) mod terminal;
 
 use std::env;
 use std::error::Error;
@@ -30,12 +30,12 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use serde::Serialize;
 
+use asperity_queries::silence_panics;
+
 use crate::session::formatting::chain;
 use crate::session::{
     DataFolder, Event, Instructions, SETTINGS_FILE, Session, SessionError, Setting, UnknownName,
 };
-
-pub use crate::session::silence_panics;
 
 /// Run statistical studies of the contact of rough surfaces.
 ///
@@ -114,11 +114,6 @@ enum Command {
     Completions(reference::CompletionsArguments),
     /// Write manual pages, one for each command.
     Man(reference::ManArguments),
-}
-
-/// Runs the command line of this process.
-pub fn main() -> ExitCode {
-    run(env::args_os(), None)
 }
 
 /// Runs a command line whose first word is the name of the program.
@@ -316,7 +311,7 @@ fn unknown(message: String, name: &str, known: &[&str]) -> Failure {
 }
 
 /// Prints a line on standard error and escapes control characters.
-pub fn warn(line: &str) {
+pub(crate) fn warn(line: &str) {
     // Ignore write errors: stderr may be closed.
     let _ = writeln!(stderr(), "{}", terminal::escaped(line));
 }

@@ -43,24 +43,41 @@
 //! [`TopographyFile`]: topography_files::TopographyFile
 
 // Every type in a public signature must be nameable.
-#![warn(unnameable_types)]
+#![warn(unnameable_types, unreachable_pub)]
 
 pub mod session;
 
-/// Command line of the program, not a library interface.
-#[doc(hidden)]
-pub mod cli;
+/// Tasks of a study, in the order in which a run computes them.
+pub mod plan {
+    pub use asperity_pipeline::plan::{Kind, Plan, PlannedStage, Task};
+}
 
+/// Validated manifests.
+pub mod study {
+    pub use asperity_pipeline::study::{
+        Growth, ManifestErrors, Problem, Stage, StageSummary, Study, Until, Warning,
+    };
+}
+
+mod cli;
 mod share;
+
+/// What the executable, the Python module and fuzz tests use; not a library interface.
+#[doc(hidden)]
+pub mod internal {
+    pub use crate::cli::diff::comparison_text;
+    pub use crate::cli::terminal::escaped;
+    pub use crate::cli::{run as command, user_settings};
+    pub use crate::session::export::write_gwyddion;
+    pub use asperity_queries::silence_panics;
+    pub use asperity_stages::{spectrum_files, surface_files};
+}
 
 pub use asperity_contact as contact;
 /// Types in the signatures of [`direct`], internal otherwise.
 #[doc(hidden)]
 pub use asperity_mechanics as mechanics;
-pub use asperity_pipeline::{direct, plan, study};
-/// Readers of files, public for fuzz tests and the Python module only.
-#[doc(hidden)]
-pub use asperity_stages::{spectrum_files, surface_files};
+pub use asperity_pipeline::direct;
 pub use asperity_statistics as statistics;
 pub use asperity_tables as tables;
 pub use asperity_topography_files as topography_files;

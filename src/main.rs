@@ -1,7 +1,8 @@
 //! The executable of the command `asperity`.
 
+use std::env;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    asperity::cli::main()
+    asperity::internal::command(env::args_os(), None)
 }

@@ -48,29 +48,30 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod advice;
 pub mod claims;
 pub mod diff;
 pub mod error;
 pub mod errors;
 pub mod events;
-pub mod export;
-pub mod failures;
-pub mod formatting;
-pub mod index;
-pub mod maintenance;
 pub mod maps;
-pub mod name_lookup;
-pub mod new_manifest;
-pub mod output_files;
 pub mod results;
 pub mod run;
-pub mod sharing;
 pub mod status;
-pub mod submission;
-pub mod task_choice;
-pub mod topography_file;
-pub mod view;
+
+pub(crate) mod advice;
+pub(crate) mod export;
+pub(crate) mod failures;
+pub(crate) mod formatting;
+pub(crate) mod index;
+pub(crate) mod maintenance;
+pub(crate) mod name_lookup;
+pub(crate) mod new_manifest;
+pub(crate) mod output_files;
+pub(crate) mod sharing;
+pub(crate) mod submission;
+pub(crate) mod task_choice;
+pub(crate) mod topography_file;
+pub(crate) mod view;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -85,35 +86,37 @@ use asperity_pipeline::study::Study;
 use asperity_tables::store::Store;
 use asperity_tables::store::users::HostState;
 
-pub use crate::share::{Day, ShareError, ShareOptions, UnportablePath, utc};
-pub use asperity_mechanics::instructions::Instructions;
 pub use asperity_pipeline::cluster::shard::{InvalidShard, Shard};
 pub use asperity_pipeline::data_folder::DataFolder;
 pub use asperity_pipeline::manifest::setting::Setting;
 pub use asperity_pipeline::plan::{Plan, PlannedStage};
-pub use asperity_pipeline::results::{StageRows, StudyResults};
-pub use asperity_pipeline::settings_file::FILE as SETTINGS_FILE;
 pub use asperity_pipeline::study::Warning;
-pub use asperity_queries::silence_panics;
-pub use asperity_stages::per_axis::PerAxis;
 pub use asperity_stages::units::TableUnits;
 pub use claims::StudyClaims;
 pub use error::SessionError;
 pub use errors::StudyErrors;
 pub use events::{Event, Notice, Observer, RunProgress};
-pub use index::StudyIndex;
-pub use maps::{Map, MapKind, TaskMaps};
+pub use maps::{Map, MapKind};
 pub use name_lookup::UnknownName;
-pub use results::{Bars, DescribedColumns, Report, ReportOptions, Table, Tables};
+pub use results::{DescribedColumns, Report, ReportOptions, Table, Tables};
 pub use run::{PreparedRun, RunOptions, RunReport, SampledStudy, Selection};
-pub use sharing::SharedStudy;
-pub use status::{Progress, Status};
-pub use submission::{FinishOptions, FinishOutcome, Finished, PlannedSubmission, SubmitOptions};
-pub use task_choice::{ChosenLoad, Coordinate, InvalidCoordinate};
+pub use status::Status;
+pub use task_choice::{ChosenLoad, Coordinate, InvalidCoordinate, InvalidLoad};
 
+pub(crate) use crate::share::{Day, ShareOptions, utc};
+pub(crate) use asperity_mechanics::instructions::Instructions;
+pub(crate) use asperity_pipeline::results::StudyResults;
+pub(crate) use asperity_pipeline::settings_file::FILE as SETTINGS_FILE;
+pub(crate) use asperity_stages::per_axis::PerAxis;
 pub(crate) use asperity_tables::parallel;
 pub(crate) use asperity_tables::store::StoreError;
 pub(crate) use asperity_tables::store::files::make_folder;
+pub(crate) use index::StudyIndex;
+pub(crate) use maps::TaskMaps;
+pub(crate) use results::Bars;
+pub(crate) use sharing::SharedStudy;
+pub(crate) use status::Progress;
+pub(crate) use submission::{FinishOptions, FinishOutcome, PlannedSubmission, SubmitOptions};
 
 /// Manifest of a study with its data folder.
 ///
@@ -199,7 +202,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns an error if the manifest is invalid, or a table that decides the number of surfaces
     /// cannot be read.
-    pub fn sampled(&self) -> Result<SampledStudy, SessionError> {
+    pub(crate) fn sampled(&self) -> Result<SampledStudy, SessionError> {
         let store = self.open_read_only()?;
         Ok(SampledStudy::from_tables(self.study()?, &store, &DeclaredClaims)?)
     }
@@ -208,7 +211,8 @@ impl Session<'_> {
     /// run and their expected costs. Writes nothing.
     ///
     /// # Errors
-    /// Returns the same errors as [`Session::sampled`].
+    /// Returns an error if the manifest is invalid, or a table that decides the number of surfaces
+    /// cannot be read.
     pub fn status(&self) -> Result<Status, SessionError> {
         let sampled = self.sampled()?;
         let record = Record::read(&self.data.records(), &sampled.study.name);
@@ -241,7 +245,7 @@ impl Session<'_> {
     ///
     /// # Errors
     /// Returns the same errors as [`Session::sampled`].
-    pub fn reading(&self) -> Result<StudyResults, SessionError> {
+    pub(crate) fn reading(&self) -> Result<StudyResults, SessionError> {
         let (store, results) = (self.open_read_only()?, self.data.results());
         let study = read_study(&self.manifest, &self.settings, &store, &results)?;
         for file in study.sources.recalled() {
@@ -253,7 +257,7 @@ impl Session<'_> {
     /// Opens the tables of the study, for reading and for SQL queries.
     ///
     /// # Errors
-    /// Returns the same errors as [`Session::reading`].
+    /// Returns the same errors as [`Session::status`].
     pub fn tables(&self) -> Result<Tables<'_>, SessionError> {
         Tables::read_all(self)
     }

@@ -21,36 +21,37 @@ use chrono::{DateTime, Utc};
 
 pub use archive::UnportablePath;
 pub(crate) use archive::is_archive;
-pub use chrono::NaiveDate as Day;
+pub(crate) use chrono::NaiveDate as Day;
 pub(crate) use contents::Contents;
 
 /// Options of an archive of a study.
 #[derive(Debug, Clone)]
-pub struct ShareOptions {
+pub(crate) struct ShareOptions {
     /// Path of the archive (default: `STUDY.zip` in the current folder).
-    pub output: Option<PathBuf>,
+    pub(crate) output: Option<PathBuf>,
     /// Include the tables of the store with all maps, so that a run in the unpacked folder has
     /// nothing to compute.
-    pub store: bool,
+    pub(crate) store: bool,
     /// Overwrite an existing archive.
-    pub replace: bool,
+    pub(crate) replace: bool,
     /// Date in the description of the archive. Archives of the same study, options and date have
     /// the same bytes.
-    pub day: Day,
+    pub(crate) day: Day,
     /// License in the description, as an SPDX identifier or a URL.
-    pub license: Option<String>,
+    pub(crate) license: Option<String>,
     /// Names of the authors in the description.
-    pub authors: Vec<String>,
+    pub(crate) authors: Vec<String>,
 }
 
 /// Converts a moment to UTC. Moments before 1970 become its first second.
-pub fn utc(moment: SystemTime) -> DateTime<Utc> {
+pub(crate) fn utc(moment: SystemTime) -> DateTime<Utc> {
     let since = moment.duration_since(UNIX_EPOCH).unwrap_or_default();
     DateTime::from_timestamp(since.as_secs().try_into().unwrap_or(0), 0).unwrap_or_default()
 }
 
 /// Failure to create an archive of a study.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ShareError {
     #[error("`{}` already exists; use `--replace` to overwrite it", path.display())]
     Exists { path: PathBuf },

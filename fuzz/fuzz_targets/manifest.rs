@@ -5,7 +5,6 @@ use std::path::{Component, Path};
 
 use asperity::plan::Plan;
 use asperity::session::DataFolder;
-use asperity::session::claim_names;
 use asperity::study::Study;
 use libfuzzer_sys::fuzz_target;
 
@@ -15,7 +14,7 @@ const MOST_SURFACES: u64 = 20;
 fuzz_target!(|text: &str| {
     // Folder of the surface files.
     let folder = Path::new("maps");
-    match Study::parse(text, "fuzz.toml", folder, claim_names) {
+    match Study::parse(text, "fuzz.toml", folder) {
         Err(errors) => assert!(!errors.render(false).is_empty()),
         Ok(study) => {
             if study.surfaces() <= MOST_SURFACES {

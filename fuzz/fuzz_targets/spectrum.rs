@@ -5,7 +5,7 @@
 #![no_main]
 
 use asperity_mechanics::topography::spectral_density::SpectralDensity;
-use asperity::stages::spectrum_files::read;
+use asperity::internal::spectrum_files::read;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(init: {

@@ -46,23 +46,23 @@ class ContactState:
         return float(np.mean(self.contact()))
 
     def pressure(self) -> Reals:
-        """See :meth:`Contact.pressure`."""
+        """Returns the contact pressure, shape (n_x, n_y); see :meth:`Contact.pressure`."""
         return self._pressing.pressure(self.index)
 
     def gap(self) -> Reals:
-        """See :meth:`Contact.gap`."""
+        """Returns the gap between the surfaces, shape (n_x, n_y); see :meth:`Contact.gap`."""
         return self._pressing.gap(self.index)
 
     def displacement(self) -> Reals:
-        """See :meth:`Contact.displacement`."""
+        """Returns the displacement of the elastic body, shape (n_x, n_y); see :meth:`Contact.displacement`."""
         return self._pressing.displacement(self.index)
 
     def contact(self) -> NDArray[np.bool_]:
-        """See :meth:`Contact.contact`."""
+        """Returns the contact map, shape (n_x, n_y): True for nodes in contact."""
         return self._pressing.contact(self.index)
 
     def repulsive(self) -> NDArray[np.bool_]:
-        """See :meth:`Contact.repulsive`."""
+        """Returns the map of the nodes with positive pressure, shape (n_x, n_y); see :meth:`Contact.repulsive`."""
         return self._pressing.repulsive(self.index)
 
     def __repr__(self) -> str:
@@ -78,7 +78,8 @@ class Contact:
 
     With adhesion, the rows and maps are those of the states of the path, in its order. Where this class says
     load, it then means state. With a hardness and a `path`, they are those of the loads of each branch in
-    ascending order: first loading, then unloading from each maximum. Lengths are in the unit of the surface, and pressures in the unit of `effective_modulus`.
+    ascending order: first loading, then unloading from each maximum. Lengths are in the unit of the surface, and
+    pressures in the unit of `effective_modulus` (default: units of E*). Each call returns a new array.
 
     Attributes
     ----------
@@ -140,7 +141,7 @@ class Contact:
         return all(stop not in unconverged for stop in self._table["stop"])
 
     def pressure(self, load: int) -> Reals:
-        """Returns the contact pressure, shape (n_x, n_y); exactly zero outside the contact.
+        """Returns the contact pressure in the unit of the modulus, shape (n_x, n_y); zero outside the contact.
 
         With adhesion, it is negative where the surfaces attract each other.
 
@@ -157,7 +158,7 @@ class Contact:
         return self._pressing.pressure(self._index(load))
 
     def gap(self, load: int) -> Reals:
-        """Returns the gap between the surfaces, shape (n_x, n_y).
+        """Returns the gap between the surfaces in the unit of the surface, shape (n_x, n_y).
 
         The gap is zero in elastic contact. Where the material yields, it is negative, and its magnitude is
         the depth of the yielding. After pull-off it is infinite.
@@ -170,9 +171,9 @@ class Contact:
         return self._pressing.gap(self._index(load))
 
     def displacement(self, load: int) -> Reals:
-        """Returns the displacement of the elastic body, shape (n_x, n_y), positive into the body.
+        """Returns the displacement of the elastic body in the unit of the surface, shape (n_x, n_y).
 
-        The mean displacement of a periodic body is zero.
+        It is positive into the body. The mean displacement of a periodic body is zero.
 
         Raises
         ------

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from asperity import _asperity
 from asperity._arrays import each
+from asperity.errors import ArgumentError
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class EvolutionLaw:
     mu: float
 
     def area(self, load: ArrayLike) -> Any:
-        """Returns the area fraction at loads ≥ 0."""
+        """Returns the area fraction at loads ≥ 0; the result has the shape of the loads, as in all methods."""
         return self._of("area", load)
 
     def slope(self, load: ArrayLike) -> Any:
@@ -95,6 +96,8 @@ class EvolutionLaw:
 
         Raises
         ------
+        ArgumentError
+            If `kappa` or `quantity` is not one of the values above.
         FitError
             If there are too few data, or if the fit fails.
 
@@ -110,7 +113,7 @@ class EvolutionLaw:
         abscissae = np.ascontiguousarray(loads, dtype=np.float64)
         value: Optional[float] = None if isinstance(kappa, str) else float(kappa)
         if isinstance(kappa, str) and kappa not in ("free", "least-convex"):
-            raise ValueError(f'kappa is "{kappa}", but must be a number, "free" or "least-convex"')
+            raise ArgumentError(f'kappa is "{kappa}", but must be a number, "free" or "least-convex"')
         parameters, _, _, _ = _asperity.fit_evolution(
             abscissae, rows, window, quantity, value, kappa == "least-convex"
         )
@@ -155,6 +158,11 @@ def corrected_area(
     boundary : ``"periodic"`` or ``"free"``
         Boundary condition of the map: periodic, or an isolated patch.
 
+    Raises
+    ------
+    ArgumentError
+        If `contact` is not a two-dimensional array, or another argument is not one of the values above.
+
     Examples
     --------
     >>> square = np.zeros((16, 16), dtype=bool)
@@ -164,6 +172,8 @@ def corrected_area(
     (0.0625, 0.055118)
     """
     if boundary not in ("periodic", "free"):
-        raise ValueError(f'boundary is "{boundary}", but must be "periodic" or "free"')
+        raise ArgumentError(f'boundary is "{boundary}", but must be "periodic" or "free"')
     contact = np.ascontiguousarray(contact, dtype=bool)
+    if contact.ndim != 2:
+        raise ArgumentError(f"contact has the shape {contact.shape}, but must be a map [x, y], such as `contact(0)`")
     return CorrectedArea(*_asperity.corrected_area(contact, coefficient, boundary == "periodic"))

@@ -41,6 +41,7 @@ def press(
     shift: Optional[Tuple[float, float]] = None,
     mirror: Optional[str] = None,
     stiffness: Optional[bool] = None,
+    flow: Optional[bool] = None,
     friction: Optional[Mapping[str, Any]] = None,
     tolerance: Optional[float] = None,
     max_pairs: Optional[int] = None,
@@ -119,6 +120,10 @@ def press(
         was seen from its own front; default: none.
     stiffness : bool, optional
         True to compute the stiffness of the contact under each load, the column ``stiffness``; default: False.
+    flow : bool, optional
+        True to compute the flow of a thin fluid through the periodic gap: the conductivities
+        ``flow_conductivity_x`` and ``flow_conductivity_y`` in length³, zero where no channel leads through, and the
+        flow factors ``flow_factor_x`` and ``flow_factor_y``; default: False.
     friction : mapping, optional
         ``{"coefficient", "loads", "poisson_ratio"}``: partial slip under tangential loads Q/(f N) between −1
         and 1, in the order of the path. `Contact.partial_slip` is the table. The normal loads N (1 − Q/(f N))
@@ -198,6 +203,7 @@ def press(
             substrate,
             counter_body,
             stiffness,
+            flow,
             tolerance,
             max_pairs,
         ),
@@ -232,6 +238,7 @@ def press_each(
     shift: Optional[Tuple[float, float]] = None,
     mirror: Optional[str] = None,
     stiffness: Optional[bool] = None,
+    flow: Optional[bool] = None,
     tolerance: Optional[float] = None,
     max_pairs: Optional[int] = None,
     fields: bool = True,
@@ -269,6 +276,7 @@ def press_each(
             substrate,
             counter_body,
             stiffness,
+            flow,
             tolerance,
             max_pairs,
         ),
@@ -337,6 +345,7 @@ def _setting(
     substrate: Optional[Mapping[str, Quantity]],
     counter_body: Optional[Mapping[str, Quantity]],
     stiffness: Optional[bool],
+    flow: Optional[bool],
     tolerance: Optional[float],
     max_pairs: Optional[int],
 ) -> Dict[str, Any]:
@@ -351,6 +360,7 @@ def _setting(
         "substrate": None if substrate is None else dict(substrate),
         "counter_body": None if counter_body is None else dict(counter_body),
         "stiffness": stiffness,
+        "flow": flow,
         "tolerance": tolerance,
         "max_pairs": max_pairs,
     }

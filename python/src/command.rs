@@ -5,7 +5,7 @@ use std::io::{Write, stdout};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use asperity::cli;
+use asperity::internal::command;
 use pyo3::prelude::*;
 
 /// Runs a command line, handles signals and returns the exit code.
@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 #[pyo3(signature = (line, program=None))]
 pub fn main(py: Python<'_>, line: Vec<OsString>, program: Option<PathBuf>) -> u8 {
     py.detach(|| {
-        let code = cli::run(line, program.as_deref());
+        let code = command(line, program.as_deref());
         // A Rust program flushes at exit; a Python process does not. Ignore errors: stdout may be
         // closed.
         let _ = stdout().flush();

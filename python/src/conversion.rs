@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 
 use asperity_mechanics::grid::{Cell, Grid};
-use asperity_mechanics::topography::surface::{Scan, Surface, check_range};
+use asperity_mechanics::topography::surface::{Scan, Surface, SurfaceError, check_range};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
@@ -67,12 +67,43 @@ pub fn grid(py: Python<'_>, nodes: [usize; 2], size: [f64; 2]) -> PyResult<Grid>
     grid.map_err(|error| surface_error(py, &error))
 }
 
+/// Returns the grid and the heights of an array, without a copy; missing heights are not finite.
+///
+/// The heights may be read without the global lock, as NumPy's own functions do: no other thread
+/// may change the array meanwhile.
+pub fn heights<'a>(
+    py: Python<'_>,
+    heights: &'a PyReadonlyArray2<'_, f64>,
+    size: [f64; 2],
+) -> PyResult<(Grid, &'a [f64])> {
+    let shape = heights.shape();
+    Ok((grid(py, [shape[0], shape[1]], size)?, heights.as_slice()?))
+}
+
 /// Copies an array of heights into a scan; missing heights are NaN.
-pub fn scan(py: Python<'_>, heights: &PyReadonlyArray2<'_, f64>, size: [f64; 2]) -> PyResult<Scan> {
-    let grid = grid(py, nodes(heights), size)?;
-    let values = heights.as_slice()?;
-    check_range(grid, values).map_err(|error| surface_error(py, &error))?;
-    Scan::new(grid, values.to_vec()).map_err(|error| surface_error(py, &error))
+pub fn scan(py: Python<'_>, array: &PyReadonlyArray2<'_, f64>, size: [f64; 2]) -> PyResult<Scan> {
+    copied(py, array, size, Scan::new)
+}
+
+/// Copies an array of heights without missing points into a surface.
+pub fn surface(
+    py: Python<'_>,
+    array: &PyReadonlyArray2<'_, f64>,
+    size: [f64; 2],
+) -> PyResult<Surface> {
+    copied(py, array, size, Surface::new)
+}
+
+/// Copies an array of heights while other Python threads run.
+fn copied<T: Send>(
+    py: Python<'_>,
+    array: &PyReadonlyArray2<'_, f64>,
+    size: [f64; 2],
+    new: fn(Grid, Vec<f64>) -> Result<T, SurfaceError>,
+) -> PyResult<T> {
+    let (grid, values) = heights(py, array, size)?;
+    let made = py.detach(|| check_range(grid, values).and_then(|()| new(grid, values.to_vec())));
+    made.map_err(|error| surface_error(py, &error))
 }
 
 /// Maximum value of the argument `jobs`, as on the command line.
@@ -88,23 +119,6 @@ pub fn jobs(py: Python<'_>, jobs: Option<usize>) -> PyResult<Option<NonZeroUsize
         })
     });
     checked.transpose()
-}
-
-/// Copies an array of heights without missing points into a surface.
-pub fn surface(
-    py: Python<'_>,
-    heights: &PyReadonlyArray2<'_, f64>,
-    size: [f64; 2],
-) -> PyResult<Surface> {
-    let grid = grid(py, nodes(heights), size)?;
-    let values = heights.as_slice()?;
-    check_range(grid, values).map_err(|error| surface_error(py, &error))?;
-    Surface::new(grid, values.to_vec()).map_err(|error| surface_error(py, &error))
-}
-
-fn nodes(heights: &PyReadonlyArray2<'_, f64>) -> [usize; 2] {
-    let shape = heights.shape();
-    [shape[0], shape[1]]
 }
 
 /// Converts a map to an array [x, y] without a copy.

@@ -2,8 +2,8 @@
 
 use std::error::Error;
 
-use asperity::cli::terminal::escaped;
 use asperity::direct::DirectError;
+use asperity::internal::escaped;
 use asperity::session::SessionError;
 use asperity::study::ManifestErrors;
 use pyo3::exceptions::PyRuntimeError;

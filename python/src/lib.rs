@@ -46,7 +46,7 @@ mod _asperity {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        asperity::cli::silence_panics();
+        asperity::internal::silence_panics();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -1,7 +1,6 @@
 //! Maps of a finished study as arrays.
 
-use asperity::session::maps::{Map, MapKind};
-use asperity::session::{ChosenLoad, Coordinate, SessionError};
+use asperity::session::{ChosenLoad, Coordinate, Map, MapKind, SessionError};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 

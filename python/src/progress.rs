@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use asperity::cli::terminal::escaped;
+use asperity::internal::escaped;
 use asperity::session::{Event, Observer, RunProgress};
 use pyo3::prelude::*;
 
@@ -93,15 +93,8 @@ impl Observer for Listener {
             }
             (Event::Advanced(task, share), Some(batch)) => batch.progress.advanced(task, share),
             (Event::Finished(task), Some(batch)) => batch.progress.finished(task),
-            // The batch is kept, so that the last state of a short run is shown, too.
-            (
-                Event::Failed(_)
-                | Event::Started(_)
-                | Event::Advanced(..)
-                | Event::Finished(_)
-                | Event::Ended,
-                _,
-            ) => {}
+            // At the end, the batch is kept, so that the last state of a short run is shown, too.
+            _ => {}
         }
     }
 }

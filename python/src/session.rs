@@ -4,8 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use asperity::cli::diff::comparison_text;
-use asperity::cli::terminal::escaped;
+use asperity::internal::{comparison_text, escaped, user_settings};
 use asperity::session::{self, diff};
 use asperity::session::{ReportOptions, RunOptions, RunReport, SessionError, Setting, Status};
 use bytesize::ByteSize;
@@ -98,7 +97,7 @@ impl Session {
             let setting = format!("{key}={value}").parse::<Setting>();
             setting.map_err(|error| value_error(py, format!("`set` with the key `{key}`: {error}")))
         });
-        let data = session::DataFolder::new(data).with_settings(asperity::cli::user_settings());
+        let data = session::DataFolder::new(data).with_settings(user_settings());
         Ok(Session { manifest, data, settings: settings.collect::<PyResult<_>>()? })
     }
 
@@ -131,12 +130,10 @@ impl Session {
     ) -> PyResult<(Run, Notices)> {
         let parsed = memory.map(str::parse::<ByteSize>).transpose();
         let memory = parsed.map_err(|reason| value_error(py, format!("`memory`: {reason}")))?;
-        let options = RunOptions {
-            jobs: conversion::jobs(py, jobs)?,
-            memory,
-            replace,
-            ..RunOptions::default()
-        };
+        let mut options = RunOptions::default();
+        options.jobs = conversion::jobs(py, jobs)?;
+        options.memory = memory;
+        options.replace = replace;
         let (report, notices) =
             self.call_until(py, on_progress.as_ref(), move |session, stop| {
                 session.run(&options, stop)
@@ -161,9 +158,8 @@ impl Session {
         stage: String,
         conditions: Conditions,
     ) -> PyResult<(Heights<'py>, Notices)> {
-        let (surface, notices) = self.call(py, move |session| {
-            session.maps(&stage, &maps::coordinates(conditions), None)?.into_surface()
-        })?;
+        let (surface, notices) =
+            self.call(py, move |session| session.surface(&stage, &maps::coordinates(conditions)))?;
         let grid = surface.surface.grid();
         let heights = conversion::map(py, surface.surface.into_heights(), grid.nodes())?;
         let size = grid.cell().size().into();
@@ -240,7 +236,8 @@ impl Session {
         output: Option<PathBuf>,
         replace: bool,
     ) -> PyResult<(PathBuf, PathBuf)> {
-        let options = ReportOptions { output, replace, ..ReportOptions::default() };
+        let mut options = ReportOptions::default();
+        (options.output, options.replace) = (output, replace);
         let (report, _) = self.call(py, move |session| session.report(&options))?;
         Ok((report.page, report.figures))
     }

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use asperity::direct;
-use asperity::session::export;
-use asperity::surface_files::{MAX_BYTES, SurfaceFileError};
+use asperity::internal::surface_files::{MAX_BYTES, SurfaceFileError};
+use asperity::internal::write_gwyddion as write_map;
 use asperity::tables::store::regular::read_regular;
 use asperity::topography_files::{Quantity, Size, SuspectNumber, is_marker};
 use asperity_mechanics::topography::alignment::{Alignment, LineFit, MAX_DEGREE};
@@ -12,7 +12,7 @@ use asperity_mechanics::topography::fill::Fill;
 use asperity_mechanics::topography::level::{Level, ThreePoints};
 use asperity_mechanics::topography::outliers::{MAX_WINDOW, Spikes, islands};
 use asperity_mechanics::topography::preparation::Crop;
-use asperity_mechanics::topography::surface::Axis;
+use asperity_mechanics::topography::surface::{Axis, check_range};
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -60,8 +60,11 @@ pub fn implausible(
     format: Option<&str>,
     has_given_sides: bool,
 ) -> PyResult<Vec<String>> {
-    let scan = scan(py, &heights, size)?;
-    Ok(py.detach(|| direct::implausible(&scan, unit.unwrap_or_default(), format, has_given_sides)))
+    let (grid, heights) = conversion::heights(py, &heights, size)?;
+    let unit = unit.unwrap_or_default();
+    let warnings = || direct::implausible(grid, heights, unit, format, has_given_sides);
+    let checked = py.detach(|| check_range(grid, heights).map(|()| warnings()));
+    checked.map_err(|error| surface_error(py, &error))
 }
 
 /// Writes a map to a file of Gwyddion.
@@ -74,7 +77,7 @@ pub fn write_gwyddion(
     unit: Option<&str>,
 ) -> PyResult<()> {
     let scan = scan(py, &heights, size)?;
-    let written = py.detach(|| export::write_gwyddion(&path, &scan, unit));
+    let written = py.detach(|| write_map(&path, &scan, unit));
     written.map_err(|error| session_error(py, &error))
 }
 
@@ -142,7 +145,7 @@ pub fn read<'py>(
         let (number, name) = (one.index + 1, chosen.name());
         format!("channel {number}, `{name}`, is read, {}; choose one with `channel`", one.reason)
     }));
-    if let Some(SuspectNumber { number, count }) = suspect
+    if let Some(SuspectNumber { number, count, .. }) = suspect
         && missing.is_none_or(|marker| !is_marker(number, marker))
     {
         notes.push(format!(

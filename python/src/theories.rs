@@ -179,8 +179,10 @@ pub fn corrected_area(
     let touches = contact.as_slice()?.iter();
     let pressures: Vec<f64> = touches.map(|touches| f64::from(u8::from(*touches))).collect();
     let boundary = if is_periodic { Boundary::Periodic } else { Boundary::Free };
-    let map = ContactMap::from_pressures(shape, &pressures).with_boundary(boundary);
-    let counted = ContactArea::from_map(&map).counted();
+    let counted = py.detach(|| {
+        let map = ContactMap::from_pressures(shape, &pressures).with_boundary(boundary);
+        ContactArea::from_map(&map).counted()
+    });
     let [lower, upper] = counted.bounds();
     Ok([counted.fraction(), counted.corrected(coefficient), lower, upper])
 }

@@ -51,6 +51,22 @@ def test_contacts_are_those_that_a_study_solves(finished):
             assert np.array_equal(contact.pressure(load).reshape(-1), solved)
 
 
+def test_the_flow_through_the_gap_is_that_of_a_study(tmp_path):
+    study = asperity.Study.parse({
+        "study": {"name": "flow"},
+        "stage": {
+            "surfaces": {"kind": "generate", **KEYS},
+            "contact": {"kind": "solve", "from": "surfaces", "loads": LOADS, "flow": True},
+            "leak": {"kind": "measure", "from": "contact"},
+        },
+    }, data=tmp_path)
+    study.run(progress=False)
+    contact, leak = asperity.press(asperity.surface(**KEYS), loads=LOADS, flow=True), study.table("leak")
+    for column in ["flow_conductivity_x", "flow_conductivity_y", "flow_factor_x", "flow_factor_y"]:
+        assert np.array_equal(contact.table[column], leak[column], equal_nan=True), column
+    assert contact.table["flow_conductivity_x"][0] > contact.table["flow_conductivity_x"][2] == 0.0
+
+
 def test_the_command_is_the_same_program(study, finished):
     command = [sys.executable, "-m", "asperity", "--data", study.data, "table", study.path, "contact"]
     printed = subprocess.run([*command, "--csv"], capture_output=True, text=True, check=True).stdout

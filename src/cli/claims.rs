@@ -16,7 +16,7 @@ use crate::session::formatting::{counted, shell_word, significant, wrapped};
 use crate::session::{DataFolder, StudyClaims};
 
 #[derive(clap::Args)]
-pub struct ClaimsArguments {
+pub(crate) struct ClaimsArguments {
     /// Path of the manifest of the study (default: list the claims of the program).
     manifest: Option<PathBuf>,
 
@@ -46,7 +46,7 @@ struct ClaimPrinter<'a> {
     study: &'a StudyClaims,
 }
 
-pub fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn claims(arguments: &ClaimsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let Some(manifest) = &arguments.manifest else {
         write!(stdout(), "{}", list_without_study())?;
         return Ok(ExitCode::SUCCESS);

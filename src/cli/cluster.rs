@@ -21,7 +21,7 @@ use crate::session::{
 };
 
 #[derive(clap::Args)]
-pub struct SubmitArguments {
+pub(crate) struct SubmitArguments {
     #[command(flatten)]
     study: StudyArguments,
 
@@ -47,7 +47,7 @@ pub struct SubmitArguments {
 
 /// Runs `asperity submit`, where `own` is the path of this program if it differs from the
 /// executable of the process.
-pub fn submit(
+pub(crate) fn submit(
     arguments: &SubmitArguments,
     data: &DataFolder,
     own: Option<&Path>,
@@ -185,7 +185,7 @@ const WATCH_INTERVAL: Duration = Duration::from_secs(10);
 const MAX_FAILURES: usize = 5;
 
 #[derive(clap::Args)]
-pub struct StatusArguments {
+pub(crate) struct StatusArguments {
     #[command(flatten)]
     study: StudyArguments,
 
@@ -203,7 +203,7 @@ pub struct StatusArguments {
     json: bool,
 }
 
-pub fn status(arguments: &StatusArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn status(arguments: &StatusArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = arguments.study.session(data);
     loop {
         let progress = session.progress()?;
@@ -275,12 +275,12 @@ fn queued(queue: &Queue) -> String {
 }
 
 #[derive(clap::Args)]
-pub struct CancelArguments {
+pub(crate) struct CancelArguments {
     #[command(flatten)]
     study: StudyArguments,
 }
 
-pub fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = arguments.study.session(data);
     let jobs = session.cancel()?;
     let mut out = stdout();
@@ -295,7 +295,7 @@ pub fn cancel(arguments: &CancelArguments, data: &DataFolder) -> Result<ExitCode
 }
 
 #[derive(clap::Args)]
-pub struct FinishArguments {
+pub(crate) struct FinishArguments {
     #[command(flatten)]
     study: StudyArguments,
 
@@ -311,7 +311,7 @@ pub struct FinishArguments {
     report: bool,
 }
 
-pub fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn finish(arguments: &FinishArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
     let session = arguments.study.session(data).observed_by(&console);
     let stop = StopSignal::on_signal(SCHEDULED)?;

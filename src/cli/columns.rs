@@ -5,7 +5,7 @@ use std::ops::Range;
 use comfy_table::{CellAlignment, Table, presets};
 
 /// Formats rows below a header. The columns with the indices `right` are aligned right.
-pub fn in_columns<const N: usize>(
+pub(crate) fn in_columns<const N: usize>(
     header: [&str; N],
     rows: impl IntoIterator<Item = [String; N]>,
     right: Range<usize>,

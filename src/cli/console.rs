@@ -26,7 +26,7 @@ const MAX_FAILURES: usize = 10;
 
 /// Observer that prints notices, progress and failures of a run on standard error.
 #[derive(Default)]
-pub struct Console {
+pub(crate) struct Console {
     /// ProgressDisplay of the current batch of tasks.
     progress: Mutex<Option<ProgressDisplay>>,
 }
@@ -117,21 +117,21 @@ fn bar(total: usize) -> ProgressBar {
 }
 
 /// Time that a stopped run may take to end if a user waits at the terminal.
-pub const INTERACTIVE: Duration = Duration::from_millis(1500);
+pub(crate) const INTERACTIVE: Duration = Duration::from_millis(1500);
 /// Time that a stopped run of a scheduler may take to end. Slurm allows 30 s after `scancel`, and
 /// our scripts request 60 s before the time limit.
-pub const SCHEDULED: Duration = Duration::from_secs(20);
+pub(crate) const SCHEDULED: Duration = Duration::from_secs(20);
 
 /// Turns a file that exceeds `ulimit -f` into a write error.
 ///
 /// Otherwise the signal SIGXFSZ ends the process without a message.
-pub fn survive_large_files() -> io::Result<()> {
+pub(crate) fn survive_large_files() -> io::Result<()> {
     signal_hook::flag::register(SIGXFSZ, Arc::default()).map(drop)
 }
 
 /// Flag that a signal sets to stop a run, and the number of the signal.
 #[derive(Debug, Clone, Default)]
-pub struct StopSignal {
+pub(crate) struct StopSignal {
     requested: Arc<AtomicBool>,
     signal: Arc<AtomicI32>,
 }
@@ -142,7 +142,7 @@ impl StopSignal {
     /// The first signal sets the flag. The process ends if tasks are still running when `patience`
     /// is over, or on a second signal. This is safe at any time, because stored files appear whole.
     /// A process started by `nohup` ignores SIGHUP and outlives its terminal.
-    pub fn on_signal(patience: Duration) -> io::Result<StopSignal> {
+    pub(crate) fn on_signal(patience: Duration) -> io::Result<StopSignal> {
         let stop = StopSignal::default();
         let mut handled = vec![SIGINT, SIGTERM];
         handled.extend((!is_ignored(SIGHUP)).then_some(SIGHUP));
@@ -162,13 +162,13 @@ impl StopSignal {
     }
 
     /// Returns the flag, which is true after a signal.
-    pub fn requested(&self) -> &AtomicBool {
+    pub(crate) fn requested(&self) -> &AtomicBool {
         &self.requested
     }
 
     /// Returns the exit code that shells use for a process ended by the signal: 130 after Ctrl-C,
     /// 143 after `kill`.
-    pub fn exit_code(&self) -> u8 {
+    pub(crate) fn exit_code(&self) -> u8 {
         let signal = self.signal.load(Ordering::SeqCst);
         u8::try_from(128 + signal).unwrap_or(u8::MAX)
     }
@@ -192,7 +192,7 @@ impl StopSignal {
 }
 
 /// Creates a folder for temporary files, which is removed even if a signal ends the process.
-pub fn removed_on_signal() -> io::Result<TempDir> {
+pub(crate) fn removed_on_signal() -> io::Result<TempDir> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().to_owned();
     let mut signals = Signals::new([SIGINT, SIGTERM])?;

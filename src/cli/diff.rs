@@ -25,7 +25,7 @@ const MAX_COLUMNS: usize = 8;
 const MAX_NAMES: usize = 6;
 
 #[derive(clap::Args)]
-pub struct DiffArguments {
+pub(crate) struct DiffArguments {
     /// First study: a manifest, a data folder, the folder of the tables of one study
     /// (`DATA/results/STUDY`), or an archive of `asperity share`.
     ///
@@ -79,7 +79,7 @@ pub struct DiffArguments {
     json: bool,
 }
 
-pub fn diff(arguments: &DiffArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn diff(arguments: &DiffArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let DiffArguments { a, b, settings, settings_a, .. } = arguments;
     let b = b.as_ref().unwrap_or(a);
     let scratch =

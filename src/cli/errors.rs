@@ -15,7 +15,7 @@ use crate::session::formatting::{counted, listed, significant};
 const MOST_LOADS: usize = 6;
 
 #[derive(clap::Args)]
-pub struct ErrorsArguments {
+pub(crate) struct ErrorsArguments {
     #[command(flatten)]
     study: StudyArguments,
 
@@ -44,7 +44,7 @@ pub struct ErrorsArguments {
     json: bool,
 }
 
-pub fn errors(arguments: &ErrorsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn errors(arguments: &ErrorsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = arguments.study.session(data);
     let errors = session.errors(arguments.stage.as_deref(), arguments.column.as_deref())?;
     print_answer(arguments.json, &errors, || text(&errors))

@@ -11,7 +11,7 @@ use crate::session::maintenance::{self, DamagedFile, PruneOptions, Pruned, Verif
 use crate::session::{DataFolder, StoreError};
 
 #[derive(clap::Args)]
-pub struct VerifyArguments {
+pub(crate) struct VerifyArguments {
     /// Check only the tables of this manifest (default: all tables).
     manifest: Option<PathBuf>,
 
@@ -30,7 +30,7 @@ pub struct VerifyArguments {
     json: bool,
 }
 
-pub fn verify(arguments: &VerifyArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn verify(arguments: &VerifyArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let VerifyArguments { manifest, set, .. } = arguments;
     if manifest.is_none() {
         set.refuse()?;
@@ -90,7 +90,7 @@ fn closing(verification: &Verification) -> String {
 }
 
 #[derive(clap::Args)]
-pub struct PruneArguments {
+pub(crate) struct PruneArguments {
     /// Manifests whose tables to keep (default: keep all tables, and delete only damaged and
     /// unfinished files).
     manifests: Vec<PathBuf>,
@@ -115,7 +115,7 @@ pub struct PruneArguments {
     json: bool,
 }
 
-pub fn prune(arguments: &PruneArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn prune(arguments: &PruneArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let PruneArguments { manifests, set, .. } = arguments;
     if manifests.is_empty() {
         set.refuse()?;

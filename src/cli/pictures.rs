@@ -21,7 +21,7 @@ use crate::session::{
 
 /// Choice of a task and of one of its loads or states.
 #[derive(clap::Args)]
-pub struct TaskArguments {
+pub(crate) struct TaskArguments {
     /// Key of a finished task (at least its first 4 digits), as in the `task` column of tables; or
     /// the manifest of a study.
     #[arg(value_name = "KEY|MANIFEST")]
@@ -54,7 +54,7 @@ pub struct TaskArguments {
 }
 
 #[derive(clap::Args)]
-pub struct ViewArguments {
+pub(crate) struct ViewArguments {
     #[command(flatten)]
     task: TaskArguments,
 
@@ -111,7 +111,7 @@ struct PictureFile<'a> {
     picture: &'a Picture,
 }
 
-pub fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn view(arguments: &ViewArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let picture = picture(arguments, data)?;
     let file = arguments.output.clone().unwrap_or_else(|| picture.file_name().into());
     if arguments.bare {
@@ -144,7 +144,7 @@ fn picture(arguments: &ViewArguments, data: &DataFolder) -> Result<Picture, Fail
 }
 
 #[derive(clap::Args)]
-pub struct ExportArguments {
+pub(crate) struct ExportArguments {
     #[command(flatten)]
     task: TaskArguments,
 
@@ -176,7 +176,7 @@ pub struct ExportArguments {
     json: bool,
 }
 
-pub fn export(arguments: &ExportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn export(arguments: &ExportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let ExportArguments { task, map, output, .. } = arguments;
     ExportFormat::from_path(output)?;
     let (mut maps, load) = (task.maps(data)?, task.load());
@@ -239,7 +239,7 @@ fn hundredths(word: &str) -> Result<u16, String> {
 }
 
 #[derive(clap::Args)]
-pub struct SurfaceArguments {
+pub(crate) struct SurfaceArguments {
     /// Topography file of any supported format, which its content determines.
     #[arg(value_name = "FILE")]
     file: PathBuf,
@@ -266,7 +266,7 @@ pub struct SurfaceArguments {
     json: bool,
 }
 
-pub fn surface(arguments: &SurfaceArguments) -> Result<ExitCode, Failure> {
+pub(crate) fn surface(arguments: &SurfaceArguments) -> Result<ExitCode, Failure> {
     let (path, output) = (&arguments.file, arguments.output.as_deref());
     let file = topography_file::describe(path, arguments.channel.as_deref(), output.is_some())?;
     if let Some((output, picture)) = output.zip(file.picture.as_ref()) {

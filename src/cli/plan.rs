@@ -21,7 +21,7 @@ use crate::session::{DataFolder, Plan, SessionError, Status, UnknownName, new_ma
 const MAX_REASONS: usize = 20;
 
 #[derive(clap::Args)]
-pub struct InitArguments {
+pub(crate) struct InitArguments {
     /// Name of the study.
     ///
     /// The command writes `NAME.toml` and `asperity.schema.json` into the current folder. Editors
@@ -30,7 +30,7 @@ pub struct InitArguments {
     name: String,
 }
 
-pub fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
+pub(crate) fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
     let new = new_manifest::write(&arguments.name)?;
     let mut out = stdout();
     let manifest = new.path.display();
@@ -42,12 +42,12 @@ pub fn init(arguments: &InitArguments) -> Result<ExitCode, Failure> {
 }
 
 #[derive(clap::Args)]
-pub struct CheckArguments {
+pub(crate) struct CheckArguments {
     #[command(flatten)]
     study: StudyArguments,
 }
 
-pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let study = arguments.study.session(data).study()?;
     let plan = Plan::new(&study);
     let maps = study.measured_maps();
@@ -73,7 +73,7 @@ pub fn check(arguments: &CheckArguments, data: &DataFolder) -> Result<ExitCode, 
 }
 
 #[derive(clap::Args)]
-pub struct PlanArguments {
+pub(crate) struct PlanArguments {
     #[command(flatten)]
     study: StudyArguments,
 
@@ -97,7 +97,7 @@ pub struct PlanArguments {
     tasks: bool,
 }
 
-pub fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn plan(arguments: &PlanArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let status = arguments.study.session(data).status()?;
     let stages = status.stages();
     super::print_warnings(&status.warnings);
@@ -159,7 +159,9 @@ fn plan_table(stages: &[StageStatus]) -> String {
 }
 
 /// Returns a line for each read-only store with the numbers of tasks that are read from it.
-pub fn store_lines<'a>(stages: impl Iterator<Item = (&'a str, &'a [TasksFromStore])>) -> String {
+pub(crate) fn store_lines<'a>(
+    stages: impl Iterator<Item = (&'a str, &'a [TasksFromStore])>,
+) -> String {
     let mut stores: Vec<(&Path, Vec<String>)> = Vec::new();
     for (name, sources) in stages {
         for TasksFromStore { store, tasks } in sources {
@@ -177,7 +179,7 @@ pub fn store_lines<'a>(stages: impl Iterator<Item = (&'a str, &'a [TasksFromStor
 }
 
 #[derive(clap::Args)]
-pub struct ExplainArguments {
+pub(crate) struct ExplainArguments {
     #[command(flatten)]
     study: StudyArguments,
 
@@ -195,7 +197,10 @@ pub struct ExplainArguments {
     json: bool,
 }
 
-pub fn explain(arguments: &ExplainArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn explain(
+    arguments: &ExplainArguments,
+    data: &DataFolder,
+) -> Result<ExitCode, Failure> {
     let status = arguments.study.session(data).status()?;
     let mut stages = status.stages();
     if let Some(wanted) = &arguments.stage {
@@ -270,7 +275,7 @@ fn cost(status: &Status) -> String {
 }
 
 /// Formats core-seconds as core-hours with two significant digits.
-pub fn core_hours(seconds: f64) -> String {
+pub(crate) fn core_hours(seconds: f64) -> String {
     if seconds == 0.0 {
         return "0 core-hours".to_owned();
     }

@@ -13,21 +13,21 @@ use crate::session::new_manifest;
 use crate::session::{StoreError, make_folder};
 
 #[derive(clap::Args)]
-pub struct SchemaArguments {}
+pub(crate) struct SchemaArguments {}
 
-pub fn schema(_: &SchemaArguments) -> Result<ExitCode, Failure> {
+pub(crate) fn schema(_: &SchemaArguments) -> Result<ExitCode, Failure> {
     let schema = serde_json::to_string_pretty(&new_manifest::schema())?;
     writeln!(stdout(), "{schema}")?;
     Ok(ExitCode::SUCCESS)
 }
 
 #[derive(clap::Args)]
-pub struct CompletionsArguments {
+pub(crate) struct CompletionsArguments {
     /// Shell to print completions for.
     shell: Shell,
 }
 
-pub fn completions<C: CommandFactory>(
+pub(crate) fn completions<C: CommandFactory>(
     arguments: &CompletionsArguments,
 ) -> Result<ExitCode, Failure> {
     let mut script = Vec::new();
@@ -37,14 +37,14 @@ pub fn completions<C: CommandFactory>(
 }
 
 #[derive(clap::Args)]
-pub struct ManArguments {
+pub(crate) struct ManArguments {
     /// Folder for `asperity.1`, `asperity-run.1` …, such as `~/.local/share/man/man1`; created if
     /// it does not exist.
     #[arg(long, short, value_name = "FOLDER")]
     output: PathBuf,
 }
 
-pub fn man<C: CommandFactory>(arguments: &ManArguments) -> Result<ExitCode, Failure> {
+pub(crate) fn man<C: CommandFactory>(arguments: &ManArguments) -> Result<ExitCode, Failure> {
     let folder = &arguments.output;
     make_folder(folder)?;
     clap_mangen::generate_to(C::command(), folder)

@@ -12,7 +12,7 @@ use crate::session::{
 };
 
 #[derive(clap::Args)]
-pub struct ReportArguments {
+pub(crate) struct ReportArguments {
     /// Path of the manifest of the study.
     #[arg(required_unless_present = "index")]
     manifest: Option<PathBuf>,
@@ -66,7 +66,7 @@ enum BarKind {
     Sd,
 }
 
-pub fn report(arguments: &ReportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn report(arguments: &ReportArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let Some(manifest) = &arguments.manifest else {
         arguments.set.refuse()?;
         let index = StudyIndex::write(data, arguments.replace)?;
@@ -125,7 +125,7 @@ fn index_text(index: &StudyIndex) -> String {
 }
 
 #[derive(clap::Args)]
-pub struct ShareArguments {
+pub(crate) struct ShareArguments {
     #[command(flatten)]
     study: StudyArguments,
 
@@ -166,7 +166,7 @@ pub struct ShareArguments {
     json: bool,
 }
 
-pub fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn share(arguments: &ShareArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = arguments.study.session(data);
     let shared = session.share(&ShareOptions {
         output: arguments.output.clone(),

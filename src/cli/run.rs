@@ -20,7 +20,7 @@ use crate::session::{
 
 /// Options that `run` and `finish` share.
 #[derive(clap::Args)]
-pub struct ResourceArguments {
+pub(crate) struct ResourceArguments {
     /// Number of cores to use (default: all).
     ///
     /// Each core works on its own surface, which needs memory for a few maps. If fewer surfaces
@@ -42,7 +42,7 @@ pub struct ResourceArguments {
 }
 
 impl ResourceArguments {
-    pub fn options(&self) -> RunOptions {
+    pub(crate) fn options(&self) -> RunOptions {
         RunOptions {
             jobs: self.jobs.map(usize::from).and_then(NonZeroUsize::new),
             memory: self.memory,
@@ -53,7 +53,7 @@ impl ResourceArguments {
 }
 
 #[derive(clap::Args)]
-pub struct RunArguments {
+pub(crate) struct RunArguments {
     #[command(flatten)]
     study: StudyArguments,
 
@@ -95,7 +95,7 @@ pub struct RunArguments {
     json: bool,
 }
 
-pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let console = Console::default();
     let session = arguments.study.session(data).observed_by(&console);
     let run = session.prepare(&arguments.options())?;
@@ -112,7 +112,7 @@ pub fn run(arguments: &RunArguments, data: &DataFolder) -> Result<ExitCode, Fail
 }
 
 /// Summarizes a run in a few lines; lists only the stages of the requested task if `only` is given.
-pub fn run_text(report: &RunReport, only: Option<&str>) -> Result<String, Failure> {
+pub(crate) fn run_text(report: &RunReport, only: Option<&str>) -> Result<String, Failure> {
     let mut text = String::new();
     if let Some(tables) = &report.tables {
         text += &stage_lines(&report.sampled, tables, only.map(|_| report.wanted.as_slice()))?;
@@ -167,7 +167,7 @@ fn closing(missing: &[usize], outcome: &RunOutcome, nothing_to_do: &str) -> Stri
     }
 }
 
-pub fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
+pub(crate) fn exit_code(outcome: &RunOutcome, stop: &StopSignal) -> ExitCode {
     if outcome.interrupted {
         ExitCode::from(stop.exit_code())
     } else if outcome.failed.is_empty() {

@@ -31,7 +31,7 @@ use crate::session::{DataFolder, DescribedColumns, StoreError, TableUnits, paral
 const CHUNK: usize = 1024;
 
 #[derive(clap::Args)]
-pub struct TableArguments {
+pub(crate) struct TableArguments {
     #[command(flatten)]
     study: StudyArguments,
 
@@ -70,7 +70,7 @@ pub struct TableArguments {
     json: bool,
 }
 
-pub fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn table(arguments: &TableArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let session = arguments.study.session(data);
     let (table, units): (TableSource, TableUnits) = match (&arguments.sql, &arguments.stage) {
         (Some(query), _) => {
@@ -190,7 +190,7 @@ fn with_capital_booleans(batch: &RecordBatch) -> Result<RecordBatch, ArrowError>
 }
 
 /// Writes one JSON object per line.
-pub fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
+pub(crate) fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failure> {
     for chunk in chunks(batch) {
         let mut text = Vec::new();
         let builder = arrow::json::WriterBuilder::new().with_explicit_nulls(true);
@@ -204,7 +204,7 @@ pub fn write_json(out: &mut impl Write, batch: &RecordBatch) -> Result<(), Failu
 }
 
 #[derive(clap::Args)]
-pub struct ShowArguments {
+pub(crate) struct ShowArguments {
     /// Key of a finished task (at least its first 4 digits), or a Parquet file of the store or the
     /// results. If the rows of the task are in several files, the first of them is shown.
     #[arg(value_name = "KEY|FILE")]
@@ -215,7 +215,7 @@ pub struct ShowArguments {
     rows: usize,
 }
 
-pub fn show(arguments: &ShowArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn show(arguments: &ShowArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
     let file = TableFile::read(&arguments.what, data, &super::print_notice)?;
     let mut out = stdout();
     write_metadata(&mut out, &file)?;
@@ -298,7 +298,7 @@ fn value(array: &dyn Array, row: usize) -> String {
 }
 
 #[derive(clap::Args)]
-pub struct ColumnsArguments {
+pub(crate) struct ColumnsArguments {
     /// Path of the manifest (default: list the columns of all kinds of stage).
     manifest: Option<PathBuf>,
 
@@ -315,7 +315,10 @@ pub struct ColumnsArguments {
     json: bool,
 }
 
-pub fn columns(arguments: &ColumnsArguments, data: &DataFolder) -> Result<ExitCode, Failure> {
+pub(crate) fn columns(
+    arguments: &ColumnsArguments,
+    data: &DataFolder,
+) -> Result<ExitCode, Failure> {
     let ColumnsArguments { manifest, set, stage, .. } = arguments;
     let described = match manifest {
         Some(manifest) => super::session(manifest, set, data).columns(stage.as_deref())?,

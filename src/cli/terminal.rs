@@ -39,16 +39,16 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
 }
 
 /// Standard output, with control characters escaped.
-pub struct Output(StdoutLock<'static>);
+pub(crate) struct Output(StdoutLock<'static>);
 
 /// Locks and returns the standard output.
-pub fn stdout() -> Output {
+pub(crate) fn stdout() -> Output {
     Output(io::stdout().lock())
 }
 
 impl Output {
     /// Clears the screen, if the output is a terminal.
-    pub fn clear(&mut self) -> io::Result<()> {
+    pub(crate) fn clear(&mut self) -> io::Result<()> {
         if self.0.is_terminal() {
             self.0.write_all(b"\x1b[H\x1b[2J")?;
         }
@@ -56,7 +56,7 @@ impl Output {
     }
 
     /// Writes data for other programs: unchanged, or escaped if the output is a terminal.
-    pub fn write_data(&mut self, data: &[u8]) -> io::Result<()> {
+    pub(crate) fn write_data(&mut self, data: &[u8]) -> io::Result<()> {
         if self.0.is_terminal() { self.write_all(data) } else { self.0.write_all(data) }
     }
 }

@@ -26,14 +26,15 @@ use asperity_tables::table::Table;
 
 /// Advice for all fits of limits of a study.
 #[derive(Debug)]
-pub struct StudyAdvice {
-    pub fits: Vec<AdvisedFit>,
+pub(crate) struct StudyAdvice {
+    pub(crate) fits: Vec<AdvisedFit>,
     /// Number of fits without advice, because they have too few points or are not computed.
-    pub without: usize,
+    pub(crate) without: usize,
 }
 
 /// One fit with the possible extensions.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct AdvisedFit {
     pub stage: String,
     /// Quantity and parameters, such as `area_fraction / load, load 0.02, hurst 0.8`.
@@ -53,6 +54,7 @@ pub struct AdvisedFit {
 
 /// One possible extension of a fit.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct AdvisedStep {
     /// Small parameter that is halved; `None` for doubling the number of surfaces.
     pub term: Option<String>,
@@ -70,7 +72,7 @@ pub struct AdvisedStep {
 impl AdvisedStep {
     /// Returns the decrease of ln(standard error) per core-hour, −ln(`factor`)/cost. Returns `None`
     /// if the step has no cost, or if it does not reduce the standard error.
-    pub fn gain(&self) -> Option<f64> {
+    pub(crate) fn gain(&self) -> Option<f64> {
         let factor = self.factor.filter(|factor| *factor < 1.0)?;
         (self.seconds > 0.0).then(|| -factor.ln() / (self.seconds / 3600.0))
     }

@@ -19,12 +19,13 @@ pub use asperity_pipeline::adaptive_sampling::{Decisions, Undecided};
 pub use asperity_statistics::intervals::{Bound, LEVEL};
 
 /// Returns the claims of all files of the program, without results of a study.
-pub fn shipped() -> Vec<Claim> {
+pub(crate) fn shipped() -> Vec<Claim> {
     asperity_claims::without_results(&asperity_pipeline::study::claims::shipped())
 }
 
 /// All claims with their verdicts for a study.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct StudyClaims {
     evidence: Evidence,
     pub claims: Vec<Claim>,
@@ -76,12 +77,12 @@ impl StudyClaims {
     }
 
     /// Returns the parameters of the rows that the claims use, and the omitted rows.
-    pub fn setting(&self) -> &Setting {
+    pub(crate) fn setting(&self) -> &Setting {
         &self.evidence.setting
     }
 
     /// Returns the JSON output of `asperity claims` for the given claims.
-    pub fn summary(&self, claims: &[Claim]) -> Value {
+    pub(crate) fn summary(&self, claims: &[Claim]) -> Value {
         let Setting { point, left_out, .. } = self.setting();
         let others = left_out.iter().map(|left| json!({ "rows": left.rows, "with": left.differs }));
         json!({
@@ -153,7 +154,7 @@ fn quantity(bound: &Bound, all: usize) -> Value {
 }
 
 /// Returns the verdict on a claim; `not computed` and `noted` mark claims without a verdict.
-pub fn verdict(claim: &Claim) -> &'static str {
+pub(crate) fn verdict(claim: &Claim) -> &'static str {
     match &claim.outcome {
         ClaimOutcome::Judged(judgement) => judgement.verdict.name(),
         ClaimOutcome::NotComputed(_) => "not computed",

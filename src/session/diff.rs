@@ -1,13 +1,12 @@
 //! Comparison of two studies: their parameters, their rows, and the means of their columns.
 //!
-//! Both sides are [`Studies`]. Stages correspond by name and kind. Rows correspond by parameter
-//! point, surface and load ([`rows`]); means of corresponding rows are compared surface by surface
-//! ([`columns`]).
+//! Stages correspond by name and kind. Rows correspond by parameter point, surface and load, in
+//! `rows`; means of corresponding rows are compared surface by surface, in `columns`.
 
-pub mod columns;
+pub(crate) mod columns;
 mod output;
-pub mod rows;
-pub mod studies;
+pub(crate) mod rows;
+pub(crate) mod studies;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -22,17 +21,20 @@ use asperity_stages::units::TableUnits;
 use asperity_statistics::differences::holm;
 use asperity_statistics::intervals::LEVEL;
 use asperity_tables::table::Table;
-use columns::ColumnComparison;
-use rows::{MatchedRows, RowMatches};
+use rows::MatchedRows;
 use studies::StageTable;
 
 pub use asperity_pipeline::plan::reasons::differences::{Difference, StageDifference};
-pub use columns::{MeanComparison, Test};
-pub use output::{table, write};
-pub use studies::{ComparedStudy, Studies, is_zip};
+pub use columns::{ColumnComparison, MeanComparison, Test};
+pub use output::table;
+pub use rows::{Lacking, RowMatches, UnmatchedRows};
+
+pub(crate) use output::write;
+pub(crate) use studies::{ComparedStudy, Studies, is_zip};
 
 /// Comparison of the studies of two folders, or of single studies.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct Comparison {
     pub equal: bool,
     pub studies: Vec<StudyComparison>,
@@ -43,6 +45,7 @@ pub struct Comparison {
 
 /// Comparison of two studies.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct StudyComparison {
     pub equal: bool,
     pub a: StudyName,
@@ -55,6 +58,7 @@ pub struct StudyComparison {
 
 /// Name and origin of a compared study.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct StudyName {
     pub path: PathBuf,
     /// Settings that override keys of the manifest, as options of the command line.
@@ -69,6 +73,7 @@ pub struct StudyName {
 
 /// Comparison of the tables of a stage that both studies have.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct StageComparison {
     /// Name of the stage in A.
     pub stage: String,
@@ -85,6 +90,7 @@ pub struct StageComparison {
 
 /// Size of the table of a stage.
 #[derive(Debug, Clone, Copy, Serialize)]
+#[non_exhaustive]
 pub struct StageSize {
     pub rows: usize,
     pub finished: usize,
@@ -92,6 +98,7 @@ pub struct StageSize {
 }
 
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct TableComparison {
     pub equal: bool,
     /// True if the tables have the same rows in the same order, with the same bits.
@@ -108,6 +115,7 @@ pub struct TableComparison {
 
 /// Numbers of differences that do and do not exceed the scatter of the surfaces.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Noise {
     /// Number of means that differ and have an interval.
     pub comparisons: usize,
@@ -137,7 +145,11 @@ impl Comparison {
     ///
     /// # Errors
     /// Returns an error if a side has no study with the requested name, or if a table is damaged.
-    pub fn new(a: &Studies, b: &Studies, name: Option<&str>) -> Result<Comparison, SessionError> {
+    pub(crate) fn new(
+        a: &Studies,
+        b: &Studies,
+        name: Option<&str>,
+    ) -> Result<Comparison, SessionError> {
         let single = |side: &Studies| match &side.studies[..] {
             [one] => Some(one.name.clone()),
             _ => None,

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Shard;
-use super::name_lookup::{TaskNameError, UnknownName};
+use super::name_lookup::UnknownName;
 use asperity_manifest::diagnostics::{ManifestErrors, counted, shell_word};
 use asperity_mechanics::morphology::map::MapError;
 use asperity_pipeline::data_folder::OpenError;
@@ -11,7 +11,8 @@ use asperity_tables::store::series::FileName;
 use asperity_tables::table::TableError;
 use asperity_topography_files::TopographyFileError;
 
-pub use crate::share::ShareError;
+pub use super::name_lookup::TaskNameError;
+pub use crate::share::{ShareError, UnportablePath};
 pub use asperity_pipeline::adaptive_sampling::SamplingError;
 pub use asperity_pipeline::cluster::slurm::SlurmError;
 pub use asperity_pipeline::cluster::submission::ControlCharacter;
@@ -26,6 +27,7 @@ pub use asperity_stages::surface_files::{ContentHash, SurfaceFileError};
 
 /// Failure of a method of a session.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SessionError {
     #[error(transparent)]
     Manifest(#[from] ManifestErrors),
@@ -144,7 +146,7 @@ impl From<SamplingError> for SessionError {
 
 impl SessionError {
     /// Creates the error of a request that cannot be fulfilled.
-    pub fn refused(message: impl Into<String>) -> SessionError {
+    pub(crate) fn refused(message: impl Into<String>) -> SessionError {
         SessionError::Refused(message.into())
     }
 
@@ -163,7 +165,7 @@ impl SessionError {
     }
 
     /// Returns the path of a damaged file.
-    pub fn damaged_path(&self) -> Option<&Path> {
+    pub(crate) fn damaged_path(&self) -> Option<&Path> {
         match self.of_file()? {
             StoreError::Damaged { path, .. } => Some(path),
             _ => None,
@@ -171,7 +173,7 @@ impl SessionError {
     }
 
     /// Returns the key of a table whose rows are lost with a damaged file of a read-only store.
-    pub fn lost_in_layer(&self) -> Option<TaskKey> {
+    pub(crate) fn lost_in_layer(&self) -> Option<TaskKey> {
         let StoreError::InLayer(cause) = self.of_file()? else { return None };
         let (StoreError::Damaged { path, .. } | StoreError::Read { path, .. }) = &**cause else {
             return None;

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use serde::Serialize;
 
 use self::costs::{Costs, Surfaces};
-use super::advice::{AdvisedFit, StudyAdvice};
+use super::advice::StudyAdvice;
 use super::status::in_hours;
 use super::{Session, SessionError, UnknownName};
 use asperity_pipeline::results::StudyResults;
@@ -27,9 +27,11 @@ use asperity_tables::column::Role;
 use asperity_tables::table::Table;
 
 pub use self::additions::Addition;
+pub use super::advice::{AdvisedFit, AdvisedStep};
 
 /// Errors of the means and of the fitted limits of a study.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct StudyErrors {
     pub means: Vec<MeanErrors>,
     /// Fits of limits, with the octaves that would extend them.
@@ -42,6 +44,7 @@ pub struct StudyErrors {
 
 /// Errors of the means of a column at one parameter point.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct MeanErrors {
     pub stage: String,
     pub column: String,
@@ -62,6 +65,7 @@ pub struct MeanErrors {
 
 /// Mean at one load with its errors.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct LoadErrors {
     pub load: f64,
     pub surfaces: usize,
@@ -74,6 +78,7 @@ pub struct LoadErrors {
 
 /// One term of the errors of a mean. A positive error means that the mean is too large.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct TermError {
     pub term: &'static str,
     /// Bias; `None` for sampling and for bounds, which have a magnitude only.
@@ -97,6 +102,7 @@ pub struct TermError {
 
 /// Change of a study that halves a term.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct Halving {
     pub term: &'static str,
     pub change: String,
@@ -117,7 +123,7 @@ impl Session<'_> {
     /// cost of extending fits of limits. Writes nothing.
     ///
     /// # Errors
-    /// Returns the same errors as [`Session::reading`], an error if a stage or column does not
+    /// Returns the same errors as [`Session::status`], an error if a stage or column does not
     /// exist or has no means over surfaces, and an error if a table is damaged.
     pub fn errors(
         &self,

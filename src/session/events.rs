@@ -37,6 +37,7 @@ impl<F: Fn(Event<'_>) + Sync> Observer for F {
 ///
 /// Tasks are indices into the plan of the most recent `Begun`.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub enum Event<'a> {
     /// Message that does not end the command.
     Notice(Notice<'a>),
@@ -56,6 +57,7 @@ pub enum Event<'a> {
 
 /// Tasks that a run computes together.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Batch<'a> {
     /// Plan of the study with all tasks known so far.
     pub plan: &'a Plan,
@@ -86,6 +88,7 @@ fn task_numbers(to_run: usize, finished: usize, all: usize) -> String {
 
 /// Message about a study, its tables or a run.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub enum Notice<'a> {
     /// Warning about the study or its results.
     Study(&'a Warning),
@@ -314,7 +317,7 @@ impl RunProgress {
     }
 
     /// Formats the remaining time, such as `2 min 5 s left`; `…` if it is unknown.
-    pub fn time_left_in_words(&self) -> String {
+    pub(crate) fn time_left_in_words(&self) -> String {
         self.time_left().map_or("…".to_owned(), |left| duration(left) + " left")
     }
 

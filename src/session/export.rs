@@ -32,7 +32,7 @@ use asperity_tables::store::files::folder_of;
 
 /// Maps of a task at one or several loads, for an export. They are computed while the files are
 /// written, one load after the other, so that only the maps of one load are in memory.
-pub struct Export<'m> {
+pub(crate) struct Export<'m> {
     maps: &'m mut TaskMaps,
     stop: &'m AtomicBool,
     heights: Option<Map>,
@@ -85,22 +85,22 @@ struct Array {
 
 /// Files of an export with their content.
 #[derive(Debug, Serialize)]
-pub struct Exported {
-    pub files: Vec<PathBuf>,
-    pub task: TaskKey,
+pub(crate) struct Exported {
+    pub(crate) files: Vec<PathBuf>,
+    pub(crate) task: TaskKey,
     /// Names of the arrays.
-    pub arrays: Vec<&'static str>,
+    pub(crate) arrays: Vec<&'static str>,
     /// Number of nodes along x and y.
-    pub nodes: PerAxis<usize>,
-    pub side: PerAxis<f64>,
-    pub unit: Option<String>,
-    pub pressure_unit: Option<String>,
+    pub(crate) nodes: PerAxis<usize>,
+    pub(crate) side: PerAxis<f64>,
+    pub(crate) unit: Option<String>,
+    pub(crate) pressure_unit: Option<String>,
     /// Exported loads or mean gaps, in the unit of the column `load_column`.
-    pub loads: Vec<f64>,
-    pub load_column: Option<&'static str>,
+    pub(crate) loads: Vec<f64>,
+    pub(crate) load_column: Option<&'static str>,
     /// Branches of the exported states of a path.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub branches: Vec<String>,
+    pub(crate) branches: Vec<String>,
 }
 
 /// Writes the heights of a map to a file of Gwyddion, with missing points under a mask. `unit` is
@@ -129,7 +129,7 @@ pub fn write_gwyddion(path: &Path, scan: &Scan, unit: Option<&str>) -> Result<()
 
 /// Format of an export, which the suffix of the file names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ExportFormat {
+pub(crate) enum ExportFormat {
     /// VTK image data of one load.
     Vti,
     /// ParaView collection with a file of VTK image data for each load.
@@ -149,7 +149,7 @@ impl ExportFormat {
     ///
     /// # Errors
     /// Returns an error if no format has the suffix.
-    pub fn from_path(path: &Path) -> Result<ExportFormat, SessionError> {
+    pub(crate) fn from_path(path: &Path) -> Result<ExportFormat, SessionError> {
         let formats = [
             ("vti", ExportFormat::Vti),
             ("pvd", ExportFormat::Pvd),
@@ -176,7 +176,7 @@ impl<'m> Export<'m> {
     ///
     /// # Errors
     /// Returns the same errors as [`TaskMaps::map`].
-    pub fn new(
+    pub(crate) fn new(
         maps: &'m mut TaskMaps,
         kinds: &[MapKind],
         load: Option<ChosenLoad>,
@@ -244,7 +244,7 @@ impl<'m> Export<'m> {
     /// # Errors
     /// Returns an error if the format cannot hold the maps, if a map cannot be computed, or if a
     /// file must not be overwritten or cannot be written.
-    pub fn write(mut self, path: &Path, replace: bool) -> Result<Exported, SessionError> {
+    pub(crate) fn write(mut self, path: &Path, replace: bool) -> Result<Exported, SessionError> {
         let mut files = vec![path.to_owned()];
         let mut loads = ExportedLoads::default();
         match ExportFormat::from_path(path)? {

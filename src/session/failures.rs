@@ -18,7 +18,7 @@ use asperity_tables::key::TaskKey;
 use asperity_tables::store::Store;
 use asperity_tables::table::{Table, TableError};
 
-pub use asperity_pipeline::results::failures::COMMAND;
+pub(crate) use asperity_pipeline::results::failures::COMMAND;
 
 /// Returns the failed tasks of a run, one row per task.
 pub(super) fn failed_tasks(
@@ -68,7 +68,7 @@ fn command(session: &Session, key: TaskKey) -> String {
 ///
 /// # Errors
 /// Returns an error if the table is not a table of failures.
-pub fn text_lines(failures: &Table, limit: usize) -> Result<Vec<String>, TableError> {
+pub(crate) fn text_lines(failures: &Table, limit: usize) -> Result<Vec<String>, TableError> {
     let outcomes = failures.texts(OUTCOME.name)?;
     let with = |outcome: &'static str| {
         (0..failures.rows()).filter(move |&row| outcomes.value(row) == outcome)

@@ -4,22 +4,22 @@ use std::time::{Duration, SystemTime};
 
 use crate::share::utc;
 use asperity_manifest::decimal::written;
-pub use asperity_manifest::diagnostics::{chain, counted, listed, shell_word, wrapped};
-pub use asperity_tables::cells::{cells, whole_cells};
+pub(crate) use asperity_manifest::diagnostics::{chain, counted, listed, shell_word, wrapped};
+pub(crate) use asperity_tables::cells::{cells, whole_cells};
 
 /// Formats a number with six significant digits, without trailing zeros.
-pub fn short(number: f64) -> String {
+pub(crate) fn short(number: f64) -> String {
     significant(number, 6)
 }
 
 /// Formats a number with at most this number of significant digits, without trailing zeros.
-pub fn significant(number: f64, digits: usize) -> String {
+pub(crate) fn significant(number: f64, digits: usize) -> String {
     let rounded = format!("{number:.*e}", digits - 1).parse();
     written(rounded.unwrap_or(number))
 }
 
 /// Formats a duration in its two largest units.
-pub fn duration(duration: Duration) -> String {
+pub(crate) fn duration(duration: Duration) -> String {
     let seconds = duration.as_secs();
     match (seconds / 3600, seconds / 60 % 60, seconds % 60) {
         (0, 0, seconds) => format!("{seconds} s"),
@@ -29,7 +29,7 @@ pub fn duration(duration: Duration) -> String {
 }
 
 /// Formats a moment as date and time in UTC, to the minute.
-pub fn minute(moment: SystemTime) -> String {
+pub(crate) fn minute(moment: SystemTime) -> String {
     utc(moment).format("%Y-%m-%d %H:%M UTC").to_string()
 }
 

@@ -19,9 +19,9 @@ use asperity_tables::store::listing;
 
 /// Path of the page of all studies of a data folder, and the studies.
 #[derive(Debug, Serialize)]
-pub struct StudyIndex {
-    pub page: PathBuf,
-    pub studies: Vec<StudyEntry>,
+pub(crate) struct StudyIndex {
+    pub(crate) page: PathBuf,
+    pub(crate) studies: Vec<StudyEntry>,
 }
 
 impl StudyIndex {
@@ -30,7 +30,7 @@ impl StudyIndex {
     /// # Errors
     /// Returns an error if the folder has no studies or cannot be listed, or if the page cannot be
     /// written.
-    pub fn write(data: &DataFolder, replace: bool) -> Result<StudyIndex, SessionError> {
+    pub(crate) fn write(data: &DataFolder, replace: bool) -> Result<StudyIndex, SessionError> {
         let names = names(data)?;
         if names.is_empty() {
             return Err(SessionError::NoStudies { data: data.path().to_owned() });
@@ -62,7 +62,7 @@ fn is_of_a_study(folder: &Path) -> bool {
 }
 
 /// Returns the paths of the tables in a folder of results.
-pub fn tables(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn tables(folder: &Path) -> Vec<PathBuf> {
     let files = fs::read_dir(folder).into_iter().flatten().flatten();
     let paths = files.map(|file| file.path());
     let is_table = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "parquet");

@@ -25,51 +25,51 @@ use asperity_tables::store::{self, Store, StoreError};
 
 /// Result of verifying the tables, pages and figures of a data folder.
 #[derive(Debug, Serialize)]
-pub struct Verification {
+pub(crate) struct Verification {
     /// Number of tables that were read.
-    pub checked: usize,
+    pub(crate) checked: usize,
     /// Files that are damaged or cannot be read.
-    pub damaged: Vec<DamagedFile>,
+    pub(crate) damaged: Vec<DamagedFile>,
 }
 
 /// File that is damaged or cannot be read.
 #[derive(Debug, Serialize)]
-pub struct DamagedFile {
+pub(crate) struct DamagedFile {
     /// Problem, with the path of the file.
     #[serde(serialize_with = "in_words")]
-    pub cause: StoreError,
+    pub(crate) cause: StoreError,
     /// New path, if the file was damaged and could be moved.
     #[serde(rename = "aside")]
-    pub quarantined: Option<PathBuf>,
+    pub(crate) quarantined: Option<PathBuf>,
 }
 
 /// Files that pruning deleted or would delete.
 #[derive(Debug, Serialize)]
-pub struct Pruned {
+pub(crate) struct Pruned {
     /// True if the files were deleted, false if they were counted.
-    pub deleted: bool,
-    pub files: usize,
-    pub bytes: u64,
+    pub(crate) deleted: bool,
+    pub(crate) files: usize,
+    pub(crate) bytes: u64,
     /// Number and size of the files of each kind.
-    pub kinds: Vec<PrunedKind>,
+    pub(crate) kinds: Vec<PrunedKind>,
 }
 
 /// Number and size of the files of one kind.
 #[derive(Debug, Serialize)]
-pub struct PrunedKind {
-    pub name: String,
-    pub files: usize,
-    pub bytes: u64,
+pub(crate) struct PrunedKind {
+    pub(crate) name: String,
+    pub(crate) files: usize,
+    pub(crate) bytes: u64,
 }
 
 /// Options of the function [`prune`].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct PruneOptions {
+pub(crate) struct PruneOptions {
     /// Delete the files instead of counting them.
-    pub delete: bool,
+    pub(crate) delete: bool,
     /// Delete the files even if receipts report array elements running on other machines, which no
     /// lock can detect.
-    pub force: bool,
+    pub(crate) force: bool,
 }
 
 /// Verifies the tables, pages and figures of one study or of all, and quarantines damaged tables.
@@ -81,7 +81,7 @@ pub struct PruneOptions {
 /// # Errors
 /// Returns an error if the manifest is invalid, a folder cannot be listed, or a read-only store
 /// cannot be used.
-pub fn verify(
+pub(crate) fn verify(
     data: &DataFolder,
     study: Option<&Session<'_>>,
     with_layers: bool,
@@ -119,7 +119,7 @@ pub fn verify(
 /// # Errors
 /// Returns an error if a manifest is invalid, the data are in use, a folder cannot be listed, or a
 /// file cannot be deleted.
-pub fn prune(
+pub(crate) fn prune(
     data: &DataFolder,
     studies: &[Session<'_>],
     options: PruneOptions,

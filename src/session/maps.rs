@@ -33,6 +33,7 @@ use asperity_tables::store::provenance::Provenance;
 /// Quantity that a map shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum MapKind {
     /// Heights of the surface, positive towards the elastic body.
     #[value(alias = "height")]
@@ -61,7 +62,7 @@ impl MapKind {
     }
 
     /// Returns the name in options and file names.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             MapKind::Heights => "heights",
             MapKind::Contact => "contact",
@@ -75,6 +76,7 @@ impl MapKind {
 
 /// One value for each node of a mesh.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Map {
     pub kind: MapKind,
     /// Values, row-major: node (i, j) at x = iΔx and y = jΔy is element i·N_y + j. In a map of a
@@ -104,6 +106,7 @@ pub struct Map {
 
 /// Position of a state along a path.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct PathState {
     /// Direction of the path at the state: `approach`, `separation`, `approach-2`.
     pub branch: String,
@@ -129,12 +132,24 @@ impl Session<'_> {
         self.maps(stage, coordinates, load)?.map(kind, load, stop)
     }
 
+    /// Returns the surface of the only task of `stage` that matches all `coordinates`.
+    ///
+    /// # Errors
+    /// Returns an error if not exactly one task matches, or if a surface file is missing.
+    pub fn surface(
+        &self,
+        stage: &str,
+        coordinates: &[Coordinate],
+    ) -> Result<DrawnSurface, SessionError> {
+        self.maps(stage, coordinates, None)?.into_surface()
+    }
+
     /// Opens the maps of the only task of `stage` that matches all `coordinates`. A load
     /// restricts the rows that must match.
     ///
     /// # Errors
     /// Returns an error if not exactly one task matches, or if the task has no maps.
-    pub fn maps(
+    pub(crate) fn maps(
         &self,
         stage: &str,
         coordinates: &[Coordinate],
@@ -165,7 +180,7 @@ impl Session<'_> {
 ///
 /// # Errors
 /// Returns an error if not exactly one task matches, if the task has no maps, or if no row matches.
-pub fn finished_task(
+pub(crate) fn finished_task(
     word: &str,
     coordinates: &[Coordinate],
     data: &DataFolder,
@@ -184,9 +199,9 @@ pub fn finished_task(
 }
 
 /// Maps of a task and of the tasks that it reads.
-pub struct TaskMaps {
+pub(crate) struct TaskMaps {
     /// Key of the requested task, which may differ from the tasks that contain the maps.
-    pub task: TaskKey,
+    pub(crate) task: TaskKey,
     store: Store,
     sources: SurfaceFiles,
     surface: SurfaceTask,
@@ -202,6 +217,7 @@ struct SurfaceTask {
 }
 
 /// Surface of a task.
+#[non_exhaustive]
 pub struct DrawnSurface {
     pub surface: Surface,
     /// Rms slope of the table, which defines reduced loads.
@@ -212,14 +228,14 @@ pub struct DrawnSurface {
 }
 
 /// Contact maps of several loads, for one picture.
-pub struct Overlay {
-    pub grid: Grid,
+pub(crate) struct Overlay {
+    pub(crate) grid: Grid,
     /// Maps at ascending loads, or from the farthest to the nearest state of a branch.
-    pub contacts: Vec<ContactMap>,
+    pub(crate) contacts: Vec<ContactMap>,
     /// Loads or mean gaps of the maps, in the unit of the study.
-    pub loads: Vec<f64>,
+    pub(crate) loads: Vec<f64>,
     /// Branch of the states, or `None` if the contact is not a path.
-    pub branch: Option<String>,
+    pub(crate) branch: Option<String>,
 }
 
 impl TaskMaps {
@@ -263,23 +279,12 @@ impl TaskMaps {
 
     /// Returns the rows of the loads in ascending order, or of the states in the order of their
     /// path; none for a surface.
-    pub fn rows(&self) -> Vec<usize> {
+    pub(crate) fn rows(&self) -> Vec<usize> {
         self.contact.as_ref().map_or(Vec::new(), |contact| contact.rows.clone())
     }
 
-    /// Returns the loads or mean gaps of [`TaskMaps::rows`], in the unit of the study; none for a
-    /// surface.
-    ///
-    /// # Errors
-    /// Returns an error if the table is not one of solved loads.
-    pub fn loads(&self) -> Result<Vec<f64>, SessionError> {
-        let Some(contact) = &self.contact else { return Ok(Vec::new()) };
-        let loads = contact.shown.reals(load_column(&contact.shown))?;
-        Ok(contact.rows.iter().map(|&row| loads.value(row)).collect())
-    }
-
     /// Returns true if the task is a path with adhesion.
-    pub fn is_path(&self) -> bool {
+    pub(crate) fn is_path(&self) -> bool {
         self.contact.as_ref().is_some_and(SolvedTask::is_path)
     }
 
@@ -287,17 +292,17 @@ impl TaskMaps {
     ///
     /// # Errors
     /// Returns an error if the table is not one of solved loads.
-    pub fn is_apart(&self, row: usize) -> Result<bool, SessionError> {
+    pub(crate) fn is_apart(&self, row: usize) -> Result<bool, SessionError> {
         self.contact.as_ref().map_or(Ok(false), |contact| contact.is_apart(row))
     }
 
     /// Returns the unit of length of the surface, if it is known without reading the heights.
-    pub fn length_unit(&self) -> Option<String> {
+    pub(crate) fn length_unit(&self) -> Option<String> {
         length_unit(&self.contact.as_ref()?.shown)
     }
 
     /// Names the load with its unit: `load`, `mean pressure (MPa)`, `mean gap (µm)`.
-    pub fn load_in_words(&self) -> String {
+    pub(crate) fn load_in_words(&self) -> String {
         let Some(contact) = &self.contact else { return "load".to_owned() };
         let column = load_column(&contact.shown);
         let (name, unit) = match prescribed_length(column) {
@@ -309,7 +314,7 @@ impl TaskMaps {
     }
 
     /// Returns the quantities that the task has maps of.
-    pub fn kinds(&self) -> Vec<MapKind> {
+    pub(crate) fn kinds(&self) -> Vec<MapKind> {
         let Some(contact) = &self.contact else { return vec![MapKind::Heights] };
         let all = MapKind::value_variants().iter().copied();
         all.filter(|kind| contact.is_path() || *kind != MapKind::Repulsive).collect()
@@ -319,7 +324,7 @@ impl TaskMaps {
     ///
     /// # Errors
     /// Returns an error if the task generates a surface, or if a map is damaged.
-    pub fn overlay(&self) -> Result<Overlay, SessionError> {
+    pub(crate) fn overlay(&self) -> Result<Overlay, SessionError> {
         let contact = self.solved(MapKind::Contact)?;
         let units = [&contact.table, &contact.shown].map(length_unit);
         let overlay = contact.overlay()?;
@@ -333,7 +338,7 @@ impl TaskMaps {
     /// # Errors
     /// Returns an error if the task has no such map, no such load or several states with this load,
     /// if a surface file is missing, or on interruption by `stop`.
-    pub fn map(
+    pub(crate) fn map(
         &mut self,
         kind: MapKind,
         load: Option<ChosenLoad>,
@@ -355,7 +360,11 @@ impl TaskMaps {
     ///
     /// # Errors
     /// Returns the errors of [`TaskMaps::map`].
-    pub fn row(&self, kind: MapKind, load: Option<ChosenLoad>) -> Result<usize, SessionError> {
+    pub(crate) fn row(
+        &self,
+        kind: MapKind,
+        load: Option<ChosenLoad>,
+    ) -> Result<usize, SessionError> {
         let contact = self.solved(kind)?;
         match load {
             Some(load) => {
@@ -370,7 +379,7 @@ impl TaskMaps {
     ///
     /// # Errors
     /// Returns the errors of [`TaskMaps::map`].
-    pub fn map_of_row(
+    pub(crate) fn map_of_row(
         &mut self,
         kind: MapKind,
         row: usize,
@@ -431,7 +440,7 @@ impl TaskMaps {
     ///
     /// # Errors
     /// Returns an error if a surface file is missing.
-    pub fn into_surface(self) -> Result<DrawnSurface, SessionError> {
+    pub(crate) fn into_surface(self) -> Result<DrawnSurface, SessionError> {
         let drawn = self.surface.read(&self.store, &self.sources)?;
         let (factor, unit) = self.shown_length(drawn.unit.clone());
         if factor == 1.0 {

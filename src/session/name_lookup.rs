@@ -11,6 +11,7 @@ use asperity_tables::store::Store;
 /// Error about an unknown name, with a suggestion and all known names.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}{}\navailable: {}", suggestion(name, known), all_names(known))]
+#[non_exhaustive]
 pub struct UnknownName {
     pub message: String,
     pub name: String,
@@ -20,7 +21,7 @@ pub struct UnknownName {
 
 impl UnknownName {
     /// Creates the error with a `message` that states what is unknown.
-    pub fn new(message: String, name: &str, known: &[&str]) -> UnknownName {
+    pub(crate) fn new(message: String, name: &str, known: &[&str]) -> UnknownName {
         UnknownName {
             message,
             name: name.to_owned(),
@@ -29,13 +30,14 @@ impl UnknownName {
     }
 
     /// Creates the error for an unknown stage.
-    pub fn stage(name: &str, stages: &[&str]) -> UnknownName {
+    pub(crate) fn stage(name: &str, stages: &[&str]) -> UnknownName {
         UnknownName::new(format!("the study has no stage `{name}`"), name, stages)
     }
 }
 
 /// Error in the key of a task.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TaskNameError {
     #[error(
         "`{word}` is not a key; give digits of the column `task` of a table, at least the first {}",
@@ -61,7 +63,11 @@ pub enum TaskNameError {
 ///
 /// # Errors
 /// Returns an error if the word is not hexadecimal, or if not exactly one finished task matches.
-pub fn finished(word: &str, store: &Store, data: &DataFolder) -> Result<TaskKey, SessionError> {
+pub(crate) fn finished(
+    word: &str,
+    store: &Store,
+    data: &DataFolder,
+) -> Result<TaskKey, SessionError> {
     let digits = digits(word)?;
     let key = only(&digits, store.finished(&digits)?)?;
     let none = || TaskNameError::NotFinished { word: word.to_owned(), store: data.store() };
@@ -73,7 +79,7 @@ pub fn finished(word: &str, store: &Store, data: &DataFolder) -> Result<TaskKey,
 ///
 /// # Errors
 /// Returns an error if the word is not hexadecimal, or if not exactly one key of the study matches.
-pub fn planned(word: &str, plan: &Plan) -> Result<Vec<usize>, TaskNameError> {
+pub(crate) fn planned(word: &str, plan: &Plan) -> Result<Vec<usize>, TaskNameError> {
     let key = only(&digits(word)?, plan.keys())?.ok_or_else(|| TaskNameError::NotPlanned {
         word: word.to_owned(),
         study: plan.study.clone(),

@@ -9,14 +9,14 @@ use asperity_manifest::names;
 use asperity_pipeline::manifest::template;
 use asperity_tables::store::StoreError;
 
-pub use asperity_pipeline::manifest::{SCHEMA, schema};
+pub(crate) use asperity_pipeline::manifest::{SCHEMA, schema};
 
 /// Result of writing a new manifest.
 #[derive(Debug)]
-pub struct NewManifest {
-    pub path: PathBuf,
+pub(crate) struct NewManifest {
+    pub(crate) path: PathBuf,
     /// True if the schema did not exist before.
-    pub schema_is_new: bool,
+    pub(crate) schema_is_new: bool,
 }
 
 /// Writes `NAME.toml` and, if it does not exist, the schema into the current folder.
@@ -24,7 +24,7 @@ pub struct NewManifest {
 /// # Errors
 /// Returns an error if the name is invalid, the manifest exists already, or a file cannot be
 /// written.
-pub fn write(name: &str) -> Result<NewManifest, SessionError> {
+pub(crate) fn write(name: &str) -> Result<NewManifest, SessionError> {
     if !names::is_plain(name) || name.len() > names::MAX_LENGTH {
         return Err(SessionError::refused(format!(
             "`{name}` must be a letter or `_`, then letters, digits, `_` and `-`, at most {} in \

@@ -13,7 +13,7 @@ use asperity_tables::store::files::{folder_of, write_with};
 const SIGNATURE: usize = 4;
 
 /// Returns whether the suffix of a path is `suffix`, in upper or lower case.
-pub fn has_suffix(path: &Path, suffix: &str) -> bool {
+pub(crate) fn has_suffix(path: &Path, suffix: &str) -> bool {
     path.extension().is_some_and(|found: &OsStr| found.eq_ignore_ascii_case(suffix))
 }
 
@@ -21,7 +21,7 @@ pub fn has_suffix(path: &Path, suffix: &str) -> bool {
 ///
 /// # Errors
 /// Returns an error if the file must not be overwritten or cannot be written.
-pub fn write_output(
+pub(crate) fn write_output(
     path: &Path,
     bytes: &[u8],
     kind: &str,
@@ -42,7 +42,7 @@ pub fn write_output(
 /// # Errors
 /// Returns an error if the file must not be overwritten or cannot be written, and the errors of
 /// `write`.
-pub fn write_output_with(
+pub(crate) fn write_output_with(
     path: &Path,
     kind: &str,
     signature: &[u8],
@@ -109,7 +109,7 @@ fn is_equal(mut one: impl BufRead, mut other: impl BufRead) -> io::Result<bool> 
 ///
 /// # Errors
 /// Returns an error if the name has another suffix, or the errors of [`write_output`].
-pub fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionError> {
+pub(crate) fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionError> {
     if !is_stream(path) && !has_suffix(path, "png") {
         return Err(SessionError::refused(format!(
             "the picture is written as a PNG file, but `{}` does not end in `.png`; use `{}`",
@@ -121,13 +121,13 @@ pub fn write_png(path: &Path, png: &[u8], replace: bool) -> Result<(), SessionEr
 }
 
 /// Returns whether the path is a pipe or a device, such as `/dev/stdout`.
-pub fn is_stream(path: &Path) -> bool {
+pub(crate) fn is_stream(path: &Path) -> bool {
     let metadata = path.metadata();
     metadata.is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
 }
 
 /// Returns whether a file can be read and begins with these bytes.
-pub fn begins_with(path: &Path, signature: &[u8]) -> bool {
+pub(crate) fn begins_with(path: &Path, signature: &[u8]) -> bool {
     let start = beginning(path, signature.len()).ok().flatten();
     start.is_some_and(|start| start == signature)
 }
@@ -143,6 +143,6 @@ fn beginning(path: &Path, limit: usize) -> Result<Option<Vec<u8>>, StoreError> {
     }
 }
 
-pub fn unwritten(path: &Path, source: io::Error) -> StoreError {
+pub(crate) fn unwritten(path: &Path, source: io::Error) -> StoreError {
     StoreError::writing(path, source)
 }

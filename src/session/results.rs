@@ -36,7 +36,7 @@ pub use asperity_tables::table::Table;
 pub struct Tables<'a> {
     session: &'a Session<'a>,
     /// Existing results of the study.
-    pub reading: StudyResults,
+    pub(crate) reading: StudyResults,
 }
 
 impl<'a> Tables<'a> {
@@ -60,7 +60,7 @@ impl<'a> Tables<'a> {
     /// # Errors
     /// Returns an error if the stage does not exist or has no results, or if a table is known to be
     /// damaged.
-    pub fn open(&self, name: &str) -> Result<TableSource, SessionError> {
+    pub(crate) fn open(&self, name: &str) -> Result<TableSource, SessionError> {
         let plan = &self.reading.plan;
         if name == FAILURES {
             return Ok(failures::read(&self.session.data().results(), &plan.study)?.into());
@@ -103,7 +103,7 @@ impl<'a> Tables<'a> {
 
     /// Returns the units of length and pressure of the table of a stage, as the manifest names
     /// them. The tables of `aggregate` stages do not name them.
-    pub fn units(&self, stage: &str) -> TableUnits {
+    pub(crate) fn units(&self, stage: &str) -> TableUnits {
         self.units_of(|name| name == stage)
     }
 
@@ -115,7 +115,7 @@ impl<'a> Tables<'a> {
     }
 
     /// Returns the names of the stages in the order of the plan.
-    pub fn names(&self) -> Vec<&str> {
+    pub(crate) fn names(&self) -> Vec<&str> {
         let stages = self.reading.plan.stages.iter();
         stages.map(|stage| stage.name.as_str()).collect()
     }
@@ -147,6 +147,7 @@ fn refused(error: QueryError) -> SessionError {
 
 /// Columns of the table of a stage, or of all tables of a kind of stage.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct DescribedColumns {
     /// Name of the stage, or `None` for a kind of stage.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -191,6 +192,7 @@ impl DescribedColumns {
 
 /// Options of the method [`Session::report`].
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct ReportOptions {
     /// Folder to write into (default: the folder of the study's tables).
     pub output: Option<PathBuf>,
@@ -244,10 +246,10 @@ pub(super) fn write_report(
 
 /// Parquet file of asperity, with its table and provenance.
 #[derive(Debug)]
-pub struct TableFile {
-    pub path: PathBuf,
-    pub table: Table,
-    pub metadata: Metadata,
+pub(crate) struct TableFile {
+    pub(crate) path: PathBuf,
+    pub(crate) table: Table,
+    pub(crate) metadata: Metadata,
 }
 
 impl TableFile {
@@ -257,7 +259,7 @@ impl TableFile {
     /// # Errors
     /// Returns an error if no file and no task matches, if several tasks match, or if the file is
     /// damaged.
-    pub fn read(
+    pub(crate) fn read(
         what: &Path,
         data: &DataFolder,
         observer: &dyn Observer,

@@ -42,6 +42,7 @@ pub use asperity_pipeline::results::PublishedTable;
 
 /// Options of a run, which by default computes all missing tasks.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct RunOptions {
     /// Number of cores to use (default: all). Each core works on one surface; if fewer surfaces
     /// remain, several cores share one.
@@ -53,11 +54,11 @@ pub struct RunOptions {
     /// Overwrite the results of another manifest with the same study name.
     pub replace: bool,
     /// Name of the scheduler job, recorded in the receipt of a shard.
-    pub job: Option<String>,
+    pub(crate) job: Option<String>,
     /// Interval at which the finished loads of a surface are stored while its other loads are
     /// solved; default: one minute. After the end of the process, the next run solves only the
     /// loads that are not stored.
-    pub checkpoint_every: Option<Duration>,
+    pub(crate) checkpoint_every: Option<Duration>,
 }
 
 /// Default interval at which finished loads are stored. A run that is killed loses at most the work
@@ -66,6 +67,7 @@ const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 
 /// Tasks of a study that a run computes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Selection {
     /// All missing tasks, and as many surfaces as adaptive sampling requires.
     #[default]
@@ -112,6 +114,7 @@ pub struct PreparedRun<'a> {
 
 /// Result of a run, including failures.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct RunReport {
     /// Study with its final number of surfaces, and its plan; task indices refer to this plan.
     pub sampled: SampledStudy,
@@ -127,13 +130,14 @@ pub struct RunReport {
     /// Path of the table of failures, if there is one.
     pub failures: Option<PathBuf>,
     /// Path of the receipt of a shard.
-    pub receipt: Option<PathBuf>,
+    pub(crate) receipt: Option<PathBuf>,
     /// Read-only stores from which tables of finished tasks were read.
-    pub stores: Vec<TasksFromStore>,
+    pub(crate) stores: Vec<TasksFromStore>,
 }
 
 /// Numbers of tasks of one stage in a run.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct StageRun<'a> {
     /// Finished and missing tasks before the run.
     #[serde(flatten)]
@@ -163,7 +167,7 @@ impl RunReport {
     ///
     /// # Errors
     /// Returns an error if a path is not valid UTF-8.
-    pub fn summary(&self) -> Result<Value, serde_json::Error> {
+    pub(crate) fn summary(&self) -> Result<Value, serde_json::Error> {
         let damaged = self.outcome.damaged.iter().map(|damage| {
             Ok(json!({
                 "task": damage.table,
@@ -223,11 +227,6 @@ impl<'a> PreparedRun<'a> {
             job: options.job.clone(),
             checkpoint_every: options.checkpoint_every.unwrap_or(CHECKPOINT_EVERY),
         })
-    }
-
-    /// Returns the study and its plan before the run.
-    pub fn sampled(&self) -> &SampledStudy {
-        &self.sampled
     }
 
     /// Computes tasks and writes tables until all tasks are finished or `stop` is set.

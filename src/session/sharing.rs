@@ -11,15 +11,15 @@ use asperity_pipeline::results::StudyResults;
 
 /// Size and contents of a written archive.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct SharedStudy {
-    pub archive: PathBuf,
-    pub bytes: u64,
+pub(crate) struct SharedStudy {
+    pub(crate) archive: PathBuf,
+    pub(crate) bytes: u64,
     /// Number of tables of stages in the archive.
-    pub tables: usize,
+    pub(crate) tables: usize,
     /// Number of tables of tasks in the archive, or `None` without the store.
-    pub stored: Option<usize>,
+    pub(crate) stored: Option<usize>,
     /// Number of tasks of the study, or `None` without the store.
-    pub tasks: Option<usize>,
+    pub(crate) tasks: Option<usize>,
 }
 
 impl Session<'_> {
@@ -28,7 +28,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns an error if the manifest or one of its input files cannot be read, if a table is
     /// damaged or out of date, or if the archive cannot be written.
-    pub fn share(&self, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
+    pub(crate) fn share(&self, options: &ShareOptions) -> Result<SharedStudy, SessionError> {
         // Not `self.reading()`: the archive needs the files of measured surfaces.
         let data = self.data();
         let reading = StudyResults::new(

@@ -1,6 +1,6 @@
 //! Finished and missing tasks of a study, with reasons and costs.
 //!
-//! [`Status`] reads the store and the record of the last run; [`Progress`] also reads the receipts
+//! [`Status`] reads the store and the record of the last run; `Progress` also reads the receipts
 //! and the queue of a cluster.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -36,16 +36,17 @@ pub use asperity_pipeline::plan::sources::TasksFromStore;
 
 /// Plan of a study compared with the store and the last run.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Status {
     /// Warnings about the study and its stages.
     pub warnings: Vec<Warning>,
     /// Surfaces and loads of the stages.
-    pub summaries: Vec<StageSummary>,
+    pub(crate) summaries: Vec<StageSummary>,
     pub plan: Plan,
     /// Indices of tasks that are not in the store, ascending.
     pub missing: Vec<usize>,
     /// State of the stages with adaptive sampling.
-    pub adaptive: Vec<AdaptiveStage>,
+    pub(crate) adaptive: Vec<AdaptiveStage>,
     sources: Sources,
     reasons: Reasons,
     cost: CostModel,
@@ -53,13 +54,14 @@ pub struct Status {
 
 /// Finished and missing tasks of a stage, with the reasons.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct StageStatus<'a> {
     /// Name of the stage and numbers of its tasks.
     #[serde(flatten)]
     pub count: StageCount<'a>,
     /// Read-only stores from which tables of finished tasks are read.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub stores: Vec<TasksFromStore>,
+    pub(crate) stores: Vec<TasksFromStore>,
     /// Missing tasks, grouped by reason.
     pub reasons: Vec<Reason<'a>>,
     /// Expected core-seconds of the missing tasks.
@@ -69,31 +71,33 @@ pub struct StageStatus<'a> {
 
 /// Missing tasks of one stage that run for the same causes.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct Reason<'a> {
     pub tasks: usize,
     /// Number of rows that these tasks compute; `None` if they compute whole tables.
-    pub rows: Option<usize>,
+    pub(crate) rows: Option<usize>,
     /// Descriptions of these rows, one for each way in which they are computed.
-    pub remaining: Vec<String>,
+    pub(crate) remaining: Vec<String>,
     /// Expected core-seconds of these tasks.
     #[serde(rename = "core_hours", serialize_with = "in_hours")]
     pub seconds: f64,
     /// Changes that make these tasks run, in this stage or in stages that it depends on.
-    pub causes: Vec<NamedCause<'a>>,
+    pub(crate) causes: Vec<NamedCause<'a>>,
     #[serde(skip)]
     stage: &'a str,
 }
 
 /// Cause that makes tasks run, with the stage where it occurred.
 #[derive(Debug, Serialize)]
-pub struct NamedCause<'a> {
-    pub stage: &'a str,
+pub(crate) struct NamedCause<'a> {
+    pub(crate) stage: &'a str,
     #[serde(flatten)]
-    pub why: &'a Why,
+    pub(crate) why: &'a Why,
 }
 
 /// Numbers of finished and missing tasks of a stage.
 #[derive(Debug, Clone, Copy, Serialize)]
+#[non_exhaustive]
 pub struct StageCount<'a> {
     pub name: &'a str,
     pub kind: Kind,
@@ -108,7 +112,7 @@ pub struct StageCount<'a> {
 
 impl<'a> StageCount<'a> {
     /// Counts the tasks of each stage of a plan; `missing` must be sorted.
-    pub fn all(plan: &'a Plan, missing: &[usize]) -> Vec<StageCount<'a>> {
+    pub(crate) fn all(plan: &'a Plan, missing: &[usize]) -> Vec<StageCount<'a>> {
         let count = |stage: &'a PlannedStage| {
             let is_missing = |task: &&usize| missing.binary_search(task).is_ok();
             let to_run = stage.tasks.iter().filter(is_missing).count();
@@ -124,14 +128,14 @@ impl<'a> StageCount<'a> {
     }
 
     /// Returns the number of the given tasks that belong to the stage; `tasks` must be sorted.
-    pub fn among(&self, tasks: &[usize]) -> usize {
+    pub(crate) fn among(&self, tasks: &[usize]) -> usize {
         self.tasks.iter().filter(|task| tasks.binary_search(task).is_ok()).count()
     }
 }
 
 /// Returns the JSON output for the adaptive stages of a study. `holds` is null, and so are the
 /// `undecided` claims, if the condition cannot be evaluated yet.
-pub fn growing(stages: &[AdaptiveStage]) -> Vec<Value> {
+pub(crate) fn growing(stages: &[AdaptiveStage]) -> Vec<Value> {
     let growing = stages.iter().map(|stage| {
         let mut growing = json!({
             "name": stage.name,
@@ -168,11 +172,11 @@ impl Reason<'_> {
 
 /// Distribution of cores over tasks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct CoreDistribution {
+pub(crate) struct CoreDistribution {
     /// Maximum number of parallel tasks.
-    pub at_once: usize,
+    pub(crate) at_once: usize,
     /// Maximum number of cores per task.
-    pub each: usize,
+    pub(crate) each: usize,
 }
 
 impl Status {
@@ -231,7 +235,7 @@ impl Status {
     }
 
     /// Returns how a run would distribute the given number of cores.
-    pub fn core_distribution(&self, cores: usize) -> CoreDistribution {
+    pub(crate) fn core_distribution(&self, cores: usize) -> CoreDistribution {
         let counts = StageCount::all(&self.plan, &self.missing);
         let at_once = counts.iter().map(|count| count.to_run).max();
         let missing = self.missing.iter().map(|&task| &self.plan.tasks[task]);
@@ -253,65 +257,65 @@ impl Status {
 
     /// Lists the tasks in tables with a row for each task: stage, key, state, expected
     /// core-seconds, read-only store if there is any, and parameters.
-    pub fn tasks(&self) -> impl Iterator<Item = Result<Table, TableError>> {
+    pub(crate) fn tasks(&self) -> impl Iterator<Item = Result<Table, TableError>> {
         forecast::worklist(&self.plan, &self.missing, &self.cost, &self.sources)
     }
 }
 
 /// Progress of a study on all machines.
 #[derive(Debug, Clone, Serialize)]
-pub struct Progress {
-    pub study: String,
-    pub stages: Vec<StageProgress>,
+pub(crate) struct Progress {
+    pub(crate) study: String,
+    pub(crate) stages: Vec<StageProgress>,
     /// Core-hours used by shards, from their receipts.
-    pub core_hours_spent: f64,
+    pub(crate) core_hours_spent: f64,
     /// Expected core-hours of the missing tasks.
-    pub core_hours_left: f64,
+    pub(crate) core_hours_left: f64,
     /// Expected hours until the end on the cores in use; `None` if no core is in use.
-    pub hours_left: Option<f64>,
+    pub(crate) hours_left: Option<f64>,
     /// Number of cores that compute shards now.
-    pub cores: usize,
+    pub(crate) cores: usize,
     /// Jobs of the study in the queue. `None` if the study was not submitted or Slurm is not
     /// installed.
-    pub queue: Option<Queue>,
+    pub(crate) queue: Option<Queue>,
     /// Failed tasks of array elements, newest first.
-    pub failures: Vec<FailedTask>,
+    pub(crate) failures: Vec<FailedTask>,
 }
 
 /// Jobs of a study in the queue.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-pub struct Queue {
+pub(crate) struct Queue {
     /// Number of running array elements.
-    pub running: usize,
+    pub(crate) running: usize,
     /// Number of waiting array elements.
-    pub waiting: usize,
+    pub(crate) waiting: usize,
     /// Reasons for waiting, as Slurm reports them.
-    pub reasons: BTreeSet<String>,
+    pub(crate) reasons: BTreeSet<String>,
     /// State of the last job, `runs` or `waits`, if it is in the queue.
-    pub finish: Option<String>,
+    pub(crate) finish: Option<String>,
 }
 
 /// Numbers of the tasks of a stage by state.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct StageProgress {
-    pub name: String,
-    pub kind: Kind,
+pub(crate) struct StageProgress {
+    pub(crate) name: String,
+    pub(crate) kind: Kind,
     /// Number of tasks in the store.
-    pub done: usize,
+    pub(crate) done: usize,
     /// Number of tasks that are running now.
-    pub running: usize,
+    pub(crate) running: usize,
     /// Number of tasks that have not started.
-    pub waiting: usize,
+    pub(crate) waiting: usize,
     /// Number of tasks that have failed.
-    pub failed: usize,
+    pub(crate) failed: usize,
     /// Read-only stores from which tables of finished tasks are read.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub stores: Vec<TasksFromStore>,
+    pub(crate) stores: Vec<TasksFromStore>,
 }
 
 impl Progress {
     /// Returns whether no process is running and no job is in the queue.
-    pub fn is_over(&self) -> bool {
+    pub(crate) fn is_over(&self) -> bool {
         let is_queued = |queue: &Queue| queue.running + queue.waiting > 0 || queue.finish.is_some();
         self.cores == 0 && !self.queue.as_ref().is_some_and(is_queued)
     }
@@ -324,7 +328,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns the same errors as [`Session::status`], and an error if Slurm is installed but does
     /// not answer.
-    pub fn progress(&self) -> Result<Progress, SessionError> {
+    pub(crate) fn progress(&self) -> Result<Progress, SessionError> {
         let SampledStudy { study, plan, .. } = &self.sampled()?;
         let store = self.open_read_only()?;
         let missing = runner::missing(plan, &store);

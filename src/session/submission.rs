@@ -21,41 +21,41 @@ use asperity_pipeline::results::owner;
 use asperity_pipeline::{cluster, runner};
 use asperity_tables::store::files::{make_folder, write_whole};
 
-pub use asperity_pipeline::cluster::settings::Settings;
-pub use asperity_pipeline::cluster::sizing::{Sizing, ranges};
-pub use asperity_pipeline::cluster::slurm::Job;
-pub use asperity_pipeline::cluster::submission::{Round, Scripts, Submission};
-pub use asperity_pipeline::settings_file::SettingsFile;
+pub(crate) use asperity_pipeline::cluster::settings::Settings;
+pub(crate) use asperity_pipeline::cluster::sizing::{Sizing, ranges};
+pub(crate) use asperity_pipeline::cluster::slurm::Job;
+pub(crate) use asperity_pipeline::cluster::submission::{Round, Scripts, Submission};
+pub(crate) use asperity_pipeline::settings_file::SettingsFile;
 
 /// Default of the maximum number of resubmissions.
 const DEFAULT_ROUNDS: u32 = 3;
 
 /// Options of a submission to a cluster.
 #[derive(Debug, Clone, Default)]
-pub struct SubmitOptions {
+pub(crate) struct SubmitOptions {
     /// Settings of the cluster and of the array elements.
-    pub settings: Settings,
+    pub(crate) settings: Settings,
     /// Program that the elements run: an absolute path, or a name that is searched in `PATH`.
-    pub program: PathBuf,
+    pub(crate) program: PathBuf,
     /// Let the last job write the HTML report.
-    pub report: bool,
+    pub(crate) report: bool,
     /// Overwrite the results of another manifest with the same study name.
-    pub replace: bool,
+    pub(crate) replace: bool,
 }
 
 /// Scripts and expected cost of a submission.
 #[derive(Debug)]
-pub struct PlannedSubmission {
-    pub study: String,
+pub(crate) struct PlannedSubmission {
+    pub(crate) study: String,
     /// Array elements with their expected times.
-    pub sizing: Sizing,
-    pub scripts: Scripts,
+    pub(crate) sizing: Sizing,
+    pub(crate) scripts: Scripts,
     /// Processors whose receipts give the speed; empty if the speed was measured on this machine.
-    pub processors: Vec<String>,
+    pub(crate) processors: Vec<String>,
     /// Number of tasks that are not in the store.
-    pub missing: usize,
+    pub(crate) missing: usize,
     /// Folder of scripts and receipts of the study.
-    pub folder: PathBuf,
+    pub(crate) folder: PathBuf,
     settings: Settings,
 }
 
@@ -64,7 +64,7 @@ impl Session<'_> {
     ///
     /// # Errors
     /// Returns the same errors as [`Session::prepare`].
-    pub fn plan_submission(
+    pub(crate) fn plan_submission(
         &self,
         options: &SubmitOptions,
     ) -> Result<PlannedSubmission, SessionError> {
@@ -110,7 +110,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns an error if jobs of the study are already in the queue, Slurm is not installed or
     /// rejects the jobs, or the folder cannot be written.
-    pub fn submit(&self, planned: &PlannedSubmission) -> Result<Submission, SessionError> {
+    pub(crate) fn submit(&self, planned: &PlannedSubmission) -> Result<Submission, SessionError> {
         let PlannedSubmission { study, sizing, scripts, folder, settings, .. } = planned;
         if let Some(queued) = queued(study)?.first() {
             return Err(SessionError::InQueue {
@@ -145,7 +145,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns an error if the manifest is invalid, the study has not been submitted, or Slurm is
     /// not installed.
-    pub fn cancel(&self) -> Result<Vec<String>, SessionError> {
+    pub(crate) fn cancel(&self) -> Result<Vec<String>, SessionError> {
         let study = self.study()?.name;
         let own = self.submitted_jobs()?;
         if own.is_empty() {
@@ -180,27 +180,27 @@ const SMALL_REMAINDER: f64 = 1.0 / 12.0;
 
 /// Options of the last job.
 #[derive(Debug, Clone, Default)]
-pub struct FinishOptions {
+pub(crate) struct FinishOptions {
     /// Number of times that tasks have been resubmitted before.
-    pub round: u32,
+    pub(crate) round: u32,
     /// Options of the runs of the last job.
-    pub run: RunOptions,
+    pub(crate) run: RunOptions,
     /// Write the HTML report at the end.
-    pub report: bool,
+    pub(crate) report: bool,
 }
 
 /// Result of the last job.
 #[derive(Debug)]
-pub struct Finished {
+pub(crate) struct Finished {
     /// Array elements of the previous round without a receipt: they never started, or their nodes
     /// cannot access the program or the data.
-    pub silent: Vec<u32>,
-    pub outcome: FinishOutcome,
+    pub(crate) silent: Vec<u32>,
+    pub(crate) outcome: FinishOutcome,
 }
 
 /// Outcome of the last job.
 #[derive(Debug)]
-pub enum FinishOutcome {
+pub(crate) enum FinishOutcome {
     /// A large remainder was submitted again.
     SubmittedAgain(Round),
     /// The final run is done; the report was written if requested.
@@ -216,7 +216,7 @@ impl Session<'_> {
     /// # Errors
     /// Returns an error if the study has not been submitted or Slurm rejects a resubmission. Also
     /// returns the errors of [`Session::run`].
-    pub fn finish(
+    pub(crate) fn finish(
         &self,
         options: &FinishOptions,
         stop: &AtomicBool,

@@ -48,14 +48,14 @@ pub struct InvalidCoordinate;
 
 /// Task that was chosen, with its rows.
 #[derive(Debug)]
-pub struct ChosenTask {
-    pub key: TaskKey,
-    pub rows: ChosenRows,
+pub(crate) struct ChosenTask {
+    pub(crate) key: TaskKey,
+    pub(crate) rows: ChosenRows,
 }
 
 /// Rows of a task that the study has and that the coordinates select.
 #[derive(Debug, PartialEq)]
-pub enum ChosenRows {
+pub(crate) enum ChosenRows {
     /// All rows. The rows have no load.
     All,
     /// The rows with these loads, in the unit of the study.
@@ -66,7 +66,7 @@ pub enum ChosenRows {
 
 impl ChosenRows {
     /// Returns the rows of a table of the task that were chosen.
-    pub fn of_table(&self, table: &Table) -> Result<Vec<usize>, TableError> {
+    pub(crate) fn of_table(&self, table: &Table) -> Result<Vec<usize>, TableError> {
         let rows = 0..table.rows();
         Ok(match self {
             ChosenRows::All => rows.collect(),
@@ -122,7 +122,7 @@ impl ChosenLoad {
     ///
     /// # Errors
     /// Returns an error if the text is not a finite number with or without a unit of length.
-    pub fn mean_gap(text: &str) -> Result<ChosenLoad, InvalidLoad> {
+    pub(crate) fn mean_gap(text: &str) -> Result<ChosenLoad, InvalidLoad> {
         ChosenLoad::read(text, ChosenQuantity::MeanGap)
     }
 
@@ -204,6 +204,7 @@ impl ChosenLoad {
 
 /// Error in a load or a mean gap on the command line.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum InvalidLoad {
     #[error("expected a finite number, or a {dimension} such as `10 {}`", dimension.common_unit())]
     Form { dimension: Dimension },
@@ -220,7 +221,7 @@ pub enum InvalidLoad {
 /// Returns an error if no row has this load; the message names the next lower and higher loads.
 /// Returns an error if the load has a unit, and the column of the table has no known unit, or if
 /// the manifest prescribes another quantity.
-pub fn rows_under(
+pub(crate) fn rows_under(
     table: &Table,
     rows: &[usize],
     load: ChosenLoad,
@@ -259,7 +260,7 @@ pub fn rows_under(
 ///
 /// # Errors
 /// Returns an error if several states of a path have the load; the message names them.
-pub fn only_state(table: &Table, rows: &[usize]) -> Result<usize, SessionError> {
+pub(crate) fn only_state(table: &Table, rows: &[usize]) -> Result<usize, SessionError> {
     if rows.len() == 1 || !table.has(STEP.name) {
         return Ok(rows[0]);
     }
@@ -284,7 +285,7 @@ impl FromStr for Coordinate {
 }
 
 /// Returns the only task of `stage` that matches all `coordinates` and the load.
-pub fn chosen_task(
+pub(crate) fn chosen_task(
     stage: &str,
     coordinates: &[Coordinate],
     load: Option<ChosenLoad>,
@@ -351,7 +352,7 @@ fn rows_of_task(table: &Table, selected: &[usize], task: &str) -> Result<ChosenR
 impl Coordinate {
     /// Returns the elements of `rows` that have the required value in the column; there is at least
     /// one. States of a path may also be selected by their number.
-    pub fn filter(&self, table: &Table, rows: &[usize]) -> Result<Vec<usize>, SessionError> {
+    pub(crate) fn filter(&self, table: &Table, rows: &[usize]) -> Result<Vec<usize>, SessionError> {
         let Coordinate { column, value } = self;
         let coordinates = match column.as_str() {
             name if [STEP.name, PATH.name].contains(&name) && table.has(name) => {

@@ -17,74 +17,74 @@ use asperity_topography_files::{
     read, read_profile,
 };
 
-pub use asperity_topography_files::{HeightStatistics, Quantity};
+pub(crate) use asperity_topography_files::Quantity;
 
 /// Maximum number of pixels along the longer side of a picture.
 const MAX_PIXELS: usize = 1024;
 
 /// Description of a topography file.
 #[derive(Debug, Serialize)]
-pub struct DescribedFile {
-    pub format: &'static str,
+pub(crate) struct DescribedFile {
+    pub(crate) format: &'static str,
     /// Full name of the format.
     #[serde(skip)]
-    pub title: &'static str,
+    pub(crate) title: &'static str,
     /// All channels, or only the requested one.
-    pub channels: Vec<DescribedChannel>,
+    pub(crate) channels: Vec<DescribedChannel>,
     /// Number of channels in the file.
     #[serde(skip)]
-    pub count: usize,
+    pub(crate) count: usize,
     /// The requested channel, or the one that is read if none is chosen.
     #[serde(skip)]
-    pub chosen: Option<ChosenChannel>,
+    pub(crate) chosen: Option<ChosenChannel>,
     /// The map of the chosen channel in words, if its sides are known and it has heights.
     #[serde(skip)]
-    pub map: Option<String>,
+    pub(crate) map: Option<String>,
     /// Warnings if the chosen channel was probably read in a wrong unit, or if its slope comes from
     /// noise.
     #[serde(skip)]
-    pub warnings: Vec<String>,
+    pub(crate) warnings: Vec<String>,
     /// PNG file of the chosen channel, if requested; missing points are red.
     #[serde(skip)]
-    pub picture: Option<Vec<u8>>,
+    pub(crate) picture: Option<Vec<u8>>,
 }
 
 /// Description of one channel with statistics of its map.
 #[derive(Debug, Serialize)]
-pub struct DescribedChannel {
+pub(crate) struct DescribedChannel {
     /// Position in the file, from 1.
     #[serde(skip)]
-    pub number: usize,
-    pub name: String,
+    pub(crate) number: usize,
+    pub(crate) name: String,
     /// Number of nodes along x and y.
-    pub nodes: [usize; 2],
+    pub(crate) nodes: [usize; 2],
     /// Side lengths along x and y, if known.
-    pub size: Option<[f64; 2]>,
+    pub(crate) size: Option<[f64; 2]>,
     /// Unit of the size: `m`, or `None` if the unit is unknown.
-    pub size_unit: Option<&'static str>,
+    pub(crate) size_unit: Option<&'static str>,
     /// Unit of the values of the map.
-    pub unit: Option<String>,
+    pub(crate) unit: Option<String>,
     /// Number of points without a value.
-    pub missing: usize,
-    pub rms_height: Option<f64>,
-    pub rms_slope: Option<f64>,
-    pub lowest: Option<f64>,
-    pub highest: Option<f64>,
+    pub(crate) missing: usize,
+    pub(crate) rms_height: Option<f64>,
+    pub(crate) rms_slope: Option<f64>,
+    pub(crate) lowest: Option<f64>,
+    pub(crate) highest: Option<f64>,
     #[serde(serialize_with = "corners")]
-    pub corners: Corners,
+    pub(crate) corners: Corners,
     /// What the reader guessed, and which parts of the file it did not use.
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 /// Channel that is used for heights.
 #[derive(Debug)]
-pub struct ChosenChannel {
+pub(crate) struct ChosenChannel {
     /// Position in the file, from 1.
-    pub number: usize,
-    pub name: String,
-    pub quantity: Quantity,
+    pub(crate) number: usize,
+    pub(crate) name: String,
+    pub(crate) quantity: Quantity,
     /// Reason if the channel was not requested and is one of several.
-    pub reason: Option<String>,
+    pub(crate) reason: Option<String>,
 }
 
 /// Describes all channels of a file, or only the one with this name or number, and optionally draws
@@ -92,7 +92,7 @@ pub struct ChosenChannel {
 ///
 /// # Errors
 /// Returns an error if the file cannot be read or has no such channel.
-pub fn describe(
+pub(crate) fn describe(
     path: &Path,
     channel: Option<&str>,
     is_drawn: bool,
@@ -154,7 +154,7 @@ impl DescribedChannel {
         let statistics = Statistics::new(map);
         let heights = statistics.heights.as_ref();
         let mut notes = channel.notes();
-        notes.extend(channel.suspect_number().map(|SuspectNumber { number, count }| {
+        notes.extend(channel.suspect_number().map(|SuspectNumber { number, count, .. }| {
             format!(
                 "{count} points have the number {number:?}, far from all others; see the key \
                  `missing`"
@@ -234,16 +234,14 @@ fn chosen(file: &TopographyFile<'_>, wanted: Option<&str>) -> Result<usize, Sess
             let all: Vec<&str> = names.iter().map(String::as_str).collect();
             UnknownName::new(error.to_string(), wanted, &all).into()
         }
-        ChannelError::OutOfRange { .. } | ChannelError::Ambiguous { .. } => {
-            SessionError::refused(error.to_string())
-        }
+        _ => SessionError::refused(error.to_string()),
     })
 }
 
 /// Serializes the corners of a map. The crate `topography-files` cannot do this, because it does
 /// not depend on serde.
 fn corners<S: Serializer>(corners: &Corners, serializer: S) -> Result<S::Ok, S::Error> {
-    let Corners { first, x_end, y_end, last } = corners;
+    let Corners { first, x_end, y_end, last, .. } = corners;
     let named = [("first", first), ("x_end", x_end), ("y_end", y_end), ("last", last)];
     serializer.collect_map(named)
 }

@@ -6,11 +6,11 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
+use super::SessionError;
 use super::formatting::{counted, short};
 use super::maps::{Map, MapKind, Overlay, PathState, TaskMaps};
 use super::output_files::{has_suffix, is_stream, write_output};
-use super::task_choice::{ChosenLoad, Coordinate};
-use super::{Session, SessionError};
+use super::task_choice::ChosenLoad;
 use asperity_mechanics::grid::Grid;
 use asperity_report::animation::{AnimationFormat, animation};
 use asperity_report::map_pictures::{
@@ -30,24 +30,24 @@ const MAX_ANIMATED_PIXELS: usize = 1024;
 
 /// Options of [`Session::view`] and [`Picture::draw`].
 #[derive(Debug, Clone, Copy, Default)]
-pub struct ViewOptions {
+pub(crate) struct ViewOptions {
     /// Map to draw (default: heights for surfaces, contact for loads).
-    pub map: Option<MapKind>,
+    pub(crate) map: Option<MapKind>,
     /// Load (default: contacts at all loads, other maps at the largest load or, along a path, at
     /// the smallest mean gap).
-    pub load: Option<ChosenLoad>,
+    pub(crate) load: Option<ChosenLoad>,
     /// Show the surface in perspective, with the colours of the map.
-    pub relief: bool,
+    pub(crate) relief: bool,
     /// Draw one picture for each load, with the same colours.
-    pub animate: bool,
+    pub(crate) animate: bool,
     /// Time for each picture of an animation, in hundredths of a second (default: by the number of
     /// pictures).
-    pub frame_time: Option<u16>,
+    pub(crate) frame_time: Option<u16>,
 }
 
 /// Picture of a map with its description.
 #[derive(Debug, Serialize)]
-pub struct Picture {
+pub(crate) struct Picture {
     /// One map, or the maps at ascending loads.
     #[serde(skip)]
     panels: Vec<MapPanel>,
@@ -59,35 +59,35 @@ pub struct Picture {
     #[serde(skip)]
     branch: Option<String>,
     /// Key of the requested task, which may differ from the task that contains the map.
-    pub task: TaskKey,
-    pub map: MapKind,
+    pub(crate) task: TaskKey,
+    pub(crate) map: MapKind,
     /// Number of nodes along x and y.
-    pub nodes: PerAxis<usize>,
+    pub(crate) nodes: PerAxis<usize>,
     /// Load of the map, or `None` for heights, for contacts at all loads and for animations.
-    pub load: Option<f64>,
+    pub(crate) load: Option<f64>,
     /// Name of the column of the load: `load` for reduced loads, `pressure` for loads in the unit
     /// of the moduli, `mean_gap` for prescribed mean gaps.
-    pub load_column: Option<&'static str>,
+    pub(crate) load_column: Option<&'static str>,
     /// Unit of the load, or `None` if it is unknown.
-    pub load_unit: Option<String>,
+    pub(crate) load_unit: Option<String>,
     /// State of a path; `None` for several states.
     #[serde(flatten)]
-    pub state: Option<PathState>,
+    pub(crate) state: Option<PathState>,
     /// Number of pictures, one for each load of an animation.
-    pub pictures: usize,
+    pub(crate) pictures: usize,
     /// Smallest value of the colour scale; `None` for contacts.
-    pub lowest: Option<f64>,
+    pub(crate) lowest: Option<f64>,
     /// Largest value of the colour scale; `None` for contacts.
-    pub highest: Option<f64>,
-    pub unit: Option<String>,
+    pub(crate) highest: Option<f64>,
+    pub(crate) unit: Option<String>,
     /// Factor by which heights are enlarged in perspective.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub height_factor: Option<f64>,
+    pub(crate) height_factor: Option<f64>,
 }
 
 /// Format of a file with a picture, which its suffix names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PictureFormat {
+pub(crate) enum PictureFormat {
     Still(StillFormat),
     Animation(AnimationFormat),
     /// PNG, or APNG for an animation.
@@ -99,7 +99,7 @@ impl PictureFormat {
     ///
     /// # Errors
     /// Returns an error if no format has the suffix.
-    pub fn from_path(path: &Path) -> Result<PictureFormat, SessionError> {
+    pub(crate) fn from_path(path: &Path) -> Result<PictureFormat, SessionError> {
         let formats = [
             ("png", PictureFormat::Png),
             ("svg", PictureFormat::Still(StillFormat::Svg)),
@@ -119,7 +119,7 @@ impl PictureFormat {
     }
 
     /// Returns whether files of this format are animations, whatever the options are.
-    pub fn is_animation(self) -> bool {
+    pub(crate) fn is_animation(self) -> bool {
         matches!(self, PictureFormat::Animation(_))
     }
 
@@ -135,29 +135,12 @@ impl PictureFormat {
     }
 }
 
-impl Session<'_> {
-    /// Draws the only task of `stage` that matches all `coordinates`.
-    ///
-    /// # Errors
-    /// Returns an error if not exactly one task matches, if the task has no such map, or on
-    /// interruption by `stop`.
-    pub fn view(
-        &self,
-        stage: &str,
-        coordinates: &[Coordinate],
-        options: ViewOptions,
-        stop: &AtomicBool,
-    ) -> Result<Picture, SessionError> {
-        Picture::draw(&mut self.maps(stage, coordinates, options.load)?, options, stop)
-    }
-}
-
 impl Picture {
     /// Draws a map of a task, or its maps at all loads.
     ///
     /// # Errors
     /// Returns the same errors as [`TaskMaps::map`].
-    pub fn draw(
+    pub(crate) fn draw(
         maps: &mut TaskMaps,
         options: ViewOptions,
         stop: &AtomicBool,
@@ -271,7 +254,7 @@ impl Picture {
     }
 
     /// Returns a file name that is unique for the picture.
-    pub fn file_name(&self) -> String {
+    pub(crate) fn file_name(&self) -> String {
         let load = self.load_in_words().map(|load| format!("-{load}"));
         let path = self.state.as_ref().map(|state| &state.branch).or(self.branch.as_ref());
         let branch = path.map(|branch| format!("-{branch}"));
@@ -282,7 +265,7 @@ impl Picture {
     }
 
     /// Describes the picture in one line.
-    pub fn caption(&self) -> String {
+    pub(crate) fn caption(&self) -> String {
         let load = match (self.map, self.load) {
             (MapKind::Heights, _) => String::new(),
             (_, Some(load)) => {
@@ -321,7 +304,7 @@ impl Picture {
     /// # Errors
     /// Returns an error if no format has the suffix, if an animation cannot have the format, if the
     /// picture is too large, or if the file must not be overwritten or cannot be written.
-    pub fn write(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
+    pub(crate) fn write(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
         let format = PictureFormat::from_path(path)?;
         let bytes = match (format, self.panels.as_slice()) {
             (PictureFormat::Animation(format), panels) => {
@@ -347,7 +330,7 @@ impl Picture {
     /// # Errors
     /// Returns an error if the suffix is not `.png`, for an animation, or if the file must not be
     /// overwritten or cannot be written.
-    pub fn write_bare(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
+    pub(crate) fn write_bare(&self, path: &Path, replace: bool) -> Result<(), SessionError> {
         let (PictureFormat::Png, [panel]) = (PictureFormat::from_path(path)?, &self.panels[..])
         else {
             return Err(SessionError::refused("`--bare` writes a single PNG picture"));

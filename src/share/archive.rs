@@ -21,7 +21,7 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 use asperity_tables::store::files::folder_of;
 
 /// File name of the list of checksums.
-pub const CHECKSUMS: &str = "SHA256SUMS";
+pub(crate) const CHECKSUMS: &str = "SHA256SUMS";
 /// Size of the read buffer in bytes.
 const CHUNK: usize = 1 << 18;
 /// Size in bytes from which a file needs ZIP64.
@@ -29,7 +29,7 @@ const ZIP64_SIZE: u64 = u32::MAX as u64;
 
 /// Source of the bytes of a file.
 #[derive(Debug)]
-pub enum Source {
+pub(crate) enum Source {
     /// A file, which may be too large for the memory.
     File(PathBuf),
     /// Bytes that are in memory.
@@ -41,7 +41,7 @@ impl Source {
     ///
     /// # Errors
     /// Returns an error if the file cannot be read.
-    pub fn size(&self) -> io::Result<u64> {
+    pub(crate) fn size(&self) -> io::Result<u64> {
         match self {
             Source::File(path) => Ok(path.metadata().map_err(about(path))?.len()),
             Source::Bytes(bytes) => Ok(bytes.len() as u64),
@@ -64,7 +64,7 @@ fn about(path: &Path) -> impl FnOnce(io::Error) -> io::Error {
 }
 
 /// Writer of an archive that records checksums.
-pub struct Archive<W: Write + Seek> {
+pub(crate) struct Archive<W: Write + Seek> {
     /// Not dropped before it is finished: after a failed write, `ZipWriter` would try again to
     /// complete the archive, and print a second error to the terminal.
     zip: ManuallyDrop<ZipWriter<W>>,
@@ -73,14 +73,14 @@ pub struct Archive<W: Write + Seek> {
 }
 
 /// Returns whether a file is an archive of a study: a ZIP file with the list of checksums.
-pub fn is_archive(path: &Path) -> bool {
+pub(crate) fn is_archive(path: &Path) -> bool {
     let archive = File::open(path).ok().and_then(|file| ZipArchive::new(file).ok());
     archive.is_some_and(|archive| archive.index_for_name(CHECKSUMS).is_some())
 }
 
 impl<W: Write + Seek> Archive<W> {
     /// Creates an archive without files.
-    pub fn new(output: W) -> Archive<W> {
+    pub(crate) fn new(output: W) -> Archive<W> {
         Archive { zip: ManuallyDrop::new(ZipWriter::new(output)), checksums: String::new() }
     }
 
@@ -88,7 +88,7 @@ impl<W: Write + Seek> Archive<W> {
     ///
     /// # Errors
     /// Returns an error if the file cannot be read or the archive cannot be written.
-    pub fn add(&mut self, path: &str, source: &Source) -> io::Result<()> {
+    pub(crate) fn add(&mut self, path: &str, source: &Source) -> io::Result<()> {
         let is_table = path.ends_with(".parquet");
         let method = if is_table { CompressionMethod::Stored } else { CompressionMethod::Deflated };
         let options = SimpleFileOptions::default()
@@ -120,7 +120,7 @@ impl<W: Write + Seek> Archive<W> {
     ///
     /// # Errors
     /// Returns an error if the archive cannot be written.
-    pub fn finish(mut self) -> io::Result<W> {
+    pub(crate) fn finish(mut self) -> io::Result<W> {
         let checksums = std::mem::take(&mut self.checksums);
         self.add(CHECKSUMS, &Source::Bytes(checksums.into_bytes()))?;
         Ok(ManuallyDrop::into_inner(self.zip).finish()?)
@@ -137,11 +137,11 @@ fn checksum_line(digits: &str, path: &str) -> String {
 
 /// Paths of a manifest and its files in an archive, with `/` between folders.
 #[derive(Debug, PartialEq, Eq)]
-pub struct ArchivePaths {
+pub(crate) struct ArchivePaths {
     /// Path of the manifest in the archive.
-    pub manifest: String,
+    pub(crate) manifest: String,
     /// Paths of the files in the archive, by their paths in the manifest.
-    pub files: BTreeMap<PathBuf, String>,
+    pub(crate) files: BTreeMap<PathBuf, String>,
 }
 
 /// Error for a path in a manifest that would lead to no file of the archive.
@@ -152,9 +152,9 @@ pub struct ArchivePaths {
 )]
 pub struct UnportablePath {
     /// Path of the file in the manifest.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Reason why the path does not work.
-    pub why: &'static str,
+    pub(crate) why: &'static str,
 }
 
 impl ArchivePaths {
@@ -163,7 +163,7 @@ impl ArchivePaths {
     /// # Errors
     /// Returns an error if a path is absolute, leaves the root of the file system, or contains `..`
     /// after a folder.
-    pub fn new<'a>(
+    pub(crate) fn new<'a>(
         manifest: &Path,
         files: impl IntoIterator<Item = &'a PathBuf>,
     ) -> Result<ArchivePaths, UnportablePath> {
@@ -191,7 +191,7 @@ impl ArchivePaths {
     }
 
     /// Returns the relative path of the manifest from a folder at this depth in the archive.
-    pub fn manifest_from(&self, depth: usize) -> String {
+    pub(crate) fn manifest_from(&self, depth: usize) -> String {
         "../".repeat(depth) + &self.manifest
     }
 }

@@ -36,18 +36,18 @@ struct File {
 
 /// Files of an archive of a study.
 #[derive(Debug)]
-pub struct Contents {
+pub(crate) struct Contents {
     study: String,
     about: String,
     paths: ArchivePaths,
     /// Files by their paths in the archive.
     files: BTreeMap<String, File>,
     /// Number of stages with a table.
-    pub tables: usize,
+    pub(crate) tables: usize,
     /// Numbers of included tables of tasks and of all tasks; `None` without the store.
-    pub stored: Option<(usize, usize)>,
+    pub(crate) stored: Option<(usize, usize)>,
     /// Incomplete stages, with the numbers of finished and of all tasks.
-    pub incomplete: Vec<(String, usize, usize)>,
+    pub(crate) incomplete: Vec<(String, usize, usize)>,
 }
 
 impl Contents {
@@ -56,7 +56,7 @@ impl Contents {
     /// # Errors
     /// Returns an error if a table is damaged or out of date, or if a file cannot be added to the
     /// archive.
-    pub fn collect(
+    pub(crate) fn collect(
         reading: &StudyResults,
         manifest: &Path,
         data: &DataFolder,
@@ -90,7 +90,7 @@ impl Contents {
     ///
     /// # Errors
     /// Returns an error if the archive would overwrite another file.
-    pub fn check_output(&self, path: &Path) -> Result<(), ShareError> {
+    pub(crate) fn check_output(&self, path: &Path) -> Result<(), ShareError> {
         let Ok(output) = fs::canonicalize(path) else {
             return Ok(());
         };
@@ -111,7 +111,7 @@ impl Contents {
     ///
     /// # Errors
     /// Returns an error if the archive cannot be written or a file cannot be read.
-    pub fn write(self, path: &Path, options: &ShareOptions) -> Result<(), StoreError> {
+    pub(crate) fn write(self, path: &Path, options: &ShareOptions) -> Result<(), StoreError> {
         write_with(path, folder_of(path), |file| {
             let mut archive = Archive::new(file);
             for (path, file) in &self.files {

@@ -9,11 +9,11 @@ use super::Day;
 use super::archive::CHECKSUMS;
 
 /// File name required by the specification.
-pub const FILE: &str = "ro-crate-metadata.json";
+pub(crate) const FILE: &str = "ro-crate-metadata.json";
 
 /// FileRole of a file in the study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FileRole {
+pub(crate) enum FileRole {
     /// File that defines the study.
     Manifest,
     /// Input file, such as a measured surface.
@@ -25,29 +25,29 @@ pub enum FileRole {
 
 /// File of the archive with its description.
 #[derive(Debug)]
-pub struct Described {
+pub(crate) struct Described {
     /// Path with `/` between folders.
-    pub path: String,
-    pub size: u64,
-    pub role: FileRole,
+    pub(crate) path: String,
+    pub(crate) size: u64,
+    pub(crate) role: FileRole,
     /// Short description of the contents.
-    pub about: String,
+    pub(crate) about: String,
 }
 
 /// Description of the whole archive.
 #[derive(Debug)]
-pub struct Whole<'a> {
-    pub study: &'a str,
+pub(crate) struct Whole<'a> {
+    pub(crate) study: &'a str,
     /// Short description of the study.
-    pub about: String,
-    pub day: Day,
+    pub(crate) about: String,
+    pub(crate) day: Day,
     /// SPDX identifier or URL of the license.
-    pub license: Option<&'a str>,
-    pub authors: &'a [String],
+    pub(crate) license: Option<&'a str>,
+    pub(crate) authors: &'a [String],
 }
 
 /// Returns the text of the metadata file.
-pub fn metadata(whole: &Whole, files: &[Described]) -> String {
+pub(crate) fn metadata(whole: &Whole, files: &[Described]) -> String {
     let of = |role: FileRole| {
         let in_role = files.iter().filter(move |file| file.role == role);
         in_role.map(|file| reference(&address(&file.path))).collect::<Vec<_>>()

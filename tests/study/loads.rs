@@ -206,7 +206,8 @@ fn run_until(bench: &Bench, study: &str, most: f64) {
         }
     };
     let session = Session::new(bench.write(study), bench.data()).observed_by(&on_event);
-    let options = RunOptions { jobs: NonZeroUsize::new(1), ..RunOptions::default() };
+    let mut options = RunOptions::default();
+    options.jobs = NonZeroUsize::new(1);
     session.run(&options, &stop).unwrap();
 }
 

@@ -100,10 +100,10 @@ fn loads_of_other_studies_in_the_store_are_not_among_those_of_this_study() {
     let bench = Bench::new();
     bench.run(&STUDY);
     bench.run(&STUDY.replace("loads = { to = 0.1, steps = 4 }", "loads = [0.025, 0.05]"));
-    let session = Session::new(bench.path("study.toml"), bench.data());
-    let coordinates = ["k_upper=8", "realization=1"].map(|word| word.parse().unwrap());
-    let maps = session.maps("light", &coordinates, None).unwrap();
-    assert_eq!(maps.loads().unwrap(), [0.025, 0.05]);
+    let at = |load| found(&bench, "light", &["k_upper=8", "realization=1"], MapKind::Contact, load);
+    assert_eq!(at(None).unwrap().load, Some(0.05));
+    let refused = at(Some(0.1)).unwrap_err().to_string();
+    assert!(refused.contains("the nearest is 0.05"), "{refused}");
 }
 
 #[test]

@@ -15,7 +15,9 @@ fn session(bench: &Bench, manifest: &str) -> Session<'static> {
 
 /// Options that compute one task at a time, in the order of the plan.
 fn alone() -> RunOptions {
-    RunOptions { jobs: NonZeroUsize::new(1), ..RunOptions::default() }
+    let mut options = RunOptions::default();
+    options.jobs = NonZeroUsize::new(1);
+    options
 }
 
 fn run(session: &Session) -> RunReport {
@@ -96,7 +98,11 @@ fn refusals_are_distinguished_from_failures() {
     run(&session);
     assert_eq!(session.table("area").unwrap().rows(), 16);
     assert_eq!(session.failures().unwrap().rows(), 0);
-    let only = |key: &str| RunOptions { selection: Selection::Task(key.to_owned()), ..alone() };
+    let only = |key: &str| {
+        let mut options = alone();
+        options.selection = Selection::Task(key.to_owned());
+        options
+    };
     let refused = |options: &RunOptions| session.prepare(options).map(drop).unwrap_err();
     let mut refusals = vec![
         session.table("aera").map(drop).unwrap_err(),
@@ -107,7 +113,9 @@ fn refusals_are_distinguished_from_failures() {
     ];
     assert!(refusals[0].to_string().contains("did you mean `area`?"));
     bench.write(&STUDY.replace("seed = 7", "seed = 8"));
-    refusals.push(refused(&RunOptions { memory: Some(ByteSize(1)), ..alone() }));
+    let mut tiny = alone();
+    tiny.memory = Some(ByteSize(1));
+    refusals.push(refused(&tiny));
     for refusal in &refusals {
         assert!(refusal.is_misuse(), "{refusal:?}");
     }

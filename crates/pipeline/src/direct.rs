@@ -39,7 +39,7 @@ use asperity_mechanics::grid::{Boundary, Grid};
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::descriptors::Descriptors;
 use asperity_mechanics::topography::differences;
-use asperity_mechanics::topography::surface::{Scan, Surface, SurfaceError};
+use asperity_mechanics::topography::surface::{Surface, SurfaceError};
 use asperity_stages::columns::RMS_SLOPE;
 use asperity_stages::generate::plausibility::{EnteredMap, slope_and_span};
 use asperity_stages::measure::friction;
@@ -111,15 +111,16 @@ pub fn length(text: &str, unit: Option<&str>) -> Result<(f64, String), KeyErrors
 }
 
 /// Returns warnings if the heights or the sides of a map were probably read in a wrong unit, as a
-/// study with this map would give. `format` is the format of its file, if it is from one.
+/// study with this map would give. Heights that are not finite are missing. `format` is the format
+/// of its file, if it is from one.
 pub fn implausible(
-    scan: &Scan,
+    grid: Grid,
+    heights: &[f64],
     unit: &str,
     format: Option<&str>,
     has_given_sides: bool,
 ) -> Vec<String> {
-    let grid = scan.grid();
-    let (rms_slope, height_span) = slope_and_span(grid, scan.heights());
+    let (rms_slope, height_span) = slope_and_span(grid, heights);
     let map = EnteredMap { grid, unit, rms_slope, height_span, format, has_given_sides };
     map.warnings("the map")
 }

@@ -9,22 +9,22 @@ use super::FormatError;
 use super::input::{after, inflate};
 
 /// First bytes of an archive that has at least one file.
-pub const SIGNATURE: &[u8] = b"PK\x03\x04";
+pub(crate) const SIGNATURE: &[u8] = b"PK\x03\x04";
 
 /// Directory of an archive in memory, from which files are read by name.
-pub struct Archive<'a> {
+pub(crate) struct Archive<'a> {
     zip: ZipArchive<Cursor<&'a [u8]>>,
 }
 
 impl<'a> Archive<'a> {
     /// Opens an archive for a format that packs its files into one.
-    pub fn of_format(bytes: &'a [u8]) -> Result<Archive<'a>, FormatError> {
+    pub(crate) fn of_format(bytes: &'a [u8]) -> Result<Archive<'a>, FormatError> {
         after(bytes, SIGNATURE)?;
         Archive::new(bytes).map_err(|_| FormatError::Signature)
     }
 
     /// Reads the directory of an archive. Other data may precede the archive.
-    pub fn new(bytes: &'a [u8]) -> Result<Archive<'a>, FormatError> {
+    pub(crate) fn new(bytes: &'a [u8]) -> Result<Archive<'a>, FormatError> {
         let opened = ZipArchive::new(Cursor::new(bytes));
         let zip = opened.map_err(|error| FormatError::damaged("the zip archive", error))?;
         Ok(Archive { zip })
@@ -32,12 +32,12 @@ impl<'a> Archive<'a> {
 
     /// Returns the paths of the files. Paths that are not valid text are left out, because no
     /// format of this crate uses them.
-    pub fn names(&self) -> impl Iterator<Item = Cow<'_, str>> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = Cow<'_, str>> {
         self.zip.file_names().filter_map(Result::ok)
     }
 
     /// Reads a file of any length up to `limit` bytes.
-    pub fn file(&mut self, name: &str, limit: usize) -> Result<Vec<u8>, FormatError> {
+    pub(crate) fn file(&mut self, name: &str, limit: usize) -> Result<Vec<u8>, FormatError> {
         let size = self.open(name, |file| file.size())?;
         match usize::try_from(size) {
             Ok(size) if size <= limit => self.exactly(name, size),
@@ -50,7 +50,7 @@ impl<'a> Archive<'a> {
     }
 
     /// Reads a file of exactly `expected` bytes.
-    pub fn exactly(&mut self, name: &str, expected: usize) -> Result<Vec<u8>, FormatError> {
+    pub(crate) fn exactly(&mut self, name: &str, expected: usize) -> Result<Vec<u8>, FormatError> {
         self.open(name, |file| {
             let compressed = usize::try_from(file.compressed_size()).unwrap_or(usize::MAX);
             inflate(&format!("`{name}` in the archive"), file, compressed, expected)

@@ -18,7 +18,7 @@ use super::{Format, FormatError, at_least_one};
 /// along x; the first line has the largest y. The number 1 marks missing points.
 ///
 /// Two files in the tests of SurfaceTopography 1.27.1 show both kinds of blocks.
-pub const FRT: Format = Format::new("frt", "FRT MicroProf", 2, read_frt);
+pub(crate) const FRT: Format = Format::new("frt", "FRT MicroProf", 2, read_frt);
 
 // Numbers of the blocks. The grid block has the numbers of nodes and of bits per height. The scale
 // block has the metres per unit of the stored heights.
@@ -122,7 +122,7 @@ fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
 /// at least 2147483640 mark missing points.
 ///
 /// Files in the tests of SurfaceTopography 1.27.1 and surfalize 0.19.2 show this.
-pub const METROPRO: Format = Format::new("metropro", "Zygo MetroPro", 1, read_metropro);
+pub(crate) const METROPRO: Format = Format::new("metropro", "Zygo MetroPro", 1, read_metropro);
 
 fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let header = match bytes.get(..4) {
@@ -172,7 +172,7 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// points.
 ///
 /// Three files in the tests of SurfaceTopography 1.27.1 and surfalize 0.19.2 show this.
-pub const OPD: Format = Format::new("opd", "Wyko", 2, read_opd);
+pub(crate) const OPD: Format = Format::new("opd", "Wyko", 2, read_opd);
 
 /// Length of an entry of the directory, in bytes.
 const OPD_ENTRY: usize = 24;
@@ -288,7 +288,7 @@ fn opd_raster(bytes: &[u8]) -> Result<Raster<'_>, FormatError> {
 /// recognized by a date as text, a known type of measurement, and layers that fit into the file.
 ///
 /// Files in the tests of SurfaceTopography 1.27.1 and surfalize 0.19.2 show this.
-pub const PLU: Format = Format::new("plu", "Sensofar", 1, read_plu).without_signature();
+pub(crate) const PLU: Format = Format::new("plu", "Sensofar", 1, read_plu).without_signature();
 
 // Offsets in bytes of the calibration, the type of measurement, the number of layers, and the
 // layers.
@@ -359,7 +359,7 @@ fn plu_layer<'a>(
 ///
 /// Not known: what an inversion means. Four programs treat it in three ways, and no public file
 /// uses it. As in Gwyddion, it negates the heights here, and 2 and 3 mirror the map, too.
-pub const SUR: Format = Format::new("sur", "Digital Surf", 2, read_sur);
+pub(crate) const SUR: Format = Format::new("sur", "Digital Surf", 2, read_sur);
 
 /// Type of a profile, or of a map that Gwyddion wrote.
 const SUR_PROFILE: u16 = 1;

@@ -79,7 +79,7 @@ pub enum Size {
 /// One map of a file, with its name, quantity and size. [`Channel::map`] decodes its numbers.
 #[derive(Debug, Clone)]
 pub struct Channel<'a> {
-    pub(super) name: String,
+    pub(crate) name: String,
     quantity: Quantity,
     size: Size,
     raster: Raster<'a>,
@@ -104,6 +104,7 @@ pub struct HeightMap {
 /// Number in a file that probably marks missing points although the format does not say so, such as
 /// −9999: it stands far from all others, which changes slopes and contacts completely.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct SuspectNumber {
     /// Number as in the file, before it is converted to a height.
     pub number: f64,
@@ -133,6 +134,7 @@ const USUAL_MARKERS: [f64; 14] = [
 
 /// Summary of a map as measured, before any correction, in the unit of its heights.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Statistics {
     /// Number of missing points in the map.
     pub missing: usize,
@@ -144,6 +146,7 @@ pub struct Statistics {
 
 /// Statistics of the points of a map that are not missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct HeightStatistics {
     /// Root-mean-square deviation of the heights from their mean.
     pub rms_height: f64,
@@ -162,6 +165,7 @@ pub struct HeightStatistics {
 
 /// Heights at the corners of a map, `None` at missing points. They show whether axes are swapped.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Corners {
     /// Height at the first x and the first y.
     pub first: Option<f64>,
@@ -176,7 +180,7 @@ pub struct Corners {
 /// Size of a map, with the unit that the file gives if it is no known unit of length: then the size
 /// is unknown, and messages name the unit.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Sides {
+pub(crate) struct Sides {
     size: Size,
     unknown_unit: Option<String>,
 }
@@ -189,13 +193,13 @@ impl From<Size> for Sides {
 
 impl Sides {
     /// The file gives no sides.
-    pub const UNKNOWN: Sides = Sides { size: Size::Unknown, unknown_unit: None };
+    pub(crate) const UNKNOWN: Sides = Sides { size: Size::Unknown, unknown_unit: None };
 
     /// Creates a size from sides in the given unit.
     ///
     /// # Errors
     /// Returns an error if a side is not positive and finite.
-    pub fn new(sides: [f64; 2], unit: &Unit) -> Result<Sides, FormatError> {
+    pub(crate) fn new(sides: [f64; 2], unit: &Unit) -> Result<Sides, FormatError> {
         let per_metre = unit.per_metre().unwrap_or(1.0);
         let scaled = sides.map(|side| side / per_metre);
         let is_length = |side: f64| side > 0.0 && side.is_finite();
@@ -212,16 +216,21 @@ impl Sides {
             }
         }
     }
-}
 
-impl Sides {
     /// Creates a size from numbers of nodes and their distances in the given unit.
-    pub fn of_steps(nodes: [usize; 2], steps: [f64; 2], unit: &Unit) -> Result<Sides, FormatError> {
+    pub(crate) fn of_steps(
+        nodes: [usize; 2],
+        steps: [f64; 2],
+        unit: &Unit,
+    ) -> Result<Sides, FormatError> {
         Sides::new([0, 1].map(|axis| nodes[axis] as f64 * steps[axis]), unit)
     }
 
     /// Creates a size from sides whose units may differ.
-    pub fn in_units([x, y]: [f64; 2], [unit_x, unit_y]: [&str; 2]) -> Result<Sides, FormatError> {
+    pub(crate) fn in_units(
+        [x, y]: [f64; 2],
+        [unit_x, unit_y]: [&str; 2],
+    ) -> Result<Sides, FormatError> {
         let y_ratio = ratio(unit_y, unit_x).ok_or_else(|| {
             let allowed = format!("a unit like that of x, `{unit_x}`");
             FormatError::value("unit of y", unit_y, &allowed)
@@ -235,7 +244,7 @@ impl Size {
     ///
     /// # Errors
     /// Returns an error if a side is not positive and finite.
-    pub(super) fn metres(sides: [f64; 2]) -> Result<Size, FormatError> {
+    pub(crate) fn metres(sides: [f64; 2]) -> Result<Size, FormatError> {
         Ok(Sides::new(sides, &Unit::Length(1.0))?.size)
     }
 
@@ -250,7 +259,7 @@ impl Size {
 
 impl<'a> Channel<'a> {
     /// Creates a channel of numbers in the given unit; lengths are converted to metres.
-    pub(super) fn new(
+    pub(crate) fn new(
         name: impl Into<String>,
         unit: Unit,
         sides: impl Into<Sides>,
@@ -267,7 +276,7 @@ impl<'a> Channel<'a> {
     }
 
     /// Copies the bytes that the channel borrows from a file.
-    pub(super) fn into_owned(self) -> Channel<'static> {
+    pub(crate) fn into_owned(self) -> Channel<'static> {
         let Channel { name, quantity, size, raster, masked, unknown_side_unit, notes } = self;
         let raster = raster.into_owned();
         Channel { name, quantity, size, raster, masked, unknown_side_unit, notes }
@@ -275,7 +284,7 @@ impl<'a> Channel<'a> {
 
     /// Declares points missing where the number in `mask` exceeds one half, unless the caller of
     /// the library ignores the mask.
-    pub(super) fn under_mask(mut self, mask: Raster<'a>) -> Channel<'a> {
+    pub(crate) fn under_mask(mut self, mask: Raster<'a>) -> Channel<'a> {
         self.masked = mask.count_masked();
         self.raster = self.raster.masked(mask);
         self
@@ -291,7 +300,7 @@ impl<'a> Channel<'a> {
     }
 
     /// Adds a note, a sentence without a full stop that starts in lower case.
-    pub(super) fn noted(mut self, note: impl Into<String>) -> Channel<'a> {
+    pub(crate) fn noted(mut self, note: impl Into<String>) -> Channel<'a> {
         self.notes.push(note.into());
         self
     }
@@ -361,7 +370,7 @@ impl<'a> Channel<'a> {
     ///
     /// The name decides before the unit, because deflections and errors may be in nanometres. A
     /// scan in the forward direction comes before one in the backward direction.
-    pub(super) fn rank(&self) -> (u8, bool, bool) {
+    pub(crate) fn rank(&self) -> (u8, bool, bool) {
         let name = self.name.to_lowercase();
         let has = |words: &[&str]| {
             let parts = name.split(|letter: char| !letter.is_alphanumeric());
@@ -438,13 +447,11 @@ impl HeightMap {
         &self.missing
     }
 
-    /// Returns the height at node (i, j), or `None` if the point is missing.
-    ///
-    /// # Panics
-    /// Panics if `i * nodes[1] + j` is not below the number of nodes.
+    /// Returns the height at node (i, j), or `None` if the point is missing or outside of the map.
     pub fn get(&self, i: usize, j: usize) -> Option<f64> {
-        let height = self.heights[i * self.nodes[1] + j];
-        (!height.is_nan()).then_some(height)
+        let [nodes_x, nodes_y] = self.nodes;
+        let is_inside = i < nodes_x && j < nodes_y;
+        is_inside.then(|| self.heights[i * nodes_y + j]).filter(|height| !height.is_nan())
     }
 
     /// Returns the vectors behind [`HeightMap::heights`] and [`HeightMap::missing`].

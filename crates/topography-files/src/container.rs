@@ -58,7 +58,7 @@ const READ: [&str; 4] = ["main.xml", ".dsc", "index.xml", "Document.xml"];
 /// # Errors
 /// Returns an error that names the container if it has none or several files, or is of a kind that
 /// is not read.
-pub fn content(bytes: &[u8]) -> Result<Option<Vec<u8>>, TopographyFileError> {
+pub(crate) fn content(bytes: &[u8]) -> Result<Option<Vec<u8>>, TopographyFileError> {
     let container = |kind: &str, advice: &str| TopographyFileError::Container {
         kind: kind.to_owned(),
         advice: advice.to_owned(),

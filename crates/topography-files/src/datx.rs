@@ -18,7 +18,7 @@ use super::raster::Missing;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("datx", "Zygo DATX", 2, read);
+pub(crate) const FORMAT: Format = Format::new("datx", "Zygo DATX", 2, read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;

@@ -2,7 +2,7 @@
 
 /// Direction of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
+pub(crate) enum Direction {
     X,
     Y,
     Z,
@@ -36,7 +36,7 @@ impl Direction {
     /// Returns the direction that a name such as `x`, `X [µm]`, `x_pos`, `nx` or `longitude` tells.
     ///
     /// A name that contains words of several directions tells none.
-    pub fn of_name(name: &str) -> Option<Direction> {
+    pub(crate) fn of_name(name: &str) -> Option<Direction> {
         let name = name.trim().to_lowercase();
         let is_part = |rest: &str| PARTS.contains(&rest.trim_matches(['-', '_', ' ']));
         let tells = |(_, letter, words): &&(Direction, &str, &[&str])| {
@@ -53,7 +53,7 @@ impl Direction {
     }
 
     /// Returns true for names of angles on the globe, whose coordinates are no lengths.
-    pub fn is_of_globe(name: &str) -> bool {
+    pub(crate) fn is_of_globe(name: &str) -> bool {
         let name = name.trim().to_lowercase();
         ["lon", "longitude", "lat", "latitude"].contains(&name.as_str())
     }

@@ -11,12 +11,12 @@ const EQUAL: f64 = 0.01;
 const MIN_FILLED: f64 = 0.05;
 
 /// Map assembled from triplets of x, y and height.
-pub struct Grid {
-    pub nodes: [usize; 2],
+pub(crate) struct Grid {
+    pub(crate) nodes: [usize; 2],
     /// Sides (nodes × step) in the unit of the coordinates.
-    pub sides: [f64; 2],
+    pub(crate) sides: [f64; 2],
     /// Heights with x along the first axis; NaN at nodes without a triplet.
-    pub heights: Vec<f64>,
+    pub(crate) heights: Vec<f64>,
 }
 
 /// Evenly spaced coordinates along one axis.
@@ -35,7 +35,7 @@ impl Grid {
     /// # Errors
     /// Returns an error if the triplets do not lie on a grid, or if two of them lie on the same
     /// node.
-    pub fn from_triplets(triplets: &[f64]) -> Result<Grid, FormatError> {
+    pub(crate) fn from_triplets(triplets: &[f64]) -> Result<Grid, FormatError> {
         let (points, _) = triplets.as_chunks::<3>();
         let x = Axis::from_coordinates("x", points.iter().map(|point| point[0]).collect())?;
         let y = Axis::from_coordinates("y", points.iter().map(|point| point[1]).collect())?;

@@ -17,7 +17,7 @@ use super::{Format, FormatError};
 /// points and is −9999 if it is not given. The sides are numbers of cells × size of a cell, without
 /// a unit. GRASS writes `cols`, `rows`, the four edges of the grid and `null` in their place. The
 /// first line of heights is the northernmost, with the largest y.
-pub const ESRI: Format = Format::new("esri-asc", "ESRI ASCII grid", 2, read_esri);
+pub(crate) const ESRI: Format = Format::new("esri-asc", "ESRI ASCII grid", 2, read_esri);
 
 /// Names of entries, each followed by its other spellings.
 const ESRI_NAMES: [&[&str]; 13] = [
@@ -113,7 +113,7 @@ fn esri_number(word: &str) -> Option<f64> {
 /// sides are nodes × step, without a unit. Lines run along x; the first line has the smallest y.
 /// Numbers from 1.70141e38 on mark missing points; Surfer 7 names its own marker. GDAL 3.10 writes
 /// files of all three kinds.
-pub const SURFER: Format = Format::new("surfer", "Surfer grid", 1, read_surfer);
+pub(crate) const SURFER: Format = Format::new("surfer", "Surfer grid", 1, read_surfer);
 
 /// Number that marks missing points, in single precision.
 const SURFER_MISSING: Missing = Missing::From(1.7014e38);

@@ -14,7 +14,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("gwy", "Gwyddion", 2, read);
+pub(crate) const FORMAT: Format = Format::new("gwy", "Gwyddion", 2, read);
 
 /// Maximum depth of nested objects.
 const MAX_DEPTH: usize = 16;

@@ -38,7 +38,7 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Dataset, Datatype};
 
 use self::container::Members;
-pub use self::container::{Container, attribute, number, text};
+pub(crate) use self::container::{Container, attribute, number, text};
 use super::channel::{Channel, Sides};
 use super::direction::Direction;
 use super::labelled::{Array, Attributes, Axis, Coordinates};
@@ -46,7 +46,7 @@ use super::netcdf::complete_heights;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("hdf5", "HDF5", 5, read);
+pub(crate) const FORMAT: Format = Format::new("hdf5", "HDF5", 5, read);
 
 /// Maximum number of groups that are searched for datasets.
 const MAX_GROUPS: usize = 10_000;
@@ -65,7 +65,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 }
 
 /// Reads all maps of a file.
-pub fn maps(
+pub(crate) fn maps(
     container: &Container,
     root: &Group,
     members: Members,

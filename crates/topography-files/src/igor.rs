@@ -14,7 +14,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("ibw", "Igor binary wave", 2, read);
+pub(crate) const FORMAT: Format = Format::new("ibw", "Igor binary wave", 2, read);
 
 /// Length of the file header, in bytes.
 const FILE: usize = 64;

@@ -10,23 +10,23 @@ use super::{FormatError, number};
 
 /// Reader of the bytes of a file from a current position. Reading beyond the end is an error.
 #[derive(Debug, Clone)]
-pub struct Cursor<'a> {
+pub(crate) struct Cursor<'a> {
     bytes: &'a [u8],
     position: usize,
 }
 
 /// Named values of a header. If a name is repeated, its last value counts.
 #[derive(Debug, Clone, Default)]
-pub struct Entries {
+pub(crate) struct Entries {
     values: BTreeMap<String, String>,
 }
 
 /// Maximum number of bytes to which one deflated byte can expand.
-pub const MAX_INFLATION: usize = 1032;
+pub(crate) const MAX_INFLATION: usize = 1032;
 
 /// Returns the number of bytes that a file with `bytes` bytes may have after decompression. Heights
 /// compress by far less than a hundred times; a megabyte that becomes a gigabyte has none.
-pub fn decoded_limit(bytes: usize) -> usize {
+pub(crate) fn decoded_limit(bytes: usize) -> usize {
     const MAX_DENSITY: usize = 100;
     const ALWAYS_ALLOWED: usize = 512 << 20;
     let plausible = bytes.saturating_mul(MAX_DENSITY).max(ALWAYS_ALLOWED);
@@ -34,18 +34,18 @@ pub fn decoded_limit(bytes: usize) -> usize {
 }
 
 impl<'a> Cursor<'a> {
-    pub fn new(bytes: &'a [u8]) -> Cursor<'a> {
+    pub(crate) fn new(bytes: &'a [u8]) -> Cursor<'a> {
         Cursor { bytes, position: 0 }
     }
 
     /// Creates a cursor at a position. A position beyond the end is an error only when bytes are
     /// read.
-    pub fn at(bytes: &'a [u8], position: usize) -> Cursor<'a> {
+    pub(crate) fn at(bytes: &'a [u8], position: usize) -> Cursor<'a> {
         Cursor { bytes, position }
     }
 
     /// Returns the next `count` bytes.
-    pub fn take(&mut self, count: usize) -> Result<&'a [u8], FormatError> {
+    pub(crate) fn take(&mut self, count: usize) -> Result<&'a [u8], FormatError> {
         let end = self.position.saturating_add(count);
         let stored = self.bytes.get(self.position..end);
         let taken = stored.ok_or(FormatError::CutOff { needed: end, found: self.bytes.len() })?;
@@ -53,47 +53,47 @@ impl<'a> Cursor<'a> {
         Ok(taken)
     }
 
-    pub fn skip(&mut self, count: usize) -> Result<(), FormatError> {
+    pub(crate) fn skip(&mut self, count: usize) -> Result<(), FormatError> {
         self.take(count).map(|_| ())
     }
 
     /// Returns the next `N` bytes as an array.
-    pub fn array<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
+    pub(crate) fn array<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
         Ok(self.take(N)?.try_into().expect("take returns N bytes"))
     }
 
     // The following methods read little-endian numbers.
 
-    pub fn u16(&mut self) -> Result<u16, FormatError> {
+    pub(crate) fn u16(&mut self) -> Result<u16, FormatError> {
         self.array().map(u16::from_le_bytes)
     }
 
-    pub fn u32(&mut self) -> Result<u32, FormatError> {
+    pub(crate) fn u32(&mut self) -> Result<u32, FormatError> {
         self.array().map(u32::from_le_bytes)
     }
 
-    pub fn i32(&mut self) -> Result<i32, FormatError> {
+    pub(crate) fn i32(&mut self) -> Result<i32, FormatError> {
         self.array().map(i32::from_le_bytes)
     }
 
     /// Reads an `f32` and converts it to `f64`.
-    pub fn single(&mut self) -> Result<f64, FormatError> {
+    pub(crate) fn single(&mut self) -> Result<f64, FormatError> {
         self.array().map(|bytes| f32::from_le_bytes(bytes).into())
     }
 
-    pub fn double(&mut self) -> Result<f64, FormatError> {
+    pub(crate) fn double(&mut self) -> Result<f64, FormatError> {
         self.array().map(f64::from_le_bytes)
     }
 
     /// Reads `count` bytes as ISO-8859-1 text up to the first zero byte, without outer spaces.
-    pub fn text(&mut self, count: usize) -> Result<String, FormatError> {
+    pub(crate) fn text(&mut self, count: usize) -> Result<String, FormatError> {
         let bytes = self.take(count)?;
         let end = bytes.iter().position(|&byte| byte == 0);
         Ok(latin1(&bytes[..end.unwrap_or(count)]).trim().to_owned())
     }
 
     /// Returns all bytes from the current position to the end.
-    pub fn rest(&self) -> &'a [u8] {
+    pub(crate) fn rest(&self) -> &'a [u8] {
         self.bytes.get(self.position..).unwrap_or_default()
     }
 }
@@ -101,7 +101,7 @@ impl<'a> Cursor<'a> {
 impl Entries {
     /// Reads lines `name = value` after the signature of a Gwyddion field, up to the zeros that
     /// fill the header to a multiple of `multiple` bytes. Returns also the bytes after them.
-    pub fn of_gwyddion<'a>(
+    pub(crate) fn of_gwyddion<'a>(
         bytes: &'a [u8],
         signature: &[u8],
         multiple: usize,
@@ -116,7 +116,10 @@ impl Entries {
     }
 
     /// Parses lines of a name and a value, separated by `between`. Ignores other lines.
-    pub fn from_lines<'a>(lines: impl IntoIterator<Item = &'a str>, between: char) -> Entries {
+    pub(crate) fn from_lines<'a>(
+        lines: impl IntoIterator<Item = &'a str>,
+        between: char,
+    ) -> Entries {
         let mut entries = Entries::default();
         for (name, value) in lines.into_iter().filter_map(|line| line.split_once(between)) {
             entries.insert(name, value);
@@ -125,60 +128,60 @@ impl Entries {
     }
 
     /// Sets the value of a name, replacing an earlier value.
-    pub fn insert(&mut self, name: &str, value: &str) {
+    pub(crate) fn insert(&mut self, name: &str, value: &str) {
         let value = value.trim().to_owned();
         self.values.insert(name.trim().to_owned(), value);
     }
 
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
-    pub fn get(&self, name: &str) -> Option<&str> {
+    pub(crate) fn get(&self, name: &str) -> Option<&str> {
         self.values.get(name).map(String::as_str)
     }
 
     /// Returns the value of a name, or an error if the name is missing.
-    pub fn text(&self, name: &str) -> Result<&str, FormatError> {
+    pub(crate) fn text(&self, name: &str) -> Result<&str, FormatError> {
         self.get(name).ok_or_else(|| FormatError::missing(name))
     }
 
-    pub fn whole(&self, name: &str) -> Result<i64, FormatError> {
+    pub(crate) fn whole(&self, name: &str) -> Result<i64, FormatError> {
         let text = self.text(name)?;
         let number = text.parse();
         number.map_err(|_| FormatError::value(name, text, "an integer"))
     }
 
     /// Returns the value of a name as a number, which may be infinite or NaN.
-    pub fn number(&self, name: &str) -> Result<f64, FormatError> {
+    pub(crate) fn number(&self, name: &str) -> Result<f64, FormatError> {
         let text = self.text(name)?;
         let number = text.parse();
         number.map_err(|_| FormatError::value(name, text, "a number"))
     }
 
     /// Returns the value of a name as a number and its unit.
-    pub fn quantity(&self, name: &str) -> Result<(f64, String), FormatError> {
+    pub(crate) fn quantity(&self, name: &str) -> Result<(f64, String), FormatError> {
         quantity(name, self.text(name)?)
     }
 
-    pub fn optional_number(&self, name: &str) -> Result<Option<f64>, FormatError> {
+    pub(crate) fn optional_number(&self, name: &str) -> Result<Option<f64>, FormatError> {
         self.get(name).map(|_| self.number(name)).transpose()
     }
 }
 
 /// Returns the bytes after the signature of a format, or an error if the file has another one.
-pub fn after<'a>(bytes: &'a [u8], signature: &[u8]) -> Result<&'a [u8], FormatError> {
+pub(crate) fn after<'a>(bytes: &'a [u8], signature: &[u8]) -> Result<&'a [u8], FormatError> {
     bytes.strip_prefix(signature).ok_or(FormatError::Signature)
 }
 
 /// Returns the position of `wanted` in the bytes, or an error that it is missing.
-pub fn find(bytes: &[u8], wanted: &[u8]) -> Result<usize, FormatError> {
+pub(crate) fn find(bytes: &[u8], wanted: &[u8]) -> Result<usize, FormatError> {
     let position = bytes.windows(wanted.len()).position(|window| window == wanted);
     position.ok_or_else(|| FormatError::missing(latin1(wanted).trim_start()))
 }
 
 /// Parses a number with a decimal point or comma and its unit after a space, such as `600 nm`.
-pub fn quantity(name: &str, text: &str) -> Result<(f64, String), FormatError> {
+pub(crate) fn quantity(name: &str, text: &str) -> Result<(f64, String), FormatError> {
     let (digits, unit) = text.trim().split_once(' ').unwrap_or((text.trim(), ""));
     let parsed = number::parse(&digits.replacen(',', ".", 1));
     let number = parsed.ok_or_else(|| FormatError::value(name, text, "a number and its unit"))?;
@@ -186,12 +189,12 @@ pub fn quantity(name: &str, text: &str) -> Result<(f64, String), FormatError> {
 }
 
 /// Splits a text into lines, which end in LF, CR LF or CR.
-pub fn lines(text: &str) -> impl Iterator<Item = &str> {
+pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> {
     text.split('\n').flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'))
 }
 
 /// Decodes ISO-8859-1 text, which has one byte per character.
-pub fn latin1(bytes: &[u8]) -> String {
+pub(crate) fn latin1(bytes: &[u8]) -> String {
     bytes.iter().map(|&byte| char::from(byte)).collect()
 }
 
@@ -201,7 +204,7 @@ pub fn latin1(bytes: &[u8]) -> String {
 /// Shift-JIS (Japanese), GBK (Chinese) or Windows-1252. The first of these three that decodes all
 /// bytes is taken. Text without such bytes is ISO-8859-1. The unit µm is understood in any of these
 /// encodings, also if the guess is wrong.
-pub fn decode_text(bytes: &[u8]) -> String {
+pub(crate) fn decode_text(bytes: &[u8]) -> String {
     if let Ok(text) = str::from_utf8(bytes) {
         return text.to_owned();
     }
@@ -214,7 +217,7 @@ pub fn decode_text(bytes: &[u8]) -> String {
 }
 
 /// Returns the value, or an error about the entry `entry` if the value is not finite.
-pub fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
+pub(crate) fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
     if value.is_finite() {
         Ok(value)
     } else {
@@ -224,7 +227,7 @@ pub fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
 
 /// Returns the value, or an error about the entry `entry` if the value is zero or not finite and
 /// therefore cannot be a scale factor.
-pub fn factor(entry: &str, value: f64) -> Result<f64, FormatError> {
+pub(crate) fn factor(entry: &str, value: f64) -> Result<f64, FormatError> {
     if value.is_finite() && value != 0.0 {
         Ok(value)
     } else {
@@ -235,7 +238,7 @@ pub fn factor(entry: &str, value: f64) -> Result<f64, FormatError> {
 /// Reads exactly `expected` bytes from a decompressing `reader`.
 ///
 /// `compressed` is the compressed length in the file; `part` names the data in errors.
-pub fn inflate(
+pub(crate) fn inflate(
     part: &str,
     reader: impl Read,
     compressed: usize,

@@ -16,7 +16,8 @@ use super::raster::{Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("iso28600", "SPM data transfer format, ISO 28600", 1, read);
+pub(crate) const FORMAT: Format =
+    Format::new("iso28600", "SPM data transfer format, ISO 28600", 1, read);
 
 const SIGNATURE: &[u8] = b"ISO/TC 201 SPM data transfer format";
 

@@ -16,7 +16,7 @@ use super::tiff::{Directory, directories, first_directory};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("jpk", "JPK image", 2, read);
+pub(crate) const FORMAT: Format = Format::new("jpk", "JPK image", 2, read);
 
 // Tags of the first image.
 const VERSION: u16 = 0x8000;
@@ -82,7 +82,7 @@ fn name(image: &Directory<'_>) -> String {
 }
 
 /// Returns the name of a channel with its scan direction, as SurfaceTopography writes it.
-pub fn directed(name: String, is_retrace: bool) -> String {
+pub(crate) fn directed(name: String, is_retrace: bool) -> String {
     match name.strip_suffix(')') {
         _ if !is_retrace => name,
         Some(start) => format!("{start}, retrace)"),

@@ -18,7 +18,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("vk", "Keyence VK", 2, read);
+pub(crate) const FORMAT: Format = Format::new("vk", "Keyence VK", 2, read);
 
 /// Name of the VK4 file in the archive of a VK6 or VK7 file.
 const MEMBER: &str = "Vk4File";

@@ -35,7 +35,7 @@ const MAX_COMPONENTS: usize = 4;
 
 /// Value of an attribute.
 #[derive(Debug, Clone)]
-pub enum Value {
+pub(crate) enum Value {
     Texts(Vec<String>),
     Numbers(Vec<f64>),
     /// Value that could not be decoded, with the reason.
@@ -46,15 +46,15 @@ pub enum Value {
 
 /// Attributes of an array, an axis or a group.
 #[derive(Debug, Clone, Default)]
-pub struct Attributes(pub Vec<(String, Value)>);
+pub(crate) struct Attributes(pub Vec<(String, Value)>);
 
 impl Attributes {
-    pub fn get(&self, name: &str) -> Option<&Value> {
+    pub(crate) fn get(&self, name: &str) -> Option<&Value> {
         self.0.iter().find(|(known, _)| known == name).map(|(_, value)| value)
     }
 
     /// Returns the texts of an attribute; none if it is missing or of another type.
-    pub fn texts(&self, name: &str) -> Result<&[String], FormatError> {
+    pub(crate) fn texts(&self, name: &str) -> Result<&[String], FormatError> {
         match self.get(name) {
             Some(Value::Texts(texts)) => Ok(texts),
             Some(Value::Unreadable(reason)) => {
@@ -65,11 +65,11 @@ impl Attributes {
     }
 
     /// Returns the text of an attribute, or the first of its texts.
-    pub fn text(&self, name: &str) -> Result<Option<&str>, FormatError> {
+    pub(crate) fn text(&self, name: &str) -> Result<Option<&str>, FormatError> {
         Ok(self.texts(name)?.first().map(String::as_str))
     }
 
-    pub fn numbers(&self, name: &str) -> &[f64] {
+    pub(crate) fn numbers(&self, name: &str) -> &[f64] {
         match self.get(name) {
             Some(Value::Numbers(numbers)) => numbers,
             _ => &[],
@@ -77,12 +77,12 @@ impl Attributes {
     }
 
     /// Returns the number of an attribute, or the first of its numbers.
-    pub fn number(&self, name: &str) -> Option<f64> {
+    pub(crate) fn number(&self, name: &str) -> Option<f64> {
         self.numbers(name).first().copied()
     }
 
     /// Returns the unit, or `None` if the attributes name no unit.
-    pub fn unit(&self) -> Result<Option<Unit>, FormatError> {
+    pub(crate) fn unit(&self) -> Result<Option<Unit>, FormatError> {
         let named = |wanted: &str| {
             let mut names = self.0.iter().map(|(name, _)| name.as_str());
             names.find(|name| name.eq_ignore_ascii_case(wanted))
@@ -98,25 +98,25 @@ impl Attributes {
 
 /// Axis of an array.
 #[derive(Debug, Clone, Default)]
-pub struct Axis {
-    pub name: String,
-    pub side: Option<f64>,
+pub(crate) struct Axis {
+    pub(crate) name: String,
+    pub(crate) side: Option<f64>,
     /// Distance between neighbouring nodes; negative if the coordinates descend.
-    pub step: Option<f64>,
-    pub unit: Option<Unit>,
+    pub(crate) step: Option<f64>,
+    pub(crate) unit: Option<Unit>,
     /// Reason why the nodes are not evenly spaced.
-    pub uneven: Option<String>,
+    pub(crate) uneven: Option<String>,
     /// Direction that attributes tell.
-    pub direction: Option<Direction>,
+    pub(crate) direction: Option<Direction>,
 }
 
 impl Axis {
-    pub fn named(name: impl Into<String>) -> Axis {
+    pub(crate) fn named(name: impl Into<String>) -> Axis {
         Axis { name: name.into(), ..Axis::default() }
     }
 
     /// Creates an axis from its coordinates and their attributes.
-    pub fn new(
+    pub(crate) fn new(
         name: impl Into<String>,
         coordinates: &[f64],
         attributes: &Attributes,
@@ -165,18 +165,18 @@ impl Axis {
 }
 
 /// Coordinates of the points of a map, which a file has beside it.
-pub struct Coordinates {
-    pub name: String,
-    pub shape: Vec<usize>,
-    pub numbers: Vec<f64>,
-    pub attributes: Attributes,
+pub(crate) struct Coordinates {
+    pub(crate) name: String,
+    pub(crate) shape: Vec<usize>,
+    pub(crate) numbers: Vec<f64>,
+    pub(crate) attributes: Attributes,
 }
 
 impl Coordinates {
     /// Returns the axes of a map with two dimensions whose points have the coordinates x and y, or
     /// `None` if their numbers do not fit. Of a square map with a list for each axis, the first
     /// axis is x.
-    pub fn axes(
+    pub(crate) fn axes(
         shape: [usize; 2],
         x: &Coordinates,
         y: &Coordinates,
@@ -209,33 +209,33 @@ impl Coordinates {
 
 /// Array of stored numbers in row-major order.
 #[derive(Debug, Clone)]
-pub struct Array<'a> {
-    pub name: String,
-    pub shape: Vec<usize>,
+pub(crate) struct Array<'a> {
+    pub(crate) name: String,
+    pub(crate) shape: Vec<usize>,
     /// One axis for each dimension.
-    pub axes: Vec<Axis>,
-    pub attributes: Attributes,
-    pub element: Element,
-    pub order: ByteOrder,
-    pub bytes: Cow<'a, [u8]>,
+    pub(crate) axes: Vec<Axis>,
+    pub(crate) attributes: Attributes,
+    pub(crate) element: Element,
+    pub(crate) order: ByteOrder,
+    pub(crate) bytes: Cow<'a, [u8]>,
     /// Unit of the numbers, unless an attribute names one.
-    pub unit: Option<Unit>,
+    pub(crate) unit: Option<Unit>,
     /// Number that stands at points that were not written.
-    pub unwritten: Option<f64>,
+    pub(crate) unwritten: Option<f64>,
     /// True if the last axis is x, unless the names of the axes tell.
-    pub last_is_x: bool,
+    pub(crate) last_is_x: bool,
     /// Numbers of the same shape that are nonzero at missing points.
-    pub mask: Option<Box<Array<'a>>>,
+    pub(crate) mask: Option<Box<Array<'a>>>,
 }
 
 impl<'a> Array<'a> {
     /// Returns true if the array is a map or a stack of maps by its shape.
-    pub fn is_map_of(shape: &[u64]) -> bool {
+    pub(crate) fn is_map_of(shape: &[u64]) -> bool {
         shape.iter().filter(|&&length| length > 1).count() >= 2 && !shape.contains(&0)
     }
 
     /// Converts the array to channels: one, or one for each map of a stack.
-    pub fn channels(mut self) -> Result<Vec<Channel<'a>>, FormatError> {
+    pub(crate) fn channels(mut self) -> Result<Vec<Channel<'a>>, FormatError> {
         if self.attributes.text("_Unsigned")?.is_some_and(|text| text.eq_ignore_ascii_case("true"))
         {
             self.element = self.element.unsigned();

@@ -17,7 +17,7 @@ use super::tiff::{self, Directory};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("lext", "Olympus LEXT", 1, read);
+pub(crate) const FORMAT: Format = Format::new("lext", "Olympus LEXT", 1, read);
 
 // Tags of TIFF and Exif.
 const DESCRIPTION: u16 = 270;

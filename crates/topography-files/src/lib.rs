@@ -55,7 +55,7 @@
 //! # Ok::<(), asperity_topography_files::TopographyFileError>(())
 //! ```
 
-#![warn(missing_docs)]
+#![warn(missing_docs, unreachable_pub)]
 
 mod archive;
 mod binary_headers;
@@ -107,9 +107,15 @@ use thiserror::Error;
 pub use self::channel::{
     Channel, Corners, HeightMap, HeightStatistics, Quantity, Size, Statistics, SuspectNumber,
 };
-pub use self::npy::{NpyError, npy_array, npy_line};
-pub use self::raster::is_marker;
-pub use self::unit::{is_metre, length_ratio};
+pub use self::npy::{NpyError, npy_array};
+
+// For the other crates of asperity only.
+#[doc(hidden)]
+pub use self::{
+    npy::npy_line,
+    raster::is_marker,
+    unit::{is_metre, length_ratio},
+};
 
 /// All formats, in the order in which [`read`] tries them.
 static FORMATS: [Format; 44] = [
@@ -172,6 +178,7 @@ pub struct TopographyFile<'a> {
 /// Error of [`read`]. It does not contain the path of the file, which [`read`] does not know.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages document the variants")]
+#[non_exhaustive]
 pub enum TopographyFileError {
     #[error("the file is empty")]
     Empty,
@@ -211,6 +218,7 @@ pub struct Format {
 /// Error of the reader of one format.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages document the variants")]
+#[non_exhaustive]
 pub enum FormatError {
     #[error("the first bytes are not the signature of the format")]
     Signature,
@@ -239,6 +247,7 @@ pub enum FormatError {
 /// Error of [`TopographyFile::find`]: the channel does not exist, or several have the same name.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[expect(missing_docs, reason = "the messages document the variants")]
+#[non_exhaustive]
 pub enum ChannelError {
     #[error("the file has no channel `{wanted}`")]
     Unknown {
@@ -450,6 +459,7 @@ impl<'a> TopographyFile<'a> {
 
 /// Channel that is read if none is chosen.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct DefaultChannel {
     /// Index of the channel, from 0.
     pub index: usize,

@@ -21,7 +21,7 @@ use super::{Format, FormatError, at_least_one};
 /// Not known: whether 0 or 65535 marks points that were not measured. 65535 lies above the highest
 /// height and is taken for a missing point. The format has no signature: a file is recognized by
 /// its length, which fits nodes with one number and at most further images for each.
-pub const NMS: Format = Format::new("nms", "NanoFocus", 1, read_nms).without_signature();
+pub(crate) const NMS: Format = Format::new("nms", "NanoFocus", 1, read_nms).without_signature();
 
 // Offsets in bytes of the range of heights, the nodes and steps, and the numbers.
 const NMS_RANGE: usize = 16;
@@ -62,7 +62,7 @@ fn read_nms(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// millimetres: so reads SurfaceTopography 1.27.1, and so writes `writetmd` of GelSight, whose
 /// argument is millimetres per pixel. surfalize 0.19.2 reads and writes micrometres; its files have
 /// lengths 1000 times too large here. NaN marks missing points.
-pub const TMD: Format = Format::new("tmd", "TrueMap", 1, read_tmd);
+pub(crate) const TMD: Format = Format::new("tmd", "TrueMap", 1, read_tmd);
 
 const TMD_SIGNATURE: &[u8] = b"Binary TrueMap Data File v2.0";
 const TMD_COMMENT: usize = 32;
@@ -102,7 +102,7 @@ fn tmd_map(bytes: &[u8], start: usize) -> Result<Channel<'_>, FormatError> {
 /// `LAYER_0`, `LAYER_1`, … name the files of the heights in micrometres. Lines run along x; the
 /// first line has y = 0. NaN and, as in PLU files, 1000001 mark missing points. So read surfalize
 /// 0.19.2 and SurfaceTopography 1.27.1.
-pub const PLUX: Format = Format::new("plux", "Sensofar PLUX", 1, read_plux);
+pub(crate) const PLUX: Format = Format::new("plux", "Sensofar PLUX", 1, read_plux);
 
 /// Maximum length of the index in bytes.
 const PLUX_MAX_INDEX: usize = 1 << 24;

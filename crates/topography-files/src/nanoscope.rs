@@ -25,7 +25,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format =
+pub(crate) const FORMAT: Format =
     Format::new("nanoscope", "Nanoscope of Digital Instruments, Veeco and Bruker", 2, read);
 
 /// First version of Nanoscope whose numbers may have four bytes although the header says two.

@@ -17,7 +17,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("nid", "Nanosurf NID", 2, read);
+pub(crate) const FORMAT: Format = Format::new("nid", "Nanosurf NID", 2, read);
 
 const SIGNATURE: &[u8] = b"[DataSet]";
 /// Marker of the end of the header, at the start of a line.

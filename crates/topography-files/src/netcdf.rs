@@ -20,11 +20,11 @@ use super::raster::{ByteOrder, Element, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("netcdf", "netCDF", 4, read);
+pub(crate) const FORMAT: Format = Format::new("netcdf", "netCDF", 4, read);
 
 /// Number that netCDF stores where no number of a type was written. Bytes have none: every byte may
 /// be a number.
-pub fn default_fill(element: Element) -> Option<f64> {
+pub(crate) fn default_fill(element: Element) -> Option<f64> {
     match element {
         Element::I8 | Element::U8 | Element::F16 => None,
         Element::I16 => Some(-32767.0),
@@ -60,7 +60,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 
 /// Completes the array `heights` of a file of SurfaceTopography: its unit may be that of x, and
 /// `mask` marks missing points. SurfaceTopography 1.27.1 spells the ångström `A`.
-pub fn complete_heights<'a>(
+pub(crate) fn complete_heights<'a>(
     heights: &mut Array<'a>,
     mask: Option<Array<'a>>,
 ) -> Result<(), FormatError> {

@@ -10,7 +10,7 @@ use super::channel::Channel;
 use super::hdf5::{Container, attribute, maps};
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("netcdf4", "netCDF-4", 4, read);
+pub(crate) const FORMAT: Format = Format::new("netcdf4", "netCDF-4", 4, read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;

@@ -23,7 +23,7 @@ use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("nhf", "Nanosurf NHF", 1, read);
+pub(crate) const FORMAT: Format = Format::new("nhf", "Nanosurf NHF", 1, read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;

@@ -13,7 +13,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("npy", "NumPy array", 1, read);
+pub(crate) const FORMAT: Format = Format::new("npy", "NumPy array", 1, read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (nodes, heights) = match npy_array(bytes) {
@@ -31,6 +31,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// know.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages document the variants")]
+#[non_exhaustive]
 pub enum NpyError {
     #[error("not a NumPy file: it does not start with `\\x93NUMPY`")]
     Magic,
@@ -114,7 +115,7 @@ pub fn npy_line(bytes: &[u8]) -> Option<Vec<f64>> {
 }
 
 /// Reads an array with one axis as a profile.
-pub(super) fn profile(bytes: &[u8]) -> Option<Channel<'static>> {
+pub(crate) fn profile(bytes: &[u8]) -> Option<Channel<'static>> {
     let heights = npy_line(bytes)?;
     let nodes = checked_nodes([i64::try_from(heights.len()).ok()?, 1]).ok()?;
     let raster = Raster::from_columns(nodes, heights);

@@ -18,7 +18,7 @@ use super::raster::{ByteOrder, Element};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("npz", "archive of NumPy arrays", 3, read);
+pub(crate) const FORMAT: Format = Format::new("npz", "archive of NumPy arrays", 3, read);
 
 /// Names of arrays of heights, the most likely first.
 const HEIGHTS: [&str; 6] = ["height", "heights", "z", "topography", "surface", "h"];
@@ -120,7 +120,7 @@ fn axes_of_sides(sides: [f64; 2], unit: &Unit) -> Vec<Axis> {
 }
 
 /// Returns true if an archive has only NumPy arrays.
-pub fn is_npz(names: &[String]) -> bool {
+pub(crate) fn is_npz(names: &[String]) -> bool {
     !names.is_empty() && names.iter().all(|name| name.ends_with(".npy"))
 }
 

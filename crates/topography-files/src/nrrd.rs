@@ -17,7 +17,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("nrrd", "nearly raw raster data", 2, read);
+pub(crate) const FORMAT: Format = Format::new("nrrd", "nearly raw raster data", 2, read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     after(bytes, b"NRRD000")?;

@@ -47,7 +47,7 @@ const MISSING: [&str; 34] = [
 /// - `#N/A`, `#NUM!`, `#DIV/0!` and, in German, `#NV` and `#ZAHL!`: spreadsheets.
 /// - `BAD`, `void`, `NoData`, `---`, `***`: profilometers and geographic programs. `***` is also
 ///   what Fortran writes for a number that is too long.
-pub fn is_missing(word: &str) -> bool {
+pub(crate) fn is_missing(word: &str) -> bool {
     let word = word.trim_matches('"').to_ascii_lowercase();
     let unsigned = word.strip_prefix(['-', '+']).unwrap_or(&word);
     let is_starred = !word.is_empty() && word.bytes().all(|byte| byte == b'*');
@@ -59,7 +59,7 @@ pub fn is_missing(word: &str) -> bool {
 }
 
 /// Parses a number, or a word for a missing point as NaN.
-pub fn parse_or_missing(word: &str) -> Option<f64> {
+pub(crate) fn parse_or_missing(word: &str) -> Option<f64> {
     parse(word).or_else(|| is_missing(word).then_some(f64::NAN))
 }
 
@@ -67,7 +67,7 @@ pub fn parse_or_missing(word: &str) -> Option<f64> {
 ///
 /// The minus sign of Unicode, which typesetting programs write, is a sign, too. Returns `None` for
 /// other words, including `inf` and `nan`.
-pub fn parse(word: &str) -> Option<f64> {
+pub(crate) fn parse(word: &str) -> Option<f64> {
     if word.contains('\u{2212}') {
         return parse(&word.replace('\u{2212}', "-"));
     }

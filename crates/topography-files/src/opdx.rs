@@ -17,7 +17,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("opdx", "Bruker Vision64 OPDx", 2, read);
+pub(crate) const FORMAT: Format = Format::new("opdx", "Bruker Vision64 OPDx", 2, read);
 
 const SIGNATURE: &[u8] = b"VCA DATA\x01\x00\x00\x55";
 /// Maximum depth of containers. It keeps a damaged file from exhausting the stack.

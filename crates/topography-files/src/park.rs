@@ -14,7 +14,7 @@ use super::tiff::first_directory;
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("park", "Park Systems TIFF", 1, read);
+pub(crate) const FORMAT: Format = Format::new("park", "Park Systems TIFF", 1, read);
 
 // Entries of the directory.
 const MAGIC: u16 = 50432;

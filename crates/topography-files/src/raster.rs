@@ -9,7 +9,7 @@ const MAX_NODES: u64 = 1 << 30;
 
 /// Type of the stored numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Element {
+pub(crate) enum Element {
     I8,
     U8,
     I16,
@@ -25,14 +25,14 @@ pub enum Element {
 
 /// Byte order of the stored numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ByteOrder {
+pub(crate) enum ByteOrder {
     Little,
     Big,
 }
 
 /// Stored numbers that mark missing points. Points whose number is not finite are always missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Missing {
+pub(crate) enum Missing {
     /// The format has no marker.
     None,
     /// Exactly this number marks missing points.
@@ -47,7 +47,7 @@ pub enum Missing {
 
 /// Stored numbers of a map with one number for each node, and their conversion to heights.
 #[derive(Debug, Clone)]
-pub struct Raster<'a> {
+pub(crate) struct Raster<'a> {
     nodes: [usize; 2],
     samples: Samples<'a>,
     /// True if the numbers of a stored line have the same y, false if they have the same x.
@@ -78,7 +78,7 @@ enum Samples<'a> {
 
 impl Element {
     /// Returns the type of integers of 8, 16, 32 or 64 bits.
-    pub fn integer(bits: i64, is_signed: bool) -> Option<Element> {
+    pub(crate) fn integer(bits: i64, is_signed: bool) -> Option<Element> {
         let signed = match bits {
             8 => Element::I8,
             16 => Element::I16,
@@ -90,7 +90,7 @@ impl Element {
     }
 
     /// Returns the type of floats of 16, 32 or 64 bits.
-    pub fn float(bits: i64) -> Option<Element> {
+    pub(crate) fn float(bits: i64) -> Option<Element> {
         match bits {
             16 => Some(Element::F16),
             32 => Some(Element::F32),
@@ -100,7 +100,7 @@ impl Element {
     }
 
     /// Returns the size of one number in bytes.
-    pub fn size(self) -> usize {
+    pub(crate) fn size(self) -> usize {
         match self {
             Element::I8 | Element::U8 => 1,
             Element::I16 | Element::U16 | Element::F16 => 2,
@@ -110,7 +110,7 @@ impl Element {
     }
 
     /// Returns the smallest and the largest number of a type of integers.
-    pub fn limits(self) -> Option<[f64; 2]> {
+    pub(crate) fn limits(self) -> Option<[f64; 2]> {
         let bits = 8 * self.size() as i32;
         match self {
             Element::F16 | Element::F32 | Element::F64 => None,
@@ -120,7 +120,7 @@ impl Element {
     }
 
     /// Returns the unsigned type of the same size.
-    pub fn unsigned(self) -> Element {
+    pub(crate) fn unsigned(self) -> Element {
         match self {
             Element::I8 => Element::U8,
             Element::I16 => Element::U16,
@@ -132,7 +132,7 @@ impl Element {
 
     /// Rounds a number to the precision of the type. Unsigned types wrap negative numbers, because
     /// netCDF stores the fill of unsigned integers as a signed number.
-    pub fn rounded(self, number: f64) -> f64 {
+    pub(crate) fn rounded(self, number: f64) -> f64 {
         match self {
             Element::F32 => f64::from(number as f32),
             Element::U8 | Element::U16 | Element::U32 if number < 0.0 => {
@@ -143,7 +143,7 @@ impl Element {
     }
 
     /// Decodes all numbers of `bytes`.
-    pub fn numbers(self, order: ByteOrder, bytes: &[u8]) -> Vec<f64> {
+    pub(crate) fn numbers(self, order: ByteOrder, bytes: &[u8]) -> Vec<f64> {
         let count = bytes.len() / self.size();
         let samples = Samples::Bytes { bytes: bytes.into(), element: self, order, stride: 0 };
         Raster::new([count, 1], samples, true).stored_numbers(|number| number)
@@ -151,7 +151,7 @@ impl Element {
 }
 
 /// Checks the numbers of nodes along x and y that a header gives.
-pub fn checked_nodes(nodes: [i64; 2]) -> Result<[usize; 2], FormatError> {
+pub(crate) fn checked_nodes(nodes: [i64; 2]) -> Result<[usize; 2], FormatError> {
     if let Some(count) = nodes.into_iter().find(|&count| count < 1) {
         return Err(FormatError::value("number of nodes", count, "a positive number"));
     }
@@ -163,7 +163,7 @@ pub fn checked_nodes(nodes: [i64; 2]) -> Result<[usize; 2], FormatError> {
 }
 
 /// Returns the size of a map in bytes.
-pub fn map_bytes(nodes: [usize; 2], element: Element) -> usize {
+pub(crate) fn map_bytes(nodes: [usize; 2], element: Element) -> usize {
     nodes[0] * nodes[1] * element.size()
 }
 
@@ -171,7 +171,7 @@ impl<'a> Raster<'a> {
     /// Creates a raster whose lines run along x: the first `nodes[0]` numbers have the same y.
     ///
     /// Bytes after the last number are ignored.
-    pub fn rows(
+    pub(crate) fn rows(
         nodes: [usize; 2],
         element: Element,
         order: ByteOrder,
@@ -182,7 +182,7 @@ impl<'a> Raster<'a> {
     }
 
     /// Creates a raster whose lines run along x and start at multiples of `stride` bytes.
-    pub fn padded_rows(
+    pub(crate) fn padded_rows(
         nodes: [usize; 2],
         element: Element,
         order: ByteOrder,
@@ -206,7 +206,7 @@ impl<'a> Raster<'a> {
     }
 
     /// Creates a raster whose lines run along y: the first `nodes[1]` numbers have the same x.
-    pub fn columns(
+    pub(crate) fn columns(
         nodes: [usize; 2],
         element: Element,
         order: ByteOrder,
@@ -220,7 +220,7 @@ impl<'a> Raster<'a> {
     ///
     /// # Panics
     /// Panics if the length of `numbers` differs from the number of nodes.
-    pub fn from_rows(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
+    pub(crate) fn from_rows(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
         assert_eq!(numbers.len(), nodes[0] * nodes[1], "a number for each node");
         Raster::new(nodes, Samples::Numbers(numbers), true)
     }
@@ -229,7 +229,10 @@ impl<'a> Raster<'a> {
     ///
     /// # Errors
     /// Returns an error if there is not one number for each node.
-    pub fn from_words(nodes: [usize; 2], numbers: Vec<f64>) -> Result<Raster<'a>, FormatError> {
+    pub(crate) fn from_words(
+        nodes: [usize; 2],
+        numbers: Vec<f64>,
+    ) -> Result<Raster<'a>, FormatError> {
         if numbers.len() != nodes[0] * nodes[1] {
             let allowed = format!("{} × {}", nodes[0], nodes[1]);
             return Err(FormatError::value("number of heights", numbers.len(), &allowed));
@@ -241,7 +244,7 @@ impl<'a> Raster<'a> {
     ///
     /// # Panics
     /// Panics if the length of `numbers` differs from the number of nodes.
-    pub fn from_columns(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
+    pub(crate) fn from_columns(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
         assert_eq!(numbers.len(), nodes[0] * nodes[1], "a number for each node");
         Raster::new(nodes, Samples::Numbers(numbers), false)
     }
@@ -262,53 +265,53 @@ impl<'a> Raster<'a> {
     }
 
     /// Sets the conversion of stored numbers to heights: `scale` × number + `offset`.
-    pub fn scaled(self, scale: f64, offset: f64) -> Raster<'a> {
+    pub(crate) fn scaled(self, scale: f64, offset: f64) -> Raster<'a> {
         Raster { scale, offset, ..self }
     }
 
     /// Sets the divisor that converts the scaled numbers to metres.
     ///
     /// A multiplication would be less accurate: ten micrometres would become 9.999999999999999e-6.
-    pub fn in_metres(self, per_metre: f64) -> Raster<'a> {
+    pub(crate) fn in_metres(self, per_metre: f64) -> Raster<'a> {
         Raster { per_metre, ..self }
     }
 
     /// Reverses the direction of y, also of the mask. Unless it was reversed before, the first
     /// stored number then has the largest y.
-    pub fn upside_down(self) -> Raster<'a> {
+    pub(crate) fn upside_down(self) -> Raster<'a> {
         let mask = self.mask.map(|mask| Box::new(mask.upside_down()));
         Raster { upside_down: !self.upside_down, mask, ..self }
     }
 
     /// Reverses the direction of x, also of the mask. Unless it was reversed before, the first
     /// stored number then has the largest x.
-    pub fn mirrored(self) -> Raster<'a> {
+    pub(crate) fn mirrored(self) -> Raster<'a> {
         let mask = self.mask.map(|mask| Box::new(mask.mirrored()));
         Raster { mirrored: !self.mirrored, mask, ..self }
     }
 
     /// Sets the marker of missing points. It is compared with the stored numbers before scaling.
-    pub fn missing(self, missing: Missing) -> Raster<'a> {
+    pub(crate) fn missing(self, missing: Missing) -> Raster<'a> {
         Raster { missing, ..self }
     }
 
     /// Returns the number of points that this map declares missing as a mask of another.
-    pub fn count_masked(&self) -> usize {
+    pub(crate) fn count_masked(&self) -> usize {
         self.decode().into_iter().filter(|number| is_masked(*number)).count()
     }
 
     /// Declares points missing where the number in `mask` exceeds one half.
-    pub fn masked(self, mask: Raster<'a>) -> Raster<'a> {
+    pub(crate) fn masked(self, mask: Raster<'a>) -> Raster<'a> {
         Raster { mask: Some(Box::new(mask)), ..self }
     }
 
     /// Removes the mask.
-    pub fn without_mask(self) -> Raster<'a> {
+    pub(crate) fn without_mask(self) -> Raster<'a> {
         Raster { mask: None, ..self }
     }
 
     /// Copies the bytes of the map if they are borrowed.
-    pub fn into_owned(self) -> Raster<'static> {
+    pub(crate) fn into_owned(self) -> Raster<'static> {
         let lines = self.nodes[usize::from(self.lines_along_x)];
         let along = self.nodes[usize::from(!self.lines_along_x)];
         let samples = match self.samples {
@@ -338,17 +341,17 @@ impl<'a> Raster<'a> {
     }
 
     /// Returns the numbers of nodes along x and y.
-    pub fn nodes(&self) -> [usize; 2] {
+    pub(crate) fn nodes(&self) -> [usize; 2] {
         self.nodes
     }
 
     /// Decodes the map in row-major order with x along the first axis; missing points are NaN.
-    pub fn decode(&self) -> Vec<f64> {
+    pub(crate) fn decode(&self) -> Vec<f64> {
         self.decode_by(|stored| self.value(stored))
     }
 
     /// Decodes the map with another marker of missing points beside that of the format.
-    pub fn decode_without(&self, marker: f64) -> Vec<f64> {
+    pub(crate) fn decode_without(&self, marker: f64) -> Vec<f64> {
         self.decode_by(
             |stored| {
                 if is_marker(stored, marker) { f64::NAN } else { self.value(stored) }
@@ -357,7 +360,7 @@ impl<'a> Raster<'a> {
     }
 
     /// Returns the stored numbers before scaling; missing points are NaN.
-    pub fn numbers_of_file(&self) -> Vec<f64> {
+    pub(crate) fn numbers_of_file(&self) -> Vec<f64> {
         self.decode_by(|stored| if self.value(stored).is_nan() { f64::NAN } else { stored })
     }
 

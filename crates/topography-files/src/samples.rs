@@ -1,8 +1,8 @@
 //! Small files of every format, all of which contain the map [`EXPECTED`].
 
 mod jpk;
-pub mod new_formats;
-pub mod vendors;
+pub(crate) mod new_formats;
+pub(crate) mod vendors;
 
 use std::io::{Cursor, Write};
 
@@ -15,20 +15,20 @@ use self::jpk::jpk;
 
 /// Heights `[x, y]` at three nodes along x and two along y, in nanometres. If a format can mark
 /// missing points, the last point is marked as missing.
-pub const EXPECTED: [f64; 6] = [1.0, 4.0, 2.0, 5.0, 3.0, 6.0];
+pub(crate) const EXPECTED: [f64; 6] = [1.0, 4.0, 2.0, 5.0, 3.0, 6.0];
 /// The heights of [`EXPECTED`] as lines along x; the first line has y = 0.
 const ROWS: [[i16; 3]; 2] = [[1, 2, 3], [4, 5, 6]];
 /// Sides of the map in metres; some files have others.
 const SIDES: [f64; 2] = [3e-6, 4e-6];
 
 /// Sample file with its expected properties.
-pub struct Sample {
-    pub format: &'static str,
-    pub bytes: Vec<u8>,
+pub(crate) struct Sample {
+    pub(crate) format: &'static str,
+    pub(crate) bytes: Vec<u8>,
     /// True if the last point is marked as missing.
-    pub lacks_last_point: bool,
+    pub(crate) lacks_last_point: bool,
     /// Sides in metres; `None` if the format has no units.
-    pub sides: Option<[f64; 2]>,
+    pub(crate) sides: Option<[f64; 2]>,
 }
 
 impl Sample {
@@ -42,7 +42,7 @@ impl Sample {
 }
 
 /// Returns at least one file of each format.
-pub fn samples() -> Vec<Sample> {
+pub(crate) fn samples() -> Vec<Sample> {
     let mut samples = vec![
         Sample::with_missing("x3p", x3p(&Archive::default())),
         Sample::with_missing("sur", sur()),
@@ -231,12 +231,12 @@ fn with_last(mut bytes: Vec<u8>, marker: &[u8]) -> Vec<u8> {
 }
 
 /// Variable parts of the content of an X3P file.
-pub struct Archive {
-    pub folder: &'static str,
-    pub description: String,
-    pub data: Vec<u8>,
+pub(crate) struct Archive {
+    pub(crate) folder: &'static str,
+    pub(crate) description: String,
+    pub(crate) data: Vec<u8>,
     /// Mask of the valid points with one bit per point.
-    pub valid: Option<u8>,
+    pub(crate) valid: Option<u8>,
 }
 
 impl Default for Archive {
@@ -262,7 +262,7 @@ impl Default for Archive {
 }
 
 /// Writes an X3P file with this content.
-pub fn x3p(archive: &Archive) -> Vec<u8> {
+pub(crate) fn x3p(archive: &Archive) -> Vec<u8> {
     let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
     let mut add = |name: &str, bytes: &[u8]| {
         let name = format!("{}{name}", archive.folder);
@@ -302,13 +302,13 @@ fn sur_header(signature: &str) -> Fields {
 }
 
 /// Writes a Digital Surf file whose last number, the lowest height minus 2, marks a missing point.
-pub fn sur() -> Vec<u8> {
+pub(crate) fn sur() -> Vec<u8> {
     let bytes = sur_header("DIGITAL SURF").rows(ROWS, i16::to_le_bytes).0;
     with_last(bytes, &(-1_i16).to_le_bytes())
 }
 
 /// Writes the same map as [`sur`], compressed as two streams.
-pub fn deflated_sur() -> Vec<u8> {
+pub(crate) fn deflated_sur() -> Vec<u8> {
     let heights = &sur()[518..];
     let deflated = |bytes: &[u8]| {
         let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
@@ -518,7 +518,7 @@ fn nanoscope() -> Vec<u8> {
 }
 
 /// Writes a wave with a channel of heights and one of phases, and a note with their units.
-pub fn igor() -> Vec<u8> {
+pub(crate) fn igor() -> Vec<u8> {
     let note = "PhaseUnit: deg\rScanSize: 3e-06\r";
     // One label for the dimension and one for each channel.
     let labels = ["", "HeightTrace", "PhaseTrace"];
@@ -543,7 +543,7 @@ pub fn igor() -> Vec<u8> {
 }
 
 /// Sets the checksum of a wave such that the integers of its header add up to zero.
-pub fn with_checksum(mut wave: Vec<u8>) -> Vec<u8> {
+pub(crate) fn with_checksum(mut wave: Vec<u8>) -> Vec<u8> {
     wave[2..4].fill(0);
     let (numbers, _) = wave[..384].as_chunks::<2>();
     let numbers = numbers.iter().map(|bytes| i16::from_le_bytes(*bytes));

@@ -27,7 +27,7 @@ use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_byte
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("sdf", "surface data file, ISO 25178-71", 2, read);
+pub(crate) const FORMAT: Format = Format::new("sdf", "surface data file, ISO 25178-71", 2, read);
 
 /// Edition of the format, which the first eight characters of a file name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -68,6 +68,15 @@ fn shows_the_map(sample: &Sample) {
 }
 
 #[test]
+fn nodes_outside_of_a_map_have_no_height() {
+    let map = first_map(b"1 2 3\n4 5 6\n");
+    assert_eq!((map.nodes(), map.get(2, 1)), ([3, 2], Some(6.0)));
+    for (i, j) in [(3, 0), (0, 2), (usize::MAX, 1), (1, usize::MAX)] {
+        assert_eq!(map.get(i, j), None);
+    }
+}
+
+#[test]
 fn channels_of_other_quantities_are_listed_with_their_unit() {
     let wave = igor();
     let file = read(&wave).unwrap();

@@ -35,7 +35,7 @@ use super::channel::Channel;
 use super::input::{decode_text, lines};
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("text", "text", 4, read).without_signature();
+pub(crate) const FORMAT: Format = Format::new("text", "text", 4, read).without_signature();
 
 /// First lines of texts that are no maps, or their starts, with the names of the formats.
 const OTHERS: [(&str, &str); 8] = [
@@ -83,7 +83,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 }
 
 /// Reads a profile: one column of heights, or two columns x and height, with units in titles.
-pub fn profile(text: &str) -> Result<Channel<'static>, FormatError> {
+pub(crate) fn profile(text: &str) -> Result<Channel<'static>, FormatError> {
     let mut first_error = None;
     for notation in Notation::ALL {
         let mut blocks = match blocks(text, notation) {
@@ -103,7 +103,7 @@ pub fn profile(text: &str) -> Result<Channel<'static>, FormatError> {
 }
 
 /// Decodes text in UTF-16 with a byte order mark, in UTF-8 or in an encoding of instruments.
-pub fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
+pub(crate) fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
     let wide = |order: fn([u8; 2]) -> u16| {
         let (pairs, _) = bytes[2..].as_chunks::<2>();
         let letters: Vec<u16> = pairs.iter().map(|bytes| order(*bytes)).collect();

@@ -23,7 +23,7 @@ type Lines<'a> = std::iter::Enumerate<std::str::Lines<'a>>;
 /// exchanged.
 ///
 /// The layout is that of these two readers: SurfaceTopography 1.27.1 and Gwyddion 2.62.
-pub const WYKO: Format = Format::new("wyko-asc", "Wyko ASCII", 1, read_wyko);
+pub(crate) const WYKO: Format = Format::new("wyko-asc", "Wyko ASCII", 1, read_wyko);
 
 /// Type of an entry that is a map.
 const WYKO_MAP: &str = "3";
@@ -91,7 +91,7 @@ fn wyko_number(word: &str) -> Option<f64> {
 ///
 /// The rule of the phases is that of the MetroPro Reference Guide; prysm 0.21.1 writes such files,
 /// with heights divided by the square of the wavelength in micrometres.
-pub const ZYGO: Format = Format::new("zygo-asc", "Zygo ASCII or XYZ", 1, read_zygo);
+pub(crate) const ZYGO: Format = Format::new("zygo-asc", "Zygo ASCII or XYZ", 1, read_zygo);
 
 fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let is_zygo = |start: &str| {
@@ -185,7 +185,7 @@ fn zygo_points<'a>(
 ///
 /// SurfaceTopography 1.27.1, surfalize 0.19.2 and Gwyddion 2.62 do not read such files, so that no
 /// other reader confirms the layout.
-pub const KEYENCE: Format = Format::new("keyence-csv", "Keyence CSV", 1, read_keyence);
+pub(crate) const KEYENCE: Format = Format::new("keyence-csv", "Keyence CSV", 1, read_keyence);
 
 // Names of the entries in English and German.
 const KEYENCE_STEP: [&str; 2] = ["XY Calibration", "XY-Justierung"];

@@ -16,7 +16,7 @@ use super::{Format, FormatError, at_least_one};
 ///
 /// `al3d-1.al3d` in the tests of SurfaceTopography 1.27.1 shows this, and files of surfalize
 /// 0.19.2.
-pub const AL3D: Format = Format::new("al3d", "Alicona Imaging", 1, read_al3d);
+pub(crate) const AL3D: Format = Format::new("al3d", "Alicona Imaging", 1, read_al3d);
 
 fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let magic = b"AliconaImaging\0\r\n";
@@ -63,7 +63,7 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 ///
 /// Two things are not known. A public BCRF file of MountainsMap fits sides of n and of n − 1 steps;
 /// n are taken. Programs may add `zmin` to the integers of BCR-STM; it is not added here.
-pub const BCR: Format = Format::new("bcrf", "BCR-STM", 2, read_bcr);
+pub(crate) const BCR: Format = Format::new("bcrf", "BCR-STM", 2, read_bcr);
 
 /// Default length of the header, in characters.
 const BCR_LETTERS: usize = 2048;
@@ -158,7 +158,7 @@ impl Encoding {
 /// first line has y = 0. NaN marks missing points.
 ///
 /// The user guide of Gwyddion 2.62, which reads and writes such files, defines the format.
-pub const GSF: Format = Format::new("gsf", "Gwyddion simple field", 1, read_gsf);
+pub(crate) const GSF: Format = Format::new("gsf", "Gwyddion simple field", 1, read_gsf);
 
 fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (entries, stored) = Entries::of_gwyddion(bytes, b"Gwyddion Simple Field 1.0\n", 4)?;
@@ -182,7 +182,7 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// integers of 16 bits, and number / 2^31 × `bufferRange` for integers of 32 bits.
 ///
 /// A file of PicoView (version 0x10c04) in the tests of SurfaceTopography 1.27.1 shows this.
-pub const MI: Format = Format::new("mi", "Molecular Imaging", 2, read_mi);
+pub(crate) const MI: Format = Format::new("mi", "Molecular Imaging", 2, read_mi);
 
 /// Number of columns that a name fills.
 const MI_NAME: usize = 14;

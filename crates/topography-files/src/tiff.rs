@@ -69,7 +69,7 @@ impl Layout {
 
 /// Directory of a file: the entries of one image, by their tags.
 #[derive(Debug, Clone)]
-pub struct Directory<'a> {
+pub(crate) struct Directory<'a> {
     file: &'a [u8],
     layout: Layout,
     entries: BTreeMap<u16, Entry<'a>>,
@@ -77,20 +77,20 @@ pub struct Directory<'a> {
 
 /// Values of one entry, which are text or numbers.
 #[derive(Debug, Clone, Copy)]
-pub struct Entry<'a> {
+pub(crate) struct Entry<'a> {
     kind: u16,
     order: ByteOrder,
     bytes: &'a [u8],
 }
 
 /// Reads the directory of the first image, which tells formats apart.
-pub fn first_directory(file: &[u8]) -> Result<Directory<'_>, FormatError> {
+pub(crate) fn first_directory(file: &[u8]) -> Result<Directory<'_>, FormatError> {
     let (layout, offset) = header(file)?;
     Ok(Directory::read(file, layout, offset)?.0)
 }
 
 /// Reads the directories of all images. There is at least one.
-pub fn directories(file: &[u8]) -> Result<Vec<Directory<'_>>, FormatError> {
+pub(crate) fn directories(file: &[u8]) -> Result<Vec<Directory<'_>>, FormatError> {
     let mut directories = Vec::new();
     let mut visited = BTreeSet::new();
     let mut entries = 0;
@@ -160,22 +160,22 @@ impl<'a> Directory<'a> {
     }
 
     /// Returns the entry with a tag.
-    pub fn entry(&self, tag: u16) -> Option<Entry<'a>> {
+    pub(crate) fn entry(&self, tag: u16) -> Option<Entry<'a>> {
         self.entries.get(&tag).copied()
     }
 
     /// Returns the first value of a tag as an integer.
-    pub fn whole(&self, tag: u16) -> Option<i64> {
+    pub(crate) fn whole(&self, tag: u16) -> Option<i64> {
         self.entry(tag)?.wholes()?.next()
     }
 
     /// Returns the first value of a tag as a number.
-    pub fn number(&self, tag: u16) -> Option<f64> {
+    pub(crate) fn number(&self, tag: u16) -> Option<f64> {
         self.entry(tag)?.numbers()?.next()
     }
 
     /// Returns the text of a tag up to its first zero byte, without outer spaces.
-    pub fn text(&self, tag: u16) -> Option<String> {
+    pub(crate) fn text(&self, tag: u16) -> Option<String> {
         // Some programs store text as bytes without type.
         let bytes = self.entry(tag).filter(|entry| matches!(entry.kind, 2 | 7))?.bytes;
         let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
@@ -183,12 +183,12 @@ impl<'a> Directory<'a> {
     }
 
     /// Returns the numbers of pixels along x and y.
-    pub fn nodes(&self) -> Result<[usize; 2], FormatError> {
+    pub(crate) fn nodes(&self) -> Result<[usize; 2], FormatError> {
         checked_nodes([self.required(WIDTH)?, self.required(LENGTH)?])
     }
 
     /// Decodes the image into a raster whose first line is the first line of the image.
-    pub fn image(&self) -> Result<Raster<'a>, FormatError> {
+    pub(crate) fn image(&self) -> Result<Raster<'a>, FormatError> {
         let samples = self.whole(SAMPLES).unwrap_or(1);
         if samples != 1 {
             return Err(FormatError::value("samples per pixel", samples, "1"));
@@ -199,14 +199,14 @@ impl<'a> Directory<'a> {
     }
 
     /// Returns the directory to which a tag points, such as the directory of the Exif entries.
-    pub fn directory(&self, tag: u16) -> Result<Option<Directory<'a>>, FormatError> {
+    pub(crate) fn directory(&self, tag: u16) -> Result<Option<Directory<'a>>, FormatError> {
         let offset = self.whole(tag).map(|offset| usize::try_from(offset).unwrap_or(usize::MAX));
         let directory = offset.map(|offset| Directory::read(self.file, self.layout, offset));
         Ok(directory.transpose()?.map(|(directory, _)| directory))
     }
 
     /// Decodes a mask with one bit per pixel, or an image with more bits.
-    pub fn bitmap(&self) -> Result<Raster<'a>, FormatError> {
+    pub(crate) fn bitmap(&self) -> Result<Raster<'a>, FormatError> {
         if self.whole(BITS).unwrap_or(1) != 1 {
             return self.image();
         }
@@ -424,12 +424,12 @@ struct Blocks {
 
 impl<'a> Entry<'a> {
     /// Returns the bytes of all values.
-    pub fn bytes(self) -> &'a [u8] {
+    pub(crate) fn bytes(self) -> &'a [u8] {
         self.bytes
     }
 
     /// Returns the values if they are integers.
-    pub fn wholes(self) -> Option<impl Iterator<Item = i64>> {
+    pub(crate) fn wholes(self) -> Option<impl Iterator<Item = i64>> {
         let is_signed = match self.kind {
             1 | 3 | 4 | 7 | 13 | 16 | 18 => false,
             6 | 8 | 9 | 17 => true,
@@ -445,7 +445,7 @@ impl<'a> Entry<'a> {
     }
 
     /// Returns the values as numbers.
-    pub fn numbers(self) -> Option<Box<dyn Iterator<Item = f64> + 'a>> {
+    pub(crate) fn numbers(self) -> Option<Box<dyn Iterator<Item = f64> + 'a>> {
         let order = self.order;
         let bits = move |stored: &[u8]| integer(stored, order);
         match self.kind {

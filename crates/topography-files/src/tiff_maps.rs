@@ -25,7 +25,7 @@ use super::tiff::{Directory, directories};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub const FORMAT: Format = Format::new("tiff", "TIFF", 4, read);
+pub(crate) const FORMAT: Format = Format::new("tiff", "TIFF", 4, read);
 
 // Entries of directories.
 const SUBFILE: u16 = 254;

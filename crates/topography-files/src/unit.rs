@@ -20,7 +20,7 @@ const PREFIXES: [(&str, f64); 11] = [
 
 /// Unit of the numbers or sides of a map.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Unit {
+pub(crate) enum Unit {
     /// The file gives no unit.
     None,
     /// A unit of length, with the number of such units in a metre.
@@ -31,7 +31,7 @@ pub enum Unit {
 
 impl Unit {
     /// Parses the spelling of a unit. `Å` is the ångström, but `A` is the ampere.
-    pub fn parse(text: &str) -> Unit {
+    pub(crate) fn parse(text: &str) -> Unit {
         let text = normal(text);
         if text.is_empty() {
             return Unit::None;
@@ -43,7 +43,7 @@ impl Unit {
     }
 
     /// Returns a name of the unit, if there is one.
-    pub fn name(&self) -> Option<String> {
+    pub(crate) fn name(&self) -> Option<String> {
         match self {
             Unit::None => None,
             Unit::Other(name) => Some(name.clone()),
@@ -58,7 +58,7 @@ impl Unit {
     }
 
     /// Returns the number of such units in a metre, or `None` if this is not a unit of length.
-    pub fn per_metre(&self) -> Option<f64> {
+    pub(crate) fn per_metre(&self) -> Option<f64> {
         match self {
             Unit::Length(per_metre) => Some(*per_metre),
             Unit::None | Unit::Other(_) => None,
@@ -74,7 +74,7 @@ pub fn is_metre(text: &str) -> bool {
 /// Returns the factor that converts numbers in the unit `from` to numbers in the unit `to`. Returns
 /// `None` unless the units are equal, both are units of length, or they differ only by an SI
 /// prefix.
-pub fn ratio(from: &str, to: &str) -> Option<f64> {
+pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
     let (from, to) = (normal(from), normal(to));
     if from == to {
         return Some(1.0);
@@ -109,7 +109,7 @@ const ARBITRARY: [&str; 9] =
     ["a.u.", "au", "arb", "arb.", "arb. units", "counts", "count", "grey", "gray"];
 
 /// Returns true if a unit is one of a known quantity other than a length, such as `mV` or `N/m`.
-pub fn is_of_other_quantity(unit: &str) -> bool {
+pub(crate) fn is_of_other_quantity(unit: &str) -> bool {
     let is_base = |part: &str| OTHERS.contains(&part);
     let is_known = |part: &str| {
         let part = part.trim().trim_end_matches(|letter: char| "0123456789^-²³⁻¹".contains(letter));

@@ -73,6 +73,7 @@ const CHANGES: &[(&str, &[&str])] = &[
 impl Format {
     /// Returns what changed in the numbers that the reader decodes: the reason of each version from
     /// 2 to [`Format::version`].
+    #[doc(hidden)]
     pub fn changes(&self) -> &'static [&'static str] {
         let known = CHANGES.iter().find(|(name, _)| *name == self.name());
         known.map_or(&[], |(_, changes)| changes)

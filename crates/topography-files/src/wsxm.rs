@@ -16,7 +16,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("wsxm", "WSxM image", 2, read);
+pub(crate) const FORMAT: Format = Format::new("wsxm", "WSxM image", 2, read);
 
 const END: &[u8] = b"[Header end]";
 

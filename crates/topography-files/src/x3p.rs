@@ -21,7 +21,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub const FORMAT: Format = Format::new("x3p", "X3P, ISO 25178-72", 2, read);
+pub(crate) const FORMAT: Format = Format::new("x3p", "X3P, ISO 25178-72", 2, read);
 
 /// Maximum number of bytes of a `main.xml` that are read.
 const MAX_XML_BYTES: usize = 16 << 20;

@@ -21,6 +21,7 @@ const RESOLUTION: f64 = 1e-12;
 
 /// Comparison of a column that both tables have.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ColumnComparison {
     pub column: String,
     pub unit: String,
@@ -35,6 +36,7 @@ pub struct ColumnComparison {
 
 /// Comparison of the means of a column at one parameter point and load.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct MeanComparison {
     pub point: ParameterPoint,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -84,7 +86,7 @@ impl ColumnComparison {
     }
 
     /// Returns the mean that differs most: first those beyond noise, then by relative difference.
-    pub fn largest(&self) -> Option<&MeanComparison> {
+    pub(crate) fn largest(&self) -> Option<&MeanComparison> {
         let different = self.means.iter().filter(|mean| !mean.is_equal());
         different.max_by(|one, other| one.by_size(other))
     }
@@ -97,7 +99,7 @@ impl MeanComparison {
 
     /// Orders differences: those that are noise first, then by the difference relative to the
     /// larger mean.
-    pub fn by_size(&self, other: &MeanComparison) -> Ordering {
+    pub(crate) fn by_size(&self, other: &MeanComparison) -> Ordering {
         let relative = |mean: &MeanComparison| {
             let scale = mean.mean_a.abs().max(mean.mean_b.abs());
             if scale == 0.0 { 0.0 } else { (mean.difference / scale).abs() }
@@ -166,7 +168,7 @@ impl MeanComparison {
 type Values = Vec<Option<f64>>;
 
 /// Compares the columns of two tables, except those that identify rows.
-pub fn compare(a: &Table, b: &Table, matched: &MatchedRows) -> Vec<ColumnComparison> {
+pub(crate) fn compare(a: &Table, b: &Table, matched: &MatchedRows) -> Vec<ColumnComparison> {
     let units = TableUnits::from_table(a);
     let units = if units == TableUnits::from_table(b) { units } else { TableUnits::default() };
     let descriptions = a.descriptions().into_iter();
@@ -200,7 +202,7 @@ pub fn compare(a: &Table, b: &Table, matched: &MatchedRows) -> Vec<ColumnCompari
 }
 
 /// Returns the names of the compared columns of `of` that `other` lacks.
-pub fn lacking(of: &Table, other: &Table) -> Vec<String> {
+pub(crate) fn lacking(of: &Table, other: &Table) -> Vec<String> {
     let names = of.names().into_iter().filter(|name| is_compared(of, name) && !other.has(name));
     names.map(str::to_owned).collect()
 }
@@ -228,7 +230,7 @@ fn numbers(array: &ArrayRef) -> Option<Values> {
 }
 
 /// Returns whether the compared columns of two tables have the same bits, row by row.
-pub fn are_identical(a: &Table, b: &Table) -> bool {
+pub(crate) fn are_identical(a: &Table, b: &Table) -> bool {
     let compared = |table: &Table| table.keep(|name, _| is_compared(table, name));
     compared(a).batch().columns() == compared(b).batch().columns()
 }

@@ -34,7 +34,7 @@ struct Row<'a> {
 ///
 /// # Errors
 /// Returns an error if the file cannot be written, or if it exists and is not a comparison.
-pub fn write(comparison: &Comparison, path: &Path) -> Result<(), SessionError> {
+pub(crate) fn write(comparison: &Comparison, path: &Path) -> Result<(), SessionError> {
     if path.symlink_metadata().is_ok() && !is_comparison(path) {
         return Err(SessionError::refused(format!(
             "`{}` was not written by `asperity diff`; choose another file",

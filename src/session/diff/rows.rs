@@ -23,25 +23,26 @@ const MAX_NAMED: usize = 3;
 
 /// Rows of two tables A and B that agree in the parameter point and the load, by surface.
 #[derive(Debug)]
-pub struct RowGroup {
-    pub point: ParameterPoint,
+pub(crate) struct RowGroup {
+    pub(crate) point: ParameterPoint,
     /// Load in the unit of the manifest; `None` if the tables have no loads.
-    pub load: Option<f64>,
+    pub(crate) load: Option<f64>,
     /// Number of the row, from 1, among rows that no column distinguishes.
-    pub repetition: usize,
+    pub(crate) repetition: usize,
     /// Index of the row of each surface in A and in B.
-    pub rows: [BTreeMap<Member, usize>; 2],
+    pub(crate) rows: [BTreeMap<Member, usize>; 2],
 }
 
 /// Result of matching two tables.
 #[derive(Debug)]
-pub struct MatchedRows {
-    pub groups: Vec<RowGroup>,
-    pub rows: RowMatches,
+pub(crate) struct MatchedRows {
+    pub(crate) groups: Vec<RowGroup>,
+    pub(crate) rows: RowMatches,
 }
 
 /// Numbers of rows that two tables A and B share, and that only one of them has.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct RowMatches {
     /// Number of rows that both tables have.
     pub common: usize,
@@ -59,6 +60,7 @@ pub struct RowMatches {
 
 /// Rows that only one of two tables has.
 #[derive(Debug, Default, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct UnmatchedRows {
     pub rows: usize,
     /// Rows at parameter points that the other table lacks.
@@ -71,6 +73,7 @@ pub struct UnmatchedRows {
 
 /// Rows whose point, surface or load the other table lacks.
 #[derive(Debug, Default, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Lacking {
     pub rows: usize,
     /// The first points, surfaces or loads.
@@ -100,7 +103,7 @@ impl MatchedRows {
     ///
     /// # Errors
     /// Returns an error if seeds, realizations or loads are not numbers.
-    pub fn new(a: &Table, b: &Table) -> Result<MatchedRows, TableError> {
+    pub(crate) fn new(a: &Table, b: &Table) -> Result<MatchedRows, TableError> {
         let [in_a, in_b] = [a, b].map(load_column);
         // If one table is given in pascals and the other is not, reduced loads are comparable.
         let load_column = if in_a == in_b { in_a } else { LOAD.name };
@@ -327,7 +330,7 @@ impl RowGroup {
     }
 
     /// Returns the pairs of rows of the same surface.
-    pub fn pairs(&self) -> impl Iterator<Item = (usize, usize)> {
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = (usize, usize)> {
         let [a, b] = &self.rows;
         a.iter().filter_map(|(member, &row)| Some((row, *b.get(member)?)))
     }

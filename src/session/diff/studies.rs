@@ -33,26 +33,26 @@ const MAX_RATIO: u64 = 10;
 
 /// One side of a comparison: the studies at a path.
 #[derive(Debug)]
-pub struct Studies {
-    pub path: PathBuf,
-    pub studies: Vec<ComparedStudy>,
+pub(crate) struct Studies {
+    pub(crate) path: PathBuf,
+    pub(crate) studies: Vec<ComparedStudy>,
     /// Folder into which an archive is unpacked while it is compared.
     _unpacked: Option<TempDir>,
 }
 
 /// Study with the tables of its stages.
 #[derive(Debug)]
-pub struct ComparedStudy {
-    pub path: PathBuf,
+pub(crate) struct ComparedStudy {
+    pub(crate) path: PathBuf,
     /// Settings that override keys of the manifest.
-    pub settings: Vec<Setting>,
-    pub name: String,
+    pub(crate) settings: Vec<Setting>,
+    pub(crate) name: String,
     /// Versions of the program that published the tables.
-    pub programs: BTreeSet<String>,
+    pub(crate) programs: BTreeSet<String>,
     /// Parameters of the study; `None` if a results folder does not record them.
-    pub record: Option<Record>,
+    pub(crate) record: Option<Record>,
     /// Names of the stages, in the order of the study.
-    pub stages: Vec<String>,
+    pub(crate) stages: Vec<String>,
     tables: StageTables,
 }
 
@@ -65,10 +65,10 @@ enum StageTables {
 
 /// Table of a stage, which may be incomplete.
 #[derive(Debug)]
-pub struct StageTable {
-    pub table: Table,
-    pub finished: usize,
-    pub tasks: usize,
+pub(crate) struct StageTable {
+    pub(crate) table: Table,
+    pub(crate) finished: usize,
+    pub(crate) tasks: usize,
 }
 
 impl Studies {
@@ -80,7 +80,7 @@ impl Studies {
     /// # Errors
     /// Returns an error if the path has no study, if a manifest is invalid, if a file cannot be
     /// read, or if there are settings and no manifest.
-    pub fn open(
+    pub(crate) fn open(
         path: &Path,
         settings: &[Setting],
         data: &DataFolder,
@@ -190,7 +190,7 @@ impl ComparedStudy {
     ///
     /// # Errors
     /// Returns an error if a table is damaged.
-    pub fn table(&self, stage: &str) -> Result<Option<StageTable>, SessionError> {
+    pub(crate) fn table(&self, stage: &str) -> Result<Option<StageTable>, SessionError> {
         match &self.tables {
             StageTables::Manifest(reading) => {
                 let found = reading.plan.stages.iter().find(|planned| planned.name == stage);
@@ -214,7 +214,7 @@ impl ComparedStudy {
     }
 
     /// Returns whether the study is that of a manifest, and not of published tables.
-    pub fn is_of_manifest(&self) -> bool {
+    pub(crate) fn is_of_manifest(&self) -> bool {
         matches!(self.tables, StageTables::Manifest(_))
     }
 }
@@ -227,7 +227,7 @@ fn programs(folder: &Path) -> BTreeSet<String> {
 }
 
 /// Returns whether a file begins like a ZIP file.
-pub fn is_zip(path: &Path) -> bool {
+pub(crate) fn is_zip(path: &Path) -> bool {
     begins_with(path, b"PK\x03\x04")
 }
 

@@ -24,6 +24,7 @@ use asperity_tables::column::Value;
 
 /// Lines for one stage of the manifest.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct Addition {
     pub stage: String,
     /// Terms that the lines show.
@@ -84,7 +85,11 @@ struct Case {
 }
 
 /// Returns the lines that show the unknown terms.
-pub fn additions(reading: &StudyResults, costs: &Costs, unknown: &BTreeSet<&str>) -> Vec<Addition> {
+pub(crate) fn additions(
+    reading: &StudyResults,
+    costs: &Costs,
+    unknown: &BTreeSet<&str>,
+) -> Vec<Addition> {
     let plan = &reading.plan;
     let manifest = reading.study.manifest.text.parse().unwrap_or_default();
     let has_lengths = plan.tasks.iter().any(|task| {

@@ -10,10 +10,10 @@ use asperity_stages::ensemble::Ensemble;
 use asperity_tables::table::{Table, TableError};
 
 /// Tasks that make the surfaces of an ensemble.
-pub struct Surfaces(BTreeSet<usize>);
+pub(crate) struct Surfaces(BTreeSet<usize>);
 
 impl Surfaces {
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.0.len()
     }
 }
@@ -25,7 +25,7 @@ impl FromIterator<usize> for Surfaces {
 }
 
 /// Tasks of a plan, grouped by the surface that they depend on.
-pub struct Costs<'a> {
+pub(crate) struct Costs<'a> {
     plan: &'a Plan,
     model: CostModel,
     by_surface: BTreeMap<usize, Vec<usize>>,
@@ -34,7 +34,7 @@ pub struct Costs<'a> {
 }
 
 impl<'a> Costs<'a> {
-    pub fn new(plan: &'a Plan) -> Costs<'a> {
+    pub(crate) fn new(plan: &'a Plan) -> Costs<'a> {
         let mut surface_of: Vec<Option<usize>> = Vec::with_capacity(plan.tasks.len());
         let mut by_surface: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut surfaces = HashMap::new();
@@ -56,7 +56,11 @@ impl<'a> Costs<'a> {
     }
 
     /// Returns the surfaces of an ensemble of rows of a published table.
-    pub fn surfaces_of(&self, table: &Table, ensemble: &Ensemble) -> Result<Surfaces, TableError> {
+    pub(crate) fn surfaces_of(
+        &self,
+        table: &Table,
+        ensemble: &Ensemble,
+    ) -> Result<Surfaces, TableError> {
         let keys = table.texts(TASK.name)?;
         let known = ensemble.states().filter_map(|(_, _, row)| self.surfaces.get(keys.value(row)));
         Ok(known.copied().collect())
@@ -64,7 +68,7 @@ impl<'a> Costs<'a> {
 
     /// Returns the mean of the expected core-seconds of surfaces with `factor` times the nodes per
     /// side.
-    pub fn per_surface(&self, surfaces: &Surfaces, factor: f64) -> f64 {
+    pub(crate) fn per_surface(&self, surfaces: &Surfaces, factor: f64) -> f64 {
         let tasks = surfaces.0.iter().flat_map(|surface| &self.by_surface[surface]);
         let seconds = tasks.map(|&task| {
             let task = &self.plan.tasks[task];

@@ -12,9 +12,9 @@ use crate::session::maps::Map;
 use asperity_manifest::keys::quantity::{Dimension, Unit};
 
 /// A channel: a map with the nodes to mark.
-pub struct Channel<'m> {
-    pub map: &'m Map,
-    pub mask: Option<&'m Map>,
+pub(crate) struct Channel<'m> {
+    pub(crate) map: &'m Map,
+    pub(crate) mask: Option<&'m Map>,
 }
 
 /// Unit without prefix, and the power of ten that converts numbers to it.
@@ -56,7 +56,7 @@ fn lines(map: &Map) -> impl Iterator<Item = f64> {
 }
 
 /// Returns a Gwyddion simple field. Gaps of surfaces that have pulled off are not a number.
-pub fn simple_field(map: &Map) -> Vec<u8> {
+pub(crate) fn simple_field(map: &Map) -> Vec<u8> {
     let [nodes_x, nodes_y] = map.grid.nodes();
     let lateral = Base::of(map.length_unit.as_deref());
     let [side_x, side_y] = map.grid.cell().size().map(|side| lateral.convert(side));
@@ -83,7 +83,7 @@ pub fn simple_field(map: &Map) -> Vec<u8> {
 ///
 /// # Errors
 /// Returns an error if the maps need more than the 4 GB of the format.
-pub fn native(channels: &[Channel<'_>]) -> Result<Vec<u8>, SessionError> {
+pub(crate) fn native(channels: &[Channel<'_>]) -> Result<Vec<u8>, SessionError> {
     let mut container = Object::new("GwyContainer");
     for (number, channel) in channels.iter().enumerate() {
         let path = |rest: &str| format!("/{number}/{rest}");

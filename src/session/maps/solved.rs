@@ -30,14 +30,14 @@ use asperity_tables::store::Store;
 use asperity_tables::table::Table;
 
 /// Solved loads of a surface, or states of a path.
-pub struct SolvedTask {
+pub(crate) struct SolvedTask {
     /// All rows of the task.
-    pub table: Table,
+    pub(crate) table: Table,
     /// The rows in the units of output.
-    pub shown: Table,
-    pub grid: Grid,
+    pub(crate) shown: Table,
+    pub(crate) grid: Grid,
     /// Rows that the study has and that were chosen.
-    pub rows: Vec<usize>,
+    pub(crate) rows: Vec<usize>,
     fields: Option<Fields>,
     /// Row of the last load or state that was solved, with its maps.
     solved: Option<(usize, StateMaps)>,
@@ -50,7 +50,7 @@ enum Fields {
 }
 
 impl SolvedTask {
-    pub fn new(table: Table) -> Result<SolvedTask, SessionError> {
+    pub(crate) fn new(table: Table) -> Result<SolvedTask, SessionError> {
         let grid = Grids::new(&table)?.grid(0)?;
         let rows = (0..table.rows()).collect();
         let shown = table.clone();
@@ -58,7 +58,7 @@ impl SolvedTask {
     }
 
     /// Shows numbers in these units.
-    pub fn show_in(&mut self, units: &TableUnits) {
+    pub(crate) fn show_in(&mut self, units: &TableUnits) {
         let from = TableUnits::from_table(&self.table);
         let conversion = Conversion { from, to: units.clone() };
         let without_maps = self.table.not_in_role(Role::Heavy);
@@ -66,12 +66,12 @@ impl SolvedTask {
     }
 
     /// Returns true for a path with adhesion.
-    pub fn is_path(&self) -> bool {
+    pub(crate) fn is_path(&self) -> bool {
         self.table.has(STEP.name)
     }
 
     /// Returns the position of a row along its path, or `None` if the contact is not a path.
-    pub fn path_state(&self, row: usize) -> Result<Option<PathState>, SessionError> {
+    pub(crate) fn path_state(&self, row: usize) -> Result<Option<PathState>, SessionError> {
         if !self.is_path() {
             return Ok(None);
         }
@@ -82,13 +82,13 @@ impl SolvedTask {
     }
 
     /// Returns true if the surfaces have pulled off in a row.
-    pub fn is_apart(&self, row: usize) -> Result<bool, SessionError> {
+    pub(crate) fn is_apart(&self, row: usize) -> Result<bool, SessionError> {
         Ok(self.table.reals(MEAN_GAP.name)?.is_null(row))
     }
 
     /// Returns the row of the largest load. Of a path, it is the first state with the smallest mean
     /// gap.
-    pub fn heaviest(&self) -> Result<Option<usize>, SessionError> {
+    pub(crate) fn heaviest(&self) -> Result<Option<usize>, SessionError> {
         let gaps = self.table.reals(MEAN_GAP.name)?;
         let rows = self.rows.iter().copied();
         let bound = rows.filter(|&row| self.is_path() && gaps.is_valid(row));
@@ -99,7 +99,7 @@ impl SolvedTask {
     }
 
     /// Returns the contact maps of all loads, or of the states of the first branch of a path.
-    pub fn overlay(&self) -> Result<Overlay, SessionError> {
+    pub(crate) fn overlay(&self) -> Result<Overlay, SessionError> {
         let first = self.rows.first().map(|&row| self.path_state(row)).transpose()?.flatten();
         let mut rows = self.rows.clone();
         let branch = first.map(|state| state.branch);
@@ -125,14 +125,14 @@ impl SolvedTask {
     }
 
     /// Returns the map of the nodes in contact, or of the repulsive nodes.
-    pub fn set(&self, kind: MapKind, row: usize) -> Result<ContactMap, SessionError> {
+    pub(crate) fn set(&self, kind: MapKind, row: usize) -> Result<ContactMap, SessionError> {
         let column = if kind == MapKind::Repulsive { REPULSIVE } else { CONTACT };
         let bytes = self.table.bytes(column.name)?.value(row);
         ContactMap::from_bytes(self.grid.nodes(), bytes).map_err(SessionError::Map)
     }
 
     /// Returns pressures, gaps or displacements in a row.
-    pub fn field(
+    pub(crate) fn field(
         &mut self,
         kind: MapKind,
         row: usize,

@@ -76,10 +76,11 @@ pub fn checked(keys: &Keys, grid: Grid, unit: &str) -> Result<Checked, KeyErrors
     let contact = match recipes {
         // `Pressing` solves for pressures of nodes and knows no asperity models.
         [Recipe::Solve(params), ..] if params.asperities.is_some() => {
-            return Err(KeyErrors(vec![only_in_manifests("method = \"asperities\"")]));
-        }
-        [Recipe::Solve(params), ..] if params.flow => {
-            return Err(KeyErrors(vec![only_in_manifests("flow = true")]));
+            return Err(KeyErrors(vec![
+                "`method = \"asperities\"` is available only in a stage of a manifest; write a \
+                 manifest and run it"
+                    .to_owned(),
+            ]));
         }
         [Recipe::Adhesion(params)] => CheckedContact::Path(Arc::new(params.on_area(&area))),
         _ => match branches(recipes) {
@@ -165,10 +166,6 @@ pub fn study(stages: Vec<(&str, Keys)>) -> Result<Study, KeyErrors> {
     ]);
     let text = toml::to_string(&manifest).expect("a table of TOML can be written");
     Ok(Study::parse(&text, "keys", Path::new(""))?)
-}
-
-fn only_in_manifests(key: &str) -> String {
-    format!("`{key}` is available only in a stage of a manifest; write a manifest and run it")
 }
 
 /// Returns the error that the keys describe several things instead of one.

@@ -695,7 +695,7 @@ fn no_channel(path: &Spanned<String>, table: &FileTable, error: &ChannelError) -
             let all: Vec<_> = numbered.collect();
             problem.help(format!("{meant}the channels of the file are {}", all.join(", ")))
         }
-        ChannelError::OutOfRange { .. } | ChannelError::Ambiguous { .. } => {
+        _ => {
             let path = shell_word(Path::new(&path.value));
             problem.help(format!("list the channels with `asperity surface {path}`"))
         }

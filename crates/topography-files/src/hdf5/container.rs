@@ -18,22 +18,22 @@ use super::stored::{self, Stored};
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 /// Opened file.
-pub struct Container {
+pub(crate) struct Container {
     file: Hdf5File,
     /// Number of bytes that may still be decoded. It keeps a damaged size from allocating memory.
     budget: Cell<usize>,
 }
 
 /// Members of a group.
-pub struct Members {
-    pub groups: Vec<Group>,
-    pub datasets: Vec<Dataset>,
+pub(crate) struct Members {
+    pub(crate) groups: Vec<Group>,
+    pub(crate) datasets: Vec<Dataset>,
     /// Reasons why other members could not be opened.
-    pub unreadable: Vec<FormatError>,
+    pub(crate) unreadable: Vec<FormatError>,
 }
 
 impl Container {
-    pub fn open(bytes: &[u8]) -> Result<Container, FormatError> {
+    pub(crate) fn open(bytes: &[u8]) -> Result<Container, FormatError> {
         // A block of the user may precede the signature; its length is a power of two.
         let all = std::iter::once(0).chain((9..u32::BITS - 1).map(|power| 1_usize << power));
         let mut starts = all.take_while(|start| *start < bytes.len());
@@ -56,21 +56,21 @@ impl Container {
 
     /// Opens a file for a format that is built on HDF5. If the file is damaged, the error is that
     /// it does not have this format; the reader of HDF5 files then reports the damage.
-    pub fn of_format(bytes: &[u8]) -> Result<Container, FormatError> {
+    pub(crate) fn of_format(bytes: &[u8]) -> Result<Container, FormatError> {
         Container::open(bytes).map_err(|_| FormatError::Signature)
     }
 
-    pub fn file(&self) -> &Hdf5File {
+    pub(crate) fn file(&self) -> &Hdf5File {
         &self.file
     }
 
-    pub fn root(&self) -> Result<Group, FormatError> {
+    pub(crate) fn root(&self) -> Result<Group, FormatError> {
         self.file.root_group().map_err(|error| FormatError::damaged("the root group", error))
     }
 
     /// Returns the groups and datasets of a group. A member that cannot be opened does not hide the
     /// others.
-    pub fn members(&self, group: &Group, name: &str) -> Result<Members, FormatError> {
+    pub(crate) fn members(&self, group: &Group, name: &str) -> Result<Members, FormatError> {
         if let Ok((groups, datasets)) = group.members() {
             return Ok(Members { groups, datasets, unreadable: vec![] });
         }
@@ -87,20 +87,20 @@ impl Container {
         Ok(members)
     }
 
-    pub fn attributes(&self, dataset: &Dataset) -> Result<Attributes, FormatError> {
+    pub(crate) fn attributes(&self, dataset: &Dataset) -> Result<Attributes, FormatError> {
         let encoded = dataset.raw_attributes();
         let raw = encoded.map_err(|error| FormatError::damaged(&part(dataset), error))?;
         Ok(stored::attributes(&self.file, raw))
     }
 
-    pub fn group_attributes(&self, group: &Group) -> Result<Attributes, FormatError> {
+    pub(crate) fn group_attributes(&self, group: &Group) -> Result<Attributes, FormatError> {
         let raw =
             group.raw_attributes().map_err(|error| FormatError::damaged(group.name(), error))?;
         Ok(stored::attributes(&self.file, raw))
     }
 
     /// Reads a two-dimensional dataset whose second index is x.
-    pub fn raster(&self, dataset: &Dataset) -> Result<Raster<'static>, FormatError> {
+    pub(crate) fn raster(&self, dataset: &Dataset) -> Result<Raster<'static>, FormatError> {
         let shape: Vec<i64> =
             dataset.shape().iter().map(|&count| i64::try_from(count).unwrap_or(i64::MAX)).collect();
         let &[first, second] = shape.as_slice() else {
@@ -114,7 +114,7 @@ impl Container {
 
     /// Reads the frames of a two-dimensional dataset with a row for each node, in lines along x,
     /// and a column for each frame.
-    pub fn frames(
+    pub(crate) fn frames(
         &self,
         dataset: &Dataset,
         nodes: [usize; 2],
@@ -130,14 +130,14 @@ impl Container {
     }
 
     /// Reads the numbers of a dataset of any shape.
-    pub fn numbers(&self, dataset: &Dataset) -> Result<Vec<f64>, FormatError> {
+    pub(crate) fn numbers(&self, dataset: &Dataset) -> Result<Vec<f64>, FormatError> {
         let (element, order, bytes) = self.bytes(dataset)?;
         Ok(element.numbers(order, &bytes))
     }
 
     /// Returns the number that stands at points of a dataset that were never written, if the
     /// program that created the dataset chose one other than zero.
-    pub fn unwritten(&self, dataset: &Dataset) -> Option<f64> {
+    pub(crate) fn unwritten(&self, dataset: &Dataset) -> Option<f64> {
         let stored = Stored::of_dataset(dataset).ok()?;
         let fill = dataset.fill_value().filter(|fill| fill.defined)?.value.as_ref()?;
         let number = stored.element.numbers(stored.order, &stored.normal(fill.clone()));
@@ -146,7 +146,10 @@ impl Container {
     }
 
     /// Returns the numbers of a dataset in row-major order, their type and byte order.
-    pub fn bytes(&self, dataset: &Dataset) -> Result<(Element, ByteOrder, Vec<u8>), FormatError> {
+    pub(crate) fn bytes(
+        &self,
+        dataset: &Dataset,
+    ) -> Result<(Element, ByteOrder, Vec<u8>), FormatError> {
         let part = part(dataset);
         let stored = Stored::of_dataset(dataset)?;
         let damaged = |error| FormatError::damaged(&part, error);
@@ -324,7 +327,7 @@ fn place(
 }
 
 /// Returns the text of an attribute, or the first of its texts.
-pub fn text(attributes: &[Attribute], name: &str) -> Option<String> {
+pub(crate) fn text(attributes: &[Attribute], name: &str) -> Option<String> {
     let attribute = attribute(attributes, name)?;
     match attribute.read_strings() {
         Ok(texts) => texts.into_iter().next(),
@@ -340,11 +343,11 @@ pub fn text(attributes: &[Attribute], name: &str) -> Option<String> {
 }
 
 /// Returns the number of an attribute, or the first of its numbers.
-pub fn number(attributes: &[Attribute], name: &str) -> Option<f64> {
+pub(crate) fn number(attributes: &[Attribute], name: &str) -> Option<f64> {
     attribute(attributes, name)?.read_as_f64().ok()
 }
 
-pub fn attribute<'a>(attributes: &'a [Attribute], name: &str) -> Option<&'a Attribute> {
+pub(crate) fn attribute<'a>(attributes: &'a [Attribute], name: &str) -> Option<&'a Attribute> {
     attributes.iter().find(|attribute| attribute.name == name)
 }
 

@@ -27,7 +27,7 @@ const NAMES: [(u16, &str); 8] = [
 ];
 
 /// Returns all filters. A chunk may expand to at most `limit` bytes.
-pub fn filters(limit: usize) -> FilterRegistry {
+pub(crate) fn filters(limit: usize) -> FilterRegistry {
     let mut registry = FilterRegistry::new();
     let damaged = |name: &str| Error::InvalidData(format!("damaged {name} chunk"));
     registry
@@ -57,7 +57,7 @@ fn limited(decoder: impl Read, limit: usize) -> Option<Vec<u8>> {
 
 /// Returns the number and the name of a filter that this crate does not decode, or `None` if it
 /// does. `stored` is the name in the file.
-pub fn unknown(number: u16, stored: Option<&str>) -> Option<String> {
+pub(crate) fn unknown(number: u16, stored: Option<&str>) -> Option<String> {
     if BUILT_IN.contains(&number) || [BZIP2, LZF, ZSTD].contains(&number) {
         return None;
     }

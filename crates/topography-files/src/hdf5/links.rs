@@ -17,7 +17,7 @@ use hdf5_reader::messages::{HdfMessage, link};
 use hdf5_reader::symbol_table::SymbolTableNode;
 
 /// Returns the names of all links of a group.
-pub fn names(file: &Hdf5File, group: &Group) -> Result<Vec<String>> {
+pub(crate) fn names(file: &Hdf5File, group: &Group) -> Result<Vec<String>> {
     let header = file.get_or_parse_header(group.address())?;
     let mut names = Vec::new();
     for message in &header.messages {

@@ -18,15 +18,15 @@ const MAX_TEXTS: usize = 1 << 10;
 /// crate `hdf5-reader` 0.12.1 skips the place and the number of these bits, so that they are read
 /// from the description of the type.
 #[derive(Debug, Clone, Copy)]
-pub struct Stored {
-    pub element: Element,
-    pub order: ByteOrder,
+pub(crate) struct Stored {
+    pub(crate) element: Element,
+    pub(crate) order: ByteOrder,
     /// Lowest bit and number of bits of an integer that does not fill its bytes.
     bits: Option<(u32, u32)>,
 }
 
 impl Stored {
-    pub fn of_dataset(dataset: &Dataset) -> Result<Stored, FormatError> {
+    pub(crate) fn of_dataset(dataset: &Dataset) -> Result<Stored, FormatError> {
         let raw = dataset.raw_datatype();
         let part = format!("type of dataset `{}`", dataset.name());
         let description = raw.map_err(|error| FormatError::damaged(&part, error))?;
@@ -38,7 +38,7 @@ impl Stored {
 
     /// Parses the description of a type. Returns `None` if it is not one of numbers, or if its
     /// numbers are not those of IEEE 754.
-    pub fn parse(description: &[u8]) -> Option<Stored> {
+    pub(crate) fn parse(description: &[u8]) -> Option<Stored> {
         let mut cursor = Cursor::new(description);
         let [class, flags, second, _] = cursor.array().ok()?;
         let size = cursor.u32().ok()?;
@@ -70,7 +70,7 @@ impl Stored {
     }
 
     /// Expands integers of fewer bits to all bits of their bytes.
-    pub fn normal(self, mut bytes: Vec<u8>) -> Vec<u8> {
+    pub(crate) fn normal(self, mut bytes: Vec<u8>) -> Vec<u8> {
         let Some((start, count)) = self.bits else { return bytes };
         let is_signed =
             matches!(self.element, Element::I8 | Element::I16 | Element::I32 | Element::I64);
@@ -93,7 +93,7 @@ impl Stored {
 }
 
 /// Decodes attributes.
-pub fn attributes(file: &Hdf5File, raw: Vec<RawAttribute>) -> Attributes {
+pub(crate) fn attributes(file: &Hdf5File, raw: Vec<RawAttribute>) -> Attributes {
     let decoded = raw.into_iter().map(|raw| {
         let value = value(file, &raw);
         (raw.name().to_owned(), value)
@@ -152,7 +152,7 @@ fn heap_text(file: &Hdf5File, reference: &[u8]) -> Option<String> {
 ///
 /// The headers of a heap and its objects are padded to multiples of eight bytes, which matters for
 /// lengths of four bytes (`H5Pset_sizes(4, 4)`). `hdf5-reader` 0.12.1 does not skip this padding.
-pub fn heap_bytes(file: &Hdf5File, reference: &[u8], element: usize) -> Option<Vec<u8>> {
+pub(crate) fn heap_bytes(file: &Hdf5File, reference: &[u8], element: usize) -> Option<Vec<u8>> {
     let sizes = [file.superblock().offset_size, file.superblock().length_size].map(usize::from);
     let whole = |bytes: &[u8]| -> Option<usize> {
         let number = bytes

@@ -3,7 +3,7 @@
 use super::upside_down;
 
 /// Returns a file with a thumbnail of one pixel and the map, in two strips.
-pub fn jpk() -> Vec<u8> {
+pub(crate) fn jpk() -> Vec<u8> {
     /// Writes a directory. Its next directory, if there is one, follows its values.
     fn directory(start: usize, tags: &[(u16, u16, Vec<u8>)], is_last: bool) -> Vec<u8> {
         let sizes: [usize; 13] = [1, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8];

@@ -7,7 +7,7 @@ use zip::write::SimpleFileOptions;
 
 use super::{Fields, ROWS, Sample, single, upside_down, with_last};
 
-pub fn samples() -> Vec<Sample> {
+pub(crate) fn samples() -> Vec<Sample> {
     vec![
         Sample::with_missing("sxm", sxm()),
         Sample::new("park", park()),
@@ -90,7 +90,7 @@ fn park() -> Vec<u8> {
 
 /// Writes a GeoTIFF without a unit, whose first line is the northernmost, with further entries of
 /// the tags 33001 to 42112.
-pub fn elevation(more: &[(u16, u16, Vec<u8>)]) -> Vec<u8> {
+pub(crate) fn elevation(more: &[(u16, u16, Vec<u8>)]) -> Vec<u8> {
     let mut data = Fields::default().rows(upside_down(), single).0;
     data[8..12].copy_from_slice(&(-9999_f32).to_le_bytes());
     let pixels = 8 + 2 + 12 * (9 + more.len() as u32) + 4;

@@ -9,7 +9,7 @@ use zip::write::SimpleFileOptions;
 use super::{Fields, ROWS, Sample, single, upside_down, with_last};
 
 /// Returns at least one file of each format of this module.
-pub fn samples() -> Vec<Sample> {
+pub(crate) fn samples() -> Vec<Sample> {
     // These formats have square pixels.
     let square = |format, bytes: &str| Sample {
         sides: Some([3e-6, 2e-6]),
@@ -33,7 +33,7 @@ pub fn samples() -> Vec<Sample> {
 }
 
 /// Writes a VK3 or VK4 file. The table of a VK4 file has one more position.
-pub fn vk(signature: &[u8; 4]) -> Vec<u8> {
+pub(crate) fn vk(signature: &[u8; 4]) -> Vec<u8> {
     let positions = if signature == b"VK4_" { 18 } else { 17 };
     let conditions = 12 + 4 * positions;
     let heights = conditions + 304;
@@ -57,7 +57,7 @@ fn vk6() -> Vec<u8> {
     bytes
 }
 
-pub fn packed(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
+pub(crate) fn packed(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
     let mut writer = ZipWriter::new(std::io::Cursor::new(Vec::new()));
     for (name, bytes) in files {
         writer.start_file(*name, SimpleFileOptions::default()).unwrap();
@@ -230,7 +230,7 @@ SaveOrder=Intel
     fields.rows(ROWS, i16::to_le_bytes).rows(upside_down(), i16::to_le_bytes).0
 }
 
-pub fn nmm() -> Vec<u8> {
+pub(crate) fn nmm() -> Vec<u8> {
     let rule = "------------------------------------------\r\n";
     let scan = format!(
         "{rule}Scan procedure description file\r\nCreation time     :03-Dec-2024 08:11:04\r\n{rule}\
@@ -266,12 +266,12 @@ fn gxyzf() -> Vec<u8> {
     points.into_iter().fold(fields, add).0
 }
 
-pub const WYKO: &str = "Wyko ASCII Data File Format 0\t0\t1\r\nX Size\t3\r\nY Size\t2\r\n\
+pub(crate) const WYKO: &str = "Wyko ASCII Data File Format 0\t0\t1\r\nX Size\t3\r\nY Size\t2\r\n\
 Block Name\tType\tLength\tValue\r\nWavelength\t7\t4\t500\r\nMult\t6\t2\t500\r\n\
 Pixel_size\t7\t4\t0.001\r\nAspect\t7\t4\t2\r\nIntensity\t3\t12\t\r\n7\t8\r\n7\t8\r\n7\t8\r\n\
 RAW_DATA\t3\t24\t\r\n4\t1\r\n5\t2\r\nBad\t3\r\n";
 
-pub const KEYENCE: &str = "\"Measured date\",\"2024-12-03 08:11:04\"\r\n\"Model\",\"VK-X1000 Series\"\r\n\
+pub(crate) const KEYENCE: &str = "\"Measured date\",\"2024-12-03 08:11:04\"\r\n\"Model\",\"VK-X1000 Series\"\r\n\
 \"Data type\n\",\"ImageDataCsv\"\r\n\"XY Calibration\",\"1000\",\"nm\"\r\n\
 \"Output image data\",\"Height\"\r\n\"Horizontal\",\"3\"\r\n\"Vertical\",\"2\"\r\n\
 \"Unit\",\"um\"\r\n\"Reference data name\",\"\"\r\n\r\n\"Height\"\r\n\
@@ -289,12 +289,12 @@ fn zygo(title: &str) -> String {
     )
 }
 
-pub fn zygo_xyz() -> String {
+pub(crate) fn zygo_xyz() -> String {
     let header = zygo("Zygo XYZ Data File - Format 1");
     format!("{header}#\n7 5 0.001\n8 5 0.002\n9 5 0.003\n7 6 0.004\n8 6 0.005\n9 6 No Data\n#\n")
 }
 
-pub fn zygo_ascii() -> String {
+pub(crate) fn zygo_ascii() -> String {
     let header = zygo("Zygo ASCII Data File - Format 2");
     format!("{header}\"zoom\"\n#\n#\n1 2 3 4 \n5 2147483640\n#\n")
 }

@@ -14,13 +14,13 @@ use crate::unit::Unit;
 
 /// Header and lines of numbers of a part of a file.
 #[derive(Default)]
-pub struct Block {
+pub(crate) struct Block {
     header: Header,
     /// Lines of the header, the last of which may be titles.
     header_lines: Vec<String>,
     separator: Option<char>,
-    pub columns: usize,
-    pub lines: usize,
+    pub(crate) columns: usize,
+    pub(crate) lines: usize,
     numbers: Vec<f64>,
     /// Number of empty cells in each column.
     empty: Vec<usize>,
@@ -29,27 +29,27 @@ pub struct Block {
     /// First cell of the first line, if the cell is empty or a word.
     corner: Option<String>,
     /// Numbers of lines after which an empty line follows.
-    pub breaks: Vec<usize>,
+    pub(crate) breaks: Vec<usize>,
     /// Numbers of cells as in [`Row::commas`].
     commas: [usize; 2],
 }
 
 impl Block {
-    pub fn add_header(&mut self, line: &str) {
+    pub(crate) fn add_header(&mut self, line: &str) {
         self.header.add(line);
         self.header_lines.push(line.to_owned());
     }
 
     /// Returns true for separators alone below a line of the header that ends with separators: the
     /// empty line of a spreadsheet, whose lines all have the same number of cells.
-    pub fn is_padding(&self, row: &Row) -> bool {
+    pub(crate) fn is_padding(&self, row: &Row) -> bool {
         let above = self.header_lines.last().map(|line| line.trim_end_matches([' ', '\r']));
         let is_padded = || above.is_some_and(|line| line.ends_with([',', ';', '\t']));
         self.lines == 0 && row.empty.len() == row.numbers.len() && is_padded()
     }
 
     /// Notes that an empty line follows the last line of numbers.
-    pub fn end_part(&mut self) {
+    pub(crate) fn end_part(&mut self) {
         if self.lines > 0 && self.breaks.last() != Some(&self.lines) {
             self.breaks.push(self.lines);
         }
@@ -59,7 +59,7 @@ impl Block {
     /// and even labels. Refuses it if it has as many cells as the next line, and an unknown word.
     ///
     /// Comments and lines with a unit of length, such as `10 x 10 µm`, are part of the header.
-    pub fn take_above(&mut self, mut above: Row, next: &Row) -> Result<(), String> {
+    pub(crate) fn take_above(&mut self, mut above: Row, next: &Row) -> Result<(), String> {
         let columns = next.numbers.len();
         if above.has_comment(columns) {
             self.header_lines.pop();
@@ -88,14 +88,14 @@ impl Block {
 
     /// Returns true if a line belongs to another map: it has another number of cells, and an empty
     /// line precedes it.
-    pub fn starts_another_map(&self, row: &Row) -> bool {
+    pub(crate) fn starts_another_map(&self, row: &Row) -> bool {
         let allowed = usize::from(self.ends_empty || row.ends_empty());
         self.lines > 1
             && self.breaks.last() == Some(&self.lines)
             && row.numbers.len().abs_diff(self.columns) > allowed
     }
 
-    pub fn push(&mut self, mut row: Row) -> Result<(), String> {
+    pub(crate) fn push(&mut self, mut row: Row) -> Result<(), String> {
         if self.lines == 0 {
             self.columns = row.numbers.len();
             self.separator = row.separator;
@@ -157,7 +157,7 @@ impl Block {
     ///
     /// # Errors
     /// Returns an error if there are other columns, or if x is not evenly spaced.
-    pub fn profile(mut self) -> Result<Channel<'static>, FormatError> {
+    pub(crate) fn profile(mut self) -> Result<Channel<'static>, FormatError> {
         self.drop_empty_columns();
         if !matches!(self.columns, 1 | 2) {
             let what = format!(
@@ -206,7 +206,7 @@ impl Block {
     }
 
     /// Reads the channels of the part.
-    pub fn channels<'a>(mut self) -> Result<Vec<Channel<'a>>, FormatError> {
+    pub(crate) fn channels<'a>(mut self) -> Result<Vec<Channel<'a>>, FormatError> {
         let dropped = self.drop_empty_columns();
         let mut notes = Vec::new();
         if dropped > 0 {

@@ -85,28 +85,28 @@ const FACTOR: [&str; 2] = ["height conversion factor (->", ")"];
 
 /// Entries of a header: pairs of a name in lower case and a value.
 #[derive(Debug, Clone, Default)]
-pub struct Header {
+pub(crate) struct Header {
     entries: Vec<(String, String)>,
 }
 
 /// Properties of a map as given by its header.
 #[derive(Debug, Clone)]
-pub struct Description {
-    pub name: Option<String>,
-    pub lateral: Unit,
-    pub height: Unit,
+pub(crate) struct Description {
+    pub(crate) name: Option<String>,
+    pub(crate) lateral: Unit,
+    pub(crate) height: Unit,
     /// Factor that converts numbers to heights in the unit `height`.
-    pub factor: f64,
+    pub(crate) factor: f64,
     /// Side lengths along x and y in the unit `lateral`.
-    pub sides: Option<[f64; 2]>,
+    pub(crate) sides: Option<[f64; 2]>,
     /// Factor that converts lengths along y to the unit `lateral`.
-    pub y_ratio: f64,
+    pub(crate) y_ratio: f64,
 }
 
 impl Header {
     /// Adds the entries of a line `name: value`, `name = value` or `name=value name=value …`, or
     /// the units of column titles such as `X [µm]  Y [µm]  Z [nm]`.
-    pub fn add(&mut self, line: &str) {
+    pub(crate) fn add(&mut self, line: &str) {
         if let [Some(x), Some(y), Some(z)] = ['x', 'y', 'z'].map(|axis| unit_of_title(line, axis)) {
             let names = ["x unit", "y unit", "z unit"].map(str::to_owned);
             self.entries.extend(names.into_iter().zip([x, y, z]));
@@ -149,20 +149,20 @@ impl Header {
     }
 
     /// Returns true if the line starts the header of another map.
-    pub fn starts_with(line: &str) -> bool {
+    pub(crate) fn starts_with(line: &str) -> bool {
         let mut header = Header::default();
         header.add(line);
         [CHANNEL, WIDTH].iter().any(|names| header.get(names).is_some())
     }
 
     /// Returns true if the header gives sides or numbers of nodes, so that the file is a matrix.
-    pub fn is_of_matrix(&self) -> bool {
+    pub(crate) fn is_of_matrix(&self) -> bool {
         let known = [WIDTH, HEIGHT, NODES_X, NODES_Y, STEP_X];
         known.iter().any(|names| self.get(names).is_some())
     }
 
     /// Returns true if the header gives this number of lines.
-    pub fn states_lines(&self, lines: usize) -> bool {
+    pub(crate) fn states_lines(&self, lines: usize) -> bool {
         self.get(NODES_Y).is_some_and(|text| text.parse() == Ok(lines))
     }
 
@@ -170,7 +170,7 @@ impl Header {
     ///
     /// # Errors
     /// Returns an error if a number is invalid or contradicts the matrix.
-    pub fn describe(&self, nodes: [usize; 2]) -> Result<Description, FormatError> {
+    pub(crate) fn describe(&self, nodes: [usize; 2]) -> Result<Description, FormatError> {
         self.agrees(NODES_X, nodes[0])?;
         self.agrees(NODES_Y, nodes[1])?;
         let (height, factor) = self.height()?;
@@ -275,7 +275,7 @@ impl Description {
     ///
     /// # Errors
     /// Returns an error if the units of x and y are of different quantities.
-    pub fn set_units(
+    pub(crate) fn set_units(
         &mut self,
         x: Option<&str>,
         y: Option<&str>,

@@ -9,16 +9,16 @@ const TOLERANCE: f64 = 1e-2;
 
 /// First line and first column of a matrix that are labels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Labels {
+pub(crate) struct Labels {
     /// Spacing of the labels along x, if the first line is labels.
-    pub line: Option<Spacing>,
+    pub(crate) line: Option<Spacing>,
     /// Spacing of the labels along y, if the first column is labels.
-    pub column: Option<Spacing>,
+    pub(crate) column: Option<Spacing>,
 }
 
 /// What a file says about the labels of a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Evidence {
+pub(crate) enum Evidence {
     /// The header gives sides or numbers of nodes, so that all numbers are heights.
     Header,
     /// Numbers between spaces.
@@ -34,7 +34,7 @@ pub enum Evidence {
 
 /// Even spacing of labels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Spacing {
+pub(crate) enum Spacing {
     /// The labels are the numbers of the lines, counted from 0 or 1.
     Counted,
     /// The labels are coordinates with this step.
@@ -42,10 +42,10 @@ pub enum Spacing {
 }
 
 impl Labels {
-    pub const NONE: Labels = Labels { line: None, column: None };
+    pub(crate) const NONE: Labels = Labels { line: None, column: None };
 
     /// Finds the labels of a matrix of `columns` numbers a line.
-    pub fn find(numbers: &[f64], columns: usize, evidence: Evidence) -> Labels {
+    pub(crate) fn find(numbers: &[f64], columns: usize, evidence: Evidence) -> Labels {
         let lines = numbers.len() / columns;
         if lines < 2 || columns < 2 {
             return Labels::NONE;
@@ -91,21 +91,21 @@ impl Labels {
     }
 
     /// Returns true if numbers increase or decrease evenly.
-    pub fn are_even(numbers: &[f64]) -> bool {
+    pub(crate) fn are_even(numbers: &[f64]) -> bool {
         spacing(numbers).is_some()
     }
 
     /// Returns the steps of axes along x and y, or `None` if labels of lines or columns only count
     /// them. Labels that count are coordinates if they have a unit or if those of the other axis
     /// are coordinates.
-    pub fn steps(&self, has_unit: bool) -> Option<[f64; 2]> {
+    pub(crate) fn steps(&self, has_unit: bool) -> Option<[f64; 2]> {
         let labels = [self.line?, self.column?];
         let are_counted = labels == [Spacing::Counted; 2] && !has_unit;
         (!are_counted).then(|| labels.map(Spacing::step))
     }
 
     /// Describes what was taken for labels; `unit` is the unit of the axes.
-    pub fn note(&self, unit: Option<&str>) -> Option<String> {
+    pub(crate) fn note(&self, unit: Option<&str>) -> Option<String> {
         let of_unit = unit.map_or_else(String::new, |unit| format!(" in {unit}"));
         let axis = |spacing: Spacing, counted: &str| match spacing {
             Spacing::Counted => counted.to_owned(),

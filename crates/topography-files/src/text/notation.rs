@@ -5,7 +5,7 @@ use crate::number;
 
 /// Notation of the numbers of a file, and their separator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Notation {
+pub(crate) enum Notation {
     /// Numbers with decimal points, separated by spaces, tabs or semicolons.
     Points,
     /// Numbers with decimal commas, separated by spaces, tabs or semicolons.
@@ -20,7 +20,7 @@ pub enum Notation {
 
 /// Content of a line in a given notation.
 #[derive(Debug, PartialEq)]
-pub enum Line {
+pub(crate) enum Line {
     Empty,
     Numbers(Row),
     /// A line of words; with its cells if some of them are numbers.
@@ -29,28 +29,28 @@ pub enum Line {
 
 /// Cells of a line. A missing point, an empty cell and a word are NaN.
 #[derive(Debug, PartialEq, Default)]
-pub struct Row {
-    pub numbers: Vec<f64>,
-    pub separator: Option<char>,
+pub(crate) struct Row {
+    pub(crate) numbers: Vec<f64>,
+    pub(crate) separator: Option<char>,
     /// Indices of the empty cells.
-    pub empty: Vec<usize>,
+    pub(crate) empty: Vec<usize>,
     /// Cells that are neither numbers nor words for missing points.
-    pub words: Vec<Word>,
+    pub(crate) words: Vec<Word>,
     /// Number of cells with a decimal comma, and of those that would also be thousands: `1,234`.
-    pub commas: [usize; 2],
+    pub(crate) commas: [usize; 2],
 }
 
 /// Cell that is not a number.
 #[derive(Debug, PartialEq)]
-pub struct Word {
-    pub index: usize,
-    pub text: String,
+pub(crate) struct Word {
+    pub(crate) index: usize,
+    pub(crate) text: String,
     /// Position in the line, in characters from 1.
-    pub column: usize,
+    pub(crate) column: usize,
 }
 
 impl Word {
-    pub fn problem(&self) -> String {
+    pub(crate) fn problem(&self) -> String {
         let start: String = self.text.chars().take(40).collect();
         format!(
             "`{start}` at column {} is neither a number nor a known word for a missing point",
@@ -61,7 +61,7 @@ impl Word {
 
 impl Row {
     /// Returns true if a comment follows `columns` numbers.
-    pub fn has_comment(&self, columns: usize) -> bool {
+    pub(crate) fn has_comment(&self, columns: usize) -> bool {
         self.words.first().is_some_and(|word| {
             let starts = ["#", "%", "//"].iter().any(|mark| word.text.starts_with(mark));
             word.index == columns && starts
@@ -69,13 +69,13 @@ impl Row {
     }
 
     /// Removes the comment after `columns` numbers.
-    pub fn without_comment(mut self, columns: usize) -> Row {
+    pub(crate) fn without_comment(mut self, columns: usize) -> Row {
         self.numbers.truncate(columns);
         self.words.clear();
         self
     }
 
-    pub fn ends_empty(&self) -> bool {
+    pub(crate) fn ends_empty(&self) -> bool {
         self.empty.last().is_some_and(|last| last + 1 == self.numbers.len())
     }
 }
@@ -85,7 +85,7 @@ impl Notation {
     ///
     /// `1,5 2,5` is two numbers with decimal commas, `1, 5` is two integers, and `1,5` alone is one
     /// number.
-    pub const ALL: [Notation; 5] = [
+    pub(crate) const ALL: [Notation; 5] = [
         Notation::Points,
         Notation::DecimalCommas,
         Notation::CommasBetween,
@@ -93,7 +93,7 @@ impl Notation {
         Notation::GroupedByPoints,
     ];
 
-    pub fn line(self, line: &str) -> Line {
+    pub(crate) fn line(self, line: &str) -> Line {
         // Editors of MS-DOS write 0x1a at the end of a file.
         let is_end =
             |letter: char| (letter.is_whitespace() && letter != '\t') || letter == '\u{1a}';

@@ -7,14 +7,14 @@ use crate::unit::{Unit, is_of_other_quantity};
 
 /// Title of a column, with the unit that it names.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Title {
-    pub name: String,
-    pub unit: Option<String>,
+pub(crate) struct Title {
+    pub(crate) name: String,
+    pub(crate) unit: Option<String>,
 }
 
 /// Part of a column in a list of points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
+pub(crate) enum Role {
     X,
     Y,
     Height,
@@ -31,7 +31,7 @@ impl Title {
     ///
     /// The part after an underscore or a space is a unit only if it is a unit of length: it may as
     /// well be a part of the name.
-    pub fn parse(text: &str) -> Title {
+    pub(crate) fn parse(text: &str) -> Title {
         let text = text.trim().trim_matches('"').trim_start_matches(['#', '%']).trim();
         let new = |name: &str, unit: &str| Title {
             name: name.trim_end_matches([' ', '_', ':', '.', '-']).trim().to_owned(),
@@ -61,7 +61,7 @@ impl Title {
     }
 
     /// Refuses a unit that is none of a known quantity.
-    pub fn check_unit(&self) -> Result<(), FormatError> {
+    pub(crate) fn check_unit(&self) -> Result<(), FormatError> {
         match &self.unit {
             Some(unit) if !is_unit(unit) => {
                 let entry = format!("unit of column {}", self.name);
@@ -72,13 +72,13 @@ impl Title {
     }
 
     /// Returns the unit, or degrees for longitude and latitude without one.
-    pub fn unit_or_degrees(&self) -> Option<&str> {
+    pub(crate) fn unit_or_degrees(&self) -> Option<&str> {
         let degrees = Direction::is_of_globe(&self.name).then_some("degrees");
         self.unit.as_deref().or(degrees)
     }
 
     /// Returns the part of a column, as its name says.
-    pub fn role(&self) -> Role {
+    pub(crate) fn role(&self) -> Role {
         let name = self.name.to_lowercase();
         let words = || name.split(|letter: char| !letter.is_alphanumeric());
         let has = |known: &[&str]| words().any(|word| known.contains(&word));
@@ -102,7 +102,7 @@ impl Title {
 /// comment may have any number of words. `write.table` of R has no title above the names of the
 /// lines, but quotes around all others, or titles such as `V1`. Returns `None` if the line has no
 /// titles.
-pub fn titles(line: &str, separator: Option<char>, columns: usize) -> Option<Vec<Title>> {
+pub(crate) fn titles(line: &str, separator: Option<char>, columns: usize) -> Option<Vec<Title>> {
     let text = line.trim_start().trim_start_matches(['#', '%']);
     let parsed = |cells: Vec<&str>| -> Option<Vec<Title>> {
         let is_named = cells.iter().any(|cell| cell.chars().any(char::is_alphabetic));
@@ -166,7 +166,7 @@ fn merged(text: &str) -> Vec<String> {
 /// Adds the units of a second line of titles, such as `[mm];[mm];[µm]`, to the titles.
 ///
 /// Returns false if a cell of the line is no unit.
-pub fn add_units(titles: &mut [Title], units: &[Title]) -> bool {
+pub(crate) fn add_units(titles: &mut [Title], units: &[Title]) -> bool {
     let unit = |title: &Title| match (&title.unit, title.name.as_str()) {
         (Some(unit), "") => Some(unit.clone()),
         (None, "") => Some(String::new()),
@@ -184,7 +184,7 @@ pub fn add_units(titles: &mut [Title], units: &[Title]) -> bool {
 }
 
 /// Returns true if a word is a unit of a length or of another known quantity.
-pub fn is_unit(word: &str) -> bool {
+pub(crate) fn is_unit(word: &str) -> bool {
     match Unit::parse(word) {
         Unit::Length(_) => true,
         Unit::Other(unit) => is_of_other_quantity(&unit),
@@ -193,7 +193,7 @@ pub fn is_unit(word: &str) -> bool {
 }
 
 /// Splits a line at a separator, except within quotes.
-pub fn split(line: &str, separator: char) -> Vec<&str> {
+pub(crate) fn split(line: &str, separator: char) -> Vec<&str> {
     let mut is_quoted = false;
     line.split(move |letter: char| {
         is_quoted ^= letter == '"';
@@ -206,7 +206,7 @@ pub fn split(line: &str, separator: char) -> Vec<&str> {
 ///
 /// A line with an empty cell or a number is no line of titles, but of a header that a spreadsheet
 /// has filled up with separators.
-pub fn is_table(titles: &[Title]) -> bool {
+pub(crate) fn is_table(titles: &[Title]) -> bool {
     let rest = match titles {
         [first, rest @ ..] if first.role() == Role::Index => rest,
         all => all,
@@ -234,7 +234,7 @@ fn are_labels(titles: &[Title]) -> bool {
 
 /// Returns true if titles are the letters of the columns of a spreadsheet: A, B, …, Z, AA, AB, …,
 /// which may follow the title of an index.
-pub fn are_letters(titles: &[Title]) -> bool {
+pub(crate) fn are_letters(titles: &[Title]) -> bool {
     let rest = match titles {
         [first, rest @ ..] if first.name.is_empty() => rest,
         all => all,

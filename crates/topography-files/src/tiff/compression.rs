@@ -3,7 +3,7 @@
 use super::super::FormatError;
 
 /// Decodes LZW with codes of 9 to 12 bits, up to `expected` bytes.
-pub fn lzw(stored: &[u8], expected: usize) -> Result<Vec<u8>, FormatError> {
+pub(crate) fn lzw(stored: &[u8], expected: usize) -> Result<Vec<u8>, FormatError> {
     const CLEAR: usize = 256;
     const END: usize = 257;
     let damaged = || FormatError::damaged("a strip or tile of the TIFF image", "wrong LZW code");
@@ -61,7 +61,7 @@ fn bits(stored: &[u8], position: usize, width: usize) -> Option<usize> {
 }
 
 /// Decodes `PackBits`, a run-length code, up to `expected` bytes.
-pub fn pack_bits(mut stored: &[u8], expected: usize) -> Vec<u8> {
+pub(crate) fn pack_bits(mut stored: &[u8], expected: usize) -> Vec<u8> {
     let mut decoded = Vec::new();
     while let [header, rest @ ..] = stored
         && decoded.len() < expected
