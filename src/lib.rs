@@ -11,42 +11,28 @@
 //! | studies: validate, plan, run, read, query in SQL, report | [`session::Session`] |
 //! | manifests and their tasks, before a run | [`study::Study`], [`plan::Plan`] |
 //! | tables, columns and Parquet files | [`tables::table::Table`], [`tables::parquet`] |
-//! | grids and periodic cells | [`Grid`](mechanics::grid::Grid), [`Cell`](mechanics::grid::Cell) |
-//! | random surfaces, simple shapes, given heights | [`RandomSurface`], [`Shape`], [`Surface`] |
+//! | one contact in metres and pascals, without a study | [`contact`] |
+//! | the same by the keys of a manifest | [`direct::draw`], [`direct::Pressing`] |
 //! | files of measured heights | [`read`](topography_files::read), [`TopographyFile`] |
-//! | roughness parameters and spectral moments | [`Descriptors`], [`Moments`] |
-//! | contact under a load | [`Solver`](mechanics::solver::Solver) on a [`PeriodicHalfSpace`] |
-//! | single surfaces and contacts without a study | [`direct::draw`], [`direct::Pressing`] |
-//! | contact area, perimeter, clusters | [`ContactMap`], [`ContactArea`], [`Clusters`] |
-//! | theories | [`persson`](mechanics::theory::persson), [`Asperities`], [`ContactEvolution`] |
 //! | laws fitted to ensembles of curves | [`statistics`] |
 //!
-//! This example presses a surface with three loads, in units of E* × rms slope (here 1):
+//! This example presses a surface with three loads:
 //!
 //! ```
-//! use asperity_mechanics::elasticity::PeriodicHalfSpace;
-//! use asperity_mechanics::grid::Grid;
-//! use asperity_mechanics::morphology::{area::ContactArea, map::ContactMap};
-//! use asperity_mechanics::solver::{Settings, Solver, Stop};
-//! use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
-//! use asperity_mechanics::topography::spectrum::Spectrum;
+//! use asperity::contact::{Contact, Grid, Length, Material, Pressure, RandomSurface, Spectrum};
 //!
-//! let grid = Grid::square(64, 1.0)?;
-//! let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 16, anisotropy: None };
-//! let amplitude = Amplitude::Gaussian;
-//! let surface = RandomSurface { spectrum, amplitude, rms_slope: 1.0, seed: 1, realization: 0 };
-//! let mut solver = Solver::new(PeriodicHalfSpace::new(grid), surface.draw(grid).heights());
+//! let grid = Grid::square(64, Length::micrometres(100.0))?;
+//! let spectrum = Spectrum::new(0.8, 2..=16)?;
+//! let surface = RandomSurface::with_rms_slope(spectrum, 0.1).seed(1).draw(grid)?;
+//! let contact = Contact::periodic(&surface, Material::elastic(Pressure::gigapascals(100.0))?)?;
 //! let mut lighter = 0.0;
-//! for load in [0.01, 0.05, 0.1] {
-//!     let outcome = solver.press(load, &Settings::default(), &|| false);
-//!     assert_eq!(outcome.stop, Stop::Converged);
-//!     let map = ContactMap::from_pressures(grid.nodes(), solver.pressure());
-//!     let contact = ContactArea::from_map(&map);
-//!     println!("{load}: {} {}", contact.fraction(), contact.manhattan_perimeter(grid));
-//!     assert!(contact.fraction() > lighter);
-//!     lighter = contact.fraction();
+//! for megapascals in [100.0, 500.0, 1000.0] {
+//!     let pressed = contact.press(Pressure::megapascals(megapascals))?;
+//!     println!("{megapascals} MPa: {} of the area", pressed.area_fraction());
+//!     assert!(pressed.area_fraction() > lighter);
+//!     lighter = pressed.area_fraction();
 //! }
-//! # Ok::<(), asperity_mechanics::grid::GridError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! Crates that are not re-exported here are internal; `docs/architecture.md` describes all crates.
@@ -54,17 +40,6 @@
 //! The reference is Yastrebov, Anciaux & Molinari, *From infinitesimal to full contact between
 //! rough surfaces: evolution of the contact area*, Int. J. Solids Struct. 52 (2015) 83–102.
 //!
-//! [`Asperities`]: mechanics::theory::models::Asperities
-//! [`Clusters`]: mechanics::morphology::clusters::Clusters
-//! [`ContactArea`]: mechanics::morphology::area::ContactArea
-//! [`ContactEvolution`]: mechanics::theory::law::ContactEvolution
-//! [`ContactMap`]: mechanics::morphology::map::ContactMap
-//! [`Descriptors`]: mechanics::topography::descriptors::Descriptors
-//! [`Moments`]: mechanics::topography::moments::Moments
-//! [`PeriodicHalfSpace`]: mechanics::elasticity::PeriodicHalfSpace
-//! [`RandomSurface`]: mechanics::topography::random::RandomSurface
-//! [`Shape`]: mechanics::topography::shapes::Shape
-//! [`Surface`]: mechanics::topography::surface::Surface
 //! [`TopographyFile`]: topography_files::TopographyFile
 
 // Every type in a public signature must be nameable.
@@ -98,6 +73,8 @@ pub mod internal {
     pub use asperity_stages::{spectrum_files, surface_files};
 }
 
+pub use asperity_contact as contact;
+/// Types in the signatures of [`direct`], internal otherwise.
 #[doc(hidden)]
 pub use asperity_mechanics as mechanics;
 pub use asperity_pipeline::direct;

@@ -11,7 +11,7 @@ import re
 import sys
 from pathlib import Path
 
-CRATES = ["asperity", "asperity-topography-files"]
+CRATES = ["asperity", "asperity-contact", "asperity-topography-files"]
 LISTS = Path(__file__).parent / "public-api"
 CODE = r'<h[34] class="code-header">(.*?)</h[34]>'
 

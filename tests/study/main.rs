@@ -32,6 +32,7 @@ mod height_distributions;
 mod heights;
 mod instructions;
 mod layers;
+mod library;
 mod limits;
 mod loads;
 mod manifest;

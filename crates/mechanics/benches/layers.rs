@@ -2,7 +2,7 @@
 //! and the nodes in which contact sets differ from those at a tolerance of 1e-10.
 //!
 //! ```sh
-//! cargo bench -p asperity-contact --bench layers -- [NODES]
+//! cargo bench -p asperity-mechanics --bench layers -- [NODES]
 //! ```
 
 #![allow(clippy::print_stdout)]
@@ -11,6 +11,7 @@ use std::time::Instant;
 
 use asperity_mechanics::elasticity::{Base, Layer, Support};
 use asperity_mechanics::grid::{Boundary, Grid};
+use asperity_mechanics::reduced::ReducedHeights;
 use asperity_mechanics::solver::{Body, Elastic, Settings, Stop};
 use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
 use asperity_mechanics::topography::spectrum::Spectrum;
@@ -37,12 +38,13 @@ fn main() {
         seed: 1,
         realization: 0,
     };
-    let heights = surface.draw(grid).into_heights();
+    let heights = ReducedHeights::reduced(grid, surface.draw(grid).into_heights())
+        .expect("one height per node");
     println!("{nodes}² nodes, H = 0.8, k from 4 to {}, loads {LOADS:?}", nodes / 8);
     println!("   pairs  seconds  body; pairs of each load, and nodes unlike those at 1e-10");
     for (name, elastic) in bodies() {
         let body = Body { elastic, hardness: None };
-        let mut solver = body.solver(grid, &heights);
+        let mut solver = body.solver(&heights);
         let begun = Instant::now();
         let solved = LOADS.map(|load| {
             let outcome = solver.press(load, &Settings::default(), &|| false);

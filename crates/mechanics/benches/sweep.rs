@@ -9,6 +9,7 @@ use std::time::Instant;
 use asperity_mechanics::elasticity::{PeriodicHalfSpace, displacement};
 use asperity_mechanics::fft::Transform;
 use asperity_mechanics::grid::{Boundary, Grid};
+use asperity_mechanics::reduced::ReducedHeights;
 use asperity_mechanics::solver::{Body, Hardness, Settings, Solver};
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
@@ -75,7 +76,7 @@ fn bodies() -> [(&'static str, Body); 5] {
 /// Returns the transform pairs and the seconds that ten loads took.
 fn ten_loads(nodes: usize, body: Body, threads: Threads) -> (u32, f64) {
     let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
-    let mut solver = body.solver(grid, &heights(grid, 4, nodes as u32 / 16));
+    let mut solver = body.solver(&heights(grid, 4, nodes as u32 / 16));
     solver.set_threads(threads);
     let (pairs, seconds) = press(&mut solver, (1..=10).map(|i| 0.01 * f64::from(i)));
     (pairs.iter().sum(), seconds)
@@ -96,7 +97,7 @@ fn loads() -> impl Iterator<Item = f64> {
     light.chain(heavy)
 }
 
-fn heights(grid: Grid, k_lower: u32, k_upper: u32) -> Vec<f64> {
+fn heights(grid: Grid, k_lower: u32, k_upper: u32) -> ReducedHeights {
     let surface = RandomSurface {
         spectrum: Spectrum { hurst: 0.8, k_lower, k_rolloff: k_lower, k_upper, anisotropy: None },
         amplitude: Amplitude::Gaussian,
@@ -104,7 +105,7 @@ fn heights(grid: Grid, k_lower: u32, k_upper: u32) -> Vec<f64> {
         seed: 2015,
         realization: 0,
     };
-    surface.draw(grid).into_heights()
+    ReducedHeights::reduced(grid, surface.draw(grid).into_heights()).expect("one height per node")
 }
 
 /// Returns the median seconds of a single-precision pair of transforms.

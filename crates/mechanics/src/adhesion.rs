@@ -50,6 +50,7 @@ use thiserror::Error;
 use super::elasticity::ElasticOperator;
 use super::fft::Scratch;
 use super::grid::Boundary;
+use super::reduced::ReducedHeights;
 use super::threads::Threads;
 
 mod body;
@@ -204,6 +205,7 @@ pub enum Stop {
 /// use asperity_mechanics::adhesion::{Adhesion, AdhesivePath, Settings, Stop, Target};
 /// use asperity_mechanics::elasticity::PeriodicHalfSpace;
 /// use asperity_mechanics::grid::Grid;
+/// use asperity_mechanics::reduced::ReducedHeights;
 /// use asperity_mechanics::threads::Threads;
 /// use asperity_mechanics::topography::shapes::Shape;
 ///
@@ -211,7 +213,8 @@ pub enum Stop {
 /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
 /// let adhesion = Adhesion::new(0.01, 0.05)?;
 /// let body = PeriodicHalfSpace::new(grid);
-/// let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, wave.heights());
+/// let heights = ReducedHeights::reduced(grid, wave.into_heights())?;
+/// let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &heights);
 /// for gap in [0.12, 0.10, 0.08] {
 ///     let state = path.step(Target::MeanGap(gap), &Settings::default(), &|| false);
 ///     assert_eq!(state.stop, Stop::Converged);
@@ -250,22 +253,27 @@ impl AdhesivePath {
 
     /// Begins a path of a rough surface, with the bodies apart.
     ///
-    /// `heights` has one height for each node of the operator's grid, positive towards the body, in
-    /// the units of [`Adhesion`]. Their mean does not matter.
+    /// `heights` are on the operator's grid, in the units of [`Adhesion`] with a = h′. Their mean
+    /// does not matter.
+    ///
+    /// # Panics
+    ///
+    /// Panics if the number of heights differs from the number of nodes of the operator.
     pub fn new(
         threads: Threads,
         operator: &dyn ElasticOperator,
         adhesion: Adhesion,
-        heights: &[f64],
+        heights: &ReducedHeights,
     ) -> Self {
-        assert_eq!(heights.len(), operator.grid().count(), "one height per node");
-        let body = Body::new(&threads, operator, heights);
+        let nodes = operator.grid().count();
+        assert_eq!(heights.grid().count(), nodes, "one height per node");
+        let body = Body::new(&threads, operator, heights.as_slice());
         Self {
             scratch: body.scratch(threads.clone()),
             fields: Fields::new(body.domain),
             is_apart: true,
-            gap: vec![0.0; heights.len()],
-            pressure: vec![0.0; heights.len()],
+            gap: vec![0.0; nodes],
+            pressure: vec![0.0; nodes],
             threads,
             body,
             adhesion,

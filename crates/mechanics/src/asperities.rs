@@ -20,6 +20,7 @@
 //! `equilibrium` solves for the forces under a load.
 
 use super::grid::Grid;
+use super::reduced::ReducedHeights;
 use super::solver::{Outcome, Settings};
 
 mod equilibrium;
@@ -109,15 +110,12 @@ pub struct Asperities {
 pub struct NoSummits;
 
 impl Asperities {
-    /// Creates the model from heights on a periodic grid, in units of h′ L.
+    /// Creates the model from heights on a periodic grid.
     ///
     /// # Errors
     /// Fails if the surface has no summit.
-    ///
-    /// # Panics
-    /// Panics if the number of heights is not the number of nodes.
-    pub fn new(grid: Grid, heights: &[f64], interaction: Interaction) -> Result<Self, NoSummits> {
-        assert_eq!(heights.len(), grid.count());
+    pub fn new(heights: &ReducedHeights, interaction: Interaction) -> Result<Self, NoSummits> {
+        let (grid, heights) = (heights.grid(), heights.as_slice());
         let summits = summits::find(grid, heights);
         if summits.is_empty() {
             return Err(NoSummits);

@@ -1,7 +1,8 @@
 //! Frictionless contact of a rough surface with an elastic half-space, from first touch to full
 //! contact, by the boundary element method with fast Fourier transforms.
 //!
-//! The crate does not read or write files.
+//! The crate is internal to asperity and can change in any version; `asperity-contact` is the
+//! interface for other programs. It does not read or write files.
 //!
 //! | module | contents |
 //! |---|---|
@@ -11,12 +12,14 @@
 //! | [`morphology`] | area, perimeter and clusters of the contact |
 //! | [`conductance`] | spots of the contact, and their thermal or electrical conductance |
 //! | [`conduction`] | spreading of heat and currents in layers |
+//! | [`partial_slip`] | partial slip under tangential loads, at a constant normal load |
 //! | [`distribution`] | histograms of pressures and gaps |
 //! | [`flow`] | flow of a fluid through the gap |
 //! | [`theory`] | contact area by Persson's theory, asperity models and the evolution law |
 //! | [`asperities`] | Hertzian contacts of the summits of a surface, with and without interaction |
 //! | [`elasticity`] | displacement of the surface of a body under a pressure |
 //! | [`grid`] | nodes of the maps, and their boundary condition |
+//! | [`reduced`] | units of the solvers, and the heights that they accept |
 //! | [`fft`], [`instructions`] | Fourier transforms, convolutions, and vector instructions |
 //! | [`threads`] | threads that share the work on one surface |
 //!
@@ -34,6 +37,7 @@
 //! use asperity_mechanics::elasticity::PeriodicHalfSpace;
 //! use asperity_mechanics::grid::Grid;
 //! use asperity_mechanics::morphology::{area::ContactArea, map::ContactMap};
+//! use asperity_mechanics::reduced::Units;
 //! use asperity_mechanics::solver::{Settings, Solver, Stop};
 //! use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
 //! use asperity_mechanics::topography::spectrum::Spectrum;
@@ -41,14 +45,15 @@
 //! let grid = Grid::square(64, 1.0)?;
 //! let spectrum = Spectrum { hurst: 0.8, k_lower: 2, k_rolloff: 2, k_upper: 16, anisotropy: None };
 //! let amplitude = Amplitude::Gaussian;
-//! let surface = RandomSurface { spectrum, amplitude, rms_slope: 1.0, seed: 1, realization: 0 };
-//! // The solver needs heights in units of h′ L. Here h′ and L are one.
-//! let mut solver = Solver::new(PeriodicHalfSpace::new(grid), surface.draw(grid).heights());
+//! let surface = RandomSurface { spectrum, amplitude, rms_slope: 0.1, seed: 1, realization: 0 };
+//! let units = Units::new(grid.cell(), surface.rms_slope, 1.0)?;
+//! let heights = units.reduced_heights(surface.draw(grid))?;
+//! let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
 //! let outcome = solver.press(0.05, &Settings::default(), &|| false);
 //! assert_eq!(outcome.stop, Stop::Converged);
 //! let map = ContactMap::from_pressures(grid.nodes(), solver.pressure());
 //! assert!((0.0..0.2).contains(&ContactArea::from_map(&map).fraction()));
-//! # Ok::<(), asperity_mechanics::grid::GridError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # Conventions
@@ -77,12 +82,8 @@ pub mod grid;
 pub mod instructions;
 pub mod morphology;
 pub mod partial_slip;
+pub mod reduced;
 pub mod solver;
 pub mod theory;
 pub mod threads;
 pub mod topography;
-
-// Compiles and runs the example of the README with the tests.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

@@ -83,6 +83,7 @@ use std::sync::Arc;
 
 use super::elasticity::ElasticOperator;
 use super::fft::Scratch;
+use super::reduced::ReducedHeights;
 use super::threads::Threads;
 
 mod balance;
@@ -135,6 +136,7 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 /// ```
 /// use asperity_mechanics::elasticity::PeriodicHalfSpace;
 /// use asperity_mechanics::grid::Grid;
+/// use asperity_mechanics::reduced::Units;
 /// use asperity_mechanics::solver::{Settings, Solver, Stop};
 /// use asperity_mechanics::topography::moments::Moments;
 /// use asperity_mechanics::topography::shapes::Shape;
@@ -143,8 +145,8 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 /// // load p a strip that covers (2/π) arcsin √(p/p*) of the area.
 /// let grid = Grid::square(64, 1.0)?;
 /// let wave = Shape::Wave { amplitude: 1.0, waves: 1 }.draw(grid);
-/// let slope = Moments::from_surface(&wave).rms_slope();
-/// let heights: Vec<f64> = wave.heights().iter().map(|height| height / slope).collect();
+/// let units = Units::new(grid.cell(), Moments::from_surface(&wave).rms_slope(), 1.0)?;
+/// let heights = units.reduced_heights(wave)?;
 /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
 /// let full = solver.full_contact_load().expect("a periodic body has one");
 /// assert!((full - 0.5_f64.sqrt()).abs() < 1e-12);
@@ -155,7 +157,7 @@ pub fn bytes_per_node(tolerance: f64) -> f64 {
 /// assert!(outcome.contact_nodes.abs_diff(32 * 64) <= 2 * 64);
 /// let mean = solver.pressure().iter().sum::<f64>() / grid.count() as f64;
 /// assert!((mean - full / 2.0).abs() < 1e-12);
-/// # Ok::<(), asperity_mechanics::grid::GridError>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Solver {
     /// Prepared data of the surface, shared with siblings.
@@ -173,13 +175,25 @@ pub struct Solver {
     coarser: Option<Box<Coarser>>,
 }
 
+/// Surface, body and material, prepared once for all solvers of the surface; clones share the data.
+#[derive(Clone)]
+pub struct PreparedSurface(Arc<Problem>);
+
+impl PreparedSurface {
+    /// Creates a solver of the surface. A load has the same result with any of its solvers.
+    pub fn solver(&self, threads: Threads) -> Solver {
+        Solver::of_problem(threads, self.0.clone())
+    }
+}
+
 impl Solver {
-    /// Creates the solver of a surface with one height for each node of the body's grid.
+    /// Creates the solver of a surface with one height for each node of the body's grid. The mean
+    /// of the heights does not matter.
     ///
-    /// Heights are positive towards the body, in units of rms slope × the longer side of the cell.
-    /// Their mean does not matter.
-    pub fn new(body: impl ElasticOperator + 'static, heights: &[f64]) -> Self {
-        Self::with_hardness(body, None, heights)
+    /// # Panics
+    /// Panics if the number of heights differs from the number of nodes of the body.
+    pub fn new(body: impl ElasticOperator + 'static, heights: &ReducedHeights) -> Self {
+        Self::with_threads(Threads::one(), Box::new(body), None, heights)
     }
 
     /// Creates the solver of a surface on a material that yields at `hardness`, or on an elastic
@@ -188,25 +202,19 @@ impl Solver {
     /// A load whose elastic pressures stay below the hardness gives the same bytes as with
     /// [`Solver::new`]. It takes more transform pairs if it was wrongly expected to make the
     /// material yield. All other loads are solved with both bounds, 0 ≤ p ≤ hardness.
-    pub fn with_hardness(
-        body: impl ElasticOperator + 'static,
-        hardness: Option<Hardness>,
-        heights: &[f64],
-    ) -> Self {
-        Self::with_threads(Threads::one(), Box::new(body), hardness, heights)
-    }
-
-    /// Creates the solver as [`Solver::with_hardness`] does, with several threads.
     ///
     /// The threads also share the work of all loads, until [`Solver::set_threads`] replaces them.
+    ///
+    /// # Panics
+    /// Panics if the number of heights differs from the number of nodes of the body.
     pub fn with_threads(
         threads: Threads,
         body: Box<dyn ElasticOperator>,
         hardness: Option<Hardness>,
-        heights: &[f64],
+        heights: &ReducedHeights,
     ) -> Self {
-        let problem = Problem::new(&threads, body, hardness, heights);
-        Self::of_problem(threads, Arc::new(problem))
+        let problem = Problem::new(&threads, body, hardness, heights.as_slice());
+        PreparedSurface(Arc::new(problem)).solver(threads)
     }
 
     fn of_problem(threads: Threads, problem: Arc<Problem>) -> Self {
@@ -233,13 +241,15 @@ impl Solver {
     /// ```
     /// use asperity_mechanics::elasticity::PeriodicHalfSpace;
     /// use asperity_mechanics::grid::Grid;
+    /// use asperity_mechanics::reduced::ReducedHeights;
     /// use asperity_mechanics::solver::{Settings, Solver};
     /// use asperity_mechanics::threads::Threads;
     /// use asperity_mechanics::topography::shapes::Shape;
     ///
     /// let grid = Grid::square(64, 1.0)?;
     /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
-    /// let mut first = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
+    /// let heights = ReducedHeights::reduced(grid, wave.into_heights())?;
+    /// let mut first = Solver::new(PeriodicHalfSpace::new(grid), &heights);
     /// let mut second = first.sibling(Threads::one());
     /// let press = |solver: &mut Solver, load| {
     ///     solver.press(load, &Settings::default(), &|| false).contact_nodes
@@ -249,10 +259,15 @@ impl Solver {
     ///     [press(&mut first, 0.1), heavy.join().expect("no panic")]
     /// });
     /// assert!(light < heavy);
-    /// # Ok::<(), asperity_mechanics::grid::GridError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn sibling(&self, threads: Threads) -> Self {
-        Self::of_problem(threads, self.problem.clone())
+        self.prepared().solver(threads)
+    }
+
+    /// Returns the prepared data of the surface, from which siblings are created.
+    pub fn prepared(&self) -> PreparedSurface {
+        PreparedSurface(self.problem.clone())
     }
 
     /// Sets the threads that share the work.
@@ -397,18 +412,20 @@ impl Solver {
     ///
     /// use asperity_mechanics::elasticity::PeriodicHalfSpace;
     /// use asperity_mechanics::grid::Grid;
+    /// use asperity_mechanics::reduced::ReducedHeights;
     /// use asperity_mechanics::solver::Solver;
     ///
     /// // A pressure wave of wavelength λ causes a displacement of λ/(π E*) times the pressure.
     /// let grid = Grid::square(32, 1.0)?;
     /// let cosine = |node: usize| (2.0 * PI * grid.indices(node)[0] as f64 / 32.0).cos();
     /// let pressure: Vec<f64> = (0..grid.count()).map(cosine).collect();
-    /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &vec![0.0; grid.count()]);
+    /// let flat = ReducedHeights::reduced(grid, vec![0.0; grid.count()])?;
+    /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &flat);
     /// let displacement = solver.displacement_under(&pressure);
     /// for (u, p) in displacement.iter().zip(&pressure) {
     ///     assert!((u - p / PI).abs() < 1e-15);
     /// }
-    /// # Ok::<(), asperity_mechanics::grid::GridError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn displacement_under(&mut self, pressure: &[f64]) -> Vec<f64> {
         assert_eq!(pressure.len(), self.pressure.len(), "one pressure per node");

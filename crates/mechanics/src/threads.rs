@@ -41,14 +41,16 @@ pub fn available_cores() -> NonZeroUsize {
 ///
 /// use asperity_mechanics::elasticity::PeriodicHalfSpace;
 /// use asperity_mechanics::grid::Grid;
+/// use asperity_mechanics::reduced::ReducedHeights;
 /// use asperity_mechanics::solver::{Settings, Solver};
 /// use asperity_mechanics::threads::Threads;
 /// use asperity_mechanics::topography::shapes::Shape;
 ///
 /// let grid = Grid::square(512, 1.0)?;
 /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
+/// let heights = ReducedHeights::reduced(grid, wave.into_heights())?;
 /// let press = |threads: Threads| {
-///     let mut solver = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
+///     let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
 ///     solver.set_threads(threads);
 ///     solver.press(0.01, &Settings::default(), &|| false);
 ///     solver.pressure().to_vec()

@@ -7,6 +7,7 @@ use asperity_mechanics::asperities::NoSummits;
 use asperity_mechanics::conduction::ConductorError;
 use asperity_mechanics::elasticity::LayerError;
 use asperity_mechanics::morphology::map::MapError;
+use asperity_mechanics::reduced::UnitsError;
 use asperity_mechanics::solver::HardnessError;
 use asperity_mechanics::topography::johnson::MomentsError;
 use asperity_mechanics::topography::preparation::PreparationError;
@@ -33,6 +34,8 @@ pub enum StageError {
     /// Stored or scaled heights, or the grid, are invalid.
     #[error("the heights do not form a valid surface")]
     Heights(#[source] SurfaceError),
+    #[error("cannot solve the contact of this surface")]
+    Units(#[from] UnitsError),
     #[error(
         "cannot solve the contact with this hardness (loads and hardness in units of E* × rms slope)"
     )]

@@ -1,14 +1,14 @@
 //! Conversion between the units of the solver and of the manifest.
 //!
-//! The solver divides pressures by E* × rms slope, and lengths by longer side × rms slope.
+//! The units of the solver are those of [`Units`].
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::StageError;
 use crate::columns::*;
 use crate::version::Version;
-use asperity_manifest::decimal;
-use asperity_mechanics::grid::Grid;
+use asperity_mechanics::reduced::{ReducedHeights, Units};
 use asperity_mechanics::solver;
 use asperity_mechanics::solver::{Hardness, HardnessError};
 use asperity_mechanics::topography::surface::Surface;
@@ -79,42 +79,33 @@ pub enum LoadUnit {
 pub struct Scales {
     /// Number of nodes along x and y.
     pub nodes: [usize; 2],
-    /// Longer side L of the cell.
-    side: f64,
-    /// Rms slope h′ of the surface. It is 1 for a flat surface, which changes no result.
-    slope: f64,
-    /// Unit of pressure, E* × h′.
-    pressure: f64,
+    units: Units,
 }
 
 impl Scales {
-    /// Creates the scales of a surface.
-    pub fn new(grid: Grid, rms_slope: f64, effective_modulus: f64) -> Scales {
-        let slope = if rms_slope > 0.0 { rms_slope } else { 1.0 };
-        Scales {
-            nodes: grid.nodes(),
-            side: grid.cell().longer_side(),
-            slope,
-            pressure: effective_modulus * slope,
-        }
-    }
-
-    /// Divides the heights of a surface by the unit of length.
-    pub fn reduced_heights(&self, surface: Surface) -> Vec<f64> {
-        let unit = self.side * self.slope;
-        let mut heights = surface.into_heights();
-        heights.iter_mut().for_each(|height| *height /= unit);
-        heights
+    /// Divides the heights of a surface by the unit of length. Returns them with the scales.
+    ///
+    /// # Errors
+    /// If the rms slope or the modulus is invalid, or if a height overflows.
+    pub fn reduce(
+        surface: Surface,
+        rms_slope: f64,
+        effective_modulus: f64,
+    ) -> Result<(ReducedHeights, Scales), StageError> {
+        let grid = surface.grid();
+        let units = Units::new(grid.cell(), rms_slope, effective_modulus)?;
+        let heights = units.reduced_heights(surface).map_err(StageError::Heights)?;
+        Ok((heights, Scales { nodes: grid.nodes(), units }))
     }
 
     /// Returns the unit of length, L × h′.
     pub fn length(&self) -> f64 {
-        self.side * self.slope
+        self.units.length()
     }
 
     /// Returns the unit of pressure, E* × h′.
     pub fn pressure(&self) -> f64 {
-        self.pressure
+        self.units.pressure()
     }
 
     /// Converts a pressure of the manifest to units of E* × h′. The result is rounded, so that
@@ -122,13 +113,13 @@ impl Scales {
     pub fn reduced_pressure(&self, given: f64, unit: PressureUnit) -> f64 {
         match unit {
             PressureUnit::Relative => given,
-            PressureUnit::Absolute => decimal::nearest(given / self.pressure),
+            PressureUnit::Absolute => self.units.reduced_pressure(given),
         }
     }
 
     /// Converts a reduced load to a mean pressure in the unit of the moduli.
     pub fn mean_pressure(&self, load: f64) -> f64 {
-        decimal::nearest(load * self.pressure)
+        self.units.mean_pressure(load)
     }
 
     /// Converts the hardness of the manifest to both units for this surface.
@@ -139,7 +130,7 @@ impl Scales {
         let GivenHardness { pressure, unit } = given;
         Ok(SurfaceHardness {
             pressure: match unit {
-                PressureUnit::Relative => decimal::nearest(pressure * self.pressure),
+                PressureUnit::Relative => self.units.mean_pressure(pressure),
                 PressureUnit::Absolute => pressure,
             },
             reduced: Hardness::new(self.reduced_pressure(pressure, unit))?,
@@ -212,5 +203,21 @@ impl SurfaceHardness {
     pub fn coordinates(&self) -> [(Column, Value); 2] {
         let [absolute, reduced] = self.given.hardness_columns();
         [(absolute, Value::Real(self.pressure)), (reduced, Value::Real(self.reduced.pressure()))]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asperity_manifest::decimal;
+    use asperity_mechanics::grid::Cell;
+
+    #[test]
+    fn loads_are_rounded_as_the_numbers_of_a_manifest_are() {
+        let units = Units::new(Cell::square(1.0).unwrap(), 0.1, 3.0).unwrap();
+        for load in [0.01, 1.0 / 3.0, 2e-17, 12345.678, 0.0, -0.07] {
+            assert_eq!(units.mean_pressure(load), decimal::nearest(load * units.pressure()));
+            assert_eq!(units.reduced_pressure(load), decimal::nearest(load / units.pressure()));
+        }
     }
 }

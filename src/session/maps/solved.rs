@@ -11,8 +11,8 @@ use super::{MapKind, Overlay, PathState, SurfaceTask};
 use crate::session::SessionError;
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::morphology::map::ContactMap;
+use asperity_mechanics::reduced::Units;
 use asperity_mechanics::threads::Threads;
-use asperity_stages::Kind;
 use asperity_stages::columns::{
     BRANCH, CONTACT, EFFECTIVE_MODULUS, GAPS, MEAN_DISPLACEMENT, MEAN_GAP, PRESCRIBED_GAP,
     PRESSURES, REPULSIVE, STEP,
@@ -20,11 +20,11 @@ use asperity_stages::columns::{
 use asperity_stages::ensemble::load_column;
 use asperity_stages::grids::Grids;
 use asperity_stages::output_units::Conversion;
-use asperity_stages::reduced_units::Scales;
 use asperity_stages::solve::ContactFields;
 use asperity_stages::solve::adhesion::{PathFields, StateMaps, displacement};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::units::TableUnits;
+use asperity_stages::{Kind, StageError};
 use asperity_tables::column::Role;
 use asperity_tables::store::Store;
 use asperity_tables::table::Table;
@@ -182,7 +182,8 @@ impl SolvedTask {
             }
             Fields::Path(fields) => {
                 let modulus = self.table.reals(EFFECTIVE_MODULUS.name)?.value(row);
-                let unit = Scales::new(self.grid, drawn.rms_slope, modulus).length();
+                let units = Units::new(self.grid.cell(), drawn.rms_slope, modulus);
+                let unit = units.map_err(StageError::from)?.length();
                 let stored = stored_list(&self.table, GAPS.name, row);
                 let maps = match (stored, known) {
                     (_, Some(maps)) => maps,

@@ -3,6 +3,7 @@
 use super::*;
 use crate::elasticity::PeriodicHalfSpace;
 use crate::grid::samples::square;
+use crate::reduced::samples::on;
 use crate::solver::tests::npy_array;
 
 mod closed_forms;
@@ -12,7 +13,7 @@ mod reference;
 /// Returns the path of a square surface on a periodic half-space.
 fn path(nodes: usize, heights: &[f64], adhesion: Adhesion) -> AdhesivePath {
     let body = PeriodicHalfSpace::new(square(nodes, 1.0));
-    AdhesivePath::new(Threads::one(), &body, adhesion, heights)
+    AdhesivePath::new(Threads::one(), &body, adhesion, &on(body.grid(), heights))
 }
 
 fn step(path: &mut AdhesivePath, target: Target) -> AdhesiveState {

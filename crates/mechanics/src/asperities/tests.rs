@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::*;
 use crate::grid::samples::square;
+use crate::reduced::samples::on;
 use crate::solver::{Body, Stop};
 use crate::topography::random::samples;
 
@@ -26,7 +27,7 @@ fn spheres(grid: Grid, bend: f64, tops: &[[f64; 2]]) -> Vec<f64> {
 }
 
 fn press(grid: Grid, heights: &[f64], interaction: Interaction, load: f64) -> AsperityOutcome {
-    let mut asperities = Asperities::new(grid, heights, interaction).unwrap();
+    let mut asperities = Asperities::new(&on(grid, heights), interaction).unwrap();
     let outcome = asperities.press(load, &SETTINGS);
     assert_eq!(outcome.outcome.stop, Stop::Converged);
     outcome
@@ -83,7 +84,7 @@ fn a_lattice_of_spheres_is_what_the_solver_finds_at_light_load() {
     let (bend, load) = (4.0_f64, 2e-4);
     let heights = spheres(grid, bend, &[[0.5, 0.5]]);
     let model = press(grid, &heights, Interaction::Explicit, load);
-    let mut solver = Body::default().solver(grid, &heights);
+    let mut solver = Body::default().solver(&on(grid, &heights));
     let solved = solver.press(load, &Settings::default(), &|| false);
     let solved_plane = solved.mean_gap + heights.iter().sum::<f64>() / heights.len() as f64;
     let plane = plane(&model, &heights);
@@ -133,7 +134,7 @@ fn a_uniform_displacement_moves_the_plane_and_nothing_else() {
 fn a_load_does_not_depend_on_loads_before_it() {
     let (grid, heights) = rough(128, 4, 16);
     let explicit = press(grid, &heights, Interaction::Explicit, 0.02);
-    let mut pressed = Asperities::new(grid, &heights, Interaction::Explicit).unwrap();
+    let mut pressed = Asperities::new(&on(grid, &heights), Interaction::Explicit).unwrap();
     for load in [0.005, 0.1, 0.015] {
         pressed.press(load, &SETTINGS);
     }
@@ -143,6 +144,6 @@ fn a_load_does_not_depend_on_loads_before_it() {
 #[test]
 fn a_flat_surface_has_nothing_to_press() {
     let grid = square(16, 1.0);
-    let none = Asperities::new(grid, &vec![1.0; grid.count()], Interaction::None);
+    let none = Asperities::new(&on(grid, &vec![1.0; grid.count()]), Interaction::None);
     assert_eq!(none.err(), Some(NoSummits));
 }

@@ -6,22 +6,25 @@ use thiserror::Error;
 use super::{Solver, bytes_per_node};
 use crate::elasticity::{ElasticOperator, FreeHalfSpace, Layer, PeriodicHalfSpace, PeriodicLayer};
 use crate::grid::{Boundary, Grid};
+use crate::reduced::ReducedHeights;
 use crate::threads::Threads;
 
 /// Elastic body with a boundary condition and, if it yields, a hardness.
 ///
 /// ```
 /// use asperity_mechanics::grid::{Boundary, Grid};
+/// use asperity_mechanics::reduced::ReducedHeights;
 /// use asperity_mechanics::solver::{Body, Hardness, Settings};
 ///
 /// // A ball of radius 4 on a material that yields at less than half of Hertz' peak pressure.
 /// let grid = Grid::square(64, 1.0)?;
 /// let from_centre = |index: usize| (index as f64 + 0.5) / 64.0 - 0.5;
 /// let height = |[i, j]: [usize; 2]| -(from_centre(i).powi(2) + from_centre(j).powi(2)) / 8.0;
-/// let heights: Vec<f64> = (0..grid.count()).map(|node| height(grid.indices(node))).collect();
+/// let heights = (0..grid.count()).map(|node| height(grid.indices(node))).collect();
+/// let heights = ReducedHeights::reduced(grid, heights)?;
 /// let hardness = Hardness::new(0.012)?;
 /// let body = Body { elastic: Boundary::Free.into(), hardness: Some(hardness) };
-/// let mut solver = body.solver(grid, &heights);
+/// let mut solver = body.solver(&heights);
 ///
 /// let load = 8e-4;
 /// hardness.check_load(load)?;
@@ -30,7 +33,7 @@ use crate::threads::Threads;
 /// assert!(outcome.saturated_nodes > 0 && outcome.yielded_depth > 0.0);
 /// // A material that yields needs a larger contact area.
 /// let elastic = Body { hardness: None, ..body };
-/// let without = elastic.solver(grid, &heights).press(load, &Settings::default(), &|| false);
+/// let without = elastic.solver(&heights).press(load, &Settings::default(), &|| false);
 /// assert!(outcome.contact_nodes > without.contact_nodes);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -85,17 +88,17 @@ impl Elastic {
 }
 
 impl Body {
-    /// Creates the solver of a surface on this body, with one height for each node of `grid`, as
-    /// [`Solver::with_hardness`] does.
-    pub fn solver(&self, grid: Grid, heights: &[f64]) -> Solver {
-        self.solver_with_threads(Threads::one(), grid, heights)
+    /// Creates the solver of a surface on this body.
+    pub fn solver(&self, heights: &ReducedHeights) -> Solver {
+        self.solver_with_threads(Threads::one(), heights)
     }
 
     /// Creates the solver as [`Body::solver`] does, with several threads.
     ///
     /// The threads also share the work of all loads, until [`Solver::set_threads`] replaces them.
-    pub fn solver_with_threads(&self, threads: Threads, grid: Grid, heights: &[f64]) -> Solver {
-        Solver::with_threads(threads, self.elastic.operator(grid), self.hardness, heights)
+    pub fn solver_with_threads(&self, threads: Threads, heights: &ReducedHeights) -> Solver {
+        let operator = self.elastic.operator(heights.grid());
+        Solver::with_threads(threads, operator, self.hardness, heights)
     }
 
     /// Returns the memory that the solver of this body needs for `tolerance`, including its

@@ -149,6 +149,7 @@ mod tests {
     use super::*;
     use crate::elasticity::PeriodicHalfSpace;
     use crate::grid::samples::{rectangle, square};
+    use crate::reduced::samples::on;
     use crate::solver::{Settings, Solver};
     use crate::topography::shapes::Shape;
 
@@ -187,7 +188,7 @@ mod tests {
         // Strips of contact along y, and along x, where rows end with nine nodes outside groups.
         let grid = rectangle([96, 153], [1.0, 1.0]);
         let waves = Shape::Wave { amplitude: 0.1, waves: 2 }.draw(grid);
-        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), waves.heights());
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &on(grid, waves.heights()));
         solver.press(0.01, &Settings::default(), &|| false);
         let mut counts = [0; 2];
         for row in (0..96).map(|index| Row::new(index, 153)) {
@@ -205,7 +206,7 @@ mod tests {
     fn all_groups_of_a_fine_search_stay_active() {
         let grid = square(64, 1.0);
         let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
-        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &on(grid, wave.heights()));
         let settings = Settings { tolerance: 1e-8, ..Settings::default() };
         solver.press(0.01, &settings, &|| false);
         assert!(solver.inner.active.active.iter().all(|active| *active));

@@ -95,19 +95,21 @@ impl Solver {
     /// ```
     /// use asperity_mechanics::elasticity::PeriodicHalfSpace;
     /// use asperity_mechanics::grid::Grid;
+    /// use asperity_mechanics::reduced::ReducedHeights;
     /// use asperity_mechanics::solver::{Prescribed, Settings, Solver};
     /// use asperity_mechanics::topography::shapes::Shape;
     ///
     /// let grid = Grid::square(64, 1.0)?;
     /// let wave = Shape::Wave { amplitude: 0.1, waves: 1 }.draw(grid);
-    /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), wave.heights());
+    /// let heights = ReducedHeights::reduced(grid, wave.into_heights())?;
+    /// let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
     /// let settings = Settings::default();
     /// let pressed = solver.press(0.1, &settings, &|| false);
     /// let gap = Prescribed::MeanGap(pressed.mean_gap);
     /// let (load, outcome) = solver.press_to(gap, &settings, &|| false);
     /// assert!((load - 0.1).abs() < 1e-4);
     /// assert_eq!(outcome.contact_nodes, pressed.contact_nodes);
-    /// # Ok::<(), asperity_mechanics::grid::GridError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn press_to(
         &mut self,

@@ -56,6 +56,7 @@ impl Solver {
     /// ```
     /// use asperity_mechanics::elasticity::FreeHalfSpace;
     /// use asperity_mechanics::grid::Grid;
+    /// use asperity_mechanics::reduced::ReducedHeights;
     /// use asperity_mechanics::solver::{Settings, Solver};
     ///
     /// // A flat circular punch of radius a has dF/dδ = 2 E* a.
@@ -68,10 +69,11 @@ impl Solver {
     /// };
     /// let pressure = |node| if is_inside(node) { 1.0 } else { 0.0 };
     /// let pressure: Vec<f64> = (0..grid.count()).map(pressure).collect();
-    /// let mut solver = Solver::new(FreeHalfSpace::new(grid), &vec![0.0; grid.count()]);
+    /// let flat = ReducedHeights::reduced(grid, vec![0.0; grid.count()])?;
+    /// let mut solver = Solver::new(FreeHalfSpace::new(grid), &flat);
     /// let found = solver.contact_stiffness(&pressure, &Settings::default(), &|| false);
     /// assert!((found.stiffness / (2.0 * radius) - 1.0).abs() < 0.02);
-    /// # Ok::<(), asperity_mechanics::grid::GridError>(())
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn contact_stiffness(
         &mut self,

@@ -7,6 +7,7 @@ use crate::elasticity::PeriodicHalfSpace;
 use crate::fft::Transform;
 use crate::grid::Grid;
 use crate::grid::samples::{rectangle, square};
+use crate::reduced::samples::on;
 use crate::topography::moments::Moments;
 use crate::topography::surface::Surface;
 
@@ -28,7 +29,7 @@ fn map(nodes: usize, height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
 
 /// Returns the solver of a square surface on a periodic half-space.
 pub(crate) fn solver(nodes: usize, heights: &[f64]) -> Solver {
-    Solver::new(PeriodicHalfSpace::new(square(nodes, 1.0)), heights)
+    Solver::new(PeriodicHalfSpace::new(square(nodes, 1.0)), &on(square(nodes, 1.0), heights))
 }
 
 fn press(solver: &mut Solver, load: f64, settings: &Settings) -> Outcome {

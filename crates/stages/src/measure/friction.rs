@@ -1,9 +1,9 @@
 //! Partial slip of the contacts of a `solve` stage under tangential loads.
 //!
 //! Ciavarella and Jäger's superposition needs the normal contact under the load N and under a few
-//! shares of it; see [`asperity_mechanics::partial_slip`]. These are other loads of the same `solve`
-//! stage, so nothing is solved again. The table has rows for the loads N of which all shares are
-//! among the loads of the stage.
+//! shares of it; see [`asperity_mechanics::partial_slip`]. These are other loads of the same
+//! `solve` stage, so nothing is solved again. The table has rows for the loads N of which all
+//! shares are among the loads of the stage.
 
 use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};

@@ -53,8 +53,8 @@ pub fn solve(
 ) -> Result<Table, StageError> {
     let grid = surface.grid();
     let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
-    let scales = Scales::new(grid, rms_slope, params.effective_modulus);
-    let mut asperities = Asperities::new(grid, &scales.reduced_heights(surface), interaction)?;
+    let (heights, scales) = Scales::reduce(surface, rms_slope, params.effective_modulus)?;
+    let mut asperities = Asperities::new(&heights, interaction)?;
     let task = LoadTask::new(context, &params.loads, EXPLICIT_PAIRS_PER_LOAD);
     task.run(
         &mut asperities,

@@ -74,21 +74,20 @@ impl Contact {
         watch: &dyn Watch,
     ) -> Result<(Contact, Solver), StageError> {
         let grid = surface.grid();
-        let scales = Scales::new(grid, rms_slope, params.effective_modulus);
+        let (heights, scales) = Scales::reduce(surface, rms_slope, params.effective_modulus)?;
         let hardness = params.hardness.map(|given| scales.hardness(given)).transpose()?;
         let bound = hardness.map(|hardness| hardness.reduced);
         let heaviest = params.loads.last().filter(|_| params.control.is_load());
         if let (Some(bound), Some(&heaviest)) = (bound, heaviest) {
             bound.check_load(scales.reduced_pressure(heaviest, params.load_unit))?;
         }
-        let mut heights = scales.reduced_heights(surface);
-        let rms_height = params.gap_bins.map_or(1.0, |_| rms(&heights));
+        let rms_height = params.gap_bins.map_or(1.0, |_| rms(heights.as_slice()));
         let layer = params.layer.map(|layer| layer.below(grid.cell().longer_side())).transpose()?;
         let elastic = layer.map_or(params.boundary.into(), Elastic::Layer);
         let compliance = layer.and_then(|layer| layer.uniform_compliance());
         let uniform = compliance.map(|compliance| UniformCompression {
             compliance,
-            highest: highest_above_mean(&heights),
+            highest: highest_above_mean(heights.as_slice()),
         });
         let conductor = match (layer, params.layer_conduction) {
             (Some(layer), Some(LayerConduction { to_substrate, to_counter_body })) => {
@@ -99,16 +98,14 @@ impl Contact {
             _ => None,
         };
         let body = Body { elastic, hardness: bound };
-        let mut solver = body.solver_with_threads(threads.clone(), grid, &heights);
+        let mut solver = body.solver_with_threads(threads.clone(), &heights);
         let mut kept = None;
         if let (Some(Branch::Unloading(largest)), Some(bound)) = (params.branch, bound) {
             let largest = scales.reduced_pressure(largest, params.load_unit);
             let settings = params.settings();
             let depth = unloading::plastic_depth(&mut solver, bound, largest, &settings, watch)?;
-            for (height, depth) in heights.iter_mut().zip(&depth.depths) {
-                *height -= depth;
-            }
-            solver = body.solver_with_threads(threads, grid, &heights);
+            let lowered = heights.lowered(&depth.depths).map_err(StageError::Heights)?;
+            solver = body.solver_with_threads(threads, &lowered);
             kept = Some(KeptDepth { mean: depth.mean(), is_solved: depth.is_solved });
         }
         let contact = Contact {

@@ -52,10 +52,9 @@ impl ContactFields {
                 Model::EveryNode { contact: Box::new(contact), solver: Box::new(solver) }
             }
             Some(interaction) => {
-                let grid = surface.grid();
-                let scales = Scales::new(grid, rms_slope, params.effective_modulus);
-                let heights = scales.reduced_heights(surface);
-                let asperities = Box::new(Asperities::new(grid, &heights, interaction)?);
+                let (heights, scales) =
+                    Scales::reduce(surface, rms_slope, params.effective_modulus)?;
+                let asperities = Box::new(Asperities::new(&heights, interaction)?);
                 Model::Asperities { asperities, scales }
             }
         };

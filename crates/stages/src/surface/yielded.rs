@@ -63,14 +63,13 @@ impl Yielded {
         let surface = self.body.draw(sources, threads)?;
         let grid = surface.grid();
         let rms_slope = self.body.described(&surface).reals(RMS_SLOPE.name)?.value(0);
-        let scales = Scales::new(grid, rms_slope, self.effective_modulus);
+        let mut heights = surface.heights().to_vec();
+        let (reduced, scales) = Scales::reduce(surface, rms_slope, self.effective_modulus)?;
         let hardness = scales.hardness(self.hardness)?.reduced;
         let load = scales.reduced_pressure(self.load, self.load_unit);
         hardness.check_load(load)?;
-        let mut heights = surface.heights().to_vec();
         let body = Body { elastic: self.boundary.into(), hardness: Some(hardness) };
-        let reduced = scales.reduced_heights(surface);
-        let mut solver = body.solver_with_threads(threads.clone(), grid, &reduced);
+        let mut solver = body.solver_with_threads(threads.clone(), &reduced);
         let settings = Settings { tolerance: self.tolerance, pair_limit: self.max_pairs };
         let depth = unloading::plastic_depth(&mut solver, hardness, load, &settings, watch)?;
         if !depth.is_solved {

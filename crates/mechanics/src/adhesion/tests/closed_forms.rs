@@ -39,7 +39,7 @@ fn wave(nodes: usize, adhesion: Adhesion) -> AdhesivePath {
     let grid = rectangle([nodes, 4], [1.0, 4.0 / nodes as f64]);
     let height = |node: usize| libm::cos(TAU * ((node / 4) as f64 + 0.5) / nodes as f64);
     let heights: Vec<f64> = (0..grid.count()).map(height).collect();
-    AdhesivePath::new(Threads::one(), &PeriodicHalfSpace::new(grid), adhesion, &heights)
+    AdhesivePath::new(Threads::one(), &PeriodicHalfSpace::new(grid), adhesion, &on(grid, &heights))
 }
 
 #[test]
@@ -236,7 +236,7 @@ fn a_wave_whose_nodes_close_one_after_another_reaches_every_load_from_both_sides
     let heights: Vec<f64> = (0..grid.count()).map(height).collect();
     let adhesion = Adhesion::new(0.030_601_5, 0.098_090_0).unwrap();
     let body = PeriodicHalfSpace::new(grid);
-    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &heights);
+    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &on(body.grid(), &heights));
     let loads = [0.0074075, 0.0010146, -0.0641486, 0.0018188, -0.0641486, 0.0010146, 0.0074075];
     let states = loads.map(|load| solved(&mut path, Target::Load(load)));
     assert!(states.iter().all(|state| state.pairs < 60), "{states:?}");

@@ -16,7 +16,7 @@ fn sphere(nodes: usize, side: f64, range: f64) -> AdhesivePath {
     let body = FreeHalfSpace::new(square(nodes, side));
     // Vertical lengths are in units of the side as well.
     let adhesion = Adhesion::new(1.0 / side, range / side).unwrap();
-    AdhesivePath::new(Threads::one(), &body, adhesion, &heights)
+    AdhesivePath::new(Threads::one(), &body, adhesion, &on(body.grid(), &heights))
 }
 
 /// Returns the pull-off force in units of π w R.
@@ -80,7 +80,7 @@ fn a_patch_may_jump_between_all_mean_gaps() {
     let heights: Vec<f64> = (0..grid.count()).map(height).collect();
     let adhesion = Adhesion::new(0.006, 0.05).unwrap();
     let body = FreeHalfSpace::new(grid);
-    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &heights);
+    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &on(body.grid(), &heights));
     let settings = Settings { tolerance: 5e-5, pair_limit: 2000, ..Settings::default() };
     for gap in [5.0, 0.01, 0.001, 5.0, 0.001, 5.0] {
         let state = path.step(Target::MeanGap(gap), &settings, &|| false);
@@ -97,7 +97,7 @@ fn a_patch_has_the_mean_gap_that_its_state_says_or_reports_the_jump_past_it() {
     let mean = heights.iter().sum::<f64>() / 4096.0;
     let body = FreeHalfSpace::new(square(64, 1.0));
     let adhesion = Adhesion::new(0.039, 0.054).unwrap();
-    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &heights);
+    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &on(body.grid(), &heights));
     let settings = Settings { tolerance: 5e-5, ..Settings::default() };
     let mut jumps = 0;
     for step in (1..=9).rev().chain(2..=9) {
@@ -130,7 +130,7 @@ fn a_patch_that_jumps_past_a_mean_gap_says_so_and_has_its_own() {
         (0..36).map(|node| -at(node / 6).powi(2) - at(node % 6).powi(2)).collect();
     let body = FreeHalfSpace::new(square(6, 1.0));
     let adhesion = Adhesion::new(0.288, 0.2).unwrap();
-    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &heights);
+    let mut path = AdhesivePath::new(Threads::one(), &body, adhesion, &on(body.grid(), &heights));
     solved(&mut path, Target::MeanGap(0.2));
     let state = step(&mut path, Target::MeanGap(0.1));
     assert_eq!(state.stop, Stop::GapNotReached, "{state:?}");

@@ -182,7 +182,7 @@ fn a_flat_punch_presses_hardest_at_its_rim() {
 }
 
 fn free(nodes: usize, heights: &[f64]) -> Solver {
-    Solver::new(FreeHalfSpace::new(square(nodes, 1.0)), heights)
+    Solver::new(FreeHalfSpace::new(square(nodes, 1.0)), &on(square(nodes, 1.0), heights))
 }
 
 #[test]
@@ -191,7 +191,7 @@ fn a_free_surface_touches_as_independent_code_has_it() {
     let grid = surface.grid();
     let slope = Moments::from_surface(&surface).rms_slope();
     let unit = slope * grid.cell().longer_side();
-    let mut solver = Solver::new(FreeHalfSpace::new(grid), &reduced(&surface));
+    let mut solver = Solver::new(FreeHalfSpace::new(grid), &on(grid, &reduced(&surface)));
     assert_eq!(solver.full_contact_load(), None);
     let solved_by_others = REFERENCE.solved("f128x192");
     let maps = REFERENCE.maps("f128x192", "contact", grid);
@@ -254,7 +254,7 @@ fn nothing_leaks_over_an_edge() {
             -(x * x + (y - 0.5).powi(2)) / (2.0 * radius) / 2.0
         })
         .collect();
-    let mut on_longer = Solver::new(FreeHalfSpace::new(twice), &longer);
+    let mut on_longer = Solver::new(FreeHalfSpace::new(twice), &on(twice, &longer));
     solved(&mut on_longer, 0.5e-3);
     for (node, pressure) in at_edge.pressure().iter().enumerate() {
         let found = on_longer.pressure()[node];
@@ -299,7 +299,7 @@ fn rectangles_touch_as_independent_code_has_it() {
         let slope = Moments::from_surface(&surface).rms_slope();
         assert!((slope - 0.02).abs() < 1e-14);
         let unit = slope * grid.cell().longer_side();
-        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &reduced(&surface));
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &on(grid, &reduced(&surface)));
         let maps = REFERENCE.maps(name, "contact", grid);
         for (row, map) in REFERENCE.solved(name).iter().zip(maps) {
             let load = row.number(7);
@@ -326,8 +326,8 @@ fn a_surface_repeated_along_one_side_touches_as_it_does_alone() {
     let once = square(32, 1.0);
     let twice = rectangle([64, 32], [2.0, 1.0]);
     let repeated: Vec<f64> = heights.iter().chain(&heights).map(|h| h / 2.0).collect();
-    let mut alone = Solver::new(PeriodicHalfSpace::new(once), &heights);
-    let mut both = Solver::new(PeriodicHalfSpace::new(twice), &repeated);
+    let mut alone = Solver::new(PeriodicHalfSpace::new(once), &on(once, &heights));
+    let mut both = Solver::new(PeriodicHalfSpace::new(twice), &on(twice, &repeated));
     let full = alone.full_contact_load().unwrap();
     assert!((both.full_contact_load().unwrap() / full - 1.0).abs() < 1e-12);
     for load in [0.003, 0.05, 0.6].map(|share| share * full) {
@@ -353,8 +353,8 @@ fn turning_a_rectangle_turns_its_contact() {
             heights[j * 40 + i]
         })
         .collect();
-    let mut one = Solver::new(PeriodicHalfSpace::new(lying), &heights);
-    let mut other = Solver::new(PeriodicHalfSpace::new(convergence), &turned);
+    let mut one = Solver::new(PeriodicHalfSpace::new(lying), &on(lying, &heights));
+    let mut other = Solver::new(PeriodicHalfSpace::new(convergence), &on(convergence, &turned));
     for load in [0.01, 0.3] {
         let (outcome, turned) = (solved(&mut one, load), solved(&mut other, load));
         assert_eq!(outcome.contact_nodes, turned.contact_nodes);
@@ -371,7 +371,7 @@ fn rectangles_of_either_transform_are_pressed_however_they_lie() {
     for (nodes, size) in [([64, 32], [1.0, 1.0]), ([9, 50], [0.2, 1.0]), ([1, 64], [0.1, 3.0])] {
         let grid = rectangle(nodes, size);
         let heights: Vec<f64> = noise(64, 7)[..grid.count()].to_vec();
-        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &heights);
+        let mut solver = Solver::new(PeriodicHalfSpace::new(grid), &on(grid, &heights));
         for load in [1e-12, 1e-3, 0.1, 1.0, 100.0] {
             let outcome = press(&mut solver, load, &Settings::default());
             assert!(

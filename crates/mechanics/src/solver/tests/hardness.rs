@@ -14,8 +14,8 @@ use crate::morphology::map::ContactMap;
 use crate::topography::moments::Moments;
 
 fn yielding(nodes: usize, hardness: f64, heights: &[f64]) -> Solver {
-    let body = PeriodicHalfSpace::new(square(nodes, 1.0));
-    Solver::with_hardness(body, Some(Hardness::new(hardness).unwrap()), heights)
+    let body = Body { hardness: Some(Hardness::new(hardness).unwrap()), ..Body::default() };
+    body.solver(&on(square(nodes, 1.0), heights))
 }
 
 fn saturated(solver: &Solver, hardness: f64) -> Vec<bool> {
@@ -67,11 +67,11 @@ fn loads_below_the_hardness_keep_every_bit() {
     for boundary in [Boundary::Periodic, Boundary::Free] {
         let solver = |hardness| {
             let hardness = Some(Hardness::new(hardness).unwrap());
-            Body { elastic: boundary.into(), hardness }.solver(square(48, 1.0), &heights)
+            Body { elastic: boundary.into(), hardness }.solver(&on(square(48, 1.0), &heights))
         };
         let elastic = || {
             let hardness = None;
-            Body { elastic: boundary.into(), hardness }.solver(square(48, 1.0), &heights)
+            Body { elastic: boundary.into(), hardness }.solver(&on(square(48, 1.0), &heights))
         };
         let peak = |load| solved(&mut elastic(), load).peak_pressure;
         // The second surface yields under the last load.
@@ -159,7 +159,7 @@ fn a_ball_yields_first_where_hertz_has_the_peak() {
         hardness: Some(Hardness::new(hardness).unwrap()),
     };
     let pressed = |hardness| {
-        let mut solver = half_space(hardness).solver(square(nodes, 1.0), &heights);
+        let mut solver = half_space(hardness).solver(&on(square(nodes, 1.0), &heights));
         (solved(&mut solver, load), solver)
     };
     // 0.5 per cent allow for the error of the mesh at the peak.
@@ -184,7 +184,7 @@ fn saturation_is_complementary_on_rectangles_and_with_free_boundaries() {
                     elastic: boundary.into(),
                     hardness: Some(Hardness::new(hardness).unwrap()),
                 };
-                let mut solver = body.solver(grid, &heights);
+                let mut solver = body.solver(&on(grid, &heights));
                 for part in [1e-6, 0.01, 0.3, 0.9, 1.0 - 1e-5] {
                     let load = part * hardness;
                     solved(&mut solver, load);
@@ -262,7 +262,7 @@ proptest! {
             elastic: if free { Boundary::Free } else { Boundary::Periodic }.into(),
             hardness: Some(Hardness::new(hardness).unwrap()),
         };
-        let mut solver = body.solver(square(nodes, 1.0), &heights);
+        let mut solver = body.solver(&on(square(nodes, 1.0), &heights));
         let load = part * hardness;
         let outcome = press(&mut solver, load, &Settings { tolerance: 1e-10, pair_limit: 4000 });
         prop_assert!(

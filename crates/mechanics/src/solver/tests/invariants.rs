@@ -121,7 +121,7 @@ proptest! {
         let full = super::solver(nodes, &heights).full_contact_load().unwrap();
         let hardness = hardness.map(|part| Hardness::new(part * full).unwrap());
         let body = Body { elastic: Boundary::Periodic.into(), hardness };
-        let [mut fresh, mut worn] = [0; 2].map(|_| body.solver(square(nodes, 1.0), &heights));
+        let [mut fresh, mut worn] = [0; 2].map(|_| body.solver(&on(square(nodes, 1.0), &heights)));
         for part in parts {
             if hardness.is_none_or(|hardness| hardness.check_load(part * full).is_ok()) {
                 press(&mut worn, part * full, &Settings::default());
@@ -148,7 +148,7 @@ fn saturated_nodes_stay_saturated_where_they_bear_nearly_all_of_the_load() {
     // 69 nodes at the hardness bear all but 7e-6 of the second load.
     let grid = square(12, 1.0);
     let heights = reduced(&Shape::Paraboloid { radius: 1.0 }.draw(grid));
-    let mut solver = yields_at(0.01).solver(grid, &heights);
+    let mut solver = yields_at(0.01).solver(&on(grid, &heights));
     assert_outcome(&mut solver, &heights, 0.0012);
     let outcome = assert_outcome(&mut solver, &heights, 0.0047917);
     assert_eq!(outcome.saturated_nodes, 69);
@@ -161,7 +161,7 @@ fn loads_near_whole_numbers_of_saturated_nodes_are_solved() {
             let grid = square(nodes, 1.0);
             let heights = reduced(&Shape::Paraboloid { radius }.draw(grid));
             let hardness = 0.01;
-            let mut solver = yields_at(hardness).solver(grid, &heights);
+            let mut solver = yields_at(hardness).solver(&on(grid, &heights));
             for saturated in (1..nodes * nodes).step_by(7) {
                 let whole = saturated as f64 / grid.count() as f64 * hardness;
                 for part in [1.0 - 1e-5, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.0 + 1e-5] {
@@ -179,7 +179,7 @@ fn no_loaded_node_is_dropped_on_elongated_cells() {
             for seed in 0..20 {
                 let grid = rectangle([8, 8], size);
                 let heights = noise_on(grid, seed);
-                let mut solver = Body::default().solver(grid, &heights);
+                let mut solver = Body::default().solver(&on(grid, &heights));
                 let full = solver.full_contact_load().unwrap();
                 for part in [1e-6, 1e-3, 0.03, 0.3] {
                     let load = part * full;
@@ -190,7 +190,7 @@ fn no_loaded_node_is_dropped_on_elongated_cells() {
                         continue;
                     }
                     let found = outcome.contact_nodes;
-                    let mut tight = Body::default().solver(grid, &heights);
+                    let mut tight = Body::default().solver(&on(grid, &heights));
                     let tight = press(&mut tight, load, &TIGHT);
                     let (exact, is_known) = (tight.contact_nodes, tight.stop == Stop::Converged);
                     assert!(!is_known || found.abs_diff(exact) <= 1, "{found} for {exact} nodes");
@@ -207,7 +207,7 @@ fn cells_up_to_thirty_times_as_long_as_wide_converge() {
             for seed in 0..10 {
                 let grid = rectangle([8, 8], size);
                 let heights = noise_on(grid, seed);
-                let mut solver = Body::default().solver(grid, &heights);
+                let mut solver = Body::default().solver(&on(grid, &heights));
                 let full = solver.full_contact_load().unwrap();
                 for part in [1e-6, 1e-3, 0.03, 0.3] {
                     let outcome = assert_outcome(&mut solver, &heights, part * full);
@@ -238,7 +238,7 @@ proptest! {
             tolerance: if tight { 1e-9 } else { Settings::default().tolerance },
             ..Settings::default()
         };
-        let mut solver = body.solver(grid, &heights);
+        let mut solver = body.solver(&on(grid, &heights));
         for part in parts {
             let load = 10_f64.powf(part) * hardness.unwrap_or(1.0).min(1.0) * 0.99;
             assert_outcome_at(&settings, &mut solver, &heights, load);
@@ -285,23 +285,23 @@ fn a_square_is_pressed_to_the_same_bits() {
 fn a_rectangle_is_pressed_to_the_same_bits() {
     let grid = rectangle([480, 832], [480.0, 832.0]);
     let heights = &rough(832, 7)[..grid.count()];
-    same_on_any_threads(6e-5, || Solver::new(PeriodicHalfSpace::new(grid), heights));
+    same_on_any_threads(6e-5, || Solver::new(PeriodicHalfSpace::new(grid), &on(grid, heights)));
 }
 
 #[test]
 fn free_boundaries_and_materials_that_yield_are_solved_to_the_same_bits() {
     let grid = square(640, 1.0);
     let heights = rough(640, 3);
-    same_on_any_threads(6e-5, || Solver::new(FreeHalfSpace::new(grid), &heights));
+    same_on_any_threads(6e-5, || Solver::new(FreeHalfSpace::new(grid), &on(grid, &heights)));
     let hardness = Some(Hardness::new(0.5).unwrap());
-    let yielding = || Solver::with_hardness(PeriodicHalfSpace::new(grid), hardness, &heights);
-    same_on_any_threads(6e-5, yielding);
+    let body = Body { hardness, ..Body::default() };
+    same_on_any_threads(6e-5, || body.solver(&on(grid, &heights)));
 }
 
 fn random_solver(body: Body) -> Solver {
     let surface = samples::random(1, 16, 3);
     let grid = square(64, 1.0);
-    body.solver(grid, surface.draw(grid).heights())
+    body.solver(&on(grid, surface.draw(grid).heights()))
 }
 
 fn half_space(boundary: Boundary, hardness: Option<f64>) -> Body {
@@ -353,7 +353,7 @@ fn pressed(solver: &mut Solver, (load, tolerance): (f64, f64)) -> (String, Vec<u
 /// order, after an interruption and an unreachable tolerance, and on siblings.
 fn assert_independent(nodes: usize, body: Body) {
     let heights = rough(nodes, 5);
-    let new = || body.solver(square(nodes, 1.0), &heights);
+    let new = || body.solver(&on(square(nodes, 1.0), &heights));
     let is_borne = |load: f64| body.hardness.is_none_or(|bound| bound.check_load(load).is_ok());
     let cases: Vec<_> = CASES.into_iter().filter(|(load, _)| is_borne(*load)).collect();
     let alone: Vec<_> = cases.iter().map(|case| pressed(&mut new(), *case)).collect();

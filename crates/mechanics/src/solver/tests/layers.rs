@@ -30,7 +30,7 @@ fn layer_of(row: &[String]) -> Layer {
 
 fn pressed_on(layer: Layer, heights: &[f64], nodes: usize) -> Solver {
     let body = Body { elastic: Elastic::Layer(layer), hardness: None };
-    body.solver(square(nodes, 1.0), heights)
+    body.solver(&on(square(nodes, 1.0), heights))
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn layers_take_hardly_more_pairs_than_half_spaces() {
     let surface = RandomSurface { spectrum, amplitude, rms_slope: 1.0, seed: 1, realization: 0 };
     let heights = surface.draw(square(nodes, 1.0)).into_heights();
     let pairs = |elastic: Elastic| -> u32 {
-        let mut solver = Body { elastic, hardness: None }.solver(square(nodes, 1.0), &heights);
+        let mut solver = Body { elastic, hardness: None }.solver(&on(square(nodes, 1.0), &heights));
         let press = |load| {
             let outcome = press(&mut solver, load, &Settings::default());
             assert_eq!(outcome.stop, Stop::Converged, "{elastic:?}, {load}");
@@ -139,7 +139,8 @@ fn stiff_coatings_converge_and_touch_where_they_do_at_a_small_tolerance() {
                 let support = Support::HalfSpace { poisson_ratio: 0.3, modulus_ratio };
                 let elastic = Elastic::Layer(Layer::new(thickness, 0.3, support).unwrap());
                 let hardness = hardness.map(|hardness| Hardness::new(hardness).unwrap());
-                let mut solver = Body { elastic, hardness }.solver(square(nodes, 1.0), &heights);
+                let mut solver =
+                    Body { elastic, hardness }.solver(&on(square(nodes, 1.0), &heights));
                 for load in [0.01, 0.05, 0.2] {
                     let mut touching = |tolerance| {
                         let settings = Settings { tolerance, ..Settings::default() };
@@ -165,7 +166,7 @@ fn a_layer_with_a_hardness_yields_and_a_coating_of_the_same_material_is_a_half_s
     let heights = rough(48, 5);
     let solved = |elastic, hardness: Option<f64>, load| {
         let hardness = hardness.map(|hardness| Hardness::new(hardness).unwrap());
-        let mut solver = Body { elastic, hardness }.solver(square(48, 1.0), &heights);
+        let mut solver = Body { elastic, hardness }.solver(&on(square(48, 1.0), &heights));
         (assert_outcome(&mut solver, &heights, load), solver.pressure().to_vec())
     };
     let layer = Layer::new(0.05, 0.3, Support::Rigid(Base::Bonded)).unwrap();

@@ -48,12 +48,12 @@ fn approach(solver: &mut Solver, load: f64, outcome: &Outcome, uniform_complianc
 /// Solves a load, and then its mean gap and its approach. Returns the largest relative difference
 /// of the loads, and the largest difference in contact nodes.
 fn found_again(body: &Body, heights: &[f64], nodes: usize, load: f64) -> (f64, usize) {
-    let mut solver = body.solver(square(nodes, 1.0), heights);
+    let mut solver = body.solver(&on(square(nodes, 1.0), heights));
     let settings = Settings::default();
     let pressed = press(&mut solver, load, &settings);
     let uniform_compliance = compliance(body);
     let approach = approach(&mut solver, load, &pressed, uniform_compliance);
-    let mut fresh = body.solver(square(nodes, 1.0), heights);
+    let mut fresh = body.solver(&on(square(nodes, 1.0), heights));
     let (mut difference, mut differing) = (0.0_f64, 0);
     let all = [
         Prescribed::MeanGap(pressed.mean_gap),
@@ -69,7 +69,7 @@ fn found_again(body: &Body, heights: &[f64], nodes: usize, load: f64) -> (f64, u
             assert!(in_steps(outcome.mean_gap - gap) <= settings.tolerance);
         }
         // The solution is that of the load, started afresh.
-        let pressed = press(&mut body.solver(square(nodes, 1.0), heights), found, &settings);
+        let pressed = press(&mut body.solver(&on(square(nodes, 1.0), heights)), found, &settings);
         let shared = outcome.contact_nodes.abs_diff(pressed.contact_nodes);
         differing = differing.max(shared);
         assert!(in_steps(outcome.mean_gap - pressed.mean_gap) <= 2.0 * settings.tolerance);
@@ -115,7 +115,7 @@ fn a_sphere_at_a_prescribed_approach_bears_the_load_of_hertz() {
     let heights =
         map(nodes, |x, y| -0.5 * (from_centre(x).powi(2) + from_centre(y).powi(2)) / radius);
     let body = Body { elastic: Boundary::Free.into(), hardness: None };
-    let mut solver = body.solver(square(nodes, 1.0), &heights);
+    let mut solver = body.solver(&on(square(nodes, 1.0), &heights));
     // First touch is at the four nodes around the centre, which are a little below it.
     let below = 0.25 / (nodes * nodes) as f64 / radius;
     for contact_radius in [0.1_f64, 0.2, 0.3] {
@@ -184,7 +184,7 @@ fn a_value_between_two_loads_without_elastic_nodes_has_the_load_on_yielded_nodes
             let heights = surface.draw(square(nodes, 1.0)).into_heights();
             let hardness = Some(Hardness::new(hardness).unwrap());
             let body = Body { elastic: boundary.into(), hardness };
-            let mut solver = body.solver(square(nodes, 1.0), &heights);
+            let mut solver = body.solver(&on(square(nodes, 1.0), &heights));
             let highest = solver.problem.highest;
             for step in 1..16 {
                 let share = f64::from(step) / 50.0;
@@ -208,7 +208,7 @@ fn a_flat_punch_that_has_yielded_sinks_in_under_the_same_load() {
     for boundary in [Boundary::Periodic, Boundary::Free] {
         let hardness = Some(Hardness::new(hardness).unwrap());
         let body = Body { elastic: boundary.into(), hardness };
-        let mut solver = body.solver(square(nodes, 1.0), &heights);
+        let mut solver = body.solver(&on(square(nodes, 1.0), &heights));
         for approach in [0.3, 0.5, 0.8].map(|share| share * depth) {
             let prescribed = Prescribed::Approach { approach, uniform_compliance: 0.0 };
             assert!(is_plateau(&mut solver, &heights, prescribed), "{approach}");
@@ -246,7 +246,7 @@ fn contact_begins_at_first_touch_and_ends_in_full_contact() {
     let (thickness, poisson_ratio) = LAYER_ON_BASE;
     let layer = Layer::new(thickness, poisson_ratio, Support::Rigid(Base::Bonded)).unwrap();
     let body = Body { elastic: Elastic::Layer(layer), hardness: None };
-    let mut on_base = body.solver(square(64, 1.0), &heights);
+    let mut on_base = body.solver(&on(square(64, 1.0), &heights));
     let full = on_base.full_contact_load().expect("a formula gives it");
     let uniform_compliance = compliance(&body);
     let approach = highest + 1.5 * uniform_compliance * full;
@@ -283,7 +283,7 @@ fn random_mean_gaps_and_approaches_are_those_of_the_loads_that_they_find() {
         let heights =
             if draw() < 0.2 { noise(nodes, case as u64) } else { rough(nodes, case as u64) };
         let load = 0.5 * libm::pow(10.0, -4.0 * draw());
-        let reached = body.solver(square(nodes, 1.0), &heights).reaches_full_contact(load);
+        let reached = body.solver(&on(square(nodes, 1.0), &heights)).reaches_full_contact(load);
         if reached {
             continue;
         }

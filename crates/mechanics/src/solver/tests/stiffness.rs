@@ -58,7 +58,10 @@ fn discs_on_a_free_half_space_are_as_stiff_as_independent_code_has_them() {
     let five = [[0.0, 0.0], [3.0, 0.0], [-3.0, 0.0], [0.0, 3.0], [0.0, -3.0]];
     for (row, centres) in [(0, &two[..]), (2, &five[..])] {
         let nodes = 96;
-        let mut solver = Solver::new(FreeHalfSpace::new(square(nodes, 1.0)), &vec![0.0; 96 * 96]);
+        let mut solver = Solver::new(
+            FreeHalfSpace::new(square(nodes, 1.0)),
+            &on(square(nodes, 1.0), &vec![0.0; 96 * 96]),
+        );
         let fine = Settings { tolerance: 1e-9, ..Settings::default() };
         let found = solver.contact_stiffness(&discs(nodes, 8.0, centres), &fine, &|| false);
         let expected = rows_of("clusters.csv")[row][4];
@@ -95,7 +98,7 @@ fn the_stiffness_is_the_slope_of_the_load_over_the_approach() {
         (Body { elastic: Elastic::default(), hardness: Some(hardness) }, false),
         (Body { elastic: Boundary::Free.into(), hardness: None }, true),
     ] {
-        let mut solver = body.solver(square(64, 1.0), &heights);
+        let mut solver = body.solver(&on(square(64, 1.0), &heights));
         let unit = solver.displacement_under_unit_pressure();
         assert_eq!(unit.is_some(), has_mean);
         let mut approach = |load| {
@@ -123,7 +126,7 @@ fn yielding(elastic: Elastic, hardness: f64) -> Body {
 fn a_contact_that_yielded_begins_to_unload_with_the_stiffness_of_all_its_nodes() {
     let (load, step, hardness) = (0.1, 1e-5, 0.5);
     let mut heights = rough(64, 9);
-    let mut solver = yielding(Elastic::default(), hardness).solver(square(64, 1.0), &heights);
+    let mut solver = yielding(Elastic::default(), hardness).solver(&on(square(64, 1.0), &heights));
     assert!(solved(&mut solver, load).saturated_nodes > 0);
     let pressure = solver.pressure().to_vec();
     let loading = solver.contact_stiffness(&pressure, &TIGHT, &|| false);
@@ -138,7 +141,7 @@ fn a_contact_that_yielded_begins_to_unload_with_the_stiffness_of_all_its_nodes()
     for ((height, gap), pressure) in heights.iter_mut().zip(gaps).zip(&pressure) {
         *height -= if *pressure >= hardness { (-gap).max(0.0) } else { 0.0 };
     }
-    let mut solver = Body::default().solver(square(64, 1.0), &heights);
+    let mut solver = Body::default().solver(&on(square(64, 1.0), &heights));
     let mut gap = |load| solved(&mut solver, load).mean_gap;
     let slope = step / (gap(load - step) - gap(load));
     assert!((found.stiffness / slope - 1.0).abs() < 5e-3, "{found:?}, {slope}");
@@ -146,7 +149,8 @@ fn a_contact_that_yielded_begins_to_unload_with_the_stiffness_of_all_its_nodes()
 
 #[test]
 fn loading_and_unloading_are_equally_stiff_where_nothing_yields() {
-    let mut solver = yielding(Boundary::Free.into(), 1e3).solver(square(64, 1.0), &rough(64, 9));
+    let mut solver =
+        yielding(Boundary::Free.into(), 1e3).solver(&on(square(64, 1.0), &rough(64, 9)));
     assert_eq!(solved(&mut solver, 0.1).saturated_nodes, 0);
     let pressure = solver.pressure().to_vec();
     let loading = solver.contact_stiffness(&pressure, &TIGHT, &|| false);
@@ -158,7 +162,7 @@ fn a_saturated_disc_unloads_as_a_flat_punch() {
     let (nodes, cells) = (96, 12.0);
     let pressure = discs(nodes, cells, &[[0.0, 0.0]]);
     let flat = vec![0.0; nodes * nodes];
-    let mut solver = yielding(Boundary::Free.into(), 1.0).solver(square(nodes, 1.0), &flat);
+    let mut solver = yielding(Boundary::Free.into(), 1.0).solver(&on(square(nodes, 1.0), &flat));
     let found = solver.contact_stiffness(&pressure, &TIGHT, &|| false);
     assert_eq!(found.stiffness, 0.0, "every node keeps its pressure");
     let found = solver.unloading_stiffness(&pressure, &TIGHT, &|| false);
@@ -172,7 +176,8 @@ fn a_saturated_disc_unloads_as_a_flat_punch() {
 fn a_ball_is_as_stiff_as_hertz_has_it() {
     let (nodes, radius, a) = (192, 4.0, 0.2_f64);
     let heights = map(nodes, |x, y| -((x - 0.5).powi(2) + (y - 0.5).powi(2)) / (2.0 * radius));
-    let mut solver = Solver::new(FreeHalfSpace::new(square(nodes, 1.0)), &heights);
+    let mut solver =
+        Solver::new(FreeHalfSpace::new(square(nodes, 1.0)), &on(square(nodes, 1.0), &heights));
     solved(&mut solver, 4.0 / 3.0 * a.powi(3) / radius);
     let found = stiffness(&mut solver, &Settings::default());
     assert!((found.stiffness / (2.0 * a) - 1.0).abs() < 2e-3, "{found:?}");
@@ -190,7 +195,7 @@ fn full_contact_is_rigid_and_a_saturated_one_has_no_stiffness() {
 
     let hardness = Some(Hardness::new(0.5).unwrap());
     let mut solver =
-        Body { elastic: Elastic::default(), hardness }.solver(square(32, 1.0), &heights);
+        Body { elastic: Elastic::default(), hardness }.solver(&on(square(32, 1.0), &heights));
     let mut saturated = vec![0.0; 32 * 32];
     saturated[5] = 0.5;
     let found = solver.contact_stiffness(&saturated, &Settings::default(), &|| false);
@@ -203,7 +208,7 @@ fn a_load_has_the_same_bytes_after_a_stiffness() {
         let heights = rough(nodes, 2);
         let body = Body { elastic, hardness: None };
         let solve = |first: bool| {
-            let mut solver = body.solver(square(nodes, 1.0), &heights);
+            let mut solver = body.solver(&on(square(nodes, 1.0), &heights));
             if first {
                 press(&mut solver, 0.3, &Settings::default());
                 stiffness(&mut solver, &Settings::default());

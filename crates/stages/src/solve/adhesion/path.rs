@@ -211,15 +211,14 @@ pub fn prepared(
     threads: Threads,
 ) -> Result<(AdhesivePath, Scales, f64), StageError> {
     let grid = surface.grid();
-    let scales = Scales::new(grid, rms_slope, params.effective_modulus);
+    let (heights, scales) = Scales::reduce(surface, rms_slope, params.effective_modulus)?;
     let (length, pressure) = (scales.length(), scales.pressure());
     let adhesion = Adhesion::new(params.work / (pressure * length), params.range / length)?;
-    let heights = scales.reduced_heights(surface);
     let body: &dyn ElasticOperator = match params.boundary {
         Boundary::Periodic => &PeriodicHalfSpace::new(grid),
         Boundary::Free => &FreeHalfSpace::new(grid),
     };
-    let rms_height = params.gap_bins.map_or(1.0, |_| contact::rms(&heights));
+    let rms_height = params.gap_bins.map_or(1.0, |_| contact::rms(heights.as_slice()));
     Ok((AdhesivePath::new(threads, body, adhesion, &heights), scales, rms_height))
 }
 
