@@ -38,8 +38,8 @@ def described(name, page):
 
 
 def text(markup):
-    """Returns the text of a piece of HTML."""
-    return html.unescape(re.sub(r"<[^>]+>", "", markup)).rstrip()
+    """Returns the text of a piece of HTML, whose attributes are blocks."""
+    return html.unescape(re.sub(r"<[^>]+>", "", markup.replace("</div>", "\n"))).rstrip()
 
 
 def main():
