@@ -163,7 +163,7 @@ impl AdhesiveContact {
     /// returns to the state before.
     pub fn press(&mut self, mean_pressure: Pressure) -> Result<AdhesiveState, PressError> {
         let load = mean_pressure.reduced(&self.scale);
-        if !(load.abs() <= LOADS[1]) {
+        if load.is_nan() || load.abs() > LOADS[1] {
             return Err(PressError::Load(load));
         }
         let state = self.step(Target::Load(load), Length::metres(f64::NAN))?;
