@@ -166,7 +166,7 @@ impl AdhesiveContact {
         if load.is_nan() || load.abs() > LOADS[1] {
             return Err(PressError::Load(load));
         }
-        let state = self.step(Target::Load(load), Length::metres(f64::NAN))?;
+        let state = self.step(Target::Load(load))?;
         Ok(if state.is_apart() { state } else { AdhesiveState { mean_pressure, ..state } })
     }
 
@@ -180,16 +180,16 @@ impl AdhesiveContact {
         if !(gap > 0.0 && gap.is_finite()) {
             return Err(PressError::MeanGap(mean_gap));
         }
-        let state = self.step(Target::MeanGap(gap), mean_gap)?;
+        let state = self.step(Target::MeanGap(gap))?;
         Ok(AdhesiveState { mean_gap: Some(mean_gap), ..state })
     }
 
-    fn step(&mut self, target: Target, wanted: Length) -> Result<AdhesiveState, PressError> {
+    fn step(&mut self, target: Target) -> Result<AdhesiveState, PressError> {
         let before = self.path.gap().map(<[f64]>::to_vec);
         let state = self.path.step(target, &self.settings, &|| false);
         let error = match state.stop {
             Stop::Converged | Stop::PulledOff => return Ok(self.state(&state)),
-            Stop::GapNotReached => PressError::NotReached(wanted),
+            Stop::GapNotReached => PressError::NotReached,
             Stop::PairLimit | Stop::Stalled | Stop::Interrupted => {
                 PressError::NotConverged { pairs: state.pairs, residual: state.residual }
             }

@@ -142,11 +142,11 @@ pub enum PressError {
     #[error("the mean gap is {0}; it must be positive and finite")]
     MeanGap(Length),
     /// The surfaces do not touch at the mean gap.
-    #[error("the surfaces do not touch at the mean gap {0}; choose a smaller one")]
-    NoContact(Length),
-    /// No load gives the mean gap.
-    #[error("no load gives the mean gap {0}")]
-    NotReached(Length),
+    #[error("the surfaces do not touch at this mean gap; choose a smaller one")]
+    NoContact,
+    /// No load gives the mean gap, or an adhesive contact jumps past it.
+    #[error("no load gives this mean gap; choose a larger one, or another path with adhesion")]
+    NotReached,
     /// The residual is above the tolerance.
     #[error(
         "the contact did not converge within {pairs} pairs of transforms: the residual is {residual:.1e}; raise \
@@ -288,20 +288,7 @@ impl<P: ContactPressure> Contact<P> {
             return Err(PressError::MeanGap(mean_gap));
         }
         let gap = Prescribed::MeanGap(reduced);
-        let mut stop = Stop::Converged;
-        let pressed = self.solve(
-            |solver| {
-                let (load, outcome) = solver.press_to(gap, &self.settings, &|| false);
-                stop = outcome.stop;
-                (load, outcome)
-            },
-            None,
-        );
-        match stop {
-            Stop::NoContact => Err(PressError::NoContact(mean_gap)),
-            Stop::NotReached => Err(PressError::NotReached(mean_gap)),
-            _ => pressed,
-        }
+        self.solve(|solver| solver.press_to(gap, &self.settings, &|| false), None)
     }
 
     /// Solves a load that the solver returns with its outcome. `given` is the mean pressure, if it
@@ -316,9 +303,14 @@ impl<P: ContactPressure> Contact<P> {
             let (load, outcome) = solve(solver);
             (load, outcome, solver.pressure().to_vec())
         });
-        if outcome.stop == Stop::PairLimit {
-            let Outcome { pairs, residual, .. } = outcome;
-            return Err(PressError::NotConverged { pairs, residual });
+        match outcome.stop {
+            Stop::Converged | Stop::FullContact => (),
+            Stop::NoContact => return Err(PressError::NoContact),
+            Stop::NotReached => return Err(PressError::NotReached),
+            Stop::PairLimit | Stop::Interrupted => {
+                let Outcome { pairs, residual, .. } = outcome;
+                return Err(PressError::NotConverged { pairs, residual });
+            }
         }
         if let Some(compliance) = prepared.uniform_compliance {
             // The solver leaves the uniform compression of a layer out.

@@ -89,7 +89,7 @@ fn loads_that_are_not_positive_and_finite_are_errors() {
         assert!(matches!(gap, Err(PressError::MeanGap(_))), "{odd}");
     }
     let far = contact.press_to_gap(Length::metres(1.0));
-    assert!(matches!(far, Err(PressError::NoContact(_))));
+    assert!(matches!(far, Err(PressError::NoContact)));
 }
 
 #[test]
