@@ -20,7 +20,7 @@ def printed(command):
 
 
 def main():
-    cargo = ["cargo", "run", "--release", "--quiet", "--package", "asperity-contact", "--example"]
+    cargo = ["cargo", "run", "--release", "--quiet", "--example"]
     names = sorted(path.stem for path in (REPOSITORY / "crates/contact/examples").glob("*.rs"))
     twins = sorted(path.stem for path in (REPOSITORY / "python/examples").glob("*.py"))
     assert names == twins, f"each example needs a twin: {names} in Rust, {twins} in Python"

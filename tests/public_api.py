@@ -11,7 +11,7 @@ import re
 import sys
 from pathlib import Path
 
-CRATES = ["asperity", "asperity-topography-files"]
+CRATES = ["asperity", "asperity-contact", "asperity-topography-files"]
 LISTS = Path(__file__).parent / "public-api"
 CODE = r'<h[34] class="code-header">(.*?)</h[34]>'
 
@@ -38,8 +38,8 @@ def described(name, page):
 
 
 def text(markup):
-    """Returns the text of a piece of HTML."""
-    return html.unescape(re.sub(r"<[^>]+>", "", markup)).rstrip()
+    """Returns the text of a piece of HTML, whose attributes are blocks."""
+    return html.unescape(re.sub(r"<[^>]+>", "", markup.replace("</div>", "\n"))).rstrip()
 
 
 def main():

@@ -60,10 +60,10 @@ pub fn implausible(
     format: Option<&str>,
     has_given_sides: bool,
 ) -> PyResult<Vec<String>> {
-    let (grid, heights) = conversion::heights(py, &heights, size)?;
-    let unit = unit.unwrap_or_default();
-    let warnings = || direct::implausible(grid, heights, unit, format, has_given_sides);
-    let checked = py.detach(|| check_range(grid, heights).map(|()| warnings()));
+    let (grid, values) = conversion::heights(py, &heights, size)?;
+    let in_unit = unit.unwrap_or_default();
+    let warnings = || direct::implausible(grid, values, in_unit, format, has_given_sides);
+    let checked = py.detach(|| check_range(grid, values).map(|()| warnings()));
     checked.map_err(|error| surface_error(py, &error))
 }
 

@@ -69,9 +69,9 @@ fn shows_the_map(sample: &Sample) {
 
 #[test]
 fn nodes_outside_of_a_map_have_no_height() {
-    let map = first_map(b"1 2 3\n4 5 6\n");
-    assert_eq!((map.nodes(), map.get(2, 1)), ([3, 2], Some(6.0)));
-    for (i, j) in [(3, 0), (0, 2), (usize::MAX, 1), (1, usize::MAX)] {
+    let map = first_map(b"1 2 3 4\n5 6 7 8\n");
+    assert_eq!((map.nodes(), map.get(2, 1)), ([4, 2], Some(7.0)));
+    for (i, j) in [(4, 0), (0, 2), (usize::MAX, 1), (1, usize::MAX)] {
         assert_eq!(map.get(i, j), None);
     }
 }
