@@ -14,6 +14,13 @@ const GAP_ERROR: f64 = 1e-11;
 /// of the load at which a state becomes unstable is about the residual.
 const SEARCH_TOLERANCE: f64 = 0.1;
 
+/// Largest residual of a state, as a fraction of the largest attraction and of the load. With a
+/// larger one the state need not bear its load: both are far below E* h′ for stiff bodies.
+const MAX_SHARE: f64 = 1e-2;
+
+/// Residual that rounding leaves.
+const ROUNDING: f64 = 1e-10;
+
 /// State of an adhesive contact, without its maps.
 ///
 /// Gaps and displacements are in units of a L, pressures in units of a E*, and energies are per
@@ -165,6 +172,7 @@ impl AdhesivePath {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> AdhesiveState {
+        let settings = &Settings { tolerance: self.tolerance(target, settings), ..*settings };
         match target {
             Target::MeanGap(gap) => {
                 assert!(gap.is_finite() && gap > 0.0, "the mean gap must be positive and finite");
@@ -175,6 +183,16 @@ impl AdhesivePath {
                 self.step_to_load(load, settings, watch)
             }
         }
+    }
+
+    /// Returns the largest residual of a state: the given tolerance, or less if the attraction or
+    /// the load is small beside it.
+    fn tolerance(&self, target: Target, settings: &Settings) -> f64 {
+        let load = if let Target::Load(load) = target { load.abs() } else { 0.0 };
+        let scales = [self.adhesion.largest_attraction(), load];
+        let is_given = |scale: &f64| *scale > 0.0;
+        let smallest = scales.into_iter().filter(is_given).fold(f64::INFINITY, f64::min);
+        settings.tolerance.min((MAX_SHARE * smallest).max(ROUNDING))
     }
 
     fn step_to_load(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> AdhesiveState {

@@ -61,7 +61,7 @@ pub struct SolveTable {
     /// Tolerance of the solver, a pure number. A load is solved when the largest gap in contact and
     /// the largest penetration outside contact, both divided by rms slope × mesh step, are at most
     /// this number. With `adhesion` the largest error of a pressure is at most this number, in
-    /// units of E* × rms slope.
+    /// units of E* × rms slope, and at most a hundredth of the largest attraction and of the load.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "default" = DEFAULT_TOLERANCE))]
     #[schemars(transform = swept)]
     pub tolerance: Key<f64>,

@@ -144,6 +144,19 @@ fn states_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
+fn stiff_bodies_bear_the_light_load_that_is_prescribed() {
+    // Steel with a work of adhesion of 50 mJ/m² and a range of 0.1 µm: the attraction is 2e-5 E* h′.
+    let adhesion = Adhesion::new(2e-7, 0.01).unwrap();
+    let settings = Settings { tolerance: 5e-5, ..Settings::default() };
+    for load in [4e-8, 4e-6, 4e-5, 4e-3] {
+        let mut path = path(64, &rough64(), adhesion);
+        let state = path.step(Target::Load(load), &settings, &|| false);
+        assert_eq!(state.stop, Stop::Converged);
+        assert!((state.mean_pressure / load - 1.0).abs() < 0.01, "{load}: {state:?}");
+    }
+}
+
+#[test]
 fn without_work_of_adhesion_nothing_attracts() {
     let mut path = path(64, &rough64(), Adhesion::new(0.0, 0.01).unwrap());
     let state = solved(&mut path, Target::Load(0.05));
