@@ -123,9 +123,7 @@ pub enum ContactError {
 #[non_exhaustive]
 pub enum PressError {
     /// The load is not positive and finite.
-    #[error(
-        "the mean pressure is {0:e} E* × rms slope; it must be positive and finite, at least 1e-15"
-    )]
+    #[error("the mean pressure is {0:e} E* × rms slope; it must be between 1e-15 and 1e15")]
     Load(f64),
     /// The mean pressure is not below the hardness.
     #[error(
@@ -150,7 +148,7 @@ pub enum PressError {
     /// The residual is above the tolerance.
     #[error(
         "the contact did not converge within {pairs} pairs of transforms: the residual is {residual:.1e}; raise \
-         `tolerance` or `max_pairs`"
+         `tolerance` or `max_pairs` of `Contact`, or take shorter steps along the path of an `AdhesiveContact`"
     )]
     #[non_exhaustive]
     NotConverged {

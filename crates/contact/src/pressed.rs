@@ -8,7 +8,7 @@ use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::morphology::area::{ContactArea, YASTREBOV_2017};
 use asperity_mechanics::morphology::clusters;
 use asperity_mechanics::morphology::map::ContactMap;
-use asperity_mechanics::solver::{Outcome, Stop};
+use asperity_mechanics::solver::Outcome;
 use asperity_mechanics::threads::Threads;
 use thiserror::Error;
 
@@ -84,7 +84,7 @@ impl<P: ContactPressure> Pressed<P> {
 
     /// Returns true if every node is in contact.
     pub fn is_full_contact(&self) -> bool {
-        self.outcome.stop == Stop::FullContact
+        self.outcome.contact_nodes == self.pressure.len()
     }
 
     /// Returns the mean gap over the map. Nodes that have yielded count as zero gap.
