@@ -5,7 +5,7 @@
 use asperity_contact::{Adhesion, AdhesiveContact, EnergyPerArea, Grid, Length, Material};
 use asperity_contact::{Pressure, RandomSurface, Spectrum};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let grid = Grid::square(64, Length::nanometres(400.0))?;
     let spectrum = Spectrum::new(0.8, 1..=4)?;
     let surface = RandomSurface::with_rms_slope(spectrum, 0.05).seed(3).draw(grid)?;

@@ -9,7 +9,7 @@ const SURFACES: u32 = 16;
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-fn main() -> Result<(), Failure> {
+pub fn main() -> Result<(), Failure> {
     let grid = Grid::square(128, Length::micrometres(100.0))?;
     let random = RandomSurface::with_rms_slope(Spectrum::new(0.8, 4..=16)?, 0.1).seed(1);
     let area = |realization: u32| -> Result<f64, Failure> {

@@ -4,7 +4,7 @@
 
 use asperity_contact::{Contact, Grid, Layer, Length, Material, Pressure, RandomSurface, Spectrum};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let grid = Grid::square(128, Length::micrometres(100.0))?;
     let spectrum = Spectrum::new(0.8, 2..=16)?;
     let surface = RandomSurface::with_rms_slope(spectrum, 0.1).seed(1).draw(grid)?;

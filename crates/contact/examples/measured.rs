@@ -1,4 +1,4 @@
-//! From the file of an instrument to the contact area of an isolated patch. A path can be given.
+//! From the file of an instrument to the contact area of an isolated patch.
 
 #![allow(clippy::print_stdout)]
 
@@ -7,8 +7,8 @@ use asperity_topography_files::read;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/topography/datx-1.datx");
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let bytes = std::fs::read(std::env::args().nth(1).unwrap_or_else(|| FILE.to_owned()))?;
+pub fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let bytes = std::fs::read(FILE)?;
     let file = read(&bytes)?;
     let chosen = file.default_channel().ok_or("the file has no channel of heights")?;
     let map = file.channels()[chosen.index].map();
