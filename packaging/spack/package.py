@@ -12,14 +12,14 @@ class Asperity(CargoPackage):
     FFT boundary-element solver, and averages the results over many surfaces."""
 
     homepage = "https://github.com/asperity/asperity"
-    url = "https://github.com/asperity/asperity/archive/refs/tags/v0.1.0.tar.gz"
+    url = "https://github.com/asperity/asperity/archive/refs/tags/v0.2.0.tar.gz"
     git = "https://github.com/asperity/asperity.git"
 
     license("MIT OR Apache-2.0", checked_by="asperity")
 
     version("main", branch="main")
-    # `spack checksum asperity 0.1.0` prints the checksum of the released archive.
-    version("0.1.0", sha256="0" * 64)
+    # `spack checksum asperity 0.2.0` prints the checksum of the released archive.
+    version("0.2.0", sha256="0" * 64)
 
     depends_on("c", type="build")
     depends_on("rust@1.95:", type="build")
