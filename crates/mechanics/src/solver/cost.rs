@@ -9,8 +9,8 @@ use crate::elasticity::PeriodicHalfSpace;
 use crate::fft::Transform;
 use crate::grid::{Boundary, Cell, Grid};
 
-/// Ratio of the time of an iteration to the time of its transforms: 2.3 on processors with AVX2, and
-/// 3.1 on one with AVX-512, whose transforms wait less for memory.
+/// Ratio of the time of an iteration to the time of its transforms: 2.3 on processors with AVX2,
+/// and 3.1 on one with AVX-512, whose transforms wait less for memory.
 const OVERHEAD: f64 = 2.7;
 
 /// Expected number of transform pairs for a load at the default tolerance.

@@ -145,7 +145,7 @@ fn states_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn stiff_bodies_bear_the_light_load_that_is_prescribed() {
-    // Steel with a work of adhesion of 50 mJ/m² and a range of 0.1 µm: the attraction is 2e-5 E* h′.
+    // Steel with a work of adhesion of 50 mJ/m² and a range of 0.1 µm: w/ρ is 2e-5 E* h′.
     let adhesion = Adhesion::new(2e-7, 0.01).unwrap();
     let settings = Settings { tolerance: 5e-5, ..Settings::default() };
     for load in [4e-8, 4e-6, 4e-5, 4e-3] {
