@@ -200,11 +200,11 @@ fn segment<const A: usize, const O: usize, const K: usize, const H: usize>(
         }
     }
     let mut in_segment = Found::ZERO;
-    for k in 0..K {
-        in_segment.sums[k] = sums[k].into_iter().sum();
+    for (sum, lanes) in in_segment.sums.iter_mut().zip(sums) {
+        *sum = lanes.into_iter().sum();
     }
-    for h in 0..H {
-        in_segment.highest[h] = highest[h].into_iter().fold(f64::NEG_INFINITY, greater);
+    for (largest, lanes) in in_segment.highest.iter_mut().zip(highest) {
+        *largest = lanes.into_iter().fold(f64::NEG_INFINITY, greater);
     }
     found.add(in_segment);
 }
