@@ -1,7 +1,8 @@
-"""Writes and runs the notebook of the documentation: `python python/notebook.py`. With `--check` it only runs
-the existing notebook.
+"""Writes and runs the notebooks of the documentation: `python python/notebook.py`. With `--check` it only runs
+the existing notebooks.
 """
 
+import ast
 import sys
 from pathlib import Path
 
@@ -9,9 +10,10 @@ import nbformat
 from nbclient import NotebookClient
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-NOTEBOOK = REPOSITORY / "docs/notebooks/measured-contact.ipynb"
+NOTEBOOKS = REPOSITORY / "docs/notebooks"
+EXAMPLES = ["press", "measured", "adhesion", "layer", "flow", "ensemble"]
 
-CELLS = [
+MEASURED_CONTACT = [
     """# From a measured file to a contact curve
 
 This notebook reads a scan of 10 µm × 10 µm from an atomic force microscope, levels and describes it, and presses
@@ -73,9 +75,19 @@ both theories is therefore a property of this scan.""",
 ]
 
 
-def notebook() -> nbformat.NotebookNode:
+def six_contacts() -> list[str]:
+    """Returns the examples as cells: the docstring of each, and its program."""
+    cells = ["# Six contacts\n\nThe programs of `python/examples`, whose twins in Rust print the same numbers."]
+    for name in EXAMPLES:
+        text = (REPOSITORY / f"python/examples/{name}.py").read_text()
+        says = ast.get_docstring(ast.parse(text))
+        cells += [f"## {name.capitalize()}\n\n{says}", text.split('"""', 2)[2].strip()]
+    return cells
+
+
+def notebook(texts: list[str]) -> nbformat.NotebookNode:
     cells = []
-    for number, text in enumerate(CELLS):
+    for number, text in enumerate(texts):
         is_code = not text.startswith(("#", "The "))
         new = nbformat.v4.new_code_cell if is_code else nbformat.v4.new_markdown_cell
         # Equal text gives equal bytes.
@@ -90,15 +102,15 @@ def run(node: nbformat.NotebookNode) -> nbformat.NotebookNode:
 
 
 def main() -> None:
-    if "--check" in sys.argv:
-        written = nbformat.read(NOTEBOOK, as_version=4)
-        sources = [cell.source for cell in written.cells]
-        assert sources == CELLS, "the notebook differs from this script: run the script without --check"
-        run(notebook())
-        print(f"{NOTEBOOK.relative_to(REPOSITORY)} runs")
-        return
-    NOTEBOOK.parent.mkdir(parents=True, exist_ok=True)
-    nbformat.write(run(notebook()), NOTEBOOK)
+    for name, texts in {"measured-contact": MEASURED_CONTACT, "six-contacts": six_contacts()}.items():
+        path = NOTEBOOKS / f"{name}.ipynb"
+        if "--check" in sys.argv:
+            sources = [cell.source for cell in nbformat.read(path, as_version=4).cells]
+            assert sources == texts, f"{name} differs from this script: run the script without --check"
+            run(notebook(texts))
+            print(f"{path.relative_to(REPOSITORY)} runs")
+        else:
+            nbformat.write(run(notebook(texts)), path)
 
 
 if __name__ == "__main__":

@@ -1,15 +1,10 @@
-"""From the file of an instrument to the contact area of an isolated patch. A path can be given."""
-
-import sys
-from pathlib import Path
+"""From the file of an instrument to the contact area of an isolated patch."""
 
 from scipy.ndimage import label
 
 import asperity
 
-FILE = Path(__file__).resolve().parents[2] / "data/topography/datx-1.datx"
-
-scan = asperity.read(sys.argv[1] if len(sys.argv) > 1 else FILE)
+scan = asperity.read("data/topography/datx-1.datx")
 surface = scan.detrend("plane").fill("harmonic")
 print("rms_slope", surface.statistics()["rms_slope"], "1")
 
