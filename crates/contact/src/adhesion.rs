@@ -4,7 +4,7 @@ use std::fmt;
 use std::num::NonZeroUsize;
 
 use asperity_mechanics::adhesion as mechanics;
-use asperity_mechanics::adhesion::{AdhesivePath, Settings, Stop, Target};
+use asperity_mechanics::adhesion::{AdhesivePath, BISTABLE, Settings, Stop, Target};
 use asperity_mechanics::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfSpace};
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::threads::{Threads, available_cores};
@@ -77,15 +77,7 @@ pub struct AdhesiveContact {
     path: AdhesivePath,
     grid: Grid,
     scale: Scale,
-    settings: Settings,
 }
-
-/// Δx w/(E* ρ²) above which single nodes have two states.
-const BISTABLE: f64 = std::f64::consts::FRAC_PI_2;
-
-/// Settings of studies.
-const SETTINGS: Settings =
-    Settings { tolerance: 5e-5, pair_limit: 20_000, pull_off_tolerance: 1e-5 };
 
 impl AdhesiveContact {
     /// Prepares the contact of a periodic surface.
@@ -126,11 +118,6 @@ impl AdhesiveContact {
         let grid = surface.map().grid();
         let (length, pressure) = (scale.units.length(), scale.units.pressure());
         let (joules, metres) = (work.in_joules_per_square_metre(), range.in_metres());
-        let [step_x, step_y] = grid.spacing();
-        let number = step_x.max(step_y) * joules / (modulus * metres * metres);
-        if number > BISTABLE {
-            return Err(ContactError::TooCoarse { number });
-        }
         let (work, range) = (joules / (pressure * length), metres / length);
         let adhesion = mechanics::Adhesion::new(work, range).map_err(|error| match error {
             mechanics::AdhesionError::Work(value) => {
@@ -138,12 +125,17 @@ impl AdhesiveContact {
             }
             _ => ContactError::Range { quantity: "range of the attraction", value: range },
         })?;
+        let [step_x, step_y] = grid.spacing();
+        let number = adhesion.mesh_number(step_x.max(step_y) / grid.cell().longer_side());
+        if number > BISTABLE {
+            return Err(ContactError::TooCoarse { number });
+        }
         let body: &dyn ElasticOperator = match boundary {
             Boundary::Periodic => &PeriodicHalfSpace::new(grid),
             Boundary::Free => &FreeHalfSpace::new(grid),
         };
         let path = AdhesivePath::new(Threads::one(), body, adhesion, &heights);
-        Ok(Self { path, grid: surface.grid(), scale, settings: SETTINGS })
+        Ok(Self { path, grid: surface.grid(), scale })
     }
 
     /// Sets the number of threads that share the work of one state; 0 is the number of cores. By
@@ -186,7 +178,7 @@ impl AdhesiveContact {
 
     fn step(&mut self, target: Target) -> Result<AdhesiveState, PressError> {
         let before = self.path.gap().map(<[f64]>::to_vec);
-        let state = self.path.step(target, &self.settings, &|| false);
+        let state = self.path.step(target, &Settings::OF_STUDIES, &|| false);
         let error = match state.stop {
             Stop::Converged | Stop::PulledOff => return Ok(self.state(&state)),
             Stop::GapNotReached => PressError::NotReached,

@@ -53,7 +53,8 @@ pub struct Contact<P = Pressure> {
     pressure: PhantomData<P>,
 }
 
-/// Surface and body, with the solvers that are idle. Results keep it for their gaps.
+/// Surface and body, with the solvers that are idle. Results keep it to compute gaps and
+/// displacements from their pressures.
 pub(crate) struct Prepared {
     surface: PreparedSurface,
     idle: Mutex<Vec<Solver>>,

@@ -51,6 +51,7 @@ use super::elasticity::ElasticOperator;
 use super::fft::Scratch;
 use super::grid::Boundary;
 use super::reduced::ReducedHeights;
+use super::solver::DEFAULT_TOLERANCE;
 use super::threads::Threads;
 
 mod body;
@@ -145,11 +146,18 @@ impl Adhesion {
     /// Returns Δx w/(E* ρ²) for a mesh step Δx in units of the longer side.
     ///
     /// It compares the curvature of the interaction with the stiffness of the finest waves of the
-    /// mesh, π E*/(2 Δx).
+    /// mesh, π E*/(2 Δx). Above [`BISTABLE`], single nodes have two states.
     pub fn mesh_number(self, step: f64) -> f64 {
         step * self.work / (self.range * self.range)
     }
 }
+
+/// Mesh number Δx w/(E* ρ²) above which single nodes have two states.
+///
+/// A wave of the shortest wavelength 2Δx has the stiffness π E*/(2 Δx), and the attraction changes
+/// by at most w/ρ² per length. Above this number the attraction changes faster than the elastic
+/// pressure of the wave.
+pub const BISTABLE: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Quantity that is prescribed for a state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -175,6 +183,12 @@ impl Default for Settings {
     fn default() -> Self {
         Self { tolerance: 1e-9, pair_limit: 20_000, pull_off_tolerance: 1e-4 }
     }
+}
+
+impl Settings {
+    /// Default settings of studies and of `asperity-contact`.
+    pub const OF_STUDIES: Self =
+        Self { tolerance: DEFAULT_TOLERANCE, pair_limit: 20_000, pull_off_tolerance: 1e-5 };
 }
 
 /// Reason why the computation of a state ended.

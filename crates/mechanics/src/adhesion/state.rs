@@ -213,17 +213,17 @@ impl AdhesivePath {
         pairs += self.restore();
         let end = self.descend(Control::MeanGap, &mut pairs, settings, watch);
         if end.stop != Stop::Converged {
-            return AdhesiveState { stop: end.stop, ..self.pulled_off(pairs, None) };
+            return self.failed(end, pairs);
         }
         let holds = end.mean_pressure / self.on_mesh();
         match self.search_pull_off([holds, load], &mut pairs, settings, watch) {
             Ok(load) => self.pulled_off(pairs, Some(load)),
-            Err(stop) => AdhesiveState { stop, ..self.pulled_off(pairs, None) },
+            Err(end) => self.failed(end, pairs),
         }
     }
 
     /// Returns the lowest load that the bodies bear, given the load of the last state and a lower
-    /// load that they did not bear, or the reason why a trial ended without an answer.
+    /// load that they did not bear, or the end of a trial without an answer.
     ///
     /// A long step may tear off bodies that would bear the load if it grew slowly. The search
     /// therefore ends only after a short step from a state that holds has torn them off.
@@ -233,7 +233,7 @@ impl AdhesivePath {
         pairs: &mut u32,
         settings: &Settings,
         watch: &dyn Watch,
-    ) -> Result<f64, Stop> {
+    ) -> Result<f64, End> {
         let accuracy = settings.pull_off_tolerance * self.adhesion.largest_attraction();
         let tolerance = settings.tolerance.min(SEARCH_TOLERANCE * accuracy);
         let settings = &Settings { tolerance, ..*settings };
@@ -258,7 +258,7 @@ impl AdhesivePath {
                     }
                 }
                 Stop::PulledOff => (fails, torn_from) = (load, holds),
-                stop => return Err(stop),
+                _ => return Err(end),
             }
         }
     }
@@ -281,6 +281,11 @@ impl AdhesivePath {
     /// Returns the ratio of the mean pressure over the mesh to that over the map.
     fn on_mesh(&self) -> f64 {
         self.body.domain.map_nodes() as f64 / self.body.domain.mesh_nodes() as f64
+    }
+
+    /// Parts the bodies after a descent without an answer.
+    fn failed(&mut self, End { stop, residual, .. }: End, pairs: u32) -> AdhesiveState {
+        AdhesiveState { stop, residual, ..self.pulled_off(pairs, None) }
     }
 
     /// Parts the bodies.

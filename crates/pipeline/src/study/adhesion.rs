@@ -3,6 +3,7 @@
 use crate::study::{Stage, Study, Work};
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
+use asperity_mechanics::adhesion::BISTABLE;
 use asperity_mechanics::topography::shapes::Shape;
 use asperity_stages::Recipe;
 use asperity_stages::columns::WORK_OF_ADHESION;
@@ -22,7 +23,7 @@ impl Study {
         };
         let number = of_adhesion(stage).map(number).reduce(f64::max)?;
         (number > keys::RESOLVED).then(|| {
-            let error = if number > keys::BISTABLE {
+            let error = if number > BISTABLE {
                 "single nodes jump into contact, and the hysteresis is an artefact of the mesh"
                     .to_owned()
             } else {

@@ -68,9 +68,6 @@ const PAIR_COST: f64 = 5.5;
 /// on 128² and 256² nodes.
 const FREE: f64 = 13.0;
 
-/// Accuracy of the load at which surfaces separate, relative to the largest attraction w/ρ.
-const PULL_OFF_TOLERANCE: f64 = 1e-5;
-
 /// Code in the column `stop` of states in which the surfaces are apart.
 pub const PULLED_OFF: &str = "pulled-off";
 
@@ -135,11 +132,7 @@ pub fn all_columns() -> Vec<Column> {
 
 impl Params {
     fn settings(&self) -> Settings {
-        Settings {
-            tolerance: self.tolerance,
-            pair_limit: self.max_pairs,
-            pull_off_tolerance: PULL_OFF_TOLERANCE,
-        }
+        Settings { tolerance: self.tolerance, pair_limit: self.max_pairs, ..Settings::OF_STUDIES }
     }
 
     /// Returns the parameter columns that all rows share, with their values.

@@ -236,6 +236,7 @@ fn a_pair_limit_during_the_search_for_the_pull_off_load_parts_the_bodies() {
     let few = Settings { pair_limit: 1, ..settings };
     let state = path.step(Target::Load(-10.0), &few, &|| false);
     assert_eq!(state.stop, Stop::PairLimit);
+    assert!(state.residual > settings.tolerance);
     assert!(path.gap().is_none());
     assert_eq!(state.pull_off_load, None);
     assert_eq!(path.step(Target::Load(0.05), &settings, &|| false).stop, Stop::Converged);

@@ -20,14 +20,11 @@ use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, positive_items, work};
 use asperity_manifest::keys::{Key, Spanned, deserialize_either};
+use asperity_mechanics::adhesion::{BISTABLE, Settings};
 use asperity_mechanics::grid::Boundary;
 
 /// Maximum number of states of a path.
 const MAX_STATES: u32 = 10_000;
-
-/// Default of `max_pairs`. The search for the load of pull-off is one state, and takes about twenty
-/// trials.
-const PAIR_LIMIT: u32 = 20_000;
 
 /// Attraction between the surfaces, the value of `adhesion`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
@@ -148,7 +145,11 @@ pub fn recipes(
         control,
         targets,
         tolerance: checks.number("tolerance", &table.tolerance)?,
-        max_pairs: checks.value_or("max_pairs", &table.max_pairs, PAIR_LIMIT)?,
+        max_pairs: checks.value_or(
+            "max_pairs",
+            &table.max_pairs,
+            Settings::OF_STUDIES.pair_limit,
+        )?,
         keeps_maps: keeps_maps(table, checks)?,
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
@@ -162,13 +163,6 @@ pub fn recipes(
     };
     Some(forces.into_iter().map(on_area).collect())
 }
-
-/// Mesh number Δx w/(E* ρ²) above which single nodes have two states.
-///
-/// A wave of the shortest wavelength 2Δx has the stiffness π E*/(2 Δx), and the attraction changes
-/// by at most w/ρ² per length. Above this number the attraction changes faster than the elastic
-/// pressure of the wave.
-pub const BISTABLE: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Refuses a mesh on which single nodes jump into contact.
 fn check_mesh(
