@@ -9,9 +9,11 @@ use std::error::Error;
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use miette::{
-    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode,
+    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteDiagnostic, NamedSource, Report,
+    SourceCode,
 };
 use thiserror::Error;
 
@@ -92,6 +94,28 @@ impl Problem {
 
     fn start(&self) -> usize {
         self.labels.first().map_or(0, |(span, _)| span.start)
+    }
+
+    /// Returns the problem with the text of the manifest, or `None` if the lines around a label are
+    /// too long for a display.
+    fn shown_in(&self, source: &Arc<NamedSource<String>>) -> Option<Report> {
+        let mut labels = Vec::new();
+        for (span, label) in &self.labels {
+            let span = first_line(span, source.inner()).into();
+            let excerpt = source.read_span(&span, 1, 1);
+            if excerpt.is_ok_and(|excerpt| excerpt.data().len() > MAX_EXCERPT) {
+                return None;
+            }
+            let label = Some(sanitized(label));
+            labels.push(if labels.is_empty() {
+                LabeledSpan::new_primary_with_span(label, span)
+            } else {
+                LabeledSpan::new_with_span(label, span)
+            });
+        }
+        let mut shown = MietteDiagnostic::new(wrapped(&sanitized(&self.message)));
+        shown.help = self.help.as_deref().map(|help| wrapped(&sanitized(help)));
+        Some(Report::new(shown.with_labels(labels)).with_source_code(source.clone()))
     }
 }
 
@@ -206,15 +230,16 @@ impl ManifestErrors {
         let sources = self.sources.iter();
         let named: Vec<_> = sources
             .map(|source| NamedSource::new(sanitized(&source.name), sanitized(&source.text)))
+            .map(Arc::new)
             .collect();
         let mut page = String::new();
         for problem in self.problems.iter().take(MAX_SHOWN) {
             let index = self.source_index(problem.start());
-            let shown = ProblemInText::new(&self.within(problem, index), &named[index]);
+            let shown = self.within(problem, index).shown_in(&named[index]);
             if problem.labels.is_empty() {
                 page.push_str(&format!("{}:\n", sanitized(&self.file)));
             }
-            if shown.is_long() || handler.render_report(&mut page, &shown).is_err() {
+            if !shown.is_some_and(|shown| handler.render_report(&mut page, &*shown).is_ok()) {
                 let place = self.place(problem).unwrap_or_else(|| self.file.clone());
                 page.push_str(&sanitized(&format!("{place}: {problem}\n")));
             }
@@ -287,44 +312,6 @@ fn count(problems: usize) -> String {
     }
 }
 
-/// A problem together with the text of the manifest, for `miette`.
-#[derive(Debug)]
-struct ProblemInText<'a> {
-    message: String,
-    labels: Vec<LabeledSpan>,
-    help: Option<String>,
-    source: &'a NamedSource<String>,
-}
-
-impl<'a> ProblemInText<'a> {
-    fn new(problem: &Problem, source: &'a NamedSource<String>) -> Self {
-        let text = source.inner();
-        let label = |(span, label): &(Span, String)| {
-            let span = first_line(span, text);
-            LabeledSpan::new_with_span(Some(sanitized(label)), span)
-        };
-        let mut labels: Vec<_> = problem.labels.iter().map(label).collect();
-        if let Some(first) = labels.first_mut() {
-            let (text, span) = (first.label().map(str::to_owned), *first.inner());
-            *first = LabeledSpan::new_primary_with_span(text, span);
-        }
-        Self {
-            message: wrapped(&sanitized(&problem.message)),
-            labels,
-            help: problem.help.as_deref().map(|help| wrapped(&sanitized(help))),
-            source,
-        }
-    }
-
-    /// Returns whether the lines around a label are too long for a display.
-    fn is_long(&self) -> bool {
-        self.labels.iter().any(|label| {
-            let excerpt = self.source.read_span(label.inner(), 1, 1);
-            excerpt.is_ok_and(|excerpt| excerpt.data().len() > MAX_EXCERPT)
-        })
-    }
-}
-
 /// Returns the part of `span` on the line of `text` on which the span starts, clamped to the length
 /// of `text`.
 fn first_line(span: &Span, text: &str) -> Span {
@@ -333,29 +320,6 @@ fn first_line(span: &Span, text: &str) -> Span {
     let lines = text.get(start..end).unwrap_or_default();
     let length = lines.find(['\r', '\n']).unwrap_or(lines.len());
     start..start + length
-}
-
-impl fmt::Display for ProblemInText<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for ProblemInText<'_> {}
-
-impl Diagnostic for ProblemInText<'_> {
-    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        let help = self.help.as_ref()?;
-        Some(Box::new(help))
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        Some(Box::new(self.labels.iter().cloned()))
-    }
-
-    fn source_code(&self) -> Option<&dyn miette::SourceCode> {
-        Some(self.source)
-    }
 }
 
 /// Maximum width of a line of a message, in characters.
