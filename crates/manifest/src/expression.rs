@@ -157,7 +157,7 @@ impl Expression {
             return Err(error(reason, 0..text.len()));
         }
         let mut parser = Parser { text, has_pi, position: 0 };
-        let read = parser.sum()?;
+        let read = parser.operations(0)?;
         match parser.peek() {
             None => Ok(read),
             Some(letter) => Err(parser.here(format!("unexpected `{letter}`"))),
@@ -263,7 +263,7 @@ impl fmt::Display for Expression {
             Expression::Column(name) => formatter.write_str(name),
             Expression::Negative(one) => {
                 write!(formatter, "-")?;
-                enclosed(formatter, one, one.rank() < 3)
+                enclosed(formatter, one, one.rank() < SIGN)
             }
             Expression::Call(function, one) => write!(formatter, "{}({one})", function.word()),
             Expression::Operation(operator, one, other) => {
@@ -284,7 +284,7 @@ impl Expression {
     fn rank(&self) -> u8 {
         match self {
             Expression::Number(_) | Expression::Column(_) | Expression::Call(..) => 5,
-            Expression::Negative(_) => 3,
+            Expression::Negative(_) => SIGN,
             Expression::Operation(operator, ..) => operator.rank(),
         }
     }
@@ -304,7 +304,18 @@ fn error(reason: String, at: Range<usize>) -> ExpressionError {
     ExpressionError { reason, at }
 }
 
-/// A recursive-descent parser of expressions.
+const OPERATORS: [(char, Operator); 5] = [
+    ('+', Operator::Sum),
+    ('-', Operator::Difference),
+    ('*', Operator::Product),
+    ('/', Operator::Quotient),
+    ('^', Operator::Power),
+];
+
+/// Precedence of a sign, between those of products and powers.
+const SIGN: u8 = 3;
+
+/// A parser of expressions by precedence climbing.
 struct Parser<'a> {
     text: &'a str,
     /// Whether `pi` is a number.
@@ -333,37 +344,31 @@ impl Parser<'_> {
         error(reason, self.position..self.position + letter.map_or(0, char::len_utf8))
     }
 
-    fn sum(&mut self) -> Result<Expression, ExpressionError> {
-        let mut sum = self.product()?;
-        while let Some(operator) = self.take(&[('+', Operator::Sum), ('-', Operator::Difference)]) {
-            sum = operation(operator, sum, self.product()?);
+    /// Parses operations of at least this precedence. Powers associate to the right, and their
+    /// exponents can have signs.
+    fn operations(&mut self, least: u8) -> Result<Expression, ExpressionError> {
+        let mut left = match self.take(&[('-', true), ('+', false)]) {
+            Some(true) => Expression::Negative(Box::new(self.operations(SIGN)?)),
+            Some(false) => self.operations(SIGN)?,
+            None => self.operand()?,
+        };
+        while let Some(operator) = self.operator(least) {
+            let is_power = operator == Operator::Power;
+            let right = self.operations(if is_power { SIGN } else { operator.rank() + 1 })?;
+            left = Expression::Operation(operator, Box::new(left), Box::new(right));
         }
-        Ok(sum)
+        Ok(left)
     }
 
-    fn product(&mut self) -> Result<Expression, ExpressionError> {
-        let mut product = self.signed()?;
-        while let Some(operator) = self.take(&[('*', Operator::Product), ('/', Operator::Quotient)])
-        {
-            product = operation(operator, product, self.signed()?);
+    /// Consumes the next character if it is an operator of at least this precedence.
+    fn operator(&mut self, least: u8) -> Option<Operator> {
+        let next = self.peek()?;
+        let (_, operator) = OPERATORS.iter().find(|(letter, _)| *letter == next)?;
+        if operator.rank() < least {
+            return None;
         }
-        Ok(product)
-    }
-
-    fn signed(&mut self) -> Result<Expression, ExpressionError> {
-        match self.take(&[('-', true), ('+', false)]) {
-            Some(true) => Ok(Expression::Negative(Box::new(self.signed()?))),
-            Some(false) => self.signed(),
-            None => self.power(),
-        }
-    }
-
-    fn power(&mut self) -> Result<Expression, ExpressionError> {
-        let base = self.operand()?;
-        match self.take(&[('^', ())]) {
-            Some(()) => Ok(operation(Operator::Power, base, self.signed()?)),
-            None => Ok(base),
-        }
+        self.position += 1;
+        Some(*operator)
     }
 
     fn operand(&mut self) -> Result<Expression, ExpressionError> {
@@ -385,7 +390,7 @@ impl Parser<'_> {
     /// Parses the rest of an expression in parentheses, up to and including the closing
     /// parenthesis.
     fn enclosed(&mut self) -> Result<Expression, ExpressionError> {
-        let inner = self.sum()?;
+        let inner = self.operations(0)?;
         match self.take(&[(')', ())]) {
             Some(()) => Ok(inner),
             None => Err(self.here("`)` is missing".to_owned())),
@@ -436,10 +441,6 @@ impl Parser<'_> {
         };
         Ok(Expression::Call(function, Box::new(self.enclosed()?)))
     }
-}
-
-fn operation(operator: Operator, one: Expression, other: Expression) -> Expression {
-    Expression::Operation(operator, Box::new(one), Box::new(other))
 }
 
 #[cfg(test)]
