@@ -26,6 +26,7 @@ use crate::diagnostics::{Problem, did_you_mean, listed};
 use crate::expression::{Expression, ExpressionError};
 use crate::keys::quantity::{self, Declared, Unit};
 use crate::keys::schema::{alternatives, is_number, is_of_type, is_type, words};
+use crate::keys::values::with_scalars;
 
 pub use dimensions::KnownUnit;
 pub use point::{Point, replaced};
@@ -263,8 +264,11 @@ impl<'a> Expressions<'a> {
                 }
             }
         }
-        let substitute = |(key, value)| (key, substituted(value, &quantities));
-        table.into_iter().map(substitute).collect()
+        let quantity = |start, old| {
+            Some(quantities.get(&start).map_or(old, |value: &&DeValue<'t>| (*value).clone()))
+        };
+        let entries = table.into_iter();
+        entries.filter_map(|(key, value)| Some((key, with_scalars(value, &quantity)?))).collect()
     }
 
     /// Returns the swept parameters on which the value of a key depends, and marks the parameters
@@ -296,22 +300,6 @@ fn first_unit(value: &Written<'_>) -> Option<&'static Unit> {
         DeValue::Table(table) => table.values().find_map(first_unit),
         _ => None,
     }
-}
-
-/// Returns a value in which texts at some positions are replaced.
-fn substituted<'t>(value: Written<'t>, by: &BTreeMap<usize, &DeValue<'t>>) -> Written<'t> {
-    let span = value.span();
-    let value = match value.into_inner() {
-        DeValue::Array(items) => {
-            DeValue::Array(items.into_iter().map(|item| substituted(item, by)).collect())
-        }
-        DeValue::Table(table) => {
-            let entries = table.into_iter();
-            DeValue::Table(entries.map(|(key, value)| (key, substituted(value, by))).collect())
-        }
-        other => by.get(&span.start).map_or(other, |value| (*value).clone()),
-    };
-    TomlSpanned::new(span, value)
 }
 
 #[cfg(test)]

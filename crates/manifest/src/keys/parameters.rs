@@ -60,18 +60,12 @@ impl<'i> Parameters<'i> {
     /// Marks a parameter as used. Among it and the parameters on which it depends, adds those that
     /// are swept to `swept`.
     pub fn use_in(&self, name: &str, swept: &mut BTreeSet<String>) {
-        let mut reached = BTreeSet::new();
-        let mut pending = vec![name];
-        while let Some(name) = pending.pop() {
-            let Some(parameter) = self.by_name.get(name).filter(|_| reached.insert(name)) else {
-                continue;
-            };
+        for (name, parameter) in self.reached(name) {
             if parameter.is_swept {
                 swept.insert(name.to_owned());
             }
-            pending.extend(parameter.uses.iter().map(|(name, _)| name.as_str()));
+            self.used.borrow_mut().insert(name.to_owned());
         }
-        self.used.borrow_mut().extend(reached.into_iter().map(str::to_owned));
     }
 
     /// Returns the first parameter with a unit among `name` and the parameters on which it depends.
@@ -79,18 +73,22 @@ impl<'i> Parameters<'i> {
         let has_unit = |value: &TomlSpanned<DeValue<'_>>| {
             value.get_ref().as_str().is_some_and(|text| split(text).is_some())
         };
-        let mut reached = BTreeSet::new();
+        let reached = self.reached(name).into_iter();
+        reached.filter(|(_, one)| one.values.iter().any(has_unit)).map(|(name, _)| name).next()
+    }
+
+    /// Returns the parameter `name` and those on which it depends.
+    fn reached<'p>(&'p self, name: &'p str) -> Vec<(&'p str, &'p Parameter<'i>)> {
+        let mut reached: Vec<(&str, &Parameter<'i>)> = Vec::new();
         let mut pending = vec![name];
         while let Some(name) = pending.pop() {
-            let Some(parameter) = self.by_name.get(name).filter(|_| reached.insert(name)) else {
-                continue;
-            };
-            if parameter.values.iter().any(has_unit) {
-                return Some(name);
+            let is_new = reached.iter().all(|(known, _)| *known != name);
+            if let Some(parameter) = self.by_name.get(name).filter(|_| is_new) {
+                reached.push((name, parameter));
+                pending.extend(parameter.uses.iter().map(|(name, _)| name.as_str()));
             }
-            pending.extend(parameter.uses.iter().map(|(name, _)| name.as_str()));
         }
-        None
+        reached
     }
 
     /// Reports parameters that no stage has used. Parameters before the position `inherited` may be

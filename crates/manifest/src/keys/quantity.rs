@@ -29,6 +29,7 @@ use crate::decimal;
 use crate::diagnostics::{Problem, Problems, Span, listed};
 use crate::keys::bounds::number;
 use crate::keys::schema::{alternatives, is_number};
+use crate::keys::values::with_scalars;
 
 use unit::UNITS;
 pub use unit::{Dimension, Unit};
@@ -172,10 +173,11 @@ pub struct Units {
 }
 
 /// Units and numbers that [`Units::read`] found in a table.
+#[derive(Default)]
 pub struct ReadUnits {
     pub units: Units,
-    /// For each scalar of the table, in order, its number if it is a quantity or a ratio of two.
-    pub numbers: Vec<Option<String>>,
+    /// Numbers of quantities, and ratios of two, by their positions.
+    pub numbers: BTreeMap<usize, String>,
     /// Keys with a reported problem.
     pub reported_keys: BTreeSet<String>,
 }
@@ -280,35 +282,24 @@ impl Units {
         problems: &mut Problems,
     ) -> ReadUnits {
         let scalars = scalars(table, layout, of_expression);
-        let mut read = ReadUnits {
-            units: Units::default(),
-            numbers: vec![None; scalars.len()],
-            reported_keys: BTreeSet::new(),
-        };
-        for (scalar, number) in scalars.iter().zip(&mut read.numbers) {
-            *number = scalar.ratio().map(decimal::written);
+        let mut read = ReadUnits::default();
+        for scalar in &scalars {
+            let ratio = scalar.ratio().map(decimal::written);
+            read.numbers.extend(ratio.map(|ratio| (scalar.value.span().start, ratio)));
             if let Some(problem) = scalar.problem() {
                 problems.push(problem);
                 read.reported_keys.insert(scalar.key.to_owned());
             }
         }
-        let keys = [
-            (Dimension::Length, layout.unit_of_lengths),
-            (Dimension::Pressure, layout.unit_of_pressures),
-            (Dimension::Force, None),
-            (Dimension::Work, None),
-            (Dimension::Conductivity, None),
-            (Dimension::Resistivity, None),
-        ];
-        for (dimension, key) in keys {
-            let named = read.convert(dimension, key, table, &scalars, layout, problems);
-            match dimension {
-                Dimension::Length => read.units.length = named,
-                Dimension::Pressure => read.units.pressure = named,
-                Dimension::Work => read.units.work = named,
-                Dimension::Force | Dimension::Conductivity | Dimension::Resistivity => {}
-            }
-        }
+        let mut convert =
+            |dimension, key| read.convert(dimension, key, table, &scalars, layout, problems);
+        let length = convert(Dimension::Length, layout.unit_of_lengths);
+        let pressure = convert(Dimension::Pressure, layout.unit_of_pressures);
+        convert(Dimension::Force, None);
+        let work = convert(Dimension::Work, None);
+        convert(Dimension::Conductivity, None);
+        convert(Dimension::Resistivity, None);
+        read.units = Units { length, pressure, work, quantities: read.units.quantities };
         read
     }
 
@@ -320,24 +311,20 @@ impl Units {
     /// Converts the result of an expression to the unit of the key at this position. The unit
     /// differs only for quantities that are neither lengths nor pressures.
     pub fn in_unit_of_key(&self, result: f64, span: &Span) -> f64 {
-        let Some(&dimension) = self.quantities.get(&(span.start, span.end)) else {
-            return result;
+        let Some(dimension) = self.dimension_of(span) else { return result };
+        let own = match dimension {
+            Dimension::Length => &self.length,
+            Dimension::Pressure => &self.pressure,
+            Dimension::Work => &self.work,
+            _ => &None,
         };
-        let named = match dimension {
-            Dimension::Length => self.length.as_ref(),
-            Dimension::Pressure => self.pressure.as_ref(),
-            Dimension::Work => self.work.as_ref(),
-            Dimension::Force | Dimension::Conductivity | Dimension::Resistivity => None,
-        };
-        let own = named.map_or(0, |named| named.unit.power);
-        result * decimal::shifted("1", self.power(dimension) - own)
+        result * decimal::shifted("1", self.power(dimension) - power(own))
     }
 
     /// Returns the power of ten of the unit in which expressions compute, relative to the SI: the
     /// units of length and pressure of the table, and products of these.
     fn power(&self, dimension: Dimension) -> i32 {
-        let [length, pressure] = [&self.length, &self.pressure]
-            .map(|named| named.as_ref().map_or(0, |named| named.unit.power));
+        let [length, pressure] = [&self.length, &self.pressure].map(power);
         let [metres, newtons, ..] = dimension.exponents();
         metres * length + newtons * (pressure + 2 * length)
     }
@@ -361,6 +348,10 @@ impl Units {
     pub fn dimension_of(&self, span: &Span) -> Option<Dimension> {
         self.quantities.get(&(span.start, span.end)).copied()
     }
+}
+
+fn power(named: &Option<NamedUnit>) -> i32 {
+    named.as_ref().map_or(0, |named| named.unit.power)
 }
 
 impl ReadUnits {
@@ -408,14 +399,14 @@ impl ReadUnits {
             self.reported_keys.extend([key.to_owned(), first.key.to_owned()]);
             return None;
         }
-        for (scalar, number) in scalars.iter().zip(&mut self.numbers) {
+        for scalar in scalars {
             let is_number = |value: &DeValue| value.is_integer() || value.is_float();
+            let span = scalar.value.span();
             if let Some((digits, unit)) = scalar.quantity(dimension) {
                 let value = decimal::shifted(digits, unit.power - named.unit.power);
-                *number = Some(decimal::written(value));
+                self.numbers.insert(span.start, decimal::written(value));
             }
             if scalar.unit(dimension).is_some() {
-                let span = scalar.value.span();
                 self.units.quantities.insert((span.start, span.end), dimension);
             } else if let (false, Some(first)) = (named.by_key, first)
                 && is_number(scalar.value.get_ref())
@@ -429,7 +420,7 @@ impl ReadUnits {
     }
 }
 
-/// Returns all scalars of a table in the order of [`replace`].
+/// Returns all scalars of a table.
 fn scalars<'v>(
     table: &'v DeTable<'v>,
     layout: &Layout,
@@ -507,9 +498,14 @@ impl<'v> Visitor<'_, 'v> {
 
 /// Replaces the quantities of a table and their ratios by their numbers, and removes keys with a
 /// reported problem.
-pub fn replace<'n>(mut table: DeTable<'n>, read: &'n ReadUnits) -> DeTable<'n> {
-    let mut numbers = read.numbers.iter().map(Option::as_deref);
-    table.iter_mut().for_each(|(_, value)| replace_scalars(value, &mut numbers));
+pub fn replace<'n>(table: DeTable<'n>, read: &'n ReadUnits) -> DeTable<'n> {
+    let number = |start, old| match read.numbers.get(&start).map(|number| DeValue::parse(number)) {
+        Some(Ok(number)) => Some(number.into_inner()),
+        _ => Some(old),
+    };
+    let entries = table.into_iter();
+    let numbers = entries.filter_map(|(key, value)| Some((key, with_scalars(value, &number)?)));
+    let mut table: DeTable<'n> = numbers.collect();
     for key in &read.reported_keys {
         table.remove(key.as_str());
         if let Some(DeValue::Array(cases)) = table.get_mut("cases").map(TomlSpanned::get_mut) {
@@ -521,24 +517,6 @@ pub fn replace<'n>(mut table: DeTable<'n>, read: &'n ReadUnits) -> DeTable<'n> {
         }
     }
     table
-}
-
-fn replace_scalars<'n>(
-    value: &mut TomlSpanned<DeValue<'n>>,
-    numbers: &mut impl Iterator<Item = Option<&'n str>>,
-) {
-    match value.get_mut() {
-        DeValue::Array(items) => items.iter_mut().for_each(|item| replace_scalars(item, numbers)),
-        DeValue::Table(table) => {
-            table.iter_mut().for_each(|(_, value)| replace_scalars(value, numbers));
-        }
-        scalar => {
-            let number = numbers.next().flatten().map(DeValue::parse);
-            if let Some(Ok(number)) = number {
-                *scalar = number.into_inner();
-            }
-        }
-    }
 }
 
 /// Formats a quantity in its unit: `10 MPa`, `5500 MPa`. Metres and pascals get a prefix if the

@@ -51,6 +51,28 @@ pub fn remove_repeats(
     });
 }
 
+/// Replaces the scalars of a value. The arguments of `by` are the position of a scalar and the scalar;
+/// if it returns `None`, the whole value has no replacement.
+pub(super) fn with_scalars<'t>(
+    value: TomlSpanned<DeValue<'t>>,
+    by: &impl Fn(usize, DeValue<'t>) -> Option<DeValue<'t>>,
+) -> Option<TomlSpanned<DeValue<'t>>> {
+    let span = value.span();
+    let replaced = match value.into_inner() {
+        DeValue::Array(items) => {
+            let items = items.into_iter().map(|item| with_scalars(item, by));
+            DeValue::Array(items.collect::<Option<_>>()?)
+        }
+        DeValue::Table(table) => {
+            let entries = table.into_iter();
+            let replaced = entries.map(|(key, value)| Some((key, with_scalars(value, by)?)));
+            DeValue::Table(replaced.collect::<Option<_>>()?)
+        }
+        scalar => by(span.start, scalar)?,
+    };
+    Some(TomlSpanned::new(span, replaced))
+}
+
 /// Formats a value in canonical notation, in which `1`, `1.0` and `1e0` are equal.
 pub(super) fn plain(value: &DeValue<'_>) -> String {
     let exact = |number: i128| number.unsigned_abs() <= 1 << f64::MANTISSA_DIGITS;

@@ -16,6 +16,7 @@ use crate::keys::expression_syntax::has_unit;
 use crate::keys::parameters::Parameters;
 use crate::keys::quantity::{Declared, Unit, Units, split};
 use crate::keys::schema::{alternatives, is_type};
+use crate::keys::values::with_scalars;
 
 /// A parameter point whose keys may be expressions.
 pub struct Point<'a> {
@@ -298,26 +299,13 @@ impl<'a> Point<'a> {
 /// Returns a value in which numbers take the places of their expressions, or `None` if one of the
 /// expressions has no valid result.
 pub fn replaced<'p>(value: Written<'p>, numbers: &'p Numbers) -> Option<Written<'p>> {
-    let span = value.span();
-    let plain = match value.into_inner() {
-        DeValue::Array(items) => {
-            let all = items.into_iter().map(|item| replaced(item, numbers));
-            DeValue::Array(all.collect::<Option<_>>()?)
+    with_scalars(value, &|start, old| match numbers.get(&start) {
+        Some(number) => {
+            let number = DeValue::parse(number.as_ref()?);
+            Some(number.expect("a number is valid TOML").into_inner())
         }
-        DeValue::Table(table) => {
-            let entries =
-                table.into_iter().map(|(key, value)| Some((key, replaced(value, numbers)?)));
-            DeValue::Table(entries.collect::<Option<_>>()?)
-        }
-        other => match numbers.get(&span.start) {
-            Some(number) => {
-                let number = DeValue::parse(number.as_ref()?);
-                number.expect("a number is valid TOML").into_inner()
-            }
-            None => other,
-        },
-    };
-    Some(TomlSpanned::new(span, plain))
+        None => Some(old),
+    })
 }
 
 /// Formats a computed number for a key: whole numbers as integers if the key takes integers.

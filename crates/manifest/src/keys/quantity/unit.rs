@@ -287,16 +287,26 @@ impl Dimension {
         matches!(self, Dimension::Force | Dimension::Conductivity | Dimension::Resistivity)
     }
 
+    /// Returns the name, the exponents of m, N, W, K and Ω, and a unit that manifests often use.
+    fn properties(self) -> (&'static str, [i32; 5], &'static str) {
+        match self {
+            Dimension::Length => ("length", [1, 0, 0, 0, 0], "nm"),
+            Dimension::Pressure => ("pressure", [-2, 1, 0, 0, 0], "MPa"),
+            Dimension::Force => ("force", [0, 1, 0, 0, 0], "N"),
+            Dimension::Work => ("work per area", [-1, 1, 0, 0, 0], "mJ/m²"),
+            Dimension::Conductivity => ("conductivity", [-1, 0, 1, -1, 0], "W/(m K)"),
+            Dimension::Resistivity => ("resistivity", [1, 0, 0, 0, 1], "nΩ m"),
+        }
+    }
+
     /// Returns the exponents of m, N, W, K and Ω.
     pub fn exponents(self) -> [i32; 5] {
-        match self {
-            Dimension::Length => [1, 0, 0, 0, 0],
-            Dimension::Pressure => [-2, 1, 0, 0, 0],
-            Dimension::Force => [0, 1, 0, 0, 0],
-            Dimension::Work => [-1, 1, 0, 0, 0],
-            Dimension::Conductivity => [-1, 0, 1, -1, 0],
-            Dimension::Resistivity => [1, 0, 0, 0, 1],
-        }
+        self.properties().1
+    }
+
+    /// Returns a unit that manifests often use, for examples in messages.
+    pub fn common_unit(self) -> &'static str {
+        self.properties().2
     }
 
     /// Returns the symbol of the unit that a text probably means.
@@ -315,18 +325,6 @@ impl Dimension {
         meant.and_then(Unit::find).map(|unit| unit.symbol)
     }
 
-    /// Returns a unit that manifests often use, for examples in messages.
-    pub fn common_unit(self) -> &'static str {
-        match self {
-            Dimension::Length => "nm",
-            Dimension::Pressure => "MPa",
-            Dimension::Force => "N",
-            Dimension::Work => "mJ/m²",
-            Dimension::Conductivity => "W/(m K)",
-            Dimension::Resistivity => "nΩ m",
-        }
-    }
-
     /// Returns the names of the units of the dimension: the symbols, and after a symbol that some
     /// keyboards lack another spelling.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
@@ -337,13 +335,6 @@ impl Dimension {
 
 impl fmt::Display for Dimension {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Dimension::Length => "length",
-            Dimension::Pressure => "pressure",
-            Dimension::Force => "force",
-            Dimension::Work => "work per area",
-            Dimension::Conductivity => "conductivity",
-            Dimension::Resistivity => "resistivity",
-        })
+        formatter.write_str(self.properties().0)
     }
 }
