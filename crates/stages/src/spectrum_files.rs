@@ -217,24 +217,6 @@ mod tests {
         }
     }
 
-    /// An earlier Parquet reader needed a minute for each of these files.
-    #[test]
-    fn invalid_parquet_files_are_refused() {
-        let refused = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
-        assert_eq!(
-            refused(include_bytes!(
-                "../../../fuzz/corpus/spectrum/5b490a1112d08336d2f68fe5f4d53cb7c7149353"
-            )),
-            "cannot be read as Parquet: invalid Parquet metadata: a list of 224294198 booleans"
-        );
-        assert_eq!(
-            refused(include_bytes!(
-                "../../../fuzz/corpus/spectrum/81d2c09a8e3f3a2b9ed188674e0f030efc09be93"
-            )),
-            "cannot be read as Parquet: invalid Parquet metadata: a value of type Short, expected Long"
-        );
-    }
-
     fn table(text: &str) -> Result<SpectrumTable, String> {
         read(text.as_bytes()).map_err(|error| error.to_string())
     }

@@ -4,10 +4,8 @@ mod decode;
 /// This module is public only for fuzz tests, which must write valid digests.
 #[doc(hidden)]
 pub mod digest;
-mod footer;
 mod foreign;
 mod parts;
-mod thrift;
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -29,7 +27,6 @@ use crate::table::Table;
 pub use decode::{decode, decode_bytes};
 pub use foreign::NumberColumns;
 pub use parts::TableFile;
-pub use thrift::InvalidThrift;
 
 /// Prefix of the names of this program's entries in the metadata of a file.
 const PREFIX: &str = "asperity.";
@@ -80,10 +77,6 @@ pub enum ParquetError {
     Read(#[from] io::Error),
     #[error("the content does not match the digest in the file")]
     Digest,
-    #[error("invalid Parquet metadata: {0}")]
-    Footer(InvalidThrift),
-    #[error("invalid page of column `{column}`: {problem}")]
-    Page { column: String, problem: InvalidThrift },
     #[error("the rows or columns of the file do not match its footer; create the file again")]
     Malformed,
     /// A column has a type that no table of this program has.
@@ -97,12 +90,6 @@ pub enum ParquetError {
         /// Task or stage whose table was requested.
         owner: String,
     },
-}
-
-impl From<InvalidThrift> for ParquetError {
-    fn from(problem: InvalidThrift) -> ParquetError {
-        ParquetError::Footer(problem)
-    }
 }
 
 /// Verifies all bytes of a file and returns its metadata.

@@ -21,12 +21,12 @@ use parquet::arrow::arrow_reader::{
     ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReader,
     ParquetRecordBatchReaderBuilder,
 };
-use parquet::file::metadata::{KeyValue, ParquetMetaData};
+use parquet::file::metadata::{KeyValue, ParquetMetaData, ParquetMetaDataReader};
 use parquet::schema::types::SchemaDescriptor;
 use serde::Deserialize;
 
 use super::digest::{self, Digested};
-use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError, footer};
+use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError};
 use crate::column::{ColumnKind, ROLE, Role};
 use crate::parallel::locked;
 use crate::table::Table;
@@ -57,10 +57,15 @@ pub(super) fn read(mut file: File) -> Result<Bytes, ParquetError> {
     Ok(bytes.into())
 }
 
+/// Reads the footer at the end of `bytes`, which are the last bytes of a file.
+pub(super) fn read_footer(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
+    Ok(ParquetMetaDataReader::new().parse_and_finish(bytes)?)
+}
+
 /// Verifies all bytes of a file and returns its footer.
 pub(super) fn verified(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
     let verified = || {
-        let footer = footer::read(bytes)?;
+        let footer = read_footer(bytes)?;
         if digest::is_intact(bytes, &footer, digested(&footer)) {
             Ok(footer)
         } else {
@@ -211,53 +216,38 @@ pub(super) fn columns_of(footer: ParquetMetaData) -> Result<FileColumns, Parquet
         let light = light(&schema);
         return Ok(FileColumns { arrow, schema, light });
     };
-    let CachedColumns { schema, light, .. } = match CachedColumns::find(&footer, &stored) {
-        Some(cached) => cached,
-        None => CachedColumns::insert(&footer, &stored)?,
-    };
+    let (schema, light) = restored_columns(&footer, stored)?;
     let arrow = ArrowReaderMetadata::try_new(footer, options.with_schema(schema.clone()))?;
     Ok(FileColumns { arrow, schema, light })
 }
 
-/// Columns that were restored from the entry `fields`, cached because thousands of files have the
-/// same columns.
-#[derive(Clone)]
-struct CachedColumns {
-    text: Arc<str>,
-    parquet: Arc<SchemaDescriptor>,
-    schema: SchemaRef,
-    light: ColumnSelection,
-}
+/// Parquet types and entry `fields` of a file, with the columns that were restored from them.
+type RestoredColumns = (Arc<SchemaDescriptor>, String, (SchemaRef, ColumnSelection));
 
-/// Cache of restored columns, most recent first.
-static CACHE: Mutex<VecDeque<CachedColumns>> = Mutex::new(VecDeque::new());
+/// Cache of restored columns, most recent first, because thousands of files have the same columns.
+static CACHE: Mutex<VecDeque<RestoredColumns>> = Mutex::new(VecDeque::new());
 /// Maximum number of entries of the cache. A study has fewer kinds of tables.
 const CACHE_SIZE: usize = 32;
 
-impl CachedColumns {
-    fn find(footer: &ParquetMetaData, text: &str) -> Option<CachedColumns> {
-        let cache = locked(&CACHE);
-        let parquet = footer.file_metadata().schema_descr();
-        let mut cached = cache.iter();
-        cached.find(|columns| &*columns.text == text && *columns.parquet == *parquet).cloned()
+/// Restores the columns of a file, and the selection without maps, from its entry `fields`.
+fn restored_columns(
+    footer: &Arc<ParquetMetaData>,
+    fields: String,
+) -> Result<(SchemaRef, ColumnSelection), ParquetError> {
+    let parquet = footer.file_metadata().schema_descr_ptr();
+    let mut cache = locked(&CACHE);
+    let mut known = cache.iter();
+    if let Some((_, _, columns)) = known.find(|(of, text, _)| *text == fields && *of == parquet) {
+        return Ok(columns.clone());
     }
-
-    fn insert(footer: &Arc<ParquetMetaData>, text: &str) -> Result<CachedColumns, ParquetError> {
-        let plain = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
-        let plain = ArrowReaderMetadata::try_new(footer.clone(), plain)?;
-        let schema = Arc::new(restored(plain.schema(), text).ok_or(ParquetError::Columns)?);
-        check(&schema)?;
-        let columns = CachedColumns {
-            text: text.into(),
-            parquet: footer.file_metadata().schema_descr_ptr(),
-            light: light(&schema),
-            schema,
-        };
-        let mut cache = locked(&CACHE);
-        cache.truncate(CACHE_SIZE - 1);
-        cache.push_front(columns.clone());
-        Ok(columns)
-    }
+    let plain = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
+    let plain = ArrowReaderMetadata::try_new(footer.clone(), plain)?;
+    let schema = Arc::new(restored(plain.schema(), &fields).ok_or(ParquetError::Columns)?);
+    check(&schema)?;
+    let columns = (schema.clone(), light(&schema));
+    cache.truncate(CACHE_SIZE - 1);
+    cache.push_front((parquet, fields, columns.clone()));
+    Ok(columns)
 }
 
 /// Checks that all columns have supported types.

@@ -13,18 +13,20 @@ use std::os::unix::fs::FileExt;
 use bytes::Bytes;
 use parquet::file::metadata::ParquetMetaData;
 
+use super::ParquetError;
+
 /// Length of the digest before the footer, in bytes.
 const DIGEST: usize = blake3::OUT_LEN;
 /// Length of the digest of a column chunk, in bytes.
 const CHUNK_DIGEST: usize = 16;
 /// Length in bytes of the end of a file: the length of the footer and the closing mark.
-pub(super) const TAIL: usize = 8;
+const TAIL: usize = 8;
 /// First four bytes of every Parquet file.
 pub(super) const MARK: &[u8] = b"PAR1";
 
 /// Parts of a file that have a digest each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Digested {
+pub(super) enum Digested {
     /// There is one digest of the whole file.
     Whole,
     /// There is a digest of each column chunk.
@@ -86,18 +88,19 @@ fn digests<'a>(
 ) -> io::Result<(usize, Vec<u8>)> {
     let malformed =
         || io::Error::other("a finished file has a footer, and column chunks before it");
-    let chunks = Chunks::from_metadata(metadata, length).ok_or_else(malformed)?;
-    let mut digests = Vec::with_capacity(chunks.ranges.len() * CHUNK_DIGEST + DIGEST);
-    for range in &chunks.ranges {
+    let chunks = chunk_ranges(metadata, length).ok_or_else(malformed)?;
+    let mut digests = Vec::with_capacity(chunks.len() * CHUNK_DIGEST + DIGEST);
+    for range in &chunks {
         digests.extend_from_slice(&chunk_digest(&read(range.clone())?));
     }
-    let end = read(chunks.end..length)?;
+    let end_of_chunks = end_of(&chunks);
+    let end = read(end_of_chunks..length)?;
     let footer = footer_start(&end).ok_or_else(malformed)?;
     let mut hasher = blake3::Hasher::new();
     hasher.update(MARK).update(&end[..footer]);
     hasher.update(&digests).update(&end[footer..]);
     digests.extend_from_slice(hasher.finalize().as_bytes());
-    Ok((chunks.end + footer, digests))
+    Ok((end_of_chunks + footer, digests))
 }
 
 /// Returns true if all bytes of a file agree with its digests.
@@ -106,8 +109,8 @@ pub(super) fn is_intact(bytes: &Bytes, metadata: &ParquetMetaData, digested: Dig
         Digested::Whole => is_whole_intact(bytes),
         Digested::Chunks if !bytes.starts_with(MARK) => false,
         Digested::Chunks => {
-            let chunks = ChunkDigests::verified(bytes, 0, metadata);
-            chunks.is_some_and(|chunks| {
+            let end = |start| Ok(bytes.slice(start..));
+            ChunkDigests::read(metadata, bytes.len(), end).is_ok_and(|chunks| {
                 let mut all = 0..chunks.ranges.len();
                 all.all(|chunk| chunks.matches(chunk, &bytes[chunks.ranges[chunk].clone()]))
             })
@@ -126,28 +129,25 @@ fn is_whole_intact(bytes: &Bytes) -> bool {
     hasher.finalize().as_bytes() == &bytes[start..footer]
 }
 
-/// Byte ranges of the column chunks of a file. The first chunk follows the opening mark, and each
-/// other chunk follows the previous one.
-#[derive(Debug)]
-struct Chunks {
-    ranges: Vec<Range<usize>>,
-    end: usize,
+/// Returns the byte ranges of the column chunks of a file of `length` bytes, ordered by row group and
+/// column. Returns `None` unless the first chunk follows the opening mark, and each other chunk the
+/// previous one.
+fn chunk_ranges(metadata: &ParquetMetaData, length: usize) -> Option<Vec<Range<usize>>> {
+    let mut end = MARK.len();
+    let chunks = metadata.row_groups().iter().flat_map(|group| group.columns());
+    let ranges = chunks.map(|chunk| {
+        let (start, length) = chunk.byte_range();
+        let start = usize::try_from(start).ok().filter(|start| *start == end)?;
+        end = start.checked_add(usize::try_from(length).ok()?)?;
+        Some(start..end)
+    });
+    let ranges = ranges.collect::<Option<Vec<_>>>()?;
+    (end_of(&ranges) <= length).then_some(ranges)
 }
 
-impl Chunks {
-    fn from_metadata(metadata: &ParquetMetaData, footer: usize) -> Option<Chunks> {
-        let groups = metadata.row_groups().iter();
-        let chunks = groups.flat_map(|group| group.columns());
-        let mut end = MARK.len();
-        let mut ranges = Vec::new();
-        for chunk in chunks {
-            let (start, length) = chunk.byte_range();
-            let start = usize::try_from(start).ok().filter(|start| *start == end)?;
-            end = start.checked_add(usize::try_from(length).ok()?)?;
-            ranges.push(start..end);
-        }
-        (end <= footer).then_some(Chunks { ranges, end })
-    }
+/// Returns the end of the last chunk.
+fn end_of(chunks: &[Range<usize>]) -> usize {
+    chunks.last().map_or(MARK.len(), |last| last.end)
 }
 
 /// Verified digests of the column chunks of a file.
@@ -159,26 +159,28 @@ pub(super) struct ChunkDigests {
 }
 
 impl ChunkDigests {
-    /// Reads the digests of the chunks from the end of a file and verifies the footer. Returns
-    /// `None` if the end is damaged.
+    /// Reads the digests of the chunks of a file of `length` bytes and verifies the footer. `read`
+    /// returns the bytes of the file from an offset to its end.
     ///
-    /// `end` contains the bytes of the file from offset `start` to its end. `start` must not be
-    /// after the end of the last chunk.
-    pub(crate) fn verified(
-        end: &Bytes,
-        start: usize,
+    /// # Errors
+    /// Returns an error if the end of the file is damaged or cannot be read.
+    pub fn read(
         metadata: &ParquetMetaData,
-    ) -> Option<ChunkDigests> {
-        let footer = footer_start(end)?;
-        let top = footer.checked_sub(DIGEST)?;
-        let chunks = Chunks::from_metadata(metadata, start.checked_add(top)?)?;
-        let digests = top.checked_sub(chunks.ranges.len().checked_mul(CHUNK_DIGEST)?)?;
-        let indexes = chunks.end.checked_sub(start)?;
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(MARK).update(end.get(indexes..top)?);
-        hasher.update(&end[footer..]);
-        (hasher.finalize().as_bytes() == &end[top..footer])
-            .then(|| ChunkDigests { ranges: chunks.ranges, digests: end.slice(digests..top) })
+        length: usize,
+        read: impl FnOnce(usize) -> io::Result<Bytes>,
+    ) -> Result<ChunkDigests, ParquetError> {
+        let ranges = chunk_ranges(metadata, length).ok_or(ParquetError::Digest)?;
+        let end = read(end_of(&ranges))?;
+        let digests = || {
+            let footer = footer_start(&end)?;
+            let top = footer.checked_sub(DIGEST)?;
+            let digests = top.checked_sub(ranges.len().checked_mul(CHUNK_DIGEST)?)?;
+            let mut hasher = blake3::Hasher::new();
+            hasher.update(MARK).update(&end[..top]).update(&end[footer..]);
+            (hasher.finalize().as_bytes() == &end[top..footer]).then(|| end.slice(digests..top))
+        };
+        let digests = digests().ok_or(ParquetError::Digest)?;
+        Ok(ChunkDigests { ranges, digests })
     }
 
     /// Returns true if `bytes` have the digest of the chunk with index `chunk`.
@@ -196,7 +198,7 @@ fn chunk_digest(bytes: &[u8]) -> [u8; CHUNK_DIGEST] {
 
 /// Returns the position of the footer in `bytes`, the last bytes of a file. It is computed from the
 /// length of the footer, which precedes the closing mark.
-pub(super) fn footer_start(bytes: &[u8]) -> Option<usize> {
+fn footer_start(bytes: &[u8]) -> Option<usize> {
     let tail = bytes.len().checked_sub(TAIL)?;
     let length = bytes[tail..].first_chunk::<4>()?;
     let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;

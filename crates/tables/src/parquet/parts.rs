@@ -1,6 +1,7 @@
 //! Reading of some columns or row groups of a table in a file. Only what is read is verified.
 
 use std::fs::File;
+use std::io;
 use std::os::unix::fs::FileExt;
 use std::sync::Arc;
 
@@ -14,10 +15,11 @@ use parquet::file::reader::{ChunkReader, Length};
 use parquet::file::statistics::Statistics;
 
 use super::decode::{
-    self, FileColumns, catch_panics, collected, columns_of, digested, leaf, read_metadata,
+    self, FileColumns, catch_panics, collected, columns_of, digested, leaf, read_footer,
+    read_metadata,
 };
-use super::digest::{ChunkDigests, Digested, MARK, footer_start};
-use super::{Metadata, ParquetError, footer};
+use super::digest::{ChunkDigests, Digested, MARK};
+use super::{Metadata, ParquetError};
 use crate::parallel;
 use crate::table::Table;
 
@@ -26,7 +28,7 @@ const WORTH_THREADS: i64 = 1 << 20;
 
 /// Number of bytes at the end of a file that are read first. If the footer is longer, a second read
 /// follows.
-const TAIL_READ: usize = 1 << 16;
+const TAIL_READ: u64 = 1 << 16;
 
 /// Open file of a table, from which parts are read.
 ///
@@ -56,12 +58,12 @@ impl TableFile {
     /// verified.
     pub fn open(file: File) -> Result<TableFile, ParquetError> {
         let length = file.metadata()?.len();
-        let end = end_of(&file, length, TAIL_READ)?;
-        let footer = catch_panics(|| footer(&end, &file, length)).map_err(damaged)?;
+        let footer = catch_panics(|| footer(&file, length)).map_err(damaged)?;
         let (bytes, footer) = match digested(&footer) {
             Digested::Chunks => {
-                let digests =
-                    catch_panics(|| digests(&end, &file, length, &footer)).map_err(damaged)?;
+                let whole = usize::try_from(length).map_err(|_| ParquetError::Malformed)?;
+                let read = |start| end_of(&file, length, length - start as u64);
+                let digests = ChunkDigests::read(&footer, whole, read).map_err(damaged)?;
                 (Source::File(file, digests), footer)
             }
             Digested::Whole => {
@@ -256,50 +258,22 @@ fn damaged(error: ParquetError) -> ParquetError {
     }
 }
 
-fn end_of(file: &File, length: u64, wanted: usize) -> Result<Bytes, ParquetError> {
-    let wanted = length.min(wanted as u64);
-    let mut bytes = vec![0; usize::try_from(wanted).unwrap_or(usize::MAX)];
+/// Reads the last `wanted` bytes of a file of `length` bytes, or all if there are not so many.
+fn end_of(file: &File, length: u64, wanted: u64) -> io::Result<Bytes> {
+    let wanted = length.min(wanted);
+    let mut bytes = vec![0; usize::try_from(wanted).map_err(io::Error::other)?];
     file.read_exact_at(&mut bytes, length - wanted)?;
     Ok(bytes.into())
 }
 
-/// Reads the footer of a file of `length` bytes without verifying it. `end` are the last bytes of
-/// the file; if they do not contain the whole footer, reads more.
-fn footer(end: &Bytes, file: &File, length: u64) -> Result<ParquetMetaData, ParquetError> {
-    let mut end = end.clone();
-    if footer_start(&end).is_none() {
-        let wanted = end.last_chunk::<8>().map_or(0, |tail| {
-            let length = u32::from_le_bytes([tail[0], tail[1], tail[2], tail[3]]);
-            length as usize + tail.len()
-        });
-        end = end_of(file, length, wanted)?;
+/// Reads the footer of a file of `length` bytes without verifying it.
+fn footer(file: &File, length: u64) -> Result<ParquetMetaData, ParquetError> {
+    match read_footer(&end_of(file, length, TAIL_READ)?) {
+        Err(ParquetError::Parquet(ReaderError::NeedMoreData(wanted))) => {
+            read_footer(&end_of(file, length, wanted as u64)?)
+        }
+        read => read,
     }
-    footer::read(&end)
-}
-
-/// Reads the digests of the chunks of a file of `length` bytes and verifies its footer. `end` are
-/// the last bytes of the file; if they do not contain all digests, reads more.
-fn digests(
-    end: &Bytes,
-    file: &File,
-    length: u64,
-    footer: &ParquetMetaData,
-) -> Result<ChunkDigests, ParquetError> {
-    let file_length = usize::try_from(length).map_err(|_| ParquetError::Malformed)?;
-    let verified = |end: &Bytes| ChunkDigests::verified(end, file_length - end.len(), footer);
-    if let Some(digests) = verified(end) {
-        return Ok(digests);
-    }
-    // If the first read of the end was too short, read more.
-    let groups = footer.row_groups().iter();
-    let last = groups.flat_map(|group| group.columns()).last();
-    let chunks_end = last.map_or(0, |chunk| {
-        let (start, length) = chunk.byte_range();
-        start.saturating_add(length)
-    });
-    let wanted = usize::try_from(length.saturating_sub(chunks_end)).unwrap_or(0);
-    let end = end_of(file, length, wanted)?;
-    verified(&end).ok_or(ParquetError::Digest)
 }
 
 /// Bytes of some column chunks, each with its offset in the file.
@@ -521,7 +495,7 @@ mod tests {
         let values = (0..2000).map(f64::from).collect::<Vec<_>>();
         let columns = names.iter().map(|name| (column(name), reals(values.clone())));
         let wide = Table::new(2000, columns.collect());
-        assert!(bytes(&wide).len() > TAIL_READ);
+        assert!(bytes(&wide).len() as u64 > TAIL_READ);
         assert_eq!(open(&wide).first(&[699], 2000).unwrap(), wide.project(&[699]));
     }
 
