@@ -71,9 +71,7 @@ impl TableUnits {
             let Ok(index) = schema.index_of(column) else {
                 return Ok(named_in(&schema, dimension));
             };
-            let is_shared = source.is_constant(index)?;
-            let first = source.first(&[index], 1)?;
-            Ok(common(&first, column).filter(|_| is_shared))
+            Ok(common(&source.first(&[index], source.rows())?, column))
         };
         Ok(TableUnits {
             length: unit(UNIT.name, "length")?,

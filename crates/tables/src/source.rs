@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use arrow::array::Array;
 use arrow::datatypes::SchemaRef;
 
 use crate::parquet::{Metadata, TableFile};
@@ -122,16 +121,19 @@ impl TableSource {
     /// # Errors
     /// Returns an error if the column is damaged.
     pub fn is_constant(&self, column: usize) -> Result<bool, StoreError> {
-        if let Backing::File(_, file) = &self.0
-            && let Some(constant) = file.is_constant(column)
-        {
-            return Ok(constant);
+        let mut last = None;
+        for part in self.parts(&[column]) {
+            let values = part?.batch().column(0).to_data();
+            let Some(pairs) = values.len().checked_sub(1) else { continue };
+            // Compare each row with the next one, and the first row with the part before.
+            let first = values.slice(0, 1);
+            if values.slice(0, pairs) != values.slice(1, pairs)
+                || last.replace(first.clone()).is_some_and(|last| last != first)
+            {
+                return Ok(false);
+            }
         }
-        let table = self.first(&[column], self.rows())?;
-        let values = table.batch().column(0);
-        let pairs = values.len().saturating_sub(1);
-        // Compare each row with the next one.
-        Ok(values.slice(0, pairs).to_data() == values.slice(values.len() - pairs, pairs).to_data())
+        Ok(true)
     }
 }
 

@@ -12,7 +12,6 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::errors::ParquetError as ReaderError;
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{ChunkReader, Length};
-use parquet::file::statistics::Statistics;
 
 use super::decode::{
     self, FileColumns, catch_panics, collected, columns_of, digested, leaf, read_footer,
@@ -147,29 +146,6 @@ impl TableFile {
     pub fn rows_of(&self, group: usize) -> usize {
         let rows = self.footer().row_group(group).num_rows();
         usize::try_from(rows).unwrap_or(0)
-    }
-
-    /// Returns whether a column has the same value in all rows, or `None` if the statistics in the
-    /// file do not decide this.
-    ///
-    /// The statistics are the smallest and largest value of each row group. They ignore NaN and
-    /// nulls, so they can prove only that a column of integers without nulls is constant.
-    pub fn is_constant(&self, column: usize) -> Option<bool> {
-        let leaf = leaf(self.footer(), column)?;
-        let groups = self.footer().row_groups().iter();
-        let statistics: Vec<&Statistics> =
-            groups.map(|group| group.column(leaf).statistics()).collect::<Option<_>>()?;
-        let bounds =
-            statistics.iter().flat_map(|group| [group.min_bytes_opt(), group.max_bytes_opt()]);
-        let ends: Vec<&[u8]> = bounds.collect::<Option<_>>()?;
-        let is_exact = |group: &&Statistics| {
-            matches!(group, Statistics::Int64(_)) && group.null_count_opt() == Some(0)
-        };
-        if ends.iter().all(|end| *end == ends[0]) {
-            statistics.iter().all(is_exact).then_some(true)
-        } else {
-            Some(false)
-        }
     }
 
     /// Reads the first `rows` rows of the given row groups; only the given columns are read.
@@ -497,22 +473,5 @@ mod tests {
         let wide = Table::new(2000, columns.collect());
         assert!(bytes(&wide).len() as u64 > TAIL_READ);
         assert_eq!(open(&wide).first(&[699], 2000).unwrap(), wide.project(&[699]));
-    }
-
-    #[test]
-    fn a_column_is_constant_if_no_row_differs() {
-        let value =
-            |rows: usize, odd: f64| (0..rows).map(move |row| if row == 70_000 { odd } else { 1.0 });
-        let constant = |odd: f64| {
-            let area = Column::result("area", ColumnKind::Real, "1", "area");
-            open(&Table::new(ROWS, vec![(area, reals(value(ROWS, odd)))])).is_constant(0)
-        };
-        assert_eq!(constant(2.0), Some(false));
-        // The smallest and the largest value do not decide it.
-        assert_eq!(constant(f64::NAN), None);
-        assert_eq!(constant(1.0), None);
-        let file = open(&table(ROWS));
-        assert_eq!(file.is_constant(0), Some(true));
-        assert_eq!(file.is_constant(1), Some(false));
     }
 }
