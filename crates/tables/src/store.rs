@@ -25,7 +25,7 @@ use std::sync::Arc;
 use crate::key::TaskKey;
 use crate::parallel;
 use crate::parquet::{self, Columns, Metadata, ParquetError};
-use crate::store::files::{Unflushed, make_folder, read_whole, write_file};
+use crate::store::files::{Unflushed, make_folder, write_file};
 use crate::store::layers::{Layers, ListedStore};
 use crate::store::permissions::explained;
 use crate::store::provenance::Provenance;
@@ -128,34 +128,26 @@ impl StoreError {
     /// either.
     pub fn affects_all_tables(&self) -> bool {
         use io::ErrorKind::{QuotaExceeded, StorageFull};
-        let is_full = matches!(
-            self,
-            StoreError::Write { source, .. } if [QuotaExceeded, StorageFull].contains(&source.kind())
-        );
-        is_full || self.is_denied()
+        self.is_denied() || matches!(self.failed_write(), Some(QuotaExceeded | StorageFull))
     }
 
     /// Returns true if a file or folder cannot be written because of its permissions.
     pub fn is_denied(&self) -> bool {
         use io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem};
-        matches!(
-            self,
-            StoreError::Write { source, .. }
-                if [PermissionDenied, ReadOnlyFilesystem].contains(&source.kind())
-        )
+        matches!(self.failed_write(), Some(PermissionDenied | ReadOnlyFilesystem))
+    }
+
+    fn failed_write(&self) -> Option<io::ErrorKind> {
+        if let StoreError::Write { source, .. } = self { Some(source.kind()) } else { None }
     }
 
     /// Returns true if the table is damaged or missing, so that recomputing it helps.
     pub fn is_recomputable(&self) -> bool {
-        match self {
-            StoreError::Damaged { .. } | StoreError::InLayer(_) => true,
-            StoreError::Read { source, .. } => source.kind() == io::ErrorKind::NotFound,
-            StoreError::Write { .. }
-            | StoreError::Changed { .. }
-            | StoreError::Interrupted { .. }
-            | StoreError::Lock { .. }
-            | StoreError::Layer { .. } => false,
-        }
+        matches!(self, StoreError::Damaged { .. } | StoreError::InLayer(_)) || self.is_missing()
+    }
+
+    fn is_missing(&self) -> bool {
+        matches!(self, StoreError::Read { source, .. } if source.kind() == io::ErrorKind::NotFound)
     }
 }
 
@@ -215,37 +207,28 @@ impl Store {
 
     /// Returns, for each of the tables in the given order, whether all of its rows exist.
     ///
-    /// If many of the tables are in the same folder, the folder is listed. On a parallel file
-    /// system, this takes about as long as looking up one file.
+    /// The folders of the tables are listed. On a parallel file system, listing one takes about as
+    /// long as looking up one file.
     pub fn have(&self, tables: &[&TableRef]) -> Vec<bool> {
-        const MANY: usize = 16;
+        if let [table] = tables {
+            return vec![self.has(table)];
+        }
         let mut folders: BTreeMap<u8, Vec<usize>> = BTreeMap::new();
         for (index, table) in tables.iter().enumerate() {
             folders.entry(table.key.first_byte()).or_default().push(index);
         }
-        let look_up = |wanted: &Vec<usize>| -> Vec<bool> {
-            let first = tables[wanted[0]].key;
-            let listed = if wanted.len() >= MANY { self.finished_beside(first).ok() } else { None };
-            let has = |&index: &usize| match &listed {
-                Some(finished) => {
-                    let table = tables[index];
-                    let names = finished.get(&table.key).map_or(&[][..], Vec::as_slice);
-                    self.is_complete(table, names)
-                }
-                None => self.has(tables[index]),
+        let look_up = |wanted: &Vec<usize>| -> Vec<(usize, bool)> {
+            let finished = self.finished_beside(tables[wanted[0]].key).unwrap_or_default();
+            let has = |&index: &usize| {
+                let names = finished.get(&tables[index].key).map_or(&[][..], Vec::as_slice);
+                (index, self.is_complete(tables[index], names))
             };
             wanted.iter().map(has).collect()
         };
-        let folders: Vec<Vec<usize>> = folders.into_values().collect();
-        let is_much = folders.iter().any(|wanted| wanted.len() >= MANY);
-        let found: Vec<Vec<bool>> = if is_much {
-            parallel::map(&folders, look_up)
-        } else {
-            folders.iter().map(look_up).collect()
-        };
         let mut have = vec![false; tables.len()];
-        for (index, is_there) in folders.iter().flatten().zip(found.into_iter().flatten()) {
-            have[*index] = is_there;
+        let found = parallel::map(&folders.into_values().collect::<Vec<_>>(), look_up);
+        for (index, is_there) in found.into_iter().flatten() {
+            have[index] = is_there;
         }
         have
     }
@@ -300,21 +283,14 @@ impl Store {
     /// belong to the key.
     pub fn read(&self, table: &TableRef, columns: Columns) -> Result<Table, StoreError> {
         self.ignoring_unusable(|| match &table.series {
-            None => Ok(read_keyed(&self.locate(&whole(table.key)), table.key, columns)?.0),
+            None => Ok(self.read_file(&whole(table.key), columns)?.0),
             Some(series) => {
                 // A task that has just finished may have replaced small files by a larger one.
-                let mut read = self.read_series(table, series, columns);
-                for _ in 0..2 {
-                    match read {
-                        Err(StoreError::Read { ref source, .. })
-                            if source.kind() == io::ErrorKind::NotFound =>
-                        {
-                            read = self.read_series(table, series, columns);
-                        }
-                        _ => break,
-                    }
-                }
-                read
+                let read = |last: Result<Table, StoreError>| match last {
+                    Err(error) if error.is_missing() => self.read_series(table, series, columns),
+                    last => last,
+                };
+                read(read(self.read_series(table, series, columns)))
             }
         })
     }
@@ -329,12 +305,9 @@ impl Store {
         loop {
             match read() {
                 Err(error) if self.layers.ignore(&error) => unusable = Some(error),
-                Err(StoreError::Read { path, source }) => {
-                    let is_missing = source.kind() == io::ErrorKind::NotFound;
-                    return Err(match unusable.filter(|_| is_missing) {
-                        Some(cause) => StoreError::InLayer(Box::new(cause)),
-                        None => StoreError::Read { path, source },
-                    });
+                Err(error) if error.is_missing() => {
+                    let cause = unusable.map(|cause| StoreError::InLayer(Box::new(cause)));
+                    return Err(cause.unwrap_or(error));
                 }
                 read => return read,
             }
@@ -348,9 +321,8 @@ impl Store {
     /// Returns the same errors as [`Store::read`].
     pub fn read_with_provenance(&self, key: TaskKey) -> Result<(Table, Provenance), StoreError> {
         self.ignoring_unusable(|| {
-            let path = self.locate(&whole(key));
-            if path.is_file() {
-                read_keyed(&path, key, Columns::All)
+            if self.locate(&whole(key)).is_file() {
+                self.read_file(&whole(key), Columns::All)
             } else {
                 self.read_all_rows(key)
             }
@@ -495,16 +467,6 @@ fn whole(key: TaskKey) -> FileName {
 /// Returns the same errors as [`Store::read`].
 pub fn verify(path: &Path, name: &FileName) -> Result<(), StoreError> {
     series::provenance_of(path, name, &files::verify_whole(path)?).map(drop)
-}
-
-/// Reads a whole table and its provenance, and checks that the file belongs to the task.
-fn read_keyed(
-    path: &Path,
-    key: TaskKey,
-    columns: Columns,
-) -> Result<(Table, Provenance), StoreError> {
-    let (table, metadata) = read_whole(path, columns)?;
-    Ok((table, series::provenance_of(path, &whole(key), &metadata)?))
 }
 
 #[cfg(test)]

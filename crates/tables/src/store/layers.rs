@@ -36,7 +36,7 @@ pub(super) struct Layers {
 struct Layer {
     root: PathBuf,
     /// Shared lock that keeps the owner from pruning the store meanwhile.
-    _lock: Option<Lock>,
+    _lock: Lock,
 }
 
 impl Layers {

@@ -28,9 +28,7 @@ pub(super) const LOCK: &str = "lock";
 /// If the file cannot be locked, the value holds no lock. No process can then take the exclusive
 /// lock either, so no process removes tables.
 #[derive(Debug)]
-pub struct Lock {
-    _file: Option<File>,
-}
+pub struct Lock(#[expect(dead_code, reason = "an open file holds the lock")] Option<File>);
 
 impl Lock {
     /// Takes the shared lock of the store in a folder. Waits while another process has the
@@ -41,11 +39,14 @@ impl Lock {
     /// # Errors
     /// Returns an error if the lock file exists but cannot be opened.
     pub fn share(folder: &Path) -> Result<Lock, StoreError> {
-        let Some(file) = open(folder)? else {
-            return Ok(Lock { _file: None });
-        };
-        let locked = file.lock_shared().is_ok();
-        Ok(Lock { _file: locked.then_some(file) })
+        let path = folder.join(LOCK);
+        // Some file systems lock only files that are open for writing.
+        let opened = OpenOptions::new().read(true).write(true).open(&path);
+        match opened.or_else(|_| File::open(&path)) {
+            Ok(file) => Ok(Lock(Some(file).filter(|file| file.lock_shared().is_ok()))),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Lock(None)),
+            Err(source) => Err(failed(&path, source)),
+        }
     }
 
     /// Returns whether another process has the exclusive lock of the store in a folder, so that
@@ -55,12 +56,10 @@ impl Lock {
         file.is_some_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
     }
 
-    /// Takes the shared lock of a store that must not be changed. Returns `None` if the store
-    /// cannot be locked.
-    pub(super) fn share_read_only(folder: &Path) -> Option<Lock> {
-        let file = File::open(folder.join(LOCK)).ok()?;
-        file.lock_shared().ok()?;
-        Some(Lock { _file: Some(file) })
+    /// Takes the shared lock of a store that must not be changed, if it can be locked.
+    pub(super) fn share_read_only(folder: &Path) -> Lock {
+        let file = File::open(folder.join(LOCK)).ok();
+        Lock(file.filter(|file| file.lock_shared().is_ok()))
     }
 
     /// Creates the lock file if possible. Without it, no process can take the exclusive lock.
@@ -78,24 +77,10 @@ impl Lock {
         let failed = |source| failed(&path, source);
         let file = writable(&path).map_err(failed)?;
         match file.try_lock() {
-            Ok(()) => Ok(Some(Lock { _file: Some(file) })),
+            Ok(()) => Ok(Some(Lock(Some(file)))),
             Err(TryLockError::WouldBlock) => Ok(None),
             Err(TryLockError::Error(source)) => Err(failed(source)),
         }
-    }
-}
-
-/// Opens the lock file, or returns `None` if it does not exist.
-///
-/// The file is opened for writing if possible, because some file systems lock only such files.
-fn open(folder: &Path) -> Result<Option<File>, StoreError> {
-    let path = folder.join(LOCK);
-    let mut options = OpenOptions::new();
-    let opened = options.read(true).write(true).open(&path);
-    match opened.or_else(|_| File::open(&path)) {
-        Ok(file) => Ok(Some(file)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(source) => Err(failed(&path, source)),
     }
 }
 

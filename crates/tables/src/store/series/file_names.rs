@@ -75,7 +75,8 @@ impl FromStr for FileName {
     }
 }
 
-/// Returns the files with tables in a folder, by key. If the folder does not exist, there are none.
+/// Returns the sorted files with tables in a folder, by key. If the folder does not exist, there are
+/// none.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be listed.
@@ -96,6 +97,7 @@ pub(super) fn finished_in(folder: &Path) -> io::Result<KeyMap<Vec<FileName>>> {
             finished.entry(file.key).or_default().push(file);
         }
     }
+    finished.values_mut().for_each(|files| files.sort_unstable());
     Ok(finished)
 }
 

@@ -40,17 +40,7 @@ impl Store {
     ) -> MissingRows {
         let Some(series) = &table.series else { return MissingRows::default() };
         let missing = |of: Option<&Part>, values: &[f64]| {
-            let part = of.map(|part| part.name.as_str());
-            let exact = FileName { key: table.key, rows: Some(RowsName::new(part, values)) };
-            if names.contains(&exact) {
-                return Vec::new();
-            }
-            let mut missing = values.to_vec();
-            for name in names.iter().filter(|name| name.key == table.key && is_of(name, part)) {
-                let stored = self.rows_of(name).unwrap_or_default();
-                missing.retain(|value| !contains(&stored, *value));
-            }
-            missing
+            self.divided(names, of.map(|part| part.name.as_str()), values).1
         };
         MissingRows {
             values: missing(None, &series.values),
@@ -130,7 +120,10 @@ impl Store {
         columns: Columns,
     ) -> Result<(Table, Provenance), StoreError> {
         let (mut tables, mut last_made) = (Vec::new(), None);
-        let chosen = self.chosen(names, part, values).ok_or_else(|| not_found(&self.path(key)))?;
+        let (chosen, missing) = self.divided(names, part, values);
+        if !missing.is_empty() {
+            return Err(not_found(&self.path(key)));
+        }
         if let [(name, _)] = chosen[..]
             && name.rows == Some(RowsName::new(part, values))
         {
@@ -151,16 +144,16 @@ impl Store {
     }
 
     /// Chooses the files from which rows are read, and the values of the rows that each provides.
-    /// Returns `None` if the files `names` lack a row.
-    fn chosen<'n>(
+    /// Also returns the values of the rows that the files `names` lack.
+    fn divided<'n>(
         &self,
         names: &'n [FileName],
         part: Option<&str>,
         values: &[f64],
-    ) -> Option<Vec<(&'n FileName, Vec<f64>)>> {
+    ) -> (Vec<(&'n FileName, Vec<f64>)>, Vec<f64>) {
         let exact = Some(RowsName::new(part, values));
         if let Some(name) = names.iter().find(|name| name.rows == exact) {
-            return Some(vec![(name, values.to_vec())]);
+            return (vec![(name, values.to_vec())], Vec::new());
         }
         let mut missing = values.to_vec();
         let mut chosen = Vec::new();
@@ -173,7 +166,7 @@ impl Store {
                 chosen.push((name, here));
             }
         }
-        missing.is_empty().then_some(chosen)
+        (chosen, missing)
     }
 
     /// Returns the files among `names` from which a table is read. Returns `None` if they lack a
@@ -189,13 +182,16 @@ impl Store {
         let parts = series.parts.iter().map(|of| (Some(of.part.name.as_str()), &of.values));
         let mut read = Vec::new();
         for (part, values) in [(None, &series.values)].into_iter().chain(parts) {
-            let chosen = self.chosen(names, part, values)?.into_iter();
-            read.extend(chosen.map(|(name, _)| name.clone()));
+            let (chosen, missing) = self.divided(names, part, values);
+            if !missing.is_empty() {
+                return None;
+            }
+            read.extend(chosen.into_iter().map(|(name, _)| name.clone()));
         }
         Some(read)
     }
 
-    fn read_file(
+    pub(in crate::store) fn read_file(
         &self,
         name: &FileName,
         columns: Columns,
@@ -226,21 +222,7 @@ impl Store {
     /// Returns the names of the files with rows of a series: those of this store, sorted, then
     /// those that only layers have.
     pub fn files_of(&self, key: TaskKey) -> Result<Vec<FileName>, StoreError> {
-        let digits = key.to_string();
-        let files_in = |root: &Path| {
-            let path = path(root, key);
-            let names = files::names(path.parent().unwrap_or(root))?.into_iter();
-            let own = names.filter(|name| name.starts_with(&digits));
-            let files = own.filter_map(|name| name.parse().ok());
-            let is_there = |file: &FileName| file_path(root, file).is_file();
-            Ok::<Vec<FileName>, StoreError>(files.filter(is_there).collect())
-        };
-        let mut files = files_in(&self.root)?;
-        for root in self.layers() {
-            let found = files_in(root).unwrap_or_default();
-            self.add_layer(&mut files, root, found);
-        }
-        Ok(files)
+        Ok(self.finished_beside(key)?.remove(&key).unwrap_or_default())
     }
 
     /// Returns the files with tables in the folder of the key `key`, by key: those of this store,
