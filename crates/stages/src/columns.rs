@@ -85,7 +85,7 @@ pub(crate) const fn text(name: &'static str) -> Column {
 
 /// Declares a column of large computed values, which stays in the store.
 pub(crate) const fn heavy(name: &'static str, kind: ColumnKind, unit: &'static str) -> Column {
-    Column::heavy(name, kind, unit, "")
+    Column::result(name, kind, unit, "").with_role(Role::Heavy)
 }
 
 // Coordinates of a row: its parameters, its surface and its load.

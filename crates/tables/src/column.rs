@@ -101,16 +101,6 @@ impl Column {
         Column { name, role: Role::Result, kind, unit, meaning, codes: &[] }
     }
 
-    /// Declares a column of large computed values, which stays in the store.
-    pub const fn heavy(
-        name: &'static str,
-        kind: ColumnKind,
-        unit: &'static str,
-        meaning: &'static str,
-    ) -> Column {
-        Column { name, role: Role::Heavy, kind, unit, meaning, codes: &[] }
-    }
-
     /// Converts the declaration to an Arrow field, with role, unit, meaning and codes as metadata.
     pub fn field(&self) -> Field {
         let mut metadata = described(self.role, self.unit, self.meaning);
@@ -333,18 +323,8 @@ impl Ord for Value {
             (Value::Integer(one), Value::Integer(other)) => one.cmp(other),
             (Value::Real(one), Value::Real(other)) => one.total_cmp(other),
             (Value::Text(one), Value::Text(other)) => one.cmp(other),
-            (one, other) => one.rank().cmp(&other.rank()),
-        }
-    }
-}
-
-impl Value {
-    /// Returns the rank of the type of the value in the total order: integers, real numbers, texts.
-    fn rank(&self) -> u8 {
-        match self {
-            Value::Integer(_) => 0,
-            Value::Real(_) => 1,
-            Value::Text(_) => 2,
+            (Value::Integer(_), _) | (Value::Real(_), Value::Text(_)) => Ordering::Less,
+            _ => Ordering::Greater,
         }
     }
 }

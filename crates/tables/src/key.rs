@@ -1,8 +1,7 @@
 //! Keys of tasks.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::fmt;
-use std::hash::{BuildHasherDefault, Hash, Hasher};
 use std::str::FromStr;
 
 use serde::{Serialize, Serializer};
@@ -10,35 +9,11 @@ use serde::{Serialize, Serializer};
 /// Key of a task and its table: a hash of everything that decides the content of the table.
 ///
 /// Tasks with equal keys produce equal tables, so a stored table never becomes outdated.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TaskKey([u8; 16]);
 
-/// Map from keys. Keys are hashes, so that their first bytes need no further hashing.
-pub type KeyMap<V> = HashMap<TaskKey, V, BuildHasherDefault<FirstWord>>;
-
-/// Hasher of [`KeyMap`], which returns the last word that it is given.
-#[derive(Debug, Default)]
-pub struct FirstWord(u64);
-
-impl Hasher for FirstWord {
-    fn write(&mut self, bytes: &[u8]) {
-        self.0 = bytes.iter().fold(self.0, |hash, byte| hash.rotate_left(8) ^ u64::from(*byte));
-    }
-
-    fn write_u64(&mut self, word: u64) {
-        self.0 = word;
-    }
-
-    fn finish(&self) -> u64 {
-        self.0
-    }
-}
-
-impl Hash for TaskKey {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        state.write_u64(self.first_word());
-    }
-}
+/// Map from keys, in the order of the keys.
+pub type KeyMap<V> = BTreeMap<TaskKey, V>;
 
 /// Error of parsing a [`TaskKey`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -108,14 +83,7 @@ impl TaskKey {
 
 impl fmt::Display for TaskKey {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // A large study formats each of its keys several times.
-        let digit = |value: u8| char::from(b"0123456789abcdef"[usize::from(value)]);
-        let mut digits = String::with_capacity(32);
-        for byte in self.0 {
-            digits.push(digit(byte >> 4));
-            digits.push(digit(byte & 0xf));
-        }
-        formatter.write_str(&digits)
+        write!(formatter, "{:032x}", u128::from_be_bytes(self.0))
     }
 }
 

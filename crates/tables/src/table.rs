@@ -285,8 +285,7 @@ impl Table {
                 wanted(field.name(), Role::from_field(field))
             })
             .collect();
-        let batch = self.0.project(&chosen);
-        Table(batch.expect("the indices come from the schema"))
+        self.project(&chosen)
     }
 
     /// Returns a table of the rows with the given indices, in the order of the indices. Indices may
@@ -480,7 +479,7 @@ mod tests {
 
     const LOAD: Column = Column::parameter("load", ColumnKind::Real, "1", "load");
     const AREA: Column = Column::result("area", ColumnKind::Real, "1", "area");
-    const MAP: Column = Column::heavy("map", ColumnKind::Bytes, "", "map");
+    const MAP: Column = Column::result("map", ColumnKind::Bytes, "", "map").with_role(Role::Heavy);
 
     fn table() -> Table {
         Table::new(
@@ -513,7 +512,7 @@ mod tests {
             let error = of([Some(1.0), None, Some(odd)]).check_finite().unwrap_err();
             assert_eq!(error.to_string(), format!("column `gap` would hold {odd} in row 3"));
         }
-        let heights = Column::heavy("heights", ColumnKind::Reals, "", "heights");
+        let heights = Column::result("heights", ColumnKind::Reals, "", "heights");
         let values = Float64Array::from(vec![1.0, 2.0, f64::NAN, 4.0]);
         let lists = Table::new(2, vec![(heights, lists(values, [2, 2]))]);
         let error = lists.check_finite().unwrap_err();
