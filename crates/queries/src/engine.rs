@@ -145,6 +145,7 @@ fn keep_orders(plan: &mut Arena<IR>) {
                 }
             }
             IR::Sort { sort_options, .. } => sort_options.maintain_order = true,
+            IR::Union { options, .. } => options.maintain_order = true,
             IR::Join { options, .. } => {
                 Arc::make_mut(options).args.maintain_order = MaintainOrderJoin::LeftRight;
             }

@@ -17,11 +17,11 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use bytesize::ByteSize;
-use polars::prelude::{DataType, IntoLazy, LazyFrame, PolarsError, UnionArgs, col, concat, lit};
+use polars::prelude::{DataType, IntoLazy, LazyFrame, PolarsError};
 use polars::sql::SQLContext;
 use sqlparser::ast::{
-    Expr, Fetch, Ident, LimitClause, OrderBy, OrderByExpr, OrderByKind, Query, SetExpr,
-    SetOperator, SetQuantifier, Value, VisitMut, VisitorMut,
+    Expr, Fetch, Ident, LimitClause, OrderBy, OrderByExpr, OrderByKind, Query, SetExpr, Value,
+    VisitMut, VisitorMut,
 };
 
 use super::engine;
@@ -32,9 +32,6 @@ use crate::QueryError;
 /// Number of steps of a plan above which the plan is computed, because a table that a query uses
 /// twice is planned twice, and plans of tables that build on each other double each time.
 const MAX_STEPS: usize = 64;
-
-/// Column that says from which side of a set operation a row comes.
-const SIDE: &str = "__side";
 
 /// Steps of a query, each a table that the next steps read.
 pub struct Planner<'a> {
@@ -111,9 +108,15 @@ impl<'a> Planner<'a> {
                 self.end(planned, ends)
             }
             SetExpr::SetOperation { op, set_quantifier, left, right } => {
-                let left = self.body(*left, Ends::default())?;
-                let right = self.body(*right, Ends::default())?;
-                let planned = self.combine(op, set_quantifier, left, right)?;
+                let mut sides = Vec::new();
+                for side in [*left, *right] {
+                    let planned = self.body(side, Ends::default())?;
+                    sides.push((self.name(), planned));
+                }
+                let [left, right] = [0, 1].map(|side: usize| format!("\"{}\"", sides[side].0));
+                let text =
+                    format!("select * from {left} {op} {set_quantifier} select * from {right}");
+                let planned = self.step(&text, &sides)?;
                 self.end(planned, ends)
             }
             SetExpr::Values(_) => {
@@ -132,60 +135,6 @@ impl<'a> Planner<'a> {
         }
         let name = self.name();
         self.step(&format!("select * from \"{name}\"{tail}"), &[(name, planned)])
-    }
-
-    fn combine(
-        &mut self,
-        operator: SetOperator,
-        quantifier: SetQuantifier,
-        mut left: Planned,
-        mut right: Planned,
-    ) -> Result<Planned> {
-        let names = self.columns(&mut left)?;
-        let others = self.columns(&mut right)?;
-        if names.len() != others.len() {
-            return refused(format!(
-                "`{operator}` needs equal numbers of columns, but the left side has {} and the \
-                 right side {}",
-                names.len(),
-                others.len()
-            ));
-        }
-        let all = match quantifier {
-            SetQuantifier::All => true,
-            SetQuantifier::None | SetQuantifier::Distinct => false,
-            other => return refused(format!("`{operator} {other}` is not supported")),
-        };
-        let renamed = right.frame.rename(&others, &names, true);
-        let frames = [left.frame, renamed].into_iter().enumerate();
-        let is_union = matches!(operator, SetOperator::Union);
-        let sides = frames.map(|(side, frame)| {
-            if is_union { frame } else { frame.with_column(lit(side as i64).alias(SIDE)) }
-        });
-        let arguments =
-            UnionArgs { to_supertypes: true, maintain_order: true, ..UnionArgs::default() };
-        let both =
-            concat(sides.collect::<Vec<_>>(), arguments).map_err(|error| self.convert(&error))?;
-        let both = Planned { frame: both, steps: left.steps + right.steps + 1 };
-        let name = self.name();
-        match (operator, all) {
-            (SetOperator::Union, true) => Ok(both),
-            (SetOperator::Union, false) => {
-                self.step(&format!("select distinct * from \"{name}\""), &[(name, both)])
-            }
-            (SetOperator::Intersect | SetOperator::Except, false) => {
-                let columns: Vec<_> = names.iter().map(|name| col(name.as_str())).collect();
-                let sides = [col(SIDE).min().alias("__first"), col(SIDE).max().alias("__last")];
-                let grouped = Planned { frame: both.frame.group_by(columns).agg(sides), ..both };
-                let last = i64::from(matches!(operator, SetOperator::Intersect));
-                let text = format!(
-                    "select {} from \"{name}\" where __first = 0 and __last = {last}",
-                    quoted(&names)
-                );
-                self.step(&text, &[(name, grouped)])
-            }
-            _ => refused(format!("`{operator} all` is not supported")),
-        }
     }
 
     /// Executes a query on one or more tables, without the further steps of this module.
