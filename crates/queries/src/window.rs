@@ -66,6 +66,8 @@ pub struct Direction {
     pub nulls_first: bool,
 }
 
+const ASCENDING: Direction = Direction { descending: false, nulls_first: false };
+
 /// Window function over columns of a frame. The arguments come first, then the columns of
 /// `partition by`, then those of `order by`.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,14 +114,11 @@ impl Window {
         let rows = columns.first().map_or(0, Column::len);
         let (arguments, keys) = columns.split_at(self.arguments.len());
         let (partition_by, order_by) = keys.split_at(self.partition.len());
-        let ascending = Direction { descending: false, nulls_first: false };
-        let partition: Vec<_> = partition_by
-            .iter()
-            .map(|column| codes(column, ascending))
-            .collect::<PolarsResult<_>>()?;
+        let partition = partition_by.iter().map(|column| codes(column, ASCENDING));
+        let partition = partition.collect::<PolarsResult<Vec<_>>>()?;
         let ordered = order_by.iter().zip(&self.order);
-        let order: Vec<_> =
-            ordered.map(|(column, (_, to))| codes(column, *to)).collect::<PolarsResult<_>>()?;
+        let order = ordered.map(|(column, (_, to))| codes(column, *to));
+        let order = order.collect::<PolarsResult<Vec<_>>>()?;
         let compare = |keys: &[Vec<i64>], a: usize, b: usize| {
             let orders = keys.iter().map(|key| key[a].cmp(&key[b]));
             orders.fold(Ordering::Equal, Ordering::then)
@@ -127,79 +126,120 @@ impl Window {
         let mut sorted: Vec<usize> = (0..rows).collect();
         // The sort is stable: rows that compare equal keep their order.
         sorted.sort_by(|&a, &b| compare(&partition, a, b).then_with(|| compare(&order, a, b)));
-        let mut values = Values::new(self, arguments, rows)?;
-        let mut parts = sorted.chunk_by(|&a, &b| compare(&partition, a, b).is_eq());
-        parts.try_for_each(|part| {
-            let mut start = 0;
-            let peers = part.chunk_by(|&a, &b| compare(&order, a, b).is_eq()).map(|peers| {
-                start += peers.len();
-                start - peers.len()..start
-            });
-            self.partition(part, &peers.collect::<Vec<_>>(), &mut values)
-        })?;
-        values.column(self, arguments)
-    }
-
-    /// Computes the values of one partition, whose rows are sorted.
-    fn partition(
-        &self,
-        part: &[usize],
-        peers: &[Range<usize>],
-        values: &mut Values,
-    ) -> PolarsResult<()> {
-        let length = part.len();
-        let mut running = Running::default();
-        for (group, equal) in peers.iter().enumerate() {
-            for index in equal.clone() {
-                let first = match self.frame.0 {
-                    Bound::Unbounded => 0,
-                    Bound::Rows(offset) => index.saturating_add_signed(offset).min(length),
-                    Bound::Peers => equal.start,
-                };
-                let end = match self.frame.1 {
-                    Bound::Unbounded => length,
-                    Bound::Rows(offset) => (index + 1).saturating_add_signed(offset).min(length),
-                    Bound::Peers => equal.end,
-                };
-                // An offset before the first row leaves `index + 1` at zero, which is empty, too.
-                let frame = first..end.max(first);
-                let row = part[index];
-                let share = |rows: usize, of: usize| rows as f64 / of.max(1) as f64;
-                let at = |index: usize| part.get(index).map(|&row| row as IdxSize);
-                match self.function {
-                    WindowFunction::RowNumber => values.integers[row] = Some(index as i64 + 1),
-                    WindowFunction::Rank => values.integers[row] = Some(equal.start as i64 + 1),
-                    WindowFunction::DenseRank => values.integers[row] = Some(group as i64 + 1),
-                    WindowFunction::PercentRank => {
-                        values.reals[row] = Some(share(equal.start, length - 1));
-                    }
-                    WindowFunction::CumeDist => values.reals[row] = Some(share(equal.end, length)),
-                    WindowFunction::Ntile(count) => {
-                        values.integers[row] = Some(tile(index, length, count) as i64);
-                    }
-                    WindowFunction::Offset(offset) => {
-                        values.rows[row] = index.checked_add_signed(offset).and_then(at);
-                    }
-                    WindowFunction::First => {
-                        values.rows[row] = at(frame.start).filter(|_| !frame.is_empty());
-                    }
-                    WindowFunction::Last => {
-                        values.rows[row] =
-                            at(frame.end.wrapping_sub(1)).filter(|_| !frame.is_empty());
-                    }
-                    WindowFunction::Nth(number) => {
-                        let index = frame.start + number - 1;
-                        values.rows[row] = at(index).filter(|_| frame.contains(&index));
-                    }
-                    _ => {
-                        running.move_to(frame, part, values);
-                        running.store(self.function, row, values)?;
-                    }
+        let argument = Argument::new(self.function, arguments.first(), rows)?;
+        let mut cells = vec![Cell::Null; rows];
+        for part in sorted.chunk_by(|&a, &b| compare(&partition, a, b).is_eq()) {
+            let (mut running, mut start) = (Running::default(), 0);
+            let peers = part.chunk_by(|&a, &b| compare(&order, a, b).is_eq());
+            for (group, peers) in peers.enumerate() {
+                let equal = start..start + peers.len();
+                for index in equal.clone() {
+                    let place = Place { part, index, group, equal: equal.clone() };
+                    cells[part[index]] = self.cell(&place, &argument, &mut running)?;
                 }
+                start = equal.end;
             }
         }
-        Ok(())
+        self.column(&cells, arguments)
     }
+
+    fn cell(
+        &self,
+        place: &Place<'_>,
+        argument: &Argument,
+        running: &mut Running,
+    ) -> PolarsResult<Cell> {
+        use WindowFunction::*;
+        let Place { part, index, group, ref equal } = *place;
+        let length = part.len();
+        let first = match self.frame.0 {
+            Bound::Unbounded => 0,
+            Bound::Rows(offset) => index.saturating_add_signed(offset).min(length),
+            Bound::Peers => equal.start,
+        };
+        let end = match self.frame.1 {
+            Bound::Unbounded => length,
+            // An offset before the first row leaves zero, the end of an empty frame.
+            Bound::Rows(offset) => (index + 1).saturating_add_signed(offset).min(length),
+            Bound::Peers => equal.end,
+        };
+        let frame = first..end.max(first);
+        let share = |rows: usize, of: usize| Cell::Real(rows as f64 / of.max(1) as f64);
+        let number = |number: usize| Cell::Integer(number as i64);
+        let at = |index: Option<usize>| {
+            index.and_then(|index| part.get(index)).map_or(Cell::Null, |&row| Cell::Row(row))
+        };
+        let in_frame = |index: Option<usize>| at(index.filter(|index| frame.contains(index)));
+        Ok(match self.function {
+            RowNumber => number(index + 1),
+            Rank => number(equal.start + 1),
+            DenseRank => number(group + 1),
+            PercentRank => share(equal.start, length - 1),
+            CumeDist => share(equal.end, length),
+            Ntile(count) => number(tile(index, length, count)),
+            Offset(offset) => at(index.checked_add_signed(offset)),
+            First => in_frame(Some(frame.start)),
+            Last => in_frame(frame.end.checked_sub(1)),
+            Nth(number) => in_frame(Some(frame.start + number - 1)),
+            _ => {
+                running.move_to(frame, part, argument);
+                running.value(self.function, argument.integer.is_some())?
+            }
+        })
+    }
+
+    /// Returns the column of the computed values.
+    fn column(&self, cells: &[Cell], arguments: &[Column]) -> PolarsResult<Column> {
+        use WindowFunction::*;
+        let name = PlSmallStr::EMPTY;
+        let input = arguments.first().map_or(DataType::Null, |column| column.dtype().clone());
+        if let Offset(_) | First | Last | Nth(_) | Minimum | Maximum = self.function {
+            let row =
+                |cell: &Cell| if let Cell::Row(row) = cell { Some(*row as IdxSize) } else { None };
+            let taken = arguments[0].take(&cells.iter().map(row).collect::<IdxCa>())?;
+            let Some(default) = arguments.get(1) else {
+                return Ok(taken);
+            };
+            let inside: BooleanChunked =
+                cells.iter().map(|cell| Some(row(cell).is_some())).collect();
+            if default.dtype().is_float() && taken.dtype().is_integer() {
+                let message = "`lag` and `lead` of integers need an integer as their third \
+                               argument; write `cast(… as double)` in the first one";
+                return Err(PolarsError::ComputeError(message.into()));
+            }
+            return taken.zip_with(&inside, &default.strict_cast(taken.dtype())?);
+        }
+        Ok(if self.output(input) == DataType::Int64 {
+            let integer =
+                |cell: &Cell| if let Cell::Integer(one) = cell { Some(*one) } else { None };
+            Series::new(name, cells.iter().map(integer).collect::<Vec<_>>()).into_column()
+        } else {
+            let real = |cell: &Cell| if let Cell::Real(one) = cell { Some(*one) } else { None };
+            Series::new(name, cells.iter().map(real).collect::<Vec<_>>()).into_column()
+        })
+    }
+}
+
+/// Place of a row in its partition, whose rows are sorted.
+struct Place<'a> {
+    /// Rows of the partition.
+    part: &'a [usize],
+    /// Index of the row in the partition.
+    index: usize,
+    /// Number of groups of equal rows before the one of the row.
+    group: usize,
+    /// Indices of the rows that are equal to the row in `order by`.
+    equal: Range<usize>,
+}
+
+/// Value of a window function in a row.
+#[derive(Clone, Copy)]
+enum Cell {
+    Null,
+    Integer(i64),
+    Real(f64),
+    /// Value of the argument in this row.
+    Row(usize),
 }
 
 /// Returns the number, from one, of the part that contains a row. The first parts have one row
@@ -214,81 +254,44 @@ fn tile(index: usize, length: usize, count: usize) -> usize {
     }
 }
 
-/// Argument of a window function and the values that have been computed, one for each row.
-struct Values {
-    /// Argument as real numbers; empty if the function does not calculate with it.
+/// Argument of a window function in each row.
+struct Argument {
+    /// Values as real numbers; empty if the function does not calculate with them.
     real: Vec<Option<f64>>,
-    /// Argument as integers, if it has integers.
+    /// Values as integers, if they are.
     integer: Option<Vec<Option<i64>>>,
-    /// Order of the values of the argument; empty unless the function needs it.
+    /// Order of the values, the best first; empty unless the function needs it.
     order: Vec<i64>,
-    /// Whether the argument has a value; empty without an argument.
+    /// Whether there is a value; always true without an argument.
     is_present: Vec<bool>,
-    integers: Vec<Option<i64>>,
-    reals: Vec<Option<f64>>,
-    /// Rows whose argument is the value.
-    rows: Vec<Option<IdxSize>>,
 }
 
-impl Values {
-    fn new(window: &Window, arguments: &[Column], rows: usize) -> PolarsResult<Values> {
+impl Argument {
+    fn new(
+        function: WindowFunction,
+        column: Option<&Column>,
+        rows: usize,
+    ) -> PolarsResult<Argument> {
         use WindowFunction::*;
-        let mut values = Values {
-            real: Vec::new(),
-            integer: None,
-            order: Vec::new(),
-            is_present: Vec::new(),
-            integers: vec![None; rows],
-            reals: vec![None; rows],
-            rows: vec![None; rows],
-        };
-        let Some(argument) = arguments.first() else {
-            return Ok(values);
-        };
-        match window.function {
-            Minimum | Maximum => {
-                let ascending = Direction { descending: false, nulls_first: false };
-                values.order = codes(argument, ascending)?;
-            }
+        let is_present = vec![true; rows];
+        let mut argument = Argument { real: vec![], integer: None, order: vec![], is_present };
+        let Some(column) = column else { return Ok(argument) };
+        match function {
+            Minimum => argument.order = codes(column, ASCENDING)?,
+            Maximum => argument.order = codes(column, Direction { descending: true, ..ASCENDING })?,
             Sum | Average | Variance(_) | StandardDeviation(_) | Quantile(_)
             | DiscreteQuantile(_) => {
-                if !argument.dtype().is_float() {
-                    let integers = argument.strict_cast(&DataType::Int64)?;
-                    values.integer = Some(integers.i64()?.iter().collect());
+                if !column.dtype().is_float() {
+                    let integers = column.strict_cast(&DataType::Int64)?;
+                    argument.integer = Some(integers.i64()?.iter().collect());
                 }
-                let reals = argument.strict_cast(&DataType::Float64)?;
-                values.real = reals.f64()?.iter().collect();
+                argument.real = column.strict_cast(&DataType::Float64)?.f64()?.iter().collect();
             }
             _ => {}
         }
-        values.is_present =
-            argument.is_not_null().iter().map(|known| known == Some(true)).collect();
-        Ok(values)
-    }
-
-    /// Returns the column of the computed values.
-    fn column(self, window: &Window, arguments: &[Column]) -> PolarsResult<Column> {
-        use WindowFunction::*;
-        if let Offset(_) | First | Last | Nth(_) | Minimum | Maximum = window.function {
-            let rows: IdxCa = self.rows.iter().copied().collect();
-            let taken = arguments[0].take(&rows)?;
-            let Some(default) = arguments.get(1) else {
-                return Ok(taken);
-            };
-            let inside: BooleanChunked = self.rows.iter().map(|row| Some(row.is_some())).collect();
-            if default.dtype().is_float() && taken.dtype().is_integer() {
-                let message = "`lag` and `lead` of integers need an integer as their third \
-                               argument; write `cast(… as double)` in the first one";
-                return Err(PolarsError::ComputeError(message.into()));
-            }
-            return taken.zip_with(&inside, &default.strict_cast(taken.dtype())?);
-        }
-        let name = PlSmallStr::EMPTY;
-        let input = arguments.first().map_or(DataType::Null, |column| column.dtype().clone());
-        Ok(match window.output(input) {
-            DataType::Int64 => Series::new(name, self.integers).into_column(),
-            _ => Series::new(name, self.reals).into_column(),
-        })
+        argument.is_present =
+            column.is_not_null().iter().map(|known| known == Some(true)).collect();
+        Ok(argument)
     }
 }
 
@@ -296,15 +299,14 @@ impl Values {
 #[derive(Default)]
 struct Running {
     frame: Range<usize>,
-    rows: usize,
     count: usize,
     real_sum: f64,
     integer_sum: i128,
     mean: f64,
     /// Sum of squared deviations from the mean.
     squares: f64,
-    least: Option<usize>,
-    greatest: Option<usize>,
+    /// Row with the smallest or largest value.
+    best: Option<usize>,
     /// Values for quantiles.
     values: Vec<f64>,
     /// Number of values at the beginning of `values` that are sorted.
@@ -315,37 +317,29 @@ impl Running {
     /// Adds the rows of a frame. If the frame only grows at its end, the rows before are kept, so
     /// that sums from the first row on take linear time. Values are never subtracted, which would
     /// lose digits.
-    fn move_to(&mut self, frame: Range<usize>, part: &[usize], values: &Values) {
+    fn move_to(&mut self, frame: Range<usize>, part: &[usize], argument: &Argument) {
         if self.frame.start != frame.start || self.frame.end > frame.end {
             *self = Running { frame: frame.start..frame.start, ..Running::default() };
         }
         for &row in &part[self.frame.end..frame.end] {
-            self.add(row, values);
+            if argument.is_present[row] {
+                self.add(row, argument);
+            }
         }
         self.frame = frame;
     }
 
-    fn add(&mut self, row: usize, values: &Values) {
-        self.rows += 1;
-        if !values.is_present.get(row).copied().unwrap_or(true) {
-            return;
-        }
+    fn add(&mut self, row: usize, argument: &Argument) {
         self.count += 1;
-        if let Some(code) = values.order.get(row) {
-            let is_better = |best: Option<usize>, to: Ordering| {
-                best.is_none_or(|best| code.cmp(&values.order[best]) == to)
-            };
-            if is_better(self.least, Ordering::Less) {
-                self.least = Some(row);
-            }
-            if is_better(self.greatest, Ordering::Greater) {
-                self.greatest = Some(row);
-            }
+        if let Some(code) = argument.order.get(row)
+            && self.best.is_none_or(|best| *code < argument.order[best])
+        {
+            self.best = Some(row);
         }
-        if let Some(integer) = values.integer.as_ref().and_then(|all| all[row]) {
+        if let Some(integer) = argument.integer.as_ref().and_then(|all| all[row]) {
             self.integer_sum += i128::from(integer);
         }
-        if let Some(&Some(value)) = values.real.get(row) {
+        if let Some(&Some(value)) = argument.real.get(row) {
             self.real_sum += value;
             let deviation = value - self.mean;
             self.mean += deviation / self.count as f64;
@@ -354,68 +348,53 @@ impl Running {
         }
     }
 
-    /// Stores the value of a function for a row.
-    fn store(
-        &mut self,
-        function: WindowFunction,
-        row: usize,
-        values: &mut Values,
-    ) -> PolarsResult<()> {
+    /// Returns the value of a function for the frame.
+    fn value(&mut self, function: WindowFunction, is_integer: bool) -> PolarsResult<Cell> {
         use WindowFunction::*;
-        let known = |value: f64| (self.count > 0).then_some(value);
-        let variance = |less: usize| {
-            let degrees = self.count.checked_sub(less).filter(|&degrees| degrees > 0);
-            degrees.map(|degrees| self.squares / degrees as f64)
-        };
-        match function {
-            Count => {
-                let count = if values.is_present.is_empty() { self.rows } else { self.count };
-                values.integers[row] = Some(count as i64);
-            }
-            Sum if values.integer.is_some() => {
+        let variance = |less: usize| self.squares / (self.count - less) as f64;
+        let real = match function {
+            Count => return Ok(Cell::Integer(self.count as i64)),
+            Minimum | Maximum => return Ok(self.best.map_or(Cell::Null, Cell::Row)),
+            _ if self.count == 0 => return Ok(Cell::Null),
+            Sum if is_integer => {
                 let sum = i64::try_from(self.integer_sum).map_err(|_| {
                     PolarsError::ComputeError("a sum of integers exceeds 64 bits".into())
                 })?;
-                values.integers[row] = (self.count > 0).then_some(sum);
+                return Ok(Cell::Integer(sum));
             }
-            Sum => values.reals[row] = known(self.real_sum),
-            Average => {
-                let sum = match values.integer {
-                    Some(_) => self.integer_sum as f64,
-                    None => self.real_sum,
-                };
-                values.reals[row] = known(sum / self.count as f64);
+            Average if is_integer => self.integer_sum as f64 / self.count as f64,
+            Sum => self.real_sum,
+            Average => self.real_sum / self.count as f64,
+            Variance(less) | StandardDeviation(less) if self.count <= less => {
+                return Ok(Cell::Null);
             }
-            Minimum => values.rows[row] = self.least.map(|row| row as IdxSize),
-            Maximum => values.rows[row] = self.greatest.map(|row| row as IdxSize),
-            Variance(less) => values.reals[row] = variance(less),
-            StandardDeviation(less) => values.reals[row] = variance(less).map(f64::sqrt),
+            Variance(less) => variance(less),
+            StandardDeviation(less) => variance(less).sqrt(),
             Quantile(share) | DiscreteQuantile(share) => {
                 // All rows of a frame without bounds have the same sorted values.
                 if self.sorted < self.values.len() {
                     self.values.sort_by(f64::total_cmp);
                     self.sorted = self.values.len();
                 }
-                let interpolates = matches!(function, Quantile(_));
-                values.reals[row] = quantile(&self.values, share, interpolates);
+                quantile(&self.values, share, matches!(function, Quantile(_)))
             }
             _ => unreachable!("the other functions depend on the place of the row only"),
-        }
-        Ok(())
+        };
+        Ok(Cell::Real(real))
     }
 }
 
-/// Returns a quantile of sorted values.
-fn quantile(sorted: &[f64], share: f64, interpolates: bool) -> Option<f64> {
-    let last = sorted.len().checked_sub(1)?;
+/// Returns a quantile of sorted values, of which there is at least one.
+fn quantile(sorted: &[f64], share: f64, interpolates: bool) -> f64 {
+    let last = sorted.len() - 1;
     if !interpolates {
         let index = (share * sorted.len() as f64).ceil() as usize;
-        return Some(sorted[index.saturating_sub(1).min(last)]);
+        return sorted[index.saturating_sub(1).min(last)];
     }
     let position = share * last as f64;
     let below = position.floor() as usize;
     let above = (below + 1).min(last);
-    Some(sorted[below] + (position - below as f64) * (sorted[above] - sorted[below]))
+    sorted[below] + (position - below as f64) * (sorted[above] - sorted[below])
 }
 
 /// Replaces the values of a column by integers of the same order.
