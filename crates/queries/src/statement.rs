@@ -176,6 +176,17 @@ pub fn name_of(relation: &ObjectName) -> Option<String> {
     Some(name.value.clone())
 }
 
+/// Returns the name of the column of an expression without `as`.
+pub fn column_name(expression: &Expr) -> String {
+    match expression {
+        Expr::Identifier(name) => name.value.clone(),
+        Expr::CompoundIdentifier(parts) => {
+            parts.last().map_or_else(String::new, |name| name.value.clone())
+        }
+        other => other.to_string(),
+    }
+}
+
 /// Visitor that names the columns of a query, and replaces functions that polars computes otherwise
 /// than most SQL databases.
 struct Dialect;
@@ -187,14 +198,12 @@ impl VisitorMut for Dialect {
         let mut names = BTreeSet::new();
         for item in &mut select.projection {
             let name = match item {
-                SelectItem::UnnamedExpr(Expr::Identifier(name)) => name.value.clone(),
-                SelectItem::UnnamedExpr(Expr::CompoundIdentifier(parts)) => {
-                    parts.last().map_or(String::new(), |name| name.value.clone())
-                }
                 SelectItem::UnnamedExpr(expression) => {
-                    let name = expression.to_string();
-                    let alias = Ident::with_quote('"', &name);
-                    *item = SelectItem::ExprWithAlias { expr: expression.clone(), alias };
+                    let name = column_name(expression);
+                    if !matches!(expression, Expr::Identifier(_) | Expr::CompoundIdentifier(_)) {
+                        let alias = Ident::with_quote('"', &name);
+                        *item = SelectItem::ExprWithAlias { expr: expression.clone(), alias };
+                    }
                     name
                 }
                 SelectItem::ExprWithAlias { alias, .. } => alias.value.clone(),
@@ -288,11 +297,22 @@ fn replaced(expression: &Expr) -> Result<Option<Expr>, QueryError> {
     Ok(Some(parsed_expression(&text)?))
 }
 
-/// Parses an expression.
-pub fn parsed_expression(text: &str) -> Result<Expr, QueryError> {
+fn parsed_expression(text: &str) -> Result<Expr, QueryError> {
+    parsed_part(text, Parser::parse_expr)
+}
+
+/// Returns the table of this name, as `from` names it.
+pub fn parsed_table(name: &str) -> Result<TableFactor, QueryError> {
+    parsed_part(&Ident::with_quote('"', name).to_string(), Parser::parse_table_factor)
+}
+
+fn parsed_part<T>(
+    text: &str,
+    parse: impl Fn(&mut Parser<'static>) -> Result<T, ParserError>,
+) -> Result<T, QueryError> {
     let parser = Parser::new(&GenericDialect {}).try_with_sql(text);
-    let expression = parser.and_then(|mut parser| parser.parse_expr());
-    expression.map_err(|error| QueryError::Refused(message(error)))
+    let part = parser.and_then(|mut parser| parse(&mut parser));
+    part.map_err(|error| QueryError::Refused(message(error)))
 }
 
 fn is_integer(kind: &SqlType) -> bool {
@@ -302,33 +322,15 @@ fn is_integer(kind: &SqlType) -> bool {
 }
 
 /// Functions that compute one value from all rows of a group.
-pub const AGGREGATES: &[&str] = &[
-    "avg",
-    "corr",
-    "count",
-    "covar",
-    "covar_pop",
-    "covar_samp",
-    "first",
-    "group_concat",
-    "last",
-    "listagg",
-    "max",
-    "median",
-    "min",
-    "quantile_cont",
-    "quantile_disc",
-    "stddev",
-    "stddev_samp",
-    "stdev",
-    "stdev_samp",
-    "string_agg",
-    "sum",
-    "total",
-    "var",
-    "var_samp",
-    "variance",
-];
+const AGGREGATES: &str = "\
+    avg corr count covar covar_pop covar_samp first group_concat last listagg max median min \
+    quantile_cont quantile_disc stddev stddev_samp stdev stdev_samp string_agg sum total var \
+    var_samp variance";
+
+/// Returns whether a function computes one value from all rows of a group.
+pub fn is_aggregate(name: &str) -> bool {
+    AGGREGATES.split(' ').any(|known| known == name)
+}
 
 /// Functions of numbers, conditions and texts.
 const SCALARS: &str = "\
@@ -412,7 +414,7 @@ fn position(text: &str, part: &str) -> String {
 }
 
 fn functions() -> impl Iterator<Item = &'static str> {
-    SCALARS.split(' ').chain(OTHERS.split(' ')).chain(AGGREGATES.iter().copied())
+    [SCALARS, OTHERS, AGGREGATES].into_iter().flat_map(|names| names.split(' '))
 }
 
 fn is_known(name: &str) -> bool {

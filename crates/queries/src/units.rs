@@ -9,39 +9,20 @@ use std::sync::Arc;
 
 use arrow::datatypes::{Field, Metadata, SchemaRef};
 use sqlparser::ast::{
-    BinaryOperator, DataType, Expr, FunctionArg, FunctionArgExpr, FunctionArguments, Query,
+    BinaryOperator, Expr, Function, FunctionArg, FunctionArgExpr, FunctionArguments, Query,
     RenameSelectItem, Select, SelectItem, SelectItemQualifiedWildcardKind, SetExpr, TableAlias,
     TableFactor, UnaryOperator, Value, WildcardAdditionalOptions,
 };
 
 use crate::QueryError;
 use crate::engine::on_query_thread;
-use crate::statement::{name_of, parsed};
+use crate::statement::{column_name, name_of, parsed};
 use asperity_tables::column::{Description, Role, described};
 
 /// Functions whose value has the unit of their first argument.
-const KEEP_UNIT: [&str; 20] = [
-    "abs",
-    "avg",
-    "ceil",
-    "first",
-    "first_value",
-    "floor",
-    "lag",
-    "last",
-    "last_value",
-    "lead",
-    "max",
-    "median",
-    "min",
-    "quantile_cont",
-    "quantile_disc",
-    "round",
-    "stddev",
-    "stddev_samp",
-    "sum",
-    "total",
-];
+const KEEP_UNIT: &str = "\
+    abs avg ceil first first_value floor lag last last_value lead max median min quantile_cont \
+    quantile_disc round stddev stddev_samp sum total";
 
 /// Unit of a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -74,10 +55,6 @@ impl Origin {
         };
         let unit = Some(unit).filter(|unit| !unit.declared.is_empty());
         Origin { unit, field: Some(field.clone()) }
-    }
-
-    fn computed(unit: Option<Unit>) -> Origin {
-        Origin { unit, field: None }
     }
 
     /// Returns whether the query computes the values, and does not pass a column on.
@@ -154,14 +131,7 @@ fn of_select(select: &Select, scope: &Scope) -> Columns {
     for item in &select.projection {
         match item {
             SelectItem::UnnamedExpr(expression) => {
-                let name = match expression {
-                    Expr::Identifier(name) => name.value.clone(),
-                    Expr::CompoundIdentifier(parts) => {
-                        parts.last().map_or_else(String::new, |name| name.value.clone())
-                    }
-                    other => other.to_string(),
-                };
-                columns.push((name, of_expression(expression, &relations)));
+                columns.push((column_name(expression), of_expression(expression, &relations)));
             }
             SelectItem::ExprWithAlias { expr, alias } => {
                 columns.push((alias.value.clone(), of_expression(expr, &relations)));
@@ -241,72 +211,65 @@ fn renamed(mut columns: Columns, alias: Option<&TableAlias>) -> Columns {
 }
 
 fn of_expression(expression: &Expr, relations: &[(String, Columns)]) -> Origin {
+    let column = |table: Option<&str>, name: &str| {
+        let meant = relations.iter().filter(|(known, _)| table.is_none_or(|table| table == known));
+        let found = meant.flat_map(|(_, columns)| columns).find(|(known, _)| known == name);
+        found.map(|(_, origin)| origin.clone()).unwrap_or_default()
+    };
+    match expression {
+        Expr::Identifier(name) => column(None, &name.value),
+        Expr::CompoundIdentifier(parts) => match parts.as_slice() {
+            [table, name] => column(Some(&table.value), &name.value),
+            _ => Origin::default(),
+        },
+        Expr::Nested(inner) => of_expression(inner, relations),
+        computed => Origin { unit: computed_unit(computed, relations), field: None },
+    }
+}
+
+/// Returns the unit of a computed value.
+fn computed_unit(expression: &Expr, relations: &[(String, Columns)]) -> Option<Unit> {
     let unit = |expression: &Expr| of_expression(expression, relations).unit;
     match expression {
-        Expr::Identifier(name) => {
-            let mut all = relations.iter().flat_map(|(_, columns)| columns);
-            let found = all.find(|(known, _)| *known == name.value);
-            found.map(|(_, origin)| origin.clone()).unwrap_or_default()
-        }
-        Expr::CompoundIdentifier(parts) => {
-            let [table, name] = parts.as_slice() else { return Origin::default() };
-            let relation = relations.iter().find(|(known, _)| *known == table.value);
-            let mut columns = relation.iter().flat_map(|(_, columns)| columns);
-            let found = columns.find(|(known, _)| *known == name.value);
-            found.map(|(_, origin)| origin.clone()).unwrap_or_default()
-        }
-        Expr::Nested(inner) => of_expression(inner, relations),
         // Only real numbers are converted to units of output.
         Expr::Cast { expr, data_type, .. } => {
-            let is_real = matches!(
-                data_type,
-                DataType::Float(_)
-                    | DataType::Double(_)
-                    | DataType::DoublePrecision
-                    | DataType::Real
-                    | DataType::Float4
-                    | DataType::Float8
-                    | DataType::Float32
-                    | DataType::Float64
-            );
-            Origin::computed(unit(expr).filter(|_| is_real))
+            let name = data_type.to_string().to_lowercase();
+            let is_real = ["double", "float", "real"].iter().any(|real| name.starts_with(real));
+            unit(expr).filter(|_| is_real)
         }
-        Expr::UnaryOp { op: UnaryOperator::Minus | UnaryOperator::Plus, expr } => {
-            Origin::computed(unit(expr))
-        }
-        Expr::Ceil { expr, .. } | Expr::Floor { expr, .. } => Origin::computed(unit(expr)),
+        Expr::UnaryOp { op: UnaryOperator::Minus | UnaryOperator::Plus, expr }
+        | Expr::Ceil { expr, .. }
+        | Expr::Floor { expr, .. } => unit(expr),
         Expr::BinaryOp { left, op: BinaryOperator::Plus | BinaryOperator::Minus, right } => {
-            Origin::computed(unit(left).filter(|left| unit(right).as_ref() == Some(left)))
+            unit(left).filter(|left| unit(right).as_ref() == Some(left))
         }
-        Expr::BinaryOp { left, op: BinaryOperator::Divide, right } => Origin::computed(
-            unit(left).zip(unit(right)).and_then(|(left, right)| left.over(&right)),
-        ),
+        Expr::BinaryOp { left, op: BinaryOperator::Divide, right } => {
+            unit(left)?.over(&unit(right)?)
+        }
         Expr::Case { conditions, else_result, .. } => {
             let results = conditions.iter().map(|when| &when.result);
-            shared_unit(results.chain(else_result.as_deref()), relations)
+            shared_unit(results.chain(else_result.as_deref()), unit)
         }
-        Expr::Function(function) => {
-            let name = name_of(&function.name).unwrap_or_default().to_lowercase();
-            let FunctionArguments::List(list) = &function.args else { return Origin::default() };
+        Expr::Function(Function { name, args: FunctionArguments::List(list), .. }) => {
+            let name = name_of(name)?.to_lowercase();
             let mut values = list.args.iter().filter_map(|one| match one {
                 FunctionArg::Unnamed(FunctionArgExpr::Expr(value)) => Some(value),
                 _ => None,
             });
-            match name.as_str() {
-                "coalesce" => shared_unit(values, relations),
-                name if KEEP_UNIT.contains(&name) => Origin::computed(values.next().and_then(unit)),
-                _ => Origin::default(),
+            if name == "coalesce" {
+                return shared_unit(values, unit);
             }
+            values.next().filter(|_| KEEP_UNIT.split(' ').any(|known| known == name)).and_then(unit)
         }
-        _ => Origin::default(),
+        _ => None,
     }
 }
 
 /// Returns the unit that all values have. Null and zero have any unit.
 fn shared_unit<'e>(
     values: impl Iterator<Item = &'e Expr>,
-    relations: &[(String, Columns)],
-) -> Origin {
+    unit: impl Fn(&Expr) -> Option<Unit>,
+) -> Option<Unit> {
     let has_any = |value: &Expr| match value {
         Expr::Value(value) => match &value.value {
             Value::Null => true,
@@ -315,10 +278,8 @@ fn shared_unit<'e>(
         },
         _ => false,
     };
-    let mut units =
-        values.filter(|value| !has_any(value)).map(|value| of_expression(value, relations).unit);
-    let first = units.next().flatten();
-    Origin::computed(first.filter(|first| units.all(|unit| unit.as_ref() == Some(first))))
+    let mut units = values.filter(|value| !has_any(value)).map(unit);
+    units.next()?.filter(|first| units.all(|unit| unit.as_ref() == Some(first)))
 }
 
 impl Unit {

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use sqlparser::ast::{Expr, Function, Ident, Visit, Visitor};
 
-use crate::statement::AGGREGATES;
+use crate::statement;
 
 /// Column of an answer in the making: its expression on the last step, and its name.
 pub(super) type Item = (Expr, String);
@@ -88,7 +88,7 @@ pub(super) fn visit_each(node: &impl Visit, look: &mut dyn FnMut(&Expr)) {
 
 /// Returns whether a function aggregates rows. With `over` it computes one value per row.
 pub(super) fn is_aggregate(function: &Function) -> bool {
-    function.over.is_none() && AGGREGATES.contains(&name_of(function).as_str())
+    function.over.is_none() && statement::is_aggregate(&name_of(function))
 }
 
 pub(super) fn name_of(function: &Function) -> String {

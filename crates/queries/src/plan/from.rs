@@ -10,6 +10,7 @@ use sqlparser::ast::{
 use super::expressions::visit_each;
 use super::{Planned, Planner, Result, refused};
 use crate::QueryError;
+use crate::statement::parsed_table;
 
 impl Planner<'_> {
     /// Renames the columns as an alias such as `m(load, area)` says.
@@ -83,7 +84,7 @@ impl Planner<'_> {
                 "`from` has two tables `{name}`; give one of them another name: `{name} as other`"
             ));
         }
-        *relation = table(&name);
+        *relation = parsed_table(&name)?;
         tables.push((name, planned));
         Ok(())
     }
@@ -245,19 +246,4 @@ pub(super) fn qualifiers(expression: &Expr) -> BTreeSet<String> {
         };
     });
     tables
-}
-
-fn table(name: &str) -> TableFactor {
-    TableFactor::Table {
-        name: ObjectName::from(vec![Ident::with_quote('"', name)]),
-        alias: None,
-        args: None,
-        with_hints: Vec::new(),
-        version: None,
-        with_ordinality: false,
-        partitions: Vec::new(),
-        json_path: None,
-        sample: None,
-        index_hints: Vec::new(),
-    }
 }

@@ -12,6 +12,7 @@ use super::from::{hide_joined_keys, move_conditions, qualifiers};
 use super::groups::{GroupedSelect, keys};
 use super::windows::{Windows, resolve_windows};
 use super::{Ends, Planned, Planner, Result, quoted, refused};
+use crate::statement::column_name;
 
 impl Planner<'_> {
     pub(super) fn select(&mut self, mut select: Select, mut ends: Ends) -> Result<Planned> {
@@ -231,11 +232,7 @@ fn named(item: SelectItem) -> Option<Item> {
     match item {
         SelectItem::ExprWithAlias { expr, alias } => Some((expr, alias.value)),
         SelectItem::UnnamedExpr(expression) => {
-            let name = match &expression {
-                Expr::Identifier(name) => name.value.clone(),
-                Expr::CompoundIdentifier(parts) => parts.last()?.value.clone(),
-                other => other.to_string(),
-            };
+            let name = column_name(&expression);
             Some((expression, name))
         }
         _ => None,

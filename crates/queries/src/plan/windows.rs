@@ -11,7 +11,7 @@ use sqlparser::ast::{
 use super::expressions::{Calls, Columns, Item, is_output, is_planned, name_of};
 use super::{Ends, Planned, Result, each_expression, refused};
 use crate::QueryError;
-use crate::statement::AGGREGATES;
+use crate::statement;
 use crate::window::{Bound, Direction, Window, WindowFunction};
 
 /// Replacement of window functions by columns.
@@ -195,7 +195,7 @@ fn window_function(call: &Function, arguments: &mut Vec<String>) -> Result<Windo
     if !expected.contains(&arguments.len()) {
         return refused(format!("`{call}` has a wrong number of arguments"));
     }
-    if call.filter.is_some() && !AGGREGATES.contains(&name.as_str()) {
+    if call.filter.is_some() && !statement::is_aggregate(&name) {
         return refused(format!("`{name}` with `filter` and `over` is not supported"));
     }
     Ok(function)
