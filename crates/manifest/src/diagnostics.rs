@@ -7,6 +7,7 @@ use std::any::Any;
 use std::collections::HashSet;
 use std::error::Error;
 use std::fmt;
+use std::iter::successors;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -74,6 +75,14 @@ impl Problem {
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
+    }
+
+    /// Sets the help as [`Problem::help`] does, if there is any.
+    pub fn help_if(self, help: Option<impl Into<String>>) -> Self {
+        match help {
+            Some(help) => self.help(help),
+            None => self,
+        }
     }
 
     /// Returns the message without labels and help.
@@ -258,10 +267,13 @@ impl ManifestErrors {
     /// Returns the file, the line and the column of a problem: `study.toml:12:9`. Returns `None`
     /// for a problem without a position.
     pub fn place(&self, problem: &Problem) -> Option<String> {
-        let (span, _) = problem.labels.first()?;
-        let source = &self.sources[self.source_index(span.start)];
-        let [line, column] = source.line_and_column(span.start);
-        Some(format!("{}:{line}:{column}", source.name))
+        problem.labels.first().map(|(span, _)| self.at(span.start))
+    }
+
+    fn at(&self, position: usize) -> String {
+        let source = &self.sources[self.source_index(position)];
+        let [line, column] = source.line_and_column(position);
+        format!("{}:{line}:{column}", source.name)
     }
 
     /// Returns the index of the text that contains a position.
@@ -280,9 +292,7 @@ impl ManifestErrors {
                 own.labels.push((span, label.clone()));
                 continue;
             }
-            let source = &self.sources[other];
-            let [line, column] = source.line_and_column(span.start);
-            let place = format!("{}:{line}:{column}: {label}", source.name);
+            let place = format!("{}: {label}", self.at(span.start));
             own.help = Some(match own.help {
                 Some(help) => format!("{help}; {place}"),
                 None => place,
@@ -411,13 +421,8 @@ fn sanitized(text: &str) -> String {
 
 /// Formats an error and its causes on one line.
 pub fn chain(error: &(dyn Error + 'static)) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
+    let errors = successors(Some(error), |&error| error.source());
+    errors.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
 
 /// Returns the message of a panic from its payload.

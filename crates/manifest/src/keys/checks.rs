@@ -154,11 +154,8 @@ impl<'a> Checks<'a> {
 
     /// Reports a problem. If it has no help, the description of the key becomes its help.
     pub fn report(&mut self, name: &str, problem: Problem) {
-        let problem = match self.layout.doc(name) {
-            Some(doc) if problem.advice().is_none() => problem.help(doc),
-            _ => problem,
-        };
-        self.problems.push(problem);
+        let doc = self.layout.doc(name).filter(|_| problem.advice().is_none());
+        self.problems.push(problem.help_if(doc));
     }
 }
 

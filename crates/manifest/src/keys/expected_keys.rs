@@ -35,29 +35,37 @@ impl ExpectedKeys<'_> {
         key: &str,
         span: Span,
     ) -> (Problem, Option<String>) {
-        let known = || layout.keys().chain(self.common.iter().copied());
         let message = format!("{} has no key `{key}`", self.table);
         if let Some(owner) = (self.owner)(key) {
             let label = format!("belongs to {owner}");
             return (Problem::new(message, span, label), None);
         }
-        // Tables without expressions, such as `[cluster]`, do not describe physics.
-        if self.scope.is_some()
-            && let Some((problem, instead)) =
-                synonyms::answer(&message, key, span.clone(), |one| layout.has(one))
-        {
-            return (problem, instead.map(str::to_owned));
-        }
-        match did_you_mean(key, known()) {
-            Some(meant) => {
-                let label = format!("did you mean `{meant}`?");
-                (Problem::new(message, span, label), Some(meant.to_owned()))
-            }
-            None => {
-                let problem = Problem::new(message, span, "unknown key")
-                    .help(format!("its keys are {}", listed(known(), "and")));
-                (problem, None)
-            }
-        }
+        let known: Vec<&str> = layout.keys().chain(self.common.iter().copied()).collect();
+        let (problem, meant) = unknown_key(&message, key, span, self.scope.is_some(), &known);
+        let lacks_advice = meant.is_none() && problem.advice().is_none();
+        let problem = if lacks_advice { problem.help(its_keys(&known)) } else { problem };
+        (problem, meant.map(str::to_owned))
     }
+}
+
+/// Returns the problem of a key that is none of the `known` keys of a table, and the key that was
+/// probably meant. Tables that do not describe physics, such as `[cluster]`, have no synonyms.
+pub(super) fn unknown_key<'k>(
+    message: &str,
+    key: &str,
+    span: Span,
+    has_synonyms: bool,
+    known: &[&'k str],
+) -> (Problem, Option<&'k str>) {
+    let is_known = |one: &str| known.contains(&one);
+    if has_synonyms && let Some(answer) = synonyms::answer(message, key, span.clone(), is_known) {
+        return answer;
+    }
+    let meant = did_you_mean(key, known.iter().copied());
+    let label = meant.map_or("unknown key".to_owned(), |meant| format!("did you mean `{meant}`?"));
+    (Problem::new(message, span, label), meant)
+}
+
+pub(super) fn its_keys(known: &[&str]) -> String {
+    format!("its keys are {}", listed(known.iter().copied(), "and"))
 }

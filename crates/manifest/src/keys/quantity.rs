@@ -261,14 +261,13 @@ impl<'v> Scalar<'v> {
         let number = decimal::written(number(value));
         let message = format!("`{}` has no unit, but `{}` has one", self.path, first.path);
         let label = format!("write \"{number} {symbol}\" if it is in {symbol}");
-        let problem =
-            Problem::new(message, self.value.span(), label).and(named.span.clone(), "has a unit");
-        match key {
-            Some(key) => problem.help(format!(
+        let help = key.map(|key| {
+            format!(
                 "or set `{key} = \"{symbol}\"`, which is then the unit of all numbers without a unit"
-            )),
-            None => problem,
-        }
+            )
+        });
+        let problem = Problem::new(message, self.value.span(), label);
+        problem.and(named.span.clone(), "has a unit").help_if(help)
     }
 }
 
@@ -530,7 +529,8 @@ pub fn written(value: f64, unit: Option<&str>) -> String {
     let base = Unit::find(unit).filter(|unit| unit.power == 0 && !is_plain);
     let better = base.and_then(|known| {
         let converted = |to: &Unit| decimal::nearest(value * known.factor_to(to));
-        let family = UNITS.iter().filter(|to| to.dimension == known.dimension && to.is_si);
+        // `N/mm²` and `N/m` come after the multiples of the unit of the SI by 1000.
+        let family = UNITS.iter().filter(|to| to.dimension == known.dimension && to.power % 3 == 0);
         let suitable = family.filter(|to| (1.0..1e3).contains(&converted(to).abs()));
         suitable.map(|to| format!("{} {}", decimal::written(converted(to)), to.symbol)).next()
     });

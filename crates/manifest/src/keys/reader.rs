@@ -149,9 +149,7 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
     fn entry(&mut self, key: TomlSpanned<DeString<'i>>, value: TomlSpanned<DeValue<'i>>) {
         let name = key.get_ref().as_ref();
         if !self.layout.has(name) {
-            let (problem, meant) = self.expected.unknown_key(self.layout, name, key.span());
-            self.problems.push(problem);
-            self.reported_keys.extend(meant);
+            self.report_unknown(name, key.span());
             return;
         }
         let axis = self.layout.swept.iter().position(|swept| *swept == name);
@@ -164,24 +162,10 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         }
     }
 
-    /// Adds a value to those that all points share. If items of a list are invalid, the others are
-    /// kept, so that later checks of the key report further mistakes.
+    /// Adds a value to those that all points share.
     fn share(&mut self, key: TomlSpanned<DeString<'i>>, value: TomlSpanned<DeValue<'i>>) {
         if self.is_valid(&key, &value) {
             self.grid.shared.insert(key, value);
-            return;
-        }
-        let is_valid = |items: &[TomlSpanned<DeValue<'i>>]| {
-            let array = DeValue::Array(items.iter().cloned().collect());
-            let list = TomlSpanned::new(value.span(), array);
-            validate(self.layout, key.get_ref(), &list, self.expressions).is_empty()
-        };
-        let items = value.get_ref().as_array().into_iter().flatten();
-        let valid: Vec<_> =
-            items.filter(|item| is_valid(std::slice::from_ref(*item))).cloned().collect();
-        if !valid.is_empty() && is_valid(&valid) {
-            let rest = DeValue::Array(valid.into_iter().collect());
-            self.grid.shared.insert(key, TomlSpanned::new(value.span(), rest));
         }
     }
 
@@ -267,11 +251,15 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
             let problem = Problem::new(message, key.span(), "write it once for the stage");
             self.problems.push(problem.help(help));
         } else {
-            let (problem, meant) = self.expected.unknown_key(self.layout, name, key.span());
-            self.problems.push(problem);
-            self.reported_keys.extend(meant);
+            self.report_unknown(name, key.span());
         }
         false
+    }
+
+    fn report_unknown(&mut self, name: &str, span: Span) {
+        let (problem, meant) = self.expected.unknown_key(self.layout, name, span);
+        self.problems.push(problem);
+        self.reported_keys.extend(meant);
     }
 
     /// Adds an axis for each swept parameter that the table uses, at the place of the first swept
@@ -325,7 +313,7 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
         let mut grid = std::mem::take(&mut self.grid);
         let cases = grid.cases.take().unwrap_or_else(|| vec![(span.clone(), DeTable::new())]);
         let axes = grid.axes(self.expressions.and_then(|own| own.scope.parameters));
-        let lengths = axes.iter().map(Values::len);
+        let lengths = axes.iter().map(|axis| axis.values.len());
         let combinations = lengths.fold(1, usize::saturating_mul);
         let points = combinations.saturating_mul(cases.len());
         let shared = grid.shared.values().map(|value| size(value.get_ref()));
@@ -338,14 +326,16 @@ impl<'i, T: KeyTable> Reader<'_, 'i, T> {
             for combination in 0..combinations {
                 let mut table = grid.shared.clone();
                 let mut parameters = BTreeMap::new();
-                for chosen in choose(&axes, combination) {
-                    match chosen {
-                        Values::OfKey(key, values) => {
-                            table.insert(key.clone(), values[0].clone());
-                        }
-                        Values::OfParameter(name, values) => {
-                            parameters.insert(name, &values[0]);
-                        }
+                // The indices of the values are the digits of the combination in the mixed radix of
+                // the numbers of values; the index of the last axis is the lowest digit.
+                let mut rest = combination;
+                for Values { name, key, values } in axes.iter().rev() {
+                    let value = &values[rest % values.len()];
+                    rest /= values.len();
+                    if let Some(key) = key {
+                        table.insert((*key).clone(), value.clone());
+                    } else {
+                        parameters.insert(*name, value);
                     }
                 }
                 table.extend(case.clone());
@@ -445,19 +435,12 @@ struct Axis<'i> {
 }
 
 /// The values of an axis of the grid.
-#[derive(Clone, Copy)]
-enum Values<'g, 'i> {
-    OfKey(&'g TomlSpanned<DeString<'i>>, &'g [TomlSpanned<DeValue<'i>>]),
-    OfParameter(&'g str, &'g [TomlSpanned<DeValue<'g>>]),
-}
-
-impl Values<'_, '_> {
-    fn len(&self) -> usize {
-        match self {
-            Values::OfKey(_, values) => values.len(),
-            Values::OfParameter(_, values) => values.len(),
-        }
-    }
+struct Values<'g> {
+    /// Name of the key or parameter.
+    name: &'g str,
+    /// Key, or `None` for a parameter.
+    key: Option<&'g TomlSpanned<DeString<'g>>>,
+    values: &'g [TomlSpanned<DeValue<'g>>],
 }
 
 impl<'i> Grid<'i> {
@@ -472,13 +455,14 @@ impl<'i> Grid<'i> {
 
     /// Returns the axes in the order of their keys. The axis of a parameter precedes that of the
     /// key that uses it.
-    fn axes<'g>(&'g self, parameters: Option<&'g Parameters<'g>>) -> Vec<Values<'g, 'i>> {
+    fn axes<'g>(&'g self, parameters: Option<&'g Parameters<'g>>) -> Vec<Values<'g>> {
         let of_parameters = self.parameters.iter().filter_map(|(index, name)| {
-            let values = &parameters?.get(name)?.values;
-            Some((*index, Values::OfParameter(name, values)))
+            let values = parameters?.get(name)?.values.as_slice();
+            Some((*index, Values { name, key: None, values }))
         });
-        let own = self.axes.iter();
-        let of_keys = own.map(|(&index, axis)| (index, Values::OfKey(&axis.key, &axis.values)));
+        let of_keys = self.axes.iter().map(|(&index, Axis { key, values })| {
+            (index, Values { name: key.get_ref(), key: Some(key), values })
+        });
         let mut axes: Vec<_> = of_parameters.chain(of_keys).collect();
         // The sort is stable.
         axes.sort_by_key(|(index, _)| *index);
@@ -494,20 +478,6 @@ fn too_many(points: usize, values: usize, span: &Span) -> Problem {
     };
     Problem::new(message, span.clone(), "swept lists are combined with each other")
         .help("to list only the combinations that you need, write `cases = [{ … }, { … }]`")
-}
-
-/// Returns one value of each axis. The indices of the values are the digits of `combination` in the
-/// mixed radix of the numbers of values; the index of the last axis is the lowest digit.
-fn choose<'g, 'i>(axes: &[Values<'g, 'i>], mut combination: usize) -> Vec<Values<'g, 'i>> {
-    let choice = axes.iter().rev().map(|axis| {
-        let index = combination % axis.len();
-        combination /= axis.len();
-        match *axis {
-            Values::OfKey(key, values) => Values::OfKey(key, &values[index..=index]),
-            Values::OfParameter(name, values) => Values::OfParameter(name, &values[index..=index]),
-        }
-    });
-    choice.collect()
 }
 
 /// Returns the number of scalars in a value.

@@ -7,11 +7,12 @@ use toml::de::DeValue;
 
 use super::bounds::out_of_bounds;
 use super::derived::Expressions;
+use super::expected_keys::{its_keys, unknown_key};
 use super::quantity::Declared;
 use super::schema::{alternatives, is_number, is_of_type, is_type, words};
 use super::values::{found, shown};
-use super::{Layout, quantity, schema, synonyms};
-use crate::diagnostics::{Problem, did_you_mean, listed, suggestion};
+use super::{Layout, quantity, schema};
+use crate::diagnostics::{Problem, listed, suggestion};
 
 type Written<'i> = TomlSpanned<DeValue<'i>>;
 
@@ -84,11 +85,7 @@ impl<'a> ValuePath<'a> {
             return;
         }
         let problem = |message: String, label: String| {
-            let problem = Problem::new(message, written.span(), label);
-            match help {
-                Some(help) => problem.help(help),
-                None => problem,
-            }
+            Problem::new(message, written.span(), label).help_if(help)
         };
         match (value, fitting.next()) {
             (DeValue::String(text), Some(_)) if !words.is_empty() => {
@@ -134,11 +131,7 @@ impl<'a> ValuePath<'a> {
                 let message = format!("`{path}` must be {}", expected(&alternatives));
                 let help = number_in_quotes(value, &alternatives, quantity, help)
                     .or_else(|| self.help_for_lists.clone().filter(|_| value.is_array()));
-                let problem = problem(message, found(value));
-                problems.push(match help {
-                    Some(help) => problem.help(help),
-                    None => problem,
-                });
+                problems.push(problem(message, found(value)).help_if(help));
             }
         }
     }
@@ -165,19 +158,12 @@ impl<'a> ValuePath<'a> {
                 continue;
             }
             let message = format!("`{path}` has no key `{name}`");
-            let has = |one: &str| keys.contains_key(one);
-            if self.expressions.is_some()
-                && let Some((problem, instead)) = synonyms::answer(&message, name, key.span(), has)
-            {
-                meant.extend(instead);
-                problems.push(problem);
-                continue;
-            }
             let known = key_names(schema);
-            meant.extend(did_you_mean(name, known.iter().copied()));
-            let label = suggestion('`', name, known.iter().copied(), "unknown key");
-            let problem = Problem::new(message, key.span(), label);
-            problems.push(problem.help(format!("its keys are {}", listed(known, "and"))));
+            let has_synonyms = self.expressions.is_some();
+            let (problem, own) = unknown_key(&message, name, key.span(), has_synonyms, &known);
+            meant.extend(own);
+            let has_advice = problem.advice().is_some();
+            problems.push(if has_advice { problem } else { problem.help(its_keys(&known)) });
         }
         let required = schema.get("required").and_then(Value::as_array).into_iter().flatten();
         for name in required.filter_map(Value::as_str) {
@@ -185,11 +171,7 @@ impl<'a> ValuePath<'a> {
             if !is_there && !meant.contains(&name) {
                 let message = format!("`{path}` lacks `{name}`");
                 let label = format!("`{name}` is missing here");
-                let problem = Problem::new(message, written.span(), label);
-                problems.push(match help {
-                    Some(help) => problem.help(help),
-                    None => problem,
-                });
+                problems.push(Problem::new(message, written.span(), label).help_if(help));
             }
         }
     }

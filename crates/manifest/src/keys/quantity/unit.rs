@@ -28,24 +28,12 @@ pub struct Unit {
     pub dimension: Dimension,
     /// The unit is 10^`power` units of the SI: metres, pascals, newtons, J/m², W/(m K) or Ω m.
     pub power: i32,
-    /// True for the metre, the pascal, the newton and the joule per square metre, and for their
-    /// multiples by 1000.
-    pub(super) is_si: bool,
     /// Spelling in ASCII for keyboards that lack a letter of the symbol.
     plain: Option<&'static str>,
 }
 
 const fn unit(symbol: &'static str, dimension: Dimension, power: i32) -> Unit {
-    let is_prefixed = match dimension {
-        Dimension::Length | Dimension::Force => true,
-        // `N/mm²` and `N/m` are further names of units.
-        Dimension::Pressure | Dimension::Work => {
-            !matches!(symbol.as_bytes(), [b'N', ..] | [b'm', b'N', ..])
-        }
-        Dimension::Conductivity | Dimension::Resistivity => false,
-    };
-    let is_si = is_prefixed && power % 3 == 0;
-    Unit { symbol, dimension, power, is_si, plain: None }
+    Unit { symbol, dimension, power, plain: None }
 }
 
 const fn unit_or(
