@@ -49,12 +49,8 @@ impl CommonKappa {
             .iter()
             .map(|problem| problem.least_convex_kappa(&problem.mean, None))
             .collect();
-        let kappa = own
-            .iter()
-            .flatten()
-            .copied()
-            .reduce(f64::max)
-            .ok_or(FitError::NoCommonKappa { curves: problems.len() })?;
+        let kappa =
+            own.iter().flatten().copied().reduce(f64::max).ok_or(FitError::NoCommonKappa)?;
         let fits = problems.iter().map(|problem| problem.fit(Kappa::Given(kappa))).collect();
         Ok(Self { kappa, own, fits })
     }
@@ -135,7 +131,7 @@ impl EvolutionProblem {
             let lower = (upper * SCAN_RATIO).max(mean_slope * (1.0 + KAPPA_TOLERANCE));
             let at_lower = derivative.at(lower);
             if at_lower <= 0.0 {
-                return Ok(Bracket { lower, upper, at_lower, at_upper });
+                return Ok([(lower, at_lower), (upper, at_upper)]);
             }
             if lower >= upper * (1.0 - KAPPA_TOLERANCE) {
                 break;
@@ -146,12 +142,8 @@ impl EvolutionProblem {
     }
 }
 
-struct Bracket {
-    lower: f64,
-    upper: f64,
-    at_lower: f64,
-    at_upper: f64,
-}
+/// Lower and upper κ, each with its derivative, of which the first is not positive.
+type Bracket = [(f64, f64); 2];
 
 fn bracket_near(derivative: &mut MuDerivative, kappa: f64) -> Option<Bracket> {
     let at = derivative.at(kappa);
@@ -161,14 +153,8 @@ fn bracket_near(derivative: &mut MuDerivative, kappa: f64) -> Option<Bracket> {
         let outer = kappa * ratio.powi(1 << (step - 1));
         let at_outer = derivative.at(outer);
         if (at_outer > 0.0) != (at > 0.0) {
-            let (lower, upper) = ((inner, at_inner), (outer, at_outer));
-            let (lower, upper) = if at > 0.0 { (upper, lower) } else { (lower, upper) };
-            return Some(Bracket {
-                lower: lower.0,
-                at_lower: lower.1,
-                upper: upper.0,
-                at_upper: upper.1,
-            });
+            let (inner, outer) = ((inner, at_inner), (outer, at_outer));
+            return Some(if at > 0.0 { [outer, inner] } else { [inner, outer] });
         }
         (inner, at_inner) = (outer, at_outer);
     }
@@ -177,7 +163,7 @@ fn bracket_near(derivative: &mut MuDerivative, kappa: f64) -> Option<Bracket> {
 
 /// Finds the κ in a bracket at which the derivative is zero, by the Illinois method.
 fn root(derivative: &mut MuDerivative, bracket: Bracket) -> f64 {
-    let Bracket { mut lower, mut upper, mut at_lower, mut at_upper } = bracket;
+    let [(mut lower, mut at_lower), (mut upper, mut at_upper)] = bracket;
     let mut kappa = upper;
     let mut moved_upper = None;
     for _ in 0..ROOT_ITERATIONS {
@@ -301,7 +287,7 @@ mod tests {
         let common = CommonKappa::fit(&problems).expect("one bound");
         assert!(common.own[0].is_err() && common.own[1] == Ok(common.kappa));
         let error = CommonKappa::fit(&problems[..1]).unwrap_err();
-        assert_eq!(error, FitError::NoCommonKappa { curves: 1 });
+        assert_eq!(error, FitError::NoCommonKappa);
     }
 
     #[test]

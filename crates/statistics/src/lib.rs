@@ -51,7 +51,8 @@ pub mod self_affine;
 pub use curves::{Curves, Window};
 pub use least_squares::{GoodnessOfFit, line};
 
-/// Reason why a fit failed.
+/// Reason why a fit failed. Tables have a code for each; the texts are those of
+/// `EvolutionLaw.fit` in Python.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error messages document the variants")]
 pub enum FitError {
@@ -97,67 +98,28 @@ pub enum FitError {
              slope of the area decreases too little in {window} to bound kappa; widen the window"
     )]
     NoConvexKappa { lower: f64, upper: f64, window: Window },
-    #[error(
-        "all areas with loads in {window} are equal, but the law needs different areas: choose another window"
-    )]
-    EqualAreas { window: Window },
-    #[error(
-        "the mean gap does not decrease with the load in {window}: choose a window in which the \
-             contact grows"
-    )]
-    NoDecay { window: Window },
-    #[error(
-        "{without} of {surfaces} surfaces do not change from open to sealed along {channels} at the \
-             loads in {window}; add lighter or heavier loads"
-    )]
-    NotSealed { without: usize, surfaces: usize, channels: percolation::Channels, window: Window },
-    #[error(
-        "areas on {found} meshes, but a line with residuals needs {needed}: sweep `nodes` over \
-             more values"
-    )]
-    TooFewMeshes { found: usize, needed: usize },
+    #[error("all areas are equal")]
+    EqualAreas,
+    #[error("the mean gap does not decrease with the load")]
+    NoDecay,
+    #[error("the gap of a surface does not change from open to sealed at the loads of the window")]
+    NotSealed { channels: percolation::Channels },
+    #[error("there are too few meshes for a line with residuals")]
+    TooFewMeshes,
     /// The perimeter term S_d Δx is the same on all meshes, or there is no contact on one of them.
-    #[error(
-        "a mesh has no contact, or the perimeter times the mesh step is equal on all meshes: the \
-             area cannot be extrapolated"
-    )]
+    #[error("a mesh has no contact, or the perimeter times the mesh step is equal on all meshes")]
     NoEdges,
-    #[error(
-        "the small parameter of term {} is {value} at a point; it must be positive and finite",
-        term + 1
-    )]
-    NotSmall {
-        /// Index of the term, from zero.
-        term: usize,
-        value: f64,
-    },
+    #[error("a small parameter is not positive and finite")]
+    NotSmall,
     /// The values of a point do not differ between surfaces, so its weight is undefined.
-    #[error(
-        "the values of a point with {surfaces} surfaces do not differ, so its weight is undefined: \
-             every point needs at least two surfaces with different values"
-    )]
-    NoScatter { surfaces: usize },
-    #[error(
-        "{found} points are too few for {free} free parameters: sweep the cutoffs or `nodes` over \
-             more values, or free fewer exponents"
-    )]
-    TooFewPoints { found: usize, free: usize },
-    #[error(
-        "the points do not determine the terms: some are proportional, or one is equal at all \
-             points; remove a term or add points"
-    )]
+    #[error("the values of a point do not differ between surfaces")]
+    NoScatter,
+    #[error("there are too few points for the free parameters")]
+    TooFewPoints,
+    #[error("some terms are proportional, or one is equal at all points")]
     DependentTerms,
-    #[error(
-        "the exponent of term {} diverges (stopped at {exponent:.3e}): towards zero a power becomes \
-             a logarithm, towards infinity it affects one point only; give an exponent or use a \
-             logarithm",
-        term + 1
-    )]
-    NoExponent {
-        /// Index of the term, from zero.
-        term: usize,
-        exponent: f64,
-    },
-    #[error("no curve has a smallest kappa with convex slopes (number of curves: {curves})")]
-    NoCommonKappa { curves: usize },
+    #[error("a free exponent diverges")]
+    NoExponent,
+    #[error("no curve has a smallest kappa with convex slopes")]
+    NoCommonKappa,
 }

@@ -181,15 +181,12 @@ impl LimitProblem {
     /// for all surfaces.
     pub fn new(points: Vec<LimitPoint>) -> Result<LimitProblem, FitError> {
         for point in &points {
-            for (term, &value) in point.small.iter().enumerate() {
-                if !(value > 0.0 && value.is_finite()) {
-                    return Err(FitError::NotSmall { term, value });
-                }
+            if !point.small.iter().all(|value| *value > 0.0 && value.is_finite()) {
+                return Err(FitError::NotSmall);
             }
-            let surfaces = point.observed.surfaces();
             let error = point.observed.standard_error();
-            if surfaces < 2 || !(error > 0.0 && error.is_finite()) {
-                return Err(FitError::NoScatter { surfaces });
+            if point.observed.surfaces() < 2 || !(error > 0.0 && error.is_finite()) {
+                return Err(FitError::NoScatter);
             }
         }
         let scatter = Scatter::new(&points);
@@ -287,7 +284,7 @@ impl LimitProblem {
         let is_free = |form: &&TermForm| **form == TermForm::FreePower;
         let free = 1 + forms.len() + forms.iter().filter(is_free).count();
         if found <= free {
-            return Err(FitError::TooFewPoints { found, free });
+            return Err(FitError::TooFewPoints);
         }
         search::fit(self, forms, means, used, start, free)
     }

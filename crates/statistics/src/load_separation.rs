@@ -86,7 +86,7 @@ impl LoadSeparationProblem {
             return Err(FitError::TooFew { window, found: data, needed: LEAST_DATA });
         }
         let falling = line(&ln_loads, &gaps).filter(|(slope, _)| *slope < 0.0);
-        let (slope, intercept) = falling.ok_or(FitError::NoDecay { window })?;
+        let (slope, intercept) = falling.ok_or(FitError::NoDecay)?;
         let predicted: Vec<f64> = ln_loads.iter().map(|ln| intercept + slope * ln).collect();
         let quality = Quality::new(&gaps, &predicted, None);
         Ok(LoadSeparation {

@@ -38,9 +38,8 @@ impl Refinement {
     /// Fails if there are fewer than three meshes, if there is no contact on one of them, or if S_d
     /// Δx is the same on all.
     pub fn new(edges: Vec<f64>, areas: Vec<f64>) -> Result<Self, FitError> {
-        let meshes = areas.len();
-        if meshes < LEAST_MESHES {
-            return Err(FitError::TooFewMeshes { found: meshes, needed: LEAST_MESHES });
+        if areas.len() < LEAST_MESHES {
+            return Err(FitError::TooFewMeshes);
         }
         let equal = edges.iter().all(|&edge| edge == edges[0]);
         if equal || areas.iter().any(|&area| area <= 0.0) {

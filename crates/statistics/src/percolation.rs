@@ -23,7 +23,6 @@
 //! error in quadrature. σ² is the variance of the middles minus w²/12 (Sheppard's correction).
 
 use std::f64::consts::{PI, SQRT_2};
-use std::fmt;
 
 use super::bootstrap::{Bootstrap, Estimate, Interval, Intervals};
 use super::intervals::two_sided_quantile;
@@ -66,13 +65,16 @@ pub struct Threshold {
     pub load: f64,
 }
 
+/// Index of the load among the values of a [`Threshold`].
+const LOAD: usize = 2;
+
 /// Transition of a surface from open to sealed along one direction.
 #[derive(Debug, Clone, Copy)]
 struct Sealing {
     /// Mean of the area, corrected area and load in the last open and the first sealed state.
-    middle: Threshold,
+    middle: [f64; 3],
     /// Increase of the area, corrected area and load from the last open to the first sealed state.
-    width: Threshold,
+    width: [f64; 3],
 }
 
 /// Percolation thresholds of the surfaces of one parameter point.
@@ -101,16 +103,12 @@ impl PercolationProblem {
             .iter()
             .filter_map(|interfaces| Sealing::of_surface(interfaces, window, channels))
             .collect();
-        let without = surfaces.len() - sealings.len();
-        if without > 0 || sealings.is_empty() {
-            return Err(FitError::NotSealed {
-                without,
-                surfaces: surfaces.len(),
-                channels,
-                window,
-            });
+        if sealings.len() < surfaces.len() || sealings.is_empty() {
+            return Err(FitError::NotSealed { channels });
         }
-        let of_surface = |all: &Vec<Sealing>| mean_of(all.iter().map(|sealing| sealing.middle));
+        let of_surface = |all: &Vec<Sealing>| {
+            Threshold::from_values(mean_of(all.iter().map(|sealing| sealing.middle)))
+        };
         Ok(Self { thresholds: sealings.iter().map(of_surface).collect(), sealings })
     }
 
@@ -128,8 +126,8 @@ impl PercolationProblem {
     /// resampling does not detect.
     pub fn resolution_error(&self) -> Threshold {
         let width = mean_of(self.sealings.iter().flatten().map(|sealing| sealing.width));
-        let factor = rounding_of_the_mean(self.scatter() / width.load);
-        Threshold::from_values(width.values().map(|width| factor * width))
+        let factor = rounding_of_the_mean(self.scatter() / width[LOAD]);
+        Threshold::from_values(width.map(|width| factor * width))
     }
 
     /// Returns whether the loads are close enough to resolve the scatter of the thresholds: the
@@ -145,9 +143,9 @@ impl PercolationProblem {
     fn scatter(&self) -> f64 {
         let all = || self.sealings.iter().flatten();
         let count = all().count() as f64;
-        let mean = all().map(|sealing| sealing.middle.load).sum::<f64>() / count;
-        let squares = all().map(|sealing| (sealing.middle.load - mean).powi(2));
-        let of_rounding = all().map(|sealing| sealing.width.load.powi(2) / 12.0);
+        let mean = all().map(|sealing| sealing.middle[LOAD]).sum::<f64>() / count;
+        let squares = all().map(|sealing| (sealing.middle[LOAD] - mean).powi(2));
+        let of_rounding = all().map(|sealing| sealing.width[LOAD].powi(2) / 12.0);
         let variance = squares.sum::<f64>() / (count - 1.0) - of_rounding.sum::<f64>() / count;
         variance.max(0.0).sqrt()
     }
@@ -175,7 +173,8 @@ impl PercolationProblem {
 
     fn resampled(&self, multiplicities: &[u32]) -> Threshold {
         let times = multiplicities.iter().map(|times| f64::from(*times));
-        weighted_mean(self.thresholds.iter().copied().zip(times))
+        let values = self.thresholds.iter().map(Threshold::values);
+        Threshold::from_values(weighted_mean(values.zip(times)))
     }
 }
 
@@ -186,16 +185,6 @@ impl Channels {
             Channels::AlongY => &[1],
             Channels::AlongBoth => &[0, 1],
         }
-    }
-}
-
-impl fmt::Display for Channels {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Channels::AlongX => "x",
-            Channels::AlongY => "y",
-            Channels::AlongBoth => "both directions",
-        })
     }
 }
 
@@ -224,14 +213,10 @@ impl Sealing {
         let along = |axis: usize| {
             let first_sealed = inside.iter().position(|interface| !interface.is_open[axis]);
             let sealed = first_sealed.filter(|&sealed| sealed > 0)?;
-            let around = [inside[sealed - 1], inside[sealed]].map(|interface| Threshold {
-                area: interface.area,
-                area_corrected: interface.area_corrected,
-                load: interface.load,
-            });
-            let [open, closed] = around.map(|one| one.values());
+            let [open, closed] = [inside[sealed - 1], inside[sealed]]
+                .map(|interface| [interface.area, interface.area_corrected, interface.load]);
             let width = [0, 1, 2].map(|value| closed[value] - open[value]);
-            Some(Sealing { middle: mean_of(around), width: Threshold::from_values(width) })
+            Some(Sealing { middle: mean_of([open, closed]), width })
         };
         channels.axes().iter().map(|&axis| along(axis)).collect()
     }
@@ -253,19 +238,19 @@ fn rounding_of_the_mean(scatter: f64) -> f64 {
     sum.sqrt() / (PI * SQRT_2)
 }
 
-fn mean_of(thresholds: impl IntoIterator<Item = Threshold>) -> Threshold {
-    weighted_mean(thresholds.into_iter().map(|threshold| (threshold, 1.0)))
+fn mean_of(values: impl IntoIterator<Item = [f64; 3]>) -> [f64; 3] {
+    weighted_mean(values.into_iter().map(|values| (values, 1.0)))
 }
 
-fn weighted_mean(weighted: impl Iterator<Item = (Threshold, f64)>) -> Threshold {
+fn weighted_mean(weighted: impl Iterator<Item = ([f64; 3], f64)>) -> [f64; 3] {
     let (mut sums, mut weights) = ([0.0; 3], 0.0);
-    for (threshold, weight) in weighted {
-        for (sum, value) in sums.iter_mut().zip(threshold.values()) {
+    for (values, weight) in weighted {
+        for (sum, value) in sums.iter_mut().zip(values) {
             *sum += weight * value;
         }
         weights += weight;
     }
-    Threshold::from_values(sums.map(|sum| sum / weights))
+    sums.map(|sum| sum / weights)
 }
 
 #[cfg(test)]
@@ -310,11 +295,11 @@ mod tests {
         let surfaces = [[0.3, 0.8], [0.5, 1.0]].map(surface);
         for (channels, load) in [(AlongX, 0.35), (AlongY, 0.85), (AlongBoth, 0.6)] {
             let found = problem(&surfaces, channels).unwrap();
-            assert!((found.mean().load - load).abs() < 1e-15, "{channels}");
+            assert!((found.mean().load - load).abs() < 1e-15, "{channels:?}");
             // The thresholds along each direction differ by 0.2, neighbouring loads by 0.1.
             let variance = if channels == AlongBoth { 0.29 / 3.0 } else { 0.02 };
             let expected = (variance - 0.01 / 12.0_f64).sqrt();
-            assert!((found.scatter() - expected).abs() < 1e-12, "{channels}");
+            assert!((found.scatter() - expected).abs() < 1e-12, "{channels:?}");
         }
     }
 
@@ -372,17 +357,11 @@ mod tests {
     fn a_surface_without_a_threshold_is_an_error() {
         let open = [surface([0.5, 0.8]), surface([0.5, 2.0])];
         let sealed = [surface([0.5, 0.05])];
-        let expected = |without, surfaces, channels| FitError::NotSealed {
-            without,
-            surfaces,
-            channels,
-            window: WINDOW,
-        };
         for channels in [AlongY, AlongBoth] {
             let error = problem(&open, channels).unwrap_err();
-            assert_eq!(error, expected(1, 2, channels));
+            assert_eq!(error, FitError::NotSealed { channels });
             let error = problem(&sealed, channels).unwrap_err();
-            assert_eq!(error, expected(1, 1, channels));
+            assert_eq!(error, FitError::NotSealed { channels });
         }
         // Along x, all surfaces seal in the window.
         assert!((problem(&open, AlongX).unwrap().mean().load - 0.45).abs() < 1e-15);

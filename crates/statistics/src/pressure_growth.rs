@@ -75,8 +75,7 @@ impl PressureGrowthProblem {
         if data < LEAST_DATA {
             return Err(FitError::TooFew { window, found: data, needed: LEAST_DATA });
         }
-        let (exponent, intercept) =
-            line(&ln_areas, &ln_growths).ok_or(FitError::EqualAreas { window })?;
+        let (exponent, intercept) = line(&ln_areas, &ln_growths).ok_or(FitError::EqualAreas)?;
         let predicted: Vec<f64> = ln_areas.iter().map(|ln| intercept + exponent * ln).collect();
         let quality = Quality::new(&ln_growths, &predicted, None);
         Ok(PressureGrowth {

@@ -54,7 +54,7 @@ impl ScaledErfProblem {
         let predicted: Vec<f64> = approach.x.iter().map(|x| ln_erfc(beta * x)).collect();
         let quality = Quality::new(&approach.ln_noncontact, &predicted, None);
         if quality.r_squared.is_none() {
-            return Err(FitError::EqualAreas { window: self.data.window });
+            return Err(FitError::EqualAreas);
         }
         Ok(ScaledErf {
             beta,
@@ -192,7 +192,7 @@ mod tests {
     fn equal_areas_have_no_factor() {
         let curves = Curves::new(vec![1.0, 2.0, 3.0], vec![vec![0.9; 3]]).expect("well formed");
         let error = ScaledErfProblem::new(&curves, HEAVY).fit().unwrap_err();
-        assert_eq!(error, FitError::EqualAreas { window: HEAVY });
+        assert_eq!(error, FitError::EqualAreas);
     }
 
     #[test]

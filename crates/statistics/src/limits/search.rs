@@ -86,7 +86,7 @@ impl VariableProjection<'_> {
             let chi_square = match self.solved(&exponents) {
                 Some(solved) if found.converged => self.residual(&solved).norm_squared(),
                 _ => {
-                    diverged = diverged.or(self.outside(&exponents));
+                    diverged = diverged.or(Self::outside(&exponents));
                     continue;
                 }
             };
@@ -99,7 +99,7 @@ impl VariableProjection<'_> {
     }
 
     fn outcome(&self, exponents: &[f64], free: usize) -> Result<LimitFit, FitError> {
-        if let Some(error) = self.outside(exponents) {
+        if let Some(error) = Self::outside(exponents) {
             return Err(error);
         }
         let solved = self.solved(exponents).ok_or(FitError::DependentTerms)?;
@@ -115,11 +115,10 @@ impl VariableProjection<'_> {
     }
 
     /// Returns an error if a free exponent is outside the range [`EXPONENTS`], otherwise `None`.
-    fn outside(&self, exponents: &[f64]) -> Option<FitError> {
+    fn outside(exponents: &[f64]) -> Option<FitError> {
         let [least, most] = EXPONENTS;
-        let mut all = exponents.iter().zip(&self.terms);
-        let (&exponent, &term) = all.find(|(one, _)| **one < least || **one > most)?;
-        Some(FitError::NoExponent { term, exponent })
+        let is_outside = exponents.iter().any(|one| *one < least || *one > most);
+        is_outside.then_some(FitError::NoExponent)
     }
 
     /// Returns the exponent of a term for given free exponents, or `None` for a logarithm.
