@@ -99,13 +99,8 @@ impl Bound {
 /// share random numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Weights {
-    left_out: Option<LeftOut>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct LeftOut {
-    surface: usize,
-    of: usize,
+    /// Surface that is left out, and the number of surfaces of the ensembles that lack it.
+    left_out: Option<(usize, usize)>,
 }
 
 impl Weights {
@@ -114,7 +109,8 @@ impl Weights {
 
     /// Iterates over the values of the selected surfaces.
     pub fn values<'a>(&self, values: &'a [f64]) -> impl Iterator<Item = f64> + Clone + 'a {
-        let left_out = self.left_out.filter(|out| out.of == values.len()).map(|out| out.surface);
+        let left_out =
+            self.left_out.filter(|(_, of)| *of == values.len()).map(|(surface, _)| surface);
         let surfaces = values.iter().enumerate();
         surfaces.filter_map(move |(surface, value)| (Some(surface) != left_out).then_some(*value))
     }
@@ -150,7 +146,7 @@ pub fn jackknife(
     counts.dedup();
     let mut variance = 0.0;
     for of in counts {
-        let without = |surface| quantity(&Weights { left_out: Some(LeftOut { surface, of }) });
+        let without = |surface| quantity(&Weights { left_out: Some((surface, of)) });
         let replicates: Vec<f64> = (0..of).map(without).collect::<Option<_>>()?;
         // The jackknife variance is (n − 1)/n Σ (θ̂₍ᵢ₎ − θ̄)².
         let inflation = (of - 1) as f64 * (of - 1) as f64 / of as f64;
