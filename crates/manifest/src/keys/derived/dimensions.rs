@@ -1,5 +1,6 @@
 //! Units of expressions in which parameters have units: `2 * length` is a length.
 
+use std::array;
 use std::collections::{BTreeMap, BTreeSet};
 
 use toml::de::{DeTable, DeValue};
@@ -129,15 +130,11 @@ impl Search<'_> {
                     return Ok(one.or(other).filter(|_| is_sum));
                 };
                 let combined = |sign: i32| {
-                    let pairs = left.into_iter().zip(right);
-                    let sum =
-                        |(one, other): (i32, i32)| one.saturating_add(other.saturating_mul(sign));
-                    let sums: Vec<i32> = pairs.map(sum).collect();
-                    sums.try_into().ok()
+                    array::from_fn(|i| left[i].saturating_add(right[i].saturating_mul(sign)))
                 };
                 match operator {
-                    Operator::Product => Ok(combined(1)),
-                    Operator::Quotient => Ok(combined(-1)),
+                    Operator::Product => Ok(Some(combined(1))),
+                    Operator::Quotient => Ok(Some(combined(-1))),
                     _ if left == right => Ok(one),
                     _ => Err(format!("this adds {} to {}", named(right), named(left))),
                 }

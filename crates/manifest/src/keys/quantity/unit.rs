@@ -136,10 +136,19 @@ impl Unit {
     }
 }
 
-/// Returns a text with one spelling of each letter: `µΩ cm` for `uOhm cm`.
+/// Returns a text with one spelling of each letter and digit: `µΩ cm` for `uOhm cm`, `K-1` for `K⁻¹`.
 fn respelt(text: &str) -> String {
-    let one_letter = text.replace('\u{2126}', "Ω").replace('μ', "µ").replace('\u{212b}', "Å");
-    one_letter.replace("ohm", "Ω").replace("Ohm", "Ω")
+    const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻";
+    let plain = |letter: char| match letter {
+        '\u{2126}' => 'Ω',
+        'μ' => 'µ',
+        '\u{212b}' => 'Å',
+        other => {
+            let mut digits = RAISED.chars().zip("0123456789-".chars());
+            digits.find(|(raised, _)| *raised == other).map_or(other, |(_, digit)| digit)
+        }
+    };
+    text.chars().map(plain).collect::<String>().replace("ohm", "Ω").replace("Ohm", "Ω")
 }
 
 /// Units of which all others are products, and products with names: power of ten, and exponents of
@@ -245,27 +254,18 @@ impl Product {
     }
 }
 
-/// Splits off the exponent at the start of a text: 2 for `²/s`, `^2/s` and `2/s`, and 1 for `/s`.
+/// Splits off the exponent at the start of a text: 2 for `^2/s` and `2/s`, and 1 for `/s`.
 fn exponent(text: &str) -> Option<(i32, &str)> {
-    const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
     let (text, is_required) = text.strip_prefix('^').map_or((text, false), |rest| (rest, true));
-    let mut digits = String::new();
-    let mut end = 0;
-    for (index, letter) in text.char_indices() {
-        let digit = RAISED.chars().zip('0'..='9').find(|(raised, _)| *raised == letter);
-        match (digit, letter) {
-            (Some((_, digit)), _) | (None, digit @ '0'..='9') => digits.push(digit),
-            (None, '-' | '⁻') if index == 0 => digits.push('-'),
-            _ => break,
-        }
-        end = index + letter.len_utf8();
-    }
-    if end == 0 && !is_required {
+    let unsigned = text.strip_prefix('-').unwrap_or(text);
+    let rest = unsigned.trim_start_matches(|letter: char| letter.is_ascii_digit());
+    let digits = &text[..text.len() - rest.len()];
+    if digits.is_empty() && !is_required {
         return Some((1, text));
     }
     // Larger exponents than those of units could overflow.
     let exponent: i8 = digits.parse().ok()?;
-    Some((exponent.into(), &text[end..]))
+    Some((exponent.into(), rest))
 }
 
 impl Dimension {
