@@ -114,11 +114,13 @@ impl Window {
         let rows = columns.first().map_or(0, Column::len);
         let (arguments, keys) = columns.split_at(self.arguments.len());
         let (partition_by, order_by) = keys.split_at(self.partition.len());
-        let partition = partition_by.iter().map(|column| codes(column, ASCENDING));
-        let partition = partition.collect::<PolarsResult<Vec<_>>>()?;
+        let partition: Vec<_> = partition_by
+            .iter()
+            .map(|column| codes(column, ASCENDING))
+            .collect::<PolarsResult<_>>()?;
         let ordered = order_by.iter().zip(&self.order);
-        let order = ordered.map(|(column, (_, to))| codes(column, *to));
-        let order = order.collect::<PolarsResult<Vec<_>>>()?;
+        let order: Vec<_> =
+            ordered.map(|(column, (_, to))| codes(column, *to)).collect::<PolarsResult<_>>()?;
         let compare = |keys: &[Vec<i64>], a: usize, b: usize| {
             let orders = keys.iter().map(|key| key[a].cmp(&key[b]));
             orders.fold(Ordering::Equal, Ordering::then)

@@ -51,8 +51,8 @@ pub fn remove_repeats(
     });
 }
 
-/// Replaces the scalars of a value. The arguments of `by` are the position of a scalar and the scalar;
-/// if it returns `None`, the whole value has no replacement.
+/// Replaces the scalars of a value. The arguments of `by` are the position of a scalar and the
+/// scalar; if it returns `None`, the whole value has no replacement.
 pub(super) fn with_scalars<'t>(
     value: TomlSpanned<DeValue<'t>>,
     by: &impl Fn(usize, DeValue<'t>) -> Option<DeValue<'t>>,

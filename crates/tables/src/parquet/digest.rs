@@ -129,9 +129,9 @@ fn is_whole_intact(bytes: &Bytes) -> bool {
     hasher.finalize().as_bytes() == &bytes[start..footer]
 }
 
-/// Returns the byte ranges of the column chunks of a file of `length` bytes, ordered by row group and
-/// column. Returns `None` unless the first chunk follows the opening mark, and each other chunk the
-/// previous one.
+/// Returns the byte ranges of the column chunks of a file of `length` bytes, ordered by row group
+/// and column. Returns `None` unless the first chunk follows the opening mark, and each other chunk
+/// the previous one.
 fn chunk_ranges(metadata: &ParquetMetaData, length: usize) -> Option<Vec<Range<usize>>> {
     let mut end = MARK.len();
     let chunks = metadata.row_groups().iter().flat_map(|group| group.columns());

@@ -136,7 +136,8 @@ impl Unit {
     }
 }
 
-/// Returns a text with one spelling of each letter and digit: `µΩ cm` for `uOhm cm`, `K-1` for `K⁻¹`.
+/// Returns a text with one spelling of each letter and digit: `µΩ cm` for `uOhm cm`, and `K-1` for
+/// `K⁻¹`.
 fn respelt(text: &str) -> String {
     const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻";
     let plain = |letter: char| match letter {

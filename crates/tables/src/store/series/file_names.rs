@@ -75,8 +75,8 @@ impl FromStr for FileName {
     }
 }
 
-/// Returns the sorted files with tables in a folder, by key. If the folder does not exist, there are
-/// none.
+/// Returns the sorted files with tables in a folder, by key. If the folder does not exist, there
+/// are none.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be listed.
