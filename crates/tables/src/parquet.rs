@@ -20,7 +20,7 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties, WriterPropertiesBuilder};
 use parquet::schema::types::ColumnPath;
 
-use self::digest::{Digested, seal, seal_chunks, seal_chunks_in};
+use self::digest::{CHUNKS, seal, seal_chunks, seal_chunks_in};
 use crate::key::TaskKey;
 use crate::table::Table;
 
@@ -114,9 +114,10 @@ pub fn encode(table: &Table, metadata: &Metadata) -> Vec<u8> {
     let mut writer = writer(&mut bytes, batch.schema(), properties, metadata);
     writer.write(batch).expect("writing to memory cannot fail");
     let written = writer.close().expect("writing to memory cannot fail");
-    let sealed = match digested(metadata) {
-        Digested::Whole => seal(bytes),
-        Digested::Chunks => seal_chunks(bytes, &written).ok(),
+    // The table of a task is read as a whole, and a published table in parts.
+    let sealed = match metadata.key {
+        Some(_) => seal(bytes),
+        None => seal_chunks(bytes, &written).ok(),
     };
     sealed.expect("a finished file has a footer, and column chunks before it")
 }
@@ -171,21 +172,12 @@ fn writer<W: Write + Send>(
         .expect("all column types have Parquet equivalents")
 }
 
-/// Returns the kind of digests that a file gets: one digest for the table of a task, which is read
-/// as a whole, and digests of column chunks for a published table, which is read in parts.
-fn digested(metadata: &Metadata) -> Digested {
-    match metadata.key {
-        Some(_) => Digested::Whole,
-        None => Digested::Chunks,
-    }
-}
-
 fn properties(schema: &SchemaRef, metadata: &Metadata, is_small: &[bool]) -> WriterProperties {
     let entry = |name: &str, value: String| KeyValue::new(format!("{PREFIX}{name}"), value);
     let fields = || decode::roles_as_json(schema);
     let own = match metadata.key {
         Some(key) => vec![entry(KEY, key.to_string()), entry(FIELDS, fields())],
-        None => vec![entry(DIGESTED, digested(metadata).name().to_owned())],
+        None => vec![entry(DIGESTED, CHUNKS.to_owned())],
     };
     let others = metadata.entries.iter().map(|(name, value)| entry(name, value.clone()));
     let level = ZstdLevel::try_new(3).expect("3 is a level of zstd");
@@ -193,7 +185,7 @@ fn properties(schema: &SchemaRef, metadata: &Metadata, is_small: &[bool]) -> Wri
         .set_created_by("asperity".to_owned())
         .set_compression(Compression::ZSTD(level))
         .set_key_value_metadata(Some(own.into_iter().chain(others).collect()));
-    if digested(metadata) == Digested::Chunks {
+    if metadata.key.is_none() {
         builder = builder.set_max_row_group_row_count(Some(GROUP));
     }
     if is_small.iter().all(|is_small| *is_small) {

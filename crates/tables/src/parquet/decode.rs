@@ -25,7 +25,7 @@ use parquet::file::metadata::{KeyValue, ParquetMetaData, ParquetMetaDataReader};
 use parquet::schema::types::SchemaDescriptor;
 use serde::Deserialize;
 
-use super::digest::{self, Digested};
+use super::digest;
 use super::{Columns, DIGESTED, FIELDS, KEY, Metadata, PREFIX, ParquetError};
 use crate::column::{ColumnKind, ROLE, Role};
 use crate::parallel::locked;
@@ -66,7 +66,7 @@ pub(super) fn read_footer(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError
 pub(super) fn verified(bytes: &Bytes) -> Result<ParquetMetaData, ParquetError> {
     let verified = || {
         let footer = read_footer(bytes)?;
-        if digest::is_intact(bytes, &footer, digested(&footer)) {
+        if digest::is_intact(bytes, &footer, has_chunk_digests(&footer)) {
             Ok(footer)
         } else {
             Err(ParquetError::Digest)
@@ -135,14 +135,10 @@ pub(super) fn read_metadata(footer: &ParquetMetaData) -> Metadata {
     metadata
 }
 
-/// Returns the kind of digests of a file. Published tables before version 2 of their format have a
-/// single digest, like the files of tasks.
-pub(super) fn digested(footer: &ParquetMetaData) -> Digested {
-    if entry(footer, DIGESTED) == Some(Digested::Chunks.name()) {
-        Digested::Chunks
-    } else {
-        Digested::Whole
-    }
+/// Returns whether a file has a digest of each column chunk. Published tables before version 2 of
+/// their format have a single digest, like the files of tasks.
+pub(super) fn has_chunk_digests(footer: &ParquetMetaData) -> bool {
+    entry(footer, DIGESTED) == Some(digest::CHUNKS)
 }
 
 /// Returns the index of the Parquet leaf column that contains the values of the column with index

@@ -24,24 +24,8 @@ const TAIL: usize = 8;
 /// First four bytes of every Parquet file.
 pub(super) const MARK: &[u8] = b"PAR1";
 
-/// Parts of a file that have a digest each.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Digested {
-    /// There is one digest of the whole file.
-    Whole,
-    /// There is a digest of each column chunk.
-    Chunks,
-}
-
-impl Digested {
-    /// Returns the value of the metadata entry that states the kind of digests.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Digested::Whole => "whole",
-            Digested::Chunks => "column chunks",
-        }
-    }
-}
+/// Value of the metadata entry of files with a digest of each column chunk.
+pub(super) const CHUNKS: &str = "column chunks";
 
 /// Inserts the digest of a Parquet file before the footer. Returns `None` if the file has no
 /// footer.
@@ -103,19 +87,17 @@ fn digests<'a>(
     Ok((end_of_chunks + footer, digests))
 }
 
-/// Returns true if all bytes of a file agree with its digests.
-pub(super) fn is_intact(bytes: &Bytes, metadata: &ParquetMetaData, digested: Digested) -> bool {
-    match digested {
-        Digested::Whole => is_whole_intact(bytes),
-        Digested::Chunks if !bytes.starts_with(MARK) => false,
-        Digested::Chunks => {
-            let end = |start| Ok(bytes.slice(start..));
-            ChunkDigests::read(metadata, bytes.len(), end).is_ok_and(|chunks| {
-                let mut all = 0..chunks.ranges.len();
-                all.all(|chunk| chunks.matches(chunk, &bytes[chunks.ranges[chunk].clone()]))
-            })
-        }
+/// Returns true if all bytes of a file agree with its digests, one or one of each column chunk.
+pub(super) fn is_intact(bytes: &Bytes, metadata: &ParquetMetaData, has_chunks: bool) -> bool {
+    if !has_chunks {
+        return is_whole_intact(bytes);
     }
+    let end = |start| Ok(bytes.slice(start..));
+    bytes.starts_with(MARK)
+        && ChunkDigests::read(metadata, bytes.len(), end).is_ok_and(|chunks| {
+            let mut all = chunks.ranges.iter().enumerate();
+            all.all(|(chunk, range)| chunks.matches(chunk, &bytes[range.clone()]))
+        })
 }
 
 fn is_whole_intact(bytes: &Bytes) -> bool {

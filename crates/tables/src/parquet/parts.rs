@@ -14,10 +14,10 @@ use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{ChunkReader, Length};
 
 use super::decode::{
-    self, FileColumns, catch_panics, collected, columns_of, digested, leaf, read_footer,
+    self, FileColumns, catch_panics, collected, columns_of, has_chunk_digests, leaf, read_footer,
     read_metadata,
 };
-use super::digest::{ChunkDigests, Digested, MARK};
+use super::digest::{ChunkDigests, MARK};
 use super::{Metadata, ParquetError};
 use crate::parallel;
 use crate::table::Table;
@@ -58,18 +58,15 @@ impl TableFile {
     pub fn open(file: File) -> Result<TableFile, ParquetError> {
         let length = file.metadata()?.len();
         let footer = catch_panics(|| footer(&file, length)).map_err(damaged)?;
-        let (bytes, footer) = match digested(&footer) {
-            Digested::Chunks => {
-                let whole = usize::try_from(length).map_err(|_| ParquetError::Malformed)?;
-                let read = |start| end_of(&file, length, length - start as u64);
-                let digests = ChunkDigests::read(&footer, whole, read).map_err(damaged)?;
-                (Source::File(file, digests), footer)
-            }
-            Digested::Whole => {
-                let bytes = decode::read(file)?;
-                let footer = decode::verified(&bytes)?;
-                (Source::Memory(bytes), footer)
-            }
+        let (bytes, footer) = if has_chunk_digests(&footer) {
+            let whole = usize::try_from(length).map_err(|_| ParquetError::Malformed)?;
+            let read = |start| end_of(&file, length, length - start as u64);
+            let digests = ChunkDigests::read(&footer, whole, read).map_err(damaged)?;
+            (Source::File(file, digests), footer)
+        } else {
+            let bytes = decode::read(file)?;
+            let footer = decode::verified(&bytes)?;
+            (Source::Memory(bytes), footer)
         };
         let metadata = read_metadata(&footer);
         let known = catch_panics(|| columns_of(footer))?;
