@@ -1,6 +1,6 @@
 //! Conversion between tables and polars data frames. Queries read only the columns that they need.
 //!
-//! Columns without nulls are copied as one block of memory, other columns value by value. Sharing
+//! Columns of tables without nulls are copied as one block of memory, others value by value. Sharing
 //! memory would require `unsafe`.
 
 use std::any::Any;
@@ -69,20 +69,12 @@ pub fn array(column: &Column) -> Result<ArrayRef, FrameError> {
     let cast = |to: &DataType| column.cast(to).map_err(polars_error);
     let array: ArrayRef = match column.dtype() {
         kind if kind.is_float() => {
-            let cast = cast(&DataType::Float64)?.rechunk();
-            let values = cast.f64().map_err(polars_error)?;
-            match values.cont_slice() {
-                Ok(values) => Arc::new(Float64Array::from(values.to_vec())),
-                Err(_) => Arc::new(values.iter().collect::<Float64Array>()),
-            }
+            let reals = cast(&DataType::Float64)?;
+            Arc::new(reals.f64().map_err(polars_error)?.iter().collect::<Float64Array>())
         }
         kind if kind.is_integer() => {
-            let cast = cast(&DataType::Int64)?.rechunk();
-            let values = cast.i64().map_err(polars_error)?;
-            match values.cont_slice() {
-                Ok(values) => Arc::new(Int64Array::from(values.to_vec())),
-                Err(_) => Arc::new(values.iter().collect::<Int64Array>()),
-            }
+            let integers = cast(&DataType::Int64)?;
+            Arc::new(integers.i64().map_err(polars_error)?.iter().collect::<Int64Array>())
         }
         DataType::Boolean => {
             Arc::new(column.bool().map_err(polars_error)?.iter().collect::<BooleanArray>())
