@@ -2,7 +2,7 @@
 
 use super::FormatError;
 use super::raster::{Raster, is_marker};
-use super::unit::{Unit, ratio};
+use super::unit::{Unit, y_ratio};
 
 /// Words of the names of channels that are heights.
 const HEIGHTS: [&str; 13] = [
@@ -231,11 +231,7 @@ impl Sides {
         [x, y]: [f64; 2],
         [unit_x, unit_y]: [&str; 2],
     ) -> Result<Sides, FormatError> {
-        let y_ratio = ratio(unit_y, unit_x).ok_or_else(|| {
-            let allowed = format!("a unit like that of x, `{unit_x}`");
-            FormatError::value("unit of y", unit_y, &allowed)
-        })?;
-        Sides::new([x, y * y_ratio], &Unit::parse(unit_x))
+        Sides::new([x, y * y_ratio(unit_y, unit_x)?], &Unit::parse(unit_x))
     }
 }
 

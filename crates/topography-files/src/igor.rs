@@ -9,7 +9,7 @@
 //! the layout is that of Technical Note 003 of WaveMetrics (Igor Pro 6).
 
 use super::channel::{Channel, Sides};
-use super::input::{Cursor, Entries, latin1};
+use super::input::{Cursor, Entries, latin1, meaning, zero_ended};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
@@ -37,6 +37,18 @@ const UNITS: [(&str, &str); 11] = [
     ("Potential", "V"),
     ("Count", "1"),
     ("QFactor", "1"),
+];
+
+/// Types of the numbers.
+const TYPES: [(i16, Element); 8] = [
+    (0x02, Element::F32),
+    (0x04, Element::F64),
+    (0x08, Element::I8),
+    (0x10, Element::I16),
+    (0x20, Element::I32),
+    (0x48, Element::U8),
+    (0x50, Element::U16),
+    (0x60, Element::U32),
 ];
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
@@ -80,82 +92,55 @@ struct Wave {
     note: Entries,
 }
 
-/// Headers of the file and of its data set, with the byte order of the numbers.
-struct Header<'a> {
-    bytes: &'a [u8],
-    order: ByteOrder,
-}
-
-impl Header<'_> {
-    fn number<const N: usize>(&self, offset: usize) -> Result<[u8; N], FormatError> {
-        let mut number = Cursor::at(self.bytes, offset).array()?;
-        if self.order == ByteOrder::Big {
-            number.reverse();
-        }
-        Ok(number)
-    }
-
-    fn whole(&self, offset: usize) -> Result<i64, FormatError> {
-        Ok(i32::from_le_bytes(self.number(offset)?).into())
-    }
-
-    fn length(&self, offset: usize) -> Result<usize, FormatError> {
-        let length = self.whole(offset)?;
-        let allowed = "a number that is not negative";
-        usize::try_from(length).map_err(|_| FormatError::value("length of a part", length, allowed))
-    }
-
-    fn real(&self, offset: usize) -> Result<f64, FormatError> {
-        Ok(f64::from_le_bytes(self.number(offset)?))
-    }
-}
-
 impl Wave {
     fn read(bytes: &[u8], order: ByteOrder) -> Result<Wave, FormatError> {
-        let header = Header { bytes, order };
-        let dimension = |axis: usize| header.whole(FILE + 68 + 4 * axis);
-        if dimension(3)? > 0 {
+        let at = |offset| Cursor::at(bytes, offset).ordered(order);
+        let [x, y, layers, further] = [0, 1, 2, 3].map(|axis| at(FILE + 68 + 4 * axis).i32());
+        if further? > 0 {
             return Err(FormatError::unsupported(
                 "a wave of four dimensions is not a stack of maps",
             ));
         }
+        let (x, y, layers) = (x?, y?, layers?);
         // The numbers are followed by the formula, the note, the units of the numbers and of each
-        // dimension, and the labels of each dimension.
+        // dimension, and the labels of each dimension. The header has their lengths.
         let mut trailer = Cursor::at(bytes, FILE);
-        trailer.skip(header.length(4)?)?;
-        trailer.skip(header.length(8)?)?;
-        let note = latin1(trailer.take(header.length(12)?)?);
-        let long_unit = trailer.text(header.length(16)?)?;
-        let mut long_lateral = String::new();
-        for axis in 0..4 {
-            let unit = trailer.text(header.length(20 + 4 * axis)?)?;
-            if axis == 0 {
-                long_lateral = unit;
-            }
+        let mut part = |length: usize| {
+            let length = at(length).i32()?;
+            let allowed = "a number that is not negative";
+            let wrong = |_| FormatError::value("length of a part", length, allowed);
+            trailer.take(usize::try_from(length).map_err(wrong)?)
+        };
+        part(4)?;
+        part(8)?;
+        let note = latin1(part(12)?);
+        let [unit, lateral] = [part(16)?, part(20)?].map(zero_ended);
+        for further in [24, 28, 32, 36] {
+            part(further)?;
         }
-        let mut labels: Vec<Vec<String>> = Vec::new();
-        for axis in 0..4 {
-            let bytes = trailer.take(header.length(36 + 4 * axis)?)?;
-            let (each, _) = bytes.as_chunks::<LABEL>();
-            // The first label belongs to the dimension itself.
-            let names = each.iter().skip(1).map(|bytes| Cursor::new(bytes).text(LABEL));
-            labels.push(names.collect::<Result<_, _>>()?);
-        }
-        if dimension(1)? < 1 || (dimension(2)? < 1 && !labels[1].is_empty()) {
+        // The first label of a dimension belongs to the dimension itself.
+        let mut labels = |length: usize| -> Result<Vec<String>, FormatError> {
+            let (each, _) = part(length)?.as_chunks::<LABEL>();
+            Ok(each.iter().skip(1).map(|label| zero_ended(label)).collect())
+        };
+        let has_lines = !labels(40)?.is_empty();
+        let labels = labels(44)?;
+        part(48)?;
+        if y < 1 || (layers < 1 && has_lines) {
             return Err(FormatError::unsupported("the wave holds curves, not a map"));
         }
-        let nodes = checked_nodes([dimension(0)?, dimension(1)?])?;
-        let short = |offset| Cursor::at(bytes, FILE + offset).text(4);
+        let short = |offset| at(FILE + offset).text(4);
         let or = |long: String, short: String| if long.is_empty() { short } else { long };
+        let real = "a type of real numbers";
         Ok(Wave {
             order,
-            element: element(i16::from_le_bytes(header.number(FILE + 16)?))?,
-            nodes,
-            channels: usize::try_from(dimension(2)?).unwrap_or(0).max(1),
-            steps: [header.real(FILE + 84)?, header.real(FILE + 92)?],
-            unit: or(long_unit, short(148)?),
-            lateral: or(long_lateral, short(152)?),
-            labels: labels.swap_remove(2),
+            element: meaning("type of the wave", at(FILE + 16).i16()?, real, &TYPES)?,
+            nodes: checked_nodes([x.into(), y.into()])?,
+            channels: usize::try_from(layers).unwrap_or(0).max(1),
+            steps: [at(FILE + 84).double()?, at(FILE + 92).double()?],
+            unit: or(unit, short(148)?),
+            lateral: or(lateral, short(152)?),
+            labels,
             note: Entries::from_lines(note.split(['\r', '\n']), ':'),
         })
     }
@@ -176,23 +161,6 @@ impl Wave {
             Ok(Channel::new(name, Unit::parse(unit), size.clone(), raster.upside_down()))
         });
         channels.collect()
-    }
-}
-
-fn element(code: i16) -> Result<Element, FormatError> {
-    match code {
-        0x02 => Ok(Element::F32),
-        0x04 => Ok(Element::F64),
-        0x08 => Ok(Element::I8),
-        0x10 => Ok(Element::I16),
-        0x20 => Ok(Element::I32),
-        0x48 => Ok(Element::U8),
-        0x50 => Ok(Element::U16),
-        0x60 => Ok(Element::U32),
-        _ => {
-            let allowed = "a type of real numbers";
-            Err(FormatError::value("type of the wave", code, allowed))
-        }
     }
 }
 

@@ -13,8 +13,8 @@ use std::borrow::Cow;
 
 use super::archive::Archive;
 use super::channel::{Channel, Sides};
-use super::input::{Cursor, factor};
-use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
+use super::input::{Cursor, factor, meaning};
+use super::raster::{ByteOrder, Element, Raster, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
@@ -67,15 +67,11 @@ fn channels<'a, 'b>(
             continue;
         }
         let mut cursor = Cursor::at(file, start);
-        let nodes = checked_nodes([cursor.u32()?.into(), cursor.u32()?.into()])?;
+        let nodes = cursor.nodes()?;
         let bits = cursor.u32()?;
         let element = Element::integer(bits.into(), false)
             .ok_or_else(|| FormatError::value("bits per height", bits, "8, 16, 32 or 64"))?;
-        let compression = cursor.u32()?;
-        if compression != 0 {
-            let allowed = "0, no compression";
-            return Err(FormatError::value("compression", compression, allowed));
-        }
+        meaning("compression", cursor.u32()?, "0, no compression", &[(0, ())])?;
         // The length of the pixels, and the range of the palette.
         cursor.skip(3 * 4 + PALETTE)?;
         let stored = pixels(cursor.take(map_bytes(nodes, element))?);

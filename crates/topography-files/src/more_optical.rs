@@ -37,7 +37,7 @@ fn read_nms(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let mut range = Cursor::at(bytes, NMS_RANGE);
     let [lowest, highest] = [range.double()?, range.double()?];
     let mut grid = Cursor::at(bytes, NMS_NODES);
-    let nodes = checked_nodes([grid.u32()?.into(), grid.u32()?.into()]);
+    let nodes = grid.nodes();
     let steps = [grid.double()?, grid.double()?];
     let Ok(nodes) = nodes else { return Err(FormatError::Signature) };
     let is_step = |step: &f64| *step > 0.0 && *step < NMS_MAX_STEP;
@@ -74,15 +74,14 @@ fn read_tmd(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let comment = bytes.get(TMD_COMMENT..).unwrap_or_default();
     let end = find(comment, b"\0")? + 1;
     // The comment may be padded to 24 bytes.
-    let channels = [end, 24].map(|length| tmd_map(bytes, TMD_COMMENT + length));
-    let [at_end, padded] = channels;
+    let [at_end, padded] = [end, 24].map(|length| tmd_map(bytes, TMD_COMMENT + length));
     at_end.or(padded).map(|channel| vec![channel])
 }
 
 /// Reads the map whose header starts at `start`. Its numbers fill the rest of the file.
 fn tmd_map(bytes: &[u8], start: usize) -> Result<Channel<'_>, FormatError> {
     let mut cursor = Cursor::at(bytes, start);
-    let nodes = checked_nodes([cursor.u32()?.into(), cursor.u32()?.into()])?;
+    let nodes = cursor.nodes()?;
     let sides = [cursor.single()?, cursor.single()?];
     let stored = Cursor::at(bytes, start + TMD_HEADER).rest();
     let needed = map_bytes(nodes, Element::F32);

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use super::channel::{Channel, Sides};
 use super::input::{Cursor, decode_text, factor};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
-use super::unit::{Unit, ratio};
+use super::unit::{Unit, y_ratio};
 use super::{Format, FormatError, at_least_one};
 
 pub(crate) const FORMAT: Format = Format::new("opdx", "Bruker Vision64 OPDx", 2, read);
@@ -75,10 +75,7 @@ fn channel<'a>(items: &Items<'a>, name: &str) -> Result<Channel<'a>, FormatError
     let (x, unit_x) = quantity("Dimension2Extent")?;
     let (y, unit_y) = quantity("Dimension1Extent")?;
     let (scale, unit) = quantity("DataScale")?;
-    let y = y * ratio(unit_y, unit_x).ok_or_else(|| {
-        let allowed = format!("a unit like that of x, `{unit_x}`");
-        FormatError::value("unit of Dimension1Extent", unit_y, &allowed)
-    })?;
+    let y = y * y_ratio(unit_y, unit_x)?;
     let side = |extent: f64, nodes: usize| {
         let steps = (nodes - 1).max(1) as f64;
         extent * nodes as f64 / steps

@@ -8,8 +8,8 @@
 //! The layout is that of Gwyddion 2.62 (`psia.c`) and SurfaceTopography 1.27.1, which agree.
 
 use super::channel::{Channel, Sides};
-use super::input::{Cursor, factor, finite};
-use super::raster::{ByteOrder, Element, Raster, checked_nodes};
+use super::input::{Cursor, factor, finite, meaning};
+use super::raster::{ByteOrder, Element, Raster};
 use super::tiff::first_directory;
 use super::unit::Unit;
 use super::{Format, FormatError};
@@ -42,7 +42,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let name = wide_text(&mut header, 32)?;
     // Mode, filter, flattening and tracking.
     header.skip(16 + 8 + 4 + 4)?;
-    let nodes = checked_nodes([header.u32()?.into(), header.u32()?.into()])?;
+    let nodes = header.nodes()?;
     // Angle, sine scan, overscan, forward, scan up and exchange of axes.
     header.skip(8 + 4 + 8 + 3 * 4)?;
     let sides = [header.double()?, header.double()?];
@@ -59,12 +59,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let element = if directory.whole(VERSION) == Some(SECOND_VERSION) {
         // Extremes, mean, compression, logarithm, square, servo gain, range and three modes.
         header.skip(6 * 4 + 2 * 8 + 3 * 16)?;
-        match header.u32()? {
-            0 => Element::I16,
-            1 => Element::I32,
-            2 => Element::F32,
-            other => return Err(FormatError::value("type of the data", other, "0, 1 or 2")),
-        }
+        let types = [(0, Element::I16), (1, Element::I32), (2, Element::F32)];
+        meaning("type of the data", header.u32()?, "0, 1 or 2", &types)?
     } else {
         Element::I16
     };

@@ -21,7 +21,7 @@
 //! points, as in BCR, where they come from.
 
 use super::channel::{Channel, Sides};
-use super::input::{Cursor, Entries, factor, latin1, lines};
+use super::input::{Cursor, Entries, factor, latin1, lines, meaning};
 use super::number;
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
@@ -97,22 +97,20 @@ fn text(edition: Edition, bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     });
     let header: Vec<String> = header.collect();
     let entries = Entries::from_lines(header.iter().map(String::as_str), '=');
-    let code = |name: &str, names: &[(&str, i64)]| {
+    let code = |name: &str, names: &[&str]| {
         let text = entries.text(name)?;
-        let known = names.iter().find(|(name, _)| name.eq_ignore_ascii_case(text));
-        known.map_or_else(|| entries.whole(name), |(_, code)| Ok(*code))
+        let known = names.iter().position(|name| name.eq_ignore_ascii_case(text));
+        known.map_or_else(|| entries.whole(name), |code| Ok(code as i64))
     };
-    let compression = match entries.get("compression") {
-        None => 0,
-        Some(_) => code("compression", &[("NULL", 0), ("NONE", 0), ("RLL", 1)])?,
-    };
+    let stated = entries.get("compression").filter(|text| !text.eq_ignore_ascii_case("none"));
+    let compression = stated.map_or(Ok(0), |_| code("compression", &["NULL", "RLL"]))?;
     let scale = |name| entries.number(name);
     let header = Header::new(
         edition,
         [entries.whole("numpoints")?, entries.whole("numprofiles")?],
         [scale("xscale")?, scale("yscale")?, scale("zscale")?],
         compression,
-        code("datatype", &TYPE_NAMES)?,
+        code("datatype", &TYPES.map(|(name, _)| name))?,
     )?;
     let words = matrix.split_ascii_whitespace();
     let height = |word: &str| {
@@ -123,16 +121,16 @@ fn text(edition: Edition, bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     header.channel(Raster::from_words(header.nodes, heights)?)
 }
 
-/// Names of the types in text files of BCR, with their codes.
-const TYPE_NAMES: [(&str, i64); 8] = [
-    ("UCHAR", 0),
-    ("UINTEGER", 1),
-    ("ULONGINT", 2),
-    ("FLOAT", 3),
-    ("CHAR", 4),
-    ("INTEGER", 5),
-    ("LONGINT", 6),
-    ("DOUBLE", 7),
+/// Types of the numbers by their codes, with their names in text files of BCR.
+const TYPES: [(&str, Element); 8] = [
+    ("UCHAR", Element::U8),
+    ("UINTEGER", Element::U16),
+    ("ULONGINT", Element::U32),
+    ("FLOAT", Element::F32),
+    ("CHAR", Element::I8),
+    ("INTEGER", Element::I16),
+    ("LONGINT", Element::I32),
+    ("DOUBLE", Element::F64),
 ];
 
 impl Edition {
@@ -144,28 +142,13 @@ impl Edition {
     ///
     /// Texts round the limits of floats; no height is as large as the numbers near them.
     fn missing(self, element: Element) -> Missing {
-        if self.is_bcr() {
-            match element {
-                Element::I8 => Missing::Value(i8::MAX.into()),
-                Element::U8 => Missing::Value(u8::MAX.into()),
-                Element::I16 => Missing::Value(i16::MAX.into()),
-                Element::U16 => Missing::Value(u16::MAX.into()),
-                Element::I32 => Missing::Value(i32::MAX.into()),
-                Element::U32 => Missing::Value(u32::MAX.into()),
-                Element::F32 => Missing::From(3.4e38),
-                Element::F64 => Missing::From(1.7e308),
-                // No type of the format.
-                Element::I64 | Element::U64 | Element::F16 => Missing::None,
-            }
-        } else {
-            match element {
-                Element::I8 => Missing::Value(i8::MIN.into()),
-                Element::I16 => Missing::Value(i16::MIN.into()),
-                Element::I32 => Missing::Value(i32::MIN.into()),
-                Element::F32 => Missing::UpTo(-3.4e38),
-                Element::F64 => Missing::UpTo(-1.7e308),
-                _ => Edition::Bcr1.missing(element),
-            }
+        match (element.limits(), self.is_bcr()) {
+            (Some([lowest, _]), false) if lowest < 0.0 => Missing::Value(lowest),
+            (Some([_, highest]), _) => Missing::Value(highest),
+            (None, false) if element == Element::F32 => Missing::UpTo(-3.4e38),
+            (None, false) => Missing::UpTo(-1.7e308),
+            (None, true) if element == Element::F32 => Missing::From(3.4e38),
+            (None, true) => Missing::From(1.7e308),
         }
     }
 }
@@ -185,25 +168,14 @@ impl Header {
         compression: i64,
         kind: i64,
     ) -> Result<Header, FormatError> {
-        if compression != 0 {
-            let allowed = "0, no compression";
-            return Err(FormatError::value("Compression", compression, allowed));
-        }
+        meaning("Compression", compression, "0, no compression", &[(0, ())])?;
         if nodes[1] == 1 {
             let what = "the file has one profile (`NumProfiles`), not a map";
             return Err(FormatError::unsupported(what));
         }
-        let element = match kind {
-            0 => Element::U8,
-            1 => Element::U16,
-            2 => Element::U32,
-            3 => Element::F32,
-            4 => Element::I8,
-            5 => Element::I16,
-            6 => Element::I32,
-            7 => Element::F64,
-            _ => return Err(FormatError::value("DataType", kind, "0 to 7")),
-        };
+        let known = usize::try_from(kind).ok().and_then(|kind| TYPES.get(kind));
+        let wrong = || FormatError::value("DataType", kind, "0 to 7");
+        let (_, element) = *known.ok_or_else(wrong)?;
         Ok(Header { edition, nodes: checked_nodes(nodes)?, scales, element })
     }
 

@@ -10,7 +10,7 @@
 //! The layout is that of the readers nanonispy 1.1.0, spym 0.9.2 and Gwyddion 2.62 (`nanonis.c`).
 
 use super::channel::{Channel, Size};
-use super::input::{Cursor, after, find, latin1};
+use super::input::{Cursor, after, find, latin1, meaning};
 use super::jpk::directed;
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
@@ -35,19 +35,10 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let mut cursor = Cursor::at(bytes, end + start + START.len());
     let mut channels = Vec::new();
     for (name, unit, directions) in header.channels()? {
-        let backward: &[bool] = match directions.as_str() {
-            "both" => &[false, true],
-            "forward" => &[false],
-            "backward" => &[true],
-            _ => {
-                return Err(FormatError::value(
-                    "Direction",
-                    directions,
-                    "both, forward or backward",
-                ));
-            }
-        };
-        for &is_back in backward {
+        let known: [(&str, &[bool]); 3] =
+            [("both", &[false, true]), ("forward", &[false]), ("backward", &[true])];
+        let allowed = "both, forward or backward";
+        for &is_back in meaning("Direction", &*directions, allowed, &known)? {
             let stored = cursor.take(map_bytes(nodes, Element::F32))?;
             let raster = Raster::rows(nodes, Element::F32, ByteOrder::Big, stored)?;
             let raster = if is_down { raster.upside_down() } else { raster };

@@ -1,9 +1,10 @@
 //! Text files with a header of their own that the software of instruments exports: Wyko ASCII, Zygo
 //! ASCII and XYZ, Keyence CSV. The constant of each format documents its line order and sides.
 
+use super::binary_headers::{NO_PHASE, phase_steps};
 use super::channel::{Channel, Sides, Size};
 use super::input::{Entries, factor};
-use super::raster::{Missing, Raster, checked_nodes};
+use super::raster::{Raster, checked_nodes};
 use super::text::decoded;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -122,12 +123,7 @@ fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (raster, unit) = if is_xyz {
         (zygo_points(map, [x, y], nodes)?, "µm")
     } else {
-        let steps = match number(10, 0)? {
-            0.0 => 4096.0,
-            1.0 => 32768.0,
-            2.0 => 131072.0,
-            code => return Err(FormatError::value("phase resolution", code, "0, 1 or 2")),
-        };
+        let steps = phase_steps(number(10, 0)?)?;
         let sign = if number(10, 7)? == 0.0 { 1.0 } else { -1.0 };
         let [interferometer, wavelength] = [number(7, 1)?, number(7, 2)?];
         let scale = sign * interferometer * wavelength * number(7, 4)? / steps;
@@ -139,7 +135,7 @@ fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let phases: Vec<f64> = numbers.collect::<Result<_, _>>()?;
         let scale = factor("scale of the phases", scale)?;
         let raster = Raster::from_words(nodes, phases)?;
-        (raster.missing(Missing::From(2147483640.0)).scaled(scale, 0.0), "m")
+        (raster.missing(NO_PHASE).scaled(scale, 0.0), "m")
     };
     Ok(vec![Channel::new("heights", Unit::parse(unit), size, raster)])
 }

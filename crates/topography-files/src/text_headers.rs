@@ -3,7 +3,7 @@
 //! sides.
 
 use super::channel::{Channel, Sides, Size};
-use super::input::{Cursor, Entries, after, decode_text, factor, latin1};
+use super::input::{Cursor, Entries, after, decode_text, factor, latin1, meaning};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -111,10 +111,7 @@ fn bcr_channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, Fo
             (Element::I16, Missing::Value(32767.0), factor("bit2nm", scale)?)
         }
         "bcrf" | "bcrf_unicode" => (Element::F32, Missing::From(1.7e38_f32.into()), 1.0),
-        other => {
-            let allowed = "bcrstm or bcrf";
-            return Err(FormatError::value("fileformat", other, allowed));
-        }
+        other => return Err(FormatError::value("fileformat", other, "bcrstm or bcrf")),
     };
     let unit = |name| header.get(name).unwrap_or("nm");
     let sides = [header.number("xlength")?, header.number("ylength")?];
@@ -190,18 +187,10 @@ const MI_NAME: usize = 14;
 fn read_mi(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     after(bytes, b"fileType      ")?;
     let (header, buffers, data) = mi_header(bytes)?;
-    let kind = header.text("fileType")?;
-    if kind != "Image" {
-        return Err(FormatError::value("fileType", kind, "Image"));
-    }
-    let (element, range) = match header.text("data")? {
-        "BINARY" | "" => (Element::I16, 32768.0),
-        "BINARY_32" => (Element::I32, 2147483648.0),
-        other => {
-            let allowed = "BINARY or BINARY_32";
-            return Err(FormatError::value("data", other, allowed));
-        }
-    };
+    meaning("fileType", header.text("fileType")?, "Image", &[("Image", ())])?;
+    let (int_16, int_32) = ((Element::I16, 32768.0), (Element::I32, 2147483648.0));
+    let types = [("BINARY", int_16), ("", int_16), ("BINARY_32", int_32)];
+    let (element, range) = meaning("data", header.text("data")?, "BINARY or BINARY_32", &types)?;
     let nodes = checked_nodes([header.whole("xPixels")?, header.whole("yPixels")?])?;
     let size = Size::metres([header.number("xLength")?, header.number("yLength")?])?;
     let mut cursor = Cursor::at(bytes, data);
@@ -236,9 +225,8 @@ fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError
         if name.trim() == "data" {
             header.insert(name, value);
             return Ok((header, buffers, offset));
-        } else {
-            buffers.last_mut().unwrap_or(&mut header).insert(name, value)
         }
+        buffers.last_mut().unwrap_or(&mut header).insert(name, value);
     }
     Err(FormatError::missing("data"))
 }

@@ -155,8 +155,7 @@ fn elevation<'a>(
     let is_north_first = steps.is_none_or(|[_, y]| y < 0.0);
     let raster = if is_north_first { raster.upside_down() } else { raster };
     let raster = if steps.is_some_and(|[x, _]| x < 0.0) { raster.mirrored() } else { raster };
-    let keys: Vec<i64> =
-        image.entry(GEO_KEYS).and_then(|entry| entry.wholes()).into_iter().flatten().collect();
+    let keys = image.wholes(GEO_KEYS);
     // Each key has its number, the entry of its value (0: the key itself), a count and the value.
     let key = |wanted: i64| {
         let mut keys = keys.as_chunks::<4>().0.iter().skip(1);
@@ -191,13 +190,10 @@ fn elevation<'a>(
 
 /// Returns the steps to the east and to the north from one column and one line to the next.
 fn steps(image: &Directory<'_>) -> Result<Option<[f64; 2]>, FormatError> {
-    let numbers = |tag: u16| -> Vec<f64> {
-        image.entry(tag).and_then(|entry| entry.numbers()).into_iter().flatten().collect()
-    };
-    if let [x, y, ..] = *numbers(PIXEL_SCALE) {
+    if let [x, y, ..] = *image.numbers(PIXEL_SCALE) {
         return Ok(Some([x, -y]));
     }
-    match *numbers(TRANSFORMATION) {
+    match *image.numbers(TRANSFORMATION) {
         [x, x_of_line, _, _, y_of_column, y, ..] if x_of_line == 0.0 && y_of_column == 0.0 => {
             Ok(Some([x, y]))
         }

@@ -1,5 +1,7 @@
 //! Units in files: parsing of their spellings, and conversion.
 
+use super::FormatError;
+
 /// SI prefixes with the number of prefixed units in one unit without a prefix, such as 1000 for
 /// milli.
 ///
@@ -88,6 +90,12 @@ pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
         let other = PREFIXES.iter().find(|(prefix, _)| to.strip_prefix(prefix) == Some(base))?;
         Some(other.1 / count)
     })
+}
+
+/// Returns the factor that converts lengths along y to the unit of lengths along x.
+pub(crate) fn y_ratio(unit_y: &str, unit_x: &str) -> Result<f64, FormatError> {
+    let allowed = || format!("a unit like that of x, `{unit_x}`");
+    ratio(unit_y, unit_x).ok_or_else(|| FormatError::value("unit of y", unit_y, &allowed()))
 }
 
 /// Returns the factor that converts lengths in the unit `from` to lengths in the unit `to`.

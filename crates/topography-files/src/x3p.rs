@@ -16,7 +16,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::archive::{self, Archive};
 use super::channel::{Channel, Sides};
-use super::input::{decode_text, factor, finite, latin1};
+use super::input::{decode_text, factor, finite, latin1, meaning};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
@@ -72,6 +72,10 @@ fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
     })
 }
 
+/// Types of the numbers.
+const TYPES: [(&str, Element); 4] =
+    [("I", Element::I16), ("L", Element::I32), ("F", Element::F32), ("D", Element::F64)];
+
 /// Description of the matrix in `main.xml`.
 struct Description {
     nodes: [usize; 2],
@@ -119,10 +123,11 @@ impl Description {
         let axis =
             |name, entry, otherwise| number(root, &["Record1", "Axes", name, entry], otherwise);
         let step = axis("CX", "Increment", 1.0)?;
+        let kind = text(root, &["Record1", "Axes", "CZ", "DataType"])?;
         Ok(Description {
             nodes: checked_nodes([size("SizeX")?, lines])?,
             steps: [step, if is_profile { step } else { axis("CY", "Increment", 1.0)? }],
-            element: element(&text(root, &["Record1", "Axes", "CZ", "DataType"])?)?,
+            element: meaning("DataType of CZ", &*kind, "D, F, I or L", &TYPES)?,
             scale: factor("Increment of CZ", axis("CZ", "Increment", 1.0)?)?,
             offset: finite("Offset of CZ", axis("CZ", "Offset", 0.0)?)?,
             points: match child(root, &["Record3", "DataList"]) {
@@ -190,16 +195,6 @@ fn data(list: Node<'_, '_>) -> Result<Vec<f64>, FormatError> {
         text => text.parse().map_err(|_| FormatError::value("Datum", text, "a number or nothing")),
     });
     numbers.collect()
-}
-
-fn element(code: &str) -> Result<Element, FormatError> {
-    match code {
-        "I" => Ok(Element::I16),
-        "L" => Ok(Element::I32),
-        "F" => Ok(Element::F32),
-        "D" => Ok(Element::F64),
-        _ => Err(FormatError::value("DataType of CZ", code, "D, F, I or L")),
-    }
 }
 
 /// Returns the XML element at a path of names; namespaces are ignored.

@@ -1,7 +1,7 @@
 //! Header of a text file: the lines above the numbers.
 
 use crate::FormatError;
-use crate::unit::{Unit, ratio};
+use crate::unit::{Unit, y_ratio};
 
 // Names of each entry, in lower case. Gwyddion writes them in the language of its interface.
 const CHANNEL: &[&str] =
@@ -185,23 +185,13 @@ impl Header {
         let unit_y =
             unit(unit_y.or_else(|| self.get(UNIT_Y).map(str::to_owned))).or(unit_x.clone());
         let text = |unit: &Option<String>| unit.clone().unwrap_or_default();
-        let y_ratio = ratio(&text(&unit_y), &text(&unit_x)).ok_or_else(|| {
-            let allowed = format!("a unit like that of x, `{}`", text(&unit_x));
-            FormatError::value("unit of y", text(&unit_y), &allowed)
-        });
-        let (sides, y_ratio) = match (x, y) {
-            (Some((x, _)), Some((y, _))) => {
-                let y_ratio = y_ratio?;
-                (Some([x, y * y_ratio]), y_ratio)
-            }
-            _ => (None, y_ratio?),
-        };
+        let y_ratio = y_ratio(&text(&unit_y), &text(&unit_x))?;
         Ok(Description {
             name: self.get(CHANNEL).map(str::to_owned),
             lateral: Unit::parse(&text(&unit_x)),
             height: Unit::parse(&text(&height)),
             factor,
-            sides,
+            sides: x.zip(y).map(|((x, _), (y, _))| [x, y * y_ratio]),
             y_ratio,
         })
     }
@@ -283,9 +273,7 @@ impl Description {
     ) -> Result<(), FormatError> {
         if let Some(x) = x.or(y) {
             let y = y.unwrap_or(x);
-            self.y_ratio = ratio(y, x).ok_or_else(|| {
-                FormatError::value("unit of y", y, &format!("a unit like that of x, `{x}`"))
-            })?;
+            self.y_ratio = y_ratio(y, x)?;
             self.lateral = Unit::parse(x);
         }
         if let Some(height) = height {
