@@ -12,7 +12,7 @@
 use hdf5_reader::{Attribute, Dataset, Datatype};
 
 use super::channel::{Channel, Size};
-use super::hdf5::{Container, attribute, number, text};
+use super::hdf5::Container;
 use super::input::factor;
 use super::raster::Missing;
 use super::unit::Unit;
@@ -34,55 +34,46 @@ fn surfaces(container: &Container) -> Option<Vec<Dataset>> {
         Ok(group) => container.members(&group, "Data/Surface").ok()?.datasets,
         Err(_) => vec![root.group("Measurement").ok()?.dataset("Surface").ok()?],
     };
-    let is_surface = |dataset: &Dataset| attribute(&dataset.attributes(), "Unit").is_some();
+    let is_surface = |dataset: &Dataset| dataset.attribute("Unit").is_ok();
     let surfaces: Vec<Dataset> = datasets.into_iter().filter(is_surface).collect();
     (!surfaces.is_empty()).then_some(surfaces)
 }
 
 fn channel(container: &Container, dataset: &Dataset) -> Result<Channel<'static>, FormatError> {
-    let attributes = dataset.attributes();
+    let attributes = container.attributes(dataset)?;
     let raster = container.raster(dataset)?;
-    let raster = match number(&attributes, "No Data") {
+    let raster = match attributes.number("No Data") {
         Some(marker) => raster.missing(Missing::Around(marker)),
         None => raster,
     };
-    let unit = text(&attributes, "Unit").ok_or_else(|| FormatError::missing("Unit"))?;
+    let unit = attributes.text("Unit")?.ok_or_else(|| FormatError::missing("Unit"))?;
     let (unit, scale) = if unit == "Fringes" {
         let names = ["Wavelength", "Interferometric Scale Factor", "Obliquity Factor"];
-        let factors = names.map(|name| factor(name, required(&attributes, name)?));
-        let [wavelength, scale, obliquity] = factors;
-        ("m".to_owned(), wavelength? * scale? * obliquity?)
+        let required = |name| attributes.number(name).ok_or_else(|| FormatError::missing(name));
+        let [wavelength, scale, obliquity] = names.map(|name| factor(name, required(name)?));
+        ("m", wavelength? * scale? * obliquity?)
     } else {
         (unit, 1.0)
     };
     let [nodes_x, nodes_y] = raster.nodes();
-    let steps = (step(dataset, &attributes, 'X')?, step(dataset, &attributes, 'Y')?);
-    let size = match steps {
+    let size = match (step(dataset, 'X')?, step(dataset, 'Y')?) {
         (Some(x), Some(y)) => Size::metres([nodes_x as f64 * x, nodes_y as f64 * y])?,
         _ => Size::Unknown,
     };
-    Ok(Channel::new("surface", Unit::parse(&unit), size, raster.scaled(scale, 0.0)))
-}
-
-fn required(attributes: &[Attribute], name: &str) -> Result<f64, FormatError> {
-    number(attributes, name).ok_or_else(|| FormatError::missing(name))
+    Ok(Channel::new("surface", Unit::parse(unit), size, raster.scaled(scale, 0.0)))
 }
 
 /// Returns the step along an axis in metres. It is unknown if the attribute is missing, or zero
 /// because the instrument was not calibrated.
-fn step(
-    dataset: &Dataset,
-    attributes: &[Attribute],
-    axis: char,
-) -> Result<Option<f64>, FormatError> {
+fn step(dataset: &Dataset, axis: char) -> Result<Option<f64>, FormatError> {
     let name = format!("{axis} Converter");
-    let Some(converter) = attribute(attributes, &name) else { return Ok(None) };
-    let base = member(dataset, converter, "BaseUnit", 1);
+    let Ok(converter) = dataset.attribute(&name) else { return Ok(None) };
+    let base = member(dataset, &converter, "BaseUnit", 1);
     let unit = base.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
     if unit != "Pixels" {
         return Err(FormatError::value(&format!("unit of {name}"), unit, "Pixels"));
     }
-    let parameters = member(dataset, converter, "Parameters", 8).unwrap_or_default();
+    let parameters = member(dataset, &converter, "Parameters", 8).unwrap_or_default();
     let (parameters, _) = parameters.as_chunks::<8>();
     let step = parameters.get(1).map(|bytes| f64::from_le_bytes(*bytes));
     let step = step.ok_or_else(|| FormatError::missing(format!("second parameter of {name}")))?;

@@ -2,7 +2,8 @@
 //!
 //! The crate `hdf5-reader` decodes the container: it is pure Rust and reads what h5py, MATLAB 7.3
 //! and netCDF4 write. Where its version 0.12.1 is wrong, this module does it: integers of fewer
-//! bits and texts ([`stored`]), places of chunks ([`container`]), members of a group ([`links`]).
+//! bits and texts ([`stored`]), members of a group ([`links`]). A dataset whose chunks it would
+//! misplace is refused.
 //!
 //! The channels are the arrays of numbers with two long dimensions in the root group or, if there
 //! are none, in all groups. The module [`labelled`](super::labelled) documents how axes, sides,
@@ -30,15 +31,14 @@ mod filters;
 mod links;
 mod stored;
 
-use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5_reader::group::Group;
 use hdf5_reader::{Dataset, Datatype};
 
+pub(crate) use self::container::Container;
 use self::container::Members;
-pub(crate) use self::container::{Container, attribute, number, text};
 use super::channel::{Channel, Sides};
 use super::direction::Direction;
 use super::labelled::{Array, Attributes, Axis, Coordinates};
@@ -266,20 +266,13 @@ impl Groups<'_> {
         folder: &Folder,
         dataset: &Dataset,
         attributes: Attributes,
-    ) -> Result<Array<'static>, FormatError> {
+    ) -> Result<Array, FormatError> {
         let (element, order, bytes) = self.container.bytes(dataset)?;
+        let name = format!("{}{}", folder.path, dataset.name());
         let mut array = Array {
-            name: format!("{}{}", folder.path, dataset.name()),
-            shape: lengths(dataset),
-            axes: vec![Axis::default(); dataset.ndim()],
             attributes,
-            element,
-            order,
-            bytes: Cow::Owned(bytes),
-            unit: None,
             unwritten: self.container.unwritten(dataset),
-            last_is_x: false,
-            mask: None,
+            ..Array::new(name, dataset.shape(), element, order, bytes)
         };
         if let Some(axes) = self.scales(dataset)? {
             array.axes = axes;
@@ -325,10 +318,9 @@ impl Groups<'_> {
 
     /// Returns the axes of a dataset with dimension scales or with names of its dimensions.
     fn scales(&self, dataset: &Dataset) -> Result<Option<Vec<Axis>>, FormatError> {
-        let attributes = dataset.attributes();
-        let Some(list) = attribute(&attributes, "DIMENSION_LIST") else {
-            let attributes = self.container.attributes(dataset)?;
-            let labels = attributes.texts("DIMENSION_LABELS")?;
+        let attributes = self.container.attributes(dataset)?;
+        let labels = attributes.texts("DIMENSION_LABELS")?;
+        let Ok(list) = dataset.attribute("DIMENSION_LIST") else {
             let axes = || labels.iter().map(Axis::named).collect();
             return Ok((labels.len() == dataset.ndim()).then(axes));
         };
@@ -347,9 +339,8 @@ impl Groups<'_> {
             }
         });
         let mut axes = found.collect::<Result<Vec<Axis>, FormatError>>()?;
-        let attributes = self.container.attributes(dataset)?;
         // Labels name the dimensions; scales are coordinates along them and may have other names.
-        for (axis, label) in axes.iter_mut().zip(attributes.texts("DIMENSION_LABELS")?) {
+        for (axis, label) in axes.iter_mut().zip(labels) {
             if !label.is_empty() {
                 axis.name.clone_from(label);
             }
@@ -371,7 +362,7 @@ impl Groups<'_> {
     }
 
     /// Returns the axes that a group of NeXus data or its dataset names.
-    fn nexus(&self, folder: &Folder, array: &Array<'_>) -> Result<Option<Vec<Axis>>, FormatError> {
+    fn nexus(&self, folder: &Folder, array: &Array) -> Result<Option<Vec<Axis>>, FormatError> {
         let own = array.attributes.texts("axes")?;
         let names = if own.is_empty() { folder.attributes.texts("axes")? } else { own };
         let names: Vec<&str> = match names {
@@ -392,7 +383,7 @@ impl Groups<'_> {
     }
 
     /// Sets the axes of a signal of HyperSpy, and the unit of its quantity, such as `Height (µm)`.
-    fn hyperspy(&self, folder: &Folder, array: &mut Array<'_>) -> Result<(), FormatError> {
+    fn hyperspy(&self, folder: &Folder, array: &mut Array) -> Result<(), FormatError> {
         let axes = folder.axes.iter().enumerate().map(|(index, axis)| {
             let unit = axis.unit()?.filter(|unit| *unit != Unit::parse("<undefined>"));
             let name = axis.text("name")?.unwrap_or_default();
@@ -417,7 +408,7 @@ impl Groups<'_> {
     }
 
     /// Sets the sides that the root group states for all fields of a Tamaas model.
-    fn tamaas(&self, array: &mut Array<'_>) {
+    fn tamaas(&self, array: &mut Array) {
         let [.., x_side, y_side] = *self.root.numbers("system_size") else { return };
         let [.., x_nodes, y_nodes] = *self.root.numbers("discretization") else { return };
         let long = |axis: &usize| array.shape[*axis] > 1;

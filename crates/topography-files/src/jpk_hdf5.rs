@@ -9,13 +9,14 @@
 //!
 //! `sample_0.h5-jpk` in the tests of AFMReader 0.0.7 shows the layout.
 
+use hdf5_reader::Dataset;
 use hdf5_reader::group::Group;
-use hdf5_reader::{Attribute, Dataset};
 
 use super::channel::{Channel, Size};
-use super::hdf5::{Container, number, text};
+use super::hdf5::Container;
 use super::input::finite;
 use super::jpk::directed;
+use super::labelled::Attributes;
 use super::raster::checked_nodes;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -26,7 +27,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;
     let root = container.root().map_err(|_| FormatError::Signature)?;
     let groups = root.groups().map_err(|_| FormatError::Signature)?;
-    let measurements: Vec<Measurement> = groups.into_iter().filter_map(Measurement::new).collect();
+    let measurement = |group| Measurement::new(&container, group);
+    let measurements: Vec<Measurement> = groups.into_iter().filter_map(measurement).collect();
     if measurements.is_empty() {
         return Err(FormatError::Signature);
     }
@@ -44,14 +46,14 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// Group of the channels of one scan.
 struct Measurement {
     group: Group,
-    attributes: Vec<Attribute>,
+    attributes: Attributes,
 }
 
 impl Measurement {
     /// Returns `None` if the group is not a measurement of JPK.
-    fn new(group: Group) -> Option<Measurement> {
-        let attributes = group.attributes().ok()?;
-        number(&attributes, "position-pattern.grid.ilength")?;
+    fn new(container: &Container, group: Group) -> Option<Measurement> {
+        let attributes = container.group_attributes(&group).ok()?;
+        attributes.number("position-pattern.grid.ilength")?;
         Some(Measurement { group, attributes })
     }
 
@@ -63,30 +65,28 @@ impl Measurement {
         let pair = |names: [&str; 2]| -> Result<[f64; 2], FormatError> {
             let [x, y] = names.map(|name| {
                 let name = format!("position-pattern.grid.{name}");
-                let number = number(&self.attributes, &name);
+                let number = self.attributes.number(&name);
                 number.ok_or_else(|| FormatError::missing(&*name))
             });
             Ok([x?, y?])
         };
         let nodes = checked_nodes(pair(["ilength", "jlength"])?.map(|count| count as i64))?;
-        let reflect = text(&self.attributes, "position-pattern.grid.reflect");
-        let is_reflected = reflect.is_some_and(|text| text == "true");
+        let is_reflected = self.attributes.text("position-pattern.grid.reflect")? == Some("true");
         let size = Size::metres(pair(["ulength", "vlength"])?)?;
         let mut channels = Vec::new();
         for group in container.members(&self.group, self.group.name())?.groups {
-            let attributes =
-                group.attributes().map_err(|e| FormatError::damaged(group.name(), e))?;
-            let Some(name) = name(&attributes) else { continue };
+            let attributes = container.group_attributes(&group)?;
+            let Some(name) = name(&attributes)? else { continue };
             let datasets = container.members(&group, group.name())?.datasets;
             let mut datasets = datasets.iter().filter(|dataset| has_frames(dataset, nodes));
             let Some(dataset) = datasets.next() else { continue };
-            let text = |name: &str| text(&attributes, &format!("net-encoder.scaling.{name}"));
             let number = |name: &str, default: f64| {
                 let name = format!("net-encoder.scaling.{name}");
-                finite(&name, number(&attributes, &name).unwrap_or(default))
+                finite(&name, attributes.number(&name).unwrap_or(default))
             };
             let (factor, offset) = (number("multiplier", 1.0)?, number("offset", 0.0)?);
-            let unit = Unit::parse(&text("unit.unit").unwrap_or_default());
+            let unit = attributes.text("net-encoder.scaling.unit.unit")?;
+            let unit = Unit::parse(unit.unwrap_or_default());
             let frames = container.frames(dataset, nodes)?;
             let count = frames.len();
             channels.extend(frames.into_iter().enumerate().map(|(index, frame)| {
@@ -103,11 +103,10 @@ impl Measurement {
 }
 
 /// Returns the name of a channel with its direction, or `None` if the group is not a channel.
-fn name(attributes: &[Attribute]) -> Option<String> {
-    let name =
-        text(attributes, "channel.fancy-name").or_else(|| text(attributes, "channel.name"))?;
-    let is_retrace = text(attributes, "retrace").is_some_and(|text| text == "true");
-    Some(directed(name, is_retrace))
+fn name(attributes: &Attributes) -> Result<Option<String>, FormatError> {
+    let name = attributes.text("channel.fancy-name")?.or(attributes.text("channel.name")?);
+    let is_retrace = attributes.text("retrace")? == Some("true");
+    Ok(name.map(|name| directed(name.to_owned(), is_retrace)))
 }
 
 /// Returns true if a dataset has a row for each node. The thumbnail of a channel has none.

@@ -6,8 +6,10 @@
 //! (2016) and later write, or by the attributes of dimensions. Its maps are read as those of other
 //! [`hdf5`](super::hdf5) files.
 
+use hdf5_reader::Dataset;
+
 use super::channel::Channel;
-use super::hdf5::{Container, attribute, maps};
+use super::hdf5::{Container, maps};
 use super::{Format, FormatError};
 
 pub(crate) const FORMAT: Format = Format::new("netcdf4", "netCDF-4", 4, read);
@@ -15,16 +17,12 @@ pub(crate) const FORMAT: Format = Format::new("netcdf4", "netCDF-4", 4, read);
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;
     let root = container.root().map_err(|_| FormatError::Signature)?;
-    let attributes = root.attributes().map_err(|_| FormatError::Signature)?;
+    let attributes = container.group_attributes(&root).map_err(|_| FormatError::Signature)?;
     let members = container.members(&root, "the root group").map_err(|_| FormatError::Signature)?;
-    let is_variable = || {
-        let names = ["_Netcdf4Dimid", "DIMENSION_LIST"];
-        members.datasets.iter().any(|dataset| {
-            let attributes = dataset.attributes();
-            names.iter().any(|name| attribute(&attributes, name).is_some())
-        })
+    let is_variable = |dataset: &Dataset| {
+        ["_Netcdf4Dimid", "DIMENSION_LIST"].iter().any(|name| dataset.attribute(name).is_ok())
     };
-    if attribute(&attributes, "_NCProperties").is_none() && !is_variable() {
+    if attributes.get("_NCProperties").is_none() && !members.datasets.iter().any(is_variable) {
         return Err(FormatError::Signature);
     }
     maps(&container, &root, members)

@@ -12,13 +12,13 @@
 //! nanosurf-utils 2.0.7. NSFopen 2.2.4 returns the marker as a height, and folds rectangular scans
 //! of version 1. Channels without calibration have numbers without a unit.
 
-use hdf5_reader::group::Group;
-use hdf5_reader::{Attribute, Dataset};
+use hdf5_reader::Dataset;
 
 use super::channel::{Channel, Size};
-use super::hdf5::{Container, attribute, number, text};
+use super::hdf5::Container;
 use super::input::finite;
 use super::jpk::directed;
+use super::labelled::Attributes;
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -28,28 +28,25 @@ pub(crate) const FORMAT: Format = Format::new("nhf", "Nanosurf NHF", 1, read);
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;
     let root = container.root().map_err(|_| FormatError::Signature)?;
-    let attributes = root.attributes().map_err(|_| FormatError::Signature)?;
-    if attribute(&attributes, "nsf_file_version_major").is_none() {
+    let attributes = container.group_attributes(&root).map_err(|_| FormatError::Signature)?;
+    if attributes.get("nsf_file_version_major").is_none() {
         return Err(FormatError::Signature);
     }
-    let version = number(&attributes, "nsf_file_version_major").unwrap_or(2.0);
+    let version = attributes.number("nsf_file_version_major").unwrap_or(2.0);
     let mut channels = Vec::new();
     for group in container.members(&root, "the root group")?.groups {
-        let Some(scan) = Scan::new(&group, version)? else { continue };
+        let attributes = container.group_attributes(&group)?;
+        let Some(scan) = Scan::new(&attributes, version)? else { continue };
         let members = container.members(&group, group.name())?;
         channels.extend(scan.channels(&container, "", &members.datasets)?);
         for part in members.groups {
-            let attributes = attributes_of(&part)?;
-            let direction = text(&attributes, "name").unwrap_or_default();
+            let attributes = container.group_attributes(&part)?;
+            let direction = attributes.text("name")?.unwrap_or_default();
             let datasets = container.members(&part, part.name())?.datasets;
-            channels.extend(scan.channels(&container, &direction, &datasets)?);
+            channels.extend(scan.channels(&container, direction, &datasets)?);
         }
     }
     at_least_one(channels.into_iter().map(Ok), "channel of a scan")
-}
-
-fn attributes_of(group: &Group) -> Result<Vec<Attribute>, FormatError> {
-    group.attributes().map_err(|error| FormatError::damaged(group.name(), error))
 }
 
 /// Grid of a measurement.
@@ -62,17 +59,13 @@ struct Scan {
 
 impl Scan {
     /// Returns `None` if the group is not a measurement of a rectangle.
-    fn new(group: &Group, version: f64) -> Result<Option<Scan>, FormatError> {
-        let attributes = attributes_of(group)?;
-        let pair = |name: &str| {
-            let numbers = attribute(&attributes, name)?.read_1d::<f64>().ok().or_else(|| {
-                let wholes = attribute(&attributes, name)?.read_1d::<u32>().ok()?;
-                Some(wholes.into_iter().map(f64::from).collect())
-            })?;
-            // The order is y, x.
-            <[f64; 2]>::try_from(numbers).ok().map(|[y, x]| [x, y])
+    fn new(attributes: &Attributes, version: f64) -> Result<Option<Scan>, FormatError> {
+        // The order is y, x.
+        let pair = |name: &str| match *attributes.numbers(name) {
+            [y, x] => Some([x, y]),
+            _ => None,
         };
-        let two = |x: &str, y: &str| Some([number(&attributes, x)?, number(&attributes, y)?]);
+        let two = |x: &str, y: &str| Some([attributes.number(x)?, attributes.number(y)?]);
         let nodes = two("image_points_per_line", "image_number_of_lines")
             .or_else(|| two("grid_number_of_columns", "grid_number_of_rows"))
             .or_else(|| pair("rect_axis_size"));
@@ -101,9 +94,9 @@ impl Scan {
         direction: &str,
         dataset: &Dataset,
     ) -> Result<Channel<'static>, FormatError> {
-        let attributes = dataset.attributes();
-        let given = text(&attributes, "signal_name").or_else(|| text(&attributes, "name"));
-        let name = given.unwrap_or_else(|| dataset.name().to_owned());
+        let attributes = container.attributes(dataset)?;
+        let given = attributes.text("signal_name")?.or(attributes.text("name")?);
+        let name = given.unwrap_or(dataset.name()).to_owned();
         let is_back = direction.eq_ignore_ascii_case("backward");
         let (element, order, bytes) = container.bytes(dataset)?;
         let (raster, unit) = self.calibrated(&attributes, element, order, bytes)?;
@@ -112,7 +105,7 @@ impl Scan {
 
     fn calibrated(
         &self,
-        attributes: &[Attribute],
+        attributes: &Attributes,
         element: Element,
         order: ByteOrder,
         bytes: Vec<u8>,
@@ -135,8 +128,7 @@ impl Scan {
             None => raster,
         };
         let calibration = ["signal_calibration", "base_calibration"].into_iter().find_map(|name| {
-            let [low, high] =
-                ["min", "max"].map(|end| number(attributes, &format!("{name}_{end}")));
+            let [low, high] = ["min", "max"].map(|end| attributes.number(&format!("{name}_{end}")));
             Some((name, low?, high?))
         });
         let (Some((name, low, high)), Some([lowest, highest])) = (calibration, limits) else {
@@ -144,10 +136,10 @@ impl Scan {
         };
         let [low, high] = [finite(name, low)?, finite(name, high)?];
         let scale = (high - low) / (highest - lowest);
-        let unit = text(attributes, &format!("{name}_unit")).unwrap_or_default();
+        let unit = attributes.text(&format!("{name}_unit"))?.unwrap_or_default();
         // The unit may be written out, with the symbol in parentheses.
         let symbol = unit.split_once('(').and_then(|(_, rest)| rest.split(')').next());
-        let unit = Unit::parse(symbol.unwrap_or(&unit));
+        let unit = Unit::parse(symbol.unwrap_or(unit));
         Ok((raster.scaled(scale, low - scale * lowest), unit))
     }
 }

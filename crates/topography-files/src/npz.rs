@@ -6,8 +6,6 @@
 //! give the size. Without `side`, the coordinates `x` and `y` (lists, or arrays as `meshgrid` of
 //! NumPy 2.4 makes them) give the sides and the order of the axes.
 
-use std::borrow::Cow;
-
 use super::archive::Archive;
 use super::channel::Channel;
 use super::direction::Direction;
@@ -57,19 +55,12 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
                     (None, None) => None,
                 };
                 is_located |= axes.is_some() && coordinates.is_some();
-                let array = Array {
-                    name: name.to_owned(),
-                    shape: nodes.to_vec(),
-                    axes: axes.unwrap_or_else(|| vec![Axis::default(); 2]),
-                    attributes: Attributes::default(),
-                    element: Element::F64,
-                    order: ByteOrder::Little,
-                    bytes: Cow::Owned(numbers.iter().flat_map(|one| one.to_le_bytes()).collect()),
-                    unit: known_rank.map(|_| unit.clone()),
-                    unwritten: None,
-                    last_is_x: false,
-                    mask: None,
-                };
+                let shape = nodes.map(|count| count as u64);
+                let bytes: Vec<_> = numbers.into_iter().map(f64::to_le_bytes).collect();
+                let bytes = bytes.into_flattened();
+                let array = Array::new(name, &shape, Element::F64, ByteOrder::Little, bytes);
+                let axes = axes.unwrap_or_else(|| array.axes.clone());
+                let array = Array { axes, unit: known_rank.map(|_| unit.clone()), ..array };
                 let rank = known_rank.unwrap_or(HEIGHTS.len());
                 ranked.extend(array.channels()?.into_iter().map(|channel| (rank, channel)));
             }
