@@ -86,7 +86,8 @@ fn channels<'a, 'b>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::vendors::{packed, vk};
+    use crate::samples::packed;
+    use crate::samples::vendors::vk;
 
     #[test]
     fn a_compressed_image_is_refused() {

@@ -96,7 +96,7 @@ fn text(archive: &mut Archive<'_>, name: &str) -> Result<String, FormatError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::vendors::packed;
+    use crate::samples::packed;
 
     fn scan(lines: [&str; 2]) -> Vec<u8> {
         let rule = "------------------------------------------\n";

@@ -1,7 +1,7 @@
 //! Small files of every format, all of which contain the map [`EXPECTED`].
 
-mod jpk;
 pub(crate) mod new_formats;
+pub(crate) mod tiff_files;
 pub(crate) mod vendors;
 
 use std::io::{Cursor, Write};
@@ -10,8 +10,6 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
-
-use self::jpk::jpk;
 
 /// Heights `[x, y]` at three nodes along x and two along y, in nanometres. If a format can mark
 /// missing points, the last point is marked as missing.
@@ -56,8 +54,6 @@ pub(crate) fn samples() -> Vec<Sample> {
             sides: Some([3e-6, 2e-6]),
             ..Sample::with_missing("metropro", metropro())
         },
-        Sample::with_missing("netcdf", netcdf()),
-        Sample::new("jpk", jpk()),
         Sample::new("wsxm", wsxm()),
         Sample::with_missing("frt", frt()),
         Sample::with_missing("plu", plu()),
@@ -71,6 +67,7 @@ pub(crate) fn samples() -> Vec<Sample> {
     samples.extend(texts());
     samples.extend(grids());
     samples.extend(hdf5());
+    samples.extend(tiff_files::samples());
     samples.extend(vendors::samples());
     samples.extend(new_formats::samples());
     samples
@@ -83,6 +80,7 @@ fn hdf5() -> Vec<Sample> {
     vec![
         Sample::with_missing("datx", include_bytes!("samples/nanometers.datx").to_vec()),
         Sample::with_missing("datx", include_bytes!("samples/fringes.datx").to_vec()),
+        Sample::with_missing("netcdf", include_bytes!("samples/classic.nc").to_vec()),
         Sample::with_missing("netcdf4", include_bytes!("samples/surface.nc").to_vec()),
         Sample::with_missing("netcdf4", include_bytes!("samples/transposed.nc").to_vec()),
         Sample::new("h5-jpk", include_bytes!("samples/frames.h5-jpk").to_vec()),
@@ -142,7 +140,7 @@ fn grids() -> Vec<Sample> {
         unitless("surfer", with_last(seven, &9e9_f64.to_le_bytes())),
         Sample::new("nrrd", nrrd),
         Sample::with_missing("iso28600", iso28600().into_bytes()),
-        Sample { sides: None, ..Sample::new("npz", npz()) },
+        Sample { sides: None, ..Sample::new("npz", packed(&[("heights.npy", npy())])) },
     ]
 }
 
@@ -158,10 +156,13 @@ fn iso28600() -> String {
     lines.join("\r\n")
 }
 
-fn npz() -> Vec<u8> {
+/// Writes a zip archive of files with these names.
+pub(crate) fn packed(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
     let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
-    writer.start_file("heights.npy", SimpleFileOptions::default()).unwrap();
-    writer.write_all(&npy()).unwrap();
+    for (name, bytes) in files {
+        writer.start_file(*name, SimpleFileOptions::default()).unwrap();
+        writer.write_all(bytes).unwrap();
+    }
     writer.finish().unwrap().into_inner()
 }
 
@@ -263,19 +264,13 @@ impl Default for Archive {
 
 /// Writes an X3P file with this content.
 pub(crate) fn x3p(archive: &Archive) -> Vec<u8> {
-    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
-    let mut add = |name: &str, bytes: &[u8]| {
-        let name = format!("{}{name}", archive.folder);
-        let options = SimpleFileOptions::default();
-        writer.start_file(name, options).unwrap();
-        writer.write_all(bytes).unwrap();
-    };
-    add("main.xml", archive.description.as_bytes());
-    add("bindata/data.bin", &archive.data);
-    if let Some(valid) = archive.valid {
-        add("bindata/valid.bin", &[valid]);
-    }
-    writer.finish().unwrap().into_inner()
+    let name = |name: &str| format!("{}{name}", archive.folder);
+    let (index, data, valid) =
+        (name("main.xml"), name("bindata/data.bin"), name("bindata/valid.bin"));
+    let mut files =
+        vec![(&*index, archive.description.clone().into_bytes()), (&*data, archive.data.clone())];
+    files.extend(archive.valid.map(|bits| (&*valid, vec![bits])));
+    packed(&files)
 }
 
 fn sur_header(signature: &str) -> Fields {
@@ -430,47 +425,6 @@ fn metropro() -> Vec<u8> {
     let fields = big(big(fields, 1.0).to(184), 1e-6).to(838);
     let bytes = fields.rows(ROWS, |height| i32::from(height).to_be_bytes()).0;
     with_last(bytes, &2147483640_i32.to_be_bytes())
-}
-
-/// Writes a netCDF file with the variables `heights`, with lines along y, and `mask`.
-fn netcdf() -> Vec<u8> {
-    let start = netcdf_header(0).len() as u64;
-    let heights = [1.0, 4.0, 2.0, 5.0, 3.0, 6.0];
-    let numbers = heights.iter().flat_map(|h: &f64| h.to_be_bytes());
-    let mask = [0, 0, 0, 0, 0, 1];
-    let fields = Fields::default().bytes(&netcdf_header(start));
-    fields.bytes(&numbers.collect::<Vec<_>>()).bytes(&mask).0
-}
-
-/// Writes the header of a netCDF file. The numbers after it begin at byte `start`.
-fn netcdf_header(start: u64) -> Vec<u8> {
-    const BYTE: u32 = 1;
-    const DOUBLE: u32 = 6;
-    let big = |fields: Fields, numbers: &[u32]| {
-        let numbers = numbers.iter().flat_map(|number| number.to_be_bytes());
-        fields.bytes(&numbers.collect::<Vec<_>>())
-    };
-    let name = |fields: Fields, name: &str| {
-        let padded = name.len().next_multiple_of(4);
-        big(fields, &[name.len() as u32]).text(name, padded)
-    };
-    let unit = |fields: Fields, unit: &str| big(name(fields, "unit"), &[2, 2]).text(unit, 4);
-    let end =
-        |fields: Fields, kind: u32, begin: u64| big(fields, &[kind, 0]).bytes(&begin.to_be_bytes());
-    let axis = |fields: Fields, axis: &str, number: u32, length: f64| {
-        let fields = big(name(fields, axis), &[1, number, 12, 2]);
-        let fields = big(name(fields, "length"), &[DOUBLE, 1]).bytes(&length.to_be_bytes());
-        end(unit(fields, "nm"), DOUBLE, start)
-    };
-    let fields = big(Fields::default().bytes(b"CDF\x02"), &[0, 10, 2]);
-    let fields = big(name(fields, "x"), &[3]);
-    let fields = big(name(fields, "y"), &[2]);
-    let fields = big(fields, &[0, 0, 11, 4]);
-    let fields = axis(axis(fields, "x", 0, 3e3), "y", 1, 4e3);
-    let fields = big(name(fields, "heights"), &[2, 0, 1, 12, 1]);
-    let fields = end(unit(fields, "nm"), DOUBLE, start);
-    let fields = big(name(fields, "mask"), &[2, 0, 1, 0, 0]);
-    end(fields, BYTE, start + 48).0
 }
 
 fn frt() -> Vec<u8> {

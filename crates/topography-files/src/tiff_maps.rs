@@ -299,7 +299,7 @@ fn ome_size(description: &str, nodes: [usize; 2]) -> Result<Sides, FormatError> 
 
 #[cfg(test)]
 mod tests {
-    use crate::samples::new_formats::elevation;
+    use crate::samples::tiff_files::elevation;
     use crate::{Size, read};
 
     /// Returns the entry of a transformation of columns and lines to east and north.
@@ -308,16 +308,16 @@ mod tests {
         (
             super::TRANSFORMATION,
             12,
-            numbers.as_flattened().iter().flat_map(|n| n.to_le_bytes()).collect(),
+            numbers.as_flattened().iter().flat_map(|n| n.to_be_bytes()).collect(),
         )
     }
 
     #[test]
     fn an_unknown_unit_of_the_sides_is_named() {
-        let steps: Vec<u8> = [2.0_f64, 3.0, 0.0].iter().flat_map(|n| n.to_le_bytes()).collect();
+        let steps: Vec<u8> = [2.0_f64, 3.0, 0.0].iter().flat_map(|n| n.to_be_bytes()).collect();
         let keys = |unit: u16| {
             let keys = [1, 1, 0, 2, super::MODEL_TYPE as u16, 0, 1, 1, 3076, 0, 1, unit];
-            (super::GEO_KEYS, 3, keys.iter().flat_map(|key| key.to_le_bytes()).collect())
+            (super::GEO_KEYS, 3, keys.iter().flat_map(|key| key.to_be_bytes()).collect())
         };
         let grid = |unit| elevation(&[(super::PIXEL_SCALE, 12, steps.clone()), keys(unit)]);
         let kilometres = grid(9036);

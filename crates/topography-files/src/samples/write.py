@@ -1,4 +1,4 @@
-"""Writes the small HDF5 files that `samples.rs` includes.
+"""Writes the small HDF5 and netCDF files that `samples.rs` includes.
 
     python3 write.py         in this folder, with h5py 3.16 and netCDF4 1.7
 
@@ -78,19 +78,20 @@ def jpk():
 
 def netcdf4():
     """The variables of `to_netcdf` of SurfaceTopography, and a packed map in lines along x."""
-    with netCDF4.Dataset("surface.nc", "w", format="NETCDF4") as file:
-        for axis, nodes, side in (("x", 3, 3e3), ("y", 2, 4e3)):
-            file.createDimension(axis, nodes)
-            variable = file.createVariable(axis, "f8", (axis,))
-            variable.length = side
-            variable.periodic = 0
-            variable.unit = "nm"
-            variable[...] = np.arange(nodes) / nodes * side
-        heights = file.createVariable("heights", "f8", ("x", "y"))
-        heights[...] = HEIGHTS
-        heights.unit = "nm"
-        mask = file.createVariable("mask", "b", ("x", "y"))
-        mask[...] = np.isin(HEIGHTS, 6.0)
+    for name, layout in (("surface.nc", "NETCDF4"), ("classic.nc", "NETCDF3_64BIT_OFFSET")):
+        with netCDF4.Dataset(name, "w", format=layout) as file:
+            for axis, nodes, side in (("x", 3, 3e3), ("y", 2, 4e3)):
+                file.createDimension(axis, nodes)
+                variable = file.createVariable(axis, "f8", (axis,))
+                variable.length = side
+                variable.periodic = 0
+                variable.unit = "nm"
+                variable[...] = np.arange(nodes) / nodes * side
+            heights = file.createVariable("heights", "f8", ("x", "y"))
+            heights[...] = HEIGHTS
+            heights.unit = "nm"
+            mask = file.createVariable("mask", "b", ("x", "y"))
+            mask[...] = np.isin(HEIGHTS, 6.0)
     with h5py.File("transposed.nc", "w", libver="earliest") as file:
         for axis, nodes, side in (("x", 3, 3e3), ("y", 2, 4e3)):
             file[axis] = np.arange(nodes) / nodes * side
