@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use flate2::read::ZlibDecoder;
 
-use super::channel::{Channel, Sides, Size};
+use super::channel::{Channel, NAME_FIRST, Sides, Size};
 use super::input::{Cursor, after, factor, finite, inflate, meaning};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
@@ -18,7 +18,7 @@ use super::{Format, FormatError, at_least_one};
 /// along x; the first line has the largest y. The number 1 marks missing points.
 ///
 /// Two files in the tests of SurfaceTopography 1.27.1 show both kinds of blocks.
-pub(crate) const FRT: Format = Format::new("frt", "FRT MicroProf", 2, read_frt);
+pub(crate) const FRT: Format = Format::new("frt", "FRT MicroProf", read_frt).changed(&[NAME_FIRST]);
 
 // Numbers of the blocks. The grid block has the numbers of nodes and of bits per height. The scale
 // block has the metres per unit of the stored heights.
@@ -109,7 +109,7 @@ fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
 /// at least 2147483640 mark missing points.
 ///
 /// Files in the tests of SurfaceTopography 1.27.1 and surfalize 0.19.2 show this.
-pub(crate) const METROPRO: Format = Format::new("metropro", "Zygo MetroPro", 1, read_metropro);
+pub(crate) const METROPRO: Format = Format::new("metropro", "Zygo MetroPro", read_metropro);
 
 fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let header = match bytes.get(..4) {
@@ -119,18 +119,15 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     };
     let at = |offset| Cursor::at(bytes, offset).ordered(ByteOrder::Big);
     let intensities = at(60).u32()? as usize;
-    let nodes = checked_nodes([at(68).u16()?.into(), at(70).u16()?.into()])?;
+    let nodes = checked_nodes([at(68).u16()?, at(70).u16()?])?;
     let steps = phase_steps(at(218).i16()?.into())?;
     let sign = if at(232).i16()? == 0 { 1.0 } else { -1.0 };
     let interferometer = factor("scale factor of the interferometer", at(164).single()?)?;
     let wavelength = factor("wavelength", at(168).single()?)?;
     let obliquity = factor("obliquity factor", at(176).single()?)?;
     let step = at(184).single()?;
-    let size = if step == 0.0 {
-        Size::Unknown
-    } else {
-        Size::metres(nodes.map(|count| count as f64 * step))?
-    };
+    let sides = nodes.map(|count| count as f64 * step);
+    let size = Sides::given((step != 0.0).then_some(sides), &Unit::Length(1.0))?;
     let stored = at(header + intensities).rest();
     let raster = Raster::rows(nodes, Element::I32, ByteOrder::Big, stored)?
         .missing(NO_PHASE)
@@ -155,7 +152,7 @@ pub(crate) fn phase_steps(code: f64) -> Result<f64, FormatError> {
 /// points.
 ///
 /// Three files in the tests of SurfaceTopography 1.27.1 and surfalize 0.19.2 show this.
-pub(crate) const OPD: Format = Format::new("opd", "Wyko", 2, read_opd);
+pub(crate) const OPD: Format = Format::new("opd", "Wyko", read_opd).changed(&[NAME_FIRST]);
 
 /// Length of an entry of the directory, in bytes.
 const OPD_ENTRY: usize = 24;
@@ -166,7 +163,7 @@ const OPD_FLOAT: i16 = 7;
 const OPD_DOUBLE: i16 = 8;
 const OPD_LONG: i16 = 12;
 /// Names of the blocks with heights. Arrays with other names are intensities.
-const OPD_HEIGHTS: [&str; 5] = ["Raw", "RAW_DATA", "RAW DATA", "OPD", "SAMPLE_DATA"];
+pub(crate) const OPD_HEIGHTS: [&str; 5] = ["Raw", "RAW_DATA", "RAW DATA", "OPD", "SAMPLE_DATA"];
 
 struct OpdBlock<'a> {
     name: String,
@@ -190,18 +187,21 @@ fn read_opd(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         |block: &&OpdBlock<'_>| block.kind == OPD_ARRAY && OPD_HEIGHTS.contains(&&*block.name);
     let channels = blocks.iter().filter(is_map).map(|block| {
         let raster = opd_raster(block.bytes)?.scaled(nanometres, 0.0);
-        let nodes = raster.nodes().map(|count| count as f64);
-        let size = match number("Pixel_size") {
-            None => Sides::UNKNOWN,
-            Some(step) => {
-                let aspect = number("Aspect").unwrap_or(1.0);
-                let sides = [nodes[0] * step, nodes[1] * step * aspect];
-                Sides::new(sides, &Unit::parse("mm"))?
-            }
-        };
+        let size = opd_size(raster.nodes(), number("Pixel_size"), number("Aspect"))?;
         Ok(Channel::new(&*block.name, Unit::parse("nm"), size, raster))
     });
     at_least_one(channels, "Raw")
+}
+
+/// Returns the size of a map with these nodes, `Pixel_size` and `Aspect`.
+pub(crate) fn opd_size(
+    nodes: [usize; 2],
+    step: Option<f64>,
+    aspect: Option<f64>,
+) -> Result<Sides, FormatError> {
+    let [x, y] = nodes.map(|count| count as f64);
+    let sides = step.map(|step| [x * step, y * step * aspect.unwrap_or(1.0)]);
+    Sides::given(sides, &Unit::parse("mm"))
 }
 
 /// Reads all blocks except the first, which is the directory. The others are in the order in which
@@ -247,7 +247,7 @@ impl OpdBlock<'_> {
 
 fn opd_raster(bytes: &[u8]) -> Result<Raster<'_>, FormatError> {
     let mut cursor = Cursor::new(bytes);
-    let nodes = checked_nodes([cursor.u16()?.into(), cursor.u16()?.into()])?;
+    let nodes = checked_nodes([cursor.u16()?, cursor.u16()?])?;
     let types = [
         (1, (Element::U8, Missing::None)),
         (2, (Element::I16, Missing::From(32766.0))),
@@ -265,7 +265,7 @@ fn opd_raster(bytes: &[u8]) -> Result<Raster<'_>, FormatError> {
 /// recognized by a date as text, a known type of measurement, and layers that fit into the file.
 ///
 /// Files in the tests of SurfaceTopography 1.27.1 and surfalize 0.19.2 show this.
-pub(crate) const PLU: Format = Format::new("plu", "Sensofar", 1, read_plu).without_signature();
+pub(crate) const PLU: Format = Format::new("plu", "Sensofar", read_plu).without_signature();
 
 // Offsets in bytes of the calibration, the type of measurement, the number of layers, and the
 // layers.
@@ -307,7 +307,7 @@ fn plu_layer<'a>(
     images: usize,
     steps: [f64; 2],
 ) -> Result<Channel<'a>, FormatError> {
-    let [y, x] = [cursor.u32()?.into(), cursor.u32()?.into()];
+    let [y, x] = [cursor.u32()?, cursor.u32()?];
     let nodes = checked_nodes([x, y])?;
     let stored = cursor.take(map_bytes(nodes, Element::F32))?;
     cursor.skip(8 + 3 * images * nodes[0] * nodes[1])?;
@@ -335,7 +335,8 @@ fn plu_layer<'a>(
 ///
 /// Not known: what an inversion means. Four programs treat it in three ways, and no public file
 /// uses it. As in Gwyddion, it negates the heights here, and 2 and 3 mirror the map, too.
-pub(crate) const SUR: Format = Format::new("sur", "Digital Surf", 2, read_sur);
+pub(crate) const SUR: Format = Format::new("sur", "Digital Surf", read_sur)
+    .changed(&["heights include the offset of the file"]);
 
 /// Type of a profile, or of a map that Gwyddion wrote.
 const SUR_PROFILE: u16 = 1;
@@ -359,7 +360,7 @@ fn read_sur(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let types = [(16, Element::I16), (32, Element::I32)];
     let element = meaning("bits per point", at(98).u16()?, "16 or 32", &types)?;
     let lowest = at(100).i32()?;
-    let nodes = checked_nodes([at(108).i32()?.into(), at(112).i32()?.into()])?;
+    let nodes = checked_nodes([at(108).i32()?, at(112).i32()?])?;
     let steps = [at(120).single()?, at(124).single()?];
     let scale = factor("spacing of z", at(128).single()?)?;
     let [unit_x, unit_y, unit_z] = [at(180).text(16)?, at(196).text(16)?, at(212).text(16)?];

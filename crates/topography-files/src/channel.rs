@@ -54,6 +54,10 @@ const OTHERS: [&str; 30] = [
     "count",
 ];
 
+/// Reason of the version of a reader: it takes another default channel.
+pub(crate) const NAME_FIRST: &str =
+    "the name of a channel decides before its unit which one is read";
+
 /// Physical quantity of the numbers of a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Quantity {
@@ -217,6 +221,11 @@ impl Sides {
         }
     }
 
+    /// Creates a size from sides in the given unit if the file has them.
+    pub(crate) fn given(sides: Option<[f64; 2]>, unit: &Unit) -> Result<Sides, FormatError> {
+        sides.map_or(Ok(Sides::UNKNOWN), |sides| Sides::new(sides, unit))
+    }
+
     /// Creates a size from numbers of nodes and their distances in the given unit.
     pub(crate) fn of_steps(
         nodes: [usize; 2],
@@ -282,7 +291,7 @@ impl<'a> Channel<'a> {
     /// the library ignores the mask.
     pub(crate) fn under_mask(mut self, mask: Raster<'a>) -> Channel<'a> {
         self.masked = mask.count_masked();
-        self.raster = self.raster.masked(mask);
+        self.raster = self.raster.masked(Some(mask));
         self
     }
 
@@ -290,14 +299,17 @@ impl<'a> Channel<'a> {
     /// Points that the format itself marks stay missing.
     pub fn without_mask(mut self) -> Channel<'a> {
         if self.masked > 0 {
-            (self.masked, self.raster) = (0, self.raster.without_mask());
+            (self.masked, self.raster) = (0, self.raster.masked(None));
         }
         self
     }
 
-    /// Adds a note, a sentence without a full stop that starts in lower case.
-    pub(crate) fn noted(mut self, note: impl Into<String>) -> Channel<'a> {
-        self.notes.push(note.into());
+    /// Adds notes, which are sentences without a full stop that start in lower case.
+    pub(crate) fn noted<S: Into<String>>(
+        mut self,
+        notes: impl IntoIterator<Item = S>,
+    ) -> Channel<'a> {
+        self.notes.extend(notes.into_iter().map(S::into));
         self
     }
 

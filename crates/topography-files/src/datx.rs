@@ -18,7 +18,8 @@ use super::raster::Missing;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("datx", "Zygo DATX", 2, read);
+pub(crate) const FORMAT: Format = Format::new("datx", "Zygo DATX", read)
+    .changed(&["integers may have fewer bits than their bytes"]);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;
@@ -41,11 +42,8 @@ fn surfaces(container: &Container) -> Option<Vec<Dataset>> {
 
 fn channel(container: &Container, dataset: &Dataset) -> Result<Channel<'static>, FormatError> {
     let attributes = container.attributes(dataset)?;
-    let raster = container.raster(dataset)?;
-    let raster = match attributes.number("No Data") {
-        Some(marker) => raster.missing(Missing::Around(marker)),
-        None => raster,
-    };
+    let marker = attributes.number("No Data").map_or(Missing::None, Missing::Around);
+    let raster = container.raster(dataset)?.missing(marker);
     let unit = attributes.text("Unit")?.ok_or_else(|| FormatError::missing("Unit"))?;
     let (unit, scale) = if unit == "Fringes" {
         let names = ["Wavelength", "Interferometric Scale Factor", "Obliquity Factor"];

@@ -8,13 +8,13 @@
 
 use std::borrow::Cow;
 
-use super::channel::{Channel, Sides};
+use super::channel::{Channel, NAME_FIRST, Sides};
 use super::input::{Cursor, latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("gwy", "Gwyddion", 2, read);
+pub(crate) const FORMAT: Format = Format::new("gwy", "Gwyddion", read).changed(&[NAME_FIRST]);
 
 /// Maximum depth of nested objects.
 const MAX_DEPTH: usize = 16;
@@ -60,7 +60,7 @@ fn channel<'a>(
     // Gwyddion uses the magnitude of a negative side.
     let sides = [field.real("xreal")?.abs(), field.real("yreal")?.abs()];
     let lateral = unit("si_unit_xy");
-    let size = if sides.contains(&0.0) { Sides::UNKNOWN } else { Sides::new(sides, &lateral)? };
+    let size = Sides::given(Some(sides).filter(|sides| !sides.contains(&0.0)), &lateral)?;
     let channel = Channel::new(title, unit("si_unit_z"), size, raster);
     let Some(mask) = mask else { return Ok(channel) };
     let mask = self::raster(mask)?;

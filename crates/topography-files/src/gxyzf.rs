@@ -11,7 +11,8 @@ use super::raster::Raster;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("gxyzf", "Gwyddion XYZ field", 2, read);
+pub(crate) const FORMAT: Format =
+    Format::new("gxyzf", "Gwyddion XYZ field", read).changed(&["titles that count from 0"]);
 
 const SIGNATURE: &[u8] = b"Gwyddion XYZ Field 1.0\n";
 

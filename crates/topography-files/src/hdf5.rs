@@ -41,12 +41,17 @@ pub(crate) use self::container::Container;
 use self::container::Members;
 use super::channel::{Channel, Sides};
 use super::direction::Direction;
-use super::labelled::{Array, Attributes, Axis, Coordinates};
+use super::labelled::{AXES, Array, Attributes, Axis, CONVENTIONS, Coordinates, DEGREES};
 use super::netcdf::complete_heights;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("hdf5", "HDF5", 5, read);
+pub(crate) const FORMAT: Format = Format::new("hdf5", "HDF5", read).changed(&[
+    CONVENTIONS,
+    DEGREES,
+    "labels of dimensions tell x and y",
+    AXES,
+]);
 
 /// Maximum number of groups that are searched for datasets.
 const MAX_GROUPS: usize = 10_000;
@@ -92,11 +97,9 @@ pub(crate) fn maps(
             )
         }));
     }
-    let noted = |channel| {
-        let note = |error: &FormatError| format!("a part of the file was not read: {error}");
-        file.unreadable.iter().map(note).fold(channel, Channel::noted)
-    };
-    Ok(channels.into_iter().map(noted).collect())
+    let note = |error| format!("a part of the file was not read: {error}");
+    let notes: Vec<String> = file.unreadable.iter().map(note).collect();
+    Ok(channels.into_iter().map(|channel| channel.noted(&notes)).collect())
 }
 
 /// Reads the images of a file of TopoStats.
@@ -118,11 +121,9 @@ fn topostats(
         let nanometres = Unit::parse("nm");
         let size = Sides::new(raster.nodes().map(|nodes| nodes as f64 * step), &nanometres)?;
         let channel = Channel::new(dataset.name(), nanometres, size, raster);
-        Ok(if dataset.name() == "image" {
-            channel.noted("TopoStats has flattened and smoothed `image`")
-        } else {
-            channel
-        })
+        let is_processed = dataset.name() == "image";
+        let note = "TopoStats has flattened and smoothed `image`";
+        Ok(channel.noted(is_processed.then_some(note)))
     });
     at_least_one(channels, "image")
 }

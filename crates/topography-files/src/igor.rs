@@ -8,13 +8,14 @@
 //! Files of Asylum Research in the tests of SurfaceTopography 1.27.1 and AFMReader 0.0.7 show this;
 //! the layout is that of Technical Note 003 of WaveMetrics (Igor Pro 6).
 
-use super::channel::{Channel, Sides};
+use super::channel::{Channel, NAME_FIRST, Sides};
 use super::input::{Cursor, Entries, latin1, meaning, zero_ended};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("ibw", "Igor binary wave", 2, read);
+pub(crate) const FORMAT: Format =
+    Format::new("ibw", "Igor binary wave", read).changed(&[NAME_FIRST]);
 
 /// Length of the file header, in bytes.
 const FILE: usize = 64;
@@ -135,7 +136,7 @@ impl Wave {
         Ok(Wave {
             order,
             element: meaning("type of the wave", at(FILE + 16).i16()?, real, &TYPES)?,
-            nodes: checked_nodes([x.into(), y.into()])?,
+            nodes: checked_nodes([x, y])?,
             channels: usize::try_from(layers).unwrap_or(0).max(1),
             steps: [at(FILE + 84).double()?, at(FILE + 92).double()?],
             unit: or(unit, short(148)?),

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Read;
+use std::str::FromStr;
 
 use encoding_rs::{GBK, SHIFT_JIS, WINDOWS_1252};
 
@@ -105,7 +106,7 @@ impl<'a> Cursor<'a> {
 
     /// Reads two integers of 32 bits and checks that they are numbers of nodes along x and y.
     pub(crate) fn nodes(&mut self) -> Result<[usize; 2], FormatError> {
-        checked_nodes([self.u32()?.into(), self.u32()?.into()])
+        checked_nodes([self.u32()?, self.u32()?])
     }
 
     /// Reads `count` bytes as ISO-8859-1 text up to the first zero byte, without outer spaces.
@@ -168,21 +169,21 @@ impl Entries {
     }
 
     pub(crate) fn whole(&self, name: &str) -> Result<i64, FormatError> {
-        let text = self.text(name)?;
-        let number = text.parse();
-        number.map_err(|_| FormatError::value(name, text, "an integer"))
+        parsed(name, self.text(name)?, "an integer")
     }
 
     /// Returns the value of a name as a number, which may be infinite or NaN.
     pub(crate) fn number(&self, name: &str) -> Result<f64, FormatError> {
-        let text = self.text(name)?;
-        let number = text.parse();
-        number.map_err(|_| FormatError::value(name, text, "a number"))
+        parsed(name, self.text(name)?, "a number")
     }
 
     /// Returns the value of a name as a number and its unit.
     pub(crate) fn quantity(&self, name: &str) -> Result<(f64, String), FormatError> {
         quantity(name, self.text(name)?)
+    }
+
+    pub(crate) fn optional_whole(&self, name: &str) -> Result<Option<i64>, FormatError> {
+        self.get(name).map(|_| self.whole(name)).transpose()
     }
 
     pub(crate) fn optional_number(&self, name: &str) -> Result<Option<f64>, FormatError> {
@@ -199,6 +200,11 @@ pub(crate) fn after<'a>(bytes: &'a [u8], signature: &[u8]) -> Result<&'a [u8], F
 pub(crate) fn find(bytes: &[u8], wanted: &[u8]) -> Result<usize, FormatError> {
     let position = bytes.windows(wanted.len()).position(|window| window == wanted);
     position.ok_or_else(|| FormatError::missing(latin1(wanted).trim_start()))
+}
+
+/// Parses a number of the entry `entry`, whose form `allowed` describes.
+pub(crate) fn parsed<T: FromStr>(entry: &str, text: &str, allowed: &str) -> Result<T, FormatError> {
+    text.parse().map_err(|_| FormatError::value(entry, text, allowed))
 }
 
 /// Parses a number with a decimal point or comma and its unit after a space, such as `600 nm`.

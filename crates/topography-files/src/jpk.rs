@@ -9,14 +9,14 @@
 //!
 //! Six public files of 2017 and 2025, in the tests of AFMReader 0.0.7, show the layout.
 
-use super::channel::{Channel, Size};
+use super::channel::{Channel, NAME_FIRST, Size};
 use super::input::finite;
 use super::raster::Raster;
 use super::tiff::{Directory, directories, first_directory};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("jpk", "JPK image", 2, read);
+pub(crate) const FORMAT: Format = Format::new("jpk", "JPK image", read).changed(&[NAME_FIRST]);
 
 // Tags of the first image.
 const VERSION: u16 = 0x8000;

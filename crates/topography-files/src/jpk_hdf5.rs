@@ -21,7 +21,8 @@ use super::raster::checked_nodes;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("h5-jpk", "JPK HDF5 images", 2, read);
+pub(crate) const FORMAT: Format = Format::new("h5-jpk", "JPK HDF5 images", read)
+    .changed(&["integers may have fewer bits than their bytes"]);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;

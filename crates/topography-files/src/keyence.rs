@@ -12,13 +12,13 @@
 use std::borrow::Cow;
 
 use super::archive::Archive;
-use super::channel::{Channel, Sides};
+use super::channel::{Channel, NAME_FIRST, Sides};
 use super::input::{Cursor, factor, meaning};
 use super::raster::{ByteOrder, Element, Raster, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("vk", "Keyence VK", 2, read);
+pub(crate) const FORMAT: Format = Format::new("vk", "Keyence VK", read).changed(&[NAME_FIRST]);
 
 /// Name of the VK4 file in the archive of a VK6 or VK7 file.
 const MEMBER: &str = "Vk4File";

@@ -26,6 +26,13 @@ use super::input::{factor, finite};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
 
+// Reasons of the versions of readers.
+pub(crate) const CONVENTIONS: &str =
+    "fill values, valid ranges, scale factors and coordinates count for all variables";
+pub(crate) const DEGREES: &str =
+    "coordinates that descend turn the map in any unit, such as degrees";
+pub(crate) const AXES: &str = "`axis`, `standard_name` and more names tell x and y";
+
 /// Maximum number of maps in a stack.
 const MAX_FRAMES: usize = 10_000;
 /// Maximum length of a last axis without a name that is taken for colours or components.
@@ -284,17 +291,13 @@ impl Array {
         let stack =
             further.map(|axis| self.axes[axis].name.as_str()).filter(|name| !name.is_empty());
         let channels = frames.into_iter().zip(masks).enumerate().map(|(index, (frame, mask))| {
-            let raster = self.unpacked(frame)?;
-            let raster = match mask {
-                Some(mask) => raster.masked(mask),
-                None => raster,
-            };
+            let raster = self.unpacked(frame)?.masked(mask);
             let name = match count {
                 1 => self.name.clone(),
                 _ => format!("{}, {} {}", self.name, stack.unwrap_or("frame"), index + 1),
             };
             let channel = Channel::new(name, unit.clone(), size.clone(), raster);
-            Ok(size_note.iter().chain(&plane_note).fold(channel, Channel::noted))
+            Ok(channel.noted(size_note.iter().chain(&plane_note)))
         });
         channels.collect()
     }
@@ -347,8 +350,7 @@ impl Array {
 
     /// Returns the maps of a stack, or the only map, in the plane of the dimensions x and y.
     fn frames(&self, x: usize, y: usize) -> Result<Vec<Raster<'static>>, FormatError> {
-        let counts = [x, y].map(|axis| i64::try_from(self.shape[axis]).unwrap_or(i64::MAX));
-        let nodes = checked_nodes(counts)?;
+        let nodes = checked_nodes([self.shape[x], self.shape[y]])?;
         let count = self.shape.iter().product::<usize>() / (nodes[0] * nodes[1]);
         if count > MAX_FRAMES {
             let entry = format!("number of maps in `{}`", self.name);

@@ -9,15 +9,16 @@
 //! The layout is that of SurfaceTopography 1.27.1 and Gwyddion 2.62; no file of an
 //! instrument could be compared.
 
-use roxmltree::{Document, ParsingOptions};
+use roxmltree::Document;
 
 use super::channel::{Channel, Sides};
 use super::input::factor;
 use super::tiff::{self, Directory};
 use super::unit::Unit;
+use super::xml;
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("lext", "Olympus LEXT", 1, read);
+pub(crate) const FORMAT: Format = Format::new("lext", "Olympus LEXT", read);
 
 // Tags of TIFF and Exif.
 const DESCRIPTION: u16 = 270;
@@ -49,18 +50,18 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let calibration = calibration(&first)?;
     let scale = |axis: usize| {
         let name = ["HeightDataPerPixelX", "HeightDataPerPixelY", "HeightDataPerPixelZ"][axis];
-        let number = number(&document, name)?.ok_or_else(|| FormatError::missing(name))?;
-        factor(name, number * calibration[axis])
+        let number = xml::number(name, xml::first(&document, name))?;
+        factor(name, number.ok_or_else(|| FormatError::missing(name))? * calibration[axis])
     };
     let raster = heights.image()?.scaled(scale(2)?, 0.0);
     let nodes = raster.nodes();
     let picometre = Unit::parse("pm");
     let size = Sides::new([nodes[0] as f64 * scale(0)?, nodes[1] as f64 * scale(1)?], &picometre)?;
-    let raster = match named("INVALID") {
-        Some(mask) if mask.nodes()? == nodes => raster.masked(mask.bitmap()?),
-        _ => raster,
+    let mask = match named("INVALID") {
+        Some(mask) if mask.nodes()? == nodes => Some(mask.bitmap()?),
+        _ => None,
     };
-    Ok(vec![Channel::new("Height", picometre, size, raster)])
+    Ok(vec![Channel::new("Height", picometre, size, raster.masked(mask))])
 }
 
 /// Returns the calibration factors of x, y and the height, which are 1 if the file has none.
@@ -74,7 +75,7 @@ fn calibration(image: &Directory<'_>) -> Result<[f64; 3], FormatError> {
     let mut factors = [1.0; 3];
     for (axis, value) in factors.iter_mut().enumerate() {
         let name = format!("MakerCalibrationValue{}", ["X", "Y", "Z"][axis]);
-        if let Some(millionths) = number(&document, &name)? {
+        if let Some(millionths) = xml::number(&name, xml::first(&document, &name))? {
             *value = millionths / 1e6;
         }
     }
@@ -87,17 +88,5 @@ fn xml_text<'a>(text: &'a str, root: &str) -> Option<&'a str> {
 }
 
 fn document(text: &str) -> Result<Document<'_>, FormatError> {
-    let options = ParsingOptions { nodes_limit: MAX_XML_ELEMENTS, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options);
-    document.map_err(|error| FormatError::damaged("the description in XML", error))
-}
-
-/// Returns the number in the first XML element with a name.
-fn number(document: &Document<'_>, name: &str) -> Result<Option<f64>, FormatError> {
-    let mut elements = document.descendants();
-    let element = elements.find(|element| element.tag_name().name() == name);
-    let text = element.and_then(|element| element.text()).map(str::trim);
-    text.filter(|text| !text.is_empty())
-        .map(|text| text.parse().map_err(|_| FormatError::value(name, text, "a number")))
-        .transpose()
+    xml::document("the description in XML", text, MAX_XML_ELEMENTS)
 }

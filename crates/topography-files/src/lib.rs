@@ -38,6 +38,7 @@
 //! | `gwy`, `gxyzf`, `igor`, `nanoscope`, `nanosurf`, `netcdf` | one format each |
 //! | `iso28600`, `npy`, `nrrd`, `opdx`, `sdf`, `wsxm` | one format each |
 //! | `number` | numbers in texts, and words for missing points |
+//! | `xml` | elements of XML documents |
 //!
 //! ```
 //! use asperity_topography_files::{Quantity, Size, Statistics, read};
@@ -98,9 +99,9 @@ mod text_headers;
 mod tiff;
 mod tiff_maps;
 mod unit;
-mod versions;
 mod wsxm;
 mod x3p;
+mod xml;
 
 use thiserror::Error;
 
@@ -206,9 +207,9 @@ pub enum TopographyFileError {
 pub struct Format {
     name: &'static str,
     title: &'static str,
-    /// Version of the reader. Increase it when the reader decodes other numbers from the same file,
-    /// so that dependent results are recomputed.
-    version: u32,
+    /// What changed in the numbers that the reader decodes from a file, with a reason for each
+    /// version of the reader from 2 on. Dependent results are computed again.
+    changes: &'static [&'static str],
     /// True if the first bytes identify the format. If they do and the reader fails, no other
     /// format is tried.
     has_signature: bool,
@@ -475,10 +476,14 @@ impl Format {
     const fn new(
         name: &'static str,
         title: &'static str,
-        version: u32,
         read: for<'a> fn(&'a [u8]) -> Result<Vec<Channel<'a>>, FormatError>,
     ) -> Format {
-        Format { name, title, version, has_signature: true, read }
+        Format { name, title, changes: &[], has_signature: true, read }
+    }
+
+    /// Sets the reasons of the versions of the reader from 2 on.
+    const fn changed(self, changes: &'static [&'static str]) -> Format {
+        Format { changes, ..self }
     }
 
     /// Declares that other files may start with the same bytes.
@@ -493,7 +498,14 @@ impl Format {
 
     /// Returns the version of the reader, which increases when the decoded numbers change.
     pub fn version(&self) -> u32 {
-        self.version
+        1 + self.changes.len() as u32
+    }
+
+    /// Returns what changed in the numbers that the reader decodes: the reason of each version from
+    /// 2 to [`Format::version`].
+    #[doc(hidden)]
+    pub fn changes(&self) -> &'static [&'static str] {
+        self.changes
     }
 
     /// Returns the full name of the format, for messages.

@@ -1,13 +1,12 @@
 //! Formats of optical profilers whose two public readers disagree: NanoFocus NMS and TrueMap TMD,
 //! and Sensofar PLUX, on which they agree. The constant of each format documents the evidence.
 
-use roxmltree::{Document, Node};
-
 use super::archive::Archive;
 use super::channel::{Channel, Sides};
 use super::input::{Cursor, after, decode_text, find, finite};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
+use super::xml::{self, child};
 use super::{Format, FormatError, at_least_one};
 
 /// NanoFocus NMS format (µsurf), a header of 3468 bytes and integers of 16 bits.
@@ -21,7 +20,7 @@ use super::{Format, FormatError, at_least_one};
 /// Not known: whether 0 or 65535 marks points that were not measured. 65535 lies above the highest
 /// height and is taken for a missing point. The format has no signature: a file is recognized by
 /// its length, which fits nodes with one number and at most further images for each.
-pub(crate) const NMS: Format = Format::new("nms", "NanoFocus", 1, read_nms).without_signature();
+pub(crate) const NMS: Format = Format::new("nms", "NanoFocus", read_nms).without_signature();
 
 // Offsets in bytes of the range of heights, the nodes and steps, and the numbers.
 const NMS_RANGE: usize = 16;
@@ -62,7 +61,7 @@ fn read_nms(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// millimetres: so reads SurfaceTopography 1.27.1, and so writes `writetmd` of GelSight, whose
 /// argument is millimetres per pixel. surfalize 0.19.2 reads and writes micrometres; its files have
 /// lengths 1000 times too large here. NaN marks missing points.
-pub(crate) const TMD: Format = Format::new("tmd", "TrueMap", 1, read_tmd);
+pub(crate) const TMD: Format = Format::new("tmd", "TrueMap", read_tmd);
 
 const TMD_SIGNATURE: &[u8] = b"Binary TrueMap Data File v2.0";
 const TMD_COMMENT: usize = 32;
@@ -101,10 +100,12 @@ fn tmd_map(bytes: &[u8], start: usize) -> Result<Channel<'_>, FormatError> {
 /// `LAYER_0`, `LAYER_1`, … name the files of the heights in micrometres. Lines run along x; the
 /// first line has y = 0. NaN and, as in PLU files, 1000001 mark missing points. So read surfalize
 /// 0.19.2 and SurfaceTopography 1.27.1.
-pub(crate) const PLUX: Format = Format::new("plux", "Sensofar PLUX", 1, read_plux);
+pub(crate) const PLUX: Format = Format::new("plux", "Sensofar PLUX", read_plux);
 
 /// Maximum length of the index in bytes.
 const PLUX_MAX_INDEX: usize = 1 << 24;
+/// Maximum number of XML nodes of the index.
+const PLUX_MAX_NODES: u32 = 1 << 16;
 /// Maximum number of layers.
 const PLUX_MAX_LAYERS: usize = 64;
 
@@ -112,35 +113,28 @@ fn read_plux(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let mut archive = Archive::of_format(bytes)?;
     let index = archive.file("index.xml", PLUX_MAX_INDEX).map_err(|_| FormatError::Signature)?;
     let index = decode_text(&index);
-    let document = Document::parse(index.trim_start_matches('\u{feff}'))
-        .map_err(|_| FormatError::Signature)?;
+    let document = xml::document("index.xml", &index, PLUX_MAX_NODES);
+    let document = document.map_err(|_| FormatError::Signature)?;
     let root = document.root_element();
-    let general = child(root, "GENERAL").ok_or(FormatError::Signature)?;
-    let text = |name: &str| child(general, name).and_then(|node| node.text()).map(str::trim);
-    if text("IMAGE_SIZE_X").is_none() {
+    let entry = |name: &str| child(root, &["GENERAL", name]);
+    if entry("IMAGE_SIZE_X").is_none() {
         return Err(FormatError::Signature);
     }
-    let number = |name: &str| {
-        let text = text(name).ok_or_else(|| FormatError::missing(name))?;
-        text.parse::<f64>().map_err(|_| FormatError::value(name, text, "a number"))
-    };
+    let number =
+        |name: &str| xml::number(name, entry(name))?.ok_or_else(|| FormatError::missing(name));
     let nodes = [number("IMAGE_SIZE_X")?, number("IMAGE_SIZE_Y")?].map(|count| count as i64);
     let nodes = checked_nodes(nodes)?;
     let steps = [finite("FOV_X", number("FOV_X")?)?, finite("FOV_Y", number("FOV_Y")?)?];
     let micrometre = Unit::parse("µm");
     let size = Sides::of_steps(nodes, steps, &micrometre)?;
-    let layers = (0..PLUX_MAX_LAYERS).map_while(|layer| child(root, &format!("LAYER_{layer}")));
-    let files = layers.filter_map(|layer| child(layer, "FILENAME_Z")?.text());
+    let layers = (0..PLUX_MAX_LAYERS).map_while(|layer| child(root, &[&format!("LAYER_{layer}")]));
+    let files = layers.filter_map(|layer| xml::text(child(layer, &["FILENAME_Z"])));
     let channels = files.enumerate().map(|(layer, file)| {
-        let path = file.trim().trim_start_matches("./");
+        let path = file.trim_start_matches("./");
         let stored = archive.exactly(path, map_bytes(nodes, Element::F32))?;
         let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?
             .missing(Missing::Value(1000001.0));
         Ok(Channel::new(format!("layer{layer}"), micrometre.clone(), size.clone(), raster))
     });
     at_least_one(channels, "LAYER_0")
-}
-
-fn child<'a, 'input>(node: Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input>> {
-    node.children().find(|child| child.tag_name().name() == name)
 }

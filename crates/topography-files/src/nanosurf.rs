@@ -11,13 +11,13 @@
 
 use std::collections::BTreeMap;
 
-use super::channel::{Channel, Sides};
+use super::channel::{Channel, NAME_FIRST, Sides};
 use super::input::{Cursor, Entries, after, decode_text, factor, find, finite};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::{Unit, ratio};
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("nid", "Nanosurf NID", 2, read);
+pub(crate) const FORMAT: Format = Format::new("nid", "Nanosurf NID", read).changed(&[NAME_FIRST]);
 
 const SIGNATURE: &[u8] = b"[DataSet]";
 /// Marker of the end of the header, at the start of a line.
@@ -33,10 +33,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let mut data = Cursor::at(bytes, end + DATA.len());
     let mut channels = Vec::new();
     for group in 0..list.whole("GroupCount")?.min(MAX_LISTED) {
-        let count = list.get(&format!("Gr{group}-Count")).map_or(Ok(0), |_| {
-            // A group without count has no channels.
-            list.whole(&format!("Gr{group}-Count"))
-        })?;
+        // A group without count has no channels.
+        let count = list.optional_whole(&format!("Gr{group}-Count"))?.unwrap_or(0);
         for index in 0..count.min(MAX_LISTED) {
             let section = list.get(&format!("Gr{group}-Ch{index}"));
             if let Some(section) = section.and_then(|name| sections.get(name)) {

@@ -14,12 +14,13 @@
 use netcdf_reader::{NcAttribute, NcDimension, NcFile, NcReadable, NcType, NcVariable};
 
 use super::channel::Channel;
-use super::labelled::{Array, Attributes, Axis, Value};
+use super::labelled::{AXES, Array, Attributes, Axis, CONVENTIONS, DEGREES, Value};
 use super::raster::{ByteOrder, Element, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("netcdf", "netCDF", 4, read);
+pub(crate) const FORMAT: Format =
+    Format::new("netcdf", "netCDF", read).changed(&[CONVENTIONS, DEGREES, AXES]);
 
 /// Number that netCDF stores where no number of a type was written. Bytes have none: every byte may
 /// be a number.

@@ -10,9 +10,11 @@ use hdf5_reader::Dataset;
 
 use super::channel::Channel;
 use super::hdf5::{Container, maps};
+use super::labelled::{AXES, CONVENTIONS, DEGREES};
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("netcdf4", "netCDF-4", 4, read);
+pub(crate) const FORMAT: Format =
+    Format::new("netcdf4", "netCDF-4", read).changed(&[CONVENTIONS, DEGREES, AXES]);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;

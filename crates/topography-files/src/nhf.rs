@@ -23,7 +23,7 @@ use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("nhf", "Nanosurf NHF", 1, read);
+pub(crate) const FORMAT: Format = Format::new("nhf", "Nanosurf NHF", read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;
@@ -110,7 +110,6 @@ impl Scan {
         order: ByteOrder,
         bytes: Vec<u8>,
     ) -> Result<(Raster<'static>, Unit), FormatError> {
-        let raster = Raster::rows(self.nodes, element, order, bytes)?;
         // The marker is the smallest number of signed types, and in version 2 the largest number
         // of unsigned types.
         let (limits, marker) = match element.limits() {
@@ -123,10 +122,8 @@ impl Scan {
             }
             limits => (limits, None),
         };
-        let raster = match marker {
-            Some(marker) => raster.missing(Missing::Value(marker)),
-            None => raster,
-        };
+        let marker = marker.map_or(Missing::None, Missing::Value);
+        let raster = Raster::rows(self.nodes, element, order, bytes)?.missing(marker);
         let calibration = ["signal_calibration", "base_calibration"].into_iter().find_map(|name| {
             let [low, high] = ["min", "max"].map(|end| attributes.number(&format!("{name}_{end}")));
             Some((name, low?, high?))

@@ -15,7 +15,7 @@ use super::raster::{Raster, checked_nodes};
 use super::unit::{Unit, y_ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("nmm", "nanomeasuring machine of SIOS", 1, read);
+pub(crate) const FORMAT: Format = Format::new("nmm", "nanomeasuring machine of SIOS", read);
 
 const TITLE: &str = "Scan procedure description file";
 /// Name of the column of heights.

@@ -13,7 +13,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("npy", "NumPy array", 1, read);
+pub(crate) const FORMAT: Format = Format::new("npy", "NumPy array", read);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (nodes, heights) = match npy_array(bytes) {
@@ -21,9 +21,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Err(NpyError::Magic) => return Err(FormatError::Signature),
         Err(error) => return Err(FormatError::unsupported(error.to_string())),
     };
-    let counts = nodes.map(|count| i64::try_from(count).unwrap_or(i64::MAX));
-    let nodes = checked_nodes(counts)?;
-    let raster = Raster::from_columns(nodes, heights);
+    let raster = Raster::from_columns(checked_nodes(nodes)?, heights);
     Ok(vec![Channel::new("heights", Unit::None, Size::Unknown, raster)])
 }
 
@@ -117,7 +115,7 @@ pub fn npy_line(bytes: &[u8]) -> Option<Vec<f64>> {
 /// Reads an array with one axis as a profile.
 pub(crate) fn profile(bytes: &[u8]) -> Option<Channel<'static>> {
     let heights = npy_line(bytes)?;
-    let nodes = checked_nodes([i64::try_from(heights.len()).ok()?, 1]).ok()?;
+    let nodes = checked_nodes([heights.len(), 1]).ok()?;
     let raster = Raster::from_columns(nodes, heights);
     Some(Channel::new("heights", Unit::None, Size::Unknown, raster))
 }

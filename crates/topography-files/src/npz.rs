@@ -16,7 +16,10 @@ use super::raster::{ByteOrder, Element};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("npz", "archive of NumPy arrays", 3, read);
+pub(crate) const FORMAT: Format = Format::new("npz", "archive of NumPy arrays", read).changed(&[
+    "`side` may have any type of numbers",
+    "arrays x and y give sides and order of the axes",
+]);
 
 /// Names of arrays of heights, the most likely first.
 const HEIGHTS: [&str; 6] = ["height", "heights", "z", "topography", "surface", "h"];
@@ -70,10 +73,9 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     }
     ranked.sort_by_key(|(rank, _)| *rank);
     let note = format!("the arrays {} are not used", unused.join(", "));
-    let noted =
-        |channel: Channel<'static>| if unused.is_empty() { channel } else { channel.noted(&note) };
+    let note = (!unused.is_empty()).then_some(&note);
     let channels: Vec<Channel<'static>> =
-        ranked.into_iter().map(|(_, channel)| noted(channel)).collect();
+        ranked.into_iter().map(|(_, channel)| channel.noted(note)).collect();
     if channels.is_empty() {
         let what = format!("none of the arrays {} has two dimensions", unused.join(", "));
         return Err(FormatError::unsupported(what));

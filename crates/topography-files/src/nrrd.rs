@@ -17,7 +17,8 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("nrrd", "nearly raw raster data", 2, read);
+pub(crate) const FORMAT: Format = Format::new("nrrd", "nearly raw raster data", read)
+    .changed(&["`space directions` give the sides"]);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     after(bytes, b"NRRD000")?;
@@ -123,10 +124,7 @@ fn element(name: &str) -> Result<Element, FormatError> {
 fn numbers(data: &[u8]) -> Result<Vec<f64>, FormatError> {
     let text = decode_text(data);
     let words = text.split(|letter: char| letter.is_whitespace() || letter == ',');
-    let number = |word: &str| {
-        number::parse_or_missing(word).ok_or_else(|| FormatError::value("height", word, "a number"))
-    };
-    words.filter(|word| !word.is_empty()).map(number).collect()
+    words.filter(|word| !word.is_empty()).map(number::height).collect()
 }
 
 /// Returns the size of a map along the given two of the axes.

@@ -11,13 +11,14 @@
 
 use std::collections::BTreeMap;
 
-use super::channel::{Channel, Sides};
+use super::channel::{Channel, NAME_FIRST, Sides};
 use super::input::{Cursor, decode_text, factor};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::{Unit, y_ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("opdx", "Bruker Vision64 OPDx", 2, read);
+pub(crate) const FORMAT: Format =
+    Format::new("opdx", "Bruker Vision64 OPDx", read).changed(&[NAME_FIRST]);
 
 const SIGNATURE: &[u8] = b"VCA DATA\x01\x00\x00\x55";
 /// Maximum depth of containers. It keeps a damaged file from exhausting the stack.
@@ -35,7 +36,7 @@ enum Item<'a> {
     /// Number with the symbol of its unit.
     Quantity(f64, String),
     /// Numbers of nodes along x and y, and the heights.
-    Matrix([i64; 2], &'a [u8]),
+    Matrix([u32; 2], &'a [u8]),
     /// Container of profiles, or an item of another type.
     Other,
 }
@@ -173,7 +174,7 @@ fn read_items<'a>(
 /// Reads a matrix: its numbers of lines and columns, and the heights.
 fn matrix(content: &[u8]) -> Result<Item<'_>, FormatError> {
     let mut cursor = Cursor::new(content);
-    let [y, x] = [cursor.u32()?.into(), cursor.u32()?.into()];
+    let [y, x] = [cursor.u32()?, cursor.u32()?];
     Ok(Item::Matrix([x, y], cursor.rest()))
 }
 

@@ -7,6 +7,8 @@
 //!
 //! The layout is that of Gwyddion 2.62 (`psia.c`) and SurfaceTopography 1.27.1, which agree.
 
+use encoding_rs::UTF_16LE;
+
 use super::channel::{Channel, Sides};
 use super::input::{Cursor, factor, finite, meaning};
 use super::raster::{ByteOrder, Element, Raster};
@@ -14,7 +16,7 @@ use super::tiff::first_directory;
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("park", "Park Systems TIFF", 1, read);
+pub(crate) const FORMAT: Format = Format::new("park", "Park Systems TIFF", read);
 
 // Entries of the directory.
 const MAGIC: u16 = 50432;
@@ -73,8 +75,6 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 
 /// Reads text of `letters` letters of two bytes up to the first zero.
 fn wide_text(cursor: &mut Cursor<'_>, letters: usize) -> Result<String, FormatError> {
-    let bytes = cursor.take(2 * letters)?;
-    let wide = bytes.as_chunks::<2>().0.iter().map(|unit| u16::from_le_bytes(*unit));
-    let units: Vec<u16> = wide.take_while(|&unit| unit != 0).collect();
-    Ok(String::from_utf16_lossy(&units).trim().to_owned())
+    let (text, _) = UTF_16LE.decode_without_bom_handling(cursor.take(2 * letters)?);
+    Ok(text.split('\0').next().unwrap_or_default().trim().to_owned())
 }

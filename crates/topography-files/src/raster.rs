@@ -164,7 +164,8 @@ impl Element {
 }
 
 /// Checks the numbers of nodes along x and y that a header gives.
-pub(crate) fn checked_nodes(nodes: [i64; 2]) -> Result<[usize; 2], FormatError> {
+pub(crate) fn checked_nodes<T: TryInto<i64>>(nodes: [T; 2]) -> Result<[usize; 2], FormatError> {
+    let nodes = nodes.map(|count| count.try_into().unwrap_or(i64::MAX));
     if let Some(count) = nodes.into_iter().find(|&count| count < 1) {
         return Err(FormatError::value("number of nodes", count, "a positive number"));
     }
@@ -239,8 +240,13 @@ impl<'a> Raster<'a> {
         order: ByteOrder,
         bytes: impl Into<Cow<'a, [u8]>>,
     ) -> Result<Raster<'a>, FormatError> {
-        let turned = Raster::rows([nodes[1], nodes[0]], element, order, bytes)?;
-        Ok(Raster { nodes, lines_along_x: false, ..turned })
+        Ok(Raster::rows([nodes[1], nodes[0]], element, order, bytes)?.turned())
+    }
+
+    /// Exchanges x and y.
+    pub(crate) fn turned(self) -> Raster<'a> {
+        let [x, y] = self.nodes;
+        Raster { nodes: [y, x], lines_along_x: !self.lines_along_x, ..self }
     }
 
     /// Creates a raster of decoded numbers whose lines run along x.
@@ -274,8 +280,7 @@ impl<'a> Raster<'a> {
     /// # Panics
     /// Panics if the length of `numbers` differs from the number of nodes.
     pub(crate) fn from_columns(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
-        let turned = Raster::from_rows([nodes[1], nodes[0]], numbers);
-        Raster { nodes, lines_along_x: false, ..turned }
+        Raster::from_rows([nodes[1], nodes[0]], numbers).turned()
     }
 
     /// Sets the conversion of stored numbers to heights: `scale` × number + `offset`.
@@ -314,14 +319,9 @@ impl<'a> Raster<'a> {
         self.decode().into_iter().filter(|number| is_masked(*number)).count()
     }
 
-    /// Declares points missing where the number in `mask` exceeds one half.
-    pub(crate) fn masked(self, mask: Raster<'a>) -> Raster<'a> {
-        Raster { mask: Some(Box::new(mask)), ..self }
-    }
-
-    /// Removes the mask.
-    pub(crate) fn without_mask(self) -> Raster<'a> {
-        Raster { mask: None, ..self }
+    /// Declares points missing where the number in `mask`, if there is one, exceeds one half.
+    pub(crate) fn masked(self, mask: Option<Raster<'a>>) -> Raster<'a> {
+        Raster { mask: mask.map(Box::new), ..self }
     }
 
     /// Copies the bytes of the map if they are borrowed.
@@ -476,7 +476,7 @@ mod tests {
     #[test]
     fn a_mask_may_have_another_line_order_than_its_map() {
         let mask = Raster::columns([3, 2], Element::U8, ByteOrder::Big, &[0, 1, 0, 0, 0, 0][..]);
-        let masked = bytes([3, 2]).masked(mask.unwrap()).decode();
+        let masked = bytes([3, 2]).masked(mask.ok()).decode();
         assert!(masked[1].is_nan());
         assert_eq!(masked.iter().filter(|height| height.is_nan()).count(), 1);
     }

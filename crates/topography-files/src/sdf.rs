@@ -23,11 +23,15 @@
 use super::channel::{Channel, Sides};
 use super::input::{Cursor, Entries, factor, latin1, lines, meaning};
 use super::number;
-use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
+use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("sdf", "surface data file, ISO 25178-71", 2, read);
+pub(crate) const FORMAT: Format = Format::new("sdf", "surface data file, ISO 25178-71", read)
+    .changed(&[
+        "the lowest number marks missing points of all types, in BCR-1.0 the highest; the first \
+     profile of BCR-1.0 has the largest y",
+    ]);
 
 /// Edition of the format, which the first eight characters of a file name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,17 +73,9 @@ fn binary(edition: Edition, bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     let scales = [cursor.double()?, cursor.double()?, cursor.double()?];
     cursor.skip(8)?;
     let [compression, kind, _] = cursor.array()?;
-    let header = Header::new(edition, nodes, scales, compression.into(), kind.into())?;
-    let stored = cursor.rest();
-    let raster = Raster::rows(header.nodes, header.element, ByteOrder::Little, stored)?;
-    let channel = header.channel(raster)?;
-    let trailer = &stored[map_bytes(header.nodes, header.element)..];
-    if trailer.is_ascii() {
-        Ok(channel)
-    } else {
-        let count = trailer.len();
-        Ok(channel.noted(format!("{count} bytes after the heights are no text and are not used")))
-    }
+    channel(edition, nodes, scales, [compression, kind].map(i64::from), |nodes, element| {
+        Raster::rows(nodes, element, ByteOrder::Little, cursor.rest())
+    })
 }
 
 fn text(edition: Edition, bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
@@ -105,20 +101,13 @@ fn text(edition: Edition, bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     let stated = entries.get("compression").filter(|text| !text.eq_ignore_ascii_case("none"));
     let compression = stated.map_or(Ok(0), |_| code("compression", &["NULL", "RLL"]))?;
     let scale = |name| entries.number(name);
-    let header = Header::new(
-        edition,
-        [entries.whole("numpoints")?, entries.whole("numprofiles")?],
-        [scale("xscale")?, scale("yscale")?, scale("zscale")?],
-        compression,
-        code("datatype", &TYPES.map(|(name, _)| name))?,
-    )?;
-    let words = matrix.split_ascii_whitespace();
-    let height = |word: &str| {
-        number::parse_or_missing(word)
-            .ok_or_else(|| FormatError::value("height", word, "a number or BAD"))
-    };
-    let heights: Vec<f64> = words.map(height).collect::<Result<_, _>>()?;
-    header.channel(Raster::from_words(header.nodes, heights)?)
+    let nodes = [entries.whole("numpoints")?, entries.whole("numprofiles")?];
+    let scales = [scale("xscale")?, scale("yscale")?, scale("zscale")?];
+    let kind = code("datatype", &TYPES.map(|(name, _)| name))?;
+    channel(edition, nodes, scales, [compression, kind], |nodes, _| {
+        let heights = matrix.split_ascii_whitespace().map(number::height);
+        Raster::from_words(nodes, heights.collect::<Result<_, _>>()?)
+    })
 }
 
 /// Types of the numbers by their codes, with their names in text files of BCR.
@@ -153,57 +142,41 @@ impl Edition {
     }
 }
 
-struct Header {
+/// Returns the map of a file with these entries of its header. `stored` reads the numbers.
+fn channel<'a>(
     edition: Edition,
-    nodes: [usize; 2],
-    scales: [f64; 3],
-    element: Element,
-}
-
-impl Header {
-    fn new(
-        edition: Edition,
-        nodes: [i64; 2],
-        scales: [f64; 3],
-        compression: i64,
-        kind: i64,
-    ) -> Result<Header, FormatError> {
-        meaning("Compression", compression, "0, no compression", &[(0, ())])?;
-        if nodes[1] == 1 {
-            let what = "the file has one profile (`NumProfiles`), not a map";
-            return Err(FormatError::unsupported(what));
-        }
-        let known = usize::try_from(kind).ok().and_then(|kind| TYPES.get(kind));
-        let wrong = || FormatError::value("DataType", kind, "0 to 7");
-        let (_, element) = *known.ok_or_else(wrong)?;
-        Ok(Header { edition, nodes: checked_nodes(nodes)?, scales, element })
+    nodes: [i64; 2],
+    [x, y, z]: [f64; 3],
+    [compression, kind]: [i64; 2],
+    stored: impl FnOnce([usize; 2], Element) -> Result<Raster<'a>, FormatError>,
+) -> Result<Channel<'a>, FormatError> {
+    meaning("Compression", compression, "0, no compression", &[(0, ())])?;
+    if nodes[1] == 1 {
+        let what = "the file has one profile (`NumProfiles`), not a map";
+        return Err(FormatError::unsupported(what));
     }
-
-    fn channel<'a>(&self, stored: Raster<'a>) -> Result<Channel<'a>, FormatError> {
-        let [x, y, z] = self.scales;
-        let size = Sides::of_steps(self.nodes, [x, y], &Unit::Length(1.0))?;
-        let scale = factor("Zscale", z)?;
-        let raster = stored.missing(self.edition.missing(self.element)).scaled(scale, 0.0);
-        if !self.edition.is_bcr() {
-            return Ok(Channel::new("heights", Unit::Length(1.0), size, raster));
-        }
-        let missing = raster.decode().iter().filter(|height| height.is_nan()).count();
-        let raster = if self.edition == Edition::Bcr1 { raster.upside_down() } else { raster };
-        let mut channel = Channel::new("heights", Unit::Length(1.0), size, raster);
-        if missing > 0 {
-            channel = channel.noted(format!(
-                "{missing} points have the highest number of their type, or none, and count as \
-                 missing, as files of Zygo and MountainsMap mark them"
-            ));
-        }
-        Ok(match self.edition {
-            Edition::Bcr1 => channel.noted(
-                "the first profile is taken for the one with the largest y, as MountainsMap does; \
-                 the format fixes no direction",
-            ),
-            _ => channel,
-        })
+    let known = usize::try_from(kind).ok().and_then(|kind| TYPES.get(kind));
+    let (_, element) = *known.ok_or_else(|| FormatError::value("DataType", kind, "0 to 7"))?;
+    let nodes = checked_nodes(nodes)?;
+    let raster = stored(nodes, element)?.missing(edition.missing(element));
+    let raster = raster.scaled(factor("Zscale", z)?, 0.0);
+    let metre = Unit::Length(1.0);
+    let size = Sides::of_steps(nodes, [x, y], &metre)?;
+    if !edition.is_bcr() {
+        return Ok(Channel::new("heights", metre, size, raster));
     }
+    let missing = raster.decode().iter().filter(|height| height.is_nan()).count();
+    let of_marker = format!(
+        "{missing} points have the highest number of their type, or none, and count as missing, as \
+         files of Zygo and MountainsMap mark them"
+    );
+    let of_direction = "the first profile is taken for the one with the largest y, as MountainsMap \
+                        does; the format fixes no direction";
+    let is_reversed = edition == Edition::Bcr1;
+    let raster = if is_reversed { raster.upside_down() } else { raster };
+    Ok(Channel::new("heights", metre, size, raster)
+        .noted((missing > 0).then_some(of_marker))
+        .noted(is_reversed.then_some(of_direction)))
 }
 
 #[cfg(test)]
@@ -307,14 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_and_bytes_after_the_heights_are_named() {
-        let mut bytes = binary("ISO-2.0", 4, &[1, 2, 3, 4, 5, 6]);
-        bytes.extend(b"Name = Value\r\n");
-        assert!(read(&bytes).unwrap().channels()[0].notes().is_empty());
-        bytes.push(0xff);
-        let file = read(&bytes).unwrap();
-        let notes = file.channels()[0].notes();
-        assert_eq!(notes, ["15 bytes after the heights are no text and are not used"]);
+    fn a_profile_is_named() {
         let profile = text("ISO-1.0", "7", "1 2 3");
         let profile =
             String::from_utf8(profile).unwrap().replace("NumProfiles = 2", "NumProfiles = 1");

@@ -16,7 +16,7 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("sxm", "Nanonis scan", 1, read);
+pub(crate) const FORMAT: Format = Format::new("sxm", "Nanonis scan", read);
 
 const SIGNATURE: &[u8] = b":NANONIS_VERSION:";
 const END: &[u8] = b":SCANIT_END:";

@@ -2,8 +2,10 @@
 //! field and Molecular Imaging. The constant of each format documents its line order and
 //! sides.
 
-use super::channel::{Channel, Sides, Size};
-use super::input::{Cursor, Entries, after, decode_text, factor, latin1, meaning};
+use encoding_rs::{Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
+
+use super::channel::{Channel, NAME_FIRST, Sides, Size};
+use super::input::{Cursor, Entries, after, decode_text, factor, meaning};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -16,7 +18,7 @@ use super::{Format, FormatError, at_least_one};
 ///
 /// `al3d-1.al3d` in the tests of SurfaceTopography 1.27.1 shows this, and files of surfalize
 /// 0.19.2.
-pub(crate) const AL3D: Format = Format::new("al3d", "Alicona Imaging", 1, read_al3d);
+pub(crate) const AL3D: Format = Format::new("al3d", "Alicona Imaging", read_al3d);
 
 fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let magic = b"AliconaImaging\0\r\n";
@@ -44,13 +46,10 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let stored = Cursor::at(bytes, offset).rest();
     let stride = (4 * nodes[0]).next_multiple_of(8);
     let unscaled = Raster::padded_rows(nodes, Element::F32, ByteOrder::Little, stride, stored)?;
-    let missing = match entries.optional_number("InvalidPixelValue")? {
-        Some(marker) => Missing::Around(marker),
-        None => Missing::None,
-    };
+    let marker = entries.optional_number("InvalidPixelValue")?;
     let steps = [entries.number("PixelSizeXMeter")?, entries.number("PixelSizeYMeter")?];
     let size = Sides::of_steps(nodes, steps, &Unit::Length(1.0))?;
-    let raster = unscaled.missing(missing);
+    let raster = unscaled.missing(marker.map_or(Missing::None, Missing::Around));
     Ok(vec![Channel::new("heights", Unit::parse("m"), size, raster)])
 }
 
@@ -63,39 +62,34 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 ///
 /// Two things are not known. A public BCRF file of MountainsMap fits sides of n and of n − 1 steps;
 /// n are taken. Programs may add `zmin` to the integers of BCR-STM; it is not added here.
-pub(crate) const BCR: Format = Format::new("bcrf", "BCR-STM", 2, read_bcr);
+pub(crate) const BCR: Format = Format::new("bcrf", "BCR-STM", read_bcr)
+    .changed(&["1.7e38 marks a missing point also in single precision"]);
 
 /// Default length of the header, in characters.
-const BCR_LETTERS: usize = 2048;
+const BCR_LETTERS: i64 = 2048;
 const BCR_MAGIC: &str = "fileformat = bcr";
 
-/// Encoding of the header, with one or two bytes per character.
-#[derive(Clone, Copy)]
-enum Encoding {
-    Narrow,
-    Wide(fn([u8; 2]) -> u16),
-}
+/// Encodings of the header with their bytes per character.
+const BCR_ENCODINGS: [(&Encoding, usize); 3] = [(WINDOWS_1252, 1), (UTF_16LE, 2), (UTF_16BE, 2)];
 
 fn read_bcr(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    let little = Encoding::Wide(u16::from_le_bytes);
-    let encodings = [Encoding::Narrow, little, Encoding::Wide(u16::from_be_bytes)];
-    let starts = |encoding: &Encoding| {
-        let start = encoding.letters(bytes, BCR_MAGIC.len() + 1);
+    // The first `count` characters of the file, or all if it has fewer.
+    let letters = |(encoding, size): (&'static Encoding, usize), count: usize| {
+        let end = bytes.len().min(count.saturating_mul(size));
+        encoding.decode_without_bom_handling(&bytes[..end]).0
+    };
+    let starts = |encoding: &(&'static Encoding, usize)| {
+        let start = letters(*encoding, BCR_MAGIC.len() + 1);
         start.trim_start_matches('\u{feff}').starts_with(BCR_MAGIC)
     };
-    let encoding = encodings.into_iter().find(starts).ok_or(FormatError::Signature)?;
-    let first = bcr_entries(&encoding.letters(bytes, BCR_LETTERS));
-    let letters = match first.get("headersize") {
-        None => BCR_LETTERS,
-        Some(_) => {
-            let letters = first.whole("headersize")?;
-            let size = usize::try_from(letters).ok().filter(|size| *size <= bytes.len());
-            let allowed = "a position in the file";
-            size.ok_or_else(|| FormatError::value("headersize", letters, allowed))?
-        }
-    };
-    let header = bcr_entries(&encoding.letters(bytes, letters));
-    let stored = Cursor::at(bytes, letters * encoding.bytes()).rest();
+    let encoding = BCR_ENCODINGS.into_iter().find(starts).ok_or(FormatError::Signature)?;
+    let first = bcr_entries(&letters(encoding, BCR_LETTERS as usize));
+    let stated = first.optional_whole("headersize")?.unwrap_or(BCR_LETTERS);
+    let count = usize::try_from(stated).ok().filter(|size| *size <= bytes.len());
+    let wrong = || FormatError::value("headersize", stated, "a position in the file");
+    let count = count.ok_or_else(wrong)?;
+    let header = bcr_entries(&letters(encoding, count));
+    let stored = Cursor::at(bytes, count * encoding.1).rest();
     Ok(vec![bcr_channel(&header, stored)?])
 }
 
@@ -126,47 +120,21 @@ fn bcr_entries(text: &str) -> Entries {
     Entries::from_lines(lines.map(|line| line.trim_start_matches('\u{feff}')), '=')
 }
 
-impl Encoding {
-    /// Returns the number of bytes of a character.
-    fn bytes(self) -> usize {
-        match self {
-            Encoding::Narrow => 1,
-            Encoding::Wide(_) => 2,
-        }
-    }
-
-    /// Decodes the first `count` characters of the file, or all if it has fewer.
-    fn letters(self, bytes: &[u8], count: usize) -> String {
-        let bytes = &bytes[..bytes.len().min(count.saturating_mul(self.bytes()))];
-        match self {
-            Encoding::Narrow => latin1(bytes),
-            Encoding::Wide(number) => {
-                let (pairs, _) = bytes.as_chunks::<2>();
-                let letters: Vec<u16> = pairs.iter().map(|bytes| number(*bytes)).collect();
-                String::from_utf16_lossy(&letters)
-            }
-        }
-    }
-}
-
 /// Gwyddion simple field, with lines `Name = value`, zero padding to four bytes and `f32` numbers.
 ///
 /// The header may give the sides of the map; otherwise they are unknown. Lines run along x; the
 /// first line has y = 0. NaN marks missing points.
 ///
 /// The user guide of Gwyddion 2.62, which reads and writes such files, defines the format.
-pub(crate) const GSF: Format = Format::new("gsf", "Gwyddion simple field", 1, read_gsf);
+pub(crate) const GSF: Format = Format::new("gsf", "Gwyddion simple field", read_gsf);
 
 fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (entries, stored) = Entries::of_gwyddion(bytes, b"Gwyddion Simple Field 1.0\n", 4)?;
     let nodes = checked_nodes([entries.whole("XRes")?, entries.whole("YRes")?])?;
     let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
     let unit = |name| Unit::parse(entries.get(name).unwrap_or_default());
-    let sides = [entries.optional_number("XReal")?, entries.optional_number("YReal")?];
-    let size = match sides {
-        [Some(x), Some(y)] => Sides::new([x, y], &unit("XYUnits"))?,
-        _ => Sides::UNKNOWN,
-    };
+    let (x, y) = (entries.optional_number("XReal")?, entries.optional_number("YReal")?);
+    let size = Sides::given(x.zip(y).map(<[f64; 2]>::from), &unit("XYUnits"))?;
     let title = entries.get("Title").unwrap_or("heights");
     let channel = Channel::new(title, unit("ZUnits"), size, raster);
     Ok(vec![channel])
@@ -179,7 +147,8 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// integers of 16 bits, and number / 2^31 × `bufferRange` for integers of 32 bits.
 ///
 /// A file of PicoView (version 0x10c04) in the tests of SurfaceTopography 1.27.1 shows this.
-pub(crate) const MI: Format = Format::new("mi", "Molecular Imaging", 2, read_mi);
+pub(crate) const MI: Format =
+    Format::new("mi", "Molecular Imaging", read_mi).changed(&[NAME_FIRST]);
 
 /// Number of columns that a name fills.
 const MI_NAME: usize = 14;

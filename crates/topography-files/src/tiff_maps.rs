@@ -23,9 +23,14 @@ use super::channel::{Channel, Sides, Size};
 use super::raster::{Missing, Raster};
 use super::tiff::{Directory, directories};
 use super::unit::Unit;
+use super::xml;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("tiff", "TIFF", 4, read);
+pub(crate) const FORMAT: Format = Format::new("tiff", "TIFF", read).changed(&[
+    "the matrix of a GeoTIFF gives steps and directions",
+    "kilometres, centimetres and millimetres are units of the sides",
+    "masks in the file of GDAL; units of heights from vertical systems",
+]);
 
 // Entries of directories.
 const SUBFILE: u16 = 254;
@@ -89,16 +94,12 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             (1, None) => "heights".to_owned(),
             (_, None) => format!("page {}", index + 1),
         };
-        let mut raster = image.image()?;
-        let of_image = masks.iter().find(|mask| mask.nodes().ok() == Some(raster.nodes()));
-        if let Some(mask) = of_image {
-            raster = raster.masked(mask.bitmap()?.scaled(-1.0, 1.0));
-        }
-        let channel = channel(image, raster, &images[0], name, count)?;
-        Ok(match pictures.len() {
-            0 => channel,
-            count => channel.noted(format!("{count} of the pages are pictures and are not used")),
-        })
+        let raster = image.image()?;
+        let mask = masks.iter().find(|mask| mask.nodes().ok() == Some(raster.nodes()));
+        let mask = mask.map(|mask| Ok(mask.bitmap()?.scaled(-1.0, 1.0))).transpose()?;
+        let channel = channel(image, raster.masked(mask), &images[0], name, count)?;
+        let note = format!("{} of the pages are pictures and are not used", pictures.len());
+        Ok(channel.noted((!pictures.is_empty()).then_some(note)))
     });
     at_least_one(channels, "image of full resolution")
 }
@@ -123,10 +124,8 @@ fn channel<'a>(
         let channel = imagej(first, &description, raster, name)?;
         // Stacks of more than 4 GB have one directory for all slices.
         let slices = imagej_value(&description, "images").and_then(|text| text.parse().ok());
-        Ok(match (slices, pages) {
-            (Some(2_u64..), 1) => channel.noted("only the first slice of the ImageJ stack is read"),
-            _ => channel,
-        })
+        let is_stack = matches!((slices, pages), (Some(2_u64..), 1));
+        Ok(channel.noted(is_stack.then_some("only the first slice of the ImageJ stack is read")))
     } else if description.contains("<OME") {
         let size = ome_size(&description, raster.nodes())?;
         Ok(Channel::new(name, Unit::None, size, raster))
@@ -146,11 +145,9 @@ fn elevation<'a>(
     let number =
         |role: &str, default: f64| item(role).and_then(|text| text.parse().ok()).unwrap_or(default);
     let marker = image.text(GDAL_NODATA).and_then(|text| text.parse::<f64>().ok());
-    let plain = match marker {
-        Some(marker) => raster.missing(Missing::Around(marker)),
-        None => raster,
-    };
-    let raster = plain.scaled(number("scale", 1.0), number("offset", 0.0));
+    let raster = raster
+        .missing(marker.map_or(Missing::None, Missing::Around))
+        .scaled(number("scale", 1.0), number("offset", 0.0));
     let steps = steps(image)?;
     let is_north_first = steps.is_none_or(|[_, y]| y < 0.0);
     let raster = if is_north_first { raster.upside_down() } else { raster };
@@ -177,7 +174,7 @@ fn elevation<'a>(
     if key(MODEL_TYPE) == Some(GEOGRAPHIC) {
         let channel = Channel::new(name, unit, Size::Unknown, raster);
         let note = "the steps are degrees of longitude and latitude, not lengths; project the map";
-        return Ok(channel.noted(note));
+        return Ok(channel.noted([note]));
     }
     let linear = key(LINEAR_UNITS);
     let size = match (linear.and_then(metres), linear) {
@@ -248,11 +245,8 @@ fn imagej<'a>(
 /// Returns the names of the channels of an OME-TIFF, one for each page, or no names.
 fn ome_names(first: &Directory<'_>, pages: usize) -> Vec<String> {
     let description = first.text(DESCRIPTION).unwrap_or_default();
-    let options =
-        if description.contains("<OME") { Document::parse(&description).ok() } else { None };
-    let Some(document) = options else { return vec![] };
-    let mut elements = document.descendants();
-    let Some(pixels) = elements.find(|element| element.tag_name().name() == "Pixels") else {
+    let document = Document::parse(&description).ok().filter(|_| description.contains("<OME"));
+    let Some(pixels) = document.as_ref().and_then(|document| xml::first(document, "Pixels")) else {
         return vec![];
     };
     let channels = pixels.children().filter(|child| child.tag_name().name() == "Channel");
@@ -281,10 +275,7 @@ fn ome_names(first: &Directory<'_>, pages: usize) -> Vec<String> {
 fn ome_size(description: &str, nodes: [usize; 2]) -> Result<Sides, FormatError> {
     let document = Document::parse(description)
         .map_err(|error| FormatError::damaged("the OME description", error))?;
-    let mut elements = document.descendants();
-    let Some(pixels) = elements.find(|element| element.tag_name().name() == "Pixels") else {
-        return Ok(Sides::UNKNOWN);
-    };
+    let Some(pixels) = xml::first(&document, "Pixels") else { return Ok(Sides::UNKNOWN) };
     let side = |axis: char, nodes: usize| {
         let step: f64 = pixels.attribute(format!("PhysicalSize{axis}").as_str())?.parse().ok()?;
         Some(step * nodes as f64)

@@ -16,7 +16,8 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("wsxm", "WSxM image", 2, read);
+pub(crate) const FORMAT: Format = Format::new("wsxm", "WSxM image", read)
+    .changed(&["decimal commas, and files without `Maximum` and `Minimum`"]);
 
 const END: &[u8] = b"[Header end]";
 

@@ -12,16 +12,18 @@
 //! same order, as x3pio 2.0.0 writes it with `storage = XML`. An empty `Datum` is a missing point.
 
 use encoding_rs::{Encoding, UTF_8};
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::Node;
 
 use super::archive::{self, Archive};
 use super::channel::{Channel, Sides};
-use super::input::{decode_text, factor, finite, latin1, meaning};
+use super::input::{decode_text, factor, finite, latin1, meaning, parsed};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
+use super::xml::{self, child, text, text_at};
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("x3p", "X3P, ISO 25178-72", 2, read);
+pub(crate) const FORMAT: Format =
+    Format::new("x3p", "X3P, ISO 25178-72", read).changed(&["files with a list of data"]);
 
 /// Maximum number of bytes of a `main.xml` that are read.
 const MAX_XML_BYTES: usize = 16 << 20;
@@ -40,9 +42,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = archive.file(&index, MAX_XML_BYTES.max(16 * bytes.len()))?;
     let text = xml_text(&text);
     let nodes_limit = u32::try_from(text.len() / NODE_BYTES).unwrap_or(u32::MAX).max(1 << 16);
-    let options = ParsingOptions { nodes_limit, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options)
-        .map_err(|error| FormatError::damaged("main.xml", error))?;
+    let document = xml::document("main.xml", &text, nodes_limit)?;
     let description = Description::from_xml(document.root_element())?;
     Ok(vec![description.channel(&mut archive, folder)?])
 }
@@ -96,7 +96,7 @@ enum Points {
 
 impl Description {
     fn from_xml(root: Node<'_, '_>) -> Result<Description, FormatError> {
-        let feature = text(root, &["Record1", "FeatureType"])?;
+        let feature = text_at(root, &["Record1", "FeatureType"])?;
         let is_profile = feature == "PRF";
         if feature != "SUR" && !is_profile {
             let allowed = "SUR, a surface, or PRF, a profile";
@@ -105,13 +105,16 @@ impl Description {
         // A profile may have no y axis.
         let axes: &[&str] = if is_profile { &["CX"] } else { &["CX", "CY"] };
         for axis in axes {
-            let kind = text(root, &["Record1", "Axes", axis, "AxisType"])?;
+            let kind = text_at(root, &["Record1", "Axes", axis, "AxisType"])?;
             if kind != "I" {
                 let entry = format!("AxisType of {axis}");
                 return Err(FormatError::value(&entry, kind, "I, an evenly spaced axis"));
             }
         }
-        let size = |name| whole(root, &["Record3", "MatrixDimension", name]);
+        let size = |name| {
+            let path = ["Record3", "MatrixDimension", name];
+            parsed::<i64>(&path.join("/"), text_at(root, &path)?, "an integer")
+        };
         let layers = size("SizeZ")?;
         if layers != 1 {
             return Err(FormatError::value("SizeZ", layers, "1, a single layer"));
@@ -120,21 +123,25 @@ impl Description {
         if is_profile && lines != 1 {
             return Err(FormatError::value("SizeY", lines, "1, the single line of a profile"));
         }
-        let axis =
-            |name, entry, otherwise| number(root, &["Record1", "Axes", name, entry], otherwise);
+        let axis = |name, entry, otherwise| -> Result<f64, FormatError> {
+            let path = ["Record1", "Axes", name, entry];
+            let number = xml::number(&path.join("/"), child(root, &path))?;
+            Ok(number.unwrap_or(otherwise))
+        };
         let step = axis("CX", "Increment", 1.0)?;
-        let kind = text(root, &["Record1", "Axes", "CZ", "DataType"])?;
+        let kind = text_at(root, &["Record1", "Axes", "CZ", "DataType"])?;
         Ok(Description {
             nodes: checked_nodes([size("SizeX")?, lines])?,
             steps: [step, if is_profile { step } else { axis("CY", "Increment", 1.0)? }],
-            element: meaning("DataType of CZ", &*kind, "D, F, I or L", &TYPES)?,
+            element: meaning("DataType of CZ", kind, "D, F, I or L", &TYPES)?,
             scale: factor("Increment of CZ", axis("CZ", "Increment", 1.0)?)?,
             offset: finite("Offset of CZ", axis("CZ", "Offset", 0.0)?)?,
             points: match child(root, &["Record3", "DataList"]) {
                 Some(list) => Points::List(data(list)?),
                 None => Points::Files {
-                    numbers: text(root, &["Record3", "DataLink", "PointDataLink"])?,
-                    valid: text(root, &["Record3", "DataLink", "ValidPointsLink"]).ok(),
+                    numbers: text_at(root, &["Record3", "DataLink", "PointDataLink"])?.to_owned(),
+                    valid: text(child(root, &["Record3", "DataLink", "ValidPointsLink"]))
+                        .map(str::to_owned),
                 },
             },
         })
@@ -162,10 +169,8 @@ impl Description {
                 let expected = map_bytes(nodes, self.element);
                 let stored = archive.exactly(&path(&numbers), expected)?;
                 let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
-                match valid {
-                    Some(link) => raster.masked(marks(archive, &path(&link), nodes)?),
-                    None => raster,
-                }
+                let marks = valid.map(|link| marks(archive, &path(&link), nodes));
+                raster.masked(marks.transpose()?)
             }
         };
         let raster = unscaled.scaled(self.scale, self.offset);
@@ -192,36 +197,7 @@ fn data(list: Node<'_, '_>) -> Result<Vec<f64>, FormatError> {
     let data = list.children().filter(|child| child.tag_name().name() == "Datum");
     let numbers = data.map(|datum| match datum.text().unwrap_or_default().trim() {
         "" => Ok(f64::NAN),
-        text => text.parse().map_err(|_| FormatError::value("Datum", text, "a number or nothing")),
+        text => parsed("Datum", text, "a number or nothing"),
     });
     numbers.collect()
-}
-
-/// Returns the XML element at a path of names; namespaces are ignored.
-fn child<'a, 'input>(root: Node<'a, 'input>, path: &[&str]) -> Option<Node<'a, 'input>> {
-    path.iter().try_fold(root, |node, name| {
-        let mut children = node.children();
-        children.find(|child| child.is_element() && child.tag_name().name() == *name)
-    })
-}
-
-/// Returns the text of the XML element at a path of names.
-fn text(root: Node<'_, '_>, path: &[&str]) -> Result<String, FormatError> {
-    let node = child(root, path).ok_or_else(|| FormatError::missing(path.join("/")))?;
-    let text = node.text().unwrap_or_default().trim();
-    if text.is_empty() { Err(FormatError::missing(path.join("/"))) } else { Ok(text.to_owned()) }
-}
-
-fn number(root: Node<'_, '_>, path: &[&str], otherwise: f64) -> Result<f64, FormatError> {
-    let Ok(text) = text(root, path) else {
-        return Ok(otherwise);
-    };
-    let number = text.parse();
-    number.map_err(|_| FormatError::value(&path.join("/"), text, "a number"))
-}
-
-fn whole(root: Node<'_, '_>, path: &[&str]) -> Result<i64, FormatError> {
-    let text = text(root, path)?;
-    let number = text.parse();
-    number.map_err(|_| FormatError::value(&path.join("/"), text, "an integer"))
 }

@@ -101,11 +101,9 @@ impl Container {
 
     /// Reads a two-dimensional dataset whose second index is x.
     pub(crate) fn raster(&self, dataset: &Dataset) -> Result<Raster<'static>, FormatError> {
-        let shape: Vec<i64> =
-            dataset.shape().iter().map(|&count| i64::try_from(count).unwrap_or(i64::MAX)).collect();
-        let &[first, second] = shape.as_slice() else {
+        let &[first, second] = dataset.shape() else {
             let dimensions = format!("dimensions of {}", dataset.name());
-            return Err(FormatError::value(&dimensions, shape.len(), "2"));
+            return Err(FormatError::value(&dimensions, dataset.ndim(), "2"));
         };
         let nodes = checked_nodes([second, first])?;
         let (element, order, bytes) = self.bytes(dataset)?;
