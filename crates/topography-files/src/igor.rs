@@ -53,116 +53,75 @@ const TYPES: [(i16, Element); 8] = [
 ];
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    let order = match bytes {
-        [5, 0, ..] if has_valid_checksum(bytes, FILE + WAVE, i16::from_le_bytes) => {
-            ByteOrder::Little
-        }
-        [0, 5, ..] if has_valid_checksum(bytes, FILE + WAVE, i16::from_be_bytes) => ByteOrder::Big,
-        // The headers of version 2 have 16 and 110 bytes.
-        [2, 0, ..] if has_valid_checksum(bytes, 126, i16::from_le_bytes) => return Err(version_2()),
-        [0, 2, ..] if has_valid_checksum(bytes, 126, i16::from_be_bytes) => return Err(version_2()),
+    let (order, version) = match bytes {
+        [version @ (2 | 5), 0, ..] => (ByteOrder::Little, version),
+        [0, version @ (2 | 5), ..] => (ByteOrder::Big, version),
         _ => return Err(FormatError::Signature),
     };
-    Wave::read(bytes, order)?.channels(bytes)
-}
-
-/// Returns true if the two-byte integers in the first `header` bytes add up to zero, as the format
-/// requires. `number` decodes an integer in the byte order of the file.
-fn has_valid_checksum(bytes: &[u8], header: usize, number: fn([u8; 2]) -> i16) -> bool {
-    let Some(header) = bytes.get(..header) else {
-        return false;
+    // The headers of version 2 have 16 and 110 bytes. The integers in them add up to zero.
+    let header = bytes.get(..if *version == 2 { 126 } else { FILE + WAVE });
+    let header = header.ok_or(FormatError::Signature)?;
+    if Element::I16.numbers(order, header).iter().sum::<f64>() % 65536.0 != 0.0 {
+        return Err(FormatError::Signature);
+    }
+    if *version == 2 {
+        let what = "a wave of version 2 is a curve, not a map; maps have version 5";
+        return Err(FormatError::unsupported(what));
+    }
+    let at = |offset| Cursor::at(bytes, offset).ordered(order);
+    let [x, y, layers, further] = [0, 1, 2, 3].map(|axis| at(FILE + 68 + 4 * axis).i32());
+    if further? > 0 {
+        return Err(FormatError::unsupported("a wave of four dimensions is not a stack of maps"));
+    }
+    let (x, y, layers) = (x?, y?, layers?);
+    // The numbers are followed by the formula, the note, the units of the numbers and of each
+    // dimension, and the labels of each dimension. The header has their lengths.
+    let mut trailer = Cursor::at(bytes, FILE);
+    let mut part = |length: usize| {
+        let length = at(length).i32()?;
+        let allowed = "a number that is not negative";
+        let wrong = |_| FormatError::value("length of a part", length, allowed);
+        trailer.take(usize::try_from(length).map_err(wrong)?)
     };
-    let (pairs, _) = header.as_chunks::<2>();
-    let numbers = pairs.iter().map(|bytes| number(*bytes));
-    numbers.fold(0, i16::wrapping_add) == 0
-}
-
-fn version_2() -> FormatError {
-    FormatError::unsupported("a wave of version 2 is a curve, not a map; maps have version 5")
-}
-
-struct Wave {
-    order: ByteOrder,
-    element: Element,
-    nodes: [usize; 2],
-    channels: usize,
-    steps: [f64; 2],
-    unit: String,
-    lateral: String,
-    labels: Vec<String>,
-    note: Entries,
-}
-
-impl Wave {
-    fn read(bytes: &[u8], order: ByteOrder) -> Result<Wave, FormatError> {
-        let at = |offset| Cursor::at(bytes, offset).ordered(order);
-        let [x, y, layers, further] = [0, 1, 2, 3].map(|axis| at(FILE + 68 + 4 * axis).i32());
-        if further? > 0 {
-            return Err(FormatError::unsupported(
-                "a wave of four dimensions is not a stack of maps",
-            ));
-        }
-        let (x, y, layers) = (x?, y?, layers?);
-        // The numbers are followed by the formula, the note, the units of the numbers and of each
-        // dimension, and the labels of each dimension. The header has their lengths.
-        let mut trailer = Cursor::at(bytes, FILE);
-        let mut part = |length: usize| {
-            let length = at(length).i32()?;
-            let allowed = "a number that is not negative";
-            let wrong = |_| FormatError::value("length of a part", length, allowed);
-            trailer.take(usize::try_from(length).map_err(wrong)?)
-        };
-        part(4)?;
-        part(8)?;
-        let note = latin1(part(12)?);
-        let [unit, lateral] = [part(16)?, part(20)?].map(zero_ended);
-        for further in [24, 28, 32, 36] {
-            part(further)?;
-        }
-        // The first label of a dimension belongs to the dimension itself.
-        let mut labels = |length: usize| -> Result<Vec<String>, FormatError> {
-            let (each, _) = part(length)?.as_chunks::<LABEL>();
-            Ok(each.iter().skip(1).map(|label| zero_ended(label)).collect())
-        };
-        let has_lines = !labels(40)?.is_empty();
-        let labels = labels(44)?;
-        part(48)?;
-        if y < 1 || (layers < 1 && has_lines) {
-            return Err(FormatError::unsupported("the wave holds curves, not a map"));
-        }
-        let short = |offset| at(FILE + offset).text(4);
-        let or = |long: String, short: String| if long.is_empty() { short } else { long };
-        let real = "a type of real numbers";
-        Ok(Wave {
-            order,
-            element: meaning("type of the wave", at(FILE + 16).i16()?, real, &TYPES)?,
-            nodes: checked_nodes([x, y])?,
-            channels: usize::try_from(layers).unwrap_or(0).max(1),
-            steps: [at(FILE + 84).double()?, at(FILE + 92).double()?],
-            unit: or(unit, short(148)?),
-            lateral: or(lateral, short(152)?),
-            labels,
-            note: Entries::from_lines(note.split(['\r', '\n']), ':'),
-        })
+    part(4)?;
+    part(8)?;
+    let note = Entries::from_lines(latin1(part(12)?).split(['\r', '\n']), ':');
+    let [unit, lateral] = [part(16)?, part(20)?].map(zero_ended);
+    for further in [24, 28, 32, 36] {
+        part(further)?;
     }
-
-    fn channels<'a>(&self, bytes: &'a [u8]) -> Result<Vec<Channel<'a>>, FormatError> {
-        let nodes = self.nodes;
-        let mut cursor = Cursor::at(bytes, FILE + WAVE);
-        let size = Sides::of_steps(nodes, self.steps.map(f64::abs), &Unit::parse(&self.lateral))?;
-        let channels = (0..self.channels).map(|index| {
-            let stored = cursor.take(map_bytes(nodes, self.element))?;
-            let raster = Raster::rows(nodes, self.element, self.order, stored)?;
-            let label = self.labels.get(index).filter(|label| !label.is_empty());
-            let name = label.map_or_else(|| "heights".to_owned(), String::clone);
-            let unit = match label.filter(|_| !self.note.is_empty()) {
-                Some(label) => asylum_unit(label, &self.note),
-                None => &self.unit,
-            };
-            Ok(Channel::new(name, Unit::parse(unit), size.clone(), raster.upside_down()))
-        });
-        channels.collect()
+    // The first label of a dimension belongs to the dimension itself.
+    let mut labels = |length: usize| -> Result<Vec<String>, FormatError> {
+        let (each, _) = part(length)?.as_chunks::<LABEL>();
+        Ok(each.iter().skip(1).map(|label| zero_ended(label)).collect())
+    };
+    let has_lines = !labels(40)?.is_empty();
+    let labels = labels(44)?;
+    part(48)?;
+    if y < 1 || (layers < 1 && has_lines) {
+        return Err(FormatError::unsupported("the wave holds curves, not a map"));
     }
+    let nodes = checked_nodes([x, y])?;
+    let real = "a type of real numbers";
+    let element = meaning("type of the wave", at(FILE + 16).i16()?, real, &TYPES)?;
+    let steps = [at(FILE + 84).double()?.abs(), at(FILE + 92).double()?.abs()];
+    let or = |long: String, short: String| if long.is_empty() { short } else { long };
+    let unit = or(unit, at(FILE + 148).text(4)?);
+    let lateral = or(lateral, at(FILE + 152).text(4)?);
+    let size = Sides::of_steps(nodes, steps, &Unit::parse(&lateral))?;
+    let mut data = Cursor::at(bytes, FILE + WAVE);
+    let channels = (0..layers.max(1) as usize).map(|index| {
+        let stored = data.take(map_bytes(nodes, element))?;
+        let raster = Raster::rows(nodes, element, order, stored)?.upside_down();
+        let label = labels.get(index).filter(|label| !label.is_empty());
+        let unit = match label.filter(|_| !note.is_empty()) {
+            Some(label) => asylum_unit(label, &note),
+            None => &unit,
+        };
+        let name = label.map_or("heights", String::as_str);
+        Ok(Channel::new(name, Unit::parse(unit), size.clone(), raster))
+    });
+    channels.collect()
 }
 
 /// Returns the unit of a channel of Asylum Research, from the entry `NAMEUnit` of the note if there
@@ -173,16 +132,11 @@ fn asylum_unit<'a>(label: &str, note: &'a Entries) -> &'a str {
         Some((base, digits)) if digits.bytes().all(|byte| byte.is_ascii_digit()) => base,
         _ => label,
     };
-    let directions = ["Retrace", "Trace"];
-    let without = |label: &'_ str| {
-        directions.iter().find_map(|end| label.strip_suffix(end).map(str::to_owned))
-    };
-    let base = without(label).unwrap_or_else(|| label.to_owned());
+    let base = label.strip_suffix("Retrace").or(label.strip_suffix("Trace")).unwrap_or(label);
     if let Some(unit) = note.get(&format!("{base}Unit")) {
         return unit;
     }
-    let passes = ["DAC", "Nap"];
-    let quantity = passes.iter().find_map(|pass| base.strip_prefix(pass)).unwrap_or(&base);
+    let quantity = base.strip_prefix("DAC").or(base.strip_prefix("Nap")).unwrap_or(base);
     let known = UNITS.iter().find(|(start, _)| quantity.starts_with(start));
     known.map_or("V", |(_, unit)| unit)
 }

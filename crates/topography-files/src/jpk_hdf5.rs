@@ -28,79 +28,69 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let container = Container::of_format(bytes)?;
     let root = container.root().map_err(|_| FormatError::Signature)?;
     let groups = root.groups().map_err(|_| FormatError::Signature)?;
-    let measurement = |group| Measurement::new(&container, group);
-    let measurements: Vec<Measurement> = groups.into_iter().filter_map(measurement).collect();
+    let measurement = |group: Group| {
+        let attributes = container.group_attributes(&group).ok()?;
+        attributes.number("position-pattern.grid.ilength")?;
+        Some((group, attributes))
+    };
+    let measurements: Vec<_> = groups.into_iter().filter_map(measurement).collect();
     if measurements.is_empty() {
         return Err(FormatError::Signature);
     }
     let mut channels = Vec::new();
-    for measurement in &measurements {
+    for (group, attributes) in &measurements {
         let prefix = match measurements.len() {
             1 => String::new(),
-            _ => format!("{}/", measurement.group.name()),
+            _ => format!("{}/", group.name()),
         };
-        channels.extend(measurement.channels(&container, &prefix)?);
+        channels.extend(scan(&container, group, attributes, &prefix)?);
     }
     at_least_one(channels.into_iter().map(Ok), "channel")
 }
 
-/// Group of the channels of one scan.
-struct Measurement {
-    group: Group,
-    attributes: Attributes,
-}
-
-impl Measurement {
-    /// Returns `None` if the group is not a measurement of JPK.
-    fn new(container: &Container, group: Group) -> Option<Measurement> {
-        let attributes = container.group_attributes(&group).ok()?;
-        attributes.number("position-pattern.grid.ilength")?;
-        Some(Measurement { group, attributes })
-    }
-
-    fn channels(
-        &self,
-        container: &Container,
-        prefix: &str,
-    ) -> Result<Vec<Channel<'static>>, FormatError> {
-        let pair = |names: [&str; 2]| -> Result<[f64; 2], FormatError> {
-            let [x, y] = names.map(|name| {
-                let name = format!("position-pattern.grid.{name}");
-                let number = self.attributes.number(&name);
-                number.ok_or_else(|| FormatError::missing(&*name))
-            });
-            Ok([x?, y?])
+/// Reads the channels of a scan. Their names start with `prefix`.
+fn scan(
+    container: &Container,
+    group: &Group,
+    attributes: &Attributes,
+    prefix: &str,
+) -> Result<Vec<Channel<'static>>, FormatError> {
+    let pair = |names: [&str; 2]| -> Result<[f64; 2], FormatError> {
+        let [x, y] = names.map(|name| {
+            let name = format!("position-pattern.grid.{name}");
+            attributes.number(&name).ok_or_else(|| FormatError::missing(&*name))
+        });
+        Ok([x?, y?])
+    };
+    let nodes = checked_nodes(pair(["ilength", "jlength"])?.map(|count| count as i64))?;
+    let is_reflected = attributes.text("position-pattern.grid.reflect")? == Some("true");
+    let size = Size::metres(pair(["ulength", "vlength"])?)?;
+    let mut channels = Vec::new();
+    for group in container.members(group, group.name())?.groups {
+        let attributes = container.group_attributes(&group)?;
+        let Some(name) = name(&attributes)? else { continue };
+        let datasets = container.members(&group, group.name())?.datasets;
+        let mut datasets = datasets.iter().filter(|dataset| has_frames(dataset, nodes));
+        let Some(dataset) = datasets.next() else { continue };
+        let number = |name: &str, default: f64| {
+            let name = format!("net-encoder.scaling.{name}");
+            finite(&name, attributes.number(&name).unwrap_or(default))
         };
-        let nodes = checked_nodes(pair(["ilength", "jlength"])?.map(|count| count as i64))?;
-        let is_reflected = self.attributes.text("position-pattern.grid.reflect")? == Some("true");
-        let size = Size::metres(pair(["ulength", "vlength"])?)?;
-        let mut channels = Vec::new();
-        for group in container.members(&self.group, self.group.name())?.groups {
-            let attributes = container.group_attributes(&group)?;
-            let Some(name) = name(&attributes)? else { continue };
-            let datasets = container.members(&group, group.name())?.datasets;
-            let mut datasets = datasets.iter().filter(|dataset| has_frames(dataset, nodes));
-            let Some(dataset) = datasets.next() else { continue };
-            let number = |name: &str, default: f64| {
-                let name = format!("net-encoder.scaling.{name}");
-                finite(&name, attributes.number(&name).unwrap_or(default))
+        let (factor, offset) = (number("multiplier", 1.0)?, number("offset", 0.0)?);
+        let unit = attributes.text("net-encoder.scaling.unit.unit")?;
+        let unit = Unit::parse(unit.unwrap_or_default());
+        let frames = container.frames(dataset, nodes)?;
+        let count = frames.len();
+        channels.extend(frames.into_iter().enumerate().map(|(index, frame)| {
+            let name = match count {
+                1 => format!("{prefix}{name}"),
+                _ => format!("{prefix}{name}, frame {}", index + 1),
             };
-            let (factor, offset) = (number("multiplier", 1.0)?, number("offset", 0.0)?);
-            let unit = attributes.text("net-encoder.scaling.unit.unit")?;
-            let unit = Unit::parse(unit.unwrap_or_default());
-            let frames = container.frames(dataset, nodes)?;
-            let count = frames.len();
-            channels.extend(frames.into_iter().enumerate().map(|(index, frame)| {
-                let name = match count {
-                    1 => format!("{prefix}{name}"),
-                    _ => format!("{prefix}{name}, frame {}", index + 1),
-                };
-                let frame = if is_reflected { frame } else { frame.upside_down() };
-                Channel::new(name, unit.clone(), size, frame.scaled(factor, offset))
-            }));
-        }
-        Ok(channels)
+            let frame = if is_reflected { frame } else { frame.upside_down() };
+            Channel::new(name, unit.clone(), size, frame.scaled(factor, offset))
+        }));
     }
+    Ok(channels)
 }
 
 /// Returns the name of a channel with its direction, or `None` if the group is not a channel.

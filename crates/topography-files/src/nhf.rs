@@ -38,15 +38,21 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let attributes = container.group_attributes(&group)?;
         let Some(scan) = Scan::new(&attributes, version)? else { continue };
         let members = container.members(&group, group.name())?;
-        channels.extend(scan.channels(&container, "", &members.datasets)?);
+        let mut parts = vec![(String::new(), members.datasets)];
         for part in members.groups {
             let attributes = container.group_attributes(&part)?;
             let direction = attributes.text("name")?.unwrap_or_default();
-            let datasets = container.members(&part, part.name())?.datasets;
-            channels.extend(scan.channels(&container, direction, &datasets)?);
+            parts.push((direction.to_owned(), container.members(&part, part.name())?.datasets));
+        }
+        for (direction, datasets) in &parts {
+            // Other datasets hold curves for each point.
+            let count = (scan.nodes[0] * scan.nodes[1]) as u64;
+            for dataset in datasets.iter().filter(|dataset| *dataset.shape() == [count]) {
+                channels.push(scan.channel(&container, direction, dataset));
+            }
         }
     }
-    at_least_one(channels.into_iter().map(Ok), "channel of a scan")
+    at_least_one(channels, "channel of a scan")
 }
 
 /// Grid of a measurement.
@@ -74,18 +80,6 @@ impl Scan {
         let sides = two("image_size_x", "image_size_y").or_else(|| pair("rect_axis_range"));
         let size = sides.map_or(Ok(Size::Unknown), Size::metres)?;
         Ok(Some(Scan { nodes, size, excludes_marker: version >= 2.0 }))
-    }
-
-    fn channels(
-        &self,
-        container: &Container,
-        direction: &str,
-        datasets: &[Dataset],
-    ) -> Result<Vec<Channel<'static>>, FormatError> {
-        let count = (self.nodes[0] * self.nodes[1]) as u64;
-        // Other datasets hold curves for each point.
-        let maps = datasets.iter().filter(|dataset| *dataset.shape() == [count]);
-        maps.map(|dataset| self.channel(container, direction, dataset)).collect()
     }
 
     fn channel(

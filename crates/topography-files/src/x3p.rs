@@ -43,8 +43,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = xml_text(&text);
     let nodes_limit = u32::try_from(text.len() / NODE_BYTES).unwrap_or(u32::MAX).max(1 << 16);
     let document = xml::document("main.xml", &text, nodes_limit)?;
-    let description = Description::from_xml(document.root_element())?;
-    Ok(vec![description.channel(&mut archive, folder)?])
+    Ok(vec![channel(document.root_element(), &mut archive, folder)?])
 }
 
 /// Decodes XML in the encoding of its byte order mark or of its declaration.
@@ -76,107 +75,58 @@ fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
 const TYPES: [(&str, Element); 4] =
     [("I", Element::I16), ("L", Element::I32), ("F", Element::F32), ("D", Element::F64)];
 
-/// Description of the matrix in `main.xml`.
-struct Description {
-    nodes: [usize; 2],
-    steps: [f64; 2],
-    element: Element,
-    scale: f64,
-    offset: f64,
-    points: Points,
-}
-
-/// Numbers of the points.
-enum Points {
-    /// Paths of the file of the numbers, and of the file of the valid points.
-    Files { numbers: String, valid: Option<String> },
-    /// Texts of the data in `main.xml`.
-    List(Vec<f64>),
-}
-
-impl Description {
-    fn from_xml(root: Node<'_, '_>) -> Result<Description, FormatError> {
-        let feature = text_at(root, &["Record1", "FeatureType"])?;
-        let is_profile = feature == "PRF";
-        if feature != "SUR" && !is_profile {
-            let allowed = "SUR, a surface, or PRF, a profile";
-            return Err(FormatError::value("FeatureType", feature, allowed));
-        }
-        // A profile may have no y axis.
-        let axes: &[&str] = if is_profile { &["CX"] } else { &["CX", "CY"] };
-        for axis in axes {
-            let kind = text_at(root, &["Record1", "Axes", axis, "AxisType"])?;
-            if kind != "I" {
-                let entry = format!("AxisType of {axis}");
-                return Err(FormatError::value(&entry, kind, "I, an evenly spaced axis"));
-            }
-        }
-        let size = |name| {
-            let path = ["Record3", "MatrixDimension", name];
-            parsed::<i64>(&path.join("/"), text_at(root, &path)?, "an integer")
-        };
-        let layers = size("SizeZ")?;
-        if layers != 1 {
-            return Err(FormatError::value("SizeZ", layers, "1, a single layer"));
-        }
-        let lines = size("SizeY")?;
-        if is_profile && lines != 1 {
-            return Err(FormatError::value("SizeY", lines, "1, the single line of a profile"));
-        }
-        let axis = |name, entry, otherwise| -> Result<f64, FormatError> {
-            let path = ["Record1", "Axes", name, entry];
-            let number = xml::number(&path.join("/"), child(root, &path))?;
-            Ok(number.unwrap_or(otherwise))
-        };
-        let step = axis("CX", "Increment", 1.0)?;
-        let kind = text_at(root, &["Record1", "Axes", "CZ", "DataType"])?;
-        Ok(Description {
-            nodes: checked_nodes([size("SizeX")?, lines])?,
-            steps: [step, if is_profile { step } else { axis("CY", "Increment", 1.0)? }],
-            element: meaning("DataType of CZ", kind, "D, F, I or L", &TYPES)?,
-            scale: factor("Increment of CZ", axis("CZ", "Increment", 1.0)?)?,
-            offset: finite("Offset of CZ", axis("CZ", "Offset", 0.0)?)?,
-            points: match child(root, &["Record3", "DataList"]) {
-                Some(list) => Points::List(data(list)?),
-                None => Points::Files {
-                    numbers: text_at(root, &["Record3", "DataLink", "PointDataLink"])?.to_owned(),
-                    valid: text(child(root, &["Record3", "DataLink", "ValidPointsLink"]))
-                        .map(str::to_owned),
-                },
-            },
-        })
+/// Reads the map that `main.xml` describes, whose root element is `root`.
+fn channel<'a>(
+    root: Node<'_, '_>,
+    archive: &mut Archive<'a>,
+    folder: &str,
+) -> Result<Channel<'a>, FormatError> {
+    let feature = text_at(root, &["Record1", "FeatureType"])?;
+    let allowed = "SUR, a surface, or PRF, a profile";
+    let is_profile = meaning("FeatureType", feature, allowed, &[("SUR", false), ("PRF", true)])?;
+    // A profile may have no y axis.
+    for axis in ["CX", "CY"].into_iter().take(if is_profile { 1 } else { 2 }) {
+        let kind = text_at(root, &["Record1", "Axes", axis, "AxisType"])?;
+        let allowed = "I, an evenly spaced axis";
+        meaning(&format!("AxisType of {axis}"), kind, allowed, &[("I", ())])?;
     }
-
-    fn channel<'a>(
-        self,
-        archive: &mut Archive<'a>,
-        folder: &str,
-    ) -> Result<Channel<'a>, FormatError> {
-        let nodes = self.nodes;
-        let path = |link: &str| {
-            let link = link.replace('\\', "/");
-            format!("{folder}{}", link.trim_start_matches("./"))
-        };
-        let unscaled = match self.points {
-            Points::List(numbers) if numbers.len() == nodes[0] * nodes[1] => {
-                Raster::from_rows(nodes, numbers)
-            }
-            Points::List(numbers) => {
-                let allowed = format!("{} × {}, the size of the matrix", nodes[0], nodes[1]);
-                return Err(FormatError::value("number of data", numbers.len(), &allowed));
-            }
-            Points::Files { numbers, valid } => {
-                let expected = map_bytes(nodes, self.element);
-                let stored = archive.exactly(&path(&numbers), expected)?;
-                let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
-                let marks = valid.map(|link| marks(archive, &path(&link), nodes));
-                raster.masked(marks.transpose()?)
-            }
-        };
-        let raster = unscaled.scaled(self.scale, self.offset);
-        let size = Sides::of_steps(nodes, self.steps, &Unit::Length(1.0))?;
-        Ok(Channel::new("heights", Unit::Length(1.0), size, raster))
+    let size = |name| {
+        let path = ["Record3", "MatrixDimension", name];
+        parsed::<i64>(&path.join("/"), text_at(root, &path)?, "an integer")
+    };
+    meaning("SizeZ", size("SizeZ")?, "1, a single layer", &[(1, ())])?;
+    let lines = size("SizeY")?;
+    if is_profile && lines != 1 {
+        return Err(FormatError::value("SizeY", lines, "1, the single line of a profile"));
     }
+    let nodes = checked_nodes([size("SizeX")?, lines])?;
+    let axis = |name, entry, otherwise| -> Result<f64, FormatError> {
+        let path = ["Record1", "Axes", name, entry];
+        let number = xml::number(&path.join("/"), child(root, &path))?;
+        Ok(number.unwrap_or(otherwise))
+    };
+    let step = axis("CX", "Increment", 1.0)?;
+    let steps = [step, if is_profile { step } else { axis("CY", "Increment", 1.0)? }];
+    let kind = text_at(root, &["Record1", "Axes", "CZ", "DataType"])?;
+    let element = meaning("DataType of CZ", kind, "D, F, I or L", &TYPES)?;
+    let scale = factor("Increment of CZ", axis("CZ", "Increment", 1.0)?)?;
+    let offset = finite("Offset of CZ", axis("CZ", "Offset", 0.0)?)?;
+    let path = |link: &str| {
+        let link = link.replace('\\', "/");
+        format!("{folder}{}", link.trim_start_matches("./"))
+    };
+    let raster = if let Some(list) = child(root, &["Record3", "DataList"]) {
+        Raster::from_words(nodes, data(list)?)?
+    } else {
+        let numbers = text_at(root, &["Record3", "DataLink", "PointDataLink"])?;
+        let stored = archive.exactly(&path(numbers), map_bytes(nodes, element))?;
+        let valid = text(child(root, &["Record3", "DataLink", "ValidPointsLink"]));
+        let marks = valid.map(|link| marks(archive, &path(link), nodes)).transpose()?;
+        Raster::rows(nodes, element, ByteOrder::Little, stored)?.masked(marks)
+    };
+    let metre = Unit::Length(1.0);
+    let size = Sides::of_steps(nodes, steps, &metre)?;
+    Ok(Channel::new("heights", metre, size, raster.scaled(scale, offset)))
 }
 
 /// Reads the file of the valid points, and returns a mask of the missing ones.
