@@ -529,6 +529,15 @@ impl HeightStatistics {
     }
 }
 
+/// Returns the name of a channel with its scan direction, as SurfaceTopography writes it.
+pub(crate) fn directed(name: String, is_retrace: bool) -> String {
+    match name.strip_suffix(')') {
+        _ if !is_retrace => name,
+        Some(start) => format!("{start}, retrace)"),
+        None => format!("{name} (retrace)"),
+    }
+}
+
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (count, sum) = values.fold((0_usize, 0.0), |(count, sum), value| (count + 1, sum + value));
     (count > 0).then(|| sum / count as f64)

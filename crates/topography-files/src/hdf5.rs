@@ -418,8 +418,8 @@ impl Groups<'_> {
         let is_model = [array.shape[x], array.shape[y]].map(|count| count as f64);
         let is_known = array.axes[x].step.is_some() || array.axes[y].step.is_some();
         if is_model == [x_nodes, y_nodes] && !is_known {
-            array.axes[x] = Axis { side: Some(x_side), ..Axis::named("x") };
-            array.axes[y] = Axis { side: Some(y_side), ..Axis::named("y") };
+            array.axes[x] = Axis::of_side("x", x_side, None);
+            array.axes[y] = Axis::of_side("y", y_side, None);
         }
     }
 }
@@ -460,7 +460,6 @@ impl Folder {
         let sides = ["yreal", "xreal"].map(|name| self.attributes.number(name));
         let [Some(y), Some(x)] = sides else { return Ok(None) };
         let unit = self.attributes.text("si_unit_xy")?.map(Unit::parse);
-        let axis = |name, side| Axis { side: Some(side), unit: unit.clone(), ..Axis::named(name) };
-        Ok(Some(vec![axis("y", y), axis("x", x)]))
+        Ok(Some(vec![Axis::of_side("y", y, unit.clone()), Axis::of_side("x", x, unit)]))
     }
 }

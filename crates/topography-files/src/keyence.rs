@@ -9,8 +9,6 @@
 //! The layout is that of SurfaceTopography 1.27.1, surfalize 0.19.2 and Gwyddion 2.62; no
 //! file of an instrument could be compared.
 
-use std::borrow::Cow;
-
 use super::archive::Archive;
 use super::channel::{Channel, NAME_FIRST, Sides};
 use super::input::{Cursor, factor, meaning};
@@ -35,21 +33,17 @@ const PALETTE: usize = 768;
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     match bytes.get(..4) {
-        Some(b"VK3_" | b"VK4_") => channels(bytes, Cow::Borrowed),
+        Some(b"VK3_" | b"VK4_") => channels(bytes),
         Some([b'V', b'K', b'6' | b'7', _]) => {
             let file = Archive::new(bytes)?.file(MEMBER, MAX_MEMBER)?;
-            channels(&file, |pixels| Cow::Owned(pixels.to_vec()))
+            Ok(channels(&file)?.into_iter().map(Channel::into_owned).collect())
         }
         _ => Err(FormatError::Signature),
     }
 }
 
-/// Reads all images of heights of a VK3 or VK4 file. `pixels` converts the stored pixels of an
-/// image to the bytes of a channel.
-fn channels<'a, 'b>(
-    file: &'b [u8],
-    pixels: impl Fn(&'b [u8]) -> Cow<'a, [u8]>,
-) -> Result<Vec<Channel<'a>>, FormatError> {
+/// Reads all images of heights of a VK3 or VK4 file.
+fn channels(file: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if !(file.starts_with(b"VK3_") || file.starts_with(b"VK4_")) {
         return Err(FormatError::damaged(MEMBER, "it does not start with VK4_"));
     }
@@ -74,7 +68,7 @@ fn channels<'a, 'b>(
         meaning("compression", cursor.u32()?, "0, no compression", &[(0, ())])?;
         // The length of the pixels, and the range of the palette.
         cursor.skip(3 * 4 + PALETTE)?;
-        let stored = pixels(cursor.take(map_bytes(nodes, element))?);
+        let stored = cursor.take(map_bytes(nodes, element))?;
         let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?
             .scaled(factor("picometres per digit", digit)?, 0.0);
         let size = Sides::of_steps(nodes, [x, y], &picometre)?;

@@ -120,6 +120,11 @@ impl Axis {
         Axis { name: name.into(), ..Axis::default() }
     }
 
+    /// Creates an axis with a side.
+    pub(crate) fn of_side(name: &str, side: f64, unit: Option<Unit>) -> Axis {
+        Axis { side: Some(side), unit, ..Axis::named(name) }
+    }
+
     /// Creates an axis from its coordinates and their attributes.
     pub(crate) fn new(
         name: impl Into<String>,

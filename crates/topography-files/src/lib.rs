@@ -22,21 +22,24 @@
 //! | `raster` | conversion of stored numbers to a map: byte order, line order, missing points |
 //! | `unit` | units and their spellings |
 //! | `input` | helpers for headers: a cursor over bytes, named values, decompression |
-//! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `mi` |
+//! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `gxyzf`, `mi` |
 //! | `binary_headers` | formats with a binary header: `frt`, `metropro`, `opd`, `plu`, `sur` |
+//! | `probe_microscopes` | formats with sections in a text header: `nid`, `sxm`, `wsxm` |
 //! | `text_exports` | text exports with an own header: `wyko-asc`, `zygo-asc`, `keyence-csv` |
 //! | `text` | text files with a matrix, or with triplets of x, y and height |
-//! | `hdf5` | maps in HDF5 files; `datx`, `jpk_hdf5`, `netcdf4` and `nhf` are built on it |
+//! | `hdf5` | maps in HDF5 files |
+//! | `hdf5_formats` | formats that are built on HDF5: `datx`, `h5-jpk`, `netcdf4`, `nhf` |
 //! | `labelled` | arrays with named axes, of netCDF and HDF5 files |
 //! | `direction` | names of axes and of coordinates |
-//! | `tiff` | images of TIFF files; `jpk`, `lext`, `park` and `tiff_maps` are built on it |
+//! | `tiff`, `tiff_maps` | images of TIFF files, and their maps |
+//! | `tiff_instruments` | formats of instruments that are TIFF files: `jpk`, `lext`, `park` |
 //! | `more_optical` | `nms`, `plux` and `tmd` |
 //! | `archive` | zip archives; `keyence`, `nmm`, `npz` and `x3p` are built on it |
 //! | `container` | files in a gzip file or a zip archive, and names of other containers |
 //! | `grid` | maps assembled from points x, y and height |
 //! | `grids` | `esri-asc` and `surfer` |
-//! | `gwy`, `gxyzf`, `igor`, `nanoscope`, `nanosurf`, `netcdf` | one format each |
-//! | `iso28600`, `npy`, `nrrd`, `opdx`, `sdf`, `wsxm` | one format each |
+//! | `gwy`, `igor`, `iso28600`, `nanoscope`, `netcdf` | one format each |
+//! | `npy`, `nrrd`, `opdx`, `sdf` | one format each |
 //! | `number` | numbers in texts, and words for missing points |
 //! | `xml` | elements of XML documents |
 //!
@@ -62,44 +65,36 @@ mod archive;
 mod binary_headers;
 mod channel;
 mod container;
-mod datx;
 mod direction;
 mod grid;
 mod grids;
 mod gwy;
-mod gxyzf;
 mod hdf5;
+mod hdf5_formats;
 mod igor;
 mod input;
 mod iso28600;
-mod jpk;
-mod jpk_hdf5;
 mod keyence;
 mod labelled;
-mod lext;
 mod more_optical;
 mod nanoscope;
-mod nanosurf;
 mod netcdf;
-mod netcdf4;
-mod nhf;
 mod nmm;
 mod npy;
 mod npz;
 mod nrrd;
 mod number;
 mod opdx;
-mod park;
+mod probe_microscopes;
 mod raster;
 mod sdf;
-mod sxm;
 mod text;
 mod text_exports;
 mod text_headers;
 mod tiff;
+mod tiff_instruments;
 mod tiff_maps;
 mod unit;
-mod wsxm;
 mod x3p;
 mod xml;
 
@@ -127,7 +122,7 @@ static FORMATS: [Format; 44] = [
     binary_headers::SUR,
     gwy::FORMAT,
     text_headers::GSF,
-    gxyzf::FORMAT,
+    text_headers::GXYZF,
     sdf::FORMAT,
     binary_headers::OPD,
     text_headers::AL3D,
@@ -136,19 +131,19 @@ static FORMATS: [Format; 44] = [
     binary_headers::METROPRO,
     keyence::FORMAT,
     opdx::FORMAT,
-    lext::FORMAT,
-    nanosurf::FORMAT,
-    sxm::FORMAT,
+    tiff_instruments::LEXT,
+    probe_microscopes::NID,
+    probe_microscopes::SXM,
     more_optical::TMD,
-    wsxm::FORMAT,
+    probe_microscopes::WSXM,
     netcdf::FORMAT,
-    datx::FORMAT,
-    nhf::FORMAT,
-    netcdf4::FORMAT,
-    jpk_hdf5::FORMAT,
+    hdf5_formats::DATX,
+    hdf5_formats::NHF,
+    hdf5_formats::NETCDF4,
+    hdf5_formats::JPK,
     hdf5::FORMAT,
-    jpk::FORMAT,
-    park::FORMAT,
+    tiff_instruments::JPK,
+    tiff_instruments::PARK,
     tiff_maps::FORMAT,
     text_headers::MI,
     binary_headers::FRT,
@@ -314,13 +309,7 @@ fn read_maps(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
         match (format.read)(bytes) {
             Ok(channels) => return Ok(TopographyFile { format, channels }),
             Err(FormatError::Signature) => others.push(format.name),
-            Err(source) if format.has_signature => {
-                return Err(TopographyFileError::Damaged {
-                    name: format.name,
-                    title: format.title,
-                    source,
-                });
-            }
+            Err(source) if format.has_signature => return Err(format.damaged(source)),
             Err(error) => tried.push((format.name, error)),
         }
     }
@@ -356,23 +345,19 @@ fn read_maps_or_profile(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFi
         Ok(file) => return Ok(file),
         Err(error) => error,
     };
-    let (format, channel) = match npy::profile(bytes) {
-        Some(channel) => (npy::FORMAT, Ok(channel)),
-        None if matches!(error, TopographyFileError::Unknown { .. }) => {
-            let Ok(text) = text::decoded(bytes) else {
-                return Err(error);
-            };
-            (text::FORMAT, text::profile(&text))
-        }
-        None => return Err(error),
+    let (name, channel) = if let Some(channel) = npy::profile(bytes) {
+        (npy::FORMAT.name, Ok(channel))
+    } else if matches!(error, TopographyFileError::Unknown { .. })
+        && let Ok(text) = text::decoded(bytes)
+    {
+        (text::FORMAT.name, text::profile(&text))
+    } else {
+        return Err(error);
     };
-    let format = FORMATS.iter().find(|known| **known == format).expect("both formats are listed");
+    let format = FORMATS.iter().find(|known| known.name == name).expect("both are listed");
     match channel {
         Ok(channel) => Ok(TopographyFile { format, channels: vec![channel] }),
-        Err(source) => {
-            let (name, title) = (format.name, format.title);
-            Err(TopographyFileError::Damaged { name, title, source })
-        }
+        Err(source) => Err(format.damaged(source)),
     }
 }
 
@@ -489,6 +474,11 @@ impl Format {
     /// Declares that other files may start with the same bytes.
     const fn without_signature(self) -> Format {
         Format { has_signature: false, ..self }
+    }
+
+    /// Returns the error about a file of this format that its reader refuses.
+    fn damaged(&self, source: FormatError) -> TopographyFileError {
+        TopographyFileError::Damaged { name: self.name, title: self.title, source }
     }
 
     /// Returns the short name of the format, in most cases the usual file extension.

@@ -54,7 +54,10 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
                 let known_rank = HEIGHTS.iter().position(|known| name.eq_ignore_ascii_case(known));
                 let axes = match (&coordinates, sides) {
                     (Some([x, y]), _) => Coordinates::axes(nodes, x, y)?,
-                    (None, Some(sides)) => Some(axes_of_sides(sides, &unit)),
+                    (None, Some([x, y])) => {
+                        let unit = Some(unit.clone()).filter(|unit| *unit != Unit::None);
+                        Some(vec![Axis::of_side("x", x, unit.clone()), Axis::of_side("y", y, unit)])
+                    }
                     (None, None) => None,
                 };
                 is_located |= axes.is_some() && coordinates.is_some();
@@ -105,13 +108,6 @@ fn coordinates(
     Ok(x.zip(y).map(|(x, y)| [x, y]))
 }
 
-/// Returns axes x and y with the given sides.
-fn axes_of_sides(sides: [f64; 2], unit: &Unit) -> Vec<Axis> {
-    let unit = Some(unit.clone()).filter(|unit| *unit != Unit::None);
-    let axis = |name, side| Axis { side: Some(side), unit: unit.clone(), ..Axis::named(name) };
-    vec![axis("x", sides[0]), axis("y", sides[1])]
-}
-
 /// Returns true if an archive has only NumPy arrays.
 pub(crate) fn is_npz(names: &[String]) -> bool {
     !names.is_empty() && names.iter().all(|name| name.ends_with(".npy"))
@@ -119,10 +115,10 @@ pub(crate) fn is_npz(names: &[String]) -> bool {
 
 /// Returns the sides along x and y: an array of two numbers, or of one for a square.
 fn sides(archive: &mut Archive<'_>) -> Result<Option<[f64; 2]>, FormatError> {
-    let numbers = archive.file("side.npy", 4096).ok().and_then(|bytes| npy_numbers(&bytes));
-    let sides = match numbers.as_ref().map(|(_, numbers)| numbers.as_slice()) {
-        Some(&[x, y]) => [x, y],
-        Some(&[side]) => [side, side],
+    let array = archive.file("side.npy", 4096).ok().and_then(|bytes| npy_numbers(&bytes));
+    let sides = match array.unwrap_or_default().1[..] {
+        [x, y] => [x, y],
+        [side] => [side, side],
         _ => return Ok(None),
     };
     Ok(Some([finite("side", sides[0])?, finite("side", sides[1])?]))

@@ -37,6 +37,15 @@ impl Sample {
     fn with_missing(format: &'static str, bytes: Vec<u8>) -> Sample {
         Sample { lacks_last_point: true, ..Sample::new(format, bytes) }
     }
+
+    fn unitless(self) -> Sample {
+        Sample { sides: None, ..self }
+    }
+
+    /// Sets the sides of a map with square pixels.
+    fn square(self) -> Sample {
+        Sample { sides: Some([3e-6, 2e-6]), ..self }
+    }
 }
 
 /// Returns at least one file of each format.
@@ -49,11 +58,7 @@ pub(crate) fn samples() -> Vec<Sample> {
         Sample::with_missing("sdf", sdf()),
         Sample::with_missing("opd", opd()),
         Sample::with_missing("al3d", al3d()),
-        Sample {
-            // The format has square pixels.
-            sides: Some([3e-6, 2e-6]),
-            ..Sample::with_missing("metropro", metropro())
-        },
+        Sample::with_missing("metropro", metropro()).square(),
         Sample::new("wsxm", wsxm()),
         Sample::with_missing("frt", frt()),
         Sample::with_missing("plu", plu()),
@@ -75,8 +80,6 @@ pub(crate) fn samples() -> Vec<Sample> {
 
 /// Returns files that `samples/write.py` wrote with h5py and netCDF4.
 fn hdf5() -> Vec<Sample> {
-    let unitless = |bytes: &[u8]| Sample { sides: None, ..Sample::new("hdf5", bytes.to_vec()) };
-    let topostats = include_bytes!("samples/topostats.h5");
     vec![
         Sample::with_missing("datx", include_bytes!("samples/nanometers.datx").to_vec()),
         Sample::with_missing("datx", include_bytes!("samples/fringes.datx").to_vec()),
@@ -84,15 +87,13 @@ fn hdf5() -> Vec<Sample> {
         Sample::with_missing("netcdf4", include_bytes!("samples/surface.nc").to_vec()),
         Sample::with_missing("netcdf4", include_bytes!("samples/transposed.nc").to_vec()),
         Sample::new("h5-jpk", include_bytes!("samples/frames.h5-jpk").to_vec()),
-        unitless(include_bytes!("samples/chunks.h5")),
-        unitless(include_bytes!("samples/nested.h5")),
-        // The format has square pixels.
-        Sample { sides: Some([3e-6, 2e-6]), ..Sample::new("hdf5", topostats.to_vec()) },
+        Sample::new("hdf5", include_bytes!("samples/chunks.h5").to_vec()).unitless(),
+        Sample::new("hdf5", include_bytes!("samples/nested.h5").to_vec()).unitless(),
+        Sample::new("hdf5", include_bytes!("samples/topostats.h5").to_vec()).square(),
     ]
 }
 
 fn texts() -> Vec<Sample> {
-    let unitless = |format, bytes: Vec<u8>| Sample { sides: None, ..Sample::new(format, bytes) };
     let gwyddion = "# Channel: Height\n# Width: 3 µm\n# Height: 4 µm\n# Value units: nm\n\
                     1 2 3\n4 5 nan\n";
     let latin1: Vec<u8> = gwyddion.chars().map(|c| c as u8).collect();
@@ -111,14 +112,12 @@ fn texts() -> Vec<Sample> {
         Sample::with_missing("text", triplets.as_bytes().to_vec()),
         Sample::with_missing("sdf", sdf.as_bytes().to_vec()),
         Sample::with_missing("text", factor.as_bytes().to_vec()),
-        unitless("npy", npy()),
+        Sample::new("npy", npy()).unitless(),
     ]
 }
 
 /// Returns grids of geographic programs, and other formats with a text header.
 fn grids() -> Vec<Sample> {
-    let unitless =
-        |format, bytes: Vec<u8>| Sample { sides: None, ..Sample::with_missing(format, bytes) };
     let esri = "NCOLS 3\nNROWS 2\nXLLCENTER 0\nYLLCENTER 0\nCELLSIZE 1\nNODATA_value -1\n\
                 4 5 -1\n1 2 3\n";
     // The first line of the text has the largest y, so that the last point is in it.
@@ -134,13 +133,13 @@ fn grids() -> Vec<Sample> {
                 units: \"µm\" \"µm\"\nsampleunits: nm\nencoding: raw\nendian: big\n\n";
     let nrrd = Fields::default().bytes(nrrd.as_bytes()).rows(ROWS, i16::to_be_bytes).0;
     vec![
-        unitless("esri-asc", esri.as_bytes().to_vec()),
-        unitless("surfer", surfer.as_bytes().to_vec()),
-        unitless("surfer", with_last(six, &1.70141e38_f32.to_le_bytes())),
-        unitless("surfer", with_last(seven, &9e9_f64.to_le_bytes())),
+        Sample::with_missing("esri-asc", esri.as_bytes().to_vec()).unitless(),
+        Sample::with_missing("surfer", surfer.as_bytes().to_vec()).unitless(),
+        Sample::with_missing("surfer", with_last(six, &1.70141e38_f32.to_le_bytes())).unitless(),
+        Sample::with_missing("surfer", with_last(seven, &9e9_f64.to_le_bytes())).unitless(),
         Sample::new("nrrd", nrrd),
         Sample::with_missing("iso28600", iso28600().into_bytes()),
-        Sample { sides: None, ..Sample::new("npz", packed(&[("heights.npy", npy())])) },
+        Sample::new("npz", packed(&[("heights.npy", npy())])).unitless(),
     ]
 }
 

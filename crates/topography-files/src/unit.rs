@@ -155,14 +155,14 @@ fn normal(text: &str) -> String {
 
 /// Returns the number of units `text` in a metre, or `None` if `text` is not a unit of length.
 fn length(text: &str) -> Option<f64> {
-    let named = match text.to_lowercase().as_str() {
-        "meter" | "metre" | "meters" | "metres" => Some(1.0),
-        "centimeter" | "centimetre" | "centimeters" | "centimetres" => Some(1e2),
-        "millimeter" | "millimetre" | "millimeters" | "millimetres" => Some(1e3),
-        "micron" | "microns" | "micrometer" | "micrometre" | "micrometers" | "micrometres"
-        | "µ" => Some(1e6),
-        "nanometer" | "nanometre" | "nanometers" | "nanometres" => Some(1e9),
-        "picometer" | "picometre" | "picometers" | "picometres" => Some(1e12),
+    let name = text.to_lowercase().replace("metre", "meter").replace("meters", "meter");
+    let named = match name.as_str() {
+        "meter" => Some(1.0),
+        "centimeter" => Some(1e2),
+        "millimeter" => Some(1e3),
+        "micron" | "microns" | "micrometer" | "µ" => Some(1e6),
+        "nanometer" => Some(1e9),
+        "picometer" => Some(1e12),
         "å" | "ångström" | "ångströms" | "ångstrom" | "ångstroms" | "angstrom" | "angstroms"
         | "ang" => Some(1e10),
         // An inch is 25.4 mm, a mil a thousandth of it, and a foot 12 inches.

@@ -20,19 +20,16 @@ pub(crate) fn filters(limit: usize) -> FilterRegistry {
     let damaged = |name: &str| Error::InvalidData(format!("damaged {name} chunk"));
     registry
         .register(LZF, Box::new(move |_, stored, _| decode(stored).ok_or_else(|| damaged("LZF"))));
-    registry.register(
-        ZSTD,
-        Box::new(move |_, mut stored, _| {
-            let decoder = StreamingDecoder::new(&mut stored).map_err(|_| damaged("Zstandard"))?;
-            limited(decoder, limit).ok_or_else(|| damaged("Zstandard"))
-        }),
-    );
-    registry.register(
-        BZIP2,
-        Box::new(move |_, stored, _| {
-            limited(BzDecoder::new(stored), limit).ok_or_else(|| damaged("bzip2"))
-        }),
-    );
+    let zstd = move |_: &_, stored: &[u8], _| {
+        let decoded =
+            StreamingDecoder::new(stored).ok().and_then(|decoder| limited(decoder, limit));
+        decoded.ok_or_else(|| damaged("Zstandard"))
+    };
+    registry.register(ZSTD, Box::new(zstd));
+    let bzip2 = move |_: &_, stored: &[u8], _| {
+        limited(BzDecoder::new(stored), limit).ok_or_else(|| damaged("bzip2"))
+    };
+    registry.register(BZIP2, Box::new(bzip2));
     registry
 }
 

@@ -10,7 +10,7 @@ pub(crate) fn samples() -> Vec<Sample> {
         Sample::new("jpk", jpk()),
         Sample::with_missing("lext", lext()),
         Sample::new("park", park()),
-        Sample { sides: None, ..Sample::with_missing("tiff", elevation(&[])) },
+        Sample::with_missing("tiff", elevation(&[])).unitless(),
     ]
 }
 

@@ -5,11 +5,6 @@ use super::{Fields, ROWS, Sample, packed, single, upside_down, with_last};
 
 /// Returns at least one file of each format of this module.
 pub(crate) fn samples() -> Vec<Sample> {
-    // These formats have square pixels.
-    let square = |format, bytes: &str| Sample {
-        sides: Some([3e-6, 2e-6]),
-        ..Sample::with_missing(format, bytes.as_bytes().to_vec())
-    };
     vec![
         Sample::new("vk", vk(b"VK4_")),
         Sample::new("vk", vk(b"VK3_")),
@@ -19,9 +14,9 @@ pub(crate) fn samples() -> Vec<Sample> {
         Sample::new("nmm", nmm()),
         Sample::with_missing("gxyzf", gxyzf()),
         Sample::with_missing("wyko-asc", WYKO.as_bytes().to_vec()),
-        square("zygo-asc", &zygo_xyz()),
-        square("zygo-asc", &zygo_ascii()),
-        square("keyence-csv", KEYENCE),
+        Sample::with_missing("zygo-asc", zygo_xyz().into_bytes()).square(),
+        Sample::with_missing("zygo-asc", zygo_ascii().into_bytes()).square(),
+        Sample::with_missing("keyence-csv", KEYENCE.as_bytes().to_vec()).square(),
         Sample::with_missing("text", WSXM_TEXT.as_bytes().to_vec()),
     ]
 }
