@@ -212,13 +212,11 @@ fn opd_blocks(bytes: &[u8]) -> Result<Vec<OpdBlock<'_>>, FormatError> {
     let entries = (length / OPD_ENTRY).saturating_sub(1);
     let mut data = Cursor::at(bytes, 2);
     data.skip(length)?;
-    let mut blocks = Vec::new();
-    for _ in 0..entries {
+    let blocks = (0..entries).map(|_| {
         let (name, kind, length) = opd_entry(&mut directory)?;
-        let bytes = data.take(length)?;
-        blocks.push(OpdBlock { name, kind, bytes });
-    }
-    Ok(blocks)
+        Ok(OpdBlock { name, kind, bytes: data.take(length)? })
+    });
+    blocks.collect()
 }
 
 /// Reads an entry of the directory: the name, the type and the length in bytes of a block.

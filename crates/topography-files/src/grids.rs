@@ -132,12 +132,9 @@ fn surfer_text<'a>(bytes: &[u8]) -> Result<Channel<'a>, FormatError> {
     let limits = [number("xlo")?, number("xhi")?, number("ylo")?, number("yhi")?];
     number("zlo")?;
     number("zhi")?;
-    let count = nodes[0] * nodes[1];
-    let mut heights = Vec::with_capacity(count.min(bytes.len()));
-    for _ in 0..count {
-        heights.push(number("height")?);
-    }
-    surfer_channel(nodes, limits, Raster::from_rows(nodes, heights))
+    let heights = (0..nodes[0] * nodes[1]).map(|_| number("height"));
+    let raster = Raster::from_rows(nodes, heights.collect::<Result<_, _>>()?);
+    surfer_channel(nodes, limits, raster)
 }
 
 fn surfer_6(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {

@@ -2,7 +2,7 @@
 //!
 //! The crate `hdf5-reader` decodes the container: it is pure Rust and reads what h5py, MATLAB 7.3
 //! and netCDF4 write. Where its version 0.12.1 is wrong, this module does it: integers of fewer
-//! bits and texts ([`stored`]), members of a group ([`links`]). A dataset whose chunks it would
+//! bits and texts ([`stored`]), members of a group ([`container`]). A dataset whose chunks it would
 //! misplace is refused.
 //!
 //! The channels are the arrays of numbers with two long dimensions in the root group or, if there
@@ -28,7 +28,6 @@
 
 mod container;
 mod filters;
-mod links;
 mod stored;
 
 use std::cell::Cell;
@@ -178,8 +177,11 @@ impl Groups<'_> {
     fn nested(&mut self, groups: Vec<Group>) -> Vec<Folder> {
         let mut folders = Vec::new();
         let mut visited = BTreeSet::new();
-        let mut left: Vec<(String, Group)> =
-            groups.into_iter().rev().map(|group| (format!("{}/", group.name()), group)).collect();
+        let below = |path: &str, groups: Vec<Group>| -> Vec<(String, Group)> {
+            let named = |group: Group| (format!("{path}{}/", group.name()), group);
+            groups.into_iter().rev().map(named).collect()
+        };
+        let mut left = below("", groups);
         while let Some((path, group)) = left.pop() {
             // Links may form loops.
             if !visited.insert(group.address()) || visited.len() > MAX_GROUPS {
@@ -189,8 +191,7 @@ impl Groups<'_> {
             match members.and_then(|members| self.folder(path.clone(), &group, members)) {
                 Ok((groups, folder)) => {
                     folders.push(folder);
-                    let below = groups.into_iter().rev();
-                    left.extend(below.map(|group| (format!("{path}{}/", group.name()), group)));
+                    left.extend(below(&path, groups));
                 }
                 Err(error) => self.unreadable.push(error),
             }

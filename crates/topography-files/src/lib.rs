@@ -34,12 +34,12 @@
 //! | `tiff`, `tiff_maps` | images of TIFF files, and their maps |
 //! | `tiff_instruments` | formats of instruments that are TIFF files: `jpk`, `lext`, `park` |
 //! | `more_optical` | `nms`, `plux` and `tmd` |
-//! | `archive` | zip archives; `keyence`, `nmm`, `npz` and `x3p` are built on it |
-//! | `container` | files in a gzip file or a zip archive, and names of other containers |
+//! | `archive` | zip archives, files in a gzip file or a zip archive, names of other containers |
 //! | `grid` | maps assembled from points x, y and height |
 //! | `grids` | `esri-asc` and `surfer` |
 //! | `gwy`, `igor`, `iso28600`, `nanoscope`, `netcdf` | one format each |
-//! | `npy`, `nrrd`, `opdx`, `sdf` | one format each |
+//! | `npy` | `npy` and `npz` |
+//! | `nrrd`, `opdx`, `sdf` | one format each |
 //! | `number` | numbers in texts, and words for missing points |
 //! | `xml` | elements of XML documents |
 //!
@@ -64,7 +64,6 @@
 mod archive;
 mod binary_headers;
 mod channel;
-mod container;
 mod direction;
 mod grid;
 mod grids;
@@ -81,7 +80,6 @@ mod nanoscope;
 mod netcdf;
 mod nmm;
 mod npy;
-mod npz;
 mod nrrd;
 mod number;
 mod opdx;
@@ -117,7 +115,7 @@ pub use self::{
 static FORMATS: [Format; 44] = [
     nmm::FORMAT,
     more_optical::PLUX,
-    npz::FORMAT,
+    npy::NPZ,
     x3p::FORMAT,
     binary_headers::SUR,
     gwy::FORMAT,
@@ -292,7 +290,7 @@ fn read_through(
         return Err(TopographyFileError::Empty);
     }
     if depth > 0
-        && let Some(content) = container::content(bytes)?
+        && let Some(content) = archive::content(bytes)?
     {
         let TopographyFile { format, channels } = read_through(&content, depth - 1, read)?;
         let channels = channels.into_iter().map(Channel::into_owned).collect();

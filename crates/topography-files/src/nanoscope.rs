@@ -116,14 +116,9 @@ impl<'a> File<'a> {
         let stored = Cursor::at(bytes, start).take(map_bytes(nodes, element))?;
         let unscaled = Raster::rows(nodes, element, ByteOrder::Little, stored)?.upside_down();
         let (scale, unit) = self.scale(image, bytes_per_pixel)?;
-        let unit = match Unit::parse(&unit) {
-            // Heights always have a unit in this format.
-            Unit::None => Unit::Other("1".to_owned()),
-            unit => unit,
-        };
         let size = self.size(image, own, nodes)?;
         let raster = unscaled.scaled(scale, 0.0);
-        let channel = Channel::new(image.image_name(), unit, size, raster);
+        let channel = Channel::new(image.image_name(), Unit::of_heights(&unit), size, raster);
         let unused = (length as u64).saturating_sub(map_bytes(nodes, element) as u64);
         let note = format!("{unused} of {length} bytes of the image were not used");
         Ok(channel.noted((unused > 0).then_some(note)))

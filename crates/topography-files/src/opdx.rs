@@ -82,13 +82,8 @@ fn channel<'a>(items: &Items<'a>, name: &str) -> Result<Channel<'a>, FormatError
         extent * nodes as f64 / steps
     };
     let size = Sides::new([side(x, nodes[0]), side(y, nodes[1])], &Unit::parse(unit_x))?;
-    let unit = match Unit::parse(unit) {
-        // Heights always have a unit in this format.
-        Unit::None => Unit::Other("1".to_owned()),
-        unit => unit,
-    };
     let raster = unscaled.scaled(factor("DataScale", scale)?, 0.0);
-    Ok(Channel::new(name, unit, size, raster))
+    Ok(Channel::new(name, Unit::of_heights(unit), size, raster))
 }
 
 /// Reads the items of a container, and of the containers in it, into `items`. `path` is the path of

@@ -54,7 +54,6 @@ pub(crate) fn samples() -> Vec<Sample> {
         Sample::with_missing("x3p", x3p(&Archive::default())),
         Sample::with_missing("sur", sur()),
         Sample::with_missing("sur", deflated_sur()),
-        Sample::with_missing("gwy", gwy()),
         Sample::with_missing("sdf", sdf()),
         Sample::with_missing("opd", opd()),
         Sample::with_missing("al3d", al3d()),
@@ -71,16 +70,17 @@ pub(crate) fn samples() -> Vec<Sample> {
     ];
     samples.extend(texts());
     samples.extend(grids());
-    samples.extend(hdf5());
+    samples.extend(written());
     samples.extend(tiff_files::samples());
     samples.extend(vendors::samples());
     samples.extend(new_formats::samples());
     samples
 }
 
-/// Returns files that `samples/write.py` wrote with h5py and netCDF4.
-fn hdf5() -> Vec<Sample> {
+/// Returns files that `samples/write.py` wrote with gwyfile, h5py and netCDF4.
+fn written() -> Vec<Sample> {
     vec![
+        Sample::with_missing("gwy", include_bytes!("samples/masked.gwy").to_vec()),
         Sample::with_missing("datx", include_bytes!("samples/nanometers.datx").to_vec()),
         Sample::with_missing("datx", include_bytes!("samples/fringes.datx").to_vec()),
         Sample::with_missing("netcdf", include_bytes!("samples/classic.nc").to_vec()),
@@ -316,42 +316,6 @@ pub(crate) fn deflated_sur() -> Vec<u8> {
         fields = fields.i32(part.len() as i32).i32(stream.len() as i32);
     }
     fields.bytes(&streams.concat()).0
-}
-
-fn gwy() -> Vec<u8> {
-    let component =
-        |name: &str, kind: char, value: &[u8]| [name.as_bytes(), &[0, kind as u8], value].concat();
-    let object = |name: &str, components: &[Vec<u8>]| {
-        let components = components.concat();
-        let length = (components.len() as u32).to_le_bytes();
-        [name.as_bytes(), &[0], &length, &components].concat()
-    };
-    let unit = |unit: &[u8]| object("GwySIUnit", &[component("unitstr", 's', unit)]);
-    let field = |heights: [f64; 6]| {
-        let numbers: Vec<u8> = heights.iter().flat_map(|h| h.to_le_bytes()).collect();
-        let data = [&6_u32.to_le_bytes()[..], &numbers].concat();
-        let components = [
-            component("xres", 'i', &3_i32.to_le_bytes()),
-            component("yres", 'i', &2_i32.to_le_bytes()),
-            component("xreal", 'd', &3e-6_f64.to_le_bytes()),
-            // Gwyddion uses the magnitude of a negative side.
-            component("yreal", 'd', &(-4e-6_f64).to_le_bytes()),
-            component("si_unit_xy", 'o', &unit(b"m\0")),
-            component("si_unit_z", 'o', &unit(b"m\0")),
-            component("data", 'D', &data),
-        ];
-        object("GwyDataField", &components)
-    };
-    let heights = [1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9];
-    let components = [
-        component("/filename", 's', b"a\0"),
-        component("/5/data/title", 's', b"Height\0"),
-        component("/5/data", 'o', &field(heights)),
-        component("/5/mask", 'o', &field([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])),
-        component("/5/select", 'S', b"\x01\0\0\0x\0"),
-        component("/5/show", 'b', &[1]),
-    ];
-    [&b"GWYP"[..], &object("GwyContainer", &components)].concat()
 }
 
 fn sdf() -> Vec<u8> {

@@ -44,6 +44,12 @@ impl Unit {
         }
     }
 
+    /// Parses the unit of heights that always have one; without a spelling it is `1`.
+    pub(crate) fn of_heights(text: &str) -> Unit {
+        let unit = Some(Unit::parse(text)).filter(|unit| *unit != Unit::None);
+        unit.unwrap_or_else(|| Unit::Other("1".to_owned()))
+    }
+
     /// Returns a name of the unit, if there is one.
     pub(crate) fn name(&self) -> Option<String> {
         match self {

@@ -169,26 +169,23 @@ impl Block {
         let titles = self.titles();
         let nodes = checked_nodes([self.lines, 1])?;
         let mut description = self.header.describe(nodes)?;
-        let unit = |column: usize| titles.as_ref().and_then(|titles| titles[column].unit.clone());
         for title in titles.iter().flatten() {
             title.check_unit()?;
         }
+        let unit = |column: usize| titles.as_ref()?[column].unit.as_deref();
+        let column = |column: usize| -> Vec<f64> {
+            self.numbers.chunks_exact(self.columns).map(|row| row[column]).collect()
+        };
         let z = self.columns - 1;
-        let mut heights: Vec<f64> =
-            self.numbers.chunks_exact(self.columns).map(|row| row[z]).collect();
-        let mut sides = None;
-        if z == 1 {
-            description.set_units(unit(0).as_deref(), None, unit(1).as_deref())?;
-            let positions: Vec<f64> = self.numbers.chunks_exact(2).map(|row| row[0]).collect();
-            let step = even_step(&positions)?;
-            if step < 0.0 {
-                heights.reverse();
-            }
-            sides = Some([step.abs() * positions.len() as f64, step.abs()]);
-        } else {
-            description.set_units(None, None, unit(0).as_deref())?;
+        description.set_units(unit(0).filter(|_| z == 1), None, unit(z))?;
+        let heights = Raster::from_columns(nodes, column(z));
+        if z == 0 {
+            return channel(description, None, heights, None);
         }
-        channel(description, sides, Raster::from_columns(nodes, heights), None)
+        let step = even_step(&column(0))?;
+        let sides = [step.abs() * self.lines as f64, step.abs()];
+        let heights = if step < 0.0 { heights.mirrored() } else { heights };
+        channel(description, Some(sides), heights, None)
     }
 
     /// Returns the titles of the columns in the last lines of the header, with their units.
