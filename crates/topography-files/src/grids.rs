@@ -108,9 +108,6 @@ fn esri_number(word: &str) -> Option<f64> {
 /// files of all three kinds.
 pub(crate) const SURFER: Format = Format::new("surfer", "Surfer grid", read_surfer);
 
-/// Number that marks missing points, in single precision.
-const SURFER_MISSING: Missing = Missing::From(1.7014e38);
-
 fn read_surfer(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let channel = match bytes.first_chunk::<4>() {
         Some(b"DSAA") => surfer_text(bytes)?,
@@ -153,7 +150,8 @@ fn surfer_channel<'a>(
 ) -> Result<Channel<'a>, FormatError> {
     let side = |axis: usize, range: f64| range / (nodes[axis] - 1) as f64 * nodes[axis] as f64;
     let size = Sides::new([side(0, xhi - xlo), side(1, yhi - ylo)], &Unit::None)?;
-    Ok(Channel::new("heights", Unit::None, size, raster.missing(SURFER_MISSING)))
+    // The marker is in single precision.
+    Ok(Channel::new("heights", Unit::None, size, raster.missing(Missing::From(1.7014e38))))
 }
 
 /// Reads a file of sections, each with a tag of four bytes and its length.

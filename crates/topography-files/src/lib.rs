@@ -33,7 +33,7 @@
 //! | `direction` | names of axes and of coordinates |
 //! | `tiff`, `tiff_maps` | images of TIFF files, and their maps |
 //! | `tiff_instruments` | formats of instruments that are TIFF files: `jpk`, `lext`, `park` |
-//! | `more_optical` | `nms`, `plux` and `tmd` |
+//! | `more_optical` | `nms`, `plux`, `tmd` and `vk` |
 //! | `archive` | zip archives, files in a gzip file or a zip archive, names of other containers |
 //! | `grid` | maps assembled from points x, y and height |
 //! | `grids` | `esri-asc` and `surfer` |
@@ -73,7 +73,6 @@ mod hdf5_formats;
 mod igor;
 mod input;
 mod iso28600;
-mod keyence;
 mod labelled;
 mod more_optical;
 mod nanoscope;
@@ -127,7 +126,7 @@ static FORMATS: [Format; 44] = [
     nanoscope::FORMAT,
     igor::FORMAT,
     binary_headers::METROPRO,
-    keyence::FORMAT,
+    more_optical::VK,
     opdx::FORMAT,
     tiff_instruments::LEXT,
     probe_microscopes::NID,

@@ -273,7 +273,6 @@ pub(crate) fn x3p(archive: &Archive) -> Vec<u8> {
 }
 
 fn sur_header(signature: &str) -> Fields {
-    let units = |fields: Fields| fields.text("um", 16).text("um", 16).text("nm", 16);
     let fields = Fields::default()
         .text(signature, 12)
         .to(18)
@@ -292,7 +291,8 @@ fn sur_header(signature: &str) -> Fields {
         .f32(1.0)
         .to(180);
     // The comment has four bytes, the private zone two.
-    units(units(fields)).to(334).u16(4).u16(2).to(518)
+    let units = fields.text("um", 16).text("um", 16).text("nm", 16);
+    units.to(334).u16(4).u16(2).to(518)
 }
 
 /// Writes a Digital Surf file whose last number, the lowest height minus 2, marks a missing point.

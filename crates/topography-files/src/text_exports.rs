@@ -24,9 +24,6 @@ use super::{Format, FormatError, at_least_one};
 /// The layout is that of these two readers: SurfaceTopography 1.27.1 and Gwyddion 2.62.
 pub(crate) const WYKO: Format = Format::new("wyko-asc", "Wyko ASCII", read_wyko);
 
-/// Type of an entry that is a map.
-const WYKO_MAP: &str = "3";
-
 fn read_wyko(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = signed_text(bytes, |start| start.starts_with("Wyko ASCII Data File Format"))?;
     let mut lines = text.lines().enumerate();
@@ -38,7 +35,8 @@ fn read_wyko(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let mut cells = line.split('\t').map(str::trim);
         let name = cells.next().unwrap_or_default();
         let kind = cells.next().unwrap_or_default();
-        if kind == WYKO_MAP && cells.next().is_some() {
+        // The type of maps is 3.
+        if kind == "3" && cells.next().is_some() {
             let nodes = checked_nodes([entries.whole("X Size")?, entries.whole("Y Size")?])?;
             let rows = lines.by_ref().take(nodes[0]);
             let rows = rows.map(|(index, line)| (index + 1, line.split_whitespace()));
@@ -219,12 +217,9 @@ fn keyence_number(cell: &str) -> Option<f64> {
     if cell.is_empty() { Some(f64::NAN) } else { cell.replacen(',', ".", 1).parse().ok() }
 }
 
-/// Maximum number of characters at the start of a file that identify its format.
-const START: usize = 4096;
-
-/// Decodes a text if `is_format` accepts its start.
+/// Decodes a text if `is_format` accepts its first 4096 bytes.
 fn signed_text(bytes: &[u8], is_format: impl Fn(&str) -> bool) -> Result<String, FormatError> {
-    let start = decoded(&bytes[..bytes.len().min(START)]).map_err(|_| FormatError::Signature)?;
+    let start = decoded(&bytes[..bytes.len().min(4096)]).map_err(|_| FormatError::Signature)?;
     if is_format(&start) { decoded(bytes) } else { Err(FormatError::Signature) }
 }
 
