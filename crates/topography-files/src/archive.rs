@@ -9,7 +9,6 @@ use flate2::read::MultiGzDecoder;
 use zip::ZipArchive;
 
 use super::input::{after, decoded_limit, inflate};
-use super::npy::is_npz;
 use super::{FormatError, TopographyFileError};
 
 /// First bytes of an archive that has at least one file.
@@ -185,4 +184,9 @@ pub(crate) fn content(bytes: &[u8]) -> Result<Option<Vec<u8>>, TopographyFileErr
     inflated
         .map(Some)
         .map_err(|error| container(&format!("a damaged zip archive ({error})"), UNPACK))
+}
+
+/// Returns true if an archive has only NumPy arrays.
+pub(crate) fn is_npz(names: &[String]) -> bool {
+    !names.is_empty() && names.iter().all(|name| name.ends_with(".npy"))
 }

@@ -336,8 +336,8 @@ fn plu_layer<'a>(
 pub(crate) const SUR: Format = Format::new("sur", "Digital Surf", read_sur)
     .changed(&["heights include the offset of the file"]);
 
-/// Types of objects that begin with a height map: a profile or a map that Gwyddion wrote, a surface,
-/// a series or layers of surfaces, and a surface with its image.
+/// Types of objects that begin with a height map: a profile or a map that Gwyddion wrote, a
+/// surface, a series or layers of surfaces, and a surface with its image.
 const SUR_KINDS: [u16; 7] = [1, 2, 5, 8, 11, 13, 16];
 
 fn read_sur(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {

@@ -101,8 +101,8 @@ fn datx_step(dataset: &Dataset, axis: char) -> Result<Option<f64>, FormatError> 
     }
     let parameters = datx_member(dataset, &converter, "Parameters", 8).unwrap_or_default();
     let (parameters, _) = parameters.as_chunks::<8>();
-    let step = parameters.get(1).map(|bytes| f64::from_le_bytes(*bytes));
-    let step = step.ok_or_else(|| FormatError::missing(format!("second parameter of {name}")))?;
+    let missing = || FormatError::missing(format!("second parameter of {name}"));
+    let step = f64::from_le_bytes(*parameters.get(1).ok_or_else(missing)?);
     Ok((step != 0.0).then_some(step))
 }
 
@@ -228,8 +228,8 @@ impl NhfScan {
             }
             limits => (limits, None),
         };
-        let marker = marker.map_or(Missing::None, Missing::Value);
-        let raster = Raster::rows(self.nodes, element, order, bytes)?.missing(marker);
+        let raster = Raster::rows(self.nodes, element, order, bytes)?
+            .missing(marker.map_or(Missing::None, Missing::Value));
         let calibration = ["signal_calibration", "base_calibration"].into_iter().find_map(|name| {
             let [low, high] = ["min", "max"].map(|end| attributes.number(&format!("{name}_{end}")));
             Some((name, low?, high?))

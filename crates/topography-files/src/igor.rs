@@ -59,8 +59,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         _ => return Err(FormatError::Signature),
     };
     // The headers of version 2 have 16 and 110 bytes. The integers in them add up to zero.
-    let header = bytes.get(..if *version == 2 { 126 } else { FILE + WAVE });
-    let header = header.ok_or(FormatError::Signature)?;
+    let length = if *version == 2 { 126 } else { FILE + WAVE };
+    let header = bytes.get(..length).ok_or(FormatError::Signature)?;
     if Element::I16.numbers(order, header).iter().sum::<f64>() % 65536.0 != 0.0 {
         return Err(FormatError::Signature);
     }

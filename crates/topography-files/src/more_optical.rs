@@ -1,5 +1,5 @@
-//! Formats of optical profilers whose two public readers disagree, NanoFocus NMS and TrueMap TMD, and
-//! on which they agree, Sensofar PLUX and Keyence VK. The constant of each format documents the
+//! Formats of optical profilers whose two public readers disagree, NanoFocus NMS and TrueMap TMD,
+//! and on which they agree, Sensofar PLUX and Keyence VK. The constant of each format documents the
 //! evidence.
 
 use super::archive::Archive;
@@ -114,8 +114,8 @@ fn read_plux(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let mut archive = Archive::of_format(bytes)?;
     let index = archive.file("index.xml", PLUX_MAX_INDEX).map_err(|_| FormatError::Signature)?;
     let index = decode_text(&index);
-    let document = xml::document("index.xml", &index, PLUX_MAX_NODES);
-    let document = document.map_err(|_| FormatError::Signature)?;
+    let parsed = xml::document("index.xml", &index, PLUX_MAX_NODES);
+    let document = parsed.map_err(|_| FormatError::Signature)?;
     let root = document.root_element();
     let entry = |name: &str| child(root, &["GENERAL", name]);
     if entry("IMAGE_SIZE_X").is_none() {

@@ -8,7 +8,7 @@
 
 use thiserror::Error;
 
-use super::archive::Archive;
+use super::archive::{Archive, is_npz};
 use super::channel::{Channel, Size};
 use super::direction::Direction;
 use super::input::{decode_text, decoded_limit, finite};
@@ -276,10 +276,10 @@ fn read_npz(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
                 is_located |= axes.is_some() && coordinates.is_some();
                 let shape = nodes.map(|count| count as u64);
                 let bytes: Vec<_> = numbers.into_iter().map(f64::to_le_bytes).collect();
-                let bytes = bytes.into_flattened();
-                let array = Array::new(name, &shape, Element::F64, ByteOrder::Little, bytes);
-                let axes = axes.unwrap_or_else(|| array.axes.clone());
-                let array = Array { axes, unit: known_rank.map(|_| unit.clone()), ..array };
+                let (kind, order) = (Element::F64, ByteOrder::Little);
+                let mut array = Array::new(name, &shape, kind, order, bytes.into_flattened());
+                array.axes = axes.unwrap_or(array.axes);
+                array.unit = known_rank.map(|_| unit.clone());
                 let rank = known_rank.unwrap_or(NPZ_HEIGHTS.len());
                 ranked.extend(array.channels()?.into_iter().map(|channel| (rank, channel)));
             }
@@ -319,11 +319,6 @@ fn npz_coordinates(
     };
     let (x, y) = (find(Direction::X)?, find(Direction::Y)?);
     Ok(x.zip(y).map(|(x, y)| [x, y]))
-}
-
-/// Returns true if an archive has only NumPy arrays.
-pub(crate) fn is_npz(names: &[String]) -> bool {
-    !names.is_empty() && names.iter().all(|name| name.ends_with(".npy"))
 }
 
 /// Returns the sides along x and y: an array of two numbers, or of one for a square.

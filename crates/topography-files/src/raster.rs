@@ -165,7 +165,7 @@ impl Element {
 
 /// Checks the numbers of nodes along x and y that a header gives.
 pub(crate) fn checked_nodes<T: TryInto<i64>>(nodes: [T; 2]) -> Result<[usize; 2], FormatError> {
-    let nodes = nodes.map(|count| count.try_into().unwrap_or(i64::MAX));
+    let nodes: [i64; 2] = nodes.map(|count| count.try_into().unwrap_or(i64::MAX));
     if let Some(count) = nodes.into_iter().find(|&count| count < 1) {
         return Err(FormatError::value("number of nodes", count, "a positive number"));
     }

@@ -158,8 +158,8 @@ fn channel<'a>(
     let known = usize::try_from(kind).ok().and_then(|kind| TYPES.get(kind));
     let (_, element) = *known.ok_or_else(|| FormatError::value("DataType", kind, "0 to 7"))?;
     let nodes = checked_nodes(nodes)?;
-    let raster = stored(nodes, element)?.missing(edition.missing(element));
-    let raster = raster.scaled(factor("Zscale", z)?, 0.0);
+    let numbers = stored(nodes, element)?.missing(edition.missing(element));
+    let raster = numbers.scaled(factor("Zscale", z)?, 0.0);
     let metre = Unit::Length(1.0);
     let size = Sides::of_steps(nodes, [x, y], &metre)?;
     if !edition.is_bcr() {

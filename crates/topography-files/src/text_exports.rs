@@ -39,8 +39,8 @@ fn read_wyko(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         if kind == "3" && cells.next().is_some() {
             let nodes = checked_nodes([entries.whole("X Size")?, entries.whole("Y Size")?])?;
             let rows = lines.by_ref().take(nodes[0]);
-            let rows = rows.map(|(index, line)| (index + 1, line.split_whitespace()));
-            let numbers = number::lines(rows, nodes[1], number::parse_or_missing)?;
+            let words = rows.map(|(index, line)| (index + 1, line.split_whitespace()));
+            let numbers = number::lines(words, nodes[1], number::parse_or_missing)?;
             if OPD_HEIGHTS.contains(&name) {
                 maps.push((name.to_owned(), Raster::from_words([nodes[1], nodes[0]], numbers)?));
             }
@@ -110,10 +110,10 @@ fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let [interferometer, wavelength] = [number(7, 1)?, number(7, 2)?];
         let scale = sign * interferometer * wavelength * number(7, 4)? / steps;
         let words = map.iter().flat_map(|line| line.split_whitespace());
-        let phases = words.map(|word| parsed("phase", word, "an integer"));
-        let phases: Vec<f64> = phases.collect::<Result<_, _>>()?;
+        let phases =
+            words.map(|word| parsed("phase", word, "an integer")).collect::<Result<_, _>>();
         let scale = factor("scale of the phases", scale)?;
-        let raster = Raster::from_words(nodes, phases)?;
+        let raster = Raster::from_words(nodes, phases?)?;
         (raster.missing(NO_PHASE).scaled(scale, 0.0), "m")
     };
     Ok(vec![Channel::new("heights", Unit::parse(unit), size, raster)])

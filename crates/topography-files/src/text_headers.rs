@@ -86,9 +86,9 @@ fn read_bcr(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let encoding = BCR_ENCODINGS.into_iter().find(starts).ok_or(FormatError::Signature)?;
     let first = bcr_entries(&letters(encoding, BCR_LETTERS as usize));
     let stated = first.optional_whole("headersize")?.unwrap_or(BCR_LETTERS);
-    let count = usize::try_from(stated).ok().filter(|size| *size <= bytes.len());
+    let known = usize::try_from(stated).ok().filter(|size| *size <= bytes.len());
     let wrong = || FormatError::value("headersize", stated, "a position in the file");
-    let count = count.ok_or_else(wrong)?;
+    let count = known.ok_or_else(wrong)?;
     let header = bcr_entries(&letters(encoding, count));
     let stored = Cursor::at(bytes, count * encoding.1).rest();
     Ok(vec![bcr_channel(&header, stored)?])

@@ -1,5 +1,5 @@
-//! Formats of instruments that are TIFF files: JPK, LEXT of Olympus and Park Systems. The constant of
-//! each format documents its layout.
+//! Formats of instruments that are TIFF files: JPK, LEXT of Olympus and Park Systems. The constant
+//! of each format documents its layout.
 
 use encoding_rs::UTF_16LE;
 use roxmltree::Document;

@@ -95,8 +95,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             (_, None) => format!("page {}", index + 1),
         };
         let raster = image.image()?;
-        let mask = masks.iter().find(|mask| mask.nodes().ok() == Some(raster.nodes()));
-        let mask = mask.map(|mask| Ok(mask.bitmap()?.scaled(-1.0, 1.0))).transpose()?;
+        let of_image = masks.iter().find(|mask| mask.nodes().ok() == Some(raster.nodes()));
+        let mask = of_image.map(|mask| Ok(mask.bitmap()?.scaled(-1.0, 1.0))).transpose()?;
         let channel = channel(image, raster.masked(mask), &images[0], name, count)?;
         let note = format!("{} of the pages are pictures and are not used", pictures.len());
         Ok(channel.noted((!pictures.is_empty()).then_some(note)))
