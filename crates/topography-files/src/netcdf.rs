@@ -1,11 +1,11 @@
 //! NetCDF files in the classic format (versions 1, 2 and 5, CDF-5), as netCDF4, SciPy, GMT, GDAL,
-//! and `to_netcdf` of SurfaceTopography and xarray write them.
+//! and `to_netcdf` of SurfaceTopography and xarray write them. The crate `netcdf-reader` decodes
+//! the container.
 //!
 //! All variables with two long dimensions are channels; the module [`labelled`](super::labelled)
 //! documents their conventions. SurfaceTopography 1.27.1 writes the variable `heights[x, y]`, whose
 //! axes have the attributes `length` and `unit`, and an optional variable `mask`, which is nonzero
-//! at missing points. The heights have the unit of x unless they have an own one. Variables along
-//! the unlimited dimension are stored in records.
+//! at missing points. The heights have the unit of x unless they have an own one.
 //!
 //! GMT 3, and GMT 6 in its formats `cb` to `cd`, write one dimension instead: `z[xysize]` has
 //! the lines from the greatest y, and `dimension`, `spacing` and `x_range` describe the grid. The

@@ -1,6 +1,6 @@
-//! Formats with a text header of named values, followed by numbers: AL3D, BCR-STM, Gwyddion simple
-//! field and Molecular Imaging. The constant of each format documents its line order and
-//! sides.
+//! Formats with a text header of named values, followed by numbers: AL3D, BCR-STM, simple fields
+//! and XYZ fields of Gwyddion, and Molecular Imaging. The constant of each format documents its
+//! line order and sides.
 
 use encoding_rs::{Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
 
