@@ -5,10 +5,10 @@ use std::borrow::Cow;
 
 use flate2::read::ZlibDecoder;
 
-use super::channel::{Channel, Sides, Size};
-use super::input::{Cursor, after, factor, finite, inflate};
+use super::channel::{Channel, NAME_FIRST, Sides, Size};
+use super::input::{Cursor, after, factor, finite, inflate, meaning};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
-use super::unit::{Unit, ratio};
+use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
 /// FRT MicroProf format, a sequence of blocks. Each block has a number that identifies its content,
@@ -18,7 +18,7 @@ use super::{Format, FormatError, at_least_one};
 /// along x; the first line has the largest y. The number 1 marks missing points.
 ///
 /// Two files in the tests of SurfaceTopography 1.27.1 show both kinds of blocks.
-pub(crate) const FRT: Format = Format::new("frt", "FRT MicroProf", 2, read_frt);
+pub(crate) const FRT: Format = Format::new("frt", "FRT MicroProf", read_frt).changed(&[NAME_FIRST]);
 
 // Numbers of the blocks. The grid block has the numbers of nodes and of bits per height. The scale
 // block has the metres per unit of the stored heights.
@@ -47,12 +47,8 @@ fn read_frt(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let scale = factor("scale of heights", scale.double()?)?;
     if let Ok(mut map) = block(FRT_MAP, "the map") {
         let raster = frt_raster(&mut block(FRT_GRID, "the nodes")?, &mut map)?;
-        return Ok(vec![Channel::new(
-            "heights",
-            Unit::parse("m"),
-            size,
-            raster.scaled(scale, 0.0),
-        )]);
+        let raster = raster.scaled(scale, 0.0);
+        return Ok(vec![Channel::new("heights", Unit::parse("m"), size, raster)]);
     }
     let mut maps = block(FRT_MAPS, "the maps")?;
     maps.skip(8)?;
@@ -77,15 +73,9 @@ fn frt_raster<'a>(
     header: &mut Cursor<'_>,
     stored: &mut Cursor<'a>,
 ) -> Result<Raster<'a>, FormatError> {
-    let nodes = checked_nodes([header.u32()?.into(), header.u32()?.into()])?;
-    let element = match header.u32()? {
-        16 => Element::U16,
-        32 => Element::I32,
-        bits => {
-            let allowed = "16 or 32";
-            return Err(FormatError::value("bits per number", bits, allowed));
-        }
-    };
+    let nodes = header.nodes()?;
+    let types = [(16, Element::U16), (32, Element::I32)];
+    let element = meaning("bits per number", header.u32()?, "16 or 32", &types)?;
     let stored = stored.take(map_bytes(nodes, element))?;
     let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
     Ok(raster.missing(Missing::Value(1.0)).upside_down())
@@ -102,10 +92,7 @@ fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
         let length = match version.as_str() {
             "1.00" => cursor.u32()?.into(),
             "1.01" => u64::from_le_bytes(cursor.array()?),
-            _ => {
-                let allowed = "1.00 or 1.01";
-                return Err(FormatError::value("version", version, allowed));
-            }
+            _ => return Err(FormatError::value("version", version, "1.00 or 1.01")),
         };
         let length = usize::try_from(length).unwrap_or(usize::MAX);
         blocks.push((number, cursor.take(length)?));
@@ -122,7 +109,7 @@ fn frt_blocks(bytes: &[u8]) -> Result<Vec<(u16, &[u8])>, FormatError> {
 /// at least 2147483640 mark missing points.
 ///
 /// Files in the tests of SurfaceTopography 1.27.1 and surfalize 0.19.2 show this.
-pub(crate) const METROPRO: Format = Format::new("metropro", "Zygo MetroPro", 1, read_metropro);
+pub(crate) const METROPRO: Format = Format::new("metropro", "Zygo MetroPro", read_metropro);
 
 fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let header = match bytes.get(..4) {
@@ -130,38 +117,31 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Some(b"\x88\x1b\x03\x71") => 4096,
         _ => return Err(FormatError::Signature),
     };
-    let single = |offset| {
-        let bytes = Cursor::at(bytes, offset).array()?;
-        Ok::<_, FormatError>(f64::from(f32::from_be_bytes(bytes)))
-    };
-    let short = |offset| {
-        let bytes = Cursor::at(bytes, offset).array()?;
-        Ok::<_, FormatError>(i16::from_be_bytes(bytes))
-    };
-    let intensities = u32::from_be_bytes(Cursor::at(bytes, 60).array()?) as usize;
-    let nodes = [short(68)?, short(70)?].map(|count| count.cast_unsigned().into());
-    let nodes = checked_nodes(nodes)?;
-    let steps = match short(218)? {
-        0 => 4096.0,
-        1 => 32768.0,
-        2 => 131072.0,
-        code => return Err(FormatError::value("phase resolution", code, "0, 1 or 2")),
-    };
-    let sign = if short(232)? == 0 { 1.0 } else { -1.0 };
-    let interferometer = factor("scale factor of the interferometer", single(164)?)?;
-    let wavelength = factor("wavelength", single(168)?)?;
-    let obliquity = factor("obliquity factor", single(176)?)?;
-    let step = single(184)?;
-    let size = if step == 0.0 {
-        Size::Unknown
-    } else {
-        Size::metres(nodes.map(|count| count as f64 * step))?
-    };
-    let stored = Cursor::at(bytes, header + intensities).rest();
+    let at = |offset| Cursor::at(bytes, offset).ordered(ByteOrder::Big);
+    let intensities = at(60).u32()? as usize;
+    let nodes = checked_nodes([at(68).u16()?, at(70).u16()?])?;
+    let steps = phase_steps(at(218).i16()?.into())?;
+    let sign = if at(232).i16()? == 0 { 1.0 } else { -1.0 };
+    let interferometer = factor("scale factor of the interferometer", at(164).single()?)?;
+    let wavelength = factor("wavelength", at(168).single()?)?;
+    let obliquity = factor("obliquity factor", at(176).single()?)?;
+    let step = at(184).single()?;
+    let sides = nodes.map(|count| count as f64 * step);
+    let size = Sides::given((step != 0.0).then_some(sides), &Unit::Length(1.0))?;
+    let stored = at(header + intensities).rest();
     let raster = Raster::rows(nodes, Element::I32, ByteOrder::Big, stored)?
-        .missing(Missing::From(2147483640.0))
+        .missing(NO_PHASE)
         .scaled(sign * interferometer * obliquity * wavelength / steps, 0.0);
     Ok(vec![Channel::new("heights", Unit::parse("m"), size, raster)])
+}
+
+/// Phases from this on mark missing points.
+pub(crate) const NO_PHASE: Missing = Missing::From(2147483640.0);
+
+/// Returns the number of phase steps per wavelength, of which MetroPro stores a code.
+pub(crate) fn phase_steps(code: f64) -> Result<f64, FormatError> {
+    let steps = [(0.0, 4096.0), (1.0, 32768.0), (2.0, 131072.0)];
+    meaning("phase resolution", code, "0, 1 or 2", &steps)
 }
 
 /// Wyko OPD format, a directory and blocks that each contain a map or a single number.
@@ -172,7 +152,7 @@ fn read_metropro(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// points.
 ///
 /// Three files in the tests of SurfaceTopography 1.27.1 and surfalize 0.19.2 show this.
-pub(crate) const OPD: Format = Format::new("opd", "Wyko", 2, read_opd);
+pub(crate) const OPD: Format = Format::new("opd", "Wyko", read_opd).changed(&[NAME_FIRST]);
 
 /// Length of an entry of the directory, in bytes.
 const OPD_ENTRY: usize = 24;
@@ -183,7 +163,7 @@ const OPD_FLOAT: i16 = 7;
 const OPD_DOUBLE: i16 = 8;
 const OPD_LONG: i16 = 12;
 /// Names of the blocks with heights. Arrays with other names are intensities.
-const OPD_HEIGHTS: [&str; 5] = ["Raw", "RAW_DATA", "RAW DATA", "OPD", "SAMPLE_DATA"];
+pub(crate) const OPD_HEIGHTS: [&str; 5] = ["Raw", "RAW_DATA", "RAW DATA", "OPD", "SAMPLE_DATA"];
 
 struct OpdBlock<'a> {
     name: String,
@@ -200,26 +180,28 @@ fn read_opd(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let block = blocks.iter().find(|block| block.name == name);
         block.and_then(OpdBlock::number)
     };
-    let missing = || FormatError::missing("Wavelength");
-    let wavelength = number("Wavelength").ok_or_else(missing)?;
+    let wavelength = number("Wavelength").ok_or_else(|| FormatError::missing("Wavelength"))?;
     let multiplier = factor("Mult", number("Mult").unwrap_or(1.0))?;
     let nanometres = factor("Wavelength", wavelength)? / multiplier;
     let is_map =
         |block: &&OpdBlock<'_>| block.kind == OPD_ARRAY && OPD_HEIGHTS.contains(&&*block.name);
     let channels = blocks.iter().filter(is_map).map(|block| {
         let raster = opd_raster(block.bytes)?.scaled(nanometres, 0.0);
-        let nodes = raster.nodes().map(|count| count as f64);
-        let size = match number("Pixel_size") {
-            None => Sides::UNKNOWN,
-            Some(step) => {
-                let aspect = number("Aspect").unwrap_or(1.0);
-                let sides = [nodes[0] * step, nodes[1] * step * aspect];
-                Sides::new(sides, &Unit::parse("mm"))?
-            }
-        };
+        let size = opd_size(raster.nodes(), number("Pixel_size"), number("Aspect"))?;
         Ok(Channel::new(&*block.name, Unit::parse("nm"), size, raster))
     });
     at_least_one(channels, "Raw")
+}
+
+/// Returns the size of a map with these nodes, `Pixel_size` and `Aspect`.
+pub(crate) fn opd_size(
+    nodes: [usize; 2],
+    step: Option<f64>,
+    aspect: Option<f64>,
+) -> Result<Sides, FormatError> {
+    let [x, y] = nodes.map(|count| count as f64);
+    let sides = step.map(|step| [x * step, y * step * aspect.unwrap_or(1.0)]);
+    Sides::given(sides, &Unit::parse("mm"))
 }
 
 /// Reads all blocks except the first, which is the directory. The others are in the order in which
@@ -230,19 +212,17 @@ fn opd_blocks(bytes: &[u8]) -> Result<Vec<OpdBlock<'_>>, FormatError> {
     let entries = (length / OPD_ENTRY).saturating_sub(1);
     let mut data = Cursor::at(bytes, 2);
     data.skip(length)?;
-    let mut blocks = Vec::new();
-    for _ in 0..entries {
+    let blocks = (0..entries).map(|_| {
         let (name, kind, length) = opd_entry(&mut directory)?;
-        let bytes = data.take(length)?;
-        blocks.push(OpdBlock { name, kind, bytes });
-    }
-    Ok(blocks)
+        Ok(OpdBlock { name, kind, bytes: data.take(length)? })
+    });
+    blocks.collect()
 }
 
 /// Reads an entry of the directory: the name, the type and the length in bytes of a block.
 fn opd_entry(cursor: &mut Cursor<'_>) -> Result<(String, i16, usize), FormatError> {
     let name = cursor.text(16)?;
-    let kind = i16::from_le_bytes(cursor.array()?);
+    let kind = cursor.i16()?;
     let length = cursor.i32()?;
     cursor.skip(2)?;
     Ok((name, kind, usize::try_from(length).unwrap_or(0)))
@@ -254,9 +234,7 @@ impl OpdBlock<'_> {
     fn number(&self) -> Option<f64> {
         let mut cursor = Cursor::new(self.bytes);
         match (self.kind, self.bytes.len()) {
-            (OPD_SHORT | OPD_FLOAT, 2) => {
-                cursor.array().ok().map(|bytes| i16::from_le_bytes(bytes).into())
-            }
+            (OPD_SHORT | OPD_FLOAT, 2) => cursor.i16().ok().map(f64::from),
             (OPD_SHORT | OPD_LONG, _) => cursor.i32().ok().map(f64::from),
             (OPD_FLOAT, _) => cursor.single().ok(),
             (OPD_DOUBLE, _) => cursor.double().ok(),
@@ -267,16 +245,13 @@ impl OpdBlock<'_> {
 
 fn opd_raster(bytes: &[u8]) -> Result<Raster<'_>, FormatError> {
     let mut cursor = Cursor::new(bytes);
-    let nodes = checked_nodes([cursor.u16()?.into(), cursor.u16()?.into()])?;
-    let (element, missing) = match cursor.u16()? {
-        1 => (Element::U8, Missing::None),
-        2 => (Element::I16, Missing::From(32766.0)),
-        4 => (Element::F32, Missing::From(1e10)),
-        size => {
-            let allowed = "1, 2 or 4";
-            return Err(FormatError::value("bytes per number", size, allowed));
-        }
-    };
+    let nodes = checked_nodes([cursor.u16()?, cursor.u16()?])?;
+    let types = [
+        (1, (Element::U8, Missing::None)),
+        (2, (Element::I16, Missing::From(32766.0))),
+        (4, (Element::F32, Missing::From(1e10))),
+    ];
+    let (element, missing) = meaning("bytes per number", cursor.u16()?, "1, 2 or 4", &types)?;
     let raster = Raster::columns(nodes, element, ByteOrder::Little, cursor.rest())?;
     Ok(raster.missing(missing).upside_down())
 }
@@ -288,7 +263,7 @@ fn opd_raster(bytes: &[u8]) -> Result<Raster<'_>, FormatError> {
 /// recognized by a date as text, a known type of measurement, and layers that fit into the file.
 ///
 /// Files in the tests of SurfaceTopography 1.27.1 and surfalize 0.19.2 show this.
-pub(crate) const PLU: Format = Format::new("plu", "Sensofar", 1, read_plu).without_signature();
+pub(crate) const PLU: Format = Format::new("plu", "Sensofar", read_plu).without_signature();
 
 // Offsets in bytes of the calibration, the type of measurement, the number of layers, and the
 // layers.
@@ -330,16 +305,15 @@ fn plu_layer<'a>(
     images: usize,
     steps: [f64; 2],
 ) -> Result<Channel<'a>, FormatError> {
-    let [y, x] = [cursor.u32()?.into(), cursor.u32()?.into()];
+    let [y, x] = [cursor.u32()?, cursor.u32()?];
     let nodes = checked_nodes([x, y])?;
     let stored = cursor.take(map_bytes(nodes, Element::F32))?;
     cursor.skip(8 + 3 * images * nodes[0] * nodes[1])?;
     let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?
         .missing(Missing::Value(1000001.0));
-    let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
-    let size = Sides::new(sides, &Unit::parse("µm"))?;
-    let name = format!("layer{number}");
-    Ok(Channel::new(name, Unit::parse("µm"), size, raster))
+    let micrometre = Unit::parse("µm");
+    let size = Sides::of_steps(nodes, steps, &micrometre)?;
+    Ok(Channel::new(format!("layer{number}"), micrometre, size, raster))
 }
 
 /// Digital Surf format, which MountainsMap and several instruments write.
@@ -359,13 +333,12 @@ fn plu_layer<'a>(
 ///
 /// Not known: what an inversion means. Four programs treat it in three ways, and no public file
 /// uses it. As in Gwyddion, it negates the heights here, and 2 and 3 mirror the map, too.
-pub(crate) const SUR: Format = Format::new("sur", "Digital Surf", 2, read_sur);
+pub(crate) const SUR: Format = Format::new("sur", "Digital Surf", read_sur)
+    .changed(&["heights include the offset of the file"]);
 
-/// Type of a profile, or of a map that Gwyddion wrote.
-const SUR_PROFILE: u16 = 1;
-/// Types of objects that begin with a height map: a surface, a series or layers of surfaces, and a
-/// surface with its image.
-const SUR_KINDS: [u16; 7] = [SUR_PROFILE, 2, 5, 8, 11, 13, 16];
+/// Types of objects that begin with a height map: a profile or a map that Gwyddion wrote, a
+/// surface, a series or layers of surfaces, and a surface with its image.
+const SUR_KINDS: [u16; 7] = [1, 2, 5, 8, 11, 13, 16];
 
 fn read_sur(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let is_compressed = match bytes.get(..12) {
@@ -373,107 +346,51 @@ fn read_sur(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Some(b"DSCOMPRESSED") => true,
         _ => return Err(FormatError::Signature),
     };
-    let header = SurHeader::read(&mut Cursor::at(bytes, 12))?;
-    let mut cursor = Cursor::at(bytes, 512);
-    cursor.skip(header.extra)?;
+    let at = |offset| Cursor::at(bytes, offset);
+    let kind = at(18).u16()?;
+    if !SUR_KINDS.contains(&kind) {
+        let allowed = "the type of a surface (1, 2, 5, 8, 11, 13 or 16)";
+        return Err(FormatError::value("type of the object", kind, allowed));
+    }
+    let has_missing = at(86).u16()? == 1;
+    let types = [(16, Element::I16), (32, Element::I32)];
+    let element = meaning("bits per point", at(98).u16()?, "16 or 32", &types)?;
+    let lowest = at(100).i32()?;
+    let nodes = checked_nodes([at(108).i32()?, at(112).i32()?])?;
+    let steps = [at(120).single()?, at(124).single()?];
+    let scale = factor("spacing of z", at(128).single()?)?;
+    let [unit_x, unit_y, unit_z] = [at(180).text(16)?, at(196).text(16)?, at(212).text(16)?];
+    let inversion = at(290).u16()?;
+    // The lengths of the comment and of the private zone.
+    let extra = usize::from(at(334).u16()?) + usize::from(at(336).u16()?);
+    let offset = finite("offset of z", at(474).single()?)?;
+
+    let mut data = at(512 + extra);
     let stored = if is_compressed {
-        let needed = map_bytes(header.nodes, header.element);
-        Cow::Owned(sur_decompressed(&mut cursor, needed)?)
+        Cow::Owned(sur_decompressed(&mut data, map_bytes(nodes, element))?)
     } else {
-        Cow::Borrowed(cursor.rest())
+        Cow::Borrowed(data.rest())
     };
-    Ok(vec![header.channel(stored)?])
-}
-
-struct SurHeader {
-    nodes: [usize; 2],
-    element: Element,
-    has_missing: bool,
-    lowest: i32,
-    spacing: [f64; 3],
-    /// Offset of the heights, in the unit of their spacing.
-    offset: f64,
-    units: [String; 3],
-    inversion: u16,
-    /// Length of the comment and the private zone together, in bytes.
-    extra: usize,
-}
-
-impl SurHeader {
-    /// Reads the header after the signature.
-    fn read(cursor: &mut Cursor<'_>) -> Result<SurHeader, FormatError> {
-        cursor.skip(6)?;
-        let kind = cursor.u16()?;
-        if !SUR_KINDS.contains(&kind) {
-            let allowed = "the type of a surface (1, 2, 5, 8, 11, 13 or 16)";
-            return Err(FormatError::value("type of the object", kind, allowed));
-        }
-        cursor.skip(66)?;
-        let has_missing = cursor.u16()? == 1;
-        cursor.skip(10)?;
-        let element = match cursor.u16()? {
-            16 => Element::I16,
-            32 => Element::I32,
-            bits => return Err(FormatError::value("bits per point", bits, "16 or 32")),
-        };
-        let lowest = cursor.i32()?;
-        cursor.skip(4)?;
-        let nodes = checked_nodes([cursor.i32()?.into(), cursor.i32()?.into()])?;
-        cursor.skip(4)?;
-        let spacing = [cursor.single()?, cursor.single()?, cursor.single()?];
-        cursor.skip(3 * 16)?;
-        let units = [cursor.text(16)?, cursor.text(16)?, cursor.text(16)?];
-        cursor.skip(3 * 16 + 3 * 4 + 2)?;
-        let inversion = cursor.u16()?;
-        cursor.skip(42)?;
-        let extra = usize::from(cursor.u16()?) + usize::from(cursor.u16()?);
-        cursor.skip(128 + 2 * 4)?;
-        let offset = finite("offset of z", cursor.single()?)?;
-        Ok(SurHeader {
-            nodes,
-            element,
-            has_missing,
-            lowest,
-            spacing,
-            offset,
-            units,
-            inversion,
-            extra,
-        })
-    }
-
-    fn channel<'a>(&self, stored: Cow<'a, [u8]>) -> Result<Channel<'a>, FormatError> {
-        let nodes = self.nodes;
-        let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
-        let raster = if self.has_missing {
-            raster.missing(Missing::Value(f64::from(self.lowest) - 2.0))
-        } else {
-            raster
-        };
-        // As in Gwyddion, an inversion negates the heights and may mirror the map along one axis.
-        let unscaled = match self.inversion {
-            2 => raster.mirrored(),
-            3 => raster.upside_down(),
-            _ => raster,
-        };
-        let sign = if (1..=3).contains(&self.inversion) { -1.0 } else { 1.0 };
-        let scale = factor("spacing of z", self.spacing[2])?;
-        let [unit_x, unit_y, unit_z] = &self.units;
-        let sides = if nodes[1] == 1 {
-            // Profiles give no step along y.
-            [nodes[0] as f64, 1.0].map(|steps| steps * self.spacing[0])
-        } else {
-            // `y` converts the side along y to the unit of the side along x.
-            let y = ratio(unit_y, unit_x).ok_or_else(|| {
-                let allowed = format!("a unit like that of x, `{unit_x}`");
-                FormatError::value("unit of y", unit_y, &allowed)
-            })?;
-            [nodes[0] as f64 * self.spacing[0], nodes[1] as f64 * self.spacing[1] * y]
-        };
-        let size = Sides::new(sides, &Unit::parse(unit_x))?;
-        let raster = unscaled.scaled(sign * scale, sign * self.offset);
-        Ok(Channel::new("heights", Unit::parse(unit_z), size, raster))
-    }
+    let raster = Raster::rows(nodes, element, ByteOrder::Little, stored)?;
+    // As in Gwyddion, an inversion negates the heights and may mirror the map along one axis.
+    let unscaled = match inversion {
+        2 => raster.mirrored(),
+        3 => raster.upside_down(),
+        _ => raster,
+    };
+    let sign = if (1..=3).contains(&inversion) { -1.0 } else { 1.0 };
+    let marker = f64::from(lowest) - 2.0;
+    let raster = unscaled
+        .missing(if has_missing { Missing::Value(marker) } else { Missing::None })
+        .scaled(sign * scale, sign * offset);
+    let size = if nodes[1] == 1 {
+        // Profiles give no step along y.
+        Sides::new([nodes[0] as f64, 1.0].map(|count| count * steps[0]), &Unit::parse(&unit_x))?
+    } else {
+        let sides = [0, 1].map(|axis| nodes[axis] as f64 * steps[axis]);
+        Sides::in_units(sides, [&unit_x, &unit_y])?
+    };
+    Ok(vec![Channel::new("heights", Unit::parse(&unit_z), size, raster)])
 }
 
 /// Decompresses all streams and concatenates their bytes, up to `needed` bytes.

@@ -2,7 +2,7 @@
 
 use super::FormatError;
 use super::raster::{Raster, is_marker};
-use super::unit::{Unit, ratio};
+use super::unit::{Unit, y_ratio};
 
 /// Words of the names of channels that are heights.
 const HEIGHTS: [&str; 13] = [
@@ -53,6 +53,10 @@ const OTHERS: [&str; 30] = [
     "indentation",
     "count",
 ];
+
+/// Reason of the version of a reader: it takes another default channel.
+pub(crate) const NAME_FIRST: &str =
+    "the name of a channel decides before its unit which one is read";
 
 /// Physical quantity of the numbers of a channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -217,6 +221,11 @@ impl Sides {
         }
     }
 
+    /// Creates a size from sides in the given unit if the file has them.
+    pub(crate) fn given(sides: Option<[f64; 2]>, unit: &Unit) -> Result<Sides, FormatError> {
+        sides.map_or(Ok(Sides::UNKNOWN), |sides| Sides::new(sides, unit))
+    }
+
     /// Creates a size from numbers of nodes and their distances in the given unit.
     pub(crate) fn of_steps(
         nodes: [usize; 2],
@@ -231,11 +240,7 @@ impl Sides {
         [x, y]: [f64; 2],
         [unit_x, unit_y]: [&str; 2],
     ) -> Result<Sides, FormatError> {
-        let y_ratio = ratio(unit_y, unit_x).ok_or_else(|| {
-            let allowed = format!("a unit like that of x, `{unit_x}`");
-            FormatError::value("unit of y", unit_y, &allowed)
-        })?;
-        Sides::new([x, y * y_ratio], &Unit::parse(unit_x))
+        Sides::new([x, y * y_ratio(unit_y, unit_x)?], &Unit::parse(unit_x))
     }
 }
 
@@ -286,7 +291,7 @@ impl<'a> Channel<'a> {
     /// the library ignores the mask.
     pub(crate) fn under_mask(mut self, mask: Raster<'a>) -> Channel<'a> {
         self.masked = mask.count_masked();
-        self.raster = self.raster.masked(mask);
+        self.raster = self.raster.masked(Some(mask));
         self
     }
 
@@ -294,14 +299,17 @@ impl<'a> Channel<'a> {
     /// Points that the format itself marks stay missing.
     pub fn without_mask(mut self) -> Channel<'a> {
         if self.masked > 0 {
-            (self.masked, self.raster) = (0, self.raster.without_mask());
+            (self.masked, self.raster) = (0, self.raster.masked(None));
         }
         self
     }
 
-    /// Adds a note, a sentence without a full stop that starts in lower case.
-    pub(crate) fn noted(mut self, note: impl Into<String>) -> Channel<'a> {
-        self.notes.push(note.into());
+    /// Adds notes, which are sentences without a full stop that start in lower case.
+    pub(crate) fn noted<S: Into<String>>(
+        mut self,
+        notes: impl IntoIterator<Item = S>,
+    ) -> Channel<'a> {
+        self.notes.extend(notes.into_iter().map(S::into));
         self
     }
 
@@ -518,6 +526,15 @@ impl HeightStatistics {
             lowest: valid().fold(f64::INFINITY, f64::min),
             highest: valid().fold(f64::NEG_INFINITY, f64::max),
         })
+    }
+}
+
+/// Returns the name of a channel with its scan direction, as SurfaceTopography writes it.
+pub(crate) fn directed(name: String, is_retrace: bool) -> String {
+    match name.strip_suffix(')') {
+        _ if !is_retrace => name,
+        Some(start) => format!("{start}, retrace)"),
+        None => format!("{name} (retrace)"),
     }
 }
 

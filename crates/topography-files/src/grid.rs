@@ -44,8 +44,7 @@ impl Grid {
             let what = format!("{count} triplets along a line are a profile, not a map");
             return Err(FormatError::unsupported(what));
         }
-        let nodes = [x.nodes, y.nodes];
-        let nodes = checked_nodes(nodes.map(|nodes| i64::try_from(nodes).unwrap_or(i64::MAX)))?;
+        let nodes = checked_nodes([x.nodes, y.nodes])?;
         let count = nodes[0] * nodes[1];
         if (points.len() as f64) < MIN_FILLED * count as f64 {
             return Err(FormatError::unsupported(format!(

@@ -1,6 +1,8 @@
 //! Grids of geographic programs: ESRI ASCII grids and Surfer grids. The constant of each format
 //! documents its line order and sides.
 
+use std::collections::BTreeMap;
+
 use super::channel::{Channel, Sides};
 use super::input::{Cursor, lines};
 use super::number;
@@ -17,7 +19,8 @@ use super::{Format, FormatError};
 /// points and is −9999 if it is not given. The sides are numbers of cells × size of a cell, without
 /// a unit. GRASS writes `cols`, `rows`, the four edges of the grid and `null` in their place. The
 /// first line of heights is the northernmost, with the largest y.
-pub(crate) const ESRI: Format = Format::new("esri-asc", "ESRI ASCII grid", 2, read_esri);
+pub(crate) const ESRI: Format = Format::new("esri-asc", "ESRI ASCII grid", read_esri)
+    .changed(&["grids of GRASS, `xdim`, `nodata` and other spellings"]);
 
 /// Names of entries, each followed by its other spellings.
 const ESRI_NAMES: [&[&str]; 13] = [
@@ -45,20 +48,19 @@ fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         return Err(FormatError::Signature);
     }
     let text = decoded(bytes)?;
-    let mut entries: [Option<f64>; ESRI_NAMES.len()] = [None; _];
+    let mut entries: BTreeMap<&str, f64> = BTreeMap::new();
     let mut heights = Vec::new();
     for (index, line) in lines(&text).enumerate() {
         let mut words = line.split_whitespace().filter(|word| *word != "=");
         let first = words.clone().next().unwrap_or_default().to_ascii_lowercase();
         let first = first.trim_end_matches([':', '=']);
-        let is_named = |names: &&[&str]| heights.is_empty() && names.contains(&first);
-        if let Some(entry) = ESRI_NAMES.iter().position(is_named) {
+        let is_named = |names: &&&[&str]| heights.is_empty() && names.contains(&first);
+        if let Some([name, ..]) = ESRI_NAMES.iter().find(is_named) {
             let text = words.nth(1).unwrap_or_default();
-            let number = esri_number(text);
+            let wrong = || FormatError::value(name, text, "a number");
             // The type of the numbers is a word.
-            if first != "type" {
-                let wrong = || FormatError::value(ESRI_NAMES[entry][0], text, "a number");
-                entries[entry] = Some(number.ok_or_else(wrong)?);
+            if *name != "type" {
+                entries.insert(name, esri_number(text).ok_or_else(wrong)?);
             }
             continue;
         }
@@ -70,19 +72,13 @@ fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             heights.push(esri_number(word).ok_or_else(wrong)?);
         }
     }
-    let entry = |name: &str| {
-        let index = ESRI_NAMES.iter().position(|known| known[0] == name);
-        index.and_then(|index| entries[index])
-    };
+    let entry = |name: &str| entries.get(name).copied();
     let needed = |name: &str| entry(name).ok_or_else(|| FormatError::missing(name));
     let nodes = checked_nodes([needed("ncols")? as i64, needed("nrows")? as i64])?;
     let sides = match (entry("cellsize"), entry("east")) {
         (Some(step), _) => nodes.map(|count| count as f64 * step),
         (None, Some(east)) => [east - needed("west")?, needed("north")? - needed("south")?],
-        (None, None) => {
-            let steps = [needed("dx")?, needed("dy")?];
-            [0, 1].map(|axis| nodes[axis] as f64 * steps[axis])
-        }
+        (None, None) => [nodes[0] as f64 * needed("dx")?, nodes[1] as f64 * needed("dy")?],
     };
     let size = Sides::new(sides, &Unit::None)?;
     let missing = entry("nodata_value");
@@ -91,14 +87,11 @@ fn read_esri(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         heights.iter().filter(|height| missing.is_none() && **height == marker).count();
     let raster = Raster::from_words(nodes, heights)?.upside_down().missing(Missing::Around(marker));
     let channel = Channel::new("heights", Unit::None, size, raster);
-    Ok(vec![if by_default > 0 {
-        channel.noted(format!(
-            "{by_default} points of {marker} count as missing, because the file has no \
-             `NODATA_value` and this is its default"
-        ))
-    } else {
-        channel
-    }])
+    let note = format!(
+        "{by_default} points of {marker} count as missing, because the file has no `NODATA_value` \
+         and this is its default"
+    );
+    Ok(vec![channel.noted((by_default > 0).then_some(note))])
 }
 
 /// Parses a number with a decimal point or comma; words for missing points are NaN.
@@ -113,10 +106,7 @@ fn esri_number(word: &str) -> Option<f64> {
 /// sides are nodes × step, without a unit. Lines run along x; the first line has the smallest y.
 /// Numbers from 1.70141e38 on mark missing points; Surfer 7 names its own marker. GDAL 3.10 writes
 /// files of all three kinds.
-pub(crate) const SURFER: Format = Format::new("surfer", "Surfer grid", 1, read_surfer);
-
-/// Number that marks missing points, in single precision.
-const SURFER_MISSING: Missing = Missing::From(1.7014e38);
+pub(crate) const SURFER: Format = Format::new("surfer", "Surfer grid", read_surfer);
 
 fn read_surfer(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let channel = match bytes.first_chunk::<4>() {
@@ -139,17 +129,14 @@ fn surfer_text<'a>(bytes: &[u8]) -> Result<Channel<'a>, FormatError> {
     let limits = [number("xlo")?, number("xhi")?, number("ylo")?, number("yhi")?];
     number("zlo")?;
     number("zhi")?;
-    let count = nodes[0] * nodes[1];
-    let mut heights = Vec::with_capacity(count.min(bytes.len()));
-    for _ in 0..count {
-        heights.push(number("height")?);
-    }
-    surfer_channel(nodes, limits, Raster::from_rows(nodes, heights))
+    let heights = (0..nodes[0] * nodes[1]).map(|_| number("height"));
+    let raster = Raster::from_rows(nodes, heights.collect::<Result<_, _>>()?);
+    surfer_channel(nodes, limits, raster)
 }
 
 fn surfer_6(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     let mut cursor = Cursor::at(bytes, 4);
-    let nodes = checked_nodes([cursor.u16()?.into(), cursor.u16()?.into()])?;
+    let nodes = checked_nodes([cursor.u16()?, cursor.u16()?])?;
     let limits = [cursor.double()?, cursor.double()?, cursor.double()?, cursor.double()?];
     cursor.skip(16)?;
     let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, cursor.rest())?;
@@ -163,7 +150,8 @@ fn surfer_channel<'a>(
 ) -> Result<Channel<'a>, FormatError> {
     let side = |axis: usize, range: f64| range / (nodes[axis] - 1) as f64 * nodes[axis] as f64;
     let size = Sides::new([side(0, xhi - xlo), side(1, yhi - ylo)], &Unit::None)?;
-    Ok(Channel::new("heights", Unit::None, size, raster.missing(SURFER_MISSING)))
+    // The marker is in single precision.
+    Ok(Channel::new("heights", Unit::None, size, raster.missing(Missing::From(1.7014e38))))
 }
 
 /// Reads a file of sections, each with a tag of four bytes and its length.
@@ -177,7 +165,7 @@ fn surfer_7(bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
             b"GRID" => grid = Some(section),
             b"DATA" => {
                 let mut header = Cursor::new(grid.ok_or_else(|| FormatError::missing("GRID"))?);
-                let [lines, columns] = [header.i32()?, header.i32()?].map(i64::from);
+                let [lines, columns] = [header.i32()?, header.i32()?];
                 let nodes = checked_nodes([columns, lines])?;
                 header.skip(16)?;
                 let steps = [header.double()?, header.double()?];

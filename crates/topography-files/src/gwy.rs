@@ -7,14 +7,15 @@
 //! Gwyddion 2.62 and gwyfile 0.3.0 write such files; `sample_0.gwy` of AFMReader 0.0.7 is one.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
-use super::channel::{Channel, Sides};
+use super::channel::{Channel, NAME_FIRST, Sides};
 use super::input::{Cursor, latin1};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("gwy", "Gwyddion", 2, read);
+pub(crate) const FORMAT: Format = Format::new("gwy", "Gwyddion", read).changed(&[NAME_FIRST]);
 
 /// Maximum depth of nested objects.
 const MAX_DEPTH: usize = 16;
@@ -28,13 +29,10 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         return Err(FormatError::Signature);
     }
     let container = Object::read(&mut Cursor::at(bytes, 4), 0)?;
-    let mut numbers: Vec<u32> = container
-        .components
-        .iter()
-        .filter_map(|(name, _)| name.strip_prefix('/')?.strip_suffix("/data")?.parse().ok())
+    let names = container.components.iter().map(|(name, _)| name);
+    let numbers: BTreeSet<u32> = names
+        .filter_map(|name| name.strip_prefix('/')?.strip_suffix("/data")?.parse().ok())
         .collect();
-    numbers.sort_unstable();
-    numbers.dedup();
     let channels = numbers.into_iter().map(|number| {
         let path = |rest: &str| format!("/{number}/{rest}");
         let field = container.object(&path("data"))?;
@@ -58,9 +56,9 @@ fn channel<'a>(
         Unit::parse(text.unwrap_or_default())
     };
     // Gwyddion uses the magnitude of a negative side.
-    let sides = [field.real("xreal")?.abs(), field.real("yreal")?.abs()];
+    let sides = [field.number("xreal")?.abs(), field.number("yreal")?.abs()];
     let lateral = unit("si_unit_xy");
-    let size = if sides.contains(&0.0) { Sides::UNKNOWN } else { Sides::new(sides, &lateral)? };
+    let size = Sides::given(Some(sides).filter(|sides| !sides.contains(&0.0)), &lateral)?;
     let channel = Channel::new(title, unit("si_unit_z"), size, raster);
     let Some(mask) = mask else { return Ok(channel) };
     let mask = self::raster(mask)?;
@@ -73,7 +71,7 @@ fn channel<'a>(
 }
 
 fn raster<'a>(field: &Object<'a>) -> Result<Raster<'a>, FormatError> {
-    let nodes = checked_nodes([field.whole("xres")?, field.whole("yres")?])?;
+    let nodes = checked_nodes([field.number("xres")? as i64, field.number("yres")? as i64])?;
     match field.find("data") {
         Some(Value::Doubles(bytes)) => Raster::rows(nodes, Element::F64, ByteOrder::Little, *bytes),
         _ => Err(FormatError::missing("data")),
@@ -86,8 +84,7 @@ struct Object<'a> {
 }
 
 enum Value<'a> {
-    Whole(i64),
-    Real(f64),
+    Number(f64),
     Text(Cow<'a, str>),
     Doubles(&'a [u8]),
     Object(Object<'a>),
@@ -135,63 +132,40 @@ impl<'a> Object<'a> {
         }
     }
 
-    fn whole(&self, name: &str) -> Result<i64, FormatError> {
+    fn number(&self, name: &str) -> Result<f64, FormatError> {
         match self.find(name) {
-            Some(Value::Whole(number)) => Ok(*number),
-            _ => Err(FormatError::missing(name)),
-        }
-    }
-
-    fn real(&self, name: &str) -> Result<f64, FormatError> {
-        match self.find(name) {
-            Some(Value::Real(number)) => Ok(*number),
+            Some(Value::Number(number)) => Ok(*number),
             _ => Err(FormatError::missing(name)),
         }
     }
 }
 
 fn value<'a>(cursor: &mut Cursor<'a>, kind: u8, depth: usize) -> Result<Value<'a>, FormatError> {
-    Ok(match kind {
-        b'b' | b'c' => {
-            cursor.skip(1)?;
-            Value::Other
-        }
-        b'i' => Value::Whole(cursor.i32()?.into()),
-        b'q' => Value::Whole(i64::from_le_bytes(cursor.array()?)),
-        b'd' => Value::Real(cursor.double()?),
-        b's' => Value::Text(text(cursor)?),
-        b'o' => Value::Object(Object::read(cursor, depth + 1)?),
-        b'D' => Value::Doubles(array(cursor, 8)?),
-        b'C' => skip_array(cursor, 1)?,
-        b'I' => skip_array(cursor, 4)?,
-        b'Q' => skip_array(cursor, 8)?,
-        b'S' => {
-            for _ in 0..cursor.u32()? {
-                text(cursor)?;
-            }
-            Value::Other
-        }
-        b'O' => {
-            for _ in 0..cursor.u32()? {
-                Object::read(cursor, depth + 1)?;
-            }
-            Value::Other
-        }
+    match kind {
+        b'b' | b'c' => cursor.skip(1)?,
+        b'i' => return Ok(Value::Number(cursor.i32()?.into())),
+        b'q' => return Ok(Value::Number(i64::from_le_bytes(cursor.array()?) as f64)),
+        b'd' => return cursor.double().map(Value::Number),
+        b's' => return text(cursor).map(Value::Text),
+        b'o' => return Object::read(cursor, depth + 1).map(Value::Object),
+        b'D' => return array(cursor, 8).map(Value::Doubles),
+        b'C' => array(cursor, 1).map(drop)?,
+        b'I' => array(cursor, 4).map(drop)?,
+        b'Q' => array(cursor, 8).map(drop)?,
+        b'S' => (0..cursor.u32()?).try_for_each(|_| text(cursor).map(drop))?,
+        b'O' => (0..cursor.u32()?).try_for_each(|_| Object::read(cursor, depth + 1).map(drop))?,
         _ => {
             let found = char::from(kind).escape_default();
             let allowed = "one of bciqdsoCIQDSO";
             return Err(FormatError::value("type of a value", found, allowed));
         }
-    })
+    }
+    Ok(Value::Other)
 }
 
 fn array<'a>(cursor: &mut Cursor<'a>, size: usize) -> Result<&'a [u8], FormatError> {
     let count = cursor.u32()? as usize;
     cursor.take(count.saturating_mul(size))
-}
-
-fn skip_array<'a>(cursor: &mut Cursor<'a>, size: usize) -> Result<Value<'a>, FormatError> {
-    array(cursor, size).map(|_| Value::Other)
 }
 
 /// Reads text up to the next zero byte. Text is UTF-8, but instruments and scripts also put

@@ -2,7 +2,8 @@
 //!
 //! The crate `hdf5-reader` decodes the container: it is pure Rust and reads what h5py, MATLAB 7.3
 //! and netCDF4 write. Where its version 0.12.1 is wrong, this module does it: integers of fewer
-//! bits and texts ([`stored`]), places of chunks ([`container`]), members of a group ([`links`]).
+//! bits and texts ([`stored`]), members of a group ([`container`]). A dataset whose chunks it would
+//! misplace is refused.
 //!
 //! The channels are the arrays of numbers with two long dimensions in the root group or, if there
 //! are none, in all groups. The module [`labelled`](super::labelled) documents how axes, sides,
@@ -27,26 +28,29 @@
 
 mod container;
 mod filters;
-mod links;
 mod stored;
 
-use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
 use hdf5_reader::group::Group;
 use hdf5_reader::{Dataset, Datatype};
 
+pub(crate) use self::container::Container;
 use self::container::Members;
-pub(crate) use self::container::{Container, attribute, number, text};
 use super::channel::{Channel, Sides};
 use super::direction::Direction;
-use super::labelled::{Array, Attributes, Axis, Coordinates};
+use super::labelled::{AXES, Array, Attributes, Axis, CONVENTIONS, Coordinates, DEGREES};
 use super::netcdf::complete_heights;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("hdf5", "HDF5", 5, read);
+pub(crate) const FORMAT: Format = Format::new("hdf5", "HDF5", read).changed(&[
+    CONVENTIONS,
+    DEGREES,
+    "labels of dimensions tell x and y",
+    AXES,
+]);
 
 /// Maximum number of groups that are searched for datasets.
 const MAX_GROUPS: usize = 10_000;
@@ -92,11 +96,9 @@ pub(crate) fn maps(
             )
         }));
     }
-    let noted = |channel| {
-        let note = |error: &FormatError| format!("a part of the file was not read: {error}");
-        file.unreadable.iter().map(note).fold(channel, Channel::noted)
-    };
-    Ok(channels.into_iter().map(noted).collect())
+    let note = |error| format!("a part of the file was not read: {error}");
+    let notes: Vec<String> = file.unreadable.iter().map(note).collect();
+    Ok(channels.into_iter().map(|channel| channel.noted(&notes)).collect())
 }
 
 /// Reads the images of a file of TopoStats.
@@ -118,11 +120,9 @@ fn topostats(
         let nanometres = Unit::parse("nm");
         let size = Sides::new(raster.nodes().map(|nodes| nodes as f64 * step), &nanometres)?;
         let channel = Channel::new(dataset.name(), nanometres, size, raster);
-        Ok(if dataset.name() == "image" {
-            channel.noted("TopoStats has flattened and smoothed `image`")
-        } else {
-            channel
-        })
+        let is_processed = dataset.name() == "image";
+        let note = "TopoStats has flattened and smoothed `image`";
+        Ok(channel.noted(is_processed.then_some(note)))
     });
     at_least_one(channels, "image")
 }
@@ -177,8 +177,11 @@ impl Groups<'_> {
     fn nested(&mut self, groups: Vec<Group>) -> Vec<Folder> {
         let mut folders = Vec::new();
         let mut visited = BTreeSet::new();
-        let mut left: Vec<(String, Group)> =
-            groups.into_iter().rev().map(|group| (format!("{}/", group.name()), group)).collect();
+        let below = |path: &str, groups: Vec<Group>| -> Vec<(String, Group)> {
+            let named = |group: Group| (format!("{path}{}/", group.name()), group);
+            groups.into_iter().rev().map(named).collect()
+        };
+        let mut left = below("", groups);
         while let Some((path, group)) = left.pop() {
             // Links may form loops.
             if !visited.insert(group.address()) || visited.len() > MAX_GROUPS {
@@ -188,8 +191,7 @@ impl Groups<'_> {
             match members.and_then(|members| self.folder(path.clone(), &group, members)) {
                 Ok((groups, folder)) => {
                     folders.push(folder);
-                    let below = groups.into_iter().rev();
-                    left.extend(below.map(|group| (format!("{path}{}/", group.name()), group)));
+                    left.extend(below(&path, groups));
                 }
                 Err(error) => self.unreadable.push(error),
             }
@@ -266,20 +268,13 @@ impl Groups<'_> {
         folder: &Folder,
         dataset: &Dataset,
         attributes: Attributes,
-    ) -> Result<Array<'static>, FormatError> {
+    ) -> Result<Array, FormatError> {
         let (element, order, bytes) = self.container.bytes(dataset)?;
+        let name = format!("{}{}", folder.path, dataset.name());
         let mut array = Array {
-            name: format!("{}{}", folder.path, dataset.name()),
-            shape: lengths(dataset),
-            axes: vec![Axis::default(); dataset.ndim()],
             attributes,
-            element,
-            order,
-            bytes: Cow::Owned(bytes),
-            unit: None,
             unwritten: self.container.unwritten(dataset),
-            last_is_x: false,
-            mask: None,
+            ..Array::new(name, dataset.shape(), element, order, bytes)
         };
         if let Some(axes) = self.scales(dataset)? {
             array.axes = axes;
@@ -325,10 +320,9 @@ impl Groups<'_> {
 
     /// Returns the axes of a dataset with dimension scales or with names of its dimensions.
     fn scales(&self, dataset: &Dataset) -> Result<Option<Vec<Axis>>, FormatError> {
-        let attributes = dataset.attributes();
-        let Some(list) = attribute(&attributes, "DIMENSION_LIST") else {
-            let attributes = self.container.attributes(dataset)?;
-            let labels = attributes.texts("DIMENSION_LABELS")?;
+        let attributes = self.container.attributes(dataset)?;
+        let labels = attributes.texts("DIMENSION_LABELS")?;
+        let Ok(list) = dataset.attribute("DIMENSION_LIST") else {
             let axes = || labels.iter().map(Axis::named).collect();
             return Ok((labels.len() == dataset.ndim()).then(axes));
         };
@@ -347,9 +341,8 @@ impl Groups<'_> {
             }
         });
         let mut axes = found.collect::<Result<Vec<Axis>, FormatError>>()?;
-        let attributes = self.container.attributes(dataset)?;
         // Labels name the dimensions; scales are coordinates along them and may have other names.
-        for (axis, label) in axes.iter_mut().zip(attributes.texts("DIMENSION_LABELS")?) {
+        for (axis, label) in axes.iter_mut().zip(labels) {
             if !label.is_empty() {
                 axis.name.clone_from(label);
             }
@@ -371,7 +364,7 @@ impl Groups<'_> {
     }
 
     /// Returns the axes that a group of NeXus data or its dataset names.
-    fn nexus(&self, folder: &Folder, array: &Array<'_>) -> Result<Option<Vec<Axis>>, FormatError> {
+    fn nexus(&self, folder: &Folder, array: &Array) -> Result<Option<Vec<Axis>>, FormatError> {
         let own = array.attributes.texts("axes")?;
         let names = if own.is_empty() { folder.attributes.texts("axes")? } else { own };
         let names: Vec<&str> = match names {
@@ -392,7 +385,7 @@ impl Groups<'_> {
     }
 
     /// Sets the axes of a signal of HyperSpy, and the unit of its quantity, such as `Height (µm)`.
-    fn hyperspy(&self, folder: &Folder, array: &mut Array<'_>) -> Result<(), FormatError> {
+    fn hyperspy(&self, folder: &Folder, array: &mut Array) -> Result<(), FormatError> {
         let axes = folder.axes.iter().enumerate().map(|(index, axis)| {
             let unit = axis.unit()?.filter(|unit| *unit != Unit::parse("<undefined>"));
             let name = axis.text("name")?.unwrap_or_default();
@@ -417,7 +410,7 @@ impl Groups<'_> {
     }
 
     /// Sets the sides that the root group states for all fields of a Tamaas model.
-    fn tamaas(&self, array: &mut Array<'_>) {
+    fn tamaas(&self, array: &mut Array) {
         let [.., x_side, y_side] = *self.root.numbers("system_size") else { return };
         let [.., x_nodes, y_nodes] = *self.root.numbers("discretization") else { return };
         let long = |axis: &usize| array.shape[*axis] > 1;
@@ -426,8 +419,8 @@ impl Groups<'_> {
         let is_model = [array.shape[x], array.shape[y]].map(|count| count as f64);
         let is_known = array.axes[x].step.is_some() || array.axes[y].step.is_some();
         if is_model == [x_nodes, y_nodes] && !is_known {
-            array.axes[x] = Axis { side: Some(x_side), ..Axis::named("x") };
-            array.axes[y] = Axis { side: Some(y_side), ..Axis::named("y") };
+            array.axes[x] = Axis::of_side("x", x_side, None);
+            array.axes[y] = Axis::of_side("y", y_side, None);
         }
     }
 }
@@ -468,7 +461,6 @@ impl Folder {
         let sides = ["yreal", "xreal"].map(|name| self.attributes.number(name));
         let [Some(y), Some(x)] = sides else { return Ok(None) };
         let unit = self.attributes.text("si_unit_xy")?.map(Unit::parse);
-        let axis = |name, side| Axis { side: Some(side), unit: unit.clone(), ..Axis::named(name) };
-        Ok(Some(vec![axis("y", y), axis("x", x)]))
+        Ok(Some(vec![Axis::of_side("y", y, unit.clone()), Axis::of_side("x", x, unit)]))
     }
 }

@@ -8,13 +8,14 @@
 //! Files of Asylum Research in the tests of SurfaceTopography 1.27.1 and AFMReader 0.0.7 show this;
 //! the layout is that of Technical Note 003 of WaveMetrics (Igor Pro 6).
 
-use super::channel::{Channel, Sides};
-use super::input::{Cursor, Entries, latin1};
+use super::channel::{Channel, NAME_FIRST, Sides};
+use super::input::{Cursor, Entries, latin1, meaning, zero_ended};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("ibw", "Igor binary wave", 2, read);
+pub(crate) const FORMAT: Format =
+    Format::new("ibw", "Igor binary wave", read).changed(&[NAME_FIRST]);
 
 /// Length of the file header, in bytes.
 const FILE: usize = 64;
@@ -39,161 +40,88 @@ const UNITS: [(&str, &str); 11] = [
     ("QFactor", "1"),
 ];
 
+/// Types of the numbers.
+const TYPES: [(i16, Element); 8] = [
+    (0x02, Element::F32),
+    (0x04, Element::F64),
+    (0x08, Element::I8),
+    (0x10, Element::I16),
+    (0x20, Element::I32),
+    (0x48, Element::U8),
+    (0x50, Element::U16),
+    (0x60, Element::U32),
+];
+
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    let order = match bytes {
-        [5, 0, ..] if has_valid_checksum(bytes, FILE + WAVE, i16::from_le_bytes) => {
-            ByteOrder::Little
-        }
-        [0, 5, ..] if has_valid_checksum(bytes, FILE + WAVE, i16::from_be_bytes) => ByteOrder::Big,
-        // The headers of version 2 have 16 and 110 bytes.
-        [2, 0, ..] if has_valid_checksum(bytes, 126, i16::from_le_bytes) => return Err(version_2()),
-        [0, 2, ..] if has_valid_checksum(bytes, 126, i16::from_be_bytes) => return Err(version_2()),
+    let (order, version) = match bytes {
+        [version @ (2 | 5), 0, ..] => (ByteOrder::Little, version),
+        [0, version @ (2 | 5), ..] => (ByteOrder::Big, version),
         _ => return Err(FormatError::Signature),
     };
-    Wave::read(bytes, order)?.channels(bytes)
-}
-
-/// Returns true if the two-byte integers in the first `header` bytes add up to zero, as the format
-/// requires. `number` decodes an integer in the byte order of the file.
-fn has_valid_checksum(bytes: &[u8], header: usize, number: fn([u8; 2]) -> i16) -> bool {
-    let Some(header) = bytes.get(..header) else {
-        return false;
-    };
-    let (pairs, _) = header.as_chunks::<2>();
-    let numbers = pairs.iter().map(|bytes| number(*bytes));
-    numbers.fold(0, i16::wrapping_add) == 0
-}
-
-fn version_2() -> FormatError {
-    FormatError::unsupported("a wave of version 2 is a curve, not a map; maps have version 5")
-}
-
-struct Wave {
-    order: ByteOrder,
-    element: Element,
-    nodes: [usize; 2],
-    channels: usize,
-    steps: [f64; 2],
-    unit: String,
-    lateral: String,
-    labels: Vec<String>,
-    note: Entries,
-}
-
-/// Headers of the file and of its data set, with the byte order of the numbers.
-struct Header<'a> {
-    bytes: &'a [u8],
-    order: ByteOrder,
-}
-
-impl Header<'_> {
-    fn number<const N: usize>(&self, offset: usize) -> Result<[u8; N], FormatError> {
-        let mut number = Cursor::at(self.bytes, offset).array()?;
-        if self.order == ByteOrder::Big {
-            number.reverse();
-        }
-        Ok(number)
+    // The headers of version 2 have 16 and 110 bytes. The integers in them add up to zero.
+    let length = if *version == 2 { 126 } else { FILE + WAVE };
+    let header = bytes.get(..length).ok_or(FormatError::Signature)?;
+    if Element::I16.numbers(order, header).iter().sum::<f64>() % 65536.0 != 0.0 {
+        return Err(FormatError::Signature);
     }
-
-    fn whole(&self, offset: usize) -> Result<i64, FormatError> {
-        Ok(i32::from_le_bytes(self.number(offset)?).into())
+    if *version == 2 {
+        let what = "a wave of version 2 is a curve, not a map; maps have version 5";
+        return Err(FormatError::unsupported(what));
     }
-
-    fn length(&self, offset: usize) -> Result<usize, FormatError> {
-        let length = self.whole(offset)?;
+    let at = |offset| Cursor::at(bytes, offset).ordered(order);
+    let [x, y, layers, further] = [0, 1, 2, 3].map(|axis| at(FILE + 68 + 4 * axis).i32());
+    if further? > 0 {
+        return Err(FormatError::unsupported("a wave of four dimensions is not a stack of maps"));
+    }
+    let (x, y, layers) = (x?, y?, layers?);
+    // The numbers are followed by the formula, the note, the units of the numbers and of each
+    // dimension, and the labels of each dimension. The header has their lengths.
+    let mut trailer = Cursor::at(bytes, FILE);
+    let mut part = |length: usize| {
+        let length = at(length).i32()?;
         let allowed = "a number that is not negative";
-        usize::try_from(length).map_err(|_| FormatError::value("length of a part", length, allowed))
+        let wrong = |_| FormatError::value("length of a part", length, allowed);
+        trailer.take(usize::try_from(length).map_err(wrong)?)
+    };
+    part(4)?;
+    part(8)?;
+    let note = Entries::from_lines(latin1(part(12)?).split(['\r', '\n']), ':');
+    let [unit, lateral] = [part(16)?, part(20)?].map(zero_ended);
+    for further in [24, 28, 32, 36] {
+        part(further)?;
     }
-
-    fn real(&self, offset: usize) -> Result<f64, FormatError> {
-        Ok(f64::from_le_bytes(self.number(offset)?))
+    // The first label of a dimension belongs to the dimension itself.
+    let mut labels = |length: usize| -> Result<Vec<String>, FormatError> {
+        let (each, _) = part(length)?.as_chunks::<LABEL>();
+        Ok(each.iter().skip(1).map(|label| zero_ended(label)).collect())
+    };
+    let has_lines = !labels(40)?.is_empty();
+    let labels = labels(44)?;
+    part(48)?;
+    if y < 1 || (layers < 1 && has_lines) {
+        return Err(FormatError::unsupported("the wave holds curves, not a map"));
     }
-}
-
-impl Wave {
-    fn read(bytes: &[u8], order: ByteOrder) -> Result<Wave, FormatError> {
-        let header = Header { bytes, order };
-        let dimension = |axis: usize| header.whole(FILE + 68 + 4 * axis);
-        if dimension(3)? > 0 {
-            return Err(FormatError::unsupported(
-                "a wave of four dimensions is not a stack of maps",
-            ));
-        }
-        // The numbers are followed by the formula, the note, the units of the numbers and of each
-        // dimension, and the labels of each dimension.
-        let mut trailer = Cursor::at(bytes, FILE);
-        trailer.skip(header.length(4)?)?;
-        trailer.skip(header.length(8)?)?;
-        let note = latin1(trailer.take(header.length(12)?)?);
-        let long_unit = trailer.text(header.length(16)?)?;
-        let mut long_lateral = String::new();
-        for axis in 0..4 {
-            let unit = trailer.text(header.length(20 + 4 * axis)?)?;
-            if axis == 0 {
-                long_lateral = unit;
-            }
-        }
-        let mut labels: Vec<Vec<String>> = Vec::new();
-        for axis in 0..4 {
-            let bytes = trailer.take(header.length(36 + 4 * axis)?)?;
-            let (each, _) = bytes.as_chunks::<LABEL>();
-            // The first label belongs to the dimension itself.
-            let names = each.iter().skip(1).map(|bytes| Cursor::new(bytes).text(LABEL));
-            labels.push(names.collect::<Result<_, _>>()?);
-        }
-        if dimension(1)? < 1 || (dimension(2)? < 1 && !labels[1].is_empty()) {
-            return Err(FormatError::unsupported("the wave holds curves, not a map"));
-        }
-        let nodes = checked_nodes([dimension(0)?, dimension(1)?])?;
-        let short = |offset| Cursor::at(bytes, FILE + offset).text(4);
-        let or = |long: String, short: String| if long.is_empty() { short } else { long };
-        Ok(Wave {
-            order,
-            element: element(i16::from_le_bytes(header.number(FILE + 16)?))?,
-            nodes,
-            channels: usize::try_from(dimension(2)?).unwrap_or(0).max(1),
-            steps: [header.real(FILE + 84)?, header.real(FILE + 92)?],
-            unit: or(long_unit, short(148)?),
-            lateral: or(long_lateral, short(152)?),
-            labels: labels.swap_remove(2),
-            note: Entries::from_lines(note.split(['\r', '\n']), ':'),
-        })
-    }
-
-    fn channels<'a>(&self, bytes: &'a [u8]) -> Result<Vec<Channel<'a>>, FormatError> {
-        let nodes = self.nodes;
-        let mut cursor = Cursor::at(bytes, FILE + WAVE);
-        let size = Sides::of_steps(nodes, self.steps.map(f64::abs), &Unit::parse(&self.lateral))?;
-        let channels = (0..self.channels).map(|index| {
-            let stored = cursor.take(map_bytes(nodes, self.element))?;
-            let raster = Raster::rows(nodes, self.element, self.order, stored)?;
-            let label = self.labels.get(index).filter(|label| !label.is_empty());
-            let name = label.map_or_else(|| "heights".to_owned(), String::clone);
-            let unit = match label.filter(|_| !self.note.is_empty()) {
-                Some(label) => asylum_unit(label, &self.note),
-                None => &self.unit,
-            };
-            Ok(Channel::new(name, Unit::parse(unit), size.clone(), raster.upside_down()))
-        });
-        channels.collect()
-    }
-}
-
-fn element(code: i16) -> Result<Element, FormatError> {
-    match code {
-        0x02 => Ok(Element::F32),
-        0x04 => Ok(Element::F64),
-        0x08 => Ok(Element::I8),
-        0x10 => Ok(Element::I16),
-        0x20 => Ok(Element::I32),
-        0x48 => Ok(Element::U8),
-        0x50 => Ok(Element::U16),
-        0x60 => Ok(Element::U32),
-        _ => {
-            let allowed = "a type of real numbers";
-            Err(FormatError::value("type of the wave", code, allowed))
-        }
-    }
+    let nodes = checked_nodes([x, y])?;
+    let real = "a type of real numbers";
+    let element = meaning("type of the wave", at(FILE + 16).i16()?, real, &TYPES)?;
+    let steps = [at(FILE + 84).double()?.abs(), at(FILE + 92).double()?.abs()];
+    let or = |long: String, short: String| if long.is_empty() { short } else { long };
+    let unit = or(unit, at(FILE + 148).text(4)?);
+    let lateral = or(lateral, at(FILE + 152).text(4)?);
+    let size = Sides::of_steps(nodes, steps, &Unit::parse(&lateral))?;
+    let mut data = Cursor::at(bytes, FILE + WAVE);
+    let channels = (0..layers.max(1) as usize).map(|index| {
+        let stored = data.take(map_bytes(nodes, element))?;
+        let raster = Raster::rows(nodes, element, order, stored)?.upside_down();
+        let label = labels.get(index).filter(|label| !label.is_empty());
+        let unit = match label.filter(|_| !note.is_empty()) {
+            Some(label) => asylum_unit(label, &note),
+            None => &unit,
+        };
+        let name = label.map_or("heights", String::as_str);
+        Ok(Channel::new(name, Unit::parse(unit), size.clone(), raster))
+    });
+    channels.collect()
 }
 
 /// Returns the unit of a channel of Asylum Research, from the entry `NAMEUnit` of the note if there
@@ -204,16 +132,11 @@ fn asylum_unit<'a>(label: &str, note: &'a Entries) -> &'a str {
         Some((base, digits)) if digits.bytes().all(|byte| byte.is_ascii_digit()) => base,
         _ => label,
     };
-    let directions = ["Retrace", "Trace"];
-    let without = |label: &'_ str| {
-        directions.iter().find_map(|end| label.strip_suffix(end).map(str::to_owned))
-    };
-    let base = without(label).unwrap_or_else(|| label.to_owned());
+    let base = label.strip_suffix("Retrace").or(label.strip_suffix("Trace")).unwrap_or(label);
     if let Some(unit) = note.get(&format!("{base}Unit")) {
         return unit;
     }
-    let passes = ["DAC", "Nap"];
-    let quantity = passes.iter().find_map(|pass| base.strip_prefix(pass)).unwrap_or(&base);
+    let quantity = base.strip_prefix("DAC").or(base.strip_prefix("Nap")).unwrap_or(base);
     let known = UNITS.iter().find(|(start, _)| quantity.starts_with(start));
     known.map_or("V", |(_, unit)| unit)
 }

@@ -3,9 +3,11 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Read;
+use std::str::FromStr;
 
 use encoding_rs::{GBK, SHIFT_JIS, WINDOWS_1252};
 
+use super::raster::{ByteOrder, checked_nodes};
 use super::{FormatError, number};
 
 /// Reader of the bytes of a file from a current position. Reading beyond the end is an error.
@@ -13,6 +15,7 @@ use super::{FormatError, number};
 pub(crate) struct Cursor<'a> {
     bytes: &'a [u8],
     position: usize,
+    order: ByteOrder,
 }
 
 /// Named values of a header. If a name is repeated, its last value counts.
@@ -35,13 +38,18 @@ pub(crate) fn decoded_limit(bytes: usize) -> usize {
 
 impl<'a> Cursor<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Cursor<'a> {
-        Cursor { bytes, position: 0 }
+        Cursor::at(bytes, 0)
     }
 
     /// Creates a cursor at a position. A position beyond the end is an error only when bytes are
     /// read.
     pub(crate) fn at(bytes: &'a [u8], position: usize) -> Cursor<'a> {
-        Cursor { bytes, position }
+        Cursor { bytes, position, order: ByteOrder::Little }
+    }
+
+    /// Sets the byte order of the numbers, which is little-endian otherwise.
+    pub(crate) fn ordered(self, order: ByteOrder) -> Cursor<'a> {
+        Cursor { order, ..self }
     }
 
     /// Returns the next `count` bytes.
@@ -62,34 +70,48 @@ impl<'a> Cursor<'a> {
         Ok(self.take(N)?.try_into().expect("take returns N bytes"))
     }
 
-    // The following methods read little-endian numbers.
+    /// Returns the next `N` bytes in little-endian order.
+    fn ordered_array<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
+        let mut bytes = self.array()?;
+        if self.order == ByteOrder::Big {
+            bytes.reverse();
+        }
+        Ok(bytes)
+    }
 
     pub(crate) fn u16(&mut self) -> Result<u16, FormatError> {
-        self.array().map(u16::from_le_bytes)
+        self.ordered_array().map(u16::from_le_bytes)
+    }
+
+    pub(crate) fn i16(&mut self) -> Result<i16, FormatError> {
+        self.ordered_array().map(i16::from_le_bytes)
     }
 
     pub(crate) fn u32(&mut self) -> Result<u32, FormatError> {
-        self.array().map(u32::from_le_bytes)
+        self.ordered_array().map(u32::from_le_bytes)
     }
 
     pub(crate) fn i32(&mut self) -> Result<i32, FormatError> {
-        self.array().map(i32::from_le_bytes)
+        self.ordered_array().map(i32::from_le_bytes)
     }
 
     /// Reads an `f32` and converts it to `f64`.
     pub(crate) fn single(&mut self) -> Result<f64, FormatError> {
-        self.array().map(|bytes| f32::from_le_bytes(bytes).into())
+        self.ordered_array().map(|bytes| f32::from_le_bytes(bytes).into())
     }
 
     pub(crate) fn double(&mut self) -> Result<f64, FormatError> {
-        self.array().map(f64::from_le_bytes)
+        self.ordered_array().map(f64::from_le_bytes)
+    }
+
+    /// Reads two integers of 32 bits and checks that they are numbers of nodes along x and y.
+    pub(crate) fn nodes(&mut self) -> Result<[usize; 2], FormatError> {
+        checked_nodes([self.u32()?, self.u32()?])
     }
 
     /// Reads `count` bytes as ISO-8859-1 text up to the first zero byte, without outer spaces.
     pub(crate) fn text(&mut self, count: usize) -> Result<String, FormatError> {
-        let bytes = self.take(count)?;
-        let end = bytes.iter().position(|&byte| byte == 0);
-        Ok(latin1(&bytes[..end.unwrap_or(count)]).trim().to_owned())
+        self.take(count).map(zero_ended)
     }
 
     /// Returns all bytes from the current position to the end.
@@ -147,21 +169,21 @@ impl Entries {
     }
 
     pub(crate) fn whole(&self, name: &str) -> Result<i64, FormatError> {
-        let text = self.text(name)?;
-        let number = text.parse();
-        number.map_err(|_| FormatError::value(name, text, "an integer"))
+        parsed(name, self.text(name)?, "an integer")
     }
 
     /// Returns the value of a name as a number, which may be infinite or NaN.
     pub(crate) fn number(&self, name: &str) -> Result<f64, FormatError> {
-        let text = self.text(name)?;
-        let number = text.parse();
-        number.map_err(|_| FormatError::value(name, text, "a number"))
+        parsed(name, self.text(name)?, "a number")
     }
 
     /// Returns the value of a name as a number and its unit.
     pub(crate) fn quantity(&self, name: &str) -> Result<(f64, String), FormatError> {
         quantity(name, self.text(name)?)
+    }
+
+    pub(crate) fn optional_whole(&self, name: &str) -> Result<Option<i64>, FormatError> {
+        self.get(name).map(|_| self.whole(name)).transpose()
     }
 
     pub(crate) fn optional_number(&self, name: &str) -> Result<Option<f64>, FormatError> {
@@ -180,6 +202,11 @@ pub(crate) fn find(bytes: &[u8], wanted: &[u8]) -> Result<usize, FormatError> {
     position.ok_or_else(|| FormatError::missing(latin1(wanted).trim_start()))
 }
 
+/// Parses a number of the entry `entry`, whose form `allowed` describes.
+pub(crate) fn parsed<T: FromStr>(entry: &str, text: &str, allowed: &str) -> Result<T, FormatError> {
+    text.parse().map_err(|_| FormatError::value(entry, text, allowed))
+}
+
 /// Parses a number with a decimal point or comma and its unit after a space, such as `600 nm`.
 pub(crate) fn quantity(name: &str, text: &str) -> Result<(f64, String), FormatError> {
     let (digits, unit) = text.trim().split_once(' ').unwrap_or((text.trim(), ""));
@@ -191,6 +218,11 @@ pub(crate) fn quantity(name: &str, text: &str) -> Result<(f64, String), FormatEr
 /// Splits a text into lines, which end in LF, CR LF or CR.
 pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> {
     text.split('\n').flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'))
+}
+
+/// Decodes ISO-8859-1 text up to the first zero byte, without outer spaces.
+pub(crate) fn zero_ended(bytes: &[u8]) -> String {
+    latin1(bytes.split(|&byte| byte == 0).next().unwrap_or_default()).trim().to_owned()
 }
 
 /// Decodes ISO-8859-1 text, which has one byte per character.
@@ -216,23 +248,30 @@ pub(crate) fn decode_text(bytes: &[u8]) -> String {
         .map_or_else(|| latin1(bytes), Cow::into_owned)
 }
 
+/// Returns the meaning of a code in the header, or an error about the entry `entry`. `allowed`
+/// lists the known codes in words.
+pub(crate) fn meaning<C: PartialEq + ToString, T: Copy>(
+    entry: &str,
+    code: C,
+    allowed: &str,
+    meanings: &[(C, T)],
+) -> Result<T, FormatError> {
+    let known = meanings.iter().find(|(known, _)| *known == code);
+    known.map(|(_, meaning)| *meaning).ok_or_else(|| FormatError::value(entry, code, allowed))
+}
+
 /// Returns the value, or an error about the entry `entry` if the value is not finite.
 pub(crate) fn finite(entry: &str, value: f64) -> Result<f64, FormatError> {
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(FormatError::value(entry, value, "a finite number"))
-    }
+    let is_valid = value.is_finite();
+    is_valid.then_some(value).ok_or_else(|| FormatError::value(entry, value, "a finite number"))
 }
 
 /// Returns the value, or an error about the entry `entry` if the value is zero or not finite and
 /// therefore cannot be a scale factor.
 pub(crate) fn factor(entry: &str, value: f64) -> Result<f64, FormatError> {
-    if value.is_finite() && value != 0.0 {
-        Ok(value)
-    } else {
-        Err(FormatError::value(entry, value, "a finite number other than zero"))
-    }
+    let allowed = "a finite number other than zero";
+    let is_valid = value.is_finite() && value != 0.0;
+    is_valid.then_some(value).ok_or_else(|| FormatError::value(entry, value, allowed))
 }
 
 /// Reads exactly `expected` bytes from a decompressing `reader`.
@@ -252,13 +291,11 @@ pub(crate) fn inflate(
     let mut bytes = Vec::with_capacity(expected);
     let read = reader.take(expected as u64).read_to_end(&mut bytes);
     read.map_err(|error| FormatError::damaged(part, error))?;
-    match bytes.len() {
-        found if found == expected => Ok(bytes),
-        found => {
-            let reason = format!("it has {found} bytes, {expected} are needed");
-            Err(FormatError::damaged(part, reason))
-        }
+    if bytes.len() == expected {
+        return Ok(bytes);
     }
+    let reason = format!("it has {} bytes, {expected} are needed", bytes.len());
+    Err(FormatError::damaged(part, reason))
 }
 
 #[cfg(test)]

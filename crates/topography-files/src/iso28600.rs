@@ -17,7 +17,7 @@ use super::unit::Unit;
 use super::{Format, FormatError};
 
 pub(crate) const FORMAT: Format =
-    Format::new("iso28600", "SPM data transfer format, ISO 28600", 1, read);
+    Format::new("iso28600", "SPM data transfer format, ISO 28600", read);
 
 const SIGNATURE: &[u8] = b"ISO/TC 201 SPM data transfer format";
 
@@ -44,11 +44,17 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             return Err(FormatError::value("mode of the experiment", other, "MAP_SC or MAP_MC"));
         }
     };
-    let found = lines.iter().position(|line| *line == "end of header");
-    let end = found.ok_or_else(|| FormatError::missing("end of header"))?;
+    let find = |mark: &str| {
+        let found = lines.iter().position(|line| *line == mark);
+        found.ok_or_else(|| FormatError::missing(mark))
+    };
+    let (header, end) = (find("end of header")?, find("end of experiment")?);
     let is_regular = line(17) != "IRREGULAR MAPPING";
     let columns = channels.len() + if is_regular { 0 } else { 2 };
-    let numbers = numbers(&lines[end + 1..], columns, end + 2)?;
+    let rows = lines.iter().zip(1..).take(end).skip(header + 1).map(|(line, number)| {
+        (number, line.split([' ', '\t', ',']).filter(|word| !word.is_empty()))
+    });
+    let numbers = number::lines(rows, columns, number::parse_or_missing)?;
     let [unit_x, unit_y] = [26, 27].map(line);
     let channels = channels.into_iter().enumerate().map(|(index, (name, unit))| {
         let column = |index: usize| numbers.iter().skip(index).step_by(columns).copied();
@@ -69,29 +75,4 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         Ok(Channel::new(name, unit, size, raster))
     });
     channels.collect()
-}
-
-/// Reads lines of `columns` numbers up to the line `end of experiment`. `first` is the number of
-/// the first line, for errors.
-fn numbers(lines: &[&str], columns: usize, first: usize) -> Result<Vec<f64>, FormatError> {
-    let mut numbers = Vec::new();
-    for (index, line) in lines.iter().enumerate() {
-        if *line == "end of experiment" {
-            return Ok(numbers);
-        }
-        let before = numbers.len();
-        for word in line.split([' ', '\t', ',']).filter(|word| !word.is_empty()) {
-            let number = number::parse_or_missing(word);
-            numbers.push(number.ok_or_else(|| FormatError::Line {
-                line: first + index,
-                problem: format!("`{word}` is not a number"),
-            })?);
-        }
-        let found = numbers.len() - before;
-        if found != columns && found > 0 {
-            let problem = format!("it has {found} numbers, but each point has {columns}");
-            return Err(FormatError::Line { line: first + index, problem });
-        }
-    }
-    Err(FormatError::missing("end of experiment"))
 }

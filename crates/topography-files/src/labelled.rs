@@ -19,14 +19,19 @@
 //! - **Units.** The attribute `units` or `unit`, also in capitals (`UNIT` in files of Delmic's
 //!   Odemis, 2025). A unit that cannot be read is an error.
 
-use std::borrow::Cow;
-
 use super::FormatError;
 use super::channel::{Channel, Sides, Size};
 use super::direction::Direction;
 use super::input::{factor, finite};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
+
+// Reasons of the versions of readers.
+pub(crate) const CONVENTIONS: &str =
+    "fill values, valid ranges, scale factors and coordinates count for all variables";
+pub(crate) const DEGREES: &str =
+    "coordinates that descend turn the map in any unit, such as degrees";
+pub(crate) const AXES: &str = "`axis`, `standard_name` and more names tell x and y";
 
 /// Maximum number of maps in a stack.
 const MAX_FRAMES: usize = 10_000;
@@ -113,6 +118,11 @@ pub(crate) struct Axis {
 impl Axis {
     pub(crate) fn named(name: impl Into<String>) -> Axis {
         Axis { name: name.into(), ..Axis::default() }
+    }
+
+    /// Creates an axis with a side.
+    pub(crate) fn of_side(name: &str, side: f64, unit: Option<Unit>) -> Axis {
+        Axis { side: Some(side), unit, ..Axis::named(name) }
     }
 
     /// Creates an axis from its coordinates and their attributes.
@@ -209,7 +219,7 @@ impl Coordinates {
 
 /// Array of stored numbers in row-major order.
 #[derive(Debug, Clone)]
-pub(crate) struct Array<'a> {
+pub(crate) struct Array {
     pub(crate) name: String,
     pub(crate) shape: Vec<usize>,
     /// One axis for each dimension.
@@ -217,7 +227,7 @@ pub(crate) struct Array<'a> {
     pub(crate) attributes: Attributes,
     pub(crate) element: Element,
     pub(crate) order: ByteOrder,
-    pub(crate) bytes: Cow<'a, [u8]>,
+    pub(crate) bytes: Vec<u8>,
     /// Unit of the numbers, unless an attribute names one.
     pub(crate) unit: Option<Unit>,
     /// Number that stands at points that were not written.
@@ -225,17 +235,41 @@ pub(crate) struct Array<'a> {
     /// True if the last axis is x, unless the names of the axes tell.
     pub(crate) last_is_x: bool,
     /// Numbers of the same shape that are nonzero at missing points.
-    pub(crate) mask: Option<Box<Array<'a>>>,
+    pub(crate) mask: Option<Box<Array>>,
 }
 
-impl<'a> Array<'a> {
+impl Array {
+    /// Creates an array without attributes, whose axes have no names and no coordinates.
+    pub(crate) fn new(
+        name: impl Into<String>,
+        shape: &[u64],
+        element: Element,
+        order: ByteOrder,
+        bytes: Vec<u8>,
+    ) -> Array {
+        let whole = |&length: &u64| usize::try_from(length).unwrap_or(usize::MAX);
+        Array {
+            name: name.into(),
+            shape: shape.iter().map(whole).collect(),
+            axes: vec![Axis::default(); shape.len()],
+            attributes: Attributes::default(),
+            element,
+            order,
+            bytes,
+            unit: None,
+            unwritten: None,
+            last_is_x: false,
+            mask: None,
+        }
+    }
+
     /// Returns true if the array is a map or a stack of maps by its shape.
     pub(crate) fn is_map_of(shape: &[u64]) -> bool {
         shape.iter().filter(|&&length| length > 1).count() >= 2 && !shape.contains(&0)
     }
 
     /// Converts the array to channels: one, or one for each map of a stack.
-    pub(crate) fn channels(mut self) -> Result<Vec<Channel<'a>>, FormatError> {
+    pub(crate) fn channels(mut self) -> Result<Vec<Channel<'static>>, FormatError> {
         if self.attributes.text("_Unsigned")?.is_some_and(|text| text.eq_ignore_ascii_case("true"))
         {
             self.element = self.element.unsigned();
@@ -262,17 +296,13 @@ impl<'a> Array<'a> {
         let stack =
             further.map(|axis| self.axes[axis].name.as_str()).filter(|name| !name.is_empty());
         let channels = frames.into_iter().zip(masks).enumerate().map(|(index, (frame, mask))| {
-            let raster = self.unpacked(frame)?;
-            let raster = match mask {
-                Some(mask) => raster.masked(mask),
-                None => raster,
-            };
+            let raster = self.unpacked(frame)?.masked(mask);
             let name = match count {
                 1 => self.name.clone(),
                 _ => format!("{}, {} {}", self.name, stack.unwrap_or("frame"), index + 1),
             };
             let channel = Channel::new(name, unit.clone(), size.clone(), raster);
-            Ok(size_note.iter().chain(&plane_note).fold(channel, Channel::noted))
+            Ok(channel.noted(size_note.iter().chain(&plane_note)))
         });
         channels.collect()
     }
@@ -324,49 +354,30 @@ impl<'a> Array<'a> {
     }
 
     /// Returns the maps of a stack, or the only map, in the plane of the dimensions x and y.
-    fn frames(&self, x: usize, y: usize) -> Result<Vec<Raster<'a>>, FormatError> {
-        let counts = [x, y].map(|axis| i64::try_from(self.shape[axis]).unwrap_or(i64::MAX));
-        let nodes = checked_nodes(counts)?;
-        let [first, second] = [x.min(y), x.max(y)];
-        let between = self.shape[first + 1..second].iter().all(|&length| length == 1);
-        let last = self.shape[second + 1..].iter().all(|&length| length == 1);
-        let plane = nodes[0] * nodes[1] * self.element.size();
+    fn frames(&self, x: usize, y: usize) -> Result<Vec<Raster<'static>>, FormatError> {
+        let nodes = checked_nodes([self.shape[x], self.shape[y]])?;
         let count = self.shape.iter().product::<usize>() / (nodes[0] * nodes[1]);
         if count > MAX_FRAMES {
             let entry = format!("number of maps in `{}`", self.name);
             return Err(FormatError::value(&entry, count, &format!("at most {MAX_FRAMES}")));
         }
-        let raster = |bytes: Cow<'a, [u8]>| {
+        let descends = |axis: usize| self.axes[axis].step.is_some_and(|step| step < 0.0);
+        let frames = (0..count).map(|index| {
+            let bytes = self.gathered([x.min(y), x.max(y)], index);
             let raster = if x > y {
                 Raster::rows(nodes, self.element, self.order, bytes)
             } else {
                 Raster::columns(nodes, self.element, self.order, bytes)
             }?;
-            let raster = if self.axes[x].step.is_some_and(|step| step < 0.0) {
-                raster.mirrored()
-            } else {
-                raster
-            };
-            let descends = self.axes[y].step.is_some_and(|step| step < 0.0);
-            Ok(if descends { raster.upside_down() } else { raster })
-        };
-        if count == 1 {
-            return Ok(vec![raster(self.bytes.clone())?]);
-        }
-        let frame = |index: usize| {
-            let bytes = if between && last {
-                self.bytes.get(index * plane..(index + 1) * plane).unwrap_or_default().to_vec()
-            } else {
-                self.gathered(first, second, index)
-            };
-            raster(Cow::Owned(bytes))
-        };
-        (0..count).map(frame).collect()
+            let raster = if descends(x) { raster.mirrored() } else { raster };
+            Ok(if descends(y) { raster.upside_down() } else { raster })
+        });
+        frames.collect()
     }
 
-    /// Collects the bytes of a map whose dimensions are not the last ones. `index` counts the maps
-    /// along the other dimensions.
-    fn gathered(&self, first: usize, second: usize, mut index: usize) -> Vec<u8> {
+    /// Collects the bytes of the map along two dimensions. `index` counts the maps along the other
+    /// dimensions.
+    fn gathered(&self, [first, second]: [usize; 2], mut index: usize) -> Vec<u8> {
         let size = self.element.size();
         let strides: Vec<usize> =
             (0..self.shape.len()).map(|axis| self.shape[axis + 1..].iter().product()).collect();
@@ -375,12 +386,14 @@ impl<'a> Array<'a> {
             start += index % self.shape[axis] * strides[axis];
             index /= self.shape[axis];
         }
+        let [lines, length] = [self.shape[first], self.shape[second]];
         let [outer, inner] = [strides[first], strides[second]];
-        let lines = (0..self.shape[first]).map(|line| start + line * outer);
-        let elements =
-            lines.flat_map(|line| (0..self.shape[second]).map(move |at| line + at * inner));
-        let bytes = elements.flat_map(|at| &self.bytes[at * size..(at + 1) * size]);
-        bytes.copied().collect()
+        if [outer, inner] == [length, 1] {
+            return self.bytes[start * size..(start + lines * length) * size].to_vec();
+        }
+        let starts = (0..lines).map(|line| start + line * outer);
+        let elements = starts.flat_map(|line| (0..length).map(move |at| line + at * inner));
+        elements.flat_map(|at| &self.bytes[at * size..(at + 1) * size]).copied().collect()
     }
 
     /// Returns the size of the map, and a note if the unit of an axis is not a length.
@@ -414,7 +427,7 @@ impl<'a> Array<'a> {
     }
 
     /// Applies the attributes that mark missing points and scale numbers.
-    fn unpacked(&self, raster: Raster<'a>) -> Result<Raster<'a>, FormatError> {
+    fn unpacked(&self, raster: Raster<'static>) -> Result<Raster<'static>, FormatError> {
         let number = |name: &str| self.attributes.number(name);
         let scale = factor("scale_factor", number("scale_factor").unwrap_or(1.0))?;
         let offset = finite("add_offset", number("add_offset").unwrap_or(0.0))?;
@@ -454,19 +467,11 @@ mod tests {
     use super::*;
 
     /// Returns an array of 2 × 3 numbers 1 to 6 with the axes y and x.
-    fn array(y: Axis, x: Axis) -> Array<'static> {
+    fn array(y: Axis, x: Axis) -> Array {
+        let bytes = vec![1, 2, 3, 4, 5, 6];
         Array {
-            name: "z".to_owned(),
-            shape: vec![2, 3],
             axes: vec![y, x],
-            attributes: Attributes::default(),
-            element: Element::U8,
-            order: ByteOrder::Little,
-            bytes: Cow::Borrowed(&[1, 2, 3, 4, 5, 6]),
-            unit: None,
-            unwritten: None,
-            last_is_x: false,
-            mask: None,
+            ..Array::new("z", &[2, 3], Element::U8, ByteOrder::Little, bytes)
         }
     }
 

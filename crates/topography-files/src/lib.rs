@@ -22,22 +22,26 @@
 //! | `raster` | conversion of stored numbers to a map: byte order, line order, missing points |
 //! | `unit` | units and their spellings |
 //! | `input` | helpers for headers: a cursor over bytes, named values, decompression |
-//! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `mi` |
+//! | `text_headers` | formats with a text header: `al3d`, `bcrf`, `gsf`, `gxyzf`, `mi` |
 //! | `binary_headers` | formats with a binary header: `frt`, `metropro`, `opd`, `plu`, `sur` |
+//! | `probe_microscopes` | formats with sections in a text header: `nid`, `sxm`, `wsxm` |
 //! | `text_exports` | text exports with an own header: `wyko-asc`, `zygo-asc`, `keyence-csv` |
 //! | `text` | text files with a matrix, or with triplets of x, y and height |
-//! | `hdf5` | maps in HDF5 files; `datx`, `jpk_hdf5`, `netcdf4` and `nhf` are built on it |
+//! | `hdf5` | maps in HDF5 files |
+//! | `hdf5_formats` | formats that are built on HDF5: `datx`, `h5-jpk`, `netcdf4`, `nhf` |
 //! | `labelled` | arrays with named axes, of netCDF and HDF5 files |
 //! | `direction` | names of axes and of coordinates |
-//! | `tiff` | images of TIFF files; `jpk`, `lext`, `park` and `tiff_maps` are built on it |
-//! | `more_optical` | `nms`, `plux` and `tmd` |
-//! | `archive` | zip archives; `keyence`, `nmm`, `npz` and `x3p` are built on it |
-//! | `container` | files in a gzip file or a zip archive, and names of other containers |
+//! | `tiff`, `tiff_maps` | images of TIFF files, and their maps |
+//! | `tiff_instruments` | formats of instruments that are TIFF files: `jpk`, `lext`, `park` |
+//! | `more_optical` | `nms`, `plux`, `tmd` and `vk` |
+//! | `archive` | zip archives, files in a gzip file or a zip archive, names of other containers |
 //! | `grid` | maps assembled from points x, y and height |
 //! | `grids` | `esri-asc` and `surfer` |
-//! | `gwy`, `gxyzf`, `igor`, `nanoscope`, `nanosurf`, `netcdf` | one format each |
-//! | `iso28600`, `npy`, `nrrd`, `opdx`, `sdf`, `wsxm` | one format each |
+//! | `gwy`, `igor`, `iso28600`, `nanoscope`, `netcdf` | one format each |
+//! | `npy` | `npy` and `npz` |
+//! | `nrrd`, `opdx`, `sdf` | one format each |
 //! | `number` | numbers in texts, and words for missing points |
+//! | `xml` | elements of XML documents |
 //!
 //! ```
 //! use asperity_topography_files::{Quantity, Size, Statistics, read};
@@ -60,47 +64,36 @@
 mod archive;
 mod binary_headers;
 mod channel;
-mod container;
-mod datx;
 mod direction;
 mod grid;
 mod grids;
 mod gwy;
-mod gxyzf;
 mod hdf5;
+mod hdf5_formats;
 mod igor;
 mod input;
 mod iso28600;
-mod jpk;
-mod jpk_hdf5;
-mod keyence;
 mod labelled;
-mod lext;
 mod more_optical;
 mod nanoscope;
-mod nanosurf;
 mod netcdf;
-mod netcdf4;
-mod nhf;
 mod nmm;
 mod npy;
-mod npz;
 mod nrrd;
 mod number;
 mod opdx;
-mod park;
+mod probe_microscopes;
 mod raster;
 mod sdf;
-mod sxm;
 mod text;
 mod text_exports;
 mod text_headers;
 mod tiff;
+mod tiff_instruments;
 mod tiff_maps;
 mod unit;
-mod versions;
-mod wsxm;
 mod x3p;
+mod xml;
 
 use thiserror::Error;
 
@@ -121,33 +114,33 @@ pub use self::{
 static FORMATS: [Format; 44] = [
     nmm::FORMAT,
     more_optical::PLUX,
-    npz::FORMAT,
+    npy::NPZ,
     x3p::FORMAT,
     binary_headers::SUR,
     gwy::FORMAT,
     text_headers::GSF,
-    gxyzf::FORMAT,
+    text_headers::GXYZF,
     sdf::FORMAT,
     binary_headers::OPD,
     text_headers::AL3D,
     nanoscope::FORMAT,
     igor::FORMAT,
     binary_headers::METROPRO,
-    keyence::FORMAT,
+    more_optical::VK,
     opdx::FORMAT,
-    lext::FORMAT,
-    nanosurf::FORMAT,
-    sxm::FORMAT,
+    tiff_instruments::LEXT,
+    probe_microscopes::NID,
+    probe_microscopes::SXM,
     more_optical::TMD,
-    wsxm::FORMAT,
+    probe_microscopes::WSXM,
     netcdf::FORMAT,
-    datx::FORMAT,
-    nhf::FORMAT,
-    netcdf4::FORMAT,
-    jpk_hdf5::FORMAT,
+    hdf5_formats::DATX,
+    hdf5_formats::NHF,
+    hdf5_formats::NETCDF4,
+    hdf5_formats::JPK,
     hdf5::FORMAT,
-    jpk::FORMAT,
-    park::FORMAT,
+    tiff_instruments::JPK,
+    tiff_instruments::PARK,
     tiff_maps::FORMAT,
     text_headers::MI,
     binary_headers::FRT,
@@ -206,9 +199,9 @@ pub enum TopographyFileError {
 pub struct Format {
     name: &'static str,
     title: &'static str,
-    /// Version of the reader. Increase it when the reader decodes other numbers from the same file,
-    /// so that dependent results are recomputed.
-    version: u32,
+    /// What changed in the numbers that the reader decodes from a file, with a reason for each
+    /// version of the reader from 2 on. Dependent results are computed again.
+    changes: &'static [&'static str],
     /// True if the first bytes identify the format. If they do and the reader fails, no other
     /// format is tried.
     has_signature: bool,
@@ -296,7 +289,7 @@ fn read_through(
         return Err(TopographyFileError::Empty);
     }
     if depth > 0
-        && let Some(content) = container::content(bytes)?
+        && let Some(content) = archive::content(bytes)?
     {
         let TopographyFile { format, channels } = read_through(&content, depth - 1, read)?;
         let channels = channels.into_iter().map(Channel::into_owned).collect();
@@ -313,13 +306,7 @@ fn read_maps(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFileError> {
         match (format.read)(bytes) {
             Ok(channels) => return Ok(TopographyFile { format, channels }),
             Err(FormatError::Signature) => others.push(format.name),
-            Err(source) if format.has_signature => {
-                return Err(TopographyFileError::Damaged {
-                    name: format.name,
-                    title: format.title,
-                    source,
-                });
-            }
+            Err(source) if format.has_signature => return Err(format.damaged(source)),
             Err(error) => tried.push((format.name, error)),
         }
     }
@@ -355,23 +342,19 @@ fn read_maps_or_profile(bytes: &[u8]) -> Result<TopographyFile<'_>, TopographyFi
         Ok(file) => return Ok(file),
         Err(error) => error,
     };
-    let (format, channel) = match npy::profile(bytes) {
-        Some(channel) => (npy::FORMAT, Ok(channel)),
-        None if matches!(error, TopographyFileError::Unknown { .. }) => {
-            let Ok(text) = text::decoded(bytes) else {
-                return Err(error);
-            };
-            (text::FORMAT, text::profile(&text))
-        }
-        None => return Err(error),
+    let (name, channel) = if let Some(channel) = npy::profile(bytes) {
+        (npy::FORMAT.name, Ok(channel))
+    } else if matches!(error, TopographyFileError::Unknown { .. })
+        && let Ok(text) = text::decoded(bytes)
+    {
+        (text::FORMAT.name, text::profile(&text))
+    } else {
+        return Err(error);
     };
-    let format = FORMATS.iter().find(|known| **known == format).expect("both formats are listed");
+    let format = FORMATS.iter().find(|known| known.name == name).expect("both are listed");
     match channel {
         Ok(channel) => Ok(TopographyFile { format, channels: vec![channel] }),
-        Err(source) => {
-            let (name, title) = (format.name, format.title);
-            Err(TopographyFileError::Damaged { name, title, source })
-        }
+        Err(source) => Err(format.damaged(source)),
     }
 }
 
@@ -475,15 +458,24 @@ impl Format {
     const fn new(
         name: &'static str,
         title: &'static str,
-        version: u32,
         read: for<'a> fn(&'a [u8]) -> Result<Vec<Channel<'a>>, FormatError>,
     ) -> Format {
-        Format { name, title, version, has_signature: true, read }
+        Format { name, title, changes: &[], has_signature: true, read }
+    }
+
+    /// Sets the reasons of the versions of the reader from 2 on.
+    const fn changed(self, changes: &'static [&'static str]) -> Format {
+        Format { changes, ..self }
     }
 
     /// Declares that other files may start with the same bytes.
     const fn without_signature(self) -> Format {
         Format { has_signature: false, ..self }
+    }
+
+    /// Returns the error about a file of this format that its reader refuses.
+    fn damaged(&self, source: FormatError) -> TopographyFileError {
+        TopographyFileError::Damaged { name: self.name, title: self.title, source }
     }
 
     /// Returns the short name of the format, in most cases the usual file extension.
@@ -493,7 +485,14 @@ impl Format {
 
     /// Returns the version of the reader, which increases when the decoded numbers change.
     pub fn version(&self) -> u32 {
-        self.version
+        1 + self.changes.len() as u32
+    }
+
+    /// Returns what changed in the numbers that the reader decodes: the reason of each version from
+    /// 2 to [`Format::version`].
+    #[doc(hidden)]
+    pub fn changes(&self) -> &'static [&'static str] {
+        self.changes
     }
 
     /// Returns the full name of the format, for messages.

@@ -26,7 +26,9 @@ use super::unit::{Unit, ratio};
 use super::{Format, FormatError, at_least_one};
 
 pub(crate) const FORMAT: Format =
-    Format::new("nanoscope", "Nanoscope of Digital Instruments, Veeco and Bruker", 2, read);
+    Format::new("nanoscope", "Nanoscope of Digital Instruments, Veeco and Bruker", read).changed(
+        &["`Aspect Ratio`, stopped scans and `Valid data len` give the lines and the side along y"],
+    );
 
 /// First version of Nanoscope whose numbers may have four bytes although the header says two.
 const FOUR_BYTES: i64 = 0x0920_0000;
@@ -49,17 +51,9 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     if read.is_empty() {
         return at_least_one(errors, "*Ciao image list");
     }
-    let errors: Vec<String> = errors.into_iter().filter_map(Result::err).map(unread).collect();
-    Ok(read
-        .into_iter()
-        .flatten()
-        .map(|channel| errors.iter().fold(channel, Channel::noted))
-        .collect())
-}
-
-/// Returns the note about an image that could not be read.
-fn unread(error: FormatError) -> String {
-    format!("another image of the file cannot be read: {error}")
+    let note = |error| format!("another image of the file cannot be read: {error}");
+    let notes: Vec<String> = errors.into_iter().filter_map(Result::err).map(note).collect();
+    Ok(read.into_iter().flatten().map(|channel| channel.noted(&notes)).collect())
 }
 
 /// Properties of a file that all its images share.
@@ -103,15 +97,10 @@ impl<'a> File<'a> {
     }
 
     fn channel<'b>(&self, bytes: &'b [u8], image: &Section) -> Result<Channel<'b>, FormatError> {
-        let bytes_per_pixel = match image.entries.get("bytes/pixel") {
-            None => 2,
-            Some(_) => image.entries.whole("bytes/pixel")?,
-        };
+        let bytes_per_pixel = image.entries.optional_whole("bytes/pixel")?.unwrap_or(2);
         let length = image.entries.whole("data length")?;
-        let own = checked_nodes([
-            image.entries.whole("samps/line")?,
-            image.entries.whole("number of lines")?,
-        ])?;
+        let [x, y] = ["samps/line", "number of lines"].map(|key| image.entries.whole(key));
+        let own = checked_nodes([x?, y?])?;
         let stated = map_bytes(image.valid_nodes(own).unwrap_or(own), Element::I32);
         let element = match bytes_per_pixel {
             2 if self.version >= FOUR_BYTES && length >= stated as i64 => Element::I32,
@@ -127,20 +116,12 @@ impl<'a> File<'a> {
         let stored = Cursor::at(bytes, start).take(map_bytes(nodes, element))?;
         let unscaled = Raster::rows(nodes, element, ByteOrder::Little, stored)?.upside_down();
         let (scale, unit) = self.scale(image, bytes_per_pixel)?;
-        let unit = match Unit::parse(&unit) {
-            // Heights always have a unit in this format.
-            Unit::None => Unit::Other("1".to_owned()),
-            unit => unit,
-        };
         let size = self.size(image, own, nodes)?;
         let raster = unscaled.scaled(scale, 0.0);
-        let channel = Channel::new(image.image_name(), unit, size, raster);
+        let channel = Channel::new(image.image_name(), Unit::of_heights(&unit), size, raster);
         let unused = (length as u64).saturating_sub(map_bytes(nodes, element) as u64);
-        Ok(if unused == 0 {
-            channel
-        } else {
-            channel.noted(format!("{unused} of {length} bytes of the image were not used"))
-        })
+        let note = format!("{unused} of {length} bytes of the image were not used");
+        Ok(channel.noted((unused > 0).then_some(note)))
     }
 
     /// Returns the numbers of nodes of an image along x and y, and the number of stored lines
@@ -293,14 +274,8 @@ impl Section {
 
     /// Returns true if the section describes a map. The names differ between program versions.
     fn is_image(&self) -> bool {
-        let names = [
-            "ciao image list",
-            "afm image list",
-            "stm image list",
-            "ncafm image list",
-            "image list",
-        ];
-        names.contains(&&*self.name)
+        let kind = self.name.strip_suffix("image list");
+        kind.is_some_and(|kind| ["ciao ", "afm ", "stm ", "ncafm ", ""].contains(&kind))
     }
 
     /// Returns the numbers of nodes of the entries `Valid data len`, if the lines are complete.

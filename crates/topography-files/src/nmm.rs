@@ -12,10 +12,10 @@ use super::archive::Archive;
 use super::channel::{Channel, Sides};
 use super::input::{Entries, decode_text};
 use super::raster::{Raster, checked_nodes};
-use super::unit::{Unit, ratio};
+use super::unit::{Unit, y_ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("nmm", "nanomeasuring machine of SIOS", 1, read);
+pub(crate) const FORMAT: Format = Format::new("nmm", "nanomeasuring machine of SIOS", read);
 
 const TITLE: &str = "Scan procedure description file";
 /// Name of the column of heights.
@@ -39,11 +39,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let entries = Entries::from_lines(text.lines(), ':');
     let (dx, unit_x) = entries.quantity("Distance beetween points")?;
     let (dy, unit_y) = entries.quantity("Distance beetween lines")?;
-    let dy = dy
-        * ratio(&unit_y, &unit_x).ok_or_else(|| {
-            let allowed = format!("a unit like that of the points, `{unit_x}`");
-            FormatError::value("unit of the distance between lines", &unit_y, &allowed)
-        })?;
+    let dy = dy * y_ratio(&unit_y, &unit_x)?;
     let lines = entries.whole("Number of lines")?;
     let scans = 1..=entries.whole("Number of scans")?;
     let channels = scans.map(|scan| {
@@ -100,7 +96,7 @@ fn text(archive: &mut Archive<'_>, name: &str) -> Result<String, FormatError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::vendors::packed;
+    use crate::samples::packed;
 
     fn scan(lines: [&str; 2]) -> Vec<u8> {
         let rule = "------------------------------------------\n";

@@ -17,7 +17,8 @@ use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("nrrd", "nearly raw raster data", 2, read);
+pub(crate) const FORMAT: Format = Format::new("nrrd", "nearly raw raster data", read)
+    .changed(&["`space directions` give the sides"]);
 
 fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     after(bytes, b"NRRD000")?;
@@ -46,30 +47,34 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         _ => ByteOrder::Little,
     };
     let size = size(&header, nodes, [axes[0], axes[1]])?;
-    let one = map_bytes(nodes, element);
-    let encoding = header.text("encoding")?;
     let name = header.get("content").filter(|name| !name.is_empty()).unwrap_or("heights");
     let unit = Unit::parse(header.get("sampleunits").unwrap_or_default());
-    let is_text = matches!(encoding, "ascii" | "text" | "txt");
-    let numbers = if is_text { numbers(data)? } else { vec![] };
-    let inflated = match encoding {
-        "gzip" | "gz" => {
-            Some(inflate("the gzip data", GzDecoder::new(data), data.len(), one * count)?)
+    let one = map_bytes(nodes, element);
+    let points = nodes[0] * nodes[1];
+    let mut rasters: Vec<Raster<'_>> = Vec::new();
+    match header.text("encoding")? {
+        "raw" => {
+            for index in 0..count {
+                let part = data.get(index * one..).unwrap_or_default();
+                rasters.push(Raster::rows(nodes, element, order, part)?);
+            }
         }
-        "raw" | "ascii" | "text" | "txt" => None,
+        "gzip" | "gz" => {
+            let inflated = inflate("the gzip data", GzDecoder::new(data), data.len(), one * count)?;
+            for part in inflated.chunks_exact(one) {
+                rasters.push(Raster::rows(nodes, element, order, part.to_vec())?);
+            }
+        }
+        "ascii" | "text" | "txt" => {
+            let numbers = numbers(data)?;
+            for index in 0..count {
+                let part = numbers.iter().copied().skip(index * points).take(points);
+                rasters.push(Raster::from_words(nodes, part.collect())?);
+            }
+        }
         other => return Err(FormatError::value("encoding", other, "raw, text or gzip")),
-    };
-    let channels = (0..count).map(|index| {
-        let raster = if is_text {
-            let points = nodes[0] * nodes[1];
-            let part = numbers.iter().copied().skip(index * points).take(points);
-            Raster::from_words(nodes, part.collect())?
-        } else if let Some(inflated) = &inflated {
-            let part = inflated[index * one..(index + 1) * one].to_vec();
-            Raster::rows(nodes, element, order, part)?
-        } else {
-            Raster::rows(nodes, element, order, data.get(index * one..).unwrap_or_default())?
-        };
+    }
+    let channels = rasters.into_iter().enumerate().map(|(index, raster)| {
         let name = if count == 1 { name.to_owned() } else { format!("{name} {}", index + 1) };
         Ok(Channel::new(name, unit.clone(), size.clone(), raster))
     });
@@ -123,10 +128,7 @@ fn element(name: &str) -> Result<Element, FormatError> {
 fn numbers(data: &[u8]) -> Result<Vec<f64>, FormatError> {
     let text = decode_text(data);
     let words = text.split(|letter: char| letter.is_whitespace() || letter == ',');
-    let number = |word: &str| {
-        number::parse_or_missing(word).ok_or_else(|| FormatError::value("height", word, "a number"))
-    };
-    words.filter(|word| !word.is_empty()).map(number).collect()
+    words.filter(|word| !word.is_empty()).map(number::height).collect()
 }
 
 /// Returns the size of a map along the given two of the axes.

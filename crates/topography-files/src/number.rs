@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use super::FormatError;
+
 /// Words that mark missing points, in lower case.
 const MISSING: [&str; 34] = [
     "nan",
@@ -56,6 +58,35 @@ pub(crate) fn is_missing(word: &str) -> bool {
         || (unsigned.len() > 1 && MISSING.contains(&unsigned))
         || (unsigned.starts_with("nan(") && unsigned.ends_with(')'))
         || unsigned.starts_with("1.#")
+}
+
+/// Reads lines of `columns` numbers each, which `number` parses. Lines without words are skipped.
+/// The lines have their numbers, for errors.
+pub(crate) fn lines<'t, W: Iterator<Item = &'t str>>(
+    lines: impl Iterator<Item = (usize, W)>,
+    columns: usize,
+    number: impl Fn(&str) -> Option<f64>,
+) -> Result<Vec<f64>, FormatError> {
+    let mut numbers = Vec::new();
+    for (line, words) in lines {
+        let wrong = |problem: String| FormatError::Line { line, problem };
+        let before = numbers.len();
+        for word in words {
+            let read = number(word).ok_or_else(|| wrong(format!("`{word}` is not a number")))?;
+            numbers.push(read);
+        }
+        let found = numbers.len() - before;
+        if found != columns && found > 0 {
+            return Err(wrong(format!("it has {found} numbers in place of {columns}")));
+        }
+    }
+    Ok(numbers)
+}
+
+/// Parses a height, or a word for a missing point as NaN.
+pub(crate) fn height(word: &str) -> Result<f64, FormatError> {
+    let allowed = "a number, or a word for a missing point";
+    parse_or_missing(word).ok_or_else(|| FormatError::value("height", word, allowed))
 }
 
 /// Parses a number, or a word for a missing point as NaN.

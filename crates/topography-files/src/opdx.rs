@@ -11,13 +11,14 @@
 
 use std::collections::BTreeMap;
 
-use super::channel::{Channel, Sides};
+use super::channel::{Channel, NAME_FIRST, Sides};
 use super::input::{Cursor, decode_text, factor};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
-use super::unit::{Unit, ratio};
+use super::unit::{Unit, y_ratio};
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("opdx", "Bruker Vision64 OPDx", 2, read);
+pub(crate) const FORMAT: Format =
+    Format::new("opdx", "Bruker Vision64 OPDx", read).changed(&[NAME_FIRST]);
 
 const SIGNATURE: &[u8] = b"VCA DATA\x01\x00\x00\x55";
 /// Maximum depth of containers. It keeps a damaged file from exhausting the stack.
@@ -35,7 +36,7 @@ enum Item<'a> {
     /// Number with the symbol of its unit.
     Quantity(f64, String),
     /// Numbers of nodes along x and y, and the heights.
-    Matrix([i64; 2], &'a [u8]),
+    Matrix([u32; 2], &'a [u8]),
     /// Container of profiles, or an item of another type.
     Other,
 }
@@ -75,22 +76,14 @@ fn channel<'a>(items: &Items<'a>, name: &str) -> Result<Channel<'a>, FormatError
     let (x, unit_x) = quantity("Dimension2Extent")?;
     let (y, unit_y) = quantity("Dimension1Extent")?;
     let (scale, unit) = quantity("DataScale")?;
-    let y = y * ratio(unit_y, unit_x).ok_or_else(|| {
-        let allowed = format!("a unit like that of x, `{unit_x}`");
-        FormatError::value("unit of Dimension1Extent", unit_y, &allowed)
-    })?;
+    let y = y * y_ratio(unit_y, unit_x)?;
     let side = |extent: f64, nodes: usize| {
         let steps = (nodes - 1).max(1) as f64;
         extent * nodes as f64 / steps
     };
     let size = Sides::new([side(x, nodes[0]), side(y, nodes[1])], &Unit::parse(unit_x))?;
-    let unit = match Unit::parse(unit) {
-        // Heights always have a unit in this format.
-        Unit::None => Unit::Other("1".to_owned()),
-        unit => unit,
-    };
     let raster = unscaled.scaled(factor("DataScale", scale)?, 0.0);
-    Ok(Channel::new(name, unit, size, raster))
+    Ok(Channel::new(name, Unit::of_heights(unit), size, raster))
 }
 
 /// Reads the items of a container, and of the containers in it, into `items`. `path` is the path of
@@ -176,7 +169,7 @@ fn read_items<'a>(
 /// Reads a matrix: its numbers of lines and columns, and the heights.
 fn matrix(content: &[u8]) -> Result<Item<'_>, FormatError> {
     let mut cursor = Cursor::new(content);
-    let [y, x] = [cursor.u32()?.into(), cursor.u32()?.into()];
+    let [y, x] = [cursor.u32()?, cursor.u32()?];
     Ok(Item::Matrix([x, y], cursor.rest()))
 }
 

@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use half::f16;
+
 use super::FormatError;
 
 /// Maximum number of nodes of a map. A damaged header may give any number.
@@ -49,7 +51,11 @@ pub(crate) enum Missing {
 #[derive(Debug, Clone)]
 pub(crate) struct Raster<'a> {
     nodes: [usize; 2],
-    samples: Samples<'a>,
+    bytes: Cow<'a, [u8]>,
+    element: Element,
+    order: ByteOrder,
+    /// Distance between the starts of two lines, in bytes.
+    stride: usize,
     /// True if the numbers of a stored line have the same y, false if they have the same x.
     lines_along_x: bool,
     /// True if the first stored number has the largest y.
@@ -64,16 +70,23 @@ pub(crate) struct Raster<'a> {
     mask: Option<Box<Raster<'a>>>,
 }
 
-#[derive(Debug, Clone)]
-enum Samples<'a> {
-    Bytes {
-        bytes: Cow<'a, [u8]>,
-        element: Element,
-        order: ByteOrder,
-        /// Distance between the starts of two lines, in bytes.
-        stride: usize,
-    },
-    Numbers(Vec<f64>),
+impl ByteOrder {
+    /// Reads an unsigned integer of up to eight bytes.
+    pub(crate) fn integer(self, stored: &[u8]) -> u64 {
+        let add = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
+        match self {
+            ByteOrder::Little => stored.iter().rev().fold(0, add),
+            ByteOrder::Big => stored.iter().fold(0, add),
+        }
+    }
+
+    /// Writes the lowest bytes of an integer.
+    pub(crate) fn store(self, number: u64, stored: &mut [u8]) {
+        stored.copy_from_slice(&number.to_le_bytes()[..stored.len()]);
+        if self == ByteOrder::Big {
+            stored.reverse();
+        }
+    }
 }
 
 impl Element {
@@ -145,13 +158,14 @@ impl Element {
     /// Decodes all numbers of `bytes`.
     pub(crate) fn numbers(self, order: ByteOrder, bytes: &[u8]) -> Vec<f64> {
         let count = bytes.len() / self.size();
-        let samples = Samples::Bytes { bytes: bytes.into(), element: self, order, stride: 0 };
-        Raster::new([count, 1], samples, true).stored_numbers(|number| number)
+        let raster = Raster::rows([count, 1], self, order, bytes);
+        raster.expect("the bytes are those of the numbers").converted(|number| number)
     }
 }
 
 /// Checks the numbers of nodes along x and y that a header gives.
-pub(crate) fn checked_nodes(nodes: [i64; 2]) -> Result<[usize; 2], FormatError> {
+pub(crate) fn checked_nodes<T: TryInto<i64>>(nodes: [T; 2]) -> Result<[usize; 2], FormatError> {
+    let nodes: [i64; 2] = nodes.map(|count| count.try_into().unwrap_or(i64::MAX));
     if let Some(count) = nodes.into_iter().find(|&count| count < 1) {
         return Err(FormatError::value("number of nodes", count, "a positive number"));
     }
@@ -194,15 +208,29 @@ impl<'a> Raster<'a> {
         // The padding of the last line may be missing.
         let needed = stride as u128 * (lines - 1) as u128 + (along * element.size()) as u128;
         if needed > bytes.len() as u128 {
-            return Err(FormatError::Heights {
-                nodes,
-                element: element.size(),
-                needed,
-                found: bytes.len(),
-            });
+            let (element, found) = (element.size(), bytes.len());
+            return Err(FormatError::Heights { nodes, element, needed, found });
         }
-        let samples = Samples::Bytes { bytes, element, order, stride };
-        Ok(Raster::new(nodes, samples, true))
+        // Other maps may follow.
+        let bytes = match bytes {
+            Cow::Borrowed(bytes) => Cow::Borrowed(&bytes[..needed as usize]),
+            owned => owned,
+        };
+        Ok(Raster {
+            nodes,
+            bytes,
+            element,
+            order,
+            stride,
+            lines_along_x: true,
+            upside_down: false,
+            mirrored: false,
+            scale: 1.0,
+            offset: 0.0,
+            per_metre: 1.0,
+            missing: Missing::None,
+            mask: None,
+        })
     }
 
     /// Creates a raster whose lines run along y: the first `nodes[1]` numbers have the same x.
@@ -212,8 +240,13 @@ impl<'a> Raster<'a> {
         order: ByteOrder,
         bytes: impl Into<Cow<'a, [u8]>>,
     ) -> Result<Raster<'a>, FormatError> {
-        let turned = Raster::rows([nodes[1], nodes[0]], element, order, bytes)?;
-        Ok(Raster { nodes, lines_along_x: false, ..turned })
+        Ok(Raster::rows([nodes[1], nodes[0]], element, order, bytes)?.turned())
+    }
+
+    /// Exchanges x and y.
+    pub(crate) fn turned(self) -> Raster<'a> {
+        let [x, y] = self.nodes;
+        Raster { nodes: [y, x], lines_along_x: !self.lines_along_x, ..self }
     }
 
     /// Creates a raster of decoded numbers whose lines run along x.
@@ -222,7 +255,9 @@ impl<'a> Raster<'a> {
     /// Panics if the length of `numbers` differs from the number of nodes.
     pub(crate) fn from_rows(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
         assert_eq!(numbers.len(), nodes[0] * nodes[1], "a number for each node");
-        Raster::new(nodes, Samples::Numbers(numbers), true)
+        let bytes: Vec<[u8; 8]> = numbers.into_iter().map(f64::to_le_bytes).collect();
+        let raster = Raster::rows(nodes, Element::F64, ByteOrder::Little, bytes.into_flattened());
+        raster.expect("each number has its bytes")
     }
 
     /// Creates a raster of numbers of a text, in lines along x.
@@ -245,23 +280,7 @@ impl<'a> Raster<'a> {
     /// # Panics
     /// Panics if the length of `numbers` differs from the number of nodes.
     pub(crate) fn from_columns(nodes: [usize; 2], numbers: Vec<f64>) -> Raster<'a> {
-        assert_eq!(numbers.len(), nodes[0] * nodes[1], "a number for each node");
-        Raster::new(nodes, Samples::Numbers(numbers), false)
-    }
-
-    fn new(nodes: [usize; 2], samples: Samples<'a>, lines_along_x: bool) -> Raster<'a> {
-        Raster {
-            nodes,
-            samples,
-            lines_along_x,
-            upside_down: false,
-            mirrored: false,
-            scale: 1.0,
-            offset: 0.0,
-            per_metre: 1.0,
-            missing: Missing::None,
-            mask: None,
-        }
+        Raster::from_rows([nodes[1], nodes[0]], numbers).turned()
     }
 
     /// Sets the conversion of stored numbers to heights: `scale` × number + `offset`.
@@ -300,35 +319,19 @@ impl<'a> Raster<'a> {
         self.decode().into_iter().filter(|number| is_masked(*number)).count()
     }
 
-    /// Declares points missing where the number in `mask` exceeds one half.
-    pub(crate) fn masked(self, mask: Raster<'a>) -> Raster<'a> {
-        Raster { mask: Some(Box::new(mask)), ..self }
-    }
-
-    /// Removes the mask.
-    pub(crate) fn without_mask(self) -> Raster<'a> {
-        Raster { mask: None, ..self }
+    /// Declares points missing where the number in `mask`, if there is one, exceeds one half.
+    pub(crate) fn masked(self, mask: Option<Raster<'a>>) -> Raster<'a> {
+        Raster { mask: mask.map(Box::new), ..self }
     }
 
     /// Copies the bytes of the map if they are borrowed.
     pub(crate) fn into_owned(self) -> Raster<'static> {
-        let lines = self.nodes[usize::from(self.lines_along_x)];
-        let along = self.nodes[usize::from(!self.lines_along_x)];
-        let samples = match self.samples {
-            Samples::Numbers(numbers) => Samples::Numbers(numbers),
-            Samples::Bytes { bytes, element, order, stride } => {
-                // Other maps may follow.
-                let needed = stride * (lines - 1) + along * element.size();
-                let bytes = match bytes {
-                    Cow::Borrowed(bytes) => bytes[..needed].to_vec(),
-                    Cow::Owned(bytes) => bytes,
-                };
-                Samples::Bytes { bytes: bytes.into(), element, order, stride }
-            }
-        };
         Raster {
             nodes: self.nodes,
-            samples,
+            bytes: Cow::Owned(self.bytes.into_owned()),
+            element: self.element,
+            order: self.order,
+            stride: self.stride,
             lines_along_x: self.lines_along_x,
             upside_down: self.upside_down,
             mirrored: self.mirrored,
@@ -365,7 +368,7 @@ impl<'a> Raster<'a> {
     }
 
     fn decode_by(&self, value: impl Fn(f64) -> f64) -> Vec<f64> {
-        let mut values = self.stored_numbers(value);
+        let mut values = self.converted(value);
         if let Some(mask) = &self.mask {
             let marks = values.iter_mut().zip(mask.decode());
             for (value, _) in marks.filter(|(_, mark)| is_masked(*mark)) {
@@ -376,53 +379,38 @@ impl<'a> Raster<'a> {
     }
 
     /// Returns the numbers in the order of [`Raster::decode`], converted by `value`.
-    fn stored_numbers(&self, value: impl Fn(f64) -> f64) -> Vec<f64> {
-        match &self.samples {
-            Samples::Numbers(numbers) => {
-                let length = self.nodes[usize::from(!self.lines_along_x)];
-                self.gather(|line, index| value(numbers[line * length + index]))
-            }
-            Samples::Bytes { element, .. } => match element {
-                Element::I8 => self.stored(|byte: [u8; 1]| value(i8::from_le_bytes(byte).into())),
-                Element::U8 => self.stored(|byte: [u8; 1]| value(byte[0].into())),
-                Element::I16 => self.stored(|bytes| value(i16::from_le_bytes(bytes).into())),
-                Element::U16 => self.stored(|bytes| value(u16::from_le_bytes(bytes).into())),
-                Element::I32 => self.stored(|bytes| value(i32::from_le_bytes(bytes).into())),
-                Element::U32 => self.stored(|bytes| value(u32::from_le_bytes(bytes).into())),
-                Element::I64 => self.stored(|bytes| value(i64::from_le_bytes(bytes) as f64)),
-                Element::U64 => self.stored(|bytes| value(u64::from_le_bytes(bytes) as f64)),
-                Element::F16 => self.stored(|bytes| value(half(u16::from_le_bytes(bytes)))),
-                Element::F32 => self.stored(|bytes| value(f32::from_le_bytes(bytes).into())),
-                Element::F64 => self.stored(|bytes| value(f64::from_le_bytes(bytes))),
-            },
+    fn converted(&self, value: impl Fn(f64) -> f64) -> Vec<f64> {
+        match self.element {
+            Element::I8 => self.gather(|bytes| value(i8::from_le_bytes(bytes).into())),
+            Element::U8 => self.gather(|bytes| value(u8::from_le_bytes(bytes).into())),
+            Element::I16 => self.gather(|bytes| value(i16::from_le_bytes(bytes).into())),
+            Element::U16 => self.gather(|bytes| value(u16::from_le_bytes(bytes).into())),
+            Element::I32 => self.gather(|bytes| value(i32::from_le_bytes(bytes).into())),
+            Element::U32 => self.gather(|bytes| value(u32::from_le_bytes(bytes).into())),
+            Element::I64 => self.gather(|bytes| value(i64::from_le_bytes(bytes) as f64)),
+            Element::U64 => self.gather(|bytes| value(u64::from_le_bytes(bytes) as f64)),
+            Element::F16 => self.gather(|bytes| value(f16::from_le_bytes(bytes).into())),
+            Element::F32 => self.gather(|bytes| value(f32::from_le_bytes(bytes).into())),
+            Element::F64 => self.gather(|bytes| value(f64::from_le_bytes(bytes))),
         }
     }
 
-    fn stored<const N: usize>(&self, number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
-        let Samples::Bytes { bytes, order, stride, .. } = &self.samples else {
-            return vec![];
-        };
-        self.gather(|line, index| {
-            let start = line * stride + index * N;
-            let stored = bytes[start..].first_chunk::<N>();
-            let mut stored = *stored.expect("the constructor checked the length");
-            if *order == ByteOrder::Big {
-                stored.reverse();
-            }
-            number(stored)
-        })
-    }
-
-    /// Returns the numbers of the map in row-major order with x along the first axis. `stored`
-    /// returns the number with a given index of the line and index within the line.
-    fn gather(&self, stored: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    /// Returns the numbers of the map in row-major order with x along the first axis. `number`
+    /// decodes the bytes of a number in little-endian order.
+    fn gather<const N: usize>(&self, number: impl Fn([u8; N]) -> f64) -> Vec<f64> {
         let [nodes_x, nodes_y] = self.nodes;
         let mut values = Vec::with_capacity(nodes_x * nodes_y);
         for i in 0..nodes_x {
             let x = if self.mirrored { nodes_x - 1 - i } else { i };
             values.extend((0..nodes_y).map(|j| {
                 let y = if self.upside_down { nodes_y - 1 - j } else { j };
-                if self.lines_along_x { stored(y, x) } else { stored(x, y) }
+                let (line, index) = if self.lines_along_x { (y, x) } else { (x, y) };
+                let stored = self.bytes[line * self.stride + index * N..].first_chunk::<N>();
+                let mut stored = *stored.expect("the constructor checked the length");
+                if self.order == ByteOrder::Big {
+                    stored.reverse();
+                }
+                number(stored)
             }));
         }
         values
@@ -438,18 +426,6 @@ impl<'a> Raster<'a> {
         };
         let value = (self.scale * stored + self.offset) / self.per_metre;
         if is_missing || !value.is_finite() { f64::NAN } else { value }
-    }
-}
-
-/// Converts a number of half precision: a sign, five bits of exponent and ten of mantissa.
-fn half(bits: u16) -> f64 {
-    let sign = if bits & 0x8000 == 0 { 1.0 } else { -1.0 };
-    let [exponent, mantissa] = [i32::from(bits >> 10 & 31), i32::from(bits & 1023)];
-    sign * match exponent {
-        0 => f64::from(mantissa) * 2_f64.powi(-24),
-        31 if mantissa == 0 => f64::INFINITY,
-        31 => f64::NAN,
-        _ => f64::from(1024 + mantissa) * 2_f64.powi(exponent - 25),
     }
 }
 
@@ -500,7 +476,7 @@ mod tests {
     #[test]
     fn a_mask_may_have_another_line_order_than_its_map() {
         let mask = Raster::columns([3, 2], Element::U8, ByteOrder::Big, &[0, 1, 0, 0, 0, 0][..]);
-        let masked = bytes([3, 2]).masked(mask.unwrap()).decode();
+        let masked = bytes([3, 2]).masked(mask.ok()).decode();
         assert!(masked[1].is_nan());
         assert_eq!(masked.iter().filter(|height| height.is_nan()).count(), 1);
     }

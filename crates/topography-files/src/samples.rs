@@ -1,7 +1,7 @@
 //! Small files of every format, all of which contain the map [`EXPECTED`].
 
-mod jpk;
 pub(crate) mod new_formats;
+pub(crate) mod tiff_files;
 pub(crate) mod vendors;
 
 use std::io::{Cursor, Write};
@@ -10,8 +10,6 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
-
-use self::jpk::jpk;
 
 /// Heights `[x, y]` at three nodes along x and two along y, in nanometres. If a format can mark
 /// missing points, the last point is marked as missing.
@@ -39,6 +37,15 @@ impl Sample {
     fn with_missing(format: &'static str, bytes: Vec<u8>) -> Sample {
         Sample { lacks_last_point: true, ..Sample::new(format, bytes) }
     }
+
+    fn unitless(self) -> Sample {
+        Sample { sides: None, ..self }
+    }
+
+    /// Sets the sides of a map with square pixels.
+    fn square(self) -> Sample {
+        Sample { sides: Some([3e-6, 2e-6]), ..self }
+    }
 }
 
 /// Returns at least one file of each format.
@@ -47,17 +54,10 @@ pub(crate) fn samples() -> Vec<Sample> {
         Sample::with_missing("x3p", x3p(&Archive::default())),
         Sample::with_missing("sur", sur()),
         Sample::with_missing("sur", deflated_sur()),
-        Sample::with_missing("gwy", gwy()),
         Sample::with_missing("sdf", sdf()),
         Sample::with_missing("opd", opd()),
         Sample::with_missing("al3d", al3d()),
-        Sample {
-            // The format has square pixels.
-            sides: Some([3e-6, 2e-6]),
-            ..Sample::with_missing("metropro", metropro())
-        },
-        Sample::with_missing("netcdf", netcdf()),
-        Sample::new("jpk", jpk()),
+        Sample::with_missing("metropro", metropro()).square(),
         Sample::new("wsxm", wsxm()),
         Sample::with_missing("frt", frt()),
         Sample::with_missing("plu", plu()),
@@ -70,31 +70,30 @@ pub(crate) fn samples() -> Vec<Sample> {
     ];
     samples.extend(texts());
     samples.extend(grids());
-    samples.extend(hdf5());
+    samples.extend(written());
+    samples.extend(tiff_files::samples());
     samples.extend(vendors::samples());
     samples.extend(new_formats::samples());
     samples
 }
 
-/// Returns files that `samples/write.py` wrote with h5py and netCDF4.
-fn hdf5() -> Vec<Sample> {
-    let unitless = |bytes: &[u8]| Sample { sides: None, ..Sample::new("hdf5", bytes.to_vec()) };
-    let topostats = include_bytes!("samples/topostats.h5");
+/// Returns files that `samples/write.py` wrote with gwyfile, h5py and netCDF4.
+fn written() -> Vec<Sample> {
     vec![
+        Sample::with_missing("gwy", include_bytes!("samples/masked.gwy").to_vec()),
         Sample::with_missing("datx", include_bytes!("samples/nanometers.datx").to_vec()),
         Sample::with_missing("datx", include_bytes!("samples/fringes.datx").to_vec()),
+        Sample::with_missing("netcdf", include_bytes!("samples/classic.nc").to_vec()),
         Sample::with_missing("netcdf4", include_bytes!("samples/surface.nc").to_vec()),
         Sample::with_missing("netcdf4", include_bytes!("samples/transposed.nc").to_vec()),
         Sample::new("h5-jpk", include_bytes!("samples/frames.h5-jpk").to_vec()),
-        unitless(include_bytes!("samples/chunks.h5")),
-        unitless(include_bytes!("samples/nested.h5")),
-        // The format has square pixels.
-        Sample { sides: Some([3e-6, 2e-6]), ..Sample::new("hdf5", topostats.to_vec()) },
+        Sample::new("hdf5", include_bytes!("samples/chunks.h5").to_vec()).unitless(),
+        Sample::new("hdf5", include_bytes!("samples/nested.h5").to_vec()).unitless(),
+        Sample::new("hdf5", include_bytes!("samples/topostats.h5").to_vec()).square(),
     ]
 }
 
 fn texts() -> Vec<Sample> {
-    let unitless = |format, bytes: Vec<u8>| Sample { sides: None, ..Sample::new(format, bytes) };
     let gwyddion = "# Channel: Height\n# Width: 3 µm\n# Height: 4 µm\n# Value units: nm\n\
                     1 2 3\n4 5 nan\n";
     let latin1: Vec<u8> = gwyddion.chars().map(|c| c as u8).collect();
@@ -113,14 +112,12 @@ fn texts() -> Vec<Sample> {
         Sample::with_missing("text", triplets.as_bytes().to_vec()),
         Sample::with_missing("sdf", sdf.as_bytes().to_vec()),
         Sample::with_missing("text", factor.as_bytes().to_vec()),
-        unitless("npy", npy()),
+        Sample::new("npy", npy()).unitless(),
     ]
 }
 
 /// Returns grids of geographic programs, and other formats with a text header.
 fn grids() -> Vec<Sample> {
-    let unitless =
-        |format, bytes: Vec<u8>| Sample { sides: None, ..Sample::with_missing(format, bytes) };
     let esri = "NCOLS 3\nNROWS 2\nXLLCENTER 0\nYLLCENTER 0\nCELLSIZE 1\nNODATA_value -1\n\
                 4 5 -1\n1 2 3\n";
     // The first line of the text has the largest y, so that the last point is in it.
@@ -136,13 +133,13 @@ fn grids() -> Vec<Sample> {
                 units: \"µm\" \"µm\"\nsampleunits: nm\nencoding: raw\nendian: big\n\n";
     let nrrd = Fields::default().bytes(nrrd.as_bytes()).rows(ROWS, i16::to_be_bytes).0;
     vec![
-        unitless("esri-asc", esri.as_bytes().to_vec()),
-        unitless("surfer", surfer.as_bytes().to_vec()),
-        unitless("surfer", with_last(six, &1.70141e38_f32.to_le_bytes())),
-        unitless("surfer", with_last(seven, &9e9_f64.to_le_bytes())),
+        Sample::with_missing("esri-asc", esri.as_bytes().to_vec()).unitless(),
+        Sample::with_missing("surfer", surfer.as_bytes().to_vec()).unitless(),
+        Sample::with_missing("surfer", with_last(six, &1.70141e38_f32.to_le_bytes())).unitless(),
+        Sample::with_missing("surfer", with_last(seven, &9e9_f64.to_le_bytes())).unitless(),
         Sample::new("nrrd", nrrd),
         Sample::with_missing("iso28600", iso28600().into_bytes()),
-        Sample { sides: None, ..Sample::new("npz", npz()) },
+        Sample::new("npz", packed(&[("heights.npy", npy())])).unitless(),
     ]
 }
 
@@ -158,10 +155,13 @@ fn iso28600() -> String {
     lines.join("\r\n")
 }
 
-fn npz() -> Vec<u8> {
+/// Writes a zip archive of files with these names.
+pub(crate) fn packed(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
     let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
-    writer.start_file("heights.npy", SimpleFileOptions::default()).unwrap();
-    writer.write_all(&npy()).unwrap();
+    for (name, bytes) in files {
+        writer.start_file(*name, SimpleFileOptions::default()).unwrap();
+        writer.write_all(bytes).unwrap();
+    }
     writer.finish().unwrap().into_inner()
 }
 
@@ -263,23 +263,16 @@ impl Default for Archive {
 
 /// Writes an X3P file with this content.
 pub(crate) fn x3p(archive: &Archive) -> Vec<u8> {
-    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
-    let mut add = |name: &str, bytes: &[u8]| {
-        let name = format!("{}{name}", archive.folder);
-        let options = SimpleFileOptions::default();
-        writer.start_file(name, options).unwrap();
-        writer.write_all(bytes).unwrap();
-    };
-    add("main.xml", archive.description.as_bytes());
-    add("bindata/data.bin", &archive.data);
-    if let Some(valid) = archive.valid {
-        add("bindata/valid.bin", &[valid]);
-    }
-    writer.finish().unwrap().into_inner()
+    let name = |name: &str| format!("{}{name}", archive.folder);
+    let (index, data, valid) =
+        (name("main.xml"), name("bindata/data.bin"), name("bindata/valid.bin"));
+    let mut files =
+        vec![(&*index, archive.description.clone().into_bytes()), (&*data, archive.data.clone())];
+    files.extend(archive.valid.map(|bits| (&*valid, vec![bits])));
+    packed(&files)
 }
 
 fn sur_header(signature: &str) -> Fields {
-    let units = |fields: Fields| fields.text("um", 16).text("um", 16).text("nm", 16);
     let fields = Fields::default()
         .text(signature, 12)
         .to(18)
@@ -298,7 +291,8 @@ fn sur_header(signature: &str) -> Fields {
         .f32(1.0)
         .to(180);
     // The comment has four bytes, the private zone two.
-    units(units(fields)).to(334).u16(4).u16(2).to(518)
+    let units = fields.text("um", 16).text("um", 16).text("nm", 16);
+    units.to(334).u16(4).u16(2).to(518)
 }
 
 /// Writes a Digital Surf file whose last number, the lowest height minus 2, marks a missing point.
@@ -322,42 +316,6 @@ pub(crate) fn deflated_sur() -> Vec<u8> {
         fields = fields.i32(part.len() as i32).i32(stream.len() as i32);
     }
     fields.bytes(&streams.concat()).0
-}
-
-fn gwy() -> Vec<u8> {
-    let component =
-        |name: &str, kind: char, value: &[u8]| [name.as_bytes(), &[0, kind as u8], value].concat();
-    let object = |name: &str, components: &[Vec<u8>]| {
-        let components = components.concat();
-        let length = (components.len() as u32).to_le_bytes();
-        [name.as_bytes(), &[0], &length, &components].concat()
-    };
-    let unit = |unit: &[u8]| object("GwySIUnit", &[component("unitstr", 's', unit)]);
-    let field = |heights: [f64; 6]| {
-        let numbers: Vec<u8> = heights.iter().flat_map(|h| h.to_le_bytes()).collect();
-        let data = [&6_u32.to_le_bytes()[..], &numbers].concat();
-        let components = [
-            component("xres", 'i', &3_i32.to_le_bytes()),
-            component("yres", 'i', &2_i32.to_le_bytes()),
-            component("xreal", 'd', &3e-6_f64.to_le_bytes()),
-            // Gwyddion uses the magnitude of a negative side.
-            component("yreal", 'd', &(-4e-6_f64).to_le_bytes()),
-            component("si_unit_xy", 'o', &unit(b"m\0")),
-            component("si_unit_z", 'o', &unit(b"m\0")),
-            component("data", 'D', &data),
-        ];
-        object("GwyDataField", &components)
-    };
-    let heights = [1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9];
-    let components = [
-        component("/filename", 's', b"a\0"),
-        component("/5/data/title", 's', b"Height\0"),
-        component("/5/data", 'o', &field(heights)),
-        component("/5/mask", 'o', &field([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])),
-        component("/5/select", 'S', b"\x01\0\0\0x\0"),
-        component("/5/show", 'b', &[1]),
-    ];
-    [&b"GWYP"[..], &object("GwyContainer", &components)].concat()
 }
 
 fn sdf() -> Vec<u8> {
@@ -430,47 +388,6 @@ fn metropro() -> Vec<u8> {
     let fields = big(big(fields, 1.0).to(184), 1e-6).to(838);
     let bytes = fields.rows(ROWS, |height| i32::from(height).to_be_bytes()).0;
     with_last(bytes, &2147483640_i32.to_be_bytes())
-}
-
-/// Writes a netCDF file with the variables `heights`, with lines along y, and `mask`.
-fn netcdf() -> Vec<u8> {
-    let start = netcdf_header(0).len() as u64;
-    let heights = [1.0, 4.0, 2.0, 5.0, 3.0, 6.0];
-    let numbers = heights.iter().flat_map(|h: &f64| h.to_be_bytes());
-    let mask = [0, 0, 0, 0, 0, 1];
-    let fields = Fields::default().bytes(&netcdf_header(start));
-    fields.bytes(&numbers.collect::<Vec<_>>()).bytes(&mask).0
-}
-
-/// Writes the header of a netCDF file. The numbers after it begin at byte `start`.
-fn netcdf_header(start: u64) -> Vec<u8> {
-    const BYTE: u32 = 1;
-    const DOUBLE: u32 = 6;
-    let big = |fields: Fields, numbers: &[u32]| {
-        let numbers = numbers.iter().flat_map(|number| number.to_be_bytes());
-        fields.bytes(&numbers.collect::<Vec<_>>())
-    };
-    let name = |fields: Fields, name: &str| {
-        let padded = name.len().next_multiple_of(4);
-        big(fields, &[name.len() as u32]).text(name, padded)
-    };
-    let unit = |fields: Fields, unit: &str| big(name(fields, "unit"), &[2, 2]).text(unit, 4);
-    let end =
-        |fields: Fields, kind: u32, begin: u64| big(fields, &[kind, 0]).bytes(&begin.to_be_bytes());
-    let axis = |fields: Fields, axis: &str, number: u32, length: f64| {
-        let fields = big(name(fields, axis), &[1, number, 12, 2]);
-        let fields = big(name(fields, "length"), &[DOUBLE, 1]).bytes(&length.to_be_bytes());
-        end(unit(fields, "nm"), DOUBLE, start)
-    };
-    let fields = big(Fields::default().bytes(b"CDF\x02"), &[0, 10, 2]);
-    let fields = big(name(fields, "x"), &[3]);
-    let fields = big(name(fields, "y"), &[2]);
-    let fields = big(fields, &[0, 0, 11, 4]);
-    let fields = axis(axis(fields, "x", 0, 3e3), "y", 1, 4e3);
-    let fields = big(name(fields, "heights"), &[2, 0, 1, 12, 1]);
-    let fields = end(unit(fields, "nm"), DOUBLE, start);
-    let fields = big(name(fields, "mask"), &[2, 0, 1, 0, 0]);
-    end(fields, BYTE, start + 48).0
 }
 
 fn frt() -> Vec<u8> {

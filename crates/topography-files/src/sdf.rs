@@ -21,13 +21,17 @@
 //! points, as in BCR, where they come from.
 
 use super::channel::{Channel, Sides};
-use super::input::{Cursor, Entries, factor, latin1, lines};
+use super::input::{Cursor, Entries, factor, latin1, lines, meaning};
 use super::number;
-use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
+use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes};
 use super::unit::Unit;
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("sdf", "surface data file, ISO 25178-71", 2, read);
+pub(crate) const FORMAT: Format = Format::new("sdf", "surface data file, ISO 25178-71", read)
+    .changed(&[
+        "the lowest number marks missing points of all types, in BCR-1.0 the highest; the first \
+     profile of BCR-1.0 has the largest y",
+    ]);
 
 /// Edition of the format, which the first eight characters of a file name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,17 +73,9 @@ fn binary(edition: Edition, bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     let scales = [cursor.double()?, cursor.double()?, cursor.double()?];
     cursor.skip(8)?;
     let [compression, kind, _] = cursor.array()?;
-    let header = Header::new(edition, nodes, scales, compression.into(), kind.into())?;
-    let stored = cursor.rest();
-    let raster = Raster::rows(header.nodes, header.element, ByteOrder::Little, stored)?;
-    let channel = header.channel(raster)?;
-    let trailer = &stored[map_bytes(header.nodes, header.element)..];
-    if trailer.is_ascii() {
-        Ok(channel)
-    } else {
-        let count = trailer.len();
-        Ok(channel.noted(format!("{count} bytes after the heights are no text and are not used")))
-    }
+    channel(edition, nodes, scales, [compression, kind].map(i64::from), |nodes, element| {
+        Raster::rows(nodes, element, ByteOrder::Little, cursor.rest())
+    })
 }
 
 fn text(edition: Edition, bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
@@ -97,42 +93,33 @@ fn text(edition: Edition, bytes: &[u8]) -> Result<Channel<'_>, FormatError> {
     });
     let header: Vec<String> = header.collect();
     let entries = Entries::from_lines(header.iter().map(String::as_str), '=');
-    let code = |name: &str, names: &[(&str, i64)]| {
+    let code = |name: &str, names: &[&str]| {
         let text = entries.text(name)?;
-        let known = names.iter().find(|(name, _)| name.eq_ignore_ascii_case(text));
-        known.map_or_else(|| entries.whole(name), |(_, code)| Ok(*code))
+        let known = names.iter().position(|name| name.eq_ignore_ascii_case(text));
+        known.map_or_else(|| entries.whole(name), |code| Ok(code as i64))
     };
-    let compression = match entries.get("compression") {
-        None => 0,
-        Some(_) => code("compression", &[("NULL", 0), ("NONE", 0), ("RLL", 1)])?,
-    };
+    let stated = entries.get("compression").filter(|text| !text.eq_ignore_ascii_case("none"));
+    let compression = stated.map_or(Ok(0), |_| code("compression", &["NULL", "RLL"]))?;
     let scale = |name| entries.number(name);
-    let header = Header::new(
-        edition,
-        [entries.whole("numpoints")?, entries.whole("numprofiles")?],
-        [scale("xscale")?, scale("yscale")?, scale("zscale")?],
-        compression,
-        code("datatype", &TYPE_NAMES)?,
-    )?;
-    let words = matrix.split_ascii_whitespace();
-    let height = |word: &str| {
-        number::parse_or_missing(word)
-            .ok_or_else(|| FormatError::value("height", word, "a number or BAD"))
-    };
-    let heights: Vec<f64> = words.map(height).collect::<Result<_, _>>()?;
-    header.channel(Raster::from_words(header.nodes, heights)?)
+    let nodes = [entries.whole("numpoints")?, entries.whole("numprofiles")?];
+    let scales = [scale("xscale")?, scale("yscale")?, scale("zscale")?];
+    let kind = code("datatype", &TYPES.map(|(name, _)| name))?;
+    channel(edition, nodes, scales, [compression, kind], |nodes, _| {
+        let heights = matrix.split_ascii_whitespace().map(number::height);
+        Raster::from_words(nodes, heights.collect::<Result<_, _>>()?)
+    })
 }
 
-/// Names of the types in text files of BCR, with their codes.
-const TYPE_NAMES: [(&str, i64); 8] = [
-    ("UCHAR", 0),
-    ("UINTEGER", 1),
-    ("ULONGINT", 2),
-    ("FLOAT", 3),
-    ("CHAR", 4),
-    ("INTEGER", 5),
-    ("LONGINT", 6),
-    ("DOUBLE", 7),
+/// Types of the numbers by their codes, with their names in text files of BCR.
+const TYPES: [(&str, Element); 8] = [
+    ("UCHAR", Element::U8),
+    ("UINTEGER", Element::U16),
+    ("ULONGINT", Element::U32),
+    ("FLOAT", Element::F32),
+    ("CHAR", Element::I8),
+    ("INTEGER", Element::I16),
+    ("LONGINT", Element::I32),
+    ("DOUBLE", Element::F64),
 ];
 
 impl Edition {
@@ -144,94 +131,52 @@ impl Edition {
     ///
     /// Texts round the limits of floats; no height is as large as the numbers near them.
     fn missing(self, element: Element) -> Missing {
-        if self.is_bcr() {
-            match element {
-                Element::I8 => Missing::Value(i8::MAX.into()),
-                Element::U8 => Missing::Value(u8::MAX.into()),
-                Element::I16 => Missing::Value(i16::MAX.into()),
-                Element::U16 => Missing::Value(u16::MAX.into()),
-                Element::I32 => Missing::Value(i32::MAX.into()),
-                Element::U32 => Missing::Value(u32::MAX.into()),
-                Element::F32 => Missing::From(3.4e38),
-                Element::F64 => Missing::From(1.7e308),
-                // No type of the format.
-                Element::I64 | Element::U64 | Element::F16 => Missing::None,
-            }
-        } else {
-            match element {
-                Element::I8 => Missing::Value(i8::MIN.into()),
-                Element::I16 => Missing::Value(i16::MIN.into()),
-                Element::I32 => Missing::Value(i32::MIN.into()),
-                Element::F32 => Missing::UpTo(-3.4e38),
-                Element::F64 => Missing::UpTo(-1.7e308),
-                _ => Edition::Bcr1.missing(element),
-            }
+        match (element.limits(), self.is_bcr()) {
+            (Some([lowest, _]), false) if lowest < 0.0 => Missing::Value(lowest),
+            (Some([_, highest]), _) => Missing::Value(highest),
+            (None, false) if element == Element::F32 => Missing::UpTo(-3.4e38),
+            (None, false) => Missing::UpTo(-1.7e308),
+            (None, true) if element == Element::F32 => Missing::From(3.4e38),
+            (None, true) => Missing::From(1.7e308),
         }
     }
 }
 
-struct Header {
+/// Returns the map of a file with these entries of its header. `stored` reads the numbers.
+fn channel<'a>(
     edition: Edition,
-    nodes: [usize; 2],
-    scales: [f64; 3],
-    element: Element,
-}
-
-impl Header {
-    fn new(
-        edition: Edition,
-        nodes: [i64; 2],
-        scales: [f64; 3],
-        compression: i64,
-        kind: i64,
-    ) -> Result<Header, FormatError> {
-        if compression != 0 {
-            let allowed = "0, no compression";
-            return Err(FormatError::value("Compression", compression, allowed));
-        }
-        if nodes[1] == 1 {
-            let what = "the file has one profile (`NumProfiles`), not a map";
-            return Err(FormatError::unsupported(what));
-        }
-        let element = match kind {
-            0 => Element::U8,
-            1 => Element::U16,
-            2 => Element::U32,
-            3 => Element::F32,
-            4 => Element::I8,
-            5 => Element::I16,
-            6 => Element::I32,
-            7 => Element::F64,
-            _ => return Err(FormatError::value("DataType", kind, "0 to 7")),
-        };
-        Ok(Header { edition, nodes: checked_nodes(nodes)?, scales, element })
+    nodes: [i64; 2],
+    [x, y, z]: [f64; 3],
+    [compression, kind]: [i64; 2],
+    stored: impl FnOnce([usize; 2], Element) -> Result<Raster<'a>, FormatError>,
+) -> Result<Channel<'a>, FormatError> {
+    meaning("Compression", compression, "0, no compression", &[(0, ())])?;
+    if nodes[1] == 1 {
+        let what = "the file has one profile (`NumProfiles`), not a map";
+        return Err(FormatError::unsupported(what));
     }
-
-    fn channel<'a>(&self, stored: Raster<'a>) -> Result<Channel<'a>, FormatError> {
-        let [x, y, z] = self.scales;
-        let size = Sides::of_steps(self.nodes, [x, y], &Unit::Length(1.0))?;
-        let scale = factor("Zscale", z)?;
-        let raster = stored.missing(self.edition.missing(self.element)).scaled(scale, 0.0);
-        if !self.edition.is_bcr() {
-            return Ok(Channel::new("heights", Unit::Length(1.0), size, raster));
-        }
-        let missing = raster.decode().iter().filter(|height| height.is_nan()).count();
-        let raster = if self.edition == Edition::Bcr1 { raster.upside_down() } else { raster };
-        let mut channel = Channel::new("heights", Unit::Length(1.0), size, raster);
-        if missing > 0 {
-            channel = channel.noted(format!(
-                "{missing} points have the highest number of their type, or none, and count as \
-                 missing, as files of Zygo and MountainsMap mark them"
-            ));
-        }
-        Ok(match self.edition {
-            Edition::Bcr1 => channel.noted(
-                "the first profile is taken for the one with the largest y, as MountainsMap does; \
-                 the format fixes no direction",
-            ),
-            _ => channel,
-        })
+    let known = usize::try_from(kind).ok().and_then(|kind| TYPES.get(kind));
+    let (_, element) = *known.ok_or_else(|| FormatError::value("DataType", kind, "0 to 7"))?;
+    let nodes = checked_nodes(nodes)?;
+    let numbers = stored(nodes, element)?.missing(edition.missing(element));
+    let raster = numbers.scaled(factor("Zscale", z)?, 0.0);
+    let metre = Unit::Length(1.0);
+    let size = Sides::of_steps(nodes, [x, y], &metre)?;
+    if !edition.is_bcr() {
+        return Ok(Channel::new("heights", metre, size, raster));
     }
+    let missing = raster.decode().iter().filter(|height| height.is_nan()).count();
+    let of_marker = format!(
+        "{missing} points have the highest number of their type, or none, and count as missing, as \
+         files of Zygo and MountainsMap mark them"
+    );
+    let of_direction = "the first profile is taken for the one with the largest y, as MountainsMap \
+                        does; the format fixes no direction";
+    let is_reversed = edition == Edition::Bcr1;
+    let raster = if is_reversed { raster.upside_down() } else { raster };
+    Ok(Channel::new("heights", metre, size, raster)
+        .noted((missing > 0).then_some(of_marker))
+        .noted(is_reversed.then_some(of_direction)))
 }
 
 #[cfg(test)]
@@ -335,14 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_and_bytes_after_the_heights_are_named() {
-        let mut bytes = binary("ISO-2.0", 4, &[1, 2, 3, 4, 5, 6]);
-        bytes.extend(b"Name = Value\r\n");
-        assert!(read(&bytes).unwrap().channels()[0].notes().is_empty());
-        bytes.push(0xff);
-        let file = read(&bytes).unwrap();
-        let notes = file.channels()[0].notes();
-        assert_eq!(notes, ["15 bytes after the heights are no text and are not used"]);
+    fn a_profile_is_named() {
         let profile = text("ISO-1.0", "7", "1 2 3");
         let profile =
             String::from_utf8(profile).unwrap().replace("NumProfiles = 2", "NumProfiles = 1");

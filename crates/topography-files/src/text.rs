@@ -28,6 +28,8 @@ mod table;
 #[cfg(test)]
 mod tests;
 
+use encoding_rs::Encoding;
+
 use self::block::Block;
 use self::header::Header;
 use self::notation::{Line, Notation, Row};
@@ -35,7 +37,12 @@ use super::channel::Channel;
 use super::input::{decode_text, lines};
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("text", "text", 4, read).without_signature();
+pub(crate) const FORMAT: Format = Format::new("text", "text", read).without_signature().changed(&[
+    "units in all spellings of titles convert the numbers; labels are no heights; maps that empty \
+     lines separate are channels",
+    "lines above the numbers that look like numbers are a header",
+    "more spellings of titles, headers and missing points",
+]);
 
 /// First lines of texts that are no maps, or their starts, with the names of the formats.
 const OTHERS: [(&str, &str); 8] = [
@@ -102,19 +109,12 @@ pub(crate) fn profile(text: &str) -> Result<Channel<'static>, FormatError> {
     Err(first_error.expect("the loop ends only after an error"))
 }
 
-/// Decodes text in UTF-16 with a byte order mark, in UTF-8 or in an encoding of instruments.
+/// Decodes text in UTF-8 or UTF-16 with a byte order mark, in UTF-8 or in an encoding of
+/// instruments.
 pub(crate) fn decoded(bytes: &[u8]) -> Result<String, FormatError> {
-    let wide = |order: fn([u8; 2]) -> u16| {
-        let (pairs, _) = bytes[2..].as_chunks::<2>();
-        let letters: Vec<u16> = pairs.iter().map(|bytes| order(*bytes)).collect();
-        String::from_utf16(&letters)
-            .map_err(|_| FormatError::damaged("the UTF-16 text", "it has an unpaired surrogate"))
-    };
-    let text = match bytes {
-        [0xff, 0xfe, ..] => wide(u16::from_le_bytes)?,
-        [0xfe, 0xff, ..] => wide(u16::from_be_bytes)?,
-        [0xef, 0xbb, 0xbf, rest @ ..] => String::from_utf8_lossy(rest).into_owned(),
-        _ => decode_text(bytes),
+    let text = match Encoding::for_bom(bytes) {
+        Some((encoding, _)) => encoding.decode_with_bom_removal(bytes).0.into_owned(),
+        None => decode_text(bytes),
     };
     let is_text = |letter: char| !letter.is_control() || "\t\r\n\u{c}\u{1a}".contains(letter);
     match text.chars().find(|letter| !is_text(*letter)) {

@@ -1,15 +1,14 @@
 //! Text files with a header of their own that the software of instruments exports: Wyko ASCII, Zygo
 //! ASCII and XYZ, Keyence CSV. The constant of each format documents its line order and sides.
 
-use super::channel::{Channel, Sides, Size};
-use super::input::{Entries, factor};
-use super::raster::{Missing, Raster, checked_nodes};
+use super::binary_headers::{NO_PHASE, OPD_HEIGHTS, opd_size, phase_steps};
+use super::channel::{Channel, Sides};
+use super::input::{Entries, factor, parsed};
+use super::number;
+use super::raster::{Raster, checked_nodes};
 use super::text::decoded;
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
-
-/// Lines of a file that are read one after another, with their numbers.
-type Lines<'a> = std::iter::Enumerate<std::str::Lines<'a>>;
 
 /// Text export of Wyko and Vision (`.asc`): the entries and maps of an OPD file.
 ///
@@ -23,12 +22,7 @@ type Lines<'a> = std::iter::Enumerate<std::str::Lines<'a>>;
 /// exchanged.
 ///
 /// The layout is that of these two readers: SurfaceTopography 1.27.1 and Gwyddion 2.62.
-pub(crate) const WYKO: Format = Format::new("wyko-asc", "Wyko ASCII", 1, read_wyko);
-
-/// Type of an entry that is a map.
-const WYKO_MAP: &str = "3";
-/// Names of the maps that are heights. The others are intensities.
-const WYKO_HEIGHTS: [&str; 5] = ["Raw", "RAW_DATA", "RAW DATA", "OPD", "SAMPLE_DATA"];
+pub(crate) const WYKO: Format = Format::new("wyko-asc", "Wyko ASCII", read_wyko);
 
 fn read_wyko(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = signed_text(bytes, |start| start.starts_with("Wyko ASCII Data File Format"))?;
@@ -41,12 +35,14 @@ fn read_wyko(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         let mut cells = line.split('\t').map(str::trim);
         let name = cells.next().unwrap_or_default();
         let kind = cells.next().unwrap_or_default();
-        if kind == WYKO_MAP && cells.next().is_some() {
-            let nodes = [entries.whole("X Size")?, entries.whole("Y Size")?];
-            let nodes = checked_nodes(nodes)?;
-            let numbers = matrix(&mut lines, [nodes[1], nodes[0]], &text, wyko_number)?;
-            if WYKO_HEIGHTS.contains(&name) {
-                maps.push((name.to_owned(), nodes, numbers));
+        // The type of maps is 3.
+        if kind == "3" && cells.next().is_some() {
+            let nodes = checked_nodes([entries.whole("X Size")?, entries.whole("Y Size")?])?;
+            let rows = lines.by_ref().take(nodes[0]);
+            let words = rows.map(|(index, line)| (index + 1, line.split_whitespace()));
+            let numbers = number::lines(words, nodes[1], number::parse_or_missing)?;
+            if OPD_HEIGHTS.contains(&name) {
+                maps.push((name.to_owned(), Raster::from_words([nodes[1], nodes[0]], numbers)?));
             }
         } else if matches!(name, "X Size" | "Y Size") {
             entries.insert(name, kind);
@@ -61,23 +57,13 @@ fn read_wyko(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
         factor("Wavelength", entries.number("Wavelength")?)? / factor("Mult", multiplier)?
     };
     let step = entries.optional_number("Pixel_size")?;
-    let aspect = entries.optional_number("Aspect")?.unwrap_or(1.0);
-    let channels = maps.into_iter().map(|(name, nodes, numbers)| {
-        let size = match step {
-            None => Sides::UNKNOWN,
-            Some(step) => {
-                let sides = [nodes[0] as f64 * step, nodes[1] as f64 * step * aspect];
-                Sides::new(sides, &Unit::parse("mm"))?
-            }
-        };
-        let raster = Raster::from_columns(nodes, numbers).upside_down().scaled(scale, 0.0);
+    let aspect = entries.optional_number("Aspect")?;
+    let channels = maps.into_iter().map(|(name, turned)| {
+        let raster = turned.turned().upside_down().scaled(scale, 0.0);
+        let size = opd_size(raster.nodes(), step, aspect)?;
         Ok(Channel::new(name, Unit::parse("nm"), size, raster))
     });
     at_least_one(channels, "RAW_DATA")
-}
-
-fn wyko_number(word: &str) -> Option<f64> {
-    if word.eq_ignore_ascii_case("bad") { Some(f64::NAN) } else { word.parse().ok() }
 }
 
 /// Text exports of Zygo MetroPro and Mx: ASCII (`.asc`) and XYZ (`.xyz`).
@@ -91,7 +77,7 @@ fn wyko_number(word: &str) -> Option<f64> {
 ///
 /// The rule of the phases is that of the MetroPro Reference Guide; prysm 0.21.1 writes such files,
 /// with heights divided by the square of the wavelength in micrometres.
-pub(crate) const ZYGO: Format = Format::new("zygo-asc", "Zygo ASCII or XYZ", 1, read_zygo);
+pub(crate) const ZYGO: Format = Format::new("zygo-asc", "Zygo ASCII or XYZ", read_zygo);
 
 fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let is_zygo = |start: &str| {
@@ -109,11 +95,8 @@ fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let [x, y] = [number(3, 0)?, number(3, 1)?];
     let nodes = checked_nodes([number(3, 2)? as i64, number(3, 3)? as i64])?;
     let step = number(7, 6)?;
-    let size = if step == 0.0 {
-        Size::Unknown
-    } else {
-        Size::metres(nodes.map(|count| count as f64 * step))?
-    };
+    let sides = nodes.map(|count| count as f64 * step);
+    let size = Sides::given((step != 0.0).then_some(sides), &Unit::Length(1.0))?;
     // Lines with `#` separate the header, the intensities of an ASCII file, and the map.
     let mut parts = lines.split(|line| *line == "#").skip(1);
     let is_xyz = text.starts_with("Zygo XYZ");
@@ -122,24 +105,16 @@ fn read_zygo(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (raster, unit) = if is_xyz {
         (zygo_points(map, [x, y], nodes)?, "µm")
     } else {
-        let steps = match number(10, 0)? {
-            0.0 => 4096.0,
-            1.0 => 32768.0,
-            2.0 => 131072.0,
-            code => return Err(FormatError::value("phase resolution", code, "0, 1 or 2")),
-        };
+        let steps = phase_steps(number(10, 0)?)?;
         let sign = if number(10, 7)? == 0.0 { 1.0 } else { -1.0 };
         let [interferometer, wavelength] = [number(7, 1)?, number(7, 2)?];
         let scale = sign * interferometer * wavelength * number(7, 4)? / steps;
         let words = map.iter().flat_map(|line| line.split_whitespace());
-        let numbers = words.map(|word| {
-            let phase = word.parse();
-            phase.map_err(|_| FormatError::value("phase", word, "an integer"))
-        });
-        let phases: Vec<f64> = numbers.collect::<Result<_, _>>()?;
+        let phases =
+            words.map(|word| parsed("phase", word, "an integer")).collect::<Result<_, _>>();
         let scale = factor("scale of the phases", scale)?;
-        let raster = Raster::from_words(nodes, phases)?;
-        (raster.missing(Missing::From(2147483640.0)).scaled(scale, 0.0), "m")
+        let raster = Raster::from_words(nodes, phases?)?;
+        (raster.missing(NO_PHASE).scaled(scale, 0.0), "m")
     };
     Ok(vec![Channel::new("heights", Unit::parse(unit), size, raster)])
 }
@@ -185,7 +160,7 @@ fn zygo_points<'a>(
 ///
 /// SurfaceTopography 1.27.1, surfalize 0.19.2 and Gwyddion 2.62 do not read such files, so that no
 /// other reader confirms the layout.
-pub(crate) const KEYENCE: Format = Format::new("keyence-csv", "Keyence CSV", 1, read_keyence);
+pub(crate) const KEYENCE: Format = Format::new("keyence-csv", "Keyence CSV", read_keyence);
 
 // Names of the entries in English and German.
 const KEYENCE_STEP: [&str; 2] = ["XY Calibration", "XY-Justierung"];
@@ -218,32 +193,18 @@ fn read_keyence(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             entries.push(cells);
         }
     }
-    let count = |names| {
-        let text = entry(&entries, names, 1)?;
-        text.parse().map_err(|_| FormatError::value(names[0], text, "an integer"))
-    };
+    let count =
+        |names: [&str; 2]| parsed::<i64>(names[0], &entry(&entries, names, 1)?, "an integer");
     let nodes = checked_nodes([count(KEYENCE_X)?, count(KEYENCE_Y)?])?;
     let step = entry(&entries, KEYENCE_STEP, 1)?;
     let step = keyence_number(&step)
         .ok_or_else(|| FormatError::value(KEYENCE_STEP[0], &step, "a number"))?;
     let unit = Unit::parse(&entry(&entries, KEYENCE_STEP, 2)?);
     let size = Sides::new(nodes.map(|count| count as f64 * step), &unit)?;
-    let mut numbers = Vec::new();
-    for (index, line) in lines.by_ref().filter(|(_, line)| !line.trim().is_empty()).take(nodes[1]) {
-        let before = numbers.len();
-        numbers.extend(cells(line).take(nodes[0]).map_while(keyence_number));
-        if numbers.len() - before < nodes[0] {
-            let problem = format!("it has fewer than {} numbers", nodes[0]);
-            return Err(FormatError::Line { line: index + 1, problem });
-        }
-    }
-    if numbers.len() != nodes[0] * nodes[1] {
-        let found = numbers.len() / nodes[0];
-        let allowed = format!("{}, as in the header", nodes[1]);
-        return Err(FormatError::value("number of lines of the map", found, &allowed));
-    }
+    let rows = lines.map(|(index, line)| (index + 1, cells(line).take(nodes[0]))).take(nodes[1]);
+    let raster = Raster::from_words(nodes, number::lines(rows, nodes[0], keyence_number)?)?;
     let unit = Unit::parse(&entry(&entries, KEYENCE_UNIT, 1)?);
-    Ok(vec![Channel::new("Height", unit, size, Raster::from_rows(nodes, numbers))])
+    Ok(vec![Channel::new("Height", unit, size, raster)])
 }
 
 /// Returns the cells of a line, which are enclosed in quotes.
@@ -256,43 +217,10 @@ fn keyence_number(cell: &str) -> Option<f64> {
     if cell.is_empty() { Some(f64::NAN) } else { cell.replacen(',', ".", 1).parse().ok() }
 }
 
-/// Maximum number of characters at the start of a file that identify its format.
-const START: usize = 4096;
-
-/// Decodes a text if `is_format` accepts its start.
+/// Decodes a text if `is_format` accepts its first 4096 bytes.
 fn signed_text(bytes: &[u8], is_format: impl Fn(&str) -> bool) -> Result<String, FormatError> {
-    let start = decoded(&bytes[..bytes.len().min(START)]).map_err(|_| FormatError::Signature)?;
+    let start = decoded(&bytes[..bytes.len().min(4096)]).map_err(|_| FormatError::Signature)?;
     if is_format(&start) { decoded(bytes) } else { Err(FormatError::Signature) }
-}
-
-/// Reads a matrix of `size[0]` numbers in each of `size[1]` lines. `text` is the whole file, whose
-/// length limits the memory that a damaged size can allocate.
-fn matrix(
-    lines: &mut Lines<'_>,
-    size: [usize; 2],
-    text: &str,
-    number: impl Fn(&str) -> Option<f64>,
-) -> Result<Vec<f64>, FormatError> {
-    let count = size[0] * size[1];
-    let mut numbers = Vec::with_capacity(count.min(text.len()));
-    for _ in 0..size[1] {
-        let Some((index, line)) = lines.next() else {
-            let found = numbers.len() / size[0];
-            let allowed = format!("{}, as in the header", size[1]);
-            return Err(FormatError::value("number of lines of the map", found, &allowed));
-        };
-        let wrong = |problem: String| FormatError::Line { line: index + 1, problem };
-        let before = numbers.len();
-        for word in line.split_whitespace() {
-            let read = number(word).ok_or_else(|| wrong(format!("`{word}` is not a number")))?;
-            numbers.push(read);
-        }
-        if numbers.len() - before != size[0] {
-            let found = numbers.len() - before;
-            return Err(wrong(format!("it has {found} numbers, but the map has {}", size[0])));
-        }
-    }
-    Ok(numbers)
 }
 
 #[cfg(test)]
@@ -320,10 +248,9 @@ mod tests {
 
     #[test]
     fn errors_of_wyko_name_the_line() {
-        refused(WYKO, "Bad\t3", "Bad\t", "line 16: it has 1 numbers, but the map has 2");
+        refused(WYKO, "Bad\t3", "Bad\t", "line 16: it has 1 numbers in place of 2");
         refused(WYKO, "Bad\t3", "Bad\tx", "line 16: `x` is not a number");
-        let message = "`number of lines of the map` is 2; expected 3, as in the header";
-        refused(WYKO, "Bad\t3\r\n", "", message);
+        refused(WYKO, "Bad\t3\r\n", "", "`number of heights` is 4; expected 2 × 3");
         refused(WYKO, "RAW_DATA", "Image", "`RAW_DATA` is missing");
     }
 
@@ -348,8 +275,8 @@ mod tests {
     #[test]
     fn errors_of_keyence_name_the_entry() {
         refused(KEYENCE, "\"Vertical\",\"2\"\r\n", "", "`Vertical` is missing");
-        refused(KEYENCE, "\"0.002\",", "", "line 13: it has fewer than 3 numbers");
-        let lines = "`number of lines of the map` is 2; expected 7, as in the header";
-        refused(KEYENCE, "\"Vertical\",\"2\"", "\"Vertical\",\"7\"", lines);
+        refused(KEYENCE, "\"0.002\",", "", "line 13: it has 2 numbers in place of 3");
+        let count = "`number of heights` is 6; expected 3 × 7";
+        refused(KEYENCE, "\"Vertical\",\"2\"", "\"Vertical\",\"7\"", count);
     }
 }

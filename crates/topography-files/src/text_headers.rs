@@ -1,9 +1,12 @@
-//! Formats with a text header of named values, followed by numbers: AL3D, BCR-STM, Gwyddion simple
-//! field and Molecular Imaging. The constant of each format documents its line order and
-//! sides.
+//! Formats with a text header of named values, followed by numbers: AL3D, BCR-STM, simple fields
+//! and XYZ fields of Gwyddion, and Molecular Imaging. The constant of each format documents its
+//! line order and sides.
 
-use super::channel::{Channel, Sides, Size};
-use super::input::{Cursor, Entries, after, decode_text, factor, latin1};
+use encoding_rs::{Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
+
+use super::channel::{Channel, NAME_FIRST, Sides, Size};
+use super::grid::Grid;
+use super::input::{Cursor, Entries, after, decode_text, factor, meaning};
 use super::raster::{ByteOrder, Element, Missing, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
 use super::{Format, FormatError, at_least_one};
@@ -16,7 +19,7 @@ use super::{Format, FormatError, at_least_one};
 ///
 /// `al3d-1.al3d` in the tests of SurfaceTopography 1.27.1 shows this, and files of surfalize
 /// 0.19.2.
-pub(crate) const AL3D: Format = Format::new("al3d", "Alicona Imaging", 1, read_al3d);
+pub(crate) const AL3D: Format = Format::new("al3d", "Alicona Imaging", read_al3d);
 
 fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let magic = b"AliconaImaging\0\r\n";
@@ -44,13 +47,10 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let stored = Cursor::at(bytes, offset).rest();
     let stride = (4 * nodes[0]).next_multiple_of(8);
     let unscaled = Raster::padded_rows(nodes, Element::F32, ByteOrder::Little, stride, stored)?;
-    let missing = match entries.optional_number("InvalidPixelValue")? {
-        Some(marker) => Missing::Around(marker),
-        None => Missing::None,
-    };
+    let marker = entries.optional_number("InvalidPixelValue")?;
     let steps = [entries.number("PixelSizeXMeter")?, entries.number("PixelSizeYMeter")?];
     let size = Sides::of_steps(nodes, steps, &Unit::Length(1.0))?;
-    let raster = unscaled.missing(missing);
+    let raster = unscaled.missing(marker.map_or(Missing::None, Missing::Around));
     Ok(vec![Channel::new("heights", Unit::parse("m"), size, raster)])
 }
 
@@ -63,39 +63,34 @@ fn read_al3d(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 ///
 /// Two things are not known. A public BCRF file of MountainsMap fits sides of n and of n − 1 steps;
 /// n are taken. Programs may add `zmin` to the integers of BCR-STM; it is not added here.
-pub(crate) const BCR: Format = Format::new("bcrf", "BCR-STM", 2, read_bcr);
+pub(crate) const BCR: Format = Format::new("bcrf", "BCR-STM", read_bcr)
+    .changed(&["1.7e38 marks a missing point also in single precision"]);
 
 /// Default length of the header, in characters.
-const BCR_LETTERS: usize = 2048;
+const BCR_LETTERS: i64 = 2048;
 const BCR_MAGIC: &str = "fileformat = bcr";
 
-/// Encoding of the header, with one or two bytes per character.
-#[derive(Clone, Copy)]
-enum Encoding {
-    Narrow,
-    Wide(fn([u8; 2]) -> u16),
-}
+/// Encodings of the header with their bytes per character.
+const BCR_ENCODINGS: [(&Encoding, usize); 3] = [(WINDOWS_1252, 1), (UTF_16LE, 2), (UTF_16BE, 2)];
 
 fn read_bcr(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
-    let little = Encoding::Wide(u16::from_le_bytes);
-    let encodings = [Encoding::Narrow, little, Encoding::Wide(u16::from_be_bytes)];
-    let starts = |encoding: &Encoding| {
-        let start = encoding.letters(bytes, BCR_MAGIC.len() + 1);
+    // The first `count` characters of the file, or all if it has fewer.
+    let letters = |(encoding, size): (&'static Encoding, usize), count: usize| {
+        let end = bytes.len().min(count.saturating_mul(size));
+        encoding.decode_without_bom_handling(&bytes[..end]).0
+    };
+    let starts = |encoding: &(&'static Encoding, usize)| {
+        let start = letters(*encoding, BCR_MAGIC.len() + 1);
         start.trim_start_matches('\u{feff}').starts_with(BCR_MAGIC)
     };
-    let encoding = encodings.into_iter().find(starts).ok_or(FormatError::Signature)?;
-    let first = bcr_entries(&encoding.letters(bytes, BCR_LETTERS));
-    let letters = match first.get("headersize") {
-        None => BCR_LETTERS,
-        Some(_) => {
-            let letters = first.whole("headersize")?;
-            let size = usize::try_from(letters).ok().filter(|size| *size <= bytes.len());
-            let allowed = "a position in the file";
-            size.ok_or_else(|| FormatError::value("headersize", letters, allowed))?
-        }
-    };
-    let header = bcr_entries(&encoding.letters(bytes, letters));
-    let stored = Cursor::at(bytes, letters * encoding.bytes()).rest();
+    let encoding = BCR_ENCODINGS.into_iter().find(starts).ok_or(FormatError::Signature)?;
+    let first = bcr_entries(&letters(encoding, BCR_LETTERS as usize));
+    let stated = first.optional_whole("headersize")?.unwrap_or(BCR_LETTERS);
+    let known = usize::try_from(stated).ok().filter(|size| *size <= bytes.len());
+    let wrong = || FormatError::value("headersize", stated, "a position in the file");
+    let count = known.ok_or_else(wrong)?;
+    let header = bcr_entries(&letters(encoding, count));
+    let stored = Cursor::at(bytes, count * encoding.1).rest();
     Ok(vec![bcr_channel(&header, stored)?])
 }
 
@@ -111,10 +106,7 @@ fn bcr_channel<'a>(header: &Entries, stored: &'a [u8]) -> Result<Channel<'a>, Fo
             (Element::I16, Missing::Value(32767.0), factor("bit2nm", scale)?)
         }
         "bcrf" | "bcrf_unicode" => (Element::F32, Missing::From(1.7e38_f32.into()), 1.0),
-        other => {
-            let allowed = "bcrstm or bcrf";
-            return Err(FormatError::value("fileformat", other, allowed));
-        }
+        other => return Err(FormatError::value("fileformat", other, "bcrstm or bcrf")),
     };
     let unit = |name| header.get(name).unwrap_or("nm");
     let sides = [header.number("xlength")?, header.number("ylength")?];
@@ -129,50 +121,74 @@ fn bcr_entries(text: &str) -> Entries {
     Entries::from_lines(lines.map(|line| line.trim_start_matches('\u{feff}')), '=')
 }
 
-impl Encoding {
-    /// Returns the number of bytes of a character.
-    fn bytes(self) -> usize {
-        match self {
-            Encoding::Narrow => 1,
-            Encoding::Wide(_) => 2,
-        }
-    }
-
-    /// Decodes the first `count` characters of the file, or all if it has fewer.
-    fn letters(self, bytes: &[u8], count: usize) -> String {
-        let bytes = &bytes[..bytes.len().min(count.saturating_mul(self.bytes()))];
-        match self {
-            Encoding::Narrow => latin1(bytes),
-            Encoding::Wide(number) => {
-                let (pairs, _) = bytes.as_chunks::<2>();
-                let letters: Vec<u16> = pairs.iter().map(|bytes| number(*bytes)).collect();
-                String::from_utf16_lossy(&letters)
-            }
-        }
-    }
-}
-
 /// Gwyddion simple field, with lines `Name = value`, zero padding to four bytes and `f32` numbers.
 ///
 /// The header may give the sides of the map; otherwise they are unknown. Lines run along x; the
 /// first line has y = 0. NaN marks missing points.
 ///
 /// The user guide of Gwyddion 2.62, which reads and writes such files, defines the format.
-pub(crate) const GSF: Format = Format::new("gsf", "Gwyddion simple field", 1, read_gsf);
+pub(crate) const GSF: Format = Format::new("gsf", "Gwyddion simple field", read_gsf);
 
 fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let (entries, stored) = Entries::of_gwyddion(bytes, b"Gwyddion Simple Field 1.0\n", 4)?;
     let nodes = checked_nodes([entries.whole("XRes")?, entries.whole("YRes")?])?;
     let raster = Raster::rows(nodes, Element::F32, ByteOrder::Little, stored)?;
     let unit = |name| Unit::parse(entries.get(name).unwrap_or_default());
-    let sides = [entries.optional_number("XReal")?, entries.optional_number("YReal")?];
-    let size = match sides {
-        [Some(x), Some(y)] => Sides::new([x, y], &unit("XYUnits"))?,
-        _ => Sides::UNKNOWN,
-    };
+    let (x, y) = (entries.optional_number("XReal")?, entries.optional_number("YReal")?);
+    let size = Sides::given(x.zip(y).map(<[f64; 2]>::from), &unit("XYUnits"))?;
     let title = entries.get("Title").unwrap_or("heights");
     let channel = Channel::new(title, unit("ZUnits"), size, raster);
     Ok(vec![channel])
+}
+
+/// Gwyddion XYZ field: lines `Name = value`, zero padding to eight bytes, and points of `f64`.
+///
+/// Each point has x, y and a number for each channel. The points must lie on a grid; the sides are
+/// nodes × step, and grid points without a point in the file are missing. Channels are numbered
+/// from 1; Gwyddion 2.62 numbers their titles from 0 and their units from 1.
+pub(crate) const GXYZF: Format =
+    Format::new("gxyzf", "Gwyddion XYZ field", read_gxyzf).changed(&["titles that count from 0"]);
+
+const GXYZF_SIGNATURE: &[u8] = b"Gwyddion XYZ Field 1.0\n";
+
+fn read_gxyzf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
+    let (entries, stored) = Entries::of_gwyddion(bytes, GXYZF_SIGNATURE, 8)?;
+    let count = entries.whole("NChannels")?;
+    let stated = usize::try_from(count).ok().filter(|count| (1..=1024).contains(count));
+    let count = stated.ok_or_else(|| {
+        FormatError::value("NChannels", entries.get("NChannels").unwrap_or_default(), "1 to 1024")
+    })?;
+    let point = 8 * (count + 2);
+    if let Some(points) = entries.get("NPoints") {
+        let found = stored.len() / point;
+        if points.parse() != Ok(found) || !stored.len().is_multiple_of(point) {
+            let allowed = format!("{found}, the number of points in the file");
+            return Err(FormatError::value("NPoints", points, &allowed));
+        }
+    }
+    let number = |point: &[u8], index: usize| {
+        let number = point[8 * index..].first_chunk();
+        f64::from_le_bytes(*number.expect("a point has all its numbers"))
+    };
+    let unit = |name: &str| Unit::parse(entries.get(name).unwrap_or_default());
+    let numbered = |name: &str, channel: usize| {
+        let from = usize::from(entries.get(&format!("{name}0")).is_none());
+        format!("{name}{}", channel - 1 + from)
+    };
+    let channels = (1..=count).map(|channel| {
+        let points = stored.chunks_exact(point);
+        let triplets =
+            points.flat_map(|at| [number(at, 0), number(at, 1), number(at, channel + 1)]);
+        let grid = Grid::from_triplets(&triplets.collect::<Vec<f64>>())?;
+        let size = Sides::new(grid.sides, &unit("XYUnits"))?;
+        // `ZUnits` without a number is the unit of all channels.
+        let own = numbered("ZUnits", channel);
+        let z = unit(if entries.get("ZUnits").is_some() { "ZUnits" } else { &own });
+        let name = entries.get(&numbered("Title", channel)).unwrap_or("heights");
+        let raster = Raster::from_columns(grid.nodes, grid.heights);
+        Ok(Channel::new(name, z, size, raster))
+    });
+    at_least_one(channels, "NChannels")
 }
 
 /// Format of Molecular Imaging and Agilent, with a text header followed by maps of integers.
@@ -182,7 +198,8 @@ fn read_gsf(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
 /// integers of 16 bits, and number / 2^31 × `bufferRange` for integers of 32 bits.
 ///
 /// A file of PicoView (version 0x10c04) in the tests of SurfaceTopography 1.27.1 shows this.
-pub(crate) const MI: Format = Format::new("mi", "Molecular Imaging", 2, read_mi);
+pub(crate) const MI: Format =
+    Format::new("mi", "Molecular Imaging", read_mi).changed(&[NAME_FIRST]);
 
 /// Number of columns that a name fills.
 const MI_NAME: usize = 14;
@@ -190,18 +207,10 @@ const MI_NAME: usize = 14;
 fn read_mi(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     after(bytes, b"fileType      ")?;
     let (header, buffers, data) = mi_header(bytes)?;
-    let kind = header.text("fileType")?;
-    if kind != "Image" {
-        return Err(FormatError::value("fileType", kind, "Image"));
-    }
-    let (element, range) = match header.text("data")? {
-        "BINARY" | "" => (Element::I16, 32768.0),
-        "BINARY_32" => (Element::I32, 2147483648.0),
-        other => {
-            let allowed = "BINARY or BINARY_32";
-            return Err(FormatError::value("data", other, allowed));
-        }
-    };
+    meaning("fileType", header.text("fileType")?, "Image", &[("Image", ())])?;
+    let (int_16, int_32) = ((Element::I16, 32768.0), (Element::I32, 2147483648.0));
+    let types = [("BINARY", int_16), ("", int_16), ("BINARY_32", int_32)];
+    let (element, range) = meaning("data", header.text("data")?, "BINARY or BINARY_32", &types)?;
     let nodes = checked_nodes([header.whole("xPixels")?, header.whole("yPixels")?])?;
     let size = Size::metres([header.number("xLength")?, header.number("yLength")?])?;
     let mut cursor = Cursor::at(bytes, data);
@@ -236,9 +245,8 @@ fn mi_header(bytes: &[u8]) -> Result<(Entries, Vec<Entries>, usize), FormatError
         if name.trim() == "data" {
             header.insert(name, value);
             return Ok((header, buffers, offset));
-        } else {
-            buffers.last_mut().unwrap_or(&mut header).insert(name, value)
         }
+        buffers.last_mut().unwrap_or(&mut header).insert(name, value);
     }
     Err(FormatError::missing("data"))
 }

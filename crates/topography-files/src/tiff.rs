@@ -11,15 +11,13 @@
 //! refused (“unknown photometric interpretation”). GDAL, Gwyddion and tifffile do not invert. It
 //! also refuses tiles of LZW that imagecodecs writes (“no lzw end code found”).
 
-mod compression;
-
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use flate2::read::ZlibDecoder;
 use ruzstd::decoding::StreamingDecoder;
+use weezl::BitOrder;
 
-use self::compression::{lzw, pack_bits};
 use super::FormatError;
 use super::input::{decode_text, inflate};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes};
@@ -63,7 +61,7 @@ impl Layout {
 
     fn offset(self, file: &[u8], start: usize) -> Result<usize, FormatError> {
         let stored = slice(file, start, self.offset_bytes())?;
-        Ok(usize::try_from(integer(stored, self.order)).unwrap_or(usize::MAX))
+        Ok(usize::try_from(self.order.integer(stored)).unwrap_or(usize::MAX))
     }
 }
 
@@ -166,12 +164,24 @@ impl<'a> Directory<'a> {
 
     /// Returns the first value of a tag as an integer.
     pub(crate) fn whole(&self, tag: u16) -> Option<i64> {
-        self.entry(tag)?.wholes()?.next()
+        self.wholes(tag).first().copied()
     }
 
     /// Returns the first value of a tag as a number.
     pub(crate) fn number(&self, tag: u16) -> Option<f64> {
-        self.entry(tag)?.numbers()?.next()
+        self.numbers(tag).first().copied()
+    }
+
+    /// Returns the values of a tag; none if it is missing or its values are not integers.
+    pub(crate) fn wholes(&self, tag: u16) -> Vec<i64> {
+        let of_integers = self.entry(tag).filter(|entry| !matches!(entry.kind, 5 | 11 | 12));
+        let numbers = of_integers.map(Entry::numbers).unwrap_or_default();
+        numbers.into_iter().map(|number| number as i64).collect()
+    }
+
+    /// Returns the values of a tag; none if it is missing or its values are not numbers.
+    pub(crate) fn numbers(&self, tag: u16) -> Vec<f64> {
+        self.entry(tag).map(Entry::numbers).unwrap_or_default()
     }
 
     /// Returns the text of a tag up to its first zero byte, without outer spaces.
@@ -248,45 +258,45 @@ impl<'a> Directory<'a> {
         let [width, length] = nodes;
         let bits = element.map_or(1, |element| 8 * element.size());
         let bytes = |pixels: usize| (pixels * bits).div_ceil(8);
-        let blocks = if self.entries.contains_key(&TILE_OFFSETS) {
+        let (block, places) = if self.entries.contains_key(&TILE_OFFSETS) {
             let size = [self.required(TILE_WIDTH)?, self.required(TILE_LENGTH)?];
-            Blocks { size: checked_nodes(size)?, offsets: TILE_OFFSETS, bytes: TILE_BYTES }
+            (checked_nodes(size)?, [TILE_OFFSETS, TILE_BYTES])
         } else {
             let rows = self.whole(ROWS_PER_STRIP).unwrap_or(i64::MAX).clamp(1, length as i64);
-            let size = [width, rows as usize];
-            Blocks { size, offsets: STRIP_OFFSETS, bytes: STRIP_BYTES }
+            ([width, rows as usize], [STRIP_OFFSETS, STRIP_BYTES])
         };
-        let [across, down] = [width.div_ceil(blocks.size[0]), length.div_ceil(blocks.size[1])];
-        if across > 1 && !(blocks.size[0] * bits).is_multiple_of(8) {
+        let [across, down] = [width.div_ceil(block[0]), length.div_ceil(block[1])];
+        if across > 1 && !(block[0] * bits).is_multiple_of(8) {
             let allowed = "a multiple of 16";
-            return Err(FormatError::value("width of the TIFF tiles", blocks.size[0], allowed));
+            return Err(FormatError::value("width of the TIFF tiles", block[0], allowed));
         }
-        let stored = self.stored_blocks(&blocks, across * down)?;
+        let stored = self.stored_blocks(places, across * down)?;
+        let compression = self.whole(COMPRESSION).unwrap_or(1);
         if let [only] = stored[..]
-            && self.whole(COMPRESSION).unwrap_or(1) == 1
+            && compression == 1
             && self.whole(PREDICTOR).unwrap_or(1) == 1
-            && blocks.size[0] == width
+            && block[0] == width
         {
             return Ok(Cow::Borrowed(only));
         }
-        let line = bytes(width);
+        let [line, block_line] = [bytes(width), bytes(block[0])];
         let needed = line * length;
-        if needed > self.file.len().saturating_mul(self.max_expansion()) {
+        // A damaged size must not allocate memory: one stored byte expands to so many.
+        let max_expansion = if compression == 1 { 1 } else { 4096 };
+        if needed > self.file.len().saturating_mul(max_expansion) {
             let (element, found) = (bytes(1), self.file.len());
             return Err(FormatError::Heights { nodes, element, needed: needed as u128, found });
         }
         let mut pixels = vec![0; needed];
-        for (block, stored) in stored.into_iter().enumerate() {
-            let (column, row) = (block % across, block / across);
-            let [x, y] = [column * blocks.size[0], row * blocks.size[1]];
+        for (index, stored) in stored.into_iter().enumerate() {
+            let [x, y] = [index % across * block[0], index / across * block[1]];
             // The last strip has fewer lines; tiles are always whole.
-            let lines = (length - y).min(blocks.size[1]);
-            let block_line = bytes(blocks.size[0]);
-            let mut decoded = self.decode(stored, lines * block_line)?;
+            let lines = (length - y).min(block[1]);
+            let mut decoded = decompressed(compression, stored, lines * block_line)?;
             if let Some(element) = element {
                 decoded = self.undo_prediction(decoded, block_line, element)?;
             }
-            let copied = bytes((width - x).min(blocks.size[0]));
+            let copied = bytes((width - x).min(block[0]));
             for (index, from) in decoded.chunks_exact(block_line).take(lines).enumerate() {
                 let start = (y + index) * line + bytes(x);
                 pixels[start..start + copied].copy_from_slice(&from[..copied]);
@@ -295,60 +305,23 @@ impl<'a> Directory<'a> {
         Ok(Cow::Owned(pixels))
     }
 
-    /// Returns an upper limit of the number of bytes to which one stored byte can expand. It keeps
-    /// a damaged size from allocating memory.
-    fn max_expansion(&self) -> usize {
-        if self.whole(COMPRESSION).unwrap_or(1) == 1 { 1 } else { 4096 }
-    }
-
-    /// Returns the stored bytes of all strips or tiles.
-    fn stored_blocks(&self, blocks: &Blocks, count: usize) -> Result<Vec<&'a [u8]>, FormatError> {
-        let wholes = |tag| {
-            let missing = || FormatError::missing(format!("TIFF tag {tag}"));
-            let values = self.entry(tag).and_then(Entry::wholes).ok_or_else(missing)?;
-            Ok(values.map(|value| usize::try_from(value).unwrap_or(usize::MAX)))
-        };
-        let places = wholes(blocks.offsets)?.zip(wholes(blocks.bytes)?).take(count);
+    /// Returns the stored bytes of all strips or tiles, of which two tags have offsets and lengths.
+    fn stored_blocks(&self, places: [u16; 2], count: usize) -> Result<Vec<&'a [u8]>, FormatError> {
+        let [offsets, lengths] = places.map(|tag| match self.wholes(tag) {
+            wholes if wholes.is_empty() => Err(FormatError::missing(format!("TIFF tag {tag}"))),
+            wholes => Ok(wholes),
+        });
+        let whole = |value| usize::try_from(value).unwrap_or(usize::MAX);
+        let places = offsets?.into_iter().zip(lengths?).take(count);
         let stored: Vec<&[u8]> = places
-            .map(|(offset, length)| slice(self.file, offset, length))
+            .map(|(offset, length)| slice(self.file, whole(offset), whole(length)))
             .collect::<Result<_, _>>()?;
         if stored.len() < count {
             let allowed = format!("{count}, as the size of the image requires");
-            return Err(FormatError::value(
-                "number of TIFF strips or tiles",
-                stored.len(),
-                &allowed,
-            ));
+            let entry = "number of TIFF strips or tiles";
+            return Err(FormatError::value(entry, stored.len(), &allowed));
         }
         Ok(stored)
-    }
-
-    /// Decompresses a strip or tile to at least `expected` bytes.
-    fn decode(&self, stored: &'a [u8], expected: usize) -> Result<Cow<'a, [u8]>, FormatError> {
-        let part = "a strip or tile of the TIFF image";
-        let decoded = match self.whole(COMPRESSION).unwrap_or(1) {
-            1 => Cow::Borrowed(stored),
-            5 => Cow::Owned(lzw(stored, expected)?),
-            8 | 32946 => {
-                Cow::Owned(inflate(part, ZlibDecoder::new(stored), stored.len(), expected)?)
-            }
-            32773 => Cow::Owned(pack_bits(stored, expected)),
-            ZSTANDARD => {
-                let reader = StreamingDecoder::new(stored)
-                    .map_err(|error| FormatError::damaged(part, error))?;
-                Cow::Owned(inflate(part, reader, stored.len(), expected)?)
-            }
-            other => {
-                let allowed =
-                    "1 (none), 5 (LZW), 8 (deflate), 32773 (PackBits) or 50000 (Zstandard)";
-                return Err(FormatError::value("TIFF compression", other, allowed));
-            }
-        };
-        if decoded.len() < expected {
-            let reason = format!("it has {} bytes, {expected} are needed", decoded.len());
-            return Err(FormatError::damaged(part, reason));
-        }
-        Ok(decoded)
     }
 
     /// Undoes the prediction, which stores the differences between neighbours of a line.
@@ -358,39 +331,61 @@ impl<'a> Directory<'a> {
         line: usize,
         element: Element,
     ) -> Result<Cow<'a, [u8]>, FormatError> {
-        let is_integer = element.limits().is_some();
         match self.whole(PREDICTOR).unwrap_or(1) {
             1 => Ok(bytes),
             // GDAL also takes differences of floats as if they were integers.
             2 => {
-                let mut bytes = bytes.into_owned();
-                let size = element.size();
+                let (mut bytes, order) = (bytes.into_owned(), self.layout.order);
                 for line in bytes.chunks_exact_mut(line) {
                     let mut sum = 0_u64;
-                    for stored in line.chunks_exact_mut(size) {
-                        let mut wide = [0; 8];
-                        wide[..size].copy_from_slice(stored);
-                        if self.layout.order == ByteOrder::Big {
-                            wide[..size].reverse();
-                        }
-                        sum = sum.wrapping_add(u64::from_le_bytes(wide));
-                        stored.copy_from_slice(&sum.to_le_bytes()[..size]);
-                        if self.layout.order == ByteOrder::Big {
-                            stored.reverse();
-                        }
+                    for stored in line.chunks_exact_mut(element.size()) {
+                        sum = sum.wrapping_add(order.integer(stored));
+                        order.store(sum, stored);
                     }
                 }
                 Ok(Cow::Owned(bytes))
             }
-            3 if !is_integer => {
+            3 if element.limits().is_none() => {
                 Ok(floats_of_differences(&bytes, line, element.size(), self.layout.order).into())
             }
-            other => {
-                let allowed = "1, 2, or 3 for floats";
-                Err(FormatError::value("TIFF predictor", other, allowed))
-            }
+            other => Err(FormatError::value("TIFF predictor", other, "1, 2, or 3 for floats")),
         }
     }
+}
+
+/// Decompresses a strip or tile to at least `expected` bytes.
+fn decompressed(
+    compression: i64,
+    stored: &[u8],
+    expected: usize,
+) -> Result<Cow<'_, [u8]>, FormatError> {
+    let part = "a strip or tile of the TIFF image";
+    let decoded = match compression {
+        1 => Cow::Borrowed(stored),
+        5 => {
+            let mut decoded = Vec::new();
+            let mut decoder = weezl::decode::Decoder::with_tiff_size_switch(BitOrder::Msb, 8);
+            // Some programs leave out the code that ends the data; the length is checked below.
+            let _ = decoder.into_vec(&mut decoded).decode_all(stored).status;
+            Cow::Owned(decoded)
+        }
+        8 | 32946 => Cow::Owned(inflate(part, ZlibDecoder::new(stored), stored.len(), expected)?),
+        32773 => Cow::Owned(pack_bits(stored, expected)),
+        ZSTANDARD => {
+            let decoder = StreamingDecoder::new(stored);
+            let reader = decoder.map_err(|error| FormatError::damaged(part, error))?;
+            Cow::Owned(inflate(part, reader, stored.len(), expected)?)
+        }
+        other => {
+            let allowed = "1 (none), 5 (LZW), 8 (deflate), 32773 (PackBits) or 50000 (Zstandard)";
+            return Err(FormatError::value("TIFF compression", other, allowed));
+        }
+    };
+    if decoded.len() < expected {
+        let reason = format!("it has {} bytes, {expected} are needed", decoded.len());
+        return Err(FormatError::damaged(part, reason));
+    }
+    Ok(decoded)
 }
 
 /// Undoes the prediction of floats. A line has the first bytes of all numbers, which are the most
@@ -415,11 +410,29 @@ fn floats_of_differences(bytes: &[u8], line: usize, size: usize, order: ByteOrde
     floats
 }
 
-/// Strips or tiles of an image: their size in pixels and the tags of their offsets and lengths.
-struct Blocks {
-    size: [usize; 2],
-    offsets: u16,
-    bytes: u16,
+/// Decodes `PackBits`, a run-length code, up to `expected` bytes.
+fn pack_bits(mut stored: &[u8], expected: usize) -> Vec<u8> {
+    let mut decoded = Vec::new();
+    while let [header, rest @ ..] = stored
+        && decoded.len() < expected
+    {
+        let count = usize::from(*header);
+        let used = match count {
+            ..128 => {
+                let literal = &rest[..rest.len().min(count + 1)];
+                decoded.extend(literal);
+                literal.len()
+            }
+            128 => 0,
+            _ => {
+                let repeated = rest.first().map(|&byte| vec![byte; 257 - count]);
+                decoded.extend(repeated.unwrap_or_default());
+                1
+            }
+        };
+        stored = rest.get(used..).unwrap_or_default();
+    }
+    decoded
 }
 
 impl<'a> Entry<'a> {
@@ -428,41 +441,25 @@ impl<'a> Entry<'a> {
         self.bytes
     }
 
-    /// Returns the values if they are integers.
-    pub(crate) fn wholes(self) -> Option<impl Iterator<Item = i64>> {
-        let is_signed = match self.kind {
-            1 | 3 | 4 | 7 | 13 | 16 | 18 => false,
-            6 | 8 | 9 | 17 => true,
-            _ => return None,
+    /// Returns the values if they are numbers.
+    fn numbers(self) -> Vec<f64> {
+        let element = match self.kind {
+            1 | 7 => Element::U8,
+            3 => Element::U16,
+            4 | 5 | 13 => Element::U32,
+            6 => Element::I8,
+            8 => Element::I16,
+            9 => Element::I32,
+            11 => Element::F32,
+            12 => Element::F64,
+            16 | 18 => Element::U64,
+            17 => Element::I64,
+            _ => return vec![],
         };
-        let size = value_size(self.kind)?;
-        Some(self.bytes.chunks_exact(size).map(move |stored| {
-            let bits = integer(stored, self.order);
-            // The shift moves the sign bit of the stored integer to the top.
-            let unused = 64 - 8 * size as u32;
-            if is_signed { (bits << unused) as i64 >> unused } else { bits as i64 }
-        }))
-    }
-
-    /// Returns the values as numbers.
-    pub(crate) fn numbers(self) -> Option<Box<dyn Iterator<Item = f64> + 'a>> {
-        let order = self.order;
-        let bits = move |stored: &[u8]| integer(stored, order);
+        let numbers = element.numbers(self.order, self.bytes);
         match self.kind {
-            5 => Some(Box::new(
-                self.bytes
-                    .chunks_exact(8)
-                    .map(move |ratio| bits(&ratio[..4]) as f64 / bits(&ratio[4..]) as f64),
-            )),
-            11 => {
-                let number = move |stored| f32::from_bits(bits(stored) as u32).into();
-                Some(Box::new(self.bytes.chunks_exact(4).map(number)))
-            }
-            12 => {
-                let number = move |stored| f64::from_bits(bits(stored));
-                Some(Box::new(self.bytes.chunks_exact(8).map(number)))
-            }
-            _ => Some(Box::new(self.wholes()?.map(|value| value as f64))),
+            5 => numbers.as_chunks::<2>().0.iter().map(|[over, under]| over / under).collect(),
+            _ => numbers,
         }
     }
 }
@@ -483,17 +480,8 @@ fn slice(file: &[u8], start: usize, length: usize) -> Result<&[u8], FormatError>
     file.get(start..end).ok_or(FormatError::CutOff { needed: end, found: file.len() })
 }
 
-/// Reads an unsigned integer of up to eight bytes.
-fn integer(stored: &[u8], order: ByteOrder) -> u64 {
-    let add = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
-    match order {
-        ByteOrder::Little => stored.iter().rev().fold(0, add),
-        ByteOrder::Big => stored.iter().fold(0, add),
-    }
-}
-
 fn u16_at(file: &[u8], start: usize, order: ByteOrder) -> Result<u16, FormatError> {
-    Ok(integer(slice(file, start, 2)?, order) as u16)
+    Ok(order.integer(slice(file, start, 2)?) as u16)
 }
 
 #[cfg(test)]

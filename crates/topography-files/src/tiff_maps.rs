@@ -23,9 +23,14 @@ use super::channel::{Channel, Sides, Size};
 use super::raster::{Missing, Raster};
 use super::tiff::{Directory, directories};
 use super::unit::Unit;
+use super::xml;
 use super::{Format, FormatError, at_least_one};
 
-pub(crate) const FORMAT: Format = Format::new("tiff", "TIFF", 4, read);
+pub(crate) const FORMAT: Format = Format::new("tiff", "TIFF", read).changed(&[
+    "the matrix of a GeoTIFF gives steps and directions",
+    "kilometres, centimetres and millimetres are units of the sides",
+    "masks in the file of GDAL; units of heights from vertical systems",
+]);
 
 // Entries of directories.
 const SUBFILE: u16 = 254;
@@ -89,16 +94,12 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
             (1, None) => "heights".to_owned(),
             (_, None) => format!("page {}", index + 1),
         };
-        let mut raster = image.image()?;
+        let raster = image.image()?;
         let of_image = masks.iter().find(|mask| mask.nodes().ok() == Some(raster.nodes()));
-        if let Some(mask) = of_image {
-            raster = raster.masked(mask.bitmap()?.scaled(-1.0, 1.0));
-        }
-        let channel = channel(image, raster, &images[0], name, count)?;
-        Ok(match pictures.len() {
-            0 => channel,
-            count => channel.noted(format!("{count} of the pages are pictures and are not used")),
-        })
+        let mask = of_image.map(|mask| Ok(mask.bitmap()?.scaled(-1.0, 1.0))).transpose()?;
+        let channel = channel(image, raster.masked(mask), &images[0], name, count)?;
+        let note = format!("{} of the pages are pictures and are not used", pictures.len());
+        Ok(channel.noted((!pictures.is_empty()).then_some(note)))
     });
     at_least_one(channels, "image of full resolution")
 }
@@ -123,10 +124,8 @@ fn channel<'a>(
         let channel = imagej(first, &description, raster, name)?;
         // Stacks of more than 4 GB have one directory for all slices.
         let slices = imagej_value(&description, "images").and_then(|text| text.parse().ok());
-        Ok(match (slices, pages) {
-            (Some(2_u64..), 1) => channel.noted("only the first slice of the ImageJ stack is read"),
-            _ => channel,
-        })
+        let is_stack = matches!((slices, pages), (Some(2_u64..), 1));
+        Ok(channel.noted(is_stack.then_some("only the first slice of the ImageJ stack is read")))
     } else if description.contains("<OME") {
         let size = ome_size(&description, raster.nodes())?;
         Ok(Channel::new(name, Unit::None, size, raster))
@@ -146,17 +145,14 @@ fn elevation<'a>(
     let number =
         |role: &str, default: f64| item(role).and_then(|text| text.parse().ok()).unwrap_or(default);
     let marker = image.text(GDAL_NODATA).and_then(|text| text.parse::<f64>().ok());
-    let plain = match marker {
-        Some(marker) => raster.missing(Missing::Around(marker)),
-        None => raster,
-    };
-    let raster = plain.scaled(number("scale", 1.0), number("offset", 0.0));
+    let raster = raster
+        .missing(marker.map_or(Missing::None, Missing::Around))
+        .scaled(number("scale", 1.0), number("offset", 0.0));
     let steps = steps(image)?;
     let is_north_first = steps.is_none_or(|[_, y]| y < 0.0);
     let raster = if is_north_first { raster.upside_down() } else { raster };
     let raster = if steps.is_some_and(|[x, _]| x < 0.0) { raster.mirrored() } else { raster };
-    let keys: Vec<i64> =
-        image.entry(GEO_KEYS).and_then(|entry| entry.wholes()).into_iter().flatten().collect();
+    let keys = image.wholes(GEO_KEYS);
     // Each key has its number, the entry of its value (0: the key itself), a count and the value.
     let key = |wanted: i64| {
         let mut keys = keys.as_chunks::<4>().0.iter().skip(1);
@@ -178,7 +174,7 @@ fn elevation<'a>(
     if key(MODEL_TYPE) == Some(GEOGRAPHIC) {
         let channel = Channel::new(name, unit, Size::Unknown, raster);
         let note = "the steps are degrees of longitude and latitude, not lengths; project the map";
-        return Ok(channel.noted(note));
+        return Ok(channel.noted([note]));
     }
     let linear = key(LINEAR_UNITS);
     let size = match (linear.and_then(metres), linear) {
@@ -191,13 +187,10 @@ fn elevation<'a>(
 
 /// Returns the steps to the east and to the north from one column and one line to the next.
 fn steps(image: &Directory<'_>) -> Result<Option<[f64; 2]>, FormatError> {
-    let numbers = |tag: u16| -> Vec<f64> {
-        image.entry(tag).and_then(|entry| entry.numbers()).into_iter().flatten().collect()
-    };
-    if let [x, y, ..] = *numbers(PIXEL_SCALE) {
+    if let [x, y, ..] = *image.numbers(PIXEL_SCALE) {
         return Ok(Some([x, -y]));
     }
-    match *numbers(TRANSFORMATION) {
+    match *image.numbers(TRANSFORMATION) {
         [x, x_of_line, _, _, y_of_column, y, ..] if x_of_line == 0.0 && y_of_column == 0.0 => {
             Ok(Some([x, y]))
         }
@@ -252,11 +245,8 @@ fn imagej<'a>(
 /// Returns the names of the channels of an OME-TIFF, one for each page, or no names.
 fn ome_names(first: &Directory<'_>, pages: usize) -> Vec<String> {
     let description = first.text(DESCRIPTION).unwrap_or_default();
-    let options =
-        if description.contains("<OME") { Document::parse(&description).ok() } else { None };
-    let Some(document) = options else { return vec![] };
-    let mut elements = document.descendants();
-    let Some(pixels) = elements.find(|element| element.tag_name().name() == "Pixels") else {
+    let document = Document::parse(&description).ok().filter(|_| description.contains("<OME"));
+    let Some(pixels) = document.as_ref().and_then(|document| xml::first(document, "Pixels")) else {
         return vec![];
     };
     let channels = pixels.children().filter(|child| child.tag_name().name() == "Channel");
@@ -285,10 +275,7 @@ fn ome_names(first: &Directory<'_>, pages: usize) -> Vec<String> {
 fn ome_size(description: &str, nodes: [usize; 2]) -> Result<Sides, FormatError> {
     let document = Document::parse(description)
         .map_err(|error| FormatError::damaged("the OME description", error))?;
-    let mut elements = document.descendants();
-    let Some(pixels) = elements.find(|element| element.tag_name().name() == "Pixels") else {
-        return Ok(Sides::UNKNOWN);
-    };
+    let Some(pixels) = xml::first(&document, "Pixels") else { return Ok(Sides::UNKNOWN) };
     let side = |axis: char, nodes: usize| {
         let step: f64 = pixels.attribute(format!("PhysicalSize{axis}").as_str())?.parse().ok()?;
         Some(step * nodes as f64)
@@ -303,7 +290,7 @@ fn ome_size(description: &str, nodes: [usize; 2]) -> Result<Sides, FormatError> 
 
 #[cfg(test)]
 mod tests {
-    use crate::samples::new_formats::elevation;
+    use crate::samples::tiff_files::elevation;
     use crate::{Size, read};
 
     /// Returns the entry of a transformation of columns and lines to east and north.
@@ -312,16 +299,16 @@ mod tests {
         (
             super::TRANSFORMATION,
             12,
-            numbers.as_flattened().iter().flat_map(|n| n.to_le_bytes()).collect(),
+            numbers.as_flattened().iter().flat_map(|n| n.to_be_bytes()).collect(),
         )
     }
 
     #[test]
     fn an_unknown_unit_of_the_sides_is_named() {
-        let steps: Vec<u8> = [2.0_f64, 3.0, 0.0].iter().flat_map(|n| n.to_le_bytes()).collect();
+        let steps: Vec<u8> = [2.0_f64, 3.0, 0.0].iter().flat_map(|n| n.to_be_bytes()).collect();
         let keys = |unit: u16| {
             let keys = [1, 1, 0, 2, super::MODEL_TYPE as u16, 0, 1, 1, 3076, 0, 1, unit];
-            (super::GEO_KEYS, 3, keys.iter().flat_map(|key| key.to_le_bytes()).collect())
+            (super::GEO_KEYS, 3, keys.iter().flat_map(|key| key.to_be_bytes()).collect())
         };
         let grid = |unit| elevation(&[(super::PIXEL_SCALE, 12, steps.clone()), keys(unit)]);
         let kilometres = grid(9036);

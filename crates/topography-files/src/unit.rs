@@ -1,5 +1,7 @@
 //! Units in files: parsing of their spellings, and conversion.
 
+use super::FormatError;
+
 /// SI prefixes with the number of prefixed units in one unit without a prefix, such as 1000 for
 /// milli.
 ///
@@ -40,6 +42,12 @@ impl Unit {
             Some(per_metre) => Unit::Length(per_metre),
             None => Unit::Other(text),
         }
+    }
+
+    /// Parses the unit of heights that always have one; without a spelling it is `1`.
+    pub(crate) fn of_heights(text: &str) -> Unit {
+        let unit = Some(Unit::parse(text)).filter(|unit| *unit != Unit::None);
+        unit.unwrap_or_else(|| Unit::Other("1".to_owned()))
     }
 
     /// Returns a name of the unit, if there is one.
@@ -88,6 +96,12 @@ pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
         let other = PREFIXES.iter().find(|(prefix, _)| to.strip_prefix(prefix) == Some(base))?;
         Some(other.1 / count)
     })
+}
+
+/// Returns the factor that converts lengths along y to the unit of lengths along x.
+pub(crate) fn y_ratio(unit_y: &str, unit_x: &str) -> Result<f64, FormatError> {
+    let allowed = || format!("a unit like that of x, `{unit_x}`");
+    ratio(unit_y, unit_x).ok_or_else(|| FormatError::value("unit of y", unit_y, &allowed()))
 }
 
 /// Returns the factor that converts lengths in the unit `from` to lengths in the unit `to`.
@@ -147,14 +161,14 @@ fn normal(text: &str) -> String {
 
 /// Returns the number of units `text` in a metre, or `None` if `text` is not a unit of length.
 fn length(text: &str) -> Option<f64> {
-    let named = match text.to_lowercase().as_str() {
-        "meter" | "metre" | "meters" | "metres" => Some(1.0),
-        "centimeter" | "centimetre" | "centimeters" | "centimetres" => Some(1e2),
-        "millimeter" | "millimetre" | "millimeters" | "millimetres" => Some(1e3),
-        "micron" | "microns" | "micrometer" | "micrometre" | "micrometers" | "micrometres"
-        | "µ" => Some(1e6),
-        "nanometer" | "nanometre" | "nanometers" | "nanometres" => Some(1e9),
-        "picometer" | "picometre" | "picometers" | "picometres" => Some(1e12),
+    let name = text.to_lowercase().replace("metre", "meter").replace("meters", "meter");
+    let named = match name.as_str() {
+        "meter" => Some(1.0),
+        "centimeter" => Some(1e2),
+        "millimeter" => Some(1e3),
+        "micron" | "microns" | "micrometer" | "µ" => Some(1e6),
+        "nanometer" => Some(1e9),
+        "picometer" => Some(1e12),
         "å" | "ångström" | "ångströms" | "ångstrom" | "ångstroms" | "angstrom" | "angstroms"
         | "ang" => Some(1e10),
         // An inch is 25.4 mm, a mil a thousandth of it, and a foot 12 inches.

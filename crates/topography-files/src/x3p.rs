@@ -12,16 +12,18 @@
 //! same order, as x3pio 2.0.0 writes it with `storage = XML`. An empty `Datum` is a missing point.
 
 use encoding_rs::{Encoding, UTF_8};
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::Node;
 
 use super::archive::{self, Archive};
 use super::channel::{Channel, Sides};
-use super::input::{decode_text, factor, finite, latin1};
+use super::input::{decode_text, factor, finite, latin1, meaning, parsed};
 use super::raster::{ByteOrder, Element, Raster, checked_nodes, map_bytes};
 use super::unit::Unit;
+use super::xml::{self, child, text, text_at};
 use super::{Format, FormatError};
 
-pub(crate) const FORMAT: Format = Format::new("x3p", "X3P, ISO 25178-72", 2, read);
+pub(crate) const FORMAT: Format =
+    Format::new("x3p", "X3P, ISO 25178-72", read).changed(&["files with a list of data"]);
 
 /// Maximum number of bytes of a `main.xml` that are read.
 const MAX_XML_BYTES: usize = 16 << 20;
@@ -40,11 +42,8 @@ fn read(bytes: &[u8]) -> Result<Vec<Channel<'_>>, FormatError> {
     let text = archive.file(&index, MAX_XML_BYTES.max(16 * bytes.len()))?;
     let text = xml_text(&text);
     let nodes_limit = u32::try_from(text.len() / NODE_BYTES).unwrap_or(u32::MAX).max(1 << 16);
-    let options = ParsingOptions { nodes_limit, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options)
-        .map_err(|error| FormatError::damaged("main.xml", error))?;
-    let description = Description::from_xml(document.root_element())?;
-    Ok(vec![description.channel(&mut archive, folder)?])
+    let document = xml::document("main.xml", &text, nodes_limit)?;
+    Ok(vec![channel(document.root_element(), &mut archive, folder)?])
 }
 
 /// Decodes XML in the encoding of its byte order mark or of its declaration.
@@ -72,101 +71,62 @@ fn index(archive: &Archive<'_>) -> Result<String, FormatError> {
     })
 }
 
-/// Description of the matrix in `main.xml`.
-struct Description {
-    nodes: [usize; 2],
-    steps: [f64; 2],
-    element: Element,
-    scale: f64,
-    offset: f64,
-    points: Points,
-}
+/// Types of the numbers.
+const TYPES: [(&str, Element); 4] =
+    [("I", Element::I16), ("L", Element::I32), ("F", Element::F32), ("D", Element::F64)];
 
-/// Numbers of the points.
-enum Points {
-    /// Paths of the file of the numbers, and of the file of the valid points.
-    Files { numbers: String, valid: Option<String> },
-    /// Texts of the data in `main.xml`.
-    List(Vec<f64>),
-}
-
-impl Description {
-    fn from_xml(root: Node<'_, '_>) -> Result<Description, FormatError> {
-        let feature = text(root, &["Record1", "FeatureType"])?;
-        let is_profile = feature == "PRF";
-        if feature != "SUR" && !is_profile {
-            let allowed = "SUR, a surface, or PRF, a profile";
-            return Err(FormatError::value("FeatureType", feature, allowed));
-        }
-        // A profile may have no y axis.
-        let axes: &[&str] = if is_profile { &["CX"] } else { &["CX", "CY"] };
-        for axis in axes {
-            let kind = text(root, &["Record1", "Axes", axis, "AxisType"])?;
-            if kind != "I" {
-                let entry = format!("AxisType of {axis}");
-                return Err(FormatError::value(&entry, kind, "I, an evenly spaced axis"));
-            }
-        }
-        let size = |name| whole(root, &["Record3", "MatrixDimension", name]);
-        let layers = size("SizeZ")?;
-        if layers != 1 {
-            return Err(FormatError::value("SizeZ", layers, "1, a single layer"));
-        }
-        let lines = size("SizeY")?;
-        if is_profile && lines != 1 {
-            return Err(FormatError::value("SizeY", lines, "1, the single line of a profile"));
-        }
-        let axis =
-            |name, entry, otherwise| number(root, &["Record1", "Axes", name, entry], otherwise);
-        let step = axis("CX", "Increment", 1.0)?;
-        Ok(Description {
-            nodes: checked_nodes([size("SizeX")?, lines])?,
-            steps: [step, if is_profile { step } else { axis("CY", "Increment", 1.0)? }],
-            element: element(&text(root, &["Record1", "Axes", "CZ", "DataType"])?)?,
-            scale: factor("Increment of CZ", axis("CZ", "Increment", 1.0)?)?,
-            offset: finite("Offset of CZ", axis("CZ", "Offset", 0.0)?)?,
-            points: match child(root, &["Record3", "DataList"]) {
-                Some(list) => Points::List(data(list)?),
-                None => Points::Files {
-                    numbers: text(root, &["Record3", "DataLink", "PointDataLink"])?,
-                    valid: text(root, &["Record3", "DataLink", "ValidPointsLink"]).ok(),
-                },
-            },
-        })
+/// Reads the map that `main.xml` describes, whose root element is `root`.
+fn channel<'a>(
+    root: Node<'_, '_>,
+    archive: &mut Archive<'a>,
+    folder: &str,
+) -> Result<Channel<'a>, FormatError> {
+    let feature = text_at(root, &["Record1", "FeatureType"])?;
+    let allowed = "SUR, a surface, or PRF, a profile";
+    let is_profile = meaning("FeatureType", feature, allowed, &[("SUR", false), ("PRF", true)])?;
+    // A profile may have no y axis.
+    for axis in ["CX", "CY"].into_iter().take(if is_profile { 1 } else { 2 }) {
+        let kind = text_at(root, &["Record1", "Axes", axis, "AxisType"])?;
+        let allowed = "I, an evenly spaced axis";
+        meaning(&format!("AxisType of {axis}"), kind, allowed, &[("I", ())])?;
     }
-
-    fn channel<'a>(
-        self,
-        archive: &mut Archive<'a>,
-        folder: &str,
-    ) -> Result<Channel<'a>, FormatError> {
-        let nodes = self.nodes;
-        let path = |link: &str| {
-            let link = link.replace('\\', "/");
-            format!("{folder}{}", link.trim_start_matches("./"))
-        };
-        let unscaled = match self.points {
-            Points::List(numbers) if numbers.len() == nodes[0] * nodes[1] => {
-                Raster::from_rows(nodes, numbers)
-            }
-            Points::List(numbers) => {
-                let allowed = format!("{} × {}, the size of the matrix", nodes[0], nodes[1]);
-                return Err(FormatError::value("number of data", numbers.len(), &allowed));
-            }
-            Points::Files { numbers, valid } => {
-                let expected = map_bytes(nodes, self.element);
-                let stored = archive.exactly(&path(&numbers), expected)?;
-                let raster = Raster::rows(nodes, self.element, ByteOrder::Little, stored)?;
-                match valid {
-                    Some(link) => raster.masked(marks(archive, &path(&link), nodes)?),
-                    None => raster,
-                }
-            }
-        };
-        let raster = unscaled.scaled(self.scale, self.offset);
-        let size = Sides::of_steps(nodes, self.steps, &Unit::Length(1.0))?;
-        Ok(Channel::new("heights", Unit::Length(1.0), size, raster))
+    let size = |name| {
+        let path = ["Record3", "MatrixDimension", name];
+        parsed::<i64>(&path.join("/"), text_at(root, &path)?, "an integer")
+    };
+    meaning("SizeZ", size("SizeZ")?, "1, a single layer", &[(1, ())])?;
+    let lines = size("SizeY")?;
+    if is_profile && lines != 1 {
+        return Err(FormatError::value("SizeY", lines, "1, the single line of a profile"));
     }
+    let nodes = checked_nodes([size("SizeX")?, lines])?;
+    let axis = |name, entry, otherwise| -> Result<f64, FormatError> {
+        let path = ["Record1", "Axes", name, entry];
+        let number = xml::number(&path.join("/"), child(root, &path))?;
+        Ok(number.unwrap_or(otherwise))
+    };
+    let step = axis("CX", "Increment", 1.0)?;
+    let steps = [step, if is_profile { step } else { axis("CY", "Increment", 1.0)? }];
+    let kind = text_at(root, &["Record1", "Axes", "CZ", "DataType"])?;
+    let element = meaning("DataType of CZ", kind, "D, F, I or L", &TYPES)?;
+    let scale = factor("Increment of CZ", axis("CZ", "Increment", 1.0)?)?;
+    let offset = finite("Offset of CZ", axis("CZ", "Offset", 0.0)?)?;
+    let path = |link: &str| {
+        let link = link.replace('\\', "/");
+        format!("{folder}{}", link.trim_start_matches("./"))
+    };
+    let raster = if let Some(list) = child(root, &["Record3", "DataList"]) {
+        Raster::from_words(nodes, data(list)?)?
+    } else {
+        let numbers = text_at(root, &["Record3", "DataLink", "PointDataLink"])?;
+        let stored = archive.exactly(&path(numbers), map_bytes(nodes, element))?;
+        let valid = text(child(root, &["Record3", "DataLink", "ValidPointsLink"]));
+        let marks = valid.map(|link| marks(archive, &path(link), nodes)).transpose()?;
+        Raster::rows(nodes, element, ByteOrder::Little, stored)?.masked(marks)
+    };
+    let metre = Unit::Length(1.0);
+    let size = Sides::of_steps(nodes, steps, &metre)?;
+    Ok(Channel::new("heights", metre, size, raster.scaled(scale, offset)))
 }
 
 /// Reads the file of the valid points, and returns a mask of the missing ones.
@@ -187,46 +147,7 @@ fn data(list: Node<'_, '_>) -> Result<Vec<f64>, FormatError> {
     let data = list.children().filter(|child| child.tag_name().name() == "Datum");
     let numbers = data.map(|datum| match datum.text().unwrap_or_default().trim() {
         "" => Ok(f64::NAN),
-        text => text.parse().map_err(|_| FormatError::value("Datum", text, "a number or nothing")),
+        text => parsed("Datum", text, "a number or nothing"),
     });
     numbers.collect()
-}
-
-fn element(code: &str) -> Result<Element, FormatError> {
-    match code {
-        "I" => Ok(Element::I16),
-        "L" => Ok(Element::I32),
-        "F" => Ok(Element::F32),
-        "D" => Ok(Element::F64),
-        _ => Err(FormatError::value("DataType of CZ", code, "D, F, I or L")),
-    }
-}
-
-/// Returns the XML element at a path of names; namespaces are ignored.
-fn child<'a, 'input>(root: Node<'a, 'input>, path: &[&str]) -> Option<Node<'a, 'input>> {
-    path.iter().try_fold(root, |node, name| {
-        let mut children = node.children();
-        children.find(|child| child.is_element() && child.tag_name().name() == *name)
-    })
-}
-
-/// Returns the text of the XML element at a path of names.
-fn text(root: Node<'_, '_>, path: &[&str]) -> Result<String, FormatError> {
-    let node = child(root, path).ok_or_else(|| FormatError::missing(path.join("/")))?;
-    let text = node.text().unwrap_or_default().trim();
-    if text.is_empty() { Err(FormatError::missing(path.join("/"))) } else { Ok(text.to_owned()) }
-}
-
-fn number(root: Node<'_, '_>, path: &[&str], otherwise: f64) -> Result<f64, FormatError> {
-    let Ok(text) = text(root, path) else {
-        return Ok(otherwise);
-    };
-    let number = text.parse();
-    number.map_err(|_| FormatError::value(&path.join("/"), text, "a number"))
-}
-
-fn whole(root: Node<'_, '_>, path: &[&str]) -> Result<i64, FormatError> {
-    let text = text(root, path)?;
-    let number = text.parse();
-    number.map_err(|_| FormatError::value(&path.join("/"), text, "an integer"))
 }

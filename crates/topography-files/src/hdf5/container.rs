@@ -2,17 +2,25 @@
 
 use std::cell::Cell;
 
+use hdf5_reader::btree_v1::collect_btree_v1_leaves_storage;
+use hdf5_reader::btree_v2::{BTreeV2Header, BTreeV2Record, collect_btree_v2_records_storage};
+use hdf5_reader::error::Error;
+use hdf5_reader::fractal_heap::FractalHeap;
 use hdf5_reader::group::Group;
-use hdf5_reader::messages::HdfMessage;
+use hdf5_reader::io::Cursor;
+use hdf5_reader::local_heap::LocalHeap;
 use hdf5_reader::messages::layout::{ChunkIndexing, DataLayout};
-use hdf5_reader::{Attribute, Dataset, Datatype, Hdf5File, OpenOptions, chunk_index, fixed_array};
+use hdf5_reader::messages::link_info::LinkInfoMessage;
+use hdf5_reader::messages::symbol_table_msg::SymbolTableMessage;
+use hdf5_reader::messages::{HdfMessage, link};
+use hdf5_reader::symbol_table::SymbolTableNode;
+use hdf5_reader::{Dataset, Hdf5File, OpenOptions};
 
 use super::super::FormatError;
-use super::super::input::{decode_text, decoded_limit};
+use super::super::input::decoded_limit;
 use super::super::labelled::Attributes;
 use super::super::raster::{ByteOrder, Element, Raster, checked_nodes};
 use super::filters::{filters, unknown};
-use super::links;
 use super::stored::{self, Stored};
 
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
@@ -75,7 +83,7 @@ impl Container {
             return Ok(Members { groups, datasets, unreadable: vec![] });
         }
         let names =
-            links::names(&self.file, group).map_err(|error| FormatError::damaged(name, error))?;
+            link_names(&self.file, group).map_err(|error| FormatError::damaged(name, error))?;
         let mut members = Members { groups: vec![], datasets: vec![], unreadable: vec![] };
         for name in names {
             match (group.dataset(&name), group.group(&name)) {
@@ -101,11 +109,9 @@ impl Container {
 
     /// Reads a two-dimensional dataset whose second index is x.
     pub(crate) fn raster(&self, dataset: &Dataset) -> Result<Raster<'static>, FormatError> {
-        let shape: Vec<i64> =
-            dataset.shape().iter().map(|&count| i64::try_from(count).unwrap_or(i64::MAX)).collect();
-        let &[first, second] = shape.as_slice() else {
+        let &[first, second] = dataset.shape() else {
             let dimensions = format!("dimensions of {}", dataset.name());
-            return Err(FormatError::value(&dimensions, shape.len(), "2"));
+            return Err(FormatError::value(&dimensions, dataset.ndim(), "2"));
         };
         let nodes = checked_nodes([second, first])?;
         let (element, order, bytes) = self.bytes(dataset)?;
@@ -154,11 +160,17 @@ impl Container {
         let stored = Stored::of_dataset(dataset)?;
         let damaged = |error| FormatError::damaged(&part, error);
         let header = self.file.get_or_parse_header(dataset.address()).map_err(damaged)?;
-        let mut layout = None;
         let mut pipeline = &[][..];
         for message in &header.messages {
             match message {
-                HdfMessage::DataLayout(message) => layout = Some(&message.layout),
+                HdfMessage::DataLayout(message)
+                    if has_misplaced_chunks(dataset, &message.layout) =>
+                {
+                    return Err(FormatError::unsupported(format!(
+                        "the places of the chunks of {part} are not known, because its `maxshape` \
+                         is larger than its shape; copy the file with `h5repack`"
+                    )));
+                }
                 HdfMessage::FilterPipeline(message) => pipeline = &message.filters,
                 HdfMessage::ExternalFiles(_) => {
                     let what = format!(
@@ -185,170 +197,29 @@ impl Container {
             )));
         };
         self.budget.set(left);
-        let bytes = match layout.and_then(|layout| Misplaced::new(dataset, layout)) {
-            Some(chunks) => chunks.read(&self.file, dataset, pipeline),
-            None => dataset.read_raw_bytes(),
-        };
-        Ok((stored.element, stored.order, stored.normal(bytes.map_err(damaged)?)))
+        let bytes = dataset.read_raw_bytes().map_err(damaged)?;
+        Ok((stored.element, stored.order, stored.normal(bytes)))
     }
 }
 
-/// Chunks whose places `hdf5-reader` 0.12.1 computes wrongly.
+/// Returns true if `hdf5-reader` 0.12.1 places the chunks of a dataset wrongly.
 ///
 /// Chunks of an implicit or fixed-array index are counted along the maximum shape of the dataset,
 /// but the crate counts them along the current shape. The two differ if the maximum of an axis
 /// other than the first is larger. (HDF5 1.10 and later write such indices with
 /// `libver="latest"` and a finite `maxshape`.)
-struct Misplaced {
-    address: u64,
-    chunk: Vec<u32>,
-    most: Vec<u64>,
-    is_implicit: bool,
-}
-
-impl Misplaced {
-    /// Returns `None` if `hdf5-reader` places the chunks of a dataset right.
-    fn new(dataset: &Dataset, layout: &DataLayout) -> Option<Misplaced> {
-        let DataLayout::Chunked { address, chunk_indexing: Some(index), .. } = layout else {
-            return None;
-        };
-        let chunk = dataset.chunks()?;
-        let is_implicit = match index {
-            ChunkIndexing::Implicit => true,
-            ChunkIndexing::FixedArray { .. } => false,
-            _ => return None,
-        };
-        let most = dataset.max_dims()?;
-        let lengths = dataset.shape().iter().zip(most).zip(&chunk);
-        let mut counts = lengths.map(|((shape, most), chunk)| {
-            let chunk = u64::from((*chunk).max(1));
-            (shape.div_ceil(chunk), most.div_ceil(chunk))
-        });
-        counts.next();
-        let is_wrong = counts.any(|(current, most)| current != most);
-        is_wrong.then(|| Misplaced { address: *address, chunk, most: most.to_vec(), is_implicit })
-    }
-
-    /// Reads all chunks.
-    fn read(
-        &self,
-        file: &Hdf5File,
-        dataset: &Dataset,
-        pipeline: &[hdf5_reader::messages::filter_pipeline::FilterDescription],
-    ) -> Result<Vec<u8>, hdf5_reader::error::Error> {
-        let size = dataset.raw_element_size()?;
-        let storage = file.storage();
-        let superblock = file.superblock();
-        let entries = if self.is_implicit {
-            chunk_index::collect_implicit_chunk_entries(
-                self.address,
-                &self.most,
-                &self.chunk,
-                size,
-                None,
-                storage.len(),
-            )
-        } else {
-            fixed_array::collect_fixed_array_chunk_entries_storage(
-                storage,
-                self.address,
-                superblock.offset_size,
-                superblock.length_size,
-                &self.most,
-                &self.chunk,
-                None,
-            )
-        }?;
-        let shape: Vec<usize> = dataset.shape().iter().map(|&length| length as usize).collect();
-        let chunk: Vec<usize> = self.chunk.iter().map(|&length| length as usize).collect();
-        let stated = dataset.fill_value().and_then(|fill| fill.value.clone());
-        let fill = stated.filter(|fill| fill.len() == size).unwrap_or_else(|| vec![0; size]);
-        let mut bytes = fill.repeat(shape.iter().product());
-        let length = chunk.iter().product::<usize>() * size;
-        if length == 0 || chunk.len() != shape.len() || self.most.len() != shape.len() {
-            let what = "the shape of its chunks is not that of a part of the dataset";
-            return Err(hdf5_reader::error::Error::InvalidData(what.to_owned()));
-        }
-        let registry = filters(length);
-        for entry in entries {
-            let start: Vec<usize> = entry.offsets.iter().map(|&offset| offset as usize).collect();
-            if start.iter().zip(&shape).any(|(start, length)| start >= length) {
-                continue;
-            }
-            let stored_bytes = if pipeline.is_empty() { length } else { entry.size as usize };
-            let stored = storage.read_range(entry.address, stored_bytes)?;
-            let decoded = hdf5_reader::filters::apply_pipeline_with_limit(
-                stored.as_ref(),
-                pipeline,
-                entry.filter_mask,
-                size,
-                Some(&registry),
-                Some(length),
-            )?;
-            if decoded.len() != length {
-                let what = format!("a chunk has {} bytes in place of {length}", decoded.len());
-                return Err(hdf5_reader::error::Error::InvalidData(what));
-            }
-            place(&mut bytes, &shape, &decoded, &chunk, &start, size);
-        }
-        Ok(bytes)
-    }
-}
-
-/// Copies the part of a chunk inside of the shape of the dataset.
-fn place(
-    bytes: &mut [u8],
-    shape: &[usize],
-    chunk_bytes: &[u8],
-    chunk: &[usize],
-    start: &[usize],
-    size: usize,
-) {
-    let Some((&along, outer)) = chunk.split_last() else { return };
-    let last = outer.len();
-    let copied = along.min(shape[last] - start[last]) * size;
-    for (line, from) in chunk_bytes.chunks_exact(along * size).enumerate() {
-        // The indices of this line of the chunk along all dimensions but the last.
-        let mut rest = line;
-        let mut target = start[last];
-        let mut stride = shape[last];
-        let mut is_inside = true;
-        for axis in (0..last).rev() {
-            let at = start[axis] + rest % chunk[axis];
-            rest /= chunk[axis];
-            is_inside &= at < shape[axis];
-            target += at * stride;
-            stride *= shape[axis];
-        }
-        if is_inside {
-            bytes[target * size..][..copied].copy_from_slice(&from[..copied]);
-        }
-    }
-}
-
-/// Returns the text of an attribute, or the first of its texts.
-pub(crate) fn text(attributes: &[Attribute], name: &str) -> Option<String> {
-    let attribute = attribute(attributes, name)?;
-    match attribute.read_strings() {
-        Ok(texts) => texts.into_iter().next(),
-        // Text that is not UTF-8.
-        Err(_)
-            if matches!(attribute.datatype, Datatype::String { .. } | Datatype::VarLen { .. }) =>
-        {
-            let text = decode_text(&attribute.raw_data);
-            Some(text.trim_end_matches('\0').to_owned())
-        }
-        Err(_) => None,
-    }
-}
-
-/// Returns the number of an attribute, or the first of its numbers.
-pub(crate) fn number(attributes: &[Attribute], name: &str) -> Option<f64> {
-    attribute(attributes, name)?.read_as_f64().ok()
-}
-
-pub(crate) fn attribute<'a>(attributes: &'a [Attribute], name: &str) -> Option<&'a Attribute> {
-    attributes.iter().find(|attribute| attribute.name == name)
+fn has_misplaced_chunks(dataset: &Dataset, layout: &DataLayout) -> bool {
+    use ChunkIndexing::{FixedArray, Implicit};
+    let DataLayout::Chunked { chunk_indexing: Some(FixedArray { .. } | Implicit), .. } = layout
+    else {
+        return false;
+    };
+    let (Some(chunk), Some(most)) = (dataset.chunks(), dataset.max_dims()) else { return false };
+    let lengths = dataset.shape().iter().zip(most).zip(chunk).skip(1);
+    lengths.into_iter().any(|((shape, most), chunk)| {
+        let chunk = u64::from(chunk.max(1));
+        shape.div_ceil(chunk) != most.div_ceil(chunk)
+    })
 }
 
 fn part(dataset: &Dataset) -> String {
@@ -364,4 +235,71 @@ fn unopened(name: &str, error: &str) -> FormatError {
         ));
     }
     FormatError::damaged(&format!("`{name}`"), error)
+}
+
+/// Returns the names of all links of a group.
+///
+/// `hdf5-reader` 0.12.1 lists members only if it can open all of them; a virtual dataset, whose
+/// layout it does not know, hides the others.
+fn link_names(file: &Hdf5File, group: &Group) -> Result<Vec<String>, Error> {
+    let header = file.get_or_parse_header(group.address())?;
+    let mut names = Vec::new();
+    for message in &header.messages {
+        match message {
+            HdfMessage::SymbolTable(table) => names.extend(old_link_names(file, group, table)?),
+            HdfMessage::Link(link) => names.push(link.name.clone()),
+            HdfMessage::LinkInfo(info) => names.extend(dense_link_names(file, group, info)?),
+            _ => {}
+        }
+    }
+    Ok(names)
+}
+
+/// Reads the symbol table of groups that HDF5 writes by default.
+fn old_link_names(
+    file: &Hdf5File,
+    group: &Group,
+    table: &SymbolTableMessage,
+) -> Result<Vec<String>, Error> {
+    let (storage, offset, length) = (file.storage(), group.offset_size(), group.length_size());
+    let heap = LocalHeap::parse_at_storage(storage, table.heap_address, offset, length)?;
+    let (address, none) = (table.btree_address, None);
+    let nodes = collect_btree_v1_leaves_storage(storage, address, offset, length, none, &[], None)?;
+    let mut names = Vec::new();
+    for (_, address) in nodes {
+        // Signature, version and number of entries, whose size follows from that of an offset.
+        let head = storage.read_range(address, 8)?;
+        let count = u16::from_le_bytes([head.as_ref()[6], head.as_ref()[7]]);
+        let entry = 2 * usize::from(offset) + 24;
+        let bytes = storage.read_range(address, 8 + usize::from(count) * entry)?;
+        let node = SymbolTableNode::parse(&mut Cursor::new(bytes.as_ref()), offset, length)?;
+        for entry in node.entries {
+            names.push(heap.get_string_storage(entry.link_name_offset, storage)?);
+        }
+    }
+    Ok(names)
+}
+
+/// Reads the links of a large group in the format of HDF5 1.8 and later.
+fn dense_link_names(
+    file: &Hdf5File,
+    group: &Group,
+    info: &LinkInfoMessage,
+) -> Result<Vec<String>, Error> {
+    let (storage, offset, length) = (file.storage(), group.offset_size(), group.length_size());
+    if Cursor::is_undefined_offset(info.fractal_heap_address, offset) {
+        return Ok(vec![]);
+    }
+    let heap = FractalHeap::parse_at_storage(storage, info.fractal_heap_address, offset, length)?;
+    let address = info.btree_name_index_address;
+    let tree = BTreeV2Header::parse_at_storage(storage, address, offset, length)?;
+    let records =
+        collect_btree_v2_records_storage(storage, &tree, offset, length, None, &[], None)?;
+    let mut names = Vec::new();
+    for record in records {
+        let BTreeV2Record::LinkNameHash { heap_id, .. } = record else { continue };
+        let bytes = heap.get_object_storage(&heap_id, storage, offset, length)?;
+        names.push(link::parse(&mut Cursor::new(&bytes), offset, length, bytes.len())?.name);
+    }
+    Ok(names)
 }

@@ -1,4 +1,4 @@
-//! Filters of chunks: those of `hdf5-reader`, LZF, Zstandard and bzip2, and the names of others.
+//! Filters of chunks: those of `hdf5-reader`, LZF, Zstandard and bzip2.
 
 use std::io::Read;
 
@@ -14,37 +14,22 @@ const ZSTD: u16 = 32015;
 /// Filters that the crate `hdf5-reader` decodes: deflate, shuffle, Fletcher32, SZIP, N-bit,
 /// scale-offset and LZ4.
 const BUILT_IN: [u16; 7] = [1, 2, 3, 4, 5, 6, 32004];
-/// Names of further registered filters.
-const NAMES: [(u16, &str); 8] = [
-    (305, "LZO"),
-    (32001, "Blosc"),
-    (32008, "bitshuffle"),
-    (32013, "ZFP"),
-    (32017, "SZ"),
-    (32023, "Granular BitRound"),
-    (32024, "SZ3"),
-    (32026, "Blosc2"),
-];
-
 /// Returns all filters. A chunk may expand to at most `limit` bytes.
 pub(crate) fn filters(limit: usize) -> FilterRegistry {
     let mut registry = FilterRegistry::new();
     let damaged = |name: &str| Error::InvalidData(format!("damaged {name} chunk"));
     registry
         .register(LZF, Box::new(move |_, stored, _| decode(stored).ok_or_else(|| damaged("LZF"))));
-    registry.register(
-        ZSTD,
-        Box::new(move |_, mut stored, _| {
-            let decoder = StreamingDecoder::new(&mut stored).map_err(|_| damaged("Zstandard"))?;
-            limited(decoder, limit).ok_or_else(|| damaged("Zstandard"))
-        }),
-    );
-    registry.register(
-        BZIP2,
-        Box::new(move |_, stored, _| {
-            limited(BzDecoder::new(stored), limit).ok_or_else(|| damaged("bzip2"))
-        }),
-    );
+    let zstd = move |_: &_, stored: &[u8], _| {
+        let decoded =
+            StreamingDecoder::new(stored).ok().and_then(|decoder| limited(decoder, limit));
+        decoded.ok_or_else(|| damaged("Zstandard"))
+    };
+    registry.register(ZSTD, Box::new(zstd));
+    let bzip2 = move |_: &_, stored: &[u8], _| {
+        limited(BzDecoder::new(stored), limit).ok_or_else(|| damaged("bzip2"))
+    };
+    registry.register(BZIP2, Box::new(bzip2));
     registry
 }
 
@@ -61,9 +46,8 @@ pub(crate) fn unknown(number: u16, stored: Option<&str>) -> Option<String> {
     if BUILT_IN.contains(&number) || [BZIP2, LZF, ZSTD].contains(&number) {
         return None;
     }
-    let known = NAMES.iter().find(|(known, _)| *known == number).map(|(_, name)| *name);
-    let given = stored.map(|name| name.trim_end_matches('\0')).filter(|name| !name.is_empty());
-    Some(match known.or(given) {
+    let name = stored.map(|name| name.trim_end_matches('\0')).filter(|name| !name.is_empty());
+    Some(match name {
         Some(name) => format!("{number} ({name})"),
         None => number.to_string(),
     })

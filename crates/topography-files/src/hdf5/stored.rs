@@ -72,21 +72,13 @@ impl Stored {
     /// Expands integers of fewer bits to all bits of their bytes.
     pub(crate) fn normal(self, mut bytes: Vec<u8>) -> Vec<u8> {
         let Some((start, count)) = self.bits else { return bytes };
-        let is_signed =
-            matches!(self.element, Element::I8 | Element::I16 | Element::I32 | Element::I64);
+        let is_signed = self.element.unsigned() != self.element;
         let unused = 64 - count;
         for number in bytes.chunks_exact_mut(self.element.size()) {
-            if self.order == ByteOrder::Big {
-                number.reverse();
-            }
-            let all = number.iter().rev().fold(0_u64, |all, byte| all << 8 | u64::from(*byte));
-            let shifted = all >> start << unused;
+            let shifted = self.order.integer(number) >> start << unused;
             let expanded =
                 if is_signed { (shifted as i64 >> unused) as u64 } else { shifted >> unused };
-            number.copy_from_slice(&expanded.to_le_bytes()[..number.len()]);
-            if self.order == ByteOrder::Big {
-                number.reverse();
-            }
+            self.order.store(expanded, number);
         }
         bytes
     }
@@ -141,10 +133,8 @@ fn fixed_text(bytes: &[u8], padding: StringPadding) -> String {
 
 /// Reads a text of variable length from the heap to which `reference` points.
 fn heap_text(file: &Hdf5File, reference: &[u8]) -> Option<String> {
-    heap_bytes(file, reference, 1).map(|bytes| {
-        let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
-        decode_text(text)
-    })
+    let bytes = heap_bytes(file, reference, 1)?;
+    Some(decode_text(bytes.split(|&byte| byte == 0).next().unwrap_or_default()))
 }
 
 /// Reads a sequence of variable length from the heap to which `reference` points. `element` is the
@@ -154,13 +144,7 @@ fn heap_text(file: &Hdf5File, reference: &[u8]) -> Option<String> {
 /// lengths of four bytes (`H5Pset_sizes(4, 4)`). `hdf5-reader` 0.12.1 does not skip this padding.
 pub(crate) fn heap_bytes(file: &Hdf5File, reference: &[u8], element: usize) -> Option<Vec<u8>> {
     let sizes = [file.superblock().offset_size, file.superblock().length_size].map(usize::from);
-    let whole = |bytes: &[u8]| -> Option<usize> {
-        let number = bytes
-            .iter()
-            .rev()
-            .try_fold(0_u64, |all, byte| all.checked_mul(256).map(|all| all + u64::from(*byte)));
-        usize::try_from(number?).ok()
-    };
+    let whole = |bytes: &[u8]| usize::try_from(ByteOrder::Little.integer(bytes)).ok();
     let length = whole(reference.get(..4)?)?.saturating_mul(element);
     let address = whole(reference.get(4..4 + sizes[0])?)? as u64;
     let wanted = whole(reference.get(4 + sizes[0]..8 + sizes[0])?)?;

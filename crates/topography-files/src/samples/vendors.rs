@@ -1,33 +1,22 @@
-//! Small files of single instruments and programs: Keyence, LEXT, Nanosurf, NMM, Vision64, WSxM and
+//! Small files of single instruments and programs: Keyence, Nanosurf, NMM, Vision64, WSxM and
 //! the text exports with a header of their own. All contain the map of the other samples.
 
-use std::io::Write;
-
-use zip::ZipWriter;
-use zip::write::SimpleFileOptions;
-
-use super::{Fields, ROWS, Sample, single, upside_down, with_last};
+use super::{Fields, ROWS, Sample, packed, single, upside_down, with_last};
 
 /// Returns at least one file of each format of this module.
 pub(crate) fn samples() -> Vec<Sample> {
-    // These formats have square pixels.
-    let square = |format, bytes: &str| Sample {
-        sides: Some([3e-6, 2e-6]),
-        ..Sample::with_missing(format, bytes.as_bytes().to_vec())
-    };
     vec![
         Sample::new("vk", vk(b"VK4_")),
         Sample::new("vk", vk(b"VK3_")),
         Sample::new("vk", vk6()),
         Sample::with_missing("opdx", opdx()),
-        Sample::with_missing("lext", lext()),
         Sample::new("nid", nid()),
         Sample::new("nmm", nmm()),
         Sample::with_missing("gxyzf", gxyzf()),
         Sample::with_missing("wyko-asc", WYKO.as_bytes().to_vec()),
-        square("zygo-asc", &zygo_xyz()),
-        square("zygo-asc", &zygo_ascii()),
-        square("keyence-csv", KEYENCE),
+        Sample::with_missing("zygo-asc", zygo_xyz().into_bytes()).square(),
+        Sample::with_missing("zygo-asc", zygo_ascii().into_bytes()).square(),
+        Sample::with_missing("keyence-csv", KEYENCE.as_bytes().to_vec()).square(),
         Sample::with_missing("text", WSXM_TEXT.as_bytes().to_vec()),
     ]
 }
@@ -55,15 +44,6 @@ fn vk6() -> Vec<u8> {
     let mut bytes = b"VK6\0preview".to_vec();
     bytes.extend(packed(&[("Vk4File", vk(b"VK4_"))]));
     bytes
-}
-
-pub(crate) fn packed(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
-    let mut writer = ZipWriter::new(std::io::Cursor::new(Vec::new()));
-    for (name, bytes) in files {
-        writer.start_file(*name, SimpleFileOptions::default()).unwrap();
-        writer.write_all(bytes).unwrap();
-    }
-    writer.finish().unwrap().into_inner()
 }
 
 fn opdx() -> Vec<u8> {
@@ -111,121 +91,20 @@ fn opdx() -> Vec<u8> {
     .concat()
 }
 
-/// Writes a LEXT file: an overview with the description, the heights and a mask with one bit per
-/// pixel.
-fn lext() -> Vec<u8> {
-    let height = |axis: &str, picometres: u32| {
+fn nid() -> Vec<u8> {
+    let channel = |number: u8, name: &str, range: f64, lowest: f64| {
         format!(
-            "<HeightDataPerPixel{axis}>{picometres}</HeightDataPerPixel{axis}>\
-             <HeightDataUnit{axis}>0</HeightDataUnit{axis}>"
+            "[DataSet-0:{number}]\nPoints=3\nLines=2\nFrame=Scan forward\nDim0Unit=m\n\
+             Dim0Range=3e-06\nDim1Unit=m\nDim1Range=4e-06\nDim2Name={name}\nDim2Unit=m\n\
+             Dim2Range={range}\nDim2Min={lowest}\nSaveMode=Binary\nSaveBits=16\nSaveSign=Signed\n\
+             SaveOrder=Intel\n"
         )
     };
-    // The calibration of x halves its scale.
-    let heights = [height("X", 2_000_000), height("Y", 2_000_000), height("Z", 1000)].concat();
-    let description = format!(
-        "<?xml version=\"1.0\"?><TiffTagDescData ver=\"1\"><HeightInfo>{heights}</HeightInfo></TiffTagDescData>\0"
-    );
-    let factor = |axis: &str, value: u32| {
-        format!("<MakerCalibrationValue{axis}>{value}</MakerCalibrationValue{axis}>")
-    };
-    let factors = [factor("X", 500_000), factor("Y", 1_000_000), factor("Z", 1_000_000)].concat();
-    let settings = format!(
-        "<ExifTagDescData><ImageCommonSettingsInfo>{factors}</ImageCommonSettingsInfo>\
-         </ExifTagDescData>\0"
-    );
-    let mut file = Fields::default().bytes(b"II\x2a\0").i32(0);
-    let mut stored = |bytes: &[u8]| {
-        let start = file.0.len() as u32;
-        let padded = bytes.len().next_multiple_of(2);
-        file = std::mem::take(&mut file).bytes(bytes).zeros(padded - bytes.len());
-        start
-    };
-    let description_at = stored(description.as_bytes());
-    let settings_at = stored(settings.as_bytes());
-    let overview = stored(&[0; 6]);
-    let heights = stored(&Fields::default().rows(ROWS, i16::to_le_bytes).0);
-    // The last pixel of the second line is missing.
-    let mask = stored(&[0, 0b0010_0000]);
-    let [height_name, invalid_name] = [stored(b"HEIGHT\0"), stored(b"INVALID\0")];
-    let directory = |entries: &[(u16, u16, u32, u32)], next: u32| {
-        let fields = Fields::default().u16(entries.len() as u16);
-        let fields = entries.iter().fold(fields, |fields, &(tag, kind, count, value)| {
-            fields.u16(tag).u16(kind).i32(count as i32).i32(value as i32)
-        });
-        fields.i32(next as i32).0
-    };
-    let image = |bits: u32, kind: u32, at: u32, bytes: u32| {
-        [
-            (256, 4, 1, 3),
-            (257, 4, 1, 2),
-            (258, 3, 1, bits),
-            (259, 3, 1, 1),
-            (262, 3, 1, kind),
-            (273, 4, 1, at),
-            (277, 3, 1, 1),
-            (278, 4, 1, 2),
-            (279, 4, 1, bytes),
-        ]
-    };
-    let described = |count: u32, at: u32, rest: &[(u16, u16, u32, u32)]| {
-        let mut entries = rest.to_vec();
-        entries.insert(5, (270, 2, count, at));
-        entries
-    };
-    let exif = stored(&directory(&[(0xa40b, 2, settings.len() as u32, settings_at)], 0));
-    let last = stored(&directory(&described(8, invalid_name, &image(1, 4, mask, 2)), 0));
-    let second = stored(&directory(&described(7, height_name, &image(16, 1, heights, 12)), last));
-    let mut first = described(description.len() as u32, description_at, &image(8, 1, overview, 6));
-    first.push((0x8769, 4, 1, exif));
-    let first = stored(&directory(&first, second));
-    file.0[4..8].copy_from_slice(&first.to_le_bytes());
-    file.0
-}
-
-fn nid() -> Vec<u8> {
-    let header = "[DataSet]
-Version=2
-GroupCount=1
-Gr0-Count=4
-Gr0-Ch0=DataSet-0:0
-Gr0-Ch2=DataSet-0:2
-[DataSet-Info]
--- Scan --=--------
-Date=03-11-2022
-Time=11:46:25
-[DataSet-0:0]
-Points=3
-Lines=2
-Frame=Scan forward
-Dim0Unit=m
-Dim0Range=3e-06
-Dim1Unit=m
-Dim1Range=4e-06
-Dim2Name=Deflection
-Dim2Unit=m
-Dim2Range=1e-05
-Dim2Min=-5e-06
-SaveMode=Binary
-SaveBits=16
-SaveSign=Signed
-SaveOrder=Intel
-[DataSet-0:2]
-Points=3
-Lines=2
-Frame=Scan forward
-Dim0Unit=m
-Dim0Range=3e-06
-Dim1Unit=m
-Dim1Range=4e-06
-Dim2Name=Z-Axis
-Dim2Unit=m
-Dim2Range=6.5536e-05
-Dim2Min=-3.2768e-05
-SaveMode=Binary
-SaveBits=16
-SaveSign=Signed
-SaveOrder=Intel
-#!";
+    let header = "[DataSet]\nVersion=2\nGroupCount=1\nGr0-Count=4\nGr0-Ch0=DataSet-0:0\n\
+                  Gr0-Ch2=DataSet-0:2\n[DataSet-Info]\n-- Scan --=--------\nDate=03-11-2022\n\
+                  Time=11:46:25\n";
+    let deflection = channel(0, "Deflection", 1e-5, -5e-6);
+    let header = format!("{header}{deflection}{}#!", channel(2, "Z-Axis", 6.5536e-5, -3.2768e-5));
     let fields = Fields::default().bytes(header.replace('\n', "\r\n").as_bytes());
     fields.rows(ROWS, i16::to_le_bytes).rows(upside_down(), i16::to_le_bytes).0
 }

@@ -1,6 +1,6 @@
-"""Writes the small HDF5 files that `samples.rs` includes.
+"""Writes the small Gwyddion, HDF5 and netCDF files that `samples.rs` includes.
 
-    python3 write.py         in this folder, with h5py 3.16 and netCDF4 1.7
+    python3 write.py         in this folder, with gwyfile 0.3, h5py 3.16 and netCDF4 1.7
 
 All files contain the map of `samples.rs`: heights [x, y] at three nodes along x and two along y.
 Some have the earliest layout, which has no checksums, so that damage reaches the readers of all its
@@ -10,6 +10,7 @@ parts.
 import h5py
 import netCDF4
 import numpy as np
+from gwyfile.objects import GwyContainer, GwyDataField, GwySIUnit
 
 HEIGHTS = np.array([[1.0, 4.0], [2.0, 5.0], [3.0, 6.0]])
 TEXT = h5py.string_dtype()
@@ -78,19 +79,20 @@ def jpk():
 
 def netcdf4():
     """The variables of `to_netcdf` of SurfaceTopography, and a packed map in lines along x."""
-    with netCDF4.Dataset("surface.nc", "w", format="NETCDF4") as file:
-        for axis, nodes, side in (("x", 3, 3e3), ("y", 2, 4e3)):
-            file.createDimension(axis, nodes)
-            variable = file.createVariable(axis, "f8", (axis,))
-            variable.length = side
-            variable.periodic = 0
-            variable.unit = "nm"
-            variable[...] = np.arange(nodes) / nodes * side
-        heights = file.createVariable("heights", "f8", ("x", "y"))
-        heights[...] = HEIGHTS
-        heights.unit = "nm"
-        mask = file.createVariable("mask", "b", ("x", "y"))
-        mask[...] = np.isin(HEIGHTS, 6.0)
+    for name, layout in (("surface.nc", "NETCDF4"), ("classic.nc", "NETCDF3_64BIT_OFFSET")):
+        with netCDF4.Dataset(name, "w", format=layout) as file:
+            for axis, nodes, side in (("x", 3, 3e3), ("y", 2, 4e3)):
+                file.createDimension(axis, nodes)
+                variable = file.createVariable(axis, "f8", (axis,))
+                variable.length = side
+                variable.periodic = 0
+                variable.unit = "nm"
+                variable[...] = np.arange(nodes) / nodes * side
+            heights = file.createVariable("heights", "f8", ("x", "y"))
+            heights[...] = HEIGHTS
+            heights.unit = "nm"
+            mask = file.createVariable("mask", "b", ("x", "y"))
+            mask[...] = np.isin(HEIGHTS, 6.0)
     with h5py.File("transposed.nc", "w", libver="earliest") as file:
         for axis, nodes, side in (("x", 3, 3e3), ("y", 2, 4e3)):
             file[axis] = np.arange(nodes) / nodes * side
@@ -123,9 +125,24 @@ def nhf():
         channel.attrs["signal_calibration_unit"] = "Meter (m)"
 
 
+def gwyddion():
+    """A map of Gwyddion with a mask. The sign of a side does not count."""
+
+    def field(rows):
+        unit = GwySIUnit(unitstr="m")
+        return GwyDataField(rows, xreal=3e-6, yreal=-4e-6, si_unit_xy=unit, si_unit_z=unit)
+
+    container = GwyContainer({"/filename": "a", "/5/data/title": "Height", "/5/show": True})
+    container["/5/select"] = np.array([1], "i4")
+    container["/5/data"] = field(1e-9 * HEIGHTS.T)
+    container["/5/mask"] = field(np.isin(HEIGHTS.T, 6.0).astype("f8"))
+    container.tofile("masked.gwy")
+
+
 plain()
 topostats()
 datx()
 jpk()
 netcdf4()
 nhf()
+gwyddion()

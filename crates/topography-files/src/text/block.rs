@@ -167,28 +167,25 @@ impl Block {
             return Err(FormatError::unsupported(what));
         }
         let titles = self.titles();
-        let nodes = checked_nodes([self.lines as i64, 1])?;
+        let nodes = checked_nodes([self.lines, 1])?;
         let mut description = self.header.describe(nodes)?;
-        let unit = |column: usize| titles.as_ref().and_then(|titles| titles[column].unit.clone());
         for title in titles.iter().flatten() {
             title.check_unit()?;
         }
+        let unit = |column: usize| titles.as_ref()?[column].unit.as_deref();
+        let column = |column: usize| -> Vec<f64> {
+            self.numbers.chunks_exact(self.columns).map(|row| row[column]).collect()
+        };
         let z = self.columns - 1;
-        let mut heights: Vec<f64> =
-            self.numbers.chunks_exact(self.columns).map(|row| row[z]).collect();
-        let mut sides = None;
-        if z == 1 {
-            description.set_units(unit(0).as_deref(), None, unit(1).as_deref())?;
-            let positions: Vec<f64> = self.numbers.chunks_exact(2).map(|row| row[0]).collect();
-            let step = even_step(&positions)?;
-            if step < 0.0 {
-                heights.reverse();
-            }
-            sides = Some([step.abs() * positions.len() as f64, step.abs()]);
-        } else {
-            description.set_units(None, None, unit(0).as_deref())?;
+        description.set_units(unit(0).filter(|_| z == 1), None, unit(z))?;
+        let heights = Raster::from_columns(nodes, column(z));
+        if z == 0 {
+            return channel(description, None, heights, None);
         }
-        channel(description, sides, Raster::from_columns(nodes, heights), None)
+        let step = even_step(&column(0))?;
+        let sides = [step.abs() * self.lines as f64, step.abs()];
+        let heights = if step < 0.0 { heights.mirrored() } else { heights };
+        channel(description, Some(sides), heights, None)
     }
 
     /// Returns the titles of the columns in the last lines of the header, with their units.
@@ -218,8 +215,7 @@ impl Block {
             notes.push(note.to_owned());
         }
         let channels = self.points_or_matrices()?;
-        let noted = |channel| notes.iter().fold(channel, Channel::noted);
-        Ok(channels.into_iter().map(noted).collect())
+        Ok(channels.into_iter().map(|channel| channel.noted(&notes)).collect())
     }
 
     fn points_or_matrices<'a>(self) -> Result<Vec<Channel<'a>>, FormatError> {
@@ -262,11 +258,11 @@ impl Block {
             if x + 3 <= self.columns && is_scan(&self.numbers, self.columns, x) {
                 let channel = self.points([x, x + 1, x + 2], None, None, None)?;
                 let [x, y, z] = [1, 2, 3].map(|more| x + more);
-                return Ok(vec![channel.noted(format!(
+                return Ok(vec![channel.noted([format!(
                     "columns {x}, {y} and {z} are taken for x, y and height, because the first two \
                      lie on a grid; of {} columns, the others are not used",
                     self.columns
-                ))]);
+                )])]);
             }
         }
         self.matrices(false)
@@ -345,7 +341,7 @@ impl Block {
         }
         let parts = starts.into_iter().zip(ends).map(|(start, end)| {
             let channel = self.matrix(start..end, has_index)?;
-            Ok(channel.noted(format!("empty lines separate {count} maps of the text")))
+            Ok(channel.noted([format!("empty lines separate {count} maps of the text")]))
         });
         parts.collect()
     }
@@ -373,8 +369,7 @@ impl Block {
             return Err(FormatError::unsupported(problem));
         }
         let [skip_x, skip_y] = [labels.column.is_some(), labels.line.is_some()].map(usize::from);
-        let nodes = [columns - skip_x, lines.len() - skip_y];
-        let nodes = checked_nodes(nodes.map(|nodes| nodes as i64))?;
+        let nodes = checked_nodes([columns - skip_x, lines.len() - skip_y])?;
         let rows = numbers.chunks_exact(columns).skip(skip_y);
         let heights: Vec<f64> = rows.flat_map(|line| &line[skip_x..]).copied().collect();
         let mut raster = Raster::from_rows(nodes, heights);
@@ -394,11 +389,7 @@ impl Block {
             }
         }
         let note = labels.note(description.lateral.name().as_deref());
-        let channel = channel(description, sides, raster, None)?;
-        Ok(match note {
-            Some(note) => channel.noted(note),
-            None => channel,
-        })
+        Ok(channel(description, sides, raster, None)?.noted(note))
     }
 }
 
@@ -437,10 +428,7 @@ fn channel<'a>(
     raster: Raster<'a>,
     name: Option<String>,
 ) -> Result<Channel<'a>, FormatError> {
-    let size = match sides {
-        Some(sides) => Sides::new(sides, &description.lateral)?,
-        None => Sides::UNKNOWN,
-    };
+    let size = Sides::given(sides, &description.lateral)?;
     let named = name.or(description.name).unwrap_or_else(|| "heights".to_owned());
     let raster = raster.scaled(description.factor, 0.0);
     Ok(Channel::new(named, description.height, size, raster))

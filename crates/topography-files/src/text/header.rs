@@ -1,7 +1,7 @@
 //! Header of a text file: the lines above the numbers.
 
 use crate::FormatError;
-use crate::unit::{Unit, ratio};
+use crate::unit::{Unit, y_ratio};
 
 // Names of each entry, in lower case. Gwyddion writes them in the language of its interface.
 const CHANNEL: &[&str] =
@@ -174,34 +174,23 @@ impl Header {
         self.agrees(NODES_X, nodes[0])?;
         self.agrees(NODES_Y, nodes[1])?;
         let (height, factor) = self.height()?;
-        let x = self.side(WIDTH, STEP_X, UNIT_X, nodes[0])?;
-        let y = self.side(HEIGHT, STEP_Y, UNIT_Y, nodes[1])?;
-        let given = [&x, &y].map(|side| side.as_ref().and_then(|(_, unit)| unit.clone()));
-        let [unit_x, unit_y] = given;
-        let of_format = || self.get(&["file format"]).map(|_| "nm".to_owned());
-        let unit = |unit: Option<String>| unit.or_else(of_format);
-        let unit_x =
-            unit(unit_x.or_else(|| self.get(UNIT_X).map(str::to_owned))).or(height.clone());
-        let unit_y =
-            unit(unit_y.or_else(|| self.get(UNIT_Y).map(str::to_owned))).or(unit_x.clone());
-        let text = |unit: &Option<String>| unit.clone().unwrap_or_default();
-        let y_ratio = ratio(&text(&unit_y), &text(&unit_x)).ok_or_else(|| {
-            let allowed = format!("a unit like that of x, `{}`", text(&unit_x));
-            FormatError::value("unit of y", text(&unit_y), &allowed)
-        });
-        let (sides, y_ratio) = match (x, y) {
-            (Some((x, _)), Some((y, _))) => {
-                let y_ratio = y_ratio?;
-                (Some([x, y * y_ratio]), y_ratio)
-            }
-            _ => (None, y_ratio?),
+        let x = self.side(WIDTH, STEP_X, nodes[0])?;
+        let y = self.side(HEIGHT, STEP_Y, nodes[1])?;
+        // A side has its own unit, that of an entry, or that of the heights.
+        let unit = |side: &Option<(f64, Option<String>)>, names: &[&str]| {
+            let own = side.as_ref().and_then(|(_, unit)| unit.clone());
+            let of_format = || self.get(&["file format"]).map(|_| "nm".to_owned());
+            own.or_else(|| self.get(names).map(str::to_owned)).or_else(of_format)
         };
+        let unit_x = unit(&x, UNIT_X).or(height.clone()).unwrap_or_default();
+        let unit_y = unit(&y, UNIT_Y).unwrap_or_else(|| unit_x.clone());
+        let y_ratio = y_ratio(&unit_y, &unit_x)?;
         Ok(Description {
             name: self.get(CHANNEL).map(str::to_owned),
-            lateral: Unit::parse(&text(&unit_x)),
-            height: Unit::parse(&text(&height)),
+            lateral: Unit::parse(&unit_x),
+            height: Unit::parse(&height.unwrap_or_default()),
             factor,
-            sides,
+            sides: x.zip(y).map(|((x, _), (y, _))| [x, y * y_ratio]),
             y_ratio,
         })
     }
@@ -250,13 +239,12 @@ impl Header {
     }
 
     /// Returns a side length of the map and its unit, or `None` if the header gives neither the
-    /// side nor the pixel size. `side`, `step` and `unit` are the possible names of the side, of
-    /// the pixel size and of their unit. A pixel size is multiplied by `nodes`.
+    /// side nor the pixel size. `side` and `step` are the possible names of the side and of the
+    /// pixel size. A pixel size is multiplied by `nodes`.
     fn side(
         &self,
         side: &[&str],
         step: &[&str],
-        unit: &[&str],
         nodes: usize,
     ) -> Result<Option<(f64, Option<String>)>, FormatError> {
         let (name, value, times) = match (self.get(side), self.get(step)) {
@@ -264,8 +252,7 @@ impl Header {
             (None, Some(value)) => (step[0], value, nodes as f64),
             (None, None) => return Ok(None),
         };
-        let (number, own) = quantity(name, value)?;
-        let unit = own.or_else(|| self.get(unit).map(str::to_owned));
+        let (number, unit) = quantity(name, value)?;
         Ok(Some((number * times, unit)))
     }
 }
@@ -283,9 +270,7 @@ impl Description {
     ) -> Result<(), FormatError> {
         if let Some(x) = x.or(y) {
             let y = y.unwrap_or(x);
-            self.y_ratio = ratio(y, x).ok_or_else(|| {
-                FormatError::value("unit of y", y, &format!("a unit like that of x, `{x}`"))
-            })?;
+            self.y_ratio = y_ratio(y, x)?;
             self.lateral = Unit::parse(x);
         }
         if let Some(height) = height {
