@@ -4,6 +4,7 @@ use std::sync::LazyLock;
 
 use super::evidence::StageTable;
 use super::*;
+use asperity_mechanics::grid::Cell;
 use asperity_mechanics::theory::persson;
 use asperity_mechanics::topography::spectrum;
 use asperity_pipeline::study::claims::shipped;
@@ -234,7 +235,7 @@ fn of_exponents(exponents: &[f64], area: fn(alpha: f64, hurst: f64) -> f64) -> V
     for &hurst in exponents {
         let spectrum =
             spectrum::Spectrum { hurst, k_lower: 4, k_rolloff: 4, k_upper: 32, anisotropy: None };
-        let nayak = spectrum.nayak_on_a_square().unwrap();
+        let nayak = spectrum.moments(Cell::square(1.0).unwrap()).nayak().unwrap();
         for (surface, scatter) in scatter.iter().enumerate() {
             let factor = (0.02 * scatter).exp() * area(nayak, hurst);
             let of_load = |load: f64| (hurst, surface as i64, load, 2.2 * load * factor);

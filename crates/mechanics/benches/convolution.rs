@@ -3,9 +3,10 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
-use asperity_mechanics::elasticity::{PeriodicHalfSpace, displacement};
+use asperity_mechanics::elasticity::{Factor, PeriodicHalfSpace, kernel};
 use asperity_mechanics::fft::{Real, Transform};
 use asperity_mechanics::grid::Grid;
+use asperity_mechanics::threads::Threads;
 use divan::{Bencher, black_box, counter::BytesCount};
 use realfft::RealFftPlanner;
 use rustfft::{FftPlanner, num_complex::Complex};
@@ -21,7 +22,7 @@ fn main() {
 fn convolution<T: Real>(bencher: Bencher, nodes: usize) {
     let grid = Grid::square(nodes, 1.0).expect("a mesh has nodes");
     let transform = Transform::<T>::new(grid.nodes());
-    let kernel = displacement(&PeriodicHalfSpace::new(grid));
+    let kernel = kernel(&Threads::one(), &PeriodicHalfSpace::new(grid), Factor::Displacement);
     let field = vec![T::one(); nodes * nodes];
     let mut out = field.clone();
     let mut scratch = transform.scratch();

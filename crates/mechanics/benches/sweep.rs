@@ -6,7 +6,7 @@
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
-use asperity_mechanics::elasticity::{PeriodicHalfSpace, displacement};
+use asperity_mechanics::elasticity::{Factor, PeriodicHalfSpace, kernel};
 use asperity_mechanics::fft::Transform;
 use asperity_mechanics::grid::{Boundary, Grid};
 use asperity_mechanics::reduced::ReducedHeights;
@@ -111,7 +111,7 @@ fn heights(grid: Grid, k_lower: u32, k_upper: u32) -> ReducedHeights {
 /// Returns the median seconds of a single-precision pair of transforms.
 fn bare_pair(grid: Grid) -> f64 {
     let transform = Transform::<f32>::new(grid.nodes());
-    let kernel = displacement(&PeriodicHalfSpace::new(grid));
+    let kernel = kernel(&Threads::one(), &PeriodicHalfSpace::new(grid), Factor::Displacement);
     let field = vec![1.0; grid.count()];
     let mut out = field.clone();
     let mut scratch = transform.scratch();

@@ -65,7 +65,7 @@ mod state;
 pub use state::AdhesiveState;
 
 use body::Body;
-use descent::Fields;
+use descent::{Control, Fields};
 
 /// Interaction φ(g) = −w exp(−g/ρ) between the surfaces.
 ///
@@ -128,16 +128,6 @@ impl Adhesion {
         Ok(Self { work, range })
     }
 
-    /// Returns the work of adhesion w.
-    pub fn work(self) -> f64 {
-        self.work
-    }
-
-    /// Returns the range ρ.
-    pub fn range(self) -> f64 {
-        self.range
-    }
-
     /// Returns w/ρ, the largest attraction, which flat surfaces in contact have.
     pub fn largest_attraction(self) -> f64 {
         self.work / self.range
@@ -192,7 +182,7 @@ impl Settings {
 }
 
 /// Reason why the computation of a state ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stop {
     /// The residual is within the tolerance.
     Converged,
@@ -207,6 +197,7 @@ pub enum Stop {
     /// The caller stopped the computation.
     Interrupted,
     /// No state in contact bears the load: the bodies are apart.
+    #[default]
     PulledOff,
 }
 
@@ -244,6 +235,10 @@ pub struct AdhesivePath {
     adhesion: Adhesion,
     scratch: Scratch<f64>,
     fields: Fields,
+    /// Quantity that the present descent keeps.
+    control: Control,
+    /// Number of transform pairs of the present state.
+    pairs: u32,
     /// True before the first state, and after pull-off.
     is_apart: bool,
     /// Gaps and pressures of the last state, on the map.
@@ -285,6 +280,8 @@ impl AdhesivePath {
         Self {
             scratch: body.scratch(threads.clone()),
             fields: Fields::new(body.domain),
+            control: Control::MeanGap,
+            pairs: 0,
             is_apart: true,
             gap: vec![0.0; nodes],
             pressure: vec![0.0; nodes],
@@ -329,11 +326,6 @@ impl AdhesivePath {
     /// pressures are zero.
     pub fn pressure(&self) -> &[f64] {
         &self.pressure
-    }
-
-    /// Returns the interaction of the surfaces.
-    pub fn adhesion(&self) -> Adhesion {
-        self.adhesion
     }
 }
 

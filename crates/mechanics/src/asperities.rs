@@ -154,11 +154,10 @@ impl Asperities {
                 pairs: found.pairs,
                 residual: found.residual,
                 contact_nodes: self.pressure.iter().filter(|p| **p > 0.0).count(),
-                saturated_nodes: 0,
                 mean_gap: found.reference - self.mean_height,
-                yielded_depth: 0.0,
                 energy: found.energy / area,
                 peak_pressure: peaks.fold(0.0, f64::max),
+                ..Outcome::default()
             },
             contacts: contacts.len(),
             overlapping: overlapping.iter().filter(|overlaps| **overlaps).count(),

@@ -21,8 +21,7 @@ use std::f64::consts::{PI, TAU};
 
 use thiserror::Error;
 
-use crate::elasticity::{Axis, ElasticOperator};
-use crate::grid::Grid;
+use crate::elasticity::Layered;
 
 /// Exponent of the factor f by which the preconditioner softens waves, as for elastic layers.
 const SOFTENING: f64 = 0.3;
@@ -105,71 +104,19 @@ impl LayeredConductor {
     }
 }
 
-/// Conduction through the contact of periodic cells with a [`LayeredConductor`].
-///
 /// A flux takes the place of the pressure and the drop of the potential that of the displacement,
 /// in units of k_s over the longer side. The mean flux causes no drop: what a uniform flux meets
 /// in the bodies, t/k₁ in the layer, is no resistance of the contact.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PeriodicConductor {
-    grid: Grid,
-    layer: LayeredConductor,
-}
+impl Layered for LayeredConductor {
+    const HAS_COARSER_GRIDS: bool = false;
 
-impl PeriodicConductor {
-    pub fn new(grid: Grid, layer: LayeredConductor) -> Self {
-        Self { grid, layer }
-    }
-
-    /// Returns the wavenumber k = |q|/2π of a wave in units of 1/L, also for Nyquist waves.
-    fn wavenumber(&self, waves: [usize; 2]) -> f64 {
-        self.grid.cell().wavenumber(waves.map(|waves| waves as f64))
-    }
-
-    fn factor(&self, wavenumber: f64) -> f64 {
-        self.layer.factor(TAU * wavenumber * self.layer.thickness)
-    }
-}
-
-impl ElasticOperator for PeriodicConductor {
-    fn grid(&self) -> Grid {
-        self.grid
-    }
-
-    /// Returns φ̂/ĵ = 2 f/|q|, and zero at q = 0.
-    fn displacement(&self, waves: [usize; 2]) -> f64 {
-        let k = self.wavenumber(waves);
-        if k > 0.0 { self.factor(k) / (PI * k) } else { 0.0 }
-    }
-
-    /// Returns ĵ/φ̂ = |q|/(2 f), and zero at q = 0.
-    fn stiffness(&self, waves: [usize; 2]) -> f64 {
-        let k = self.wavenumber(waves);
-        if k > 0.0 { PI * k / self.factor(k) } else { 0.0 }
+    fn factor_at(&self, wavenumber: f64) -> f64 {
+        self.factor(TAU * wavenumber * self.thickness)
     }
 
     /// Returns |q|/(2 f) × f^s with the exponent s of `SOFTENING`.
-    fn preconditioner(&self, waves: [usize; 2]) -> f64 {
-        let k = self.wavenumber(waves);
-        if k > 0.0 { PI * k * libm::pow(self.factor(k), SOFTENING - 1.0) } else { 0.0 }
-    }
-
-    fn preconditioners(&self, along: Axis, across: usize, stiffnesses: &mut [f64]) {
-        for (waves, stiffness) in stiffnesses.iter_mut().enumerate() {
-            *stiffness = self.preconditioner(along.waves(waves, across));
-        }
-    }
-
-    fn relative_displacement(&self, wavenumber: f64) -> f64 {
-        self.factor(wavenumber)
-    }
-
-    fn stiffness_is_exact(&self) -> bool {
-        true
-    }
-
-    fn has_zero_mean_displacement(&self) -> bool {
-        true
+    fn preconditioner(&self, k: f64, f: f64) -> f64 {
+        PI * k * libm::pow(f, SOFTENING - 1.0)
     }
 }
 

@@ -42,11 +42,6 @@ impl EqualBins {
         if bin == self.count { self.to } else { f64::from(bin) * self.width() }
     }
 
-    /// Returns the centre of bin `bin`.
-    pub fn center(&self, bin: u32) -> f64 {
-        (f64::from(bin) + 0.5) * self.width()
-    }
-
     /// Counts non-negative values in the bins.
     ///
     /// A bin contains its lower end. The last bin also contains its upper end, as in

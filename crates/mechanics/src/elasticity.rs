@@ -24,7 +24,7 @@ pub mod free;
 pub mod layer;
 
 pub use free::FreeHalfSpace;
-pub use layer::{Base, Layer, LayerError, PeriodicLayer, Support};
+pub use layer::{Base, Layer, LayerError, Layered, PeriodicLayer, Support};
 
 /// Elastic body under the pressures on a grid.
 ///
@@ -72,22 +72,6 @@ pub trait ElasticOperator: Send + Sync {
     /// does not change the load.
     fn stiffness(&self, waves: [usize; 2]) -> f64;
 
-    /// Writes [`displacement`](Self::displacement) to element n of `displacements` for the wave
-    /// with n periods along axis `along` and `across` periods along the other axis.
-    fn displacements(&self, along: Axis, across: usize, displacements: &mut [f64]) {
-        for (waves, displacement) in displacements.iter_mut().enumerate() {
-            *displacement = self.displacement(along.waves(waves, across));
-        }
-    }
-
-    /// Writes [`stiffness`](Self::stiffness) to element n of `stiffnesses` for the wave with n
-    /// periods along axis `along` and `across` periods along the other axis.
-    fn stiffnesses(&self, along: Axis, across: usize, stiffnesses: &mut [f64]) {
-        for (waves, stiffness) in stiffnesses.iter_mut().enumerate() {
-            *stiffness = self.stiffness(along.waves(waves, across));
-        }
-    }
-
     /// Returns the stiffness of a wave in the preconditioner of the solver.
     ///
     /// It differs from [`stiffness`](Self::stiffness) if the solver converges faster with another
@@ -96,10 +80,24 @@ pub trait ElasticOperator: Send + Sync {
         self.stiffness(waves)
     }
 
-    /// Writes [`preconditioner`](Self::preconditioner) to element n of `stiffnesses` for the wave
-    /// with n periods along axis `along` and `across` periods along the other axis.
-    fn preconditioners(&self, along: Axis, across: usize, stiffnesses: &mut [f64]) {
-        self.stiffnesses(along, across, stiffnesses);
+    /// Returns the numbers of nodes along x and y of the mesh of these factors.
+    fn nodes_of(&self, factor: Factor) -> [usize; 2] {
+        match factor {
+            Factor::Displacement => self.convolved_nodes(),
+            Factor::Stiffness | Factor::Preconditioner => self.stiffness_nodes(),
+        }
+    }
+
+    /// Writes the factor of the wave with n periods along axis `along` and `across` periods along
+    /// the other axis to element n of `factors`.
+    fn factors(&self, factor: Factor, along: Axis, across: usize, factors: &mut [f64]) {
+        let waves = (0..).map(|waves| along.waves(waves, across));
+        let all = factors.iter_mut().zip(waves);
+        match factor {
+            Factor::Displacement => all.for_each(|(to, waves)| *to = self.displacement(waves)),
+            Factor::Stiffness => all.for_each(|(to, waves)| *to = self.stiffness(waves)),
+            Factor::Preconditioner => all.for_each(|(to, waves)| *to = self.preconditioner(waves)),
+        }
     }
 
     /// Returns the displacement under a pressure wave relative to that of a half-space, at a
@@ -108,36 +106,36 @@ pub trait ElasticOperator: Send + Sync {
         1.0
     }
 
-    /// Returns whether p̂/û of [`stiffness`](Self::stiffness) is exactly the inverse of û/p̂ of
-    /// [`displacement`](Self::displacement), except for the uniform wave.
+    /// Returns whether pressures repeat, so that their mesh is the grid.
     ///
-    /// If so, a pressure exists that flattens any heights, and contact can be full.
-    fn stiffness_is_exact(&self) -> bool;
-
-    /// Returns whether a uniform pressure displaces no node, so that the displacements under any
+    /// If so, [`stiffness`](Self::stiffness) is exactly the inverse of
+    /// [`displacement`](Self::displacement), except for the uniform wave. A pressure exists that
+    /// flattens any heights, and contact can be full. A uniform pressure moves only the far field.
+    /// This displacement is undefined and counts as zero, so that the displacements under any
     /// pressure have zero mean.
-    ///
-    /// In such a body, a uniform pressure moves only the far field. This displacement is undefined
-    /// and counts as zero.
-    fn has_zero_mean_displacement(&self) -> bool;
-
-    /// Returns the displacement of one node under a unit pressure on this node alone.
-    ///
-    /// The displacement is in units of the longer side L, the pressure in units of E*.
-    fn nodal_compliance(&self, threads: &Threads) -> f64 {
-        mean_over_waves(threads, self.convolved_nodes(), |k_x, factors| {
-            self.displacements(Axis::Y, k_x, factors);
-        })
+    fn is_periodic(&self) -> bool {
+        self.convolved_nodes() == self.grid().nodes()
     }
 
-    /// Returns the pressure at one node under a unit displacement of this node alone.
-    ///
-    /// The pressure is in units of E*, the displacement in units of the longer side L.
-    fn nodal_stiffness(&self, threads: &Threads) -> f64 {
-        mean_over_waves(threads, self.stiffness_nodes(), |k_x, factors| {
-            self.stiffnesses(Axis::Y, k_x, factors);
+    /// Returns the response of one node to a unit load on this node alone: the displacement in
+    /// units of the longer side L under a pressure of E*, or the pressure in units of E* under a
+    /// displacement of L.
+    fn nodal(&self, factor: Factor, threads: &Threads) -> f64 {
+        mean_over_waves(threads, self.nodes_of(factor), |k_x, factors| {
+            self.factors(factor, Axis::Y, k_x, factors);
         })
     }
+}
+
+/// Kernel of an [`ElasticOperator`], by the factor of each wave.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Factor {
+    /// [`ElasticOperator::displacement`].
+    Displacement,
+    /// [`ElasticOperator::stiffness`].
+    Stiffness,
+    /// [`ElasticOperator::preconditioner`].
+    Preconditioner,
 }
 
 /// One of the two axes of a map.
@@ -161,53 +159,20 @@ impl Axis {
     }
 }
 
-/// Returns the convolution kernel that turns pressures into displacements, on the mesh of
-/// [`ElasticOperator::convolved_nodes`].
-pub fn displacement<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
-    displacement_on(&Threads::one(), operator)
-}
-
-/// Returns the kernel of [`displacement`]. The given threads compute it.
-pub(crate) fn displacement_on<T: Real>(
+/// Returns a convolution kernel on the mesh of [`ElasticOperator::nodes_of`]. The given threads
+/// compute it.
+pub fn kernel<T: Real>(
     threads: &Threads,
     operator: &dyn ElasticOperator,
+    factor: Factor,
 ) -> Kernel<T> {
-    let nodes = operator.convolved_nodes();
-    Kernel::from_columns(threads, nodes, |k_y, factors| {
-        operator.displacements(Axis::X, k_y, factors);
+    Kernel::from_columns(threads, operator.nodes_of(factor), |k_y, factors| {
+        operator.factors(factor, Axis::X, k_y, factors);
     })
 }
 
-/// Returns the convolution kernel that turns displacements into pressures, on the mesh of
-/// [`ElasticOperator::stiffness_nodes`].
-pub fn stiffness<T: Real>(operator: &dyn ElasticOperator) -> Kernel<T> {
-    stiffness_on(&Threads::one(), operator)
-}
-
-/// Returns the kernel of [`stiffness`]. The given threads compute it.
-pub(crate) fn stiffness_on<T: Real>(
-    threads: &Threads,
-    operator: &dyn ElasticOperator,
-) -> Kernel<T> {
-    let nodes = operator.stiffness_nodes();
-    Kernel::from_columns(threads, nodes, |k_y, factors| {
-        operator.stiffnesses(Axis::X, k_y, factors);
-    })
-}
-
-/// Returns the convolution kernel of [`ElasticOperator::preconditioner`], on the mesh of
-/// [`ElasticOperator::stiffness_nodes`]. The given threads compute it.
-pub(crate) fn preconditioner_on<T: Real>(
-    threads: &Threads,
-    operator: &dyn ElasticOperator,
-) -> Kernel<T> {
-    let nodes = operator.stiffness_nodes();
-    Kernel::from_columns(threads, nodes, |k_y, factors| {
-        operator.preconditioners(Axis::X, k_y, factors);
-    })
-}
-
-/// Plans convolutions of maps on the operator's grid with the kernel of [`displacement`].
+/// Plans convolutions of maps on the operator's grid with the kernel of
+/// [`Factor::Displacement`].
 pub fn transform<T: Real>(operator: &dyn ElasticOperator) -> Transform<T> {
     Transform::padded(operator.grid().nodes(), operator.convolved_nodes())
 }
@@ -303,21 +268,13 @@ impl ElasticOperator for PeriodicHalfSpace {
     fn stiffness(&self, waves: [usize; 2]) -> f64 {
         PI * self.wavenumber(waves)
     }
-
-    fn stiffness_is_exact(&self) -> bool {
-        true
-    }
-
-    fn has_zero_mean_displacement(&self) -> bool {
-        true
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
 
-    use super::{displacement, stiffness, *};
+    use super::*;
     use crate::fft::{Kernel, Transform};
     use crate::grid::samples::{rectangle, square};
     use crate::threads::Threads;
@@ -376,7 +333,8 @@ mod tests {
     fn a_wave_sinks_by_two_over_its_wavenumber() {
         for (grid, a, b, q) in waves() {
             let pressure = wave(grid, a, b);
-            let kernel = displacement(&PeriodicHalfSpace::new(grid));
+            let kernel =
+                kernel(&Threads::one(), &PeriodicHalfSpace::new(grid), Factor::Displacement);
             let sunk = convolved(grid, &kernel, &pressure);
             for (pressure, sunk) in pressure.iter().zip(sunk) {
                 assert!((sunk - pressure * 2.0 / q).abs() < 1e-15);
@@ -388,7 +346,7 @@ mod tests {
     fn a_wave_is_flattened_by_half_its_wavenumber_times_its_height() {
         for (grid, a, b, q) in waves() {
             let heights = wave(grid, a, b);
-            let kernel = stiffness(&PeriodicHalfSpace::new(grid));
+            let kernel = kernel(&Threads::one(), &PeriodicHalfSpace::new(grid), Factor::Stiffness);
             let pressure = convolved(grid, &kernel, &heights);
             for (height, pressure) in heights.iter().zip(pressure) {
                 assert!((pressure - 0.5 * q * height).abs() < 1e-13 * q);
@@ -403,17 +361,23 @@ mod tests {
             let mut alone = vec![0.0; grid.count()];
             alone[0] = 1.0;
             let close = |found: f64, exact: f64| (found - exact).abs() <= 1e-14 * exact;
-            let pressure = convolved(grid, &stiffness(&half_space), &alone);
-            assert!(close(pressure[0], half_space.nodal_stiffness(&Threads::one())));
-            let sunk = convolved(grid, &displacement(&half_space), &alone);
-            assert!(close(sunk[0], half_space.nodal_compliance(&Threads::one())));
+            let pressure =
+                convolved(grid, &kernel(&Threads::one(), &half_space, Factor::Stiffness), &alone);
+            assert!(close(pressure[0], half_space.nodal(Factor::Stiffness, &Threads::one())));
+            let sunk = convolved(
+                grid,
+                &kernel(&Threads::one(), &half_space, Factor::Displacement),
+                &alone,
+            );
+            assert!(close(sunk[0], half_space.nodal(Factor::Displacement, &Threads::one())));
         }
     }
 
     #[test]
     fn uniform_pressure_moves_nothing() {
         for grid in grids() {
-            let kernel = displacement(&PeriodicHalfSpace::new(grid));
+            let kernel =
+                kernel(&Threads::one(), &PeriodicHalfSpace::new(grid), Factor::Displacement);
             let sunk = convolved(grid, &kernel, &vec![1.0; grid.count()]);
             assert!(sunk.iter().all(|value| value.abs() < 1e-15));
         }
@@ -423,8 +387,8 @@ mod tests {
     fn units_of_length_do_not_matter() {
         let of = |side: f64| PeriodicHalfSpace::new(rectangle([8, 6], [side, 0.75 * side]));
         assert_eq!(
-            of(1.0).nodal_compliance(&Threads::one()),
-            of(2.0).nodal_compliance(&Threads::one())
+            of(1.0).nodal(Factor::Displacement, &Threads::one()),
+            of(2.0).nodal(Factor::Displacement, &Threads::one())
         );
     }
 }

@@ -17,11 +17,9 @@
 //! A map may be a corner of a larger mesh, padded with zeros (`rows`).
 //!
 //! A convolution begins with a pass that writes the rows of the map, multiplies the spectrum by the
-//! kernel, and ends with a pass that reads the rows of the result. If each row of the next map
-//! depends on the same row of the result only, [`Transform::finish_and_begin`] does both in one
-//! pass over memory. If it depends on all rows, the rows are stored in the memory of their spectra,
-//! so that they need not be transformed twice. [`Threads`] share the work by blocks of rows and of
-//! columns.
+//! kernel, and ends with a pass that reads the rows of the result. Rows may be stored in the memory
+//! of their spectra, so that they need not be transformed twice. [`Threads`] share the work by
+//! blocks of rows and of columns.
 
 use rustfft::FftNum;
 use rustfft::num_complex::Complex;
@@ -46,17 +44,28 @@ use rows::{Aligned, Padded, cut, cut_pairs};
 pub trait Real: FftNum + Default + PartialOrd + From<u8> + Into<f64> + Vectorize {
     /// Returns the number of this precision that is nearest to `value`.
     fn nearest(value: f64) -> Self;
+
+    /// Returns self + a b, rounded once.
+    fn plus_product(self, a: Self, b: Self) -> Self;
 }
 
 impl Real for f32 {
     fn nearest(value: f64) -> Self {
         value as Self
     }
+
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        a.mul_add(b, self)
+    }
 }
 
 impl Real for f64 {
     fn nearest(value: f64) -> Self {
         value
+    }
+
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        a.mul_add(b, self)
     }
 }
 
@@ -65,7 +74,7 @@ pub const ROW_BATCH: usize = 8;
 
 /// Content of the scratch memory during a convolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stored {
+pub(crate) enum Stored {
     Nothing,
     /// Rows of the map.
     Rows,
@@ -90,7 +99,7 @@ pub trait Rows<T>: Sized + Send {
 
     /// Merges the results of `later`, a pass that [`split_off`](Self::split_off) has returned and
     /// that has visited its rows. Parts are merged in ascending order of their rows.
-    fn append(&mut self, later: Self);
+    fn append(&mut self, _later: Self) {}
 }
 
 /// Plan for the transforms and convolutions of one mesh in one precision.
@@ -208,6 +217,20 @@ impl<T: Real> Transform<T> {
         self.scratch_on(Threads::one())
     }
 
+    /// Returns the spectrum of a field, see [`Transform::forward`].
+    pub(crate) fn spectrum(&self, field: &[T]) -> Vec<Complex<T>> {
+        let mut spectrum = vec![Complex::default(); self.spectrum_len()];
+        self.forward(field, &mut spectrum, &mut self.scratch());
+        spectrum
+    }
+
+    /// Returns the field of a spectrum, see [`Transform::inverse`].
+    pub(crate) fn field(&self, mut spectrum: Vec<Complex<T>>) -> Vec<T> {
+        let mut field = vec![T::zero(); self.count()];
+        self.inverse(&mut spectrum, &mut field, &mut self.scratch());
+        field
+    }
+
     /// Creates buffers for transforms on the given threads.
     pub(crate) fn scratch_on(&self, threads: Threads) -> Scratch<T> {
         Scratch {
@@ -275,69 +298,17 @@ impl<T: Real> Transform<T> {
         }
     }
 
-    /// Ends a convolution and begins the next one: `rows` reads each row of the result and replaces
-    /// it by the row of the next map.
-    pub fn finish_and_begin(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass(Stored::Spectra, Stored::Spectra, rows, scratch);
-    }
-
     /// Ends a convolution and passes each row of the result to `rows`.
     pub fn finish(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
         self.pass(Stored::Spectra, Stored::Nothing, rows, scratch);
     }
 
-    /// Ends a convolution: passes each row of the result to `rows`, which may replace it, and
-    /// stores the row in `scratch`.
-    pub(crate) fn finish_and_store(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass(Stored::Spectra, Stored::Rows, rows, scratch);
-    }
-
-    /// Begins a convolution from stored rows: passes each row that
-    /// [`finish_and_store`](Self::finish_and_store) has stored to `rows`, which replaces it by a
-    /// row of the next map.
-    pub(crate) fn begin_from_stored(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass(Stored::Rows, Stored::Spectra, rows, scratch);
-    }
-
-    /// Passes each row that [`finish_and_store`](Self::finish_and_store) has stored to `rows`.
-    pub(crate) fn read_stored(&self, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.pass(Stored::Rows, Stored::Nothing, rows, scratch);
-    }
-
-    /// Passes some rows of the result of a convolution to `rows`. The convolution remains in
-    /// progress.
+    /// Passes some rows in `scratch` to `rows`, as [`pass`](Self::pass) does, without writing them
+    /// back. A convolution remains in progress.
     ///
     /// For each k in `pairs`, which must be ascending, these are the rows 2k and 2k + 1 (if it
     /// exists).
-    pub fn peek(&self, pairs: &[usize], rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.peek_at(Stored::Spectra, pairs, rows, scratch);
-    }
-
-    /// Passes some of the rows that [`finish_and_store`](Self::finish_and_store) has stored to
-    /// `rows`. `pairs` selects these rows as in [`peek`](Self::peek).
-    pub(crate) fn peek_stored(
-        &self,
-        pairs: &[usize],
-        rows: &mut impl Rows<T>,
-        scratch: &mut Scratch<T>,
-    ) {
-        self.peek_at(Stored::Rows, pairs, rows, scratch);
-    }
-
-    /// Reads each row from `scratch` in the form `from`, passes it to `rows`, and writes it back in
-    /// the form `to`.
-    fn pass(&self, from: Stored, to: Stored, rows: &mut impl Rows<T>, scratch: &mut Scratch<T>) {
-        self.padded_rows(rows, |rows| match self.method(scratch) {
-            Method::Packed(packed, threads, scratch) => {
-                packed.pass(from, to, rows, threads, scratch)
-            }
-            Method::HalfSpectrum(plain, threads, scratch) => {
-                plain.pass(from, to, rows, threads, scratch);
-            }
-        });
-    }
-
-    fn peek_at(
+    pub(crate) fn peek(
         &self,
         from: Stored,
         pairs: &[usize],
@@ -350,6 +321,25 @@ impl<T: Real> Transform<T> {
             }
             Method::HalfSpectrum(plain, threads, scratch) => {
                 plain.peek(from, pairs, rows, threads, scratch);
+            }
+        });
+    }
+
+    /// Reads each row from `scratch` in the form `from`, passes it to `rows`, and writes it back in
+    /// the form `to`.
+    pub(crate) fn pass(
+        &self,
+        from: Stored,
+        to: Stored,
+        rows: &mut impl Rows<T>,
+        scratch: &mut Scratch<T>,
+    ) {
+        self.padded_rows(rows, |rows| match self.method(scratch) {
+            Method::Packed(packed, threads, scratch) => {
+                packed.pass(from, to, rows, threads, scratch)
+            }
+            Method::HalfSpectrum(plain, threads, scratch) => {
+                plain.pass(from, to, rows, threads, scratch);
             }
         });
     }
@@ -403,8 +393,6 @@ impl<T: Real> Rows<T> for Source<'_, T> {
     fn split_off(&mut self, _: Row) -> Self {
         Self(self.0)
     }
-
-    fn append(&mut self, _: Self) {}
 }
 
 /// Pass that copies each row of the result of a convolution to a map.
@@ -418,8 +406,6 @@ impl<T: Real> Rows<T> for Sink<'_, T> {
     fn split_off(&mut self, row: Row) -> Self {
         Self(self.0.split_off(row))
     }
-
-    fn append(&mut self, _: Self) {}
 }
 
 #[cfg(test)]

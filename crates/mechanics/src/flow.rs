@@ -45,7 +45,7 @@ mod graph;
 mod multigrid;
 
 use channels::{Channels, Links, ParentLink};
-use graph::Pair;
+use graph::{Network, Pair};
 use multigrid::{Multigrid, three_rows};
 
 /// Maximum relative distance (upper − lower)/upper between the bounds of the flow, including the
@@ -123,7 +123,7 @@ pub fn flow_through_interruptible(
     let deepest = gap.iter().fold(0.0, |deepest: f64, gap| deepest.max(*gap));
     let mut links = Links::between(grid, gap, deepest);
     let channels = Channels::new(&mut links);
-    if channels.count() == 0 {
+    if channels.order.is_empty() {
         return Some([Ok(none); 2]);
     }
     let [size_x, size_y] = grid.cell().size();
@@ -254,7 +254,7 @@ impl Film<'_> {
         keep: Pair,
         correction: &mut [Vec<f64>; 2],
     ) -> Pair {
-        let rows = self.links.nodes()[0];
+        let rows = self.links.nodes[0];
         let mut products = [0.0; 2];
         for axis in [0, 1] {
             let (direction, correction) = (&mut direction[axis], &mut correction[axis]);
@@ -286,7 +286,7 @@ impl Film<'_> {
     /// seams, and writes the net inflow Σ k Δp of each node to `net_inflow`.
     fn dissipation(&self, pressures: &[Vec<f64>; 2], net_inflow: &mut [Vec<f64>; 2]) -> [Pair; 2] {
         let links = self.links;
-        let [rows, row_nodes] = links.nodes();
+        let [rows, row_nodes] = links.nodes;
         let (mut dissipation, mut through_seam) = ([0.0; 2], [0.0; 2]);
         let [mut drop, mut flux] = [0, 1].map(|_| vec![0.0; row_nodes]);
         net_inflow.iter_mut().for_each(|inflow| inflow.fill(0.0));
@@ -297,7 +297,7 @@ impl Film<'_> {
                 let (pressures, inflow) = (&pressures[axis], &mut net_inflow[axis]);
                 let own = &pressures[here.clone()];
                 let is_seam = |across: usize, index: usize| {
-                    across == axis && index == links.seam(axis) && self.channels.percolates[axis]
+                    across == axis && index == links.seams[axis] && self.channels.percolates[axis]
                 };
                 let step = if is_seam(0, row) { 1.0 } else { 0.0 };
                 for (drop, (own, next)) in

@@ -29,6 +29,10 @@ impl Boundary {
     pub fn is_periodic(&self) -> bool {
         *self == Boundary::Periodic
     }
+
+    pub(crate) fn of(is_periodic: bool) -> Self {
+        if is_periodic { Boundary::Periodic } else { Boundary::Free }
+    }
 }
 
 /// Rectangle with the sides L_x × L_y, in any unit of length.
@@ -215,6 +219,21 @@ impl Grid {
     #[inline]
     pub fn indices(&self, node: usize) -> [usize; 2] {
         [node / self.nodes[1], node % self.nodes[1]]
+    }
+
+    /// Returns the node `steps` from a node, or `None` beyond a free boundary.
+    pub fn moved(&self, node: usize, steps: [isize; 2], boundary: Boundary) -> Option<usize> {
+        let from = self.indices(node);
+        let mut moved = [0; 2];
+        for axis in 0..2 {
+            let index = from[axis] as isize + steps[axis];
+            let wrapped = index.rem_euclid(self.nodes[axis] as isize);
+            if boundary == Boundary::Free && wrapped != index {
+                return None;
+            }
+            moved[axis] = wrapped as usize;
+        }
+        Some(moved[0] * self.nodes[1] + moved[1])
     }
 }
 

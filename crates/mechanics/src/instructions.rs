@@ -9,7 +9,6 @@
 //! with factors other than 2, 3 and 5. Results then agree to rounding errors, not to the bit.
 //! Without fused multiply-add, as on x86-64 processors before 2013, this set is slow.
 
-use std::fmt;
 use std::sync::OnceLock;
 
 #[cfg(target_arch = "x86_64")]
@@ -58,8 +57,9 @@ impl Instructions {
     pub fn choose(name: &str) -> Result<(), ChooseError> {
         let all = Self::all();
         let Some(chosen) = all.iter().find(|one| one.name() == name) else {
-            let names = all.iter().map(|one| one.name()).collect();
-            return Err(ChooseError::Unknown { name: name.to_owned(), names });
+            let known: Vec<&str> = all.iter().map(|one| one.name()).collect();
+            let (name, names) = (name.to_owned(), known.join("`, `"));
+            return Err(ChooseError::Unknown { name, names });
         };
         let in_use = CHOSEN.get_or_init(|| *chosen).name();
         if in_use == name { Ok(()) } else { Err(ChooseError::InUse { in_use }) }
@@ -81,21 +81,12 @@ impl Instructions {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error messages describe the variants")]
 pub enum ChooseError {
-    #[error("unknown instruction set `{name}`; available on this processor: {}", Names(names))]
-    Unknown { name: String, names: Vec<&'static str> },
+    #[error("unknown instruction set `{name}`; available on this processor: `{names}`")]
+    Unknown { name: String, names: String },
     #[error(
         "instruction set `{in_use}` is already in use; choose another one before the first transform"
     )]
     InUse { in_use: &'static str },
-}
-
-struct Names<'a>(&'a [&'static str]);
-
-impl fmt::Display for Names<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let quoted: Vec<String> = self.0.iter().map(|name| format!("`{name}`")).collect();
-        f.write_str(&quoted.join(", "))
-    }
 }
 
 #[cfg(test)]

@@ -282,7 +282,7 @@ impl Solver {
 
     /// Returns the threads that share the work.
     pub fn threads(&self) -> &Threads {
-        self.inner.threads()
+        &self.inner.threads
     }
 
     /// Solves the contact under the mean pressure `load` > 0, in units of E* × rms slope.
@@ -320,7 +320,7 @@ impl Solver {
     fn begin_load(&mut self, load: f64, settings: &Settings) {
         self.inner.begin_load(load, settings.tolerance);
         if let Some(coarser) = &mut self.coarser {
-            coarser.forget();
+            coarser.found_for = None;
         }
     }
 
@@ -334,7 +334,7 @@ impl Solver {
     /// Returns whether the material is expected to yield under the present load.
     fn is_expected_to_yield(&mut self, hardness: Hardness, watch: &dyn Watch) -> bool {
         let expected = self.yields_on_coarser(hardness, watch);
-        expected.unwrap_or_else(|| !self.is_light() && self.inner.load() > self.problem.yield_load)
+        expected.unwrap_or_else(|| !self.is_light() && self.inner.load > self.problem.yield_load)
     }
 
     /// Solves the present load with pressures at most `bound`.
@@ -344,7 +344,7 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Outcome {
-        self.inner.set_bound(bound);
+        self.inner.bound = bound;
         let (history, evaluation) = self.initial_guess(settings, watch);
         self.solve(history, evaluation, settings, watch)
     }
@@ -371,7 +371,7 @@ impl Solver {
     /// Returns `None` if a uniform pressure does not displace the body. By reciprocity, ⟨p w⟩ is
     /// the mean displacement under any pressure p.
     pub fn displacement_under_unit_pressure(&mut self) -> Option<Vec<f64>> {
-        if self.problem.body.has_zero_mean_displacement() {
+        if self.problem.body.is_periodic() {
             return None;
         }
         let unit = vec![1.0; self.pressure.len()];
@@ -504,7 +504,7 @@ impl Default for Settings {
 }
 
 /// Reason why the solver stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Stop {
     /// The residual is within the tolerance.
     Converged,
@@ -515,13 +515,14 @@ pub enum Stop {
     /// The caller stopped the solver; the pressure is the best found.
     Interrupted,
     /// The surfaces do not touch at the prescribed mean gap.
+    #[default]
     NoContact,
     /// No load gives the prescribed mean gap or approach; the load is the nearest one.
     NotReached,
 }
 
-/// Result for one load, without the pressures.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Result for one load, without the pressures. The default is that of surfaces that do not touch.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Outcome {
     /// Reason why the solver stopped.
     pub stop: Stop,

@@ -34,6 +34,7 @@
 pub mod alignment;
 pub mod areal;
 pub mod autocorrelation;
+mod cholesky;
 pub mod descriptors;
 pub mod differences;
 pub(crate) mod draws;

@@ -104,10 +104,7 @@ impl Sample<'_> {
                 let shown = grids::grid(shown, grid.cell().size())?;
                 let threads = &Threads::one();
                 let heights = self.params.origin.height_distribution(finished.sources, threads)?;
-                Ok(match heights {
-                    Some(heights) => surface.draw_with_heights(threads, shown, &heights),
-                    None => surface.draw(shown),
-                })
+                Ok(surface.draw_on(threads, shown, heights.as_ref()))
             }
             Origin::Spectrum { .. } | Origin::Yielded(_)
                 if self.params.heights == Heights::Keep =>

@@ -410,7 +410,7 @@ fn pool(inputs: &[Input], bins: usize, range: f64, context: &Context) -> Result<
         }
     }
     let bins = pooled.bins();
-    let surfaces = i64::from(pooled.surfaces());
+    let surfaces = i64::from(pooled.surfaces);
     let columns = vec![
         (BIN, reals(bins.iter().map(|bin| bin.center))),
         (SURFACES, integers(bins.iter().map(|_| surfaces))),

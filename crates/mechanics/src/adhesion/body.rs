@@ -1,7 +1,7 @@
 //! Elastic body of an adhesive contact, on a mesh on which its stiffness is known exactly.
 
 use super::passes::{Domain, visit};
-use crate::elasticity::{Axis, ElasticOperator};
+use crate::elasticity::{Axis, ElasticOperator, Factor};
 use crate::fft::{Kernel, Scratch, Transform};
 use crate::threads::Threads;
 
@@ -44,7 +44,7 @@ impl Body {
         let shortest = operator.displacement([rows / 2, columns / 2]);
         let factors = |invert: bool| {
             Kernel::from_columns(threads, domain.mesh, |k_y, factors| {
-                operator.displacements(Axis::X, k_y, factors);
+                operator.factors(Factor::Displacement, Axis::X, k_y, factors);
                 if k_y == 0 {
                     factors[0] = 0.0;
                 }

@@ -43,16 +43,14 @@
 
 use super::body::Body;
 use super::exponential::exponential;
-use super::line_search::{AlongStep, Line};
+use super::line_search::Line;
 use super::passes::{Domain, visit};
 use super::preconditioner::Continuation;
-use super::{Adhesion, Settings, Stop};
-use crate::fft::Scratch;
+use super::{Adhesion, AdhesivePath, Settings, Stop};
 use crate::solver::Watch;
 use crate::threads::Threads;
 
 mod direction;
-mod shake;
 
 /// Gap, in units of the range, beyond which the attraction does not change the energy of a step.
 const FAR: f64 = 30.0;
@@ -154,27 +152,21 @@ struct Balance {
     is_apart: bool,
 }
 
-/// Descent from one state to the next.
-pub struct Descent<'a> {
-    pub threads: &'a Threads,
-    pub body: &'a Body,
-    pub adhesion: Adhesion,
-    pub control: Control,
-    pub fields: &'a mut Fields,
-    pub scratch: &'a mut Scratch<f64>,
-    /// Number of transform pairs so far.
-    pub pairs: u32,
-}
-
-impl Descent<'_> {
+impl AdhesivePath {
     /// Iterates until the largest error of a force is at most the tolerance.
-    pub fn run(&mut self, settings: &Settings, watch: &dyn Watch) -> End {
+    pub(super) fn descend(
+        &mut self,
+        control: Control,
+        settings: &Settings,
+        watch: &dyn Watch,
+    ) -> End {
+        self.control = control;
         self.refresh();
         let (mut is_fresh, mut has_step) = (true, false);
         let (mut length, mut failures, mut iterations) = (1.0, 0, 0);
         let (mut uniform, mut idle, mut least_error) = (0.0, 0, f64::INFINITY);
         let mut tolerance = settings.tolerance;
-        let mut is_to_be_shaken = self.body.may_be_symmetric && self.adhesion.work() > 0.0;
+        let mut is_to_be_shaken = self.body.may_be_symmetric && self.adhesion.work > 0.0;
         loop {
             let balance = self.balance();
             let end = |stop| End {
@@ -226,11 +218,15 @@ impl Descent<'_> {
             self.find_direction(has_step, shift);
             length = self.limited(length);
             self.clip(length);
-            self.body.stiffness(&self.fields.step, &mut self.fields.step_pressure, self.scratch);
+            self.body.stiffness(
+                &self.fields.step,
+                &mut self.fields.step_pressure,
+                &mut self.scratch,
+            );
             self.pairs += 1;
             let line = self.line(balance.mean_pressure);
             is_fresh = false;
-            let [best, wanted] = if line.slope < 0.0 { line.best(self.along()) } else { [0.0; 2] };
+            let [best, wanted] = if line.slope < 0.0 { self.best(&line) } else { [0.0; 2] };
             idle = if best * line.reach > IDLE_STEP { 0 } else { idle + 1 };
             let least_gain = if with_compliance { LEAST_GAIN * line.gradient_gain } else { 0.0 };
             if best > 0.0 && -line.slope * best >= least_gain {
@@ -250,22 +246,22 @@ impl Descent<'_> {
 
     /// Computes the elastic pressure and the attraction from the gaps.
     fn refresh(&mut self) {
-        let Fields { gap, pressure, pull, step, .. } = &mut *self.fields;
-        let (threads, domain) = (self.threads, self.body.domain);
+        let Fields { gap, pressure, pull, step, .. } = &mut self.fields;
+        let (threads, domain) = (&self.threads, self.body.domain);
         let heights = &self.body.heights[..];
         visit(threads, domain, [gap, heights], [step], |_, [gap, height], [_]| {
             ([gap + height], [0.0; 0], [0.0; 0])
         });
-        self.body.stiffness(step, pressure, self.scratch);
+        self.body.stiffness(step, pressure, &mut self.scratch);
         self.pairs += 1;
-        attract(threads, self.body, self.adhesion, gap, pull);
+        attract(threads, &self.body, self.adhesion, gap, pull);
     }
 
     /// Computes the residual, and sets the shape to 1 at free nodes: at open nodes, and at closed
     /// ones whose force, less than zero, would have to pull at them.
     fn balance(&mut self) -> Balance {
-        let Fields { gap, pressure, pull, residual, shape, .. } = &mut *self.fields;
-        let (threads, domain) = (self.threads, self.body.domain);
+        let Fields { gap, pressure, pull, residual, shape, .. } = &mut self.fields;
+        let (threads, domain) = (&self.threads, self.body.domain);
         let maps = [&gap[..], &pressure[..], &pull[..]];
         let nodes = domain.mesh_nodes() as f64;
         // p₀ ← −mean of S(g + h) + a over the open nodes, if the mean gap is prescribed
@@ -303,8 +299,8 @@ impl Descent<'_> {
     /// Computes the step d of length τ, clipped where gaps would become negative. If the mean gap
     /// is prescribed, the opening nodes move less, so that the mean remains.
     fn clip(&mut self, length: f64) {
-        let Fields { gap, direction, step, .. } = &mut *self.fields;
-        let (threads, domain) = (self.threads, self.body.domain);
+        let Fields { gap, direction, step, .. } = &mut self.fields;
+        let (threads, domain) = (&self.threads, self.body.domain);
         // d ← max(g + τ t, 0) − g; sums of the opening and of the closing steps
         let maps = [&gap[..], &direction[..]];
         let found = visit(threads, domain, maps, [&mut step[..]], |site, [gap, direction], [_]| {
@@ -326,11 +322,11 @@ impl Descent<'_> {
 
     /// Sums up the energy along the step.
     fn line(&self, mean_pressure: f64) -> Line {
-        let Fields { gap, pressure, pull, step, step_pressure, .. } = &*self.fields;
-        let range = self.adhesion.range();
+        let Fields { gap, pressure, pull, step, step_pressure, .. } = &self.fields;
+        let range = self.adhesion.range;
         let inputs = [&gap[..], &pressure[..], &pull[..], &step[..], &step_pressure[..]];
         let (far, compliance) = (FAR * range, self.body.least_compliance);
-        let found = visit(self.threads, self.body.domain, inputs, [], |site, x, []| {
+        let found = visit(&self.threads, self.body.domain, inputs, [], |site, x, []| {
             let [gap, pressure, pull, step, step_pressure] = x;
             let force = pressure + pull + mean_pressure;
             let part = step / range;
@@ -357,36 +353,78 @@ impl Descent<'_> {
         }
     }
 
-    fn along(&self) -> AlongStep<'_> {
-        AlongStep {
-            threads: self.threads,
-            domain: self.body.domain,
-            range: self.adhesion.range(),
-            pull: &self.fields.pull,
-            step: &self.fields.step,
-        }
-    }
-
     /// Adds `part` of the step to the gaps.
     fn take(&mut self, part: f64) {
-        let Fields { gap, pressure, pull, step, step_pressure, .. } = &mut *self.fields;
+        let Fields { gap, pressure, pull, step, step_pressure, .. } = &mut self.fields;
         // d ← α d; g ← max(g + d, 0); S(g + h) ← S(g + h) + α q
         let outputs = [&mut gap[..], &mut pressure[..], &mut step[..]];
-        let (threads, domain) = (self.threads, self.body.domain);
+        let (threads, domain) = (&self.threads, self.body.domain);
         visit(threads, domain, [step_pressure], outputs, |site, [added], [gap, pressure, step]| {
             let step = part * step;
             let moved = gap + step;
             let gap = if moved > site.floor { moved } else { site.floor };
             ([gap, pressure + part * added, step], [0.0; 0], [0.0; 0])
         });
-        attract(threads, self.body, self.adhesion, gap, pull);
+        attract(threads, &self.body, self.adhesion, gap, pull);
     }
 }
 
 /// Computes the attraction (w/ρ) exp(−g/ρ) on the map.
 fn attract(threads: &Threads, body: &Body, adhesion: Adhesion, gap: &[f64], pull: &mut [f64]) {
-    let (largest, range) = (adhesion.largest_attraction(), adhesion.range());
+    let (largest, range) = (adhesion.largest_attraction(), adhesion.range);
     visit(threads, body.domain, [gap], [pull], |site, [gap], [_]| {
         ([site.weight * largest * exponential(-gap / range)], [0.0; 0], [0.0; 0])
     });
+}
+
+/// Amplitude of the displacements, as a fraction of the range, or of the gap if it is smaller.
+const AMPLITUDE: f64 = 0.01;
+
+impl AdhesivePath {
+    /// Displaces the open nodes of the map at random, and keeps the mean gap. No node closes.
+    ///
+    /// A descent keeps every symmetry of surface and gaps, and thus ends at a saddle point of the
+    /// energy if the state is unstable only against displacements without the symmetry. Small
+    /// displacements without any symmetry, followed by a second descent, return to a minimum and
+    /// leave a saddle point.
+    fn shake(&mut self) {
+        let Fields { gap, step, .. } = &mut self.fields;
+        let (threads, domain) = (&self.threads, self.body.domain);
+        for (node, noise) in step.iter_mut().enumerate() {
+            *noise = noise_at(node / domain.mesh[1], node % domain.mesh[1], domain.mesh);
+        }
+        let range = self.adhesion.range;
+        let amplitude =
+            move |weight: f64, gap: f64| weight * AMPLITUDE * if gap < range { gap } else { range };
+        let inputs = [&gap[..], &step[..]];
+        let found = visit(threads, domain, inputs, [], |site, [gap, noise], []| {
+            let amplitude = amplitude(site.weight, gap);
+            ([], [amplitude * noise, amplitude], [0.0; 0])
+        });
+        let [sum, amplitudes] = found.sums;
+        let mean = if amplitudes > 0.0 { sum / amplitudes } else { 0.0 };
+        visit(threads, domain, [&step[..]], [&mut gap[..]], |site, [noise], [gap]| {
+            let moved = if site.weight > 0.0 { amplitude(1.0, gap) * (noise - mean) } else { 0.0 };
+            ([gap + moved], [0.0; 0], [0.0; 0])
+        });
+    }
+}
+
+/// Returns a number from −1 to 1 that depends on the node only. Blocks of all sizes contribute
+/// equally, so that it contains all wavelengths.
+fn noise_at(row: usize, column: usize, mesh: [usize; 2]) -> f64 {
+    let levels = usize::BITS - mesh[0].max(mesh[1]).leading_zeros();
+    let of_block = |level: u32| {
+        let [row, column] = [row, column].map(|index| (index >> level) as u64);
+        scattered(u64::from(level) << 58 ^ row << 29 ^ column)
+    };
+    (0..levels).map(of_block).sum::<f64>() / f64::from(levels)
+}
+
+/// Returns a number from −1 to 1 that looks random: the output function of SplitMix64.
+fn scattered(seed: u64) -> f64 {
+    let mut bits = seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (bits ^ bits >> 31) as f64 / 2f64.powi(63) - 1.0
 }

@@ -10,9 +10,9 @@
 //! Where steps are short beside ρ, three terms of the series of the last sum are enough. They need
 //! no further pass over the mesh.
 
+use super::AdhesivePath;
 use super::exponential::exponential;
-use super::passes::{Domain, visit};
-use crate::threads::Threads;
+use super::passes::visit;
 
 /// Longest step, in units of the range ρ, for which the series is used.
 const SERIES_REACH: f64 = 0.3;
@@ -40,33 +40,23 @@ pub struct Line {
     pub longest: f64,
 }
 
-/// Attraction and step at the nodes.
-#[derive(Clone, Copy)]
-pub struct AlongStep<'a> {
-    pub threads: &'a Threads,
-    pub domain: Domain,
-    pub range: f64,
-    pub pull: &'a [f64],
-    pub step: &'a [f64],
-}
-
-impl Line {
+impl AdhesivePath {
     /// Returns the α > 0 of the first minimum of the energy that the search finds, and the α at
     /// which the derivative would vanish. The derivative is negative up to the first α. Both differ
     /// where a larger first α would not be feasible.
-    pub fn best(&self, along: AlongStep) -> [f64; 2] {
-        let curvature = self.stiffness - self.attraction[0];
-        let first = if curvature > 0.0 { -self.slope / curvature } else { 1.0 };
-        let mut at = first.clamp(0.1, self.longest);
+    pub(super) fn best(&self, line: &Line) -> [f64; 2] {
+        let curvature = line.stiffness - line.attraction[0];
+        let first = if curvature > 0.0 { -line.slope / curvature } else { 1.0 };
+        let mut at = first.clamp(0.1, line.longest);
         let (mut below, mut above, mut wanted) = (0.0, f64::INFINITY, None);
         for _ in 0..TRIALS {
-            let [slope, curvature] = self.derivatives(at, along);
-            if slope.abs() < SLOPE_LEFT * -self.slope {
+            let [slope, curvature] = self.derivatives(line, at);
+            if slope.abs() < SLOPE_LEFT * -line.slope {
                 break;
             }
             if slope < 0.0 {
                 below = at;
-                if at >= self.longest {
+                if at >= line.longest {
                     let newton = if curvature > 0.0 { at - slope / curvature } else { f64::MAX };
                     wanted = Some(newton.min(2.0 * at));
                     break;
@@ -82,29 +72,30 @@ impl Line {
             } else {
                 2.0 * at
             };
-            at = at.min(self.longest);
+            at = at.min(line.longest);
         }
         [at, wanted.unwrap_or(at)]
     }
 
     /// Returns f(α) and its derivative.
-    fn derivatives(&self, at: f64, along: AlongStep) -> [f64; 2] {
-        let [second, third, fourth] = self.attraction;
-        let [of_slope, of_curvature] = if at * self.reach <= SERIES_REACH {
+    fn derivatives(&self, line: &Line, at: f64) -> [f64; 2] {
+        let [second, third, fourth] = line.attraction;
+        let [of_slope, of_curvature] = if at * line.reach <= SERIES_REACH {
             [
                 -at * (second - at * (third / 2.0 - at * fourth / 6.0)),
                 -(second - at * (third - at * fourth / 2.0)),
             ]
         } else {
-            let range = along.range;
+            let range = self.adhesion.range;
             let terms = move |[pull, step]: [f64; 2]| {
                 let exponent = -at * step / range;
                 let factor = exponential(exponent);
                 [pull * step * (factor - 1.0), -pull * step * step * factor / range]
             };
-            let AlongStep { threads, domain, pull, step, .. } = along;
-            visit(threads, domain, [pull, step], [], |_, x, []| ([], terms(x), [0.0; 0])).sums
+            let (threads, domain) = (&self.threads, self.body.domain);
+            let inputs = [&self.fields.pull[..], &self.fields.step[..]];
+            visit(threads, domain, inputs, [], |_, x, []| ([], terms(x), [0.0; 0])).sums
         };
-        [self.slope + at * self.stiffness + of_slope, self.stiffness + of_curvature]
+        [line.slope + at * line.stiffness + of_slope, line.stiffness + of_curvature]
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use pulp::Simd;
 
 use crate::fft::{Band, Row};
-use crate::solver::lanes::{Accumulate, InOrder, Pass, greater, over_rows};
+use crate::solver::lanes::{Accumulate, InOrder, Pass, Totals, greater, over_rows};
 use crate::threads::Threads;
 
 /// Number of neighbours with a partial sum each.
@@ -29,7 +29,7 @@ impl Domain {
 
     /// Returns the number of nodes of a row of the mesh that belong to the map.
     pub fn inside(&self, row: Row) -> usize {
-        if row.index() < self.map[0] { self.map[1] } else { 0 }
+        if row.index < self.map[0] { self.map[1] } else { 0 }
     }
 }
 
@@ -45,26 +45,6 @@ pub struct Site {
 const ON_MAP: Site = Site { floor: 0.0, weight: 1.0 };
 const OUTSIDE: Site = Site { floor: f64::NEG_INFINITY, weight: 0.0 };
 
-/// Sums and maxima over the mesh.
-#[derive(Debug, Clone, Copy)]
-pub struct Found<const K: usize, const H: usize> {
-    pub sums: [f64; K],
-    pub highest: [f64; H],
-}
-
-impl<const K: usize, const H: usize> Accumulate for Found<K, H> {
-    const ZERO: Self = Self { sums: [0.0; K], highest: [f64::NEG_INFINITY; H] };
-
-    fn add(&mut self, later: Self) {
-        for k in 0..K {
-            self.sums[k] += later.sums[k];
-        }
-        for h in 0..H {
-            self.highest[h] = greater(self.highest[h], later.highest[h]);
-        }
-    }
-}
-
 /// New values of a node, and its contributions to sums and maxima.
 pub type Visited<const O: usize, const K: usize, const H: usize> = ([f64; O], [f64; K], [f64; H]);
 
@@ -79,7 +59,7 @@ pub fn visit<const A: usize, const O: usize, const K: usize, const H: usize>(
     inputs: [&[f64]; A],
     outputs: [&mut [f64]; O],
     term: impl Fn(Site, [f64; A], [f64; O]) -> Visited<O, K, H> + Copy + Send,
-) -> Found<K, H> {
+) -> Totals<K, H> {
     // The rows of a map without content only drive the pass.
     let mut rows = vec![(); domain.mesh_nodes()];
     let bands = outputs.map(Band::new);
@@ -93,7 +73,7 @@ struct Nodes<'a, F, const A: usize, const O: usize, const K: usize, const H: usi
     inputs: [&'a [f64]; A],
     outputs: [Band<'a, f64>; O],
     term: F,
-    found: InOrder<Found<K, H>>,
+    found: InOrder<Totals<K, H>>,
 }
 
 impl<F, const A: usize, const O: usize, const K: usize, const H: usize> Pass<()>
@@ -106,7 +86,7 @@ where
         let inside = self.domain.inside(row);
         let inputs = self.inputs.map(|map| row.of(map));
         let mut outputs = self.outputs.each_mut().map(|band| band.row(row));
-        let mut found = Found::ZERO;
+        let mut found = Totals::default();
         if inside > 0 {
             segment(ON_MAP, 0..inside, &inputs, &mut outputs, self.term, &mut found);
         }
@@ -144,7 +124,7 @@ fn segment<const A: usize, const O: usize, const K: usize, const H: usize>(
     inputs: &[&[f64]; A],
     outputs: &mut [&mut [f64]; O],
     term: impl Fn(Site, [f64; A], [f64; O]) -> Visited<O, K, H>,
-    found: &mut Found<K, H>,
+    found: &mut Totals<K, H>,
 ) {
     let mut sums = [[0.0; LANES]; K];
     let mut highest = [[f64::NEG_INFINITY; LANES]; H];
@@ -199,7 +179,7 @@ fn segment<const A: usize, const O: usize, const K: usize, const H: usize>(
             highest[h][0] = greater(high[h], highest[h][0]);
         }
     }
-    let mut in_segment = Found::ZERO;
+    let mut in_segment = Totals::default();
     for (sum, lanes) in in_segment.sums.iter_mut().zip(sums) {
         *sum = lanes.into_iter().sum();
     }

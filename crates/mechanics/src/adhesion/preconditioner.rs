@@ -19,7 +19,7 @@ use crate::fft::Row;
 use crate::solver::blocks::{
     ExtendedRows, Extension, ResidualRows, TransposeInput, TransposeOutput,
 };
-use crate::solver::lanes::{LANES, Pass, over_rows};
+use crate::solver::lanes::{LANES, Pass, Shared, over_rows};
 use crate::solver::marks::FREE;
 use crate::threads::Threads;
 
@@ -54,11 +54,9 @@ impl Continuation {
 }
 
 /// Part of the pyramid that reads or changes rows of nodes.
-trait Part: Send {
+trait Part: Shared {
     /// Handles a row. `marks` has the flag of each node of the map, and is empty outside the map.
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, nodes: Nodes);
-
-    fn split_off(&mut self, row: Row) -> Self;
 }
 
 /// Row of the mesh, with `numbers` as a buffer.
@@ -118,8 +116,6 @@ impl<P: Part> Pass<f64> for Marked<'_, P> {
             ..*self
         }
     }
-
-    fn append(&mut self, _: Self) {}
 }
 
 /// Adds up the values of closed nodes.
@@ -135,10 +131,6 @@ impl Part for ResidualRows<'_> {
         }
         self.add_row::<S, R>(simd, row, &numbers[..marks.len()], marks, groups);
     }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self::split_off(self, row)
-    }
 }
 
 /// Subtracts the continuation from the values of free nodes.
@@ -153,10 +145,6 @@ impl Part for ExtendedRows<'_> {
             *value = if is_closed(*mark) { 0.0 } else { *value };
         }
     }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self::split_off(self)
-    }
 }
 
 /// Adds up the values of free nodes.
@@ -168,10 +156,6 @@ impl Part for TransposeInput<'_> {
             *number = *value as f32;
         }
         self.collect_row::<S, R>(simd, row, numbers, marks, groups);
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self::split_off(self, row)
     }
 }
 
@@ -189,10 +173,6 @@ impl Part for TransposeOutput<'_> {
         for ((value, number), mark) in values.iter_mut().zip(numbers).zip(marks) {
             *value = if is_closed(*mark) { -f64::from(*number) } else { *value };
         }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self::split_off(self)
     }
 }
 

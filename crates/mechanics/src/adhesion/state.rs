@@ -1,7 +1,7 @@
 //! Computation of the next state of a path from the previous state, and the quantities of a state.
 
 use super::body::{gather, spread};
-use super::descent::{Control, Descent, End, Fields};
+use super::descent::{Control, End, Fields};
 use super::exponential::exponential;
 use super::passes::visit;
 use super::{AdhesivePath, Settings, Stop, Target};
@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-10;
 ///
 /// Gaps and displacements are in units of a L, pressures in units of a E*, and energies are per
 /// area of the map, in units of a² E* L, with the number a of [`Adhesion`](super::Adhesion).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AdhesiveState {
     /// Reason why the computation ended.
     pub stop: Stop,
@@ -173,6 +173,7 @@ impl AdhesivePath {
         watch: &dyn Watch,
     ) -> AdhesiveState {
         let settings = &Settings { tolerance: self.tolerance(target, settings), ..*settings };
+        self.pairs = 0;
         match target {
             Target::MeanGap(gap) => {
                 assert!(gap.is_finite() && gap > 0.0, "the mean gap must be positive and finite");
@@ -196,29 +197,28 @@ impl AdhesivePath {
     }
 
     fn step_to_load(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> AdhesiveState {
-        let is_not_adhesive = self.adhesion.work() == 0.0;
+        let is_not_adhesive = self.adhesion.work == 0.0;
         if self.is_apart && load < 0.0 || is_not_adhesive && load <= 0.0 {
-            return self.pulled_off(0, None);
+            return self.pulled_off(None);
         }
         let was_apart = self.is_apart;
-        let mut pairs = 0;
-        let end = self.try_load(load, &mut pairs, settings, watch);
+        let end = self.try_load(load, settings, watch);
         if end.stop != Stop::PulledOff {
-            return self.stored(end, pairs);
+            return self.stored(end);
         }
         if was_apart {
-            return self.pulled_off(pairs, None);
+            return self.pulled_off(None);
         }
         // At the gaps of the last state, its load follows from balance.
-        pairs += self.restore();
-        let end = self.descend(Control::MeanGap, &mut pairs, settings, watch);
+        self.restore();
+        let end = self.descend(Control::MeanGap, settings, watch);
         if end.stop != Stop::Converged {
-            return self.failed(end, pairs);
+            return self.failed(end);
         }
         let holds = end.mean_pressure / self.on_mesh();
-        match self.search_pull_off([holds, load], &mut pairs, settings, watch) {
-            Ok(load) => self.pulled_off(pairs, Some(load)),
-            Err(end) => self.failed(end, pairs),
+        match self.search_pull_off([holds, load], settings, watch) {
+            Ok(load) => self.pulled_off(Some(load)),
+            Err(end) => self.failed(end),
         }
     }
 
@@ -230,7 +230,6 @@ impl AdhesivePath {
     fn search_pull_off(
         &mut self,
         [mut holds, mut fails]: [f64; 2],
-        pairs: &mut u32,
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Result<f64, End> {
@@ -246,7 +245,7 @@ impl AdhesivePath {
             if is_certain || is_rounding {
                 return Ok(holds);
             }
-            let end = self.try_load(load, pairs, settings, watch);
+            let end = self.try_load(load, settings, watch);
             match end.stop {
                 Stop::Converged => {
                     self.store(end.mean_pressure);
@@ -264,18 +263,12 @@ impl AdhesivePath {
     }
 
     /// Descends under `load` from the last state of the path, and keeps that state.
-    fn try_load(
-        &mut self,
-        load: f64,
-        pairs: &mut u32,
-        settings: &Settings,
-        watch: &dyn Watch,
-    ) -> End {
+    fn try_load(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> End {
         if load < -self.adhesion.largest_attraction() {
             return End { stop: Stop::PulledOff, residual: 0.0, mean_pressure: 0.0 };
         }
-        *pairs += self.restore();
-        self.descend(Control::Load(load * self.on_mesh()), pairs, settings, watch)
+        self.restore();
+        self.descend(Control::Load(load * self.on_mesh()), settings, watch)
     }
 
     /// Returns the ratio of the mean pressure over the mesh to that over the map.
@@ -284,83 +277,46 @@ impl AdhesivePath {
     }
 
     /// Parts the bodies after a descent without an answer.
-    fn failed(&mut self, End { stop, residual, .. }: End, pairs: u32) -> AdhesiveState {
-        AdhesiveState { stop, residual, ..self.pulled_off(pairs, None) }
+    fn failed(&mut self, End { stop, residual, .. }: End) -> AdhesiveState {
+        AdhesiveState { stop, residual, ..self.pulled_off(None) }
     }
 
     /// Parts the bodies.
-    fn pulled_off(&mut self, pairs: u32, pull_off_load: Option<f64>) -> AdhesiveState {
+    fn pulled_off(&mut self, pull_off_load: Option<f64>) -> AdhesiveState {
+        let pairs = self.pairs;
         self.is_apart = true;
         self.pressure.fill(0.0);
-        AdhesiveState {
-            stop: Stop::PulledOff,
-            pull_off_load,
-            pairs,
-            residual: 0.0,
-            mean_gap: f64::INFINITY,
-            mean_pressure: 0.0,
-            mean_displacement: 0.0,
-            contact_nodes: 0,
-            repulsive_nodes: 0,
-            attractive_pressure: 0.0,
-            repulsive_pressure: 0.0,
-            pressure_in_contact: 0.0,
-            peak_pressure: 0.0,
-            lowest_pressure: 0.0,
-            elastic_energy: 0.0,
-            adhesion_energy: 0.0,
-        }
+        AdhesiveState { pull_off_load, pairs, mean_gap: f64::INFINITY, ..AdhesiveState::default() }
     }
 
     fn step_to_gap(&mut self, gap: f64, settings: &Settings, watch: &dyn Watch) -> AdhesiveState {
-        let mut pairs = self.restore();
+        self.restore();
         self.move_by(gap - self.mean_gap());
         let mut search = GapSearch::default();
         loop {
             let on_mesh = self.mean_gap_of_mesh();
-            let end = self.descend(Control::MeanGap, &mut pairs, settings, watch);
+            let end = self.descend(Control::MeanGap, settings, watch);
             let error = self.mean_gap() - gap;
             let is_found = error.abs() <= GAP_ERROR * gap || !self.body.is_padded();
             if is_found || end.stop != Stop::Converged {
-                return self.stored(end, pairs);
+                return self.stored(end);
             }
             let Some(next) = search.next(Trial { on_mesh, error }) else {
-                return self.stored(End { stop: Stop::GapNotReached, ..end }, pairs);
+                return self.stored(End { stop: Stop::GapNotReached, ..end });
             };
             self.move_by(-error);
             self.move_surroundings(next);
         }
     }
 
-    fn descend(
-        &mut self,
-        control: Control,
-        pairs: &mut u32,
-        settings: &Settings,
-        watch: &dyn Watch,
-    ) -> End {
-        let mut descent = Descent {
-            threads: &self.threads,
-            body: &self.body,
-            adhesion: self.adhesion,
-            control,
-            fields: &mut self.fields,
-            scratch: &mut self.scratch,
-            pairs: *pairs,
-        };
-        let end = descent.run(settings, watch);
-        *pairs = descent.pairs;
-        end
-    }
-
     /// Sets the gaps on the mesh to those of the last state, or of the undeformed surface if the
-    /// bodies are apart. Returns the number of transform pairs.
+    /// bodies are apart.
     ///
     /// Outside the map of an isolated patch, heights count as zero, so that the gap is the
     /// displacement of the body less the offset δ. It is estimated there: the displacement on the
     /// map, less its mean, needs certain pressures if the surroundings do not move. Those on the
     /// map displace the surroundings.
-    fn restore(&mut self) -> u32 {
+    fn restore(&mut self) {
         let domain = self.body.domain;
         let heights = &self.body.heights[..];
         if self.is_apart {
@@ -368,11 +324,11 @@ impl AdhesivePath {
             visit(&self.threads, domain, [heights], outputs, |_, [height], [_]| {
                 ([-height], [0.0; 0], [0.0; 0])
             });
-            return 0;
+            return;
         }
         if !self.body.is_padded() {
             self.fields.gap.copy_from_slice(&self.gap);
-            return 0;
+            return;
         }
         let gap = spread(domain, &self.gap, 0.0);
         let Fields { gap: new, step, pressure, pull, .. } = &mut self.fields;
@@ -395,7 +351,7 @@ impl AdhesivePath {
             let outside = displacement - moved + mean;
             ([if site.weight > 0.0 { gap } else { outside }], [0.0; 0], [0.0; 0])
         });
-        2
+        self.pairs += 2;
     }
 
     fn mean_gap(&self) -> f64 {
@@ -476,12 +432,12 @@ impl AdhesivePath {
     }
 
     /// Stores the state that a descent has reached, and describes it.
-    fn stored(&mut self, end: End, pairs: u32) -> AdhesiveState {
+    fn stored(&mut self, end: End) -> AdhesiveState {
         self.store(end.mean_pressure);
-        self.describe(end, pairs)
+        self.describe(end)
     }
 
-    fn describe(&mut self, end: End, pairs: u32) -> AdhesiveState {
+    fn describe(&mut self, end: End) -> AdhesiveState {
         let domain = self.body.domain;
         let nodes = domain.map_nodes() as f64;
         let gap = spread(domain, &self.gap, 0.0);
@@ -490,7 +446,7 @@ impl AdhesivePath {
         let displacement = &mut self.fields.step[..];
         self.body.compliance(&pressure, displacement, &mut self.scratch);
         let inputs = [&gap[..], &pressure[..], &displacement[..]];
-        let (work, range) = (self.adhesion.work(), self.adhesion.range());
+        let (work, range) = (self.adhesion.work, self.adhesion.range);
         let found = visit(&self.threads, domain, inputs, [], |site, [gap, pressure, moved], []| {
             let counts = |so: bool| if so { site.weight } else { 0.0 };
             let attractive = if pressure < 0.0 { -pressure } else { 0.0 };
@@ -531,7 +487,7 @@ impl AdhesivePath {
         AdhesiveState {
             stop: end.stop,
             pull_off_load: None,
-            pairs: pairs + 1,
+            pairs: self.pairs + 1,
             residual: end.residual,
             mean_gap: gap / nodes,
             mean_pressure: end.mean_pressure / self.on_mesh(),

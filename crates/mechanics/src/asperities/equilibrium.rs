@@ -262,13 +262,11 @@ impl Body {
         let nodes = grid.nodes();
         let [step_x, step_y] = super::steps(grid);
         let transform = Transform::new(nodes);
-        let mut scratch = transform.scratch();
         // The grid resolves the fewest waves along the axis of the larger step.
         let alpha = PI / step_x.max(step_y) / (2.0 * NEGLIGIBLE);
         let near = near(grid, alpha);
         let columns = transform.spectrum_columns();
-        let mut spectrum = vec![Default::default(); transform.spectrum_len()];
-        transform.forward(&near, &mut spectrum, &mut scratch);
+        let spectrum = transform.spectrum(&near);
         let per_area = grid.count() as f64 / super::nominal_area(grid);
         let kernel = Kernel::new(nodes, |k_x, k_y| {
             let q = 2.0 * PI * grid.cell().wavenumber([k_x as f64, k_y as f64]);
@@ -283,9 +281,9 @@ impl Body {
         Body {
             forces: vec![0.0; grid.count()],
             displacements: vec![0.0; grid.count()],
+            scratch: transform.scratch(),
             transform,
             kernel,
-            scratch,
         }
     }
 

@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use crate::grid::Grid;
+use crate::grid::{Boundary, Grid};
 use crate::theory::models::hertz::Ellipse;
 
 /// Minimum ratio of the smaller to the larger principal curvature of a summit.
@@ -54,13 +54,9 @@ const SECOND: [(isize, f64); 5] = [(-2, -1.0), (-1, 16.0), (0, -30.0), (1, 16.0)
 impl Map<'_> {
     /// Returns the height at the node that is `right` nodes from `node` along x and `up` nodes
     /// along y, continued periodically.
-    fn at(&self, node: usize, [right, up]: [isize; 2]) -> f64 {
-        let [nodes_x, nodes_y] = self.grid.nodes();
-        let [i, j] = self.grid.indices(node);
-        let wrapped = |index: usize, by: isize, nodes: usize| {
-            (index as isize + by).rem_euclid(nodes as isize) as usize
-        };
-        self.heights[wrapped(i, right, nodes_x) * nodes_y + wrapped(j, up, nodes_y)]
+    fn at(&self, node: usize, steps: [isize; 2]) -> f64 {
+        let moved = self.grid.moved(node, steps, Boundary::Periodic);
+        self.heights[moved.expect("a periodic map has no edge")]
     }
 
     fn is_summit(&self, node: usize) -> bool {

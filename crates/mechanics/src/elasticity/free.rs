@@ -7,8 +7,6 @@
 
 use std::f64::consts::PI;
 
-use rustfft::num_complex::Complex;
-
 use super::ElasticOperator;
 use crate::fft::Transform;
 use crate::grid::{Grid, magnitude};
@@ -59,8 +57,7 @@ impl FreeHalfSpace {
         let displacements: Vec<f64> = (0..doubled[0] * doubled[1]).map(of_node).collect();
         drop(quarter);
         let transform = Transform::new(doubled);
-        let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-        transform.forward(&displacements, &mut spectrum, &mut transform.scratch());
+        let mut spectrum = transform.spectrum(&displacements);
         // The transform of an even map is real, except for rounding. Rows k_x > N_x repeat earlier
         // rows.
         spectrum.truncate((grid.nodes()[0] + 1) * transform.spectrum_columns());
@@ -138,20 +135,12 @@ impl ElasticOperator for FreeHalfSpace {
         let waves = [0, 1].map(|axis| waves[axis] as f64 * nodes[axis] as f64 / all[axis] as f64);
         PI * self.grid.cell().wavenumber(waves)
     }
-
-    fn stiffness_is_exact(&self) -> bool {
-        false
-    }
-
-    fn has_zero_mean_displacement(&self) -> bool {
-        false
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::elasticity::{displacement, transform};
+    use crate::elasticity::{Factor, kernel, transform};
     use crate::grid::samples::{rectangle, square};
     use crate::threads::Threads;
 
@@ -159,7 +148,7 @@ mod tests {
         let body = FreeHalfSpace::new(grid);
         let transform = transform(&body);
         let mut out = vec![0.0; pressure.len()];
-        let kernel = displacement::<f64>(&body);
+        let kernel = kernel::<f64>(&Threads::one(), &body, Factor::Displacement);
         transform.convolve(&kernel, pressure, &mut out, &mut transform.scratch());
         out
     }
@@ -170,7 +159,7 @@ mod tests {
         let side = 0.2;
         let expected = 4.0 / PI * (1.0 + 2_f64.sqrt()).ln() * side;
         let body = FreeHalfSpace::new(rectangle([3, 5], [0.6, 1.0]));
-        assert!((body.nodal_compliance(&Threads::one()) - expected).abs() < 1e-14);
+        assert!((body.nodal(Factor::Displacement, &Threads::one()) - expected).abs() < 1e-14);
         assert!((displacement_beside_cell([0.0; 2], [side; 2]) - expected).abs() < 1e-15);
         // A corner of the square is the centre of a square of twice the side, of which this square
         // is a quarter. The displacement is half the displacement at the centre.

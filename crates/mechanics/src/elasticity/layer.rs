@@ -22,7 +22,7 @@ use std::f64::consts::{PI, TAU};
 
 use thiserror::Error;
 
-use super::{Axis, ElasticOperator};
+use super::ElasticOperator;
 use crate::grid::Grid;
 
 /// Product of wavenumber and thickness above which the factor is 1 to the last bit.
@@ -101,6 +101,10 @@ pub struct Layer {
     thickness: f64,
     poisson_ratio: f64,
     support: Support,
+    /// Factor of all stiffnesses in the preconditioner.
+    caution: f64,
+    /// Exponent of the factor f by which the preconditioner softens waves.
+    softening: f64,
 }
 
 /// Error of an invalid layer.
@@ -141,7 +145,12 @@ impl Layer {
                 return Err(LayerError::ModulusRatio(modulus_ratio));
             }
         }
-        Ok(Self { thickness, poisson_ratio, support })
+        let is_compressible =
+            matches!(support, Support::Rigid(_)) && poisson_ratio < INCOMPRESSIBLE;
+        let softening = if is_compressible { COMPRESSIBLE_SOFTENING } else { SOFTENING };
+        let layer = Self { thickness, poisson_ratio, support, caution: 1.0, softening };
+        let softest = layer.factor(TAU * thickness).max(1.0);
+        Ok(Self { caution: libm::pow(softest, -CAUTION), ..layer })
     }
 
     /// Returns the thickness in units of the longer side.
@@ -224,7 +233,34 @@ fn sinh_minus_argument(x: f64, decay: f64) -> f64 {
     y * y * y / 6.0 * series * decay
 }
 
-/// Periodic pressure on a [`Layer`].
+impl Layered for Layer {
+    const HAS_COARSER_GRIDS: bool = true;
+
+    fn factor_at(&self, wavenumber: f64) -> f64 {
+        self.factor(TAU * wavenumber * self.thickness)
+    }
+
+    /// Returns |q|/(2 f) × c f^s with the factor c of `CAUTION` and the exponent s of `SOFTENING`.
+    fn preconditioner(&self, k: f64, f: f64) -> f64 {
+        PI * k / f * libm::pow(f, self.softening) * self.caution
+    }
+}
+
+/// Layer on a half-space or a base, which multiplies the response of a half-space to each wave.
+pub trait Layered: Copy + Send + Sync {
+    /// Whether a solution on a coarser grid is a useful initial guess.
+    const HAS_COARSER_GRIDS: bool;
+
+    /// Returns the response to a wave relative to that of a half-space, at a wavenumber in units of
+    /// 1/L.
+    fn factor_at(&self, wavenumber: f64) -> f64;
+
+    /// Returns the stiffness in the preconditioner of the solver, at the wavenumber `k` with the
+    /// factor `f`.
+    fn preconditioner(&self, k: f64, f: f64) -> f64;
+}
+
+/// Periodic pressure on a [`Layer`], or periodic flux through a layer.
 ///
 /// ```
 /// use std::f64::consts::PI;
@@ -240,84 +276,52 @@ fn sinh_minus_argument(x: f64, decay: f64) -> f64 {
 /// # Ok::<(), asperity_mechanics::grid::GridError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PeriodicLayer {
+pub struct PeriodicLayer<L> {
     grid: Grid,
-    layer: Layer,
-    /// Factor of all stiffnesses in the preconditioner.
-    caution: f64,
-    /// Exponent of the factor f by which the preconditioner softens waves.
-    softening: f64,
+    layer: L,
 }
 
-impl PeriodicLayer {
+impl<L: Layered> PeriodicLayer<L> {
     /// Creates the layer below a grid. Only the ratio of the sides of the cell matters, because the
     /// thickness is in units of the longer side.
-    pub fn new(grid: Grid, layer: Layer) -> Self {
-        let softest = layer.factor(TAU * layer.thickness).max(1.0);
-        let is_compressible =
-            matches!(layer.support, Support::Rigid(_)) && layer.poisson_ratio < INCOMPRESSIBLE;
-        let softening = if is_compressible { COMPRESSIBLE_SOFTENING } else { SOFTENING };
-        Self { grid, layer, caution: libm::pow(softest, -CAUTION), softening }
+    pub fn new(grid: Grid, layer: L) -> Self {
+        Self { grid, layer }
     }
 
     /// Returns the wavenumber k = |q|/2π of a wave in units of 1/L, also for Nyquist waves.
     fn wavenumber(&self, waves: [usize; 2]) -> f64 {
         self.grid.cell().wavenumber(waves.map(|waves| waves as f64))
     }
-
-    /// Returns the factor f of a wave.
-    fn factor(&self, wavenumber: f64) -> f64 {
-        self.layer.factor(TAU * wavenumber * self.layer.thickness)
-    }
 }
 
-impl ElasticOperator for PeriodicLayer {
+impl<L: Layered + 'static> ElasticOperator for PeriodicLayer<L> {
     fn grid(&self) -> Grid {
         self.grid
     }
 
     fn on_coarser(&self, grid: Grid) -> Option<Box<dyn ElasticOperator>> {
-        Some(Box::new(Self::new(grid, self.layer)))
+        L::HAS_COARSER_GRIDS.then(|| Box::new(Self::new(grid, self.layer)) as Box<_>)
     }
 
     /// Returns û/p̂ = 2 f/|q|, and zero at q = 0.
     fn displacement(&self, waves: [usize; 2]) -> f64 {
         let k = self.wavenumber(waves);
-        if k > 0.0 { self.factor(k) / (PI * k) } else { 0.0 }
+        if k > 0.0 { self.layer.factor_at(k) / (PI * k) } else { 0.0 }
     }
 
     /// Returns p̂/û = |q|/(2 f), and zero at q = 0.
     fn stiffness(&self, waves: [usize; 2]) -> f64 {
         let k = self.wavenumber(waves);
-        if k > 0.0 { PI * k / self.factor(k) } else { 0.0 }
+        if k > 0.0 { PI * k / self.layer.factor_at(k) } else { 0.0 }
     }
 
-    /// Returns |q|/(2 f) × c f^s with the factor c of `CAUTION` and the exponent s of `SOFTENING`.
     fn preconditioner(&self, waves: [usize; 2]) -> f64 {
         let k = self.wavenumber(waves);
-        if k == 0.0 {
-            return 0.0;
-        }
-        let f = self.factor(k);
-        PI * k / f * libm::pow(f, self.softening) * self.caution
-    }
-
-    fn preconditioners(&self, along: Axis, across: usize, stiffnesses: &mut [f64]) {
-        for (waves, stiffness) in stiffnesses.iter_mut().enumerate() {
-            *stiffness = self.preconditioner(along.waves(waves, across));
-        }
+        if k > 0.0 { self.layer.preconditioner(k, self.layer.factor_at(k)) } else { 0.0 }
     }
 
     fn relative_displacement(&self, wavenumber: f64) -> f64 {
-        self.factor(wavenumber)
-    }
-
-    fn stiffness_is_exact(&self) -> bool {
-        true
-    }
-
-    fn has_zero_mean_displacement(&self) -> bool {
-        true
+        self.layer.factor_at(wavenumber)
     }
 }
 

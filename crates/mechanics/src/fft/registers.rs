@@ -6,6 +6,7 @@
 //! registers are `#[inline(always)]` and contain no closures, because only then are they compiled
 //! with the instructions of their [`Work`]. [`Plain`] registers work on any processor.
 
+use std::array::from_fn;
 use std::marker::PhantomData;
 
 use pulp::bytemuck;
@@ -144,86 +145,52 @@ fn transpose_square<R: Registers>(registers: R, rows: &mut [R::Lanes; MAX_LANES]
 #[derive(Clone, Copy, Default)]
 struct Plain<T, const LANES: usize>(PhantomData<T>);
 
-macro_rules! plain {
-    ($number:ty, $lanes:literal) => {
-        impl Registers for Plain<$number, $lanes> {
-            type Number = $number;
-            type Lanes = [$number; $lanes];
-            type Part = Self;
+impl<T: Real, const LANES: usize> Registers for Plain<T, LANES>
+where
+    [T; LANES]: Pod,
+{
+    type Number = T;
+    type Lanes = [T; LANES];
+    type Part = Self;
 
-            #[inline(always)]
-            fn part(self) -> Self {
-                self
-            }
+    #[inline(always)]
+    fn part(self) -> Self {
+        self
+    }
 
-            #[inline(always)]
-            fn splat(self, value: $number) -> Self::Lanes {
-                [value; $lanes]
-            }
+    #[inline(always)]
+    fn splat(self, value: T) -> [T; LANES] {
+        [value; LANES]
+    }
 
-            #[inline(always)]
-            fn add(self, mut a: Self::Lanes, b: Self::Lanes) -> Self::Lanes {
-                for i in 0..$lanes {
-                    a[i] += b[i];
-                }
-                a
-            }
+    #[inline(always)]
+    fn add(self, a: [T; LANES], b: [T; LANES]) -> [T; LANES] {
+        from_fn(|i| a[i] + b[i])
+    }
 
-            #[inline(always)]
-            fn sub(self, mut a: Self::Lanes, b: Self::Lanes) -> Self::Lanes {
-                for i in 0..$lanes {
-                    a[i] -= b[i];
-                }
-                a
-            }
+    #[inline(always)]
+    fn sub(self, a: [T; LANES], b: [T; LANES]) -> [T; LANES] {
+        from_fn(|i| a[i] - b[i])
+    }
 
-            #[inline(always)]
-            fn mul(self, mut a: Self::Lanes, b: Self::Lanes) -> Self::Lanes {
-                for i in 0..$lanes {
-                    a[i] *= b[i];
-                }
-                a
-            }
+    #[inline(always)]
+    fn mul(self, a: [T; LANES], b: [T; LANES]) -> [T; LANES] {
+        from_fn(|i| a[i] * b[i])
+    }
 
-            #[inline(always)]
-            fn add_product(
-                self,
-                mut c: Self::Lanes,
-                a: Self::Lanes,
-                b: Self::Lanes,
-            ) -> Self::Lanes {
-                for i in 0..$lanes {
-                    c[i] = a[i].mul_add(b[i], c[i]);
-                }
-                c
-            }
+    #[inline(always)]
+    fn add_product(self, c: [T; LANES], a: [T; LANES], b: [T; LANES]) -> [T; LANES] {
+        from_fn(|i| c[i].plus_product(a[i], b[i]))
+    }
 
-            #[inline(always)]
-            fn sub_product(
-                self,
-                mut c: Self::Lanes,
-                a: Self::Lanes,
-                b: Self::Lanes,
-            ) -> Self::Lanes {
-                for i in 0..$lanes {
-                    c[i] = (-a[i]).mul_add(b[i], c[i]);
-                }
-                c
-            }
+    #[inline(always)]
+    fn sub_product(self, c: [T; LANES], a: [T; LANES], b: [T; LANES]) -> [T; LANES] {
+        from_fn(|i| c[i].plus_product(-a[i], b[i]))
+    }
 
-            #[inline(always)]
-            fn zip(self, a: Self::Lanes, b: Self::Lanes) -> [Self::Lanes; 2] {
-                let mut zipped = [a; 2];
-                let numbers = zipped.as_flattened_mut();
-                for i in 0..$lanes {
-                    (numbers[2 * i], numbers[2 * i + 1]) = (a[i], b[i]);
-                }
-                zipped
-            }
-        }
-    };
+    #[inline(always)]
+    fn zip(self, a: [T; LANES], b: [T; LANES]) -> [[T; LANES]; 2] {
+        let both = [a, b];
+        [0, LANES].map(|first| from_fn(|i| both[(first + i) % 2][(first + i) / 2]))
+    }
 }
-
-plain!(f32, 16);
-
-plain!(f64, 8);

@@ -14,7 +14,8 @@ use crate::threads::{Threads, Workers};
 /// grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
-    index: usize,
+    /// Index of the row on its mesh.
+    pub index: usize,
     nodes: usize,
 }
 
@@ -23,12 +24,6 @@ impl Row {
     #[inline(always)]
     pub fn new(index: usize, nodes: usize) -> Self {
         Self { index, nodes }
-    }
-
-    /// Returns the index of the row, from 0.
-    #[inline(always)]
-    pub fn index(self) -> usize {
-        self.index
     }
 
     /// Returns the indices of the row's elements in a map.
@@ -143,8 +138,8 @@ impl<T: Real, P: Rows<T>> Rows<T> for Padded<P> {
     fn row(&mut self, row: Row, values: &mut [T]) {
         let [rows, row_nodes] = self.nodes;
         let mut beyond = 0;
-        if row.index() < rows {
-            let row = Row::new(row.index(), row_nodes);
+        if row.index < rows {
+            let row = Row::new(row.index, row_nodes);
             self.rows.row(row, &mut values[..row_nodes]);
             beyond = row_nodes;
         }
@@ -153,7 +148,7 @@ impl<T: Real, P: Rows<T>> Rows<T> for Padded<P> {
 
     fn split_off(&mut self, row: Row) -> Self {
         let [rows, row_nodes] = self.nodes;
-        let row = Row::new(row.index().min(rows), row_nodes);
+        let row = Row::new(row.index.min(rows), row_nodes);
         Self { nodes: self.nodes, rows: self.rows.split_off(row) }
     }
 

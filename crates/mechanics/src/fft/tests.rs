@@ -270,13 +270,13 @@ fn every_row_is_seen_once_in_ascending_order() {
     struct Calls(usize, usize);
     impl Rows<f64> for Calls {
         fn row(&mut self, row: Row, values: &mut [f64]) {
-            assert_eq!(row.index(), self.1);
+            assert_eq!(row.index, self.1);
             self.1 += 1;
             values.fill(1.0);
         }
 
         fn split_off(&mut self, row: Row) -> Self {
-            Self(row.index(), row.index())
+            Self(row.index, row.index)
         }
 
         fn append(&mut self, later: Self) {
@@ -290,7 +290,7 @@ fn every_row_is_seen_once_in_ascending_order() {
         let mut calls = [Calls(0, 0), Calls(0, 0), Calls(0, 0)];
         transform.begin(&mut calls[0], &mut scratch);
         transform.multiply(&kernel, &mut scratch);
-        transform.finish_and_begin(&mut calls[1], &mut scratch);
+        transform.pass(Stored::Spectra, Stored::Spectra, &mut calls[1], &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         transform.finish(&mut calls[2], &mut scratch);
         assert!(calls.iter().all(|calls| calls.1 == nodes[0]));
@@ -324,7 +324,7 @@ fn finish_and_begin_is_finish_then_begin() {
         let field = &field;
         transform.begin(&mut Source(field), &mut scratch);
         transform.multiply(&kernel, &mut scratch);
-        transform.finish_and_begin(&mut Triple, &mut scratch);
+        transform.pass(Stored::Spectra, Stored::Spectra, &mut Triple, &mut scratch);
         transform.multiply(&kernel, &mut scratch);
         let out = &mut at_once;
         transform.finish(&mut Sink(Band::new(out)), &mut scratch);
@@ -341,7 +341,7 @@ fn a_peek_shows_two_rows_of_the_result() {
     impl Rows<f64> for GapSums<'_> {
         fn row(&mut self, row: Row, values: &mut [f64]) {
             assert_eq!(values, row.of(self.map));
-            self.rows.push(row.index());
+            self.rows.push(row.index);
         }
 
         fn split_off(&mut self, _: Row) -> Self {
@@ -362,7 +362,7 @@ fn a_peek_shows_two_rows_of_the_result() {
         transform.multiply(&kernel, &mut scratch);
         let mut seen = GapSums { map: &convolved, rows: Vec::new() };
         let pairs = Vec::from_iter(0..nodes[0].div_ceil(2));
-        transform.peek(&pairs, &mut seen, &mut scratch);
+        transform.peek(Stored::Spectra, &pairs, &mut seen, &mut scratch);
         assert_eq!(seen.rows, Vec::from_iter(0..nodes[0]));
     }
 }
@@ -394,20 +394,40 @@ fn a_stored_map_is_convolved_as_one_that_was_written() {
         transform.convolve(&kernel, field, &mut once, &mut scratch);
         transform.begin(&mut Source(field), &mut scratch);
         transform.multiply(&kernel, &mut scratch);
-        transform.finish_and_store(&mut Times(2.0, Band::new(&mut seen)), &mut scratch);
+        transform.pass(
+            Stored::Spectra,
+            Stored::Rows,
+            &mut Times(2.0, Band::new(&mut seen)),
+            &mut scratch,
+        );
         assert!(seen == once, "{nodes:?}");
         let doubled: Vec<f64> = once.iter().map(|value| 2.0 * value).collect();
         let pairs: Vec<usize> = (0..map_nodes[0] / 2).step_by(3).collect();
         let mut peeked = doubled.clone();
-        transform.peek_stored(&pairs, &mut Times(1.0, Band::new(&mut peeked)), &mut scratch);
+        transform.peek(Stored::Rows, &pairs, &mut Times(1.0, Band::new(&mut peeked)), &mut scratch);
         assert!(peeked == doubled, "{nodes:?}");
-        transform.begin_from_stored(&mut Times(3.0, Band::new(&mut kept)), &mut scratch);
+        transform.pass(
+            Stored::Rows,
+            Stored::Spectra,
+            &mut Times(3.0, Band::new(&mut kept)),
+            &mut scratch,
+        );
         assert!(kept == doubled, "{nodes:?}");
         transform.multiply(&kernel, &mut scratch);
-        transform.finish_and_store(&mut Times(1.0, Band::new(&mut twice)), &mut scratch);
+        transform.pass(
+            Stored::Spectra,
+            Stored::Rows,
+            &mut Times(1.0, Band::new(&mut twice)),
+            &mut scratch,
+        );
         let six_times: Vec<f64> = doubled.iter().map(|value| 3.0 * value).collect();
         let mut expected = vec![0.0; field.len()];
-        transform.read_stored(&mut Times(1.0, Band::new(&mut seen)), &mut scratch);
+        transform.pass(
+            Stored::Rows,
+            Stored::Nothing,
+            &mut Times(1.0, Band::new(&mut seen)),
+            &mut scratch,
+        );
         assert!(seen == twice, "{nodes:?}");
         transform.convolve(&kernel, &six_times, &mut expected, &mut scratch);
         assert!(twice == expected, "{nodes:?}");
@@ -480,7 +500,7 @@ fn a_corner_is_chained_peeked_and_summed_as_the_whole_mesh() {
     impl Rows<f64> for Sum {
         fn row(&mut self, row: Row, values: &mut [f64]) {
             let sum: f64 = values.iter().sum();
-            self.0.push((row.index() + 1) as f64 * sum);
+            self.0.push((row.index + 1) as f64 * sum);
         }
 
         fn split_off(&mut self, _: Row) -> Self {
@@ -505,8 +525,8 @@ fn a_corner_is_chained_peeked_and_summed_as_the_whole_mesh() {
         assert!((work - expected).abs() < 1e-13 * work, "{corner:?}");
         let [mut peeked, mut turned] = [Sum::default(), Sum::default()];
         let pairs = Vec::from_iter(0..corner[0].div_ceil(2));
-        transform.peek(&pairs, &mut peeked, &mut scratch);
-        transform.finish_and_begin(&mut turned, &mut scratch);
+        transform.peek(Stored::Spectra, &pairs, &mut peeked, &mut scratch);
+        transform.pass(Stored::Spectra, Stored::Spectra, &mut turned, &mut scratch);
         // Pairs may contain a row of zeros beyond the map.
         let beyond = peeked.0.split_off(corner[0]);
         assert!(beyond.into_iter().all(|sum| sum == 0.0), "{corner:?}");

@@ -4,19 +4,18 @@
 //! roots with little dissipation. It also assigns a periodic image of the cell to each node. A
 //! channel percolates if a link outside the forest joins nodes of inconsistent images.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
+use super::graph::{NONE, Network};
 use crate::grid::Grid;
-
-/// Placeholder for a node without tree or aggregate.
-pub const NONE: u32 = u32::MAX;
 
 /// Channels that percolate along x or y, with the maximum spanning tree of each.
 pub struct Channels {
     /// `true` if a channel percolates: one entry for x and one for y.
     pub percolates: [bool; 2],
     /// Nodes of the channels, tree by tree, each in depth-first order from its root.
-    order: Vec<u32>,
+    pub order: Vec<u32>,
     /// Mark of each node of the grid; see [`Forest::marks`].
     marks: Vec<u8>,
 }
@@ -54,11 +53,6 @@ impl Channels {
             order,
             marks: forest.marks,
         }
-    }
-
-    /// Returns the number of nodes in the channels.
-    pub fn count(&self) -> usize {
-        self.order.len()
     }
 
     /// Iterates over the links of the nodes to their parents, from the leaves to the roots. Roots
@@ -243,11 +237,11 @@ const LEAST_CONDUCTANCE: f32 = 1e-30;
 
 /// Conductances of the links between neighbouring nodes of a periodic map.
 pub struct Links {
-    nodes: [usize; 2],
+    pub nodes: [usize; 2],
     /// Conductances of the links along x and along y, indexed by the first node of the link.
     conductances: [Vec<f32>; 2],
     /// For each axis, the index i for which the links from nodes i to nodes i + 1 cross the seam.
-    seams: [usize; 2],
+    pub seams: [usize; 2],
 }
 
 /// Link from a node to the next node along an axis.
@@ -259,6 +253,36 @@ pub struct Link {
     pub conductance: f32,
     /// `true` if the link crosses the seam, where the pressure has its step.
     pub crosses_seam: bool,
+}
+
+impl Network for Links {
+    fn count(&self) -> usize {
+        self.nodes[0] * self.nodes[1]
+    }
+
+    fn neighbours(&self, node: usize) -> impl Iterator<Item = (usize, f32)> {
+        let [rows, row_nodes] = self.nodes;
+        let [i, j] = self.indices(node);
+        let above = if i > 0 { node - row_nodes } else { node + (rows - 1) * row_nodes };
+        let before = if j > 0 { node - 1 } else { node + row_nodes - 1 };
+        let [below, after] = [0, 1].map(|axis| self.neighbour(node, [i, j], axis));
+        let [along_x, along_y] = &self.conductances;
+        [
+            (above, along_x[above]),
+            (before, along_y[before]),
+            (after, along_y[node]),
+            (below, along_x[node]),
+        ]
+        .into_iter()
+    }
+
+    fn positions(&self) -> Cow<'_, [[u32; 2]]> {
+        let [rows, columns] = [0, 1].map(|axis| {
+            let count = self.nodes[axis];
+            (0..count).map(move |index| ((index + count - self.seams[axis] - 1) % count) as u32)
+        });
+        rows.flat_map(|row| columns.clone().map(move |column| [row, column])).collect()
+    }
 }
 
 impl Links {
@@ -273,7 +297,8 @@ impl Links {
             Links { nodes: grid.nodes(), conductances: [Vec::new(), Vec::new()], seams: [0; 2] };
         for (axis, aspect) in [step_y / step_x, step_x / step_y].into_iter().enumerate() {
             let conductance = |node| {
-                let [one, other] = [gap[node], gap[links.next(node, axis)]];
+                let [one, other] =
+                    [gap[node], gap[links.neighbour(node, links.indices(node), axis)]];
                 if one > 0.0 && other > 0.0 {
                     let [one, other] = [one / unit, other / unit].map(|gap| gap * gap * gap);
                     let mean = 2.0 * one * (other / (one + other));
@@ -286,17 +311,6 @@ impl Links {
             links.seams[axis] = links.least_conducting_section(axis);
         }
         links
-    }
-
-    /// Returns the number of nodes of the grid.
-    pub fn count(&self) -> usize {
-        self.nodes[0] * self.nodes[1]
-    }
-
-    /// Returns the index i along an axis for which the links from nodes i to nodes i + 1 cross the
-    /// seam.
-    pub fn seam(&self, axis: usize) -> usize {
-        self.seams[axis]
     }
 
     /// Iterates over the links with positive conductance, as pairs of first node and axis.
@@ -332,37 +346,6 @@ impl Links {
             _ => to - 1,
         };
         self.leaving(from, axis)
-    }
-
-    /// Returns the numbers of rows and of nodes in a row.
-    pub fn nodes(&self) -> [usize; 2] {
-        self.nodes
-    }
-
-    /// Returns the row and column of each node, counted from the seams.
-    pub fn positions(&self) -> Vec<[u32; 2]> {
-        let [rows, columns] = [0, 1].map(|axis| {
-            let count = self.nodes[axis];
-            (0..count).map(move |index| ((index + count - self.seams[axis] - 1) % count) as u32)
-        });
-        rows.flat_map(|row| columns.clone().map(move |column| [row, column])).collect()
-    }
-
-    /// Iterates over the neighbours of a node, with the conductances of the links to them.
-    pub fn neighbours(&self, node: usize) -> impl Iterator<Item = (usize, f32)> {
-        let [rows, row_nodes] = self.nodes;
-        let [i, j] = self.indices(node);
-        let above = if i > 0 { node - row_nodes } else { node + (rows - 1) * row_nodes };
-        let before = if j > 0 { node - 1 } else { node + row_nodes - 1 };
-        let [below, after] = [0, 1].map(|axis| self.neighbour(node, [i, j], axis));
-        let [along_x, along_y] = &self.conductances;
-        [
-            (above, along_x[above]),
-            (before, along_y[before]),
-            (after, along_y[node]),
-            (below, along_x[node]),
-        ]
-        .into_iter()
     }
 
     /// Returns the nodes of a row.
@@ -426,10 +409,6 @@ impl Links {
         let [before, _] = self.adjacent_rows(row);
         let [along_x, along_y] = &self.conductances;
         [&along_x[self.row(before)], &along_x[self.row(row)], &along_y[self.row(row)]]
-    }
-
-    fn next(&self, node: usize, axis: usize) -> usize {
-        self.neighbour(node, self.indices(node), axis)
     }
 
     fn neighbour(&self, node: usize, indices: [usize; 2], axis: usize) -> usize {

@@ -406,7 +406,7 @@ mod tests {
             })
             .collect();
         let links = Links::between(grid, &gap, 2.3);
-        let graph = Coarser::new(&links, links.nodes(), 1).graph;
+        let graph = Coarser::new(&links, links.nodes, 1).graph;
         let expected: Vec<Pair> =
             (0..graph.count()).map(|node| [wave(node, 3.1), wave(node / 30, 1.0)]).collect();
         let currents = |potentials: &[Pair]| -> Vec<Pair> {

@@ -17,7 +17,8 @@
 
 use std::borrow::Cow;
 
-use super::channels::{Links, NONE};
+/// Placeholder for a node without tree or aggregate.
+pub const NONE: u32 = u32::MAX;
 
 /// Values in the flow along x and in the flow along y.
 pub type Pair = [f64; 2];
@@ -36,20 +37,6 @@ pub trait Network {
 
     /// Returns the row and column of each node, counted from the seams.
     fn positions(&self) -> Cow<'_, [[u32; 2]]>;
-}
-
-impl Network for Links {
-    fn count(&self) -> usize {
-        Links::count(self)
-    }
-
-    fn neighbours(&self, node: usize) -> impl Iterator<Item = (usize, f32)> {
-        Links::neighbours(self, node)
-    }
-
-    fn positions(&self) -> Cow<'_, [[u32; 2]]> {
-        Links::positions(self).into()
-    }
 }
 
 /// Graph of resistors. Each link is stored at both of its ends.

@@ -16,9 +16,9 @@
 //! converge slowly. The coarsest graph is therefore large, and its elimination exact
 //! (module `elimination`).
 
-use super::channels::{Links, NONE};
+use super::channels::Links;
 use super::elimination::Elimination;
-use super::graph::{Coarser, Graph, Network, Pair};
+use super::graph::{Coarser, Graph, NONE, Network, Pair};
 use super::ratio;
 
 /// Maximum number of nodes of a graph that is solved directly.
@@ -68,10 +68,10 @@ struct Coarsest {
 
 impl Multigrid<'_> {
     pub fn new(links: &Links) -> Multigrid<'_> {
-        let Coarser { mut graph, aggregates } = Coarser::new(links, links.nodes(), 1);
+        let Coarser { mut graph, aggregates } = Coarser::new(links, links.nodes, 1);
         let mut levels: Vec<Level> = Vec::new();
         while graph.count() > DIRECT {
-            let coarser = Coarser::new(&graph, links.nodes(), levels.len() + 2);
+            let coarser = Coarser::new(&graph, links.nodes, levels.len() + 2);
             levels.push(Level::new(graph, coarser.aggregates));
             graph = coarser.graph;
         }
@@ -121,7 +121,7 @@ impl Multigrid<'_> {
     /// Sets the potentials to those of a forward sweep that starts from potentials of zero.
     fn forward_sweep(&mut self, currents: &[Vec<f64>; 2]) {
         let links = self.links;
-        let [rows, row_nodes] = links.nodes();
+        let [rows, row_nodes] = links.nodes;
         let mut inflow = vec![0.0; row_nodes];
         for row in 0..rows {
             let inverse_diagonal = &self.inverse_diagonal[links.row(row)];
@@ -150,8 +150,8 @@ impl Multigrid<'_> {
     /// Balances the currents of the rows, from the last row to the first.
     fn backward_sweep(&mut self, currents: &[Vec<f64>; 2]) {
         let links = self.links;
-        let mut outflow = vec![0.0; links.nodes()[1]];
-        for row in (0..links.nodes()[0]).rev() {
+        let mut outflow = vec![0.0; links.nodes[1]];
+        for row in (0..links.nodes[0]).rev() {
             let inverse_diagonal = &self.inverse_diagonal[links.row(row)];
             for (potentials, currents) in self.potentials.iter_mut().zip(currents) {
                 links.row_outflow(row, three_rows(links, potentials, row), &mut outflow);
@@ -173,7 +173,7 @@ impl Multigrid<'_> {
             None => &mut self.coarsest.values,
         };
         coarse.fill([0.0; 2]);
-        let mut outflow = vec![0.0; links.nodes()[1]];
+        let mut outflow = vec![0.0; links.nodes[1]];
         for axis in [0, 1] {
             let (potentials, currents) = (&self.potentials[axis], &currents[axis]);
             let scaled_residual = |row: usize, scaled: &mut [f64]| {
@@ -203,7 +203,7 @@ impl Multigrid<'_> {
     fn correct(&mut self, factor: f64, damping: f64) {
         let links = self.links;
         let corrections = potentials_of(&self.levels, &self.coarsest);
-        let mut outflow = vec![0.0; links.nodes()[1]];
+        let mut outflow = vec![0.0; links.nodes[1]];
         for axis in [0, 1] {
             let correction = |row: usize, correction: &mut [f64]| {
                 for (correction, &aggregate) in
@@ -239,7 +239,7 @@ fn visit_three_rows(
     mut compute: impl FnMut(usize, &mut [f64]),
     mut visit: impl FnMut(usize, [&[f64]; 3]),
 ) {
-    let [rows, row_nodes] = links.nodes();
+    let [rows, row_nodes] = links.nodes;
     let [mut before, mut own, mut after] = [0, 1, 2].map(|_| vec![0.0; row_nodes]);
     compute(rows - 1, &mut before);
     compute(0, &mut own);

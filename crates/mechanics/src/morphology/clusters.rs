@@ -121,6 +121,24 @@ impl JoinedRuns {
         let start = if row == 0 { 0 } else { self.row_ends[row - 1] };
         start..self.row_ends[row]
     }
+
+    /// Returns one item for each cluster, in the order of their first nodes. `add` adds to an item
+    /// the run of a row with this index.
+    fn clusters<C: Default>(&mut self, mut add: impl FnMut(&mut C, usize, usize, &Run)) -> Vec<C> {
+        let mut index_of_root = vec![None; self.runs.len()];
+        let mut clusters = Vec::new();
+        for row in 0..self.row_ends.len() {
+            for index in self.row(row) {
+                let root = self.forest.root(index).0;
+                let cluster = *index_of_root[root].get_or_insert_with(|| {
+                    clusters.push(C::default());
+                    clusters.len() - 1
+                });
+                add(&mut clusters[cluster], row, index, &self.runs[index]);
+            }
+        }
+        clusters
+    }
 }
 
 /// Maximal range `start..end` of adjacent nodes of one row that are all in contact, or all in the

@@ -5,25 +5,24 @@
 
 use std::ops::RangeInclusive;
 
-use pulp::Simd;
-
 use super::lanes::{
-    Accumulate, LANES, Pass, for_rows, greater, highest_of, over_rows, sum_by, sum_rows, total,
-    weight,
+    Accumulate, LANES, Shared, for_rows, for_rows_with, greater, highest_of, sum_by, sum_rows,
+    total, weight,
 };
-use super::passes::{PendingUpdate, ReferencePressure, promote};
-use super::{Hardness, Solver};
+use super::passes::{PendingUpdate, promote};
+use super::{Hardness, InnerSolver, Solver};
 use crate::fft::Row;
 use crate::solver::marks::{SATURATED, has};
+use crate::threads::Threads;
 
 impl Solver {
     /// Scales the pressures so that their mean is the load. If the hardness bounds the pressures,
     /// scales elastic pressures only.
     pub(super) fn impose_load(&mut self) {
-        match self.inner.bound() {
+        match self.inner.bound {
             None => {
                 let scale = self.scale_to_load();
-                let (threads, row_nodes) = (self.inner.threads(), self.inner.mesh().nodes[1]);
+                let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
                 for_rows(threads, &mut self.pressure, row_nodes, |_, pressure| {
                     pressure.iter_mut().for_each(|p| *p *= scale);
                 });
@@ -37,7 +36,7 @@ impl Solver {
     /// Counts the nodes in contact and the saturated nodes, and finds the largest pressure.
     pub(super) fn summarise(&mut self) -> PressureSummary {
         let hardness = self.inner.ceiling();
-        let (threads, row_nodes) = (self.inner.threads(), self.inner.mesh().nodes[1]);
+        let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
         sum_rows(threads, &mut self.pressure, row_nodes, |_, pressure| PressureSummary {
             contact_nodes: pressure.iter().filter(|p| **p > 0.0).count(),
             saturated_nodes: pressure.iter().filter(|p| **p >= hardness).count(),
@@ -52,20 +51,20 @@ impl Solver {
         let mut sum = self.sum_of_pressures();
         if sum <= 0.0 {
             // The inner solver clears pressures that are too small for single precision.
-            self.guess_from_heights(self.inner.load());
+            self.guess_from_heights(self.inner.load);
             sum += self.sum_of_pressures();
         }
         self.inner.total() / sum
     }
 
     fn sum_of_pressures(&mut self) -> f64 {
-        let (threads, row_nodes) = (self.inner.threads(), self.inner.mesh().nodes[1]);
+        let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
         sum_rows(threads, &mut self.pressure, row_nodes, |_, pressure| total(pressure))
     }
 }
 
 /// Counts of nodes with pressure and of saturated nodes, and the largest pressure.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct PressureSummary {
     pub contact_nodes: usize,
     pub saturated_nodes: usize,
@@ -73,8 +72,6 @@ pub struct PressureSummary {
 }
 
 impl Accumulate for PressureSummary {
-    const ZERO: Self = Self { contact_nodes: 0, saturated_nodes: 0, peak_pressure: 0.0 };
-
     fn add(&mut self, later: Self) {
         self.contact_nodes += later.contact_nodes;
         self.saturated_nodes += later.saturated_nodes;
@@ -102,20 +99,21 @@ impl Solver {
     ///
     /// Returns the factor by which elastic pressures were scaled.
     pub(super) fn promote_yielding(&mut self, hardness: Hardness, pending: PendingUpdate) -> f64 {
-        let mut promote = PromoteYielding {
-            hardness: hardness.pressure(),
-            reference_pressure: self.inner.reference_pressure(),
-            pressure_increment: self.inner.pressure_increment(),
-            last_step: self.inner.last_step(),
-            tally: Tally::below(hardness.pressure()),
-        };
-        over_rows(
-            self.inner.threads(),
-            &mut self.pressure,
-            self.inner.mesh().nodes[1],
-            &mut promote,
-        );
-        let mut tally = promote.tally;
+        let bound = hardness.pressure();
+        let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
+        let reference_pressure = &self.inner.reference_pressure;
+        let (increment, last_step) = (&self.inner.pressure_increment, &self.inner.last_step);
+        let tally = Tally::below(bound);
+        let mut tally =
+            for_rows_with(threads, &mut self.pressure, row_nodes, tally, |tally, row, pressure| {
+                promote(1.0, reference_pressure.row(row), row.of(increment), pressure);
+                for (p, last_step) in pressure.iter_mut().zip(row.of(last_step)) {
+                    // Single precision may not represent the hardness.
+                    let is_saturated = has(*last_step, SATURATED) || *p > bound;
+                    *p = if is_saturated { bound } else { *p };
+                }
+                tally.add(row, pressure);
+            });
         if pending.part < 1.0 {
             self.inner.take_back(1.0 - pending.part, &mut self.pressure);
             tally = self.tally(hardness);
@@ -132,9 +130,10 @@ impl Solver {
     ///
     /// Updates the flags in the last steps, but keeps the steps, unlike [`Solver::evaluate`].
     pub(super) fn begin_keeping_steps(&mut self) {
-        self.inner.lend_scratch(&mut self.double_scratch);
-        let mut pass = self.inner.pressure_input(&self.pressure, true);
-        self.problem.transform.begin(&mut pass, &mut self.double_scratch);
+        self.double_scratch.take_over(&mut self.inner.scratch);
+        self.problem
+            .transform
+            .begin(&mut self.inner.pressure_input(&self.pressure, true), &mut self.double_scratch);
     }
 
     /// Scales elastic pressures so that the mean of all pressures is the load, and returns the
@@ -175,9 +174,8 @@ impl Solver {
     /// Reduces pressures above the hardness to the hardness, and returns the elastic nodes and the
     /// number of saturated nodes.
     fn tally(&mut self, hardness: Hardness) -> Tally {
-        let mut tally = Tally::below(hardness.pressure());
-        over_rows(self.inner.threads(), &mut self.pressure, self.inner.mesh().nodes[1], &mut tally);
-        tally
+        let InnerSolver { threads, mesh, .. } = &self.inner;
+        Tally::of(threads, &mut self.pressure, mesh.nodes[1], hardness.pressure())
     }
 
     /// Returns the factor (P − H n)/Σ p of elastic pressures p that restores the load.
@@ -188,7 +186,7 @@ impl Solver {
     fn scale_after(&self, tally: &Tally) -> f64 {
         let total = self.inner.total();
         let rest = total - tally.saturated_nodes * tally.hardness;
-        let elastic = tally.elastic_sum(&self.pressure, self.inner.mesh().nodes[1]);
+        let elastic = tally.elastic_sum(&self.pressure, self.inner.mesh.nodes[1]);
         if rest.abs() <= ROUNDING * total {
             return if elastic == 0.0 { 1.0 } else { 0.0 };
         }
@@ -203,47 +201,12 @@ impl Solver {
         if sum >= total {
             self.pressure.iter_mut().for_each(|p| *p *= total / sum);
         } else {
-            self.guess_from_heights(self.inner.load());
+            self.guess_from_heights(self.inner.load);
         }
-    }
-}
-
-/// Pass over pressures that sets them to the pressures of the inner solver, in double precision,
-/// and collects elastic nodes.
-///
-/// Saturated pressures are set to the hardness, which single precision may not represent.
-pub struct PromoteYielding<'a> {
-    pub hardness: f64,
-    pub reference_pressure: &'a ReferencePressure,
-    pub pressure_increment: &'a [f32],
-    pub last_step: &'a [f32],
-    pub tally: Tally,
-}
-
-impl Pass<f64> for PromoteYielding<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        promote(1.0, self.reference_pressure.row(row), row.of(self.pressure_increment), pressure);
-        for (p, last_step) in pressure.iter_mut().zip(row.of(self.last_step)) {
-            let is_saturated = has(*last_step, SATURATED) || *p > self.hardness;
-            *p = if is_saturated { self.hardness } else { *p };
-        }
-        self.tally.add(row, pressure);
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { tally: Tally::below(self.hardness), ..*self }
-    }
-
-    fn append(&mut self, later: Self) {
-        self.tally.join(later.tally);
     }
 }
 
 /// Indices of the nodes in elastic contact, and number of saturated nodes.
-///
-/// As a [`Pass`] over pressures, it finds these nodes and reduces pressures above the hardness to
-/// the hardness.
 pub struct Tally {
     pub hardness: f64,
     pub saturated_nodes: f64,
@@ -255,6 +218,21 @@ pub struct Tally {
 impl Tally {
     pub fn below(hardness: f64) -> Self {
         Self { hardness, saturated_nodes: 0.0, elastic: Vec::new() }
+    }
+
+    fn of(threads: &Threads, pressure: &mut [f64], row_nodes: usize, hardness: f64) -> Self {
+        for_rows_with(
+            threads,
+            pressure,
+            row_nodes,
+            Self::below(hardness),
+            |tally, row, pressure| {
+                for p in &mut *pressure {
+                    *p = p.min(tally.hardness);
+                }
+                tally.add(row, pressure);
+            },
+        )
     }
 
     #[inline(always)]
@@ -288,11 +266,6 @@ impl Tally {
             count += usize::from((*p != 0.0) & (*p < self.hardness));
         }
         self.elastic.extend_from_slice(&elastic[..count]);
-    }
-
-    fn join(&mut self, mut later: Self) {
-        self.saturated_nodes += later.saturated_nodes;
-        self.elastic.append(&mut later.elastic);
     }
 
     /// Returns the sum of `pressure` over elastic nodes, with sixteen partial sums in each row of
@@ -332,37 +305,27 @@ impl Tally {
     }
 }
 
-impl Pass<f64> for Tally {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        for p in &mut *pressure {
-            *p = p.min(self.hardness);
-        }
-        self.add(row, pressure);
-    }
-
+impl Shared for Tally {
     fn split_off(&mut self, _: Row) -> Self {
         Self::below(self.hardness)
     }
 
-    fn append(&mut self, later: Self) {
-        self.join(later);
+    fn append(&mut self, mut later: Self) {
+        self.saturated_nodes += later.saturated_nodes;
+        self.elastic.append(&mut later.elastic);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::lanes::over_rows;
-    use crate::threads::Threads;
 
     #[test]
     fn elastic_nodes_are_scaled_until_they_saturate() {
         // Rows of one whole group and four further nodes.
         let nodes = 20;
         let mut pressure: Vec<f64> = [0.0, 0.25, 1.5, 0.5].repeat(10);
-        let mut tally = Tally::below(1.0);
-        over_rows(&Threads::one(), &mut pressure, nodes, &mut tally);
+        let mut tally = Tally::of(&Threads::one(), &mut pressure, nodes, 1.0);
         let odd = Vec::from_iter((1..40).step_by(2));
         assert_eq!((tally.saturated_nodes, &tally.elastic), (10.0, &odd));
         assert_eq!(tally.elastic_sum(&pressure, nodes), 7.5);

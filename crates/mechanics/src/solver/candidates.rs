@@ -1,5 +1,8 @@
 //! Nodes whose pressure may change, and the shift of their changes that keeps the mean pressure.
 
+use super::lanes::Shared;
+use crate::fft::Row;
+
 /// Accuracy of the shift that [`Candidates::shift`] returns, as a fraction of the largest change.
 const PRECISION: f64 = 1e-6;
 
@@ -16,6 +19,18 @@ pub struct Candidates {
     change: Vec<f32>,
     /// Last step of each node, where [`Candidates::follow`] needs it.
     last_step: Vec<f32>,
+}
+
+impl Shared for Candidates {
+    fn split_off(&mut self, _: Row) -> Self {
+        Self::default()
+    }
+
+    fn append(&mut self, mut later: Self) {
+        self.pressure.append(&mut later.pressure);
+        self.change.append(&mut later.change);
+        self.last_step.append(&mut later.last_step);
+    }
 }
 
 impl Candidates {
@@ -35,12 +50,6 @@ impl Candidates {
         for (change, last) in self.change.iter_mut().zip(&self.last_step) {
             *change = step_length * (*change + beta * last);
         }
-    }
-
-    pub fn append(&mut self, mut later: Self) {
-        self.pressure.append(&mut later.pressure);
-        self.change.append(&mut later.change);
-        self.last_step.append(&mut later.last_step);
     }
 
     /// Appends the first `count` of `N` nodes, given by pressures, changes and last steps. Copying

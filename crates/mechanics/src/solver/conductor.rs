@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use super::problem::Problem;
 use super::{ContactStiffness, Settings, Solver, Watch};
-use crate::conduction::{LayeredConductor, PeriodicConductor};
+use crate::conduction::LayeredConductor;
+use crate::elasticity::PeriodicLayer;
 use crate::grid::Grid;
 use crate::threads::Threads;
 
@@ -60,7 +61,7 @@ impl Conductor {
     /// Prepares the conductance of contacts on a grid of periodic cells.
     pub fn new(threads: &Threads, grid: Grid, layer: LayeredConductor) -> Self {
         let flat = vec![0.0; grid.count()];
-        let operator = Box::new(PeriodicConductor::new(grid, layer));
+        let operator = Box::new(PeriodicLayer::new(grid, layer));
         Self { problem: Arc::new(Problem::new(threads, operator, None, &flat)) }
     }
 

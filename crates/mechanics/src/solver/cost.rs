@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 use std::time::{Duration, Instant};
 
 use super::{Body, DEFAULT_TOLERANCE, Elastic};
-use crate::elasticity;
-use crate::elasticity::PeriodicHalfSpace;
+use crate::elasticity::{self, Factor, PeriodicHalfSpace};
 use crate::fft::Transform;
 use crate::grid::{Boundary, Cell, Grid};
+use crate::threads::Threads;
 
 /// Ratio of the time of an iteration to the time of its transforms: 2.3 on processors with AVX2,
 /// and 3.1 on one with AVX-512, whose transforms wait less for memory.
@@ -106,7 +106,11 @@ pub fn seconds_per_pair(nodes: [usize; 2]) -> f64 {
     let cell = Cell::square(1.0).expect("a side of one");
     let grid = Grid::new(nodes, cell).expect("a mesh has nodes");
     let transform = Transform::<f32>::new(grid.nodes());
-    let kernel = elasticity::stiffness::<f32>(&PeriodicHalfSpace::new(grid));
+    let kernel = elasticity::kernel::<f32>(
+        &Threads::one(),
+        &PeriodicHalfSpace::new(grid),
+        Factor::Stiffness,
+    );
     let mut scratch = transform.scratch();
     let field = vec![1.0; grid.count()];
     let mut out = vec![0.0; grid.count()];

@@ -12,7 +12,7 @@ use super::line_search::StepControl;
 use super::problem::range;
 use super::refinement::Evaluation;
 use super::{Settings, Solver, Watch};
-use crate::elasticity;
+use crate::elasticity::{self, Factor};
 use crate::fft::Transform;
 
 /// Upper limit of load × nodes for a light load, in E* × rms slope. This product is the pressure of
@@ -30,25 +30,25 @@ impl Solver {
         if let Some(guess) = self.guess_from_coarser(settings, watch) {
             return guess;
         }
-        self.inner.set_reference(0.0);
+        self.inner.reference = 0.0;
         if self.is_light() {
-            self.guess_from_heights(self.inner.load());
+            self.guess_from_heights(self.inner.load);
         } else {
-            self.guess_from_full_contact(self.inner.load());
+            self.guess_from_full_contact(self.inner.load);
         }
         self.impose_load();
         (self.inner.step_control(false), self.evaluate_guess(settings))
     }
 
     pub(super) fn is_light(&self) -> bool {
-        self.inner.load() * (self.pressure.len() as f64) < LIGHT
+        self.inner.load * (self.pressure.len() as f64) < LIGHT
     }
 
     /// Sets the pressures to the full-contact pressures under the load.
     ///
     /// These are the solution if none of them is negative.
     pub(super) fn set_full_contact(&mut self) {
-        let load = self.inner.load();
+        let load = self.inner.load;
         self.fill_with_full_contact();
         for p in &mut self.pressure {
             *p += load;
@@ -69,8 +69,8 @@ impl Solver {
     fn guess_from_full_contact(&mut self, load: f64) {
         self.fill_with_full_contact();
         let [lowest, highest] =
-            range(self.inner.threads(), &mut self.pressure, self.inner.mesh().nodes[1]);
-        let most = match self.inner.bound() {
+            range(&self.inner.threads, &mut self.pressure, self.inner.mesh.nodes[1]);
+        let most = match self.inner.bound {
             Some(hardness) => hardness.pressure() - lowest,
             // With this shift, the mean is the load of full contact, which exceeds `load`.
             None => self.problem.full_contact.map_or(load - lowest, |full| full.load),
@@ -86,19 +86,18 @@ impl Solver {
     /// are negligible.
     pub(super) fn guess_from_heights(&mut self, load: f64) {
         for (p, height) in self.pressure.iter_mut().zip(&self.problem.heights) {
-            *p = (height - self.problem.highest) / self.inner.mesh().nodal_compliance;
+            *p = (height - self.problem.highest) / self.inner.mesh.nodal_compliance;
         }
-        let most = match self.inner.bound() {
+        let most = match self.inner.bound {
             None => load * self.pressure.len() as f64,
             Some(hardness) => {
                 hardness.pressure()
                     + (self.problem.highest - self.problem.lowest)
-                        / self.inner.mesh().nodal_compliance
+                        / self.inner.mesh.nodal_compliance
             }
         };
         let highest = self.raise_to(load, (0.0, most));
-        self.inner
-            .set_reference(highest * self.inner.mesh().nodal_compliance - self.problem.highest);
+        self.inner.reference = highest * self.inner.mesh.nodal_compliance - self.problem.highest;
     }
 
     /// Replaces each pressure p by clamp(p + s, 0, ceiling), with the shift s between `low` and
@@ -137,14 +136,15 @@ impl Solver {
     ///
     /// If the stiffness is exact, this is the pressure of zero mean that flattens the surface.
     pub(super) fn fill_with_full_contact(&mut self) {
-        let stiffness = elasticity::stiffness_on(self.inner.threads(), &*self.problem.body);
+        let stiffness =
+            elasticity::kernel(&self.inner.threads, &*self.problem.body, Factor::Stiffness);
         let transform =
-            Transform::padded(self.inner.mesh().nodes, self.problem.body.stiffness_nodes());
-        let mut scratch = transform.scratch_on(self.inner.threads().clone());
-        self.inner.lend_scratch(&mut scratch);
+            Transform::padded(self.inner.mesh.nodes, self.problem.body.stiffness_nodes());
+        let mut scratch = transform.scratch_on(self.inner.threads.clone());
+        scratch.take_over(&mut self.inner.scratch);
         scratch.take_over(&mut self.double_scratch);
         transform.convolve(&stiffness, &self.problem.heights, &mut self.pressure, &mut scratch);
         self.double_scratch.take_over(&mut scratch);
-        self.inner.add_pairs(1);
+        self.inner.pairs += 1;
     }
 }

@@ -40,35 +40,36 @@ pub use conjugate_gradients::{End, Goal, State};
 
 /// Pressures, gaps and last steps of the nodes in single precision, and the preconditioner.
 pub struct InnerSolver {
-    mesh: Arc<Mesh>,
-    load: f64,
+    pub mesh: Arc<Mesh>,
+    pub load: f64,
     /// Upper bound of the pressures; `None` while they are not bounded.
-    bound: Option<Hardness>,
+    pub bound: Option<Hardness>,
 
-    gap: Vec<f32>,
+    pub gap: Vec<f32>,
     /// Number that is subtracted from gaps before they are rounded to single precision.
-    reference: f64,
+    pub reference: f64,
     /// Offset from which the present residual is measured: residual = `gap` − `level`.
     level: f64,
     /// Part of the pressure that does not change during the iterations.
-    reference_pressure: ReferencePressure,
+    pub reference_pressure: ReferencePressure,
     /// Difference of pressure and reference pressure.
-    pressure_increment: Vec<f32>,
+    pub pressure_increment: Vec<f32>,
     /// Last step of the pressure of each node, zero at nodes that are not free. Its lowest bits
     /// hold the flags of the node (`marks`).
-    last_step: Vec<f32>,
+    pub last_step: Vec<f32>,
     active: ActiveGroups,
     sample: Sample,
-    free_nodes: f64,
+    pub free_nodes: f64,
     preconditioner: Preconditioner,
     /// Nodes whose pressure may change, collected if the material yields.
     candidates: Candidates,
-    scratch: Scratch<f32>,
+    /// Memory of transforms, which takes turns with that in double precision.
+    pub scratch: Scratch<f32>,
 
     /// Transform pairs used for the present load, in both precisions.
-    pairs: u32,
+    pub pairs: u32,
 
-    threads: Threads,
+    pub threads: Threads,
 }
 
 impl InnerSolver {
@@ -101,18 +102,6 @@ impl InnerSolver {
         self.threads = threads;
     }
 
-    pub fn threads(&self) -> &Threads {
-        &self.threads
-    }
-
-    pub fn mesh(&self) -> &Mesh {
-        &self.mesh
-    }
-
-    pub fn cells(&self) -> usize {
-        self.mesh.cells()
-    }
-
     /// Begins a load whose pressures are not bounded, with gaps relative to zero. Iterations will
     /// go on to a residual of `tolerance`.
     pub fn begin_load(&mut self, load: f64, tolerance: f64) {
@@ -121,7 +110,7 @@ impl InnerSolver {
         self.pairs = 0;
         self.reference = 0.0;
         self.reference_pressure.prepare(tolerance);
-        self.active.prepare(ReferencePressure::is_map(tolerance));
+        self.active.always = ReferencePressure::is_map(tolerance);
     }
 
     /// Begins a load with pressures at most `bound`. Maps keep what they hold.
@@ -131,21 +120,9 @@ impl InnerSolver {
         self.pairs = 0;
     }
 
-    pub fn load(&self) -> f64 {
-        self.load
-    }
-
     /// Returns the sum of the pressures that the load requires.
     pub fn total(&self) -> f64 {
-        self.load * self.cells() as f64
-    }
-
-    pub fn bound(&self) -> Option<Hardness> {
-        self.bound
-    }
-
-    pub fn set_bound(&mut self, bound: Option<Hardness>) {
-        self.bound = bound;
+        self.load * self.mesh.cells() as f64
     }
 
     /// Returns the upper bound of the pressures, or infinity if there is none.
@@ -153,61 +130,10 @@ impl InnerSolver {
         self.bound.map_or(f64::INFINITY, Hardness::pressure)
     }
 
-    pub fn pairs(&self) -> u32 {
-        self.pairs
-    }
-
-    pub fn add_pairs(&mut self, pairs: u32) {
-        self.pairs += pairs;
-    }
-
-    pub fn reference(&self) -> f64 {
-        self.reference
-    }
-
-    /// Sets the number that is subtracted from the gaps of the next evaluation.
-    pub fn set_reference(&mut self, reference: f64) {
-        self.reference = reference;
-    }
-
-    pub fn shift_reference(&mut self, by: f64) {
-        self.reference += by;
-    }
-
-    pub fn gap(&self) -> &[f32] {
-        &self.gap
-    }
-
-    pub fn last_step(&self) -> &[f32] {
-        &self.last_step
-    }
-
-    pub fn pressure_increment(&self) -> &[f32] {
-        &self.pressure_increment
-    }
-
-    pub fn reference_pressure(&self) -> &ReferencePressure {
-        &self.reference_pressure
-    }
-
-    pub fn free_nodes(&self) -> f64 {
-        self.free_nodes
-    }
-
     /// Converts an error of the gap to the unit of residuals, the smaller mesh step at unit rms
     /// slope.
     pub fn residual(&self, error: f64) -> f64 {
         self.mesh.steps_per_side * error
-    }
-
-    /// Takes the memory of transforms in double precision for those in single precision.
-    pub fn take_scratch(&mut self, double: &mut Scratch<f64>) {
-        self.scratch.take_over(double);
-    }
-
-    /// Lends the memory of transforms in single precision to those in double precision.
-    pub fn lend_scratch(&mut self, double: &mut Scratch<f64>) {
-        double.take_over(&mut self.scratch);
     }
 
     /// Frees the maps that are borrowed from a finer mesh during a solve.

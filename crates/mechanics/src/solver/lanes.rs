@@ -25,7 +25,7 @@ pub trait Pass<T>: Sized + Send {
 
     fn split_off(&mut self, row: Row) -> Self;
 
-    fn append(&mut self, later: Self);
+    fn append(&mut self, _later: Self) {}
 }
 
 /// Adapter that runs a pass with the vector instructions in use.
@@ -79,8 +79,8 @@ pub fn over_rows<T: Send, P: Pass<T>>(
     let mut end = count;
     for block in workers.cuts(count.div_ceil(ROW_BATCH)).into_iter().rev() {
         let first = Row::new(ROW_BATCH * block, nodes);
-        blocks.push((first.index()..end, whole.split_off(first), Wide(pass.split_off(first))));
-        end = first.index();
+        blocks.push((first.index..end, whole.split_off(first), Wide(pass.split_off(first))));
+        end = first.index;
     }
     workers.for_each(
         &mut Vec::new(),
@@ -107,9 +107,9 @@ pub fn sum_rows<T: Send, A: Accumulate + Send>(
     nodes: usize,
     visit: impl Fn(Row, &mut [T]) -> A + Copy + Send,
 ) -> A {
-    let mut pass = Visit(visit, InOrder::new());
-    over_rows(threads, map, nodes, &mut pass);
-    pass.1.total()
+    let push =
+        move |found: &mut InOrder<A>, row: Row, values: &mut [T]| found.push(visit(row, values));
+    for_rows_with(threads, map, nodes, InOrder::new(), push).total()
 }
 
 /// Calls `visit` on all rows as [`sum_rows`] does.
@@ -119,27 +119,110 @@ pub fn for_rows<T: Send>(
     nodes: usize,
     visit: impl Fn(Row, &mut [T]) + Copy + Send,
 ) {
-    sum_rows(threads, map, nodes, visit);
+    for_rows_with(threads, map, nodes, (), move |(): &mut (), row, values| visit(row, values));
 }
 
-struct Visit<F, A>(F, InOrder<A>);
+/// Calls `visit` on all rows with the state of their thread, and returns the joined states.
+pub fn for_rows_with<T: Send, S: Shared>(
+    threads: &Threads,
+    map: &mut [T],
+    nodes: usize,
+    state: S,
+    visit: impl Fn(&mut S, Row, &mut [T]) + Copy + Send,
+) -> S {
+    let mut pass = Visit { state, visit };
+    over_rows(threads, map, nodes, &mut pass);
+    pass.state
+}
 
-impl<T, A: Accumulate + Send, F: Fn(Row, &mut [T]) -> A + Copy + Send> Pass<T> for Visit<F, A> {
+/// Pass that calls a function with the state of the thread and a row.
+pub struct Visit<S, F> {
+    pub state: S,
+    visit: F,
+}
+
+impl<S, F> Visit<S, F> {
+    /// Returns the pass for a transform.
+    pub fn rows<T>(state: S, visit: F) -> Wide<Self>
+    where
+        F: Fn(&mut S, Row, &mut [T]),
+    {
+        Wide(Self { state, visit })
+    }
+}
+
+impl<T, P: Shared, F: Fn(&mut P, Row, &mut [T]) + Copy + Send> Pass<T> for Visit<P, F> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [T]) {
-        self.1.push((self.0)(row, values));
+        (self.visit)(&mut self.state, row, values);
     }
 
-    fn split_off(&mut self, _: Row) -> Self {
-        Self(self.0, InOrder::new())
+    fn split_off(&mut self, row: Row) -> Self {
+        Self { state: self.state.split_off(row), visit: self.visit }
     }
 
     fn append(&mut self, later: Self) {
+        self.state.append(later.state);
+    }
+}
+
+/// State of a pass over rows that several threads share: maps that are written, buffers, and what
+/// is collected.
+pub trait Shared: Sized + Send {
+    /// Splits off the state for the rows from `row` on.
+    fn split_off(&mut self, row: Row) -> Self;
+
+    fn append(&mut self, _later: Self) {}
+}
+
+impl Shared for () {
+    fn split_off(&mut self, _: Row) {}
+}
+
+/// A buffer, whose content is not kept between rows.
+impl Shared for Vec<f32> {
+    fn split_off(&mut self, _: Row) -> Self {
+        self.clone()
+    }
+}
+
+impl<V: Send> Shared for Band<'_, V> {
+    fn split_off(&mut self, row: Row) -> Self {
+        Band::split_off(self, row)
+    }
+}
+
+impl<A: Accumulate + Send> Shared for InOrder<A> {
+    fn split_off(&mut self, _: Row) -> Self {
+        Self::new()
+    }
+
+    fn append(&mut self, later: Self) {
+        InOrder::append(self, later);
+    }
+}
+
+impl<S: Shared, const N: usize> Shared for [S; N] {
+    fn split_off(&mut self, row: Row) -> Self {
+        self.each_mut().map(|part| part.split_off(row))
+    }
+
+    fn append(&mut self, later: Self) {
+        self.iter_mut().zip(later).for_each(|(part, later)| part.append(later));
+    }
+}
+
+impl<A: Shared, B: Shared> Shared for (A, B) {
+    fn split_off(&mut self, row: Row) -> Self {
+        (self.0.split_off(row), self.1.split_off(row))
+    }
+
+    fn append(&mut self, later: Self) {
+        self.0.append(later.0);
         self.1.append(later.1);
     }
 }
 
-/// Splits a row into groups of sixteen numbers and the remaining single numbers.
 #[inline(always)]
 pub fn split<S: Simd, const R: usize>(row: &[f32]) -> (&[[S::f32s; R]], &[[f32; 1]]) {
     let (whole, rest) = row.split_at(row.len() / LANES * LANES);
@@ -370,12 +453,6 @@ pub fn greater<T: PartialOrd>(a: T, b: T) -> T {
     if a > b { a } else { b }
 }
 
-#[inline(always)]
-pub fn less<T: PartialOrd>(a: T, b: T) -> T {
-    if a < b { a } else { b }
-}
-
-/// Returns the highest number of a row, or −∞ of an empty one.
 pub fn highest_of(row: &[f64]) -> f64 {
     highest_by(row, |number| number)
 }
@@ -429,24 +506,38 @@ pub fn sum_over_groups<'a, A: Copy, B: Copy, T: Real>(
     partial.into_iter().map(Into::into).sum()
 }
 
-/// Result that is accumulated over the rows of the mesh.
-pub trait Accumulate: Copy {
-    const ZERO: Self;
-
+/// Result that is accumulated over the rows of the mesh, from its default on.
+pub trait Accumulate: Copy + Default {
     fn add(&mut self, later: Self);
 }
 
-impl Accumulate for () {
-    const ZERO: Self = ();
-
-    fn add(&mut self, (): Self) {}
-}
-
 impl Accumulate for f64 {
-    const ZERO: Self = 0.0;
-
     fn add(&mut self, later: Self) {
         *self += later;
+    }
+}
+
+/// Sums and maxima over the mesh.
+#[derive(Debug, Clone, Copy)]
+pub struct Totals<const K: usize, const H: usize> {
+    pub sums: [f64; K],
+    pub highest: [f64; H],
+}
+
+impl<const K: usize, const H: usize> Default for Totals<K, H> {
+    fn default() -> Self {
+        Self { sums: [0.0; K], highest: [f64::NEG_INFINITY; H] }
+    }
+}
+
+impl<const K: usize, const H: usize> Accumulate for Totals<K, H> {
+    fn add(&mut self, later: Self) {
+        for k in 0..K {
+            self.sums[k] += later.sums[k];
+        }
+        for h in 0..H {
+            self.highest[h] = greater(self.highest[h], later.highest[h]);
+        }
     }
 }
 
@@ -468,7 +559,7 @@ impl<F: Accumulate> InOrder<F> {
     }
 
     pub fn total(&self) -> F {
-        self.0.iter().fold(F::ZERO, |mut total, found| {
+        self.0.iter().fold(F::default(), |mut total, found| {
             total.add(*found);
             total
         })

@@ -306,9 +306,10 @@ pub struct LastStep {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::elasticity::{PeriodicHalfSpace, displacement};
+    use crate::elasticity::{Factor, PeriodicHalfSpace, kernel};
     use crate::fft::Transform;
     use crate::grid::samples::square;
+    use crate::threads::Threads;
 
     const NODES: usize = 12;
 
@@ -328,7 +329,8 @@ mod tests {
     fn sunk(pressure: &[f64]) -> Vec<f64> {
         let body = PeriodicHalfSpace::new(square(NODES, 1.0));
         let transform = Transform::new([NODES; 2]);
-        let (kernel, mut scratch) = (displacement(&body), transform.scratch());
+        let (kernel, mut scratch) =
+            (kernel(&Threads::one(), &body, Factor::Displacement), transform.scratch());
         let mut sunk = vec![0.0; pressure.len()];
         transform.convolve(&kernel, pressure, &mut sunk, &mut scratch);
         sunk

@@ -12,7 +12,7 @@
 
 use pulp::Simd;
 
-use super::lanes::{LANES, Lanes, Mask};
+use super::lanes::{LANES, Lanes, Mask, Shared};
 use crate::fft::{Band, Row};
 
 /// Flag of free nodes, whose pressure may change in the present iteration.
@@ -79,7 +79,7 @@ pub struct ActiveGroups {
     free: Vec<bool>,
     /// True if all groups are always active. This is so for small tolerances, for which the
     /// reference pressure is not zero outside contact.
-    always: bool,
+    pub always: bool,
 }
 
 impl ActiveGroups {
@@ -93,19 +93,14 @@ impl ActiveGroups {
         }
     }
 
-    /// Sets whether all groups are always active, or only groups with a free node or with pressure.
-    pub fn prepare(&mut self, always: bool) {
-        self.always = always;
-    }
-
     #[inline(always)]
     pub fn row(&self, row: Row) -> &[bool] {
-        Row::new(row.index(), self.row_groups).of(&self.active)
+        Row::new(row.index, self.row_groups).of(&self.active)
     }
 
     #[inline(always)]
     pub fn free_row(&self, row: Row) -> &[bool] {
-        Row::new(row.index(), self.row_groups).of(&self.free)
+        Row::new(row.index, self.row_groups).of(&self.free)
     }
 
     pub fn band(&mut self) -> ActiveBand<'_> {
@@ -134,12 +129,14 @@ pub struct GroupsOfRow<'r> {
 impl ActiveBand<'_> {
     #[inline(always)]
     pub fn row(&mut self, row: Row) -> GroupsOfRow<'_> {
-        let row = Row::new(row.index(), self.row_groups);
+        let row = Row::new(row.index, self.row_groups);
         GroupsOfRow { active: self.active.row(row), free: self.free.row(row) }
     }
+}
 
-    pub fn split_off(&mut self, row: Row) -> Self {
-        let row = Row::new(row.index(), self.row_groups);
+impl Shared for ActiveBand<'_> {
+    fn split_off(&mut self, row: Row) -> Self {
+        let row = Row::new(row.index, self.row_groups);
         Self { active: self.active.split_off(row), free: self.free.split_off(row), ..*self }
     }
 }

@@ -1,8 +1,7 @@
 //! Data of one mesh that no load changes.
 
 use super::blocks::{Extension, TwoLevel};
-use crate::elasticity;
-use crate::elasticity::ElasticOperator;
+use crate::elasticity::{self, ElasticOperator, Factor};
 use crate::fft::{Kernel, Transform};
 use crate::threads::Threads;
 
@@ -28,7 +27,7 @@ pub struct Mesh {
 impl Mesh {
     /// Returns whether displacements are convolved on a larger mesh, as with free boundaries.
     pub fn has_margin(&self) -> bool {
-        self.stiffness.has_margin()
+        self.stiffness.larger.is_some()
     }
 
     pub fn cells(&self) -> usize {
@@ -52,19 +51,19 @@ impl Mesh {
     ) -> Self {
         let nodes = body.grid().nodes();
         let blocks = Extension::blocks_of(body.stiffness_nodes());
-        let nodal_stiffness = body.nodal_stiffness(threads);
+        let nodal_stiffness = body.nodal(Factor::Stiffness, threads);
         Self {
             nodes,
             steps_per_side: body.grid().smaller_steps(),
             heights,
             highest,
             transform: elasticity::transform(body),
-            displacement: elasticity::displacement_on(threads, body),
+            displacement: elasticity::kernel(threads, body, Factor::Displacement),
             stiffness: Stiffness::new(threads, body),
             two_level: TwoLevel::new(threads, body, nodal_stiffness, blocks),
             relative_displacements: Extension::relative_displacements(body),
             nodal_stiffness,
-            nodal_compliance: body.nodal_compliance(threads),
+            nodal_compliance: body.nodal(Factor::Displacement, threads),
         }
     }
 }
@@ -78,16 +77,11 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
-    /// Returns whether displacements are convolved on a mesh that is larger than the map.
-    pub fn has_margin(&self) -> bool {
-        self.larger.is_some()
-    }
-
     pub fn new(threads: &Threads, body: &dyn ElasticOperator) -> Self {
         let nodes = body.stiffness_nodes();
         let is_larger = nodes != body.grid().nodes();
         Self {
-            kernel: elasticity::preconditioner_on(threads, body),
+            kernel: elasticity::kernel(threads, body, Factor::Preconditioner),
             larger: is_larger.then(|| Transform::new(nodes)),
         }
     }

@@ -15,12 +15,12 @@
 use std::sync::Arc;
 
 use super::inner::{End, Goal, InnerSolver, State};
-use super::lanes::over_rows;
+use super::lanes::for_rows_with;
 use super::line_search::StepControl;
 use super::mesh::Mesh;
 use super::passes::PendingUpdate;
 use super::problem::CoarserMeshes;
-use super::prolongation::{CoarseMap, SetProlonged};
+use super::prolongation::CoarseMap;
 use super::refinement::Evaluation;
 use super::{Hardness, Outcome, Settings, Solver, Watch};
 use crate::threads::Threads;
@@ -36,9 +36,9 @@ const PAIR_LIMIT: u32 = 60;
 pub struct Coarser {
     /// Intermediate meshes from the finest to the coarsest.
     levels: Vec<Level>,
-    coarsest: Coarsest,
+    pub coarsest: Coarsest,
     /// Hardness for which the contact under the present load was found, if it was.
-    found_for: Option<Option<Hardness>>,
+    pub found_for: Option<Option<Hardness>>,
 }
 
 struct Level {
@@ -47,8 +47,8 @@ struct Level {
 }
 
 /// Smallest mesh.
-struct Coarsest {
-    solver: Solver,
+pub struct Coarsest {
+    pub solver: Solver,
     found: CoarseContact,
 }
 
@@ -65,7 +65,7 @@ impl Coarser {
     pub fn new(threads: &Threads, meshes: &CoarserMeshes) -> Self {
         let levels = meshes.levels.iter().map(|mesh| Level::new(threads, mesh.clone()));
         let solver = Solver::of_problem(threads.clone(), meshes.coarsest.clone());
-        let found = CoarseContact::empty(solver.inner.mesh());
+        let found = CoarseContact::empty(&solver.inner.mesh);
         Self { levels: levels.collect(), coarsest: Coarsest { solver, found }, found_for: None }
     }
 
@@ -74,16 +74,6 @@ impl Coarser {
             level.inner.set_threads(threads.clone());
         }
         self.coarsest.solver.set_threads(threads.clone());
-    }
-
-    /// Returns the solver of the smallest mesh.
-    pub fn smallest(&mut self) -> &mut Solver {
-        &mut self.coarsest.solver
-    }
-
-    /// Forgets the contact that was found last.
-    pub fn forget(&mut self) {
-        self.found_for = None;
     }
 
     /// Solves the contact under the load of `finer` on all coarser meshes, from the smallest up,
@@ -97,7 +87,7 @@ impl Coarser {
         hardness: Option<Hardness>,
         watch: &dyn Watch,
     ) -> &CoarseContact {
-        let case = LoadCase { load: finer.load(), hardness, watch };
+        let case = LoadCase { load: finer.load, hardness, watch };
         self.found_for = Some(hardness);
         find(&mut self.levels, &mut self.coarsest, finer, case)
     }
@@ -147,7 +137,7 @@ impl Level {
                 found.take_iterate(inner, pending, offset, compliance);
             }
         }
-        found.pairs = f64::from(inner.pairs()) + coarse.pairs / RATIO;
+        found.pairs = f64::from(inner.pairs) + coarse.pairs / RATIO;
     }
 
     /// Iterates from `start` until the residual is at most [`TOLERANCE`]. Returns the update that
@@ -166,7 +156,7 @@ impl Level {
             else {
                 unreachable!("no step is left to evaluate");
             };
-            if is_reached || stop(inner.pairs()) {
+            if is_reached || stop(inner.pairs) {
                 return (pending, offset);
             }
             start = inner.begin_again(pending, offset);
@@ -224,12 +214,6 @@ impl CoarseContact {
         CoarseMap { values, nodes: *nodes, is_periodic: *is_periodic }
     }
 
-    /// Returns the number of pairs on the next finer mesh that take as long as the transform pairs
-    /// used so far.
-    pub fn finer_pairs(&self) -> u32 {
-        (self.pairs / RATIO).round() as u32
-    }
-
     /// Returns the bound of the pressures on the next finer mesh: `hardness` if the pressures on
     /// this mesh exceed it, otherwise none.
     fn next_bound(&self, hardness: Option<Hardness>) -> Option<Hardness> {
@@ -251,24 +235,24 @@ impl CoarseContact {
         offset: f64,
         compliance: f64,
     ) {
-        self.pressure_less_gap.resize(inner.cells(), 0.0);
+        self.pressure_less_gap.resize(inner.mesh.cells(), 0.0);
         let map = &mut self.pressure_less_gap;
         self.peak_pressure = inner.pressure_less_gap(pending, offset, compliance, map);
-        self.bound = inner.bound();
-        self.reference = inner.reference() + offset;
+        self.bound = inner.bound;
+        self.reference = inner.reference + offset;
     }
 
     /// Sets the map to s p − g of the last solution of `solver`, which has this outcome, with s =
     /// `compliance`.
     pub fn take_solution(&mut self, solver: &Solver, outcome: &Outcome, compliance: f64) {
-        let (gap, offset) = (solver.inner.gap(), solver.offset);
+        let (gap, offset) = (&solver.inner.gap, solver.offset);
         let nodes = solver.pressure.iter().zip(gap);
         let less_gap = nodes.map(|(p, gap)| (compliance * p - (f64::from(*gap) - offset)) as f32);
         self.pressure_less_gap.clear();
         self.pressure_less_gap.extend(less_gap);
-        self.reference = solver.inner.reference() + offset;
+        self.reference = solver.inner.reference + offset;
         self.peak_pressure = outcome.peak_pressure;
-        self.bound = solver.inner.bound();
+        self.bound = solver.inner.bound;
         self.pairs = f64::from(outcome.pairs);
     }
 }
@@ -282,13 +266,19 @@ impl Solver {
         settings: &Settings,
     ) -> Option<Evaluation> {
         let prolonged = self.inner.prolonged(coarse.map())?;
-        let row_nodes = self.inner.mesh().nodes[1];
-        let mut pass =
-            SetProlonged { prolonged, hardness: self.inner.ceiling(), row: vec![0.0; row_nodes] };
-        let pressure = &mut self.pressure;
-        over_rows(self.inner.threads(), pressure, row_nodes, &mut pass);
+        let row_nodes = self.inner.mesh.nodes[1];
+        let (threads, hardness) = (&self.inner.threads, self.inner.ceiling());
+        let state = (prolonged, vec![0.0; row_nodes]);
+        for_rows_with(threads, &mut self.pressure, row_nodes, state, |state, row, pressure| {
+            let (prolonged, single) = state;
+            prolonged.set_row(row, single);
+            for (p, single) in pressure.iter_mut().zip(single) {
+                // The hardness may not be a single-precision number.
+                *p = if *single >= prolonged.ceiling { hardness } else { f64::from(*single) };
+            }
+        });
         self.impose_load();
-        self.inner.set_reference(coarse.reference);
+        self.inner.reference = coarse.reference;
         Some(self.evaluate_guess(settings))
     }
 }
@@ -320,7 +310,7 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Option<(StepControl, Evaluation)> {
-        self.with_coarser(self.inner.bound(), watch, |solver, found| {
+        self.with_coarser(self.inner.bound, watch, |solver, found| {
             let mut control = solver.inner.step_control(true);
             // The mean displacement is zero. The displacement of a node in contact is its height
             // plus the reference.
@@ -349,13 +339,14 @@ impl Solver {
             return None;
         }
         let mut coarser = self.coarser.take()?;
-        self.inner.take_scratch(&mut self.double_scratch);
+        self.inner.scratch.take_over(&mut self.double_scratch);
         let is_found = coarser.found_for.is_some_and(|found_for| {
             found_for == hardness || hardness.is_none() && coarser.found().bound.is_none()
         });
         if !is_found {
             let found = coarser.find(&mut self.inner, hardness, watch);
-            self.inner.add_pairs(found.finer_pairs());
+            // As many pairs on this mesh take as long.
+            self.inner.pairs += (found.pairs / RATIO).round() as u32;
         }
         let result = use_found(self, coarser.found());
         self.coarser = Some(coarser);

@@ -1,5 +1,6 @@
 //! Passes over the rows of the mesh between two transforms, and the reference pressure.
 
+use super::lanes::Shared;
 use crate::fft::{Band, Row};
 
 mod clipped;
@@ -9,10 +10,8 @@ mod update_gap;
 mod update_pressure;
 
 pub use clipped::FindClipped;
-pub use evaluate::{
-    GapOutput, GapStatistics, PressureInput, PromotedInput, StepOutput, StepScaling, promote,
-};
-pub use peek::{GatherCandidates, MIN_SAMPLE_NODES, Means, Peek, PeekGap, Sample};
+pub use evaluate::{GapOutput, GapStatistics, StepOutput, StepScaling, promote};
+pub use peek::{GatherCandidates, MIN_SAMPLE_NODES, Means, Peek, Sample};
 pub use update_gap::{Convergence, GapSums, GapUpdate, InitialResidual, UpdateGap};
 pub use update_pressure::{Ceiling, Direction, PendingUpdate, Sums, UpdatePressure};
 
@@ -84,8 +83,10 @@ impl ReferenceBand<'_> {
         }
         reference_pressure
     }
+}
 
-    pub fn split_off(&mut self, row: Row) -> Self {
+impl Shared for ReferenceBand<'_> {
+    fn split_off(&mut self, row: Row) -> Self {
         Self { zeros: self.zeros, map: self.map.as_mut().map(|map| map.split_off(row)) }
     }
 }

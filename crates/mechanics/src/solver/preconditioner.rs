@@ -18,10 +18,10 @@ use super::blocks::{
     BlockBuffers, ExtendedRows, Extension, Nodal, ResidualRows, SIDE, TransposeInput,
     TransposeOutput,
 };
-use super::lanes::{Lanes, Pass, REST, Wide, split, split_mut};
+use super::lanes::{Lanes, Pass, REST, Shared, Wide, split, split_mut};
 use super::mesh::Mesh;
 use super::passes::{Direction, FindClipped, ReferencePressure};
-use crate::fft::{Band, Row, Rows, Scratch, Transform, in_corner};
+use crate::fft::{Band, Row, Rows, Scratch, Stored, Transform, in_corner, visit_pairs};
 use crate::solver::marks::{ALL, ActiveGroups, FREE};
 use crate::threads::Threads;
 
@@ -33,7 +33,7 @@ pub struct Preconditioner {
     extension: Extension,
     blocks: BlockBuffers,
     /// Compensation for clipped pressures, on bodies whose long waves are soft.
-    clipping: Option<Clipping>,
+    pub clipping: Option<Clipping>,
     larger: Option<LargerMesh>,
     /// True if the present corrections were computed with the two-level preconditioner.
     is_by_blocks: bool,
@@ -47,7 +47,7 @@ pub struct Preconditioner {
 /// almost keeps the displacements: the transpose Eᵀ of an [`Extension`] of the remaining free nodes
 /// distributes them. Without it, coatings of a hundred times the modulus take three to nine times
 /// the pairs, or do not converge.
-struct Clipping {
+pub struct Clipping {
     /// Extension of the residual of the remaining free nodes, on the mesh of the map.
     extension: Extension,
     /// Pressure that is taken from each remaining node of the smallest blocks.
@@ -170,14 +170,9 @@ impl Preconditioner {
         transform.multiply(&mesh.stiffness.kernel, scratch);
         let collected = self.extension.transpose_input();
         let mut pass = Wide(CollectFixed { map: mesh.nodes, last_step, active, collected });
-        transform.finish_and_store(&mut pass, scratch);
+        transform.pass(Stored::Spectra, Stored::Rows, &mut pass, scratch);
         self.extension.collect(threads);
         1
-    }
-
-    /// Returns whether [`Preconditioner::compensate_clipping`] has an effect.
-    pub fn compensates_clipping(&self) -> bool {
-        self.clipping.is_some()
     }
 
     /// Changes the corrections such that what clipping at zero and at `ceiling` adds to the
@@ -225,7 +220,7 @@ impl Preconditioner {
         let rows = smallest.values.chunks_mut(smallest.blocks[1]);
         for (values, compensation) in rows.zip(compensation.chunks(blocks)) {
             for (value, compensation) in values.iter_mut().zip(compensation) {
-                let change = compensation / direction.step_length();
+                let change = compensation / direction.step_length;
                 // The steps of a load that does not converge become as short as rounding allows.
                 *value += if change.is_finite() { change } else { 0.0 };
             }
@@ -270,23 +265,28 @@ impl Corrections<'_> {
     pub fn peek<P: Pass<f32>>(&mut self, pairs: &[usize], rows: &mut Wide<P>) {
         let map = self.mesh.nodes;
         match (&self.nodal, &mut self.larger) {
-            (Some(nodal), _) => nodal.peek(self.threads, pairs, map, rows),
-            (None, Some((transform, larger))) => in_corner(map, rows, |rows| {
-                transform.peek_stored(pairs, rows, &mut larger.scratch);
+            (Some(nodal), _) => nodal.over(map[1], rows, |rows| {
+                visit_pairs(self.threads, pairs, map, rows);
             }),
-            (None, None) => self.mesh.transform.peek_stored(pairs, rows, self.scratch),
+            (None, Some((transform, larger))) => in_corner(map, rows, |rows| {
+                transform.peek(Stored::Rows, pairs, rows, &mut larger.scratch);
+            }),
+            (None, None) => self.mesh.transform.peek(Stored::Rows, pairs, rows, self.scratch),
         }
     }
 
     /// Passes all rows of the map to `rows`.
     pub fn read<P: Pass<f32>>(self, rows: &mut Wide<P>) {
-        let map = self.mesh.nodes;
+        let (map, single) = (self.mesh.nodes, &self.mesh.transform);
+        let [from, to] = [Stored::Rows, Stored::Nothing];
         match (self.nodal, self.larger) {
-            (Some(nodal), _) => nodal.read(map[1], rows, &self.mesh.transform, self.scratch),
+            (Some(nodal), _) => {
+                nodal.over(map[1], rows, |rows| single.pass(from, to, rows, self.scratch));
+            }
             (None, Some((transform, larger))) => in_corner(map, rows, |rows| {
-                transform.read_stored(rows, &mut larger.scratch);
+                transform.pass(from, to, rows, &mut larger.scratch);
             }),
-            (None, None) => self.mesh.transform.read_stored(rows, self.scratch),
+            (None, None) => single.pass(from, to, rows, self.scratch),
         }
     }
 
@@ -295,19 +295,21 @@ impl Corrections<'_> {
     pub fn begin_step<P: Pass<f32>>(self, rows: &mut Wide<P>) {
         let (map, single) = (self.mesh.nodes, &self.mesh.transform);
         match (self.nodal, self.larger) {
-            (Some(nodal), _) => nodal.begin(map[1], rows, single, self.scratch),
+            (Some(nodal), _) => {
+                nodal.over(map[1], rows, |rows| single.begin(rows, self.scratch));
+            }
             (None, Some((transform, larger))) => {
                 let mut keeping = CopyRows {
                     rows: rows.split_off(Row::new(0, map[1])),
                     steps: Band::new(&mut larger.steps),
                 };
                 in_corner(map, &mut keeping, |rows| {
-                    transform.read_stored(rows, &mut larger.scratch);
+                    transform.pass(Stored::Rows, Stored::Nothing, rows, &mut larger.scratch);
                 });
                 rows.append(keeping.rows);
                 single.begin_with(&larger.steps, self.scratch);
             }
-            (None, None) => single.begin_from_stored(rows, self.scratch),
+            (None, None) => single.pass(Stored::Rows, Stored::Spectra, rows, self.scratch),
         }
     }
 }
@@ -351,13 +353,13 @@ impl Pass<f32> for Extend<'_> {
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let [(own, of_own), (other, of_other)] = self.extended.row(row);
         let [rows, row_nodes] = self.map;
-        let inside = if row.index() < rows { row_nodes } else { 0 };
+        let inside = if row.index < rows { row_nodes } else { 0 };
         let (values, beyond) = values.split_at_mut(inside);
         continue_all([of_own, of_other], beyond, &own[inside..], &other[inside..]);
         if inside == 0 {
             return;
         }
-        let row = Row::new(row.index(), row_nodes);
+        let row = Row::new(row.index, row_nodes);
         let (own, last_own) = split::<S, R>(&own[..values.len()]);
         let (other, last_other) = split::<S, R>(&other[..values.len()]);
         let (values, last_values) = split_mut::<S, R>(values);
@@ -377,11 +379,9 @@ impl Pass<f32> for Extend<'_> {
         );
     }
 
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { extended: self.extended.split_off(), ..*self }
+    fn split_off(&mut self, row: Row) -> Self {
+        Self { extended: self.extended.split_off(row), ..*self }
     }
-
-    fn append(&mut self, _: Self) {}
 }
 
 #[inline(always)]
@@ -446,8 +446,8 @@ impl Pass<f32> for CollectFixed<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         let [rows, row_nodes] = self.map;
-        if row.index() < rows {
-            let last_step = Row::new(row.index(), row_nodes).of(self.last_step);
+        if row.index < rows {
+            let last_step = Row::new(row.index, row_nodes).of(self.last_step);
             let free = self.active.free_row(row);
             self.collected.collect_row::<S, R>(simd, row, values, last_step, free);
         } else {
@@ -458,6 +458,4 @@ impl Pass<f32> for CollectFixed<'_> {
     fn split_off(&mut self, row: Row) -> Self {
         Self { collected: self.collected.split_off(row), ..*self }
     }
-
-    fn append(&mut self, _: Self) {}
 }

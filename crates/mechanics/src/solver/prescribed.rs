@@ -145,7 +145,7 @@ impl Solver {
         match prescribed {
             Prescribed::MeanGap(_) => highest - outcome.mean_gap,
             Prescribed::Approach { uniform_compliance, .. } => {
-                highest + self.inner.reference() + self.offset + uniform_compliance * load
+                highest + self.inner.reference + self.offset + uniform_compliance * load
             }
         }
     }
@@ -153,17 +153,7 @@ impl Solver {
     fn without_contact(&mut self, prescribed: Prescribed) -> Outcome {
         self.pressure.fill(0.0);
         let mean_gap = (self.problem.highest - self.wanted(prescribed)).max(0.0);
-        Outcome {
-            stop: Stop::NoContact,
-            pairs: 0,
-            residual: 0.0,
-            contact_nodes: 0,
-            saturated_nodes: 0,
-            mean_gap,
-            yielded_depth: 0.0,
-            energy: 0.0,
-            peak_pressure: 0.0,
-        }
+        Outcome { mean_gap, ..Outcome::default() }
     }
 
     /// Solves full contact if the prescribed approach reaches or exceeds it. Returns `None` if it
@@ -198,7 +188,7 @@ impl Solver {
     fn coarse_guess(&mut self, prescribed: Prescribed, watch: &dyn Watch) -> Guess {
         let (highest, nodes) = (self.problem.highest, self.pressure.len());
         let Some(coarser) = &mut self.coarser else { return Guess::default() };
-        let solver = coarser.smallest();
+        let solver = &mut coarser.coarsest.solver;
         // The highest node may be between the nodes of the coarser mesh.
         let lower = highest - solver.problem.highest;
         let prescribed = match prescribed {
@@ -299,13 +289,13 @@ impl Solver {
 
     /// Solves the contact under a load that differs little from the last one, from its pressures.
     fn press_from_last(&mut self, load: f64, settings: &Settings, watch: &dyn Watch) -> Outcome {
-        let (bound, reference) = (self.inner.bound(), self.inner.reference() + self.offset);
+        let (bound, reference) = (self.inner.bound, self.inner.reference + self.offset);
         self.begin_load(load, settings);
         if self.reaches_full_contact(load) {
             return self.press_to_full_contact();
         }
-        self.inner.set_bound(bound);
-        self.inner.set_reference(reference);
+        self.inner.bound = bound;
+        self.inner.reference = reference;
         self.impose_load();
         let evaluation = self.evaluate_guess(settings);
         let few = Settings { pair_limit: settings.pair_limit.min(NEAR_PAIRS), ..*settings };
@@ -340,7 +330,7 @@ impl Solver {
         touches_less: bool,
         settings: &Settings,
     ) -> Option<Yielded> {
-        let hardness = self.inner.bound()?.pressure();
+        let hardness = self.inner.bound?.pressure();
         let cells = self.pressure.len() as f64;
         let is_elastic = |pressure: f64| pressure > 0.0 && pressure < hardness;
         let nodes_with_pressure = self.pressure.iter().copied().enumerate();
@@ -354,15 +344,15 @@ impl Solver {
             return None;
         }
         elastic.iter().for_each(|(node, _)| self.pressure[*node] = replaced);
-        let (reference, offset) = (self.inner.reference(), self.offset);
-        self.inner.begin_bounded(hardness * nodes as f64 / cells, self.inner.bound());
-        self.inner.shift_reference(offset);
+        let (reference, offset) = (self.inner.reference, self.offset);
+        self.inner.begin_bounded(hardness * nodes as f64 / cells, self.inner.bound);
+        self.inner.reference += offset;
         let outcome = self.yielded_at(prescribed, nodes as f64 / cells, settings);
-        let yielded = Yielded { load: self.inner.load(), outcome };
+        let yielded = Yielded { load: self.inner.load, outcome };
         if outcome.stop != Stop::Converged {
             elastic.iter().for_each(|(node, pressure)| self.pressure[*node] = *pressure);
-            self.inner.begin_bounded(load, self.inner.bound());
-            self.inner.set_reference(reference);
+            self.inner.begin_bounded(load, self.inner.bound);
+            self.inner.reference = reference;
             self.offset = offset;
         }
         Some(yielded)
@@ -377,11 +367,11 @@ impl Solver {
         let change = match prescribed {
             Prescribed::MeanGap(gap) => middle + (evaluation.mean_gap - gap) / (1.0 - share),
             Prescribed::Approach { approach, uniform_compliance } => {
-                let uniform = uniform_compliance * self.inner.load();
-                approach - uniform - self.problem.highest - self.inner.reference()
+                let uniform = uniform_compliance * self.inner.load;
+                approach - uniform - self.problem.highest - self.inner.reference
             }
         };
-        self.inner.shift_reference(change);
+        self.inner.reference += change;
         let evaluation = self.evaluate();
         self.offset = 0.0;
         let Convergence { offset: middle, error } = evaluation.convergence;

@@ -4,10 +4,9 @@ use std::iter::successors;
 use std::sync::Arc;
 
 use super::Hardness;
-use super::lanes::{Accumulate, for_rows, greater, highest_by, highest_of, less, sum_rows, total};
+use super::lanes::{Totals, for_rows, highest_by, highest_of, sum_rows, total};
 use super::mesh::Mesh;
-use crate::elasticity;
-use crate::elasticity::ElasticOperator;
+use crate::elasticity::{self, ElasticOperator, Factor};
 use crate::fft::{Kernel, Transform};
 use crate::grid::Grid;
 use crate::threads::Threads;
@@ -54,10 +53,10 @@ impl Problem {
             CentredHeights::new(threads, heights, nodes[1]);
         let transform = elasticity::transform(&*body);
         let (mut full_contact, mut yield_load) = (None, f64::INFINITY);
-        if body.stiffness_is_exact() {
+        if body.is_periodic() {
             let mut pressure = vec![0.0; cells];
             let mut scratch = transform.scratch_on(threads.clone());
-            let stiffness = elasticity::stiffness_on(threads, &*body);
+            let stiffness = elasticity::kernel(threads, &*body, Factor::Stiffness);
             transform.convolve(&stiffness, &heights, &mut pressure, &mut scratch);
             let [lowest, peak] = range(threads, &mut pressure, nodes[1]);
             let full = FullContact { load: -lowest, peak };
@@ -69,7 +68,7 @@ impl Problem {
         Self {
             full_contact,
             yield_load,
-            displacement: elasticity::displacement_on(threads, &*body),
+            displacement: elasticity::kernel(threads, &*body, Factor::Displacement),
             mesh: Arc::new(Mesh::new(threads, &*body, single_heights, highest)),
             coarser: CoarserMeshes::new(threads, &*body, &heights),
             body,
@@ -190,26 +189,12 @@ impl CentredHeights {
 
 /// Returns the lowest and the highest number of a map.
 pub fn range(threads: &Threads, map: &mut [f64], row_nodes: usize) -> [f64; 2] {
-    let Range { lowest, highest } = sum_rows(threads, map, row_nodes, |_, row| Range {
-        lowest: -highest_by(row, |number| -number),
-        highest: highest_of(row),
+    let extremes = sum_rows(threads, map, row_nodes, |_, row| Totals {
+        sums: [],
+        highest: [highest_by(row, |number| -number), highest_of(row)],
     });
-    [lowest, highest]
-}
-
-#[derive(Clone, Copy)]
-struct Range {
-    lowest: f64,
-    highest: f64,
-}
-
-impl Accumulate for Range {
-    const ZERO: Self = Self { lowest: f64::INFINITY, highest: f64::NEG_INFINITY };
-
-    fn add(&mut self, later: Self) {
-        self.lowest = less(self.lowest, later.lowest);
-        self.highest = greater(self.highest, later.highest);
-    }
+    let [lowest, highest] = extremes.highest;
+    [-lowest, highest]
 }
 
 #[cfg(test)]

@@ -1,12 +1,10 @@
-//! Interpolation of a map from a coarser mesh to the next finer one, and the passes at the
-//! beginning and at the end of the iterations on coarser meshes.
+//! Interpolation of a map from a coarser mesh to the next finer one, and the pressures at the
+//! beginning of iterations.
 
-use pulp::Simd;
-
-use super::lanes::{Accumulate, InOrder, LANES, Pass, greater, sum_by, total, weight};
+use super::lanes::{Shared, greater, weight};
 use super::passes::PendingUpdate;
-use crate::fft::{Band, Row};
-use crate::solver::marks::{ActiveBand, FREE, PRESSED, SATURATED, has};
+use crate::fft::Row;
+use crate::solver::marks::{FREE, has};
 
 /// Weight of each of the two nearest nodes in the cubic interpolation half-way between them.
 const INNER: f32 = 9.0 / 16.0;
@@ -36,7 +34,7 @@ pub struct Prolonged<'a> {
     map: CoarseMap<'a>,
     /// Ratio of pressure to interpolated value.
     factor: f32,
-    ceiling: f32,
+    pub ceiling: f32,
     /// Row of the coarser mesh, interpolated between its rows, with further nodes before and after.
     coarse: Vec<f32>,
     /// Factors of the pressures at the edges, if the map is not periodic.
@@ -80,19 +78,15 @@ impl<'a> Prolonged<'a> {
         }
     }
 
-    pub fn split_off(&self) -> Self {
-        Self { coarse: self.coarse.clone(), edges: self.edges.clone(), ..*self }
-    }
-
     /// Writes a row of pressures of the finer mesh.
     #[inline(always)]
     pub fn set_row(&mut self, row: Row, pressure: &mut [f32]) {
         let nodes = self.map.nodes[1];
         let own = &mut self.coarse[BEFORE..][..nodes];
-        let at = row.index() / 2;
+        let at = row.index / 2;
         if let Some(edges) = &self.edges {
-            self.map.set_between_edges(row.index(), edges, own);
-        } else if row.index().is_multiple_of(2) {
+            self.map.set_between_edges(row.index, edges, own);
+        } else if row.index.is_multiple_of(2) {
             own.copy_from_slice(self.map.row(at, 0));
         } else {
             let [a, b, c, d] = [-1, 0, 1, 2].map(|by| self.map.row(at, by));
@@ -117,7 +111,7 @@ impl<'a> Prolonged<'a> {
         }
         let (factor, ceiling) = (self.factor, self.ceiling);
         if let Some(EdgeFactors { fine: [of_rows, of_columns], .. }) = &self.edges {
-            let of_row = of_rows[row.index()];
+            let of_row = of_rows[row.index];
             for (p, of_column) in pressure.iter_mut().zip(of_columns) {
                 *p *= of_row * of_column;
             }
@@ -125,6 +119,12 @@ impl<'a> Prolonged<'a> {
         for p in pressure {
             *p = (factor * *p).max(0.0).min(ceiling);
         }
+    }
+}
+
+impl Shared for Prolonged<'_> {
+    fn split_off(&mut self, _: Row) -> Self {
+        Self { coarse: self.coarse.clone(), edges: self.edges.clone(), ..*self }
     }
 }
 
@@ -178,54 +178,6 @@ fn half_way(a: f32, b: f32, c: f32, d: f32) -> f32 {
     INNER * (b + c) + OUTER * (a + d)
 }
 
-/// Pass that adds up the interpolated pressures, without writing them.
-pub struct SumProlonged<'a> {
-    pub prolonged: Prolonged<'a>,
-    pub row: Vec<f32>,
-    pub sum: InOrder<f64>,
-}
-
-impl Pass<f32> for SumProlonged<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, _: &mut [f32]) {
-        self.prolonged.set_row(row, &mut self.row);
-        self.sum.push(total(&self.row));
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { prolonged: self.prolonged.split_off(), row: self.row.clone(), sum: InOrder::new() }
-    }
-
-    fn append(&mut self, later: Self) {
-        self.sum.append(later.sum);
-    }
-}
-
-/// Pass over pressures in double precision that sets them to the interpolated pressures.
-pub struct SetProlonged<'a> {
-    pub prolonged: Prolonged<'a>,
-    pub hardness: f64,
-    pub row: Vec<f32>,
-}
-
-impl Pass<f64> for SetProlonged<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, pressure: &mut [f64]) {
-        self.prolonged.set_row(row, &mut self.row);
-        for (p, prolonged) in pressure.iter_mut().zip(&self.row) {
-            // The hardness may not be a single-precision number.
-            let bears = *prolonged >= self.prolonged.ceiling;
-            *p = if bears { self.hardness } else { f64::from(*prolonged) };
-        }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { prolonged: self.prolonged.split_off(), row: self.row.clone(), ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
 /// Constants that turn increments into pressures after the pending update of the last step, for a
 /// reference pressure of zero.
 #[derive(Clone, Copy)]
@@ -247,7 +199,7 @@ impl AppliedUpdate {
     /// Returns the pressure of a node after the update, clipped at its bounds. The last step is
     /// undone in part if its flag [`FREE`] is set.
     #[inline(always)]
-    fn pressure(&self, increment: f32, last_step: f32) -> f32 {
+    pub fn pressure(&self, increment: f32, last_step: f32) -> f32 {
         let step = weight::<f32>(has(last_step, FREE)) * last_step;
         // Rounding must not leave a pressure below zero or above the ceiling.
         greater(self.scale * increment - self.taken_back * step, 0.0).min(self.ceiling)
@@ -261,7 +213,13 @@ pub enum StartPressure<'a> {
 
 impl StartPressure<'_> {
     #[inline(always)]
-    fn set_row(&mut self, row: Row, pressure: &mut [f32], increment: &[f32], last_step: &[f32]) {
+    pub fn set_row(
+        &mut self,
+        row: Row,
+        pressure: &mut [f32],
+        increment: &[f32],
+        last_step: &[f32],
+    ) {
         match self {
             Self::FromCoarserMesh(prolonged) => prolonged.set_row(row, pressure),
             Self::FromLastIteration(update) => {
@@ -272,133 +230,14 @@ impl StartPressure<'_> {
             }
         }
     }
+}
 
-    fn split_off(&self) -> Self {
+impl Shared for StartPressure<'_> {
+    fn split_off(&mut self, row: Row) -> Self {
         match self {
-            Self::FromCoarserMesh(prolonged) => Self::FromCoarserMesh(prolonged.split_off()),
+            Self::FromCoarserMesh(prolonged) => Self::FromCoarserMesh(prolonged.split_off(row)),
             Self::FromLastIteration(update) => Self::FromLastIteration(*update),
         }
-    }
-}
-
-/// Pass that writes the initial pressures as input of the convolution. It sets the gap to −(h +
-/// `reference`) with the height h; displacements are added after the convolution.
-pub struct BeginPressed<'a, const YIELDS: bool> {
-    pub start: StartPressure<'a>,
-    pub ceiling: f32,
-    pub heights: &'a [f32],
-    pub reference: f32,
-    pub gap: Band<'a, f32>,
-    pub pressure_increment: Band<'a, f32>,
-    /// Last steps, which are set to zero, with flags that follow from the pressure.
-    pub last_step: Band<'a, f32>,
-    pub active: ActiveBand<'a>,
-    pub sums: InOrder<PressedSums>,
-}
-
-#[derive(Clone, Copy)]
-pub struct PressedSums {
-    pub pressure: f64,
-    pub pressure_on_height: f64,
-    pub saturated_nodes: f64,
-}
-
-impl Accumulate for PressedSums {
-    const ZERO: Self = Self { pressure: 0.0, pressure_on_height: 0.0, saturated_nodes: 0.0 };
-
-    fn add(&mut self, later: Self) {
-        self.pressure += later.pressure;
-        self.pressure_on_height += later.pressure_on_height;
-        self.saturated_nodes += later.saturated_nodes;
-    }
-}
-
-impl<const YIELDS: bool> Pass<f32> for BeginPressed<'_, YIELDS> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let (increment, last_step) = (self.pressure_increment.row(row), self.last_step.row(row));
-        self.start.set_row(row, values, increment, last_step);
-        let heights = row.of(self.heights);
-        for (gap, height) in self.gap.row(row).iter_mut().zip(heights) {
-            *gap = -(height + self.reference);
-        }
-        let ceiling = self.ceiling;
-        let saturated = if YIELDS { SATURATED } else { 0 };
-        let mut saturated_nodes = 0;
-        for (last_step, p) in last_step.iter_mut().zip(&*values) {
-            let bears = u32::from(*p >= ceiling);
-            let pressed = PRESSED * u32::from(*p > 0.0);
-            *last_step = f32::from_bits(pressed | (saturated * bears));
-            saturated_nodes += bears;
-        }
-        increment.copy_from_slice(values);
-        let always = self.active.always;
-        let groups = self.active.row(row);
-        groups.free.fill(false);
-        let increments = increment.as_chunks_mut::<LANES>().0;
-        for (active, increments) in groups.active.iter_mut().zip(increments) {
-            *active = always || increments.iter().any(|increment| *increment > 0.0);
-            if !*active {
-                // Clipping leaves −0, too.
-                increments.fill(-0.0);
-            }
-        }
-        self.sums.push(PressedSums {
-            pressure: total(values),
-            pressure_on_height: sum_by(values, heights, |p, height| p * height),
-            saturated_nodes: f64::from(saturated_nodes),
-        });
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            start: self.start.split_off(),
-            gap: self.gap.split_off(row),
-            pressure_increment: self.pressure_increment.split_off(row),
-            last_step: self.last_step.split_off(row),
-            active: self.active.split_off(row),
-            sums: InOrder::new(),
-            ..*self
-        }
-    }
-
-    fn append(&mut self, later: Self) {
-        self.sums.append(later.sums);
-    }
-}
-
-/// Pass that sets a map to s p − (g − `offset`), with the pressure p, the gap g and s =
-/// `compliance`, for a reference pressure of zero.
-pub struct PressureLessGap<'a> {
-    pub compliance: f32,
-    pub offset: f32,
-    pub update: AppliedUpdate,
-    pub pressure_increment: &'a [f32],
-    pub last_step: &'a [f32],
-    pub gap: &'a [f32],
-    pub peak_pressure: f32,
-}
-
-impl Pass<f32> for PressureLessGap<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let pressed = row.of(self.pressure_increment).iter().zip(row.of(self.last_step));
-        let nodes = pressed.zip(row.of(self.gap));
-        let mut peak = 0.0_f32;
-        for (value, ((increment, last_step), gap)) in values.iter_mut().zip(nodes) {
-            let p = self.update.pressure(*increment, *last_step);
-            *value = self.compliance * p - (gap - self.offset);
-            peak = greater(peak, p);
-        }
-        self.peak_pressure = greater(self.peak_pressure, peak);
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
-    }
-
-    fn append(&mut self, later: Self) {
-        self.peak_pressure = greater(self.peak_pressure, later.peak_pressure);
     }
 }
 
@@ -407,6 +246,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
+    use crate::solver::marks::PRESSED;
 
     /// Returns the positive part of the interpolated map.
     fn prolonged(values: &[f32], nodes: [usize; 2]) -> Vec<f32> {

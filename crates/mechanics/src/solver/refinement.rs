@@ -10,7 +10,7 @@
 
 use super::bounds::PressureSummary;
 use super::inner::{End, Goal, State};
-use super::lanes::{Accumulate, for_rows, sum_by, sum_rows, weight};
+use super::lanes::{Totals, for_rows, sum_by, sum_rows, weight};
 use super::line_search::{LastStep, LineSearch, StepControl};
 use super::passes::{Convergence, GapStatistics, PendingUpdate, StepScaling};
 use super::{Hardness, Outcome, Settings, Solver, Stop, Watch};
@@ -56,9 +56,9 @@ impl Solver {
         let mut decisions = DECISIONS;
         loop {
             if self.is_solved(settings, &evaluation) {
-                let may_repeat = self.inner.pairs() < settings.pair_limit;
+                let may_repeat = self.inner.pairs < settings.pair_limit;
                 if may_repeat && self.is_rounded(settings, &evaluation) {
-                    self.inner.shift_reference(evaluation.convergence.offset);
+                    self.inner.reference += evaluation.convergence.offset;
                     evaluation = self.evaluate();
                     continue;
                 }
@@ -70,7 +70,7 @@ impl Solver {
                 }
                 return self.outcome(Stop::Converged, evaluation, summary);
             }
-            let stop = if self.inner.pairs() >= settings.pair_limit {
+            let stop = if self.inner.pairs >= settings.pair_limit {
                 Stop::PairLimit
             } else if watch.is_interrupted() {
                 Stop::Interrupted
@@ -96,7 +96,7 @@ impl Solver {
         settings: &Settings,
         watch: &dyn Watch,
     ) -> Evaluation {
-        let residual = self.tolerance(settings, self.inner.free_nodes());
+        let residual = self.tolerance(settings, self.inner.free_nodes);
         let goal = Goal { residual, is_evaluated: true };
         let stop = |pairs| {
             watch.spent(pairs);
@@ -104,7 +104,7 @@ impl Solver {
         };
         match self.inner.iterate(control, start, goal, &stop) {
             End::Residual { pending, offset, .. } => self.evaluate_inner(pending, offset),
-            End::Step { line, state } => match self.inner.bound() {
+            End::Step { line, state } => match self.inner.bound {
                 None => self.evaluate_step(control, &line, state.convergence.offset),
                 Some(hardness) => self.evaluate_yielding_step(control, &line, hardness, &state),
             },
@@ -133,9 +133,8 @@ impl Solver {
     /// [`MAX_FRACTION_OF_DISPLACEMENT`] of the displacement of one node under the mean contact
     /// pressure. The second limit is never below the rounding error of the heights.
     fn tolerance(&self, settings: &Settings, contact_nodes: f64) -> f64 {
-        let mean_pressure = self.inner.load() * self.pressure.len() as f64 / contact_nodes;
-        let bound =
-            MAX_FRACTION_OF_DISPLACEMENT * self.inner.mesh().nodal_compliance * mean_pressure;
+        let mean_pressure = self.inner.load * self.pressure.len() as f64 / contact_nodes;
+        let bound = MAX_FRACTION_OF_DISPLACEMENT * self.inner.mesh.nodal_compliance * mean_pressure;
         let rounding = f64::EPSILON * self.problem.highest;
         settings.tolerance.min(self.inner.residual(bound.max(rounding)))
     }
@@ -148,7 +147,7 @@ impl Solver {
     ) -> Outcome {
         Outcome {
             stop,
-            pairs: self.inner.pairs(),
+            pairs: self.inner.pairs,
             // If all contact nodes are saturated, the error may be negative.
             residual: self.inner.residual(evaluation.convergence.error.max(0.0)),
             contact_nodes: summary.contact_nodes,
@@ -165,9 +164,10 @@ impl Solver {
     /// Computes the gap under the present pressures and evaluates it; takes one transform pair.
     /// Sets the last steps to zero.
     pub(super) fn evaluate(&mut self) -> Evaluation {
-        self.inner.lend_scratch(&mut self.double_scratch);
-        let mut pass = self.inner.pressure_input(&self.pressure, false);
-        self.problem.transform.begin(&mut pass, &mut self.double_scratch);
+        self.double_scratch.take_over(&mut self.inner.scratch);
+        self.problem
+            .transform
+            .begin(&mut self.inner.pressure_input(&self.pressure, false), &mut self.double_scratch);
         self.finish_gap()
     }
 
@@ -183,7 +183,7 @@ impl Solver {
         if is_seen || self.is_solved(settings, &evaluation) {
             return evaluation;
         }
-        self.inner.shift_reference(offset);
+        self.inner.reference += offset;
         self.evaluate()
     }
 
@@ -193,9 +193,9 @@ impl Solver {
     /// Adds `offset`, approximately the mean gap in contact, to the reference of the gaps, so that
     /// gaps in contact become small and keep all their digits.
     pub(super) fn evaluate_inner(&mut self, pending: PendingUpdate, offset: f64) -> Evaluation {
-        if let Some(hardness) = self.inner.bound() {
+        if let Some(hardness) = self.inner.bound {
             self.promote_yielding(hardness, pending);
-            self.inner.shift_reference(offset);
+            self.inner.reference += offset;
             return self.evaluate();
         }
         if pending.part == 1.0 {
@@ -209,7 +209,7 @@ impl Solver {
     fn evaluate_without(&mut self, part: f64, offset: f64) -> Evaluation {
         self.inner.take_back(part, &mut self.pressure);
         self.impose_load();
-        self.inner.shift_reference(offset);
+        self.inner.reference += offset;
         self.evaluate()
     }
 
@@ -240,7 +240,7 @@ impl Solver {
     ) -> Evaluation {
         let offset = state.convergence.offset;
         let scale = self.promote_yielding(hardness, PendingUpdate::NONE);
-        self.inner.shift_reference(offset);
+        self.inner.reference += offset;
         self.begin_keeping_steps();
         let (evaluation, curvature) = self.finish_step::<true>(scale, offset);
         let best = line.then_scaled(scale, state.free_offset()).best(curvature);
@@ -261,7 +261,7 @@ impl Solver {
             self.problem.transform.multiply(&self.problem.displacement, &mut self.double_scratch);
         let scaling =
             StepScaling { scale: scale as f32, reference_change: reference_change as f32 };
-        let sums_gaps = !self.problem.body.has_zero_mean_displacement();
+        let sums_gaps = !self.problem.body.is_periodic();
         let mut pass = self.inner.step_output::<YIELDS>(&self.problem.heights, sums_gaps, scaling);
         self.problem.transform.finish(&mut pass, &mut self.double_scratch);
         let (statistics, curvature) = (pass.0.statistics.total(), pass.0.curvature.total());
@@ -295,14 +295,16 @@ impl Solver {
     }
 
     fn begin_promoted(&mut self, scale: f64, offset: f64) {
-        self.inner.shift_reference(offset);
-        self.inner.lend_scratch(&mut self.double_scratch);
-        let mut pass = self.inner.promoted_input(scale, &mut self.pressure);
-        self.problem.transform.begin(&mut pass, &mut self.double_scratch);
+        self.inner.reference += offset;
+        self.double_scratch.take_over(&mut self.inner.scratch);
+        self.problem.transform.begin(
+            &mut self.inner.promoted_input(scale, &mut self.pressure),
+            &mut self.double_scratch,
+        );
     }
 
     fn finish_gap(&mut self) -> Evaluation {
-        match self.inner.bound() {
+        match self.inner.bound {
             None => self.finish_gap_as::<false>(),
             Some(_) => self.finish_gap_as::<true>(),
         }
@@ -311,7 +313,7 @@ impl Solver {
     fn finish_gap_as<const YIELDS: bool>(&mut self) -> Evaluation {
         let work =
             self.problem.transform.multiply(&self.problem.displacement, &mut self.double_scratch);
-        let sums_gaps = !self.problem.body.has_zero_mean_displacement();
+        let sums_gaps = !self.problem.body.is_periodic();
         let mut pass = self.inner.gap_output::<YIELDS>(&self.problem.heights, sums_gaps);
         self.problem.transform.finish(&mut pass, &mut self.double_scratch);
         let statistics = pass.0.statistics.total();
@@ -320,7 +322,7 @@ impl Solver {
 
     fn evaluation(&mut self, statistics: &GapStatistics, work: f64) -> Evaluation {
         let convergence = statistics.convergence();
-        self.inner.add_pairs(1);
+        self.inner.pairs += 1;
         self.offset = convergence.offset;
         let cells = self.pressure.len() as f64;
         let yielded_depth = match statistics.saturated_nodes() {
@@ -330,7 +332,7 @@ impl Solver {
         let mean_gap = match statistics.gap_sum {
             Some(sum) => sum / cells - convergence.offset,
             // Displacements and heights have zero mean.
-            None => -(self.inner.reference() + convergence.offset),
+            None => -(self.inner.reference + convergence.offset),
         };
         // Yielded nodes count as zero gap. If all nodes are in contact, only rounding remains.
         let mean_gap = match yielded_depth {
@@ -350,7 +352,7 @@ impl Solver {
     /// `convergence` describes these gaps.
     pub(super) fn initial_residual(&mut self, convergence: Convergence) -> State {
         let start = self.inner.begin(&mut self.pressure, convergence);
-        self.inner.take_scratch(&mut self.double_scratch);
+        self.inner.scratch.take_over(&mut self.double_scratch);
         start
     }
 }
@@ -382,23 +384,23 @@ impl Solver {
     /// Returns whether any pressure changed, in which case the pressures must be evaluated again.
     /// `summary` describes the pressures before the decision.
     pub(super) fn decide(&mut self, offset: f64, summary: PressureSummary) -> bool {
-        let decision = Decision { compliance: self.inner.mesh().nodal_compliance, offset };
-        let (threads, row_nodes) = (self.inner.threads(), self.inner.mesh().nodes[1]);
-        let (pressure, gap) = (&mut self.pressure, self.inner.gap());
+        let decision = Decision { compliance: self.inner.mesh.nodal_compliance, offset };
+        let (threads, row_nodes) = (&self.inner.threads, self.inner.mesh.nodes[1]);
+        let (pressure, gap) = (&mut self.pressure, &self.inner.gap);
         let changes = sum_rows(threads, pressure, row_nodes, |row, pressure| {
             let changes = |p, gap| weight::<f64>(decision.pressure(p, gap) != p);
             let by = |p, gap| (decision.pressure(p, gap) - p).abs();
-            Changes {
-                nodes: sum_by(pressure, row.of(gap), changes),
-                pressure: sum_by(pressure, row.of(gap), by),
-            }
+            let gap = row.of(gap);
+            let sums = [sum_by(pressure, gap, changes), sum_by(pressure, gap, by)];
+            Totals { sums, highest: [] }
         });
-        let total = self.inner.load() * self.pressure.len() as f64;
-        let elastic = match self.inner.bound() {
+        let [changed_nodes, change] = changes.sums;
+        let total = self.inner.load * self.pressure.len() as f64;
+        let elastic = match self.inner.bound {
             None => total,
             Some(hardness) => total - hardness.pressure() * summary.saturated_nodes as f64,
         };
-        if changes.nodes == 0.0 || changes.pressure > LARGEST_CHANGE * elastic {
+        if changed_nodes == 0.0 || change > LARGEST_CHANGE * elastic {
             return false;
         }
         for_rows(threads, &mut self.pressure, row_nodes, |row, pressure| {
@@ -432,22 +434,6 @@ impl Decision {
     }
 }
 
-/// Number of nodes whose pressure a decision changes, and sum of the absolute changes.
-#[derive(Clone, Copy)]
-struct Changes {
-    nodes: f64,
-    pressure: f64,
-}
-
-impl Accumulate for Changes {
-    const ZERO: Self = Self { nodes: 0.0, pressure: 0.0 };
-
-    fn add(&mut self, later: Self) {
-        self.nodes += later.nodes;
-        self.pressure += later.pressure;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use crate::solver::tests::{rough, solver};
@@ -468,7 +454,7 @@ mod tests {
             solver
         };
         let (loose, tight) = (press(1e-2), press(1e-10));
-        let nodes = loose.pressure().iter().zip(loose.inner.gap());
+        let nodes = loose.pressure().iter().zip(&loose.inner.gap);
         for (p, gap) in nodes {
             let rounding = f64::from(f32::EPSILON * gap.abs());
             assert!(*p > 0.0 || f64::from(*gap) - loose.offset >= -rounding);

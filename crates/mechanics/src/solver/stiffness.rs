@@ -109,7 +109,7 @@ impl Solver {
         if nodes.is_empty() {
             return known(0.0, Stop::Converged);
         }
-        if nodes.len() == pressure.len() && self.problem.body.has_zero_mean_displacement() {
+        if nodes.len() == pressure.len() && self.problem.body.is_periodic() {
             return known(f64::INFINITY, Stop::FullContact);
         }
         self.inner.mark_free(&nodes);
@@ -187,7 +187,7 @@ impl FrozenContact<'_> {
         for (node, w) in nodes.iter().zip(w) {
             map[*node] = *w;
         }
-        solver.inner.lend_scratch(&mut solver.double_scratch);
+        solver.double_scratch.take_over(&mut solver.inner.scratch);
         let sunk = solver.displacement_under(&map);
         *pairs += 1;
         nodes.iter().map(|node| sunk[*node]).collect()
@@ -195,7 +195,7 @@ impl FrozenContact<'_> {
 
     /// Returns the corrections z = Eᵀ K E r of the elastic nodes, in single precision.
     fn correction(&mut self, residual: &[f64]) -> Vec<f64> {
-        self.solver.inner.take_scratch(&mut self.solver.double_scratch);
+        self.solver.inner.scratch.take_over(&mut self.solver.double_scratch);
         let (corrections, pairs) = self.solver.inner.corrections_of(&self.nodes, residual);
         self.pairs += pairs;
         corrections

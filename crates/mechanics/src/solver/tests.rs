@@ -2,8 +2,7 @@
 //! on rectangles, with free boundaries, and of materials that yield.
 
 use super::*;
-use crate::elasticity;
-use crate::elasticity::PeriodicHalfSpace;
+use crate::elasticity::{self, Factor, PeriodicHalfSpace};
 use crate::fft::Transform;
 use crate::grid::Grid;
 use crate::grid::samples::{rectangle, square};
@@ -68,7 +67,11 @@ fn noise(nodes: usize, seed: u64) -> Vec<f64> {
 pub(crate) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
     let transform = Transform::<f64>::new([nodes; 2]);
     let mut heights = vec![0.0; nodes * nodes];
-    let kernel = elasticity::displacement(&PeriodicHalfSpace::new(square(nodes, 1.0)));
+    let kernel = elasticity::kernel(
+        &Threads::one(),
+        &PeriodicHalfSpace::new(square(nodes, 1.0)),
+        Factor::Displacement,
+    );
     transform.convolve(&kernel, &noise(nodes, seed), &mut heights, &mut transform.scratch());
     heights.iter().map(|height| height * nodes as f64).collect()
 }
@@ -78,7 +81,7 @@ pub(crate) fn rough(nodes: usize, seed: u64) -> Vec<f64> {
 fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
     let transform = elasticity::transform::<f64>(&*solver.problem.body);
     let mut gap = vec![0.0; heights.len()];
-    let kernel = elasticity::displacement(&*solver.problem.body);
+    let kernel = elasticity::kernel(&Threads::one(), &*solver.problem.body, Factor::Displacement);
     transform.convolve(&kernel, solver.pressure(), &mut gap, &mut transform.scratch());
     gap.iter_mut().zip(heights).for_each(|(gap, height)| *gap -= height);
     let of = |chosen: &dyn Fn(f64) -> bool| -> Vec<f64> {
@@ -98,7 +101,7 @@ fn gap(solver: &Solver, heights: &[f64]) -> Vec<f64> {
 
 fn assert_complementary(solver: &Solver, heights: &[f64], load: f64, tolerance: f64) {
     // Row by row, because equal terms in a long sum would all be rounded the same way.
-    let rows = solver.pressure().chunks_exact(solver.inner.mesh().nodes[1]);
+    let rows = solver.pressure().chunks_exact(solver.inner.mesh.nodes[1]);
     let total: f64 = rows.map(|row| row.iter().sum::<f64>()).sum();
     assert!((total / solver.pressure().len() as f64 / load - 1.0).abs() < 1e-12);
     let violation = violation(solver, heights);
@@ -118,7 +121,7 @@ fn violation(solver: &Solver, heights: &[f64]) -> f64 {
             _ => gap.abs(),
         }
     });
-    solver.inner.mesh().steps_per_side * violations.fold(0.0, f64::max)
+    solver.inner.mesh.steps_per_side * violations.fold(0.0, f64::max)
 }
 
 /// Solves the contact at the default tolerance, and checks the outcome against the stored
@@ -135,13 +138,11 @@ fn assert_outcome_at(
 ) -> Outcome {
     let outcome = press(solver, load, settings);
     let range = heights.iter().fold(0.0_f64, |range, h| range.max(h.abs()));
-    let rounding = 1e-13 * solver.inner.mesh().steps_per_side * range;
+    let rounding = 1e-13 * solver.inner.mesh.steps_per_side * range;
     let tolerance = match outcome.stop {
         Stop::Converged | Stop::FullContact => settings.tolerance,
         // Without convergence the outcome is known in single precision only.
-        _ => {
-            outcome.residual + f64::from(f32::EPSILON) * solver.inner.mesh().steps_per_side * range
-        }
+        _ => outcome.residual + f64::from(f32::EPSILON) * solver.inner.mesh.steps_per_side * range,
     };
     assert_complementary(solver, heights, load, 1.02 * tolerance + rounding);
     let violation = violation(solver, heights);

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use rustfft::num_complex::Complex;
 
 use super::descriptors::from_first_node;
-use super::moments::signed_wavenumber;
+use super::moments::modes_mut;
 use super::power_spectrum::windowed;
 use super::surface::Surface;
 use crate::fft::Transform;
@@ -48,27 +48,20 @@ fn excess_area(square_gradient: f64) -> f64 {
 }
 
 fn ratio_of_interpolant(surface: &Surface) -> f64 {
-    let grid = surface.grid();
-    let [nodes_x, nodes_y] = grid.nodes();
-    let transform = Transform::new(grid.nodes());
-    let mut scratch = transform.scratch();
-    let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-    let mut slopes = vec![0.0; grid.count()];
+    let (grid, nodes) = (surface.grid(), surface.grid().nodes());
+    let transform = Transform::new(nodes);
+    let heights = transform.spectrum(&from_first_node(surface.heights()));
     let mut square_gradients = vec![0.0; grid.count()];
     let factor = TAU / grid.cell().longer_side() / grid.count() as f64;
     for axis in 0..2 {
-        // The inverse transform overwrites the spectrum, which is therefore computed twice.
-        transform.forward(&from_first_node(surface.heights()), &mut spectrum, &mut scratch);
-        for (i, row) in spectrum.chunks_exact_mut(nodes_y / 2 + 1).enumerate() {
-            for (k_y, value) in row.iter_mut().enumerate() {
-                let waves = [signed_wavenumber(i, nodes_x), k_y as f64];
-                let is_nyquist = 2.0 * waves[axis].abs() == grid.nodes()[axis] as f64;
-                let wavenumber = if is_nyquist { 0.0 } else { grid.cell().wavevector(waves)[axis] };
-                *value *= Complex::new(0.0, factor * wavenumber);
-            }
+        let mut slopes = heights.clone();
+        for (waves, value) in modes_mut(&mut slopes, nodes) {
+            // The interpolant has no slope at the Nyquist wavenumber of the axis.
+            let is_nyquist = 2.0 * waves[axis].abs() == nodes[axis] as f64;
+            let wavenumber = if is_nyquist { 0.0 } else { grid.cell().wavevector(waves)[axis] };
+            *value *= Complex::new(0.0, factor * wavenumber);
         }
-        transform.inverse(&mut spectrum, &mut slopes, &mut scratch);
-        for (square, slope) in square_gradients.iter_mut().zip(&slopes) {
+        for (square, slope) in square_gradients.iter_mut().zip(transform.field(slopes)) {
             *square += slope * slope;
         }
     }
@@ -150,10 +143,7 @@ impl Amplitudes {
     fn from_surface(surface: &Surface, boundary: Boundary) -> Self {
         let grid = surface.grid();
         let (heights, _) = windowed(surface, boundary);
-        let transform = Transform::new(grid.nodes());
-        let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-        transform.forward(&heights, &mut spectrum, &mut transform.scratch());
-        // The mean of the windowed heights is not part of the texture.
+        let mut spectrum = Transform::new(grid.nodes()).spectrum(&heights);
         spectrum[0] = Complex::default();
         Self {
             grid,

@@ -1,8 +1,6 @@
 //! Autocorrelation function of a map (ISO 25178-2).
 
-use rustfft::num_complex::Complex;
-
-use super::descriptors::from_first_node;
+use super::descriptors::deviations;
 use super::surface::{Axis, Surface};
 use crate::fft::Transform;
 use crate::grid::{Boundary, Grid};
@@ -77,23 +75,17 @@ impl Autocorrelation {
             Boundary::Periodic => map,
             Boundary::Free => map.map(|nodes| 2 * nodes),
         };
-        let heights = from_first_node(surface.heights());
-        let mean = heights.iter().sum::<f64>() / heights.len() as f64;
-        let mut values = vec![0.0; nodes[0] * nodes[1]];
-        let rows = values.chunks_exact_mut(nodes[1]);
-        for (row, heights) in rows.zip(heights.chunks_exact(map[1])) {
-            for (value, height) in row.iter_mut().zip(heights) {
-                *value = height - mean;
-            }
+        let mut padded = vec![0.0; nodes[0] * nodes[1]];
+        let rows = padded.chunks_exact_mut(nodes[1]);
+        for (row, heights) in rows.zip(deviations(surface.heights()).chunks_exact(map[1])) {
+            row[..map[1]].copy_from_slice(heights);
         }
         let transform = Transform::new(nodes);
-        let mut scratch = transform.scratch();
-        let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-        transform.forward(&values, &mut spectrum, &mut scratch);
+        let mut spectrum = transform.spectrum(&padded);
         for value in &mut spectrum {
             *value = value.norm_sqr().into();
         }
-        transform.inverse(&mut spectrum, &mut values, &mut scratch);
+        let values = transform.field(spectrum);
         let mut correlation = Self { grid, nodes, values };
         correlation.normalize(boundary);
         correlation

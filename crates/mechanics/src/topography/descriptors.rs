@@ -99,6 +99,14 @@ pub(super) fn from_first_node(heights: &[f64]) -> Vec<f64> {
     heights.iter().map(|height| height - heights[0]).collect()
 }
 
+/// Returns the heights less their mean.
+pub(super) fn deviations(heights: &[f64]) -> Vec<f64> {
+    let mut deviations = from_first_node(heights);
+    let mean = deviations.iter().sum::<f64>() / deviations.len() as f64;
+    deviations.iter_mut().for_each(|height| *height -= mean);
+    deviations
+}
+
 /// Returns skewness and excess kurtosis of the heights, or `None` for a flat surface.
 pub fn skewness_and_excess_kurtosis(surface: &Surface) -> Option<(f64, f64)> {
     distribution_shape(&from_first_node(surface.heights()))
@@ -193,10 +201,6 @@ impl Roughness {
             deviations.sum::<f64>() / count
         };
         let (ssk, excess) = skewness_and_excess_kurtosis(surface).unzip();
-        let moments = match boundary {
-            Boundary::Periodic => Moments::from_surface(surface),
-            Boundary::Free => differences::moments(surface),
-        };
         let [highest, lowest] = [f64::max, f64::min]
             .map(|pick: fn(f64, f64) -> f64| heights.iter().copied().fold(0.0, pick));
         Self {
@@ -207,7 +211,7 @@ impl Roughness {
             sz: highest - lowest,
             ssk,
             sku: excess.map(|excess: f64| excess + 3.0),
-            sdq: moments.rms_slope(),
+            sdq: differences::moments_within(surface, boundary).rms_slope(),
         }
     }
 }

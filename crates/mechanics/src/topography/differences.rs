@@ -61,6 +61,14 @@ pub fn moments(surface: &Surface) -> Moments {
     }
 }
 
+/// Returns the moments of a periodic map from its modes, and of another map from differences.
+pub fn moments_within(surface: &Surface, boundary: Boundary) -> Moments {
+    match boundary {
+        Boundary::Periodic => Moments::from_surface(surface),
+        Boundary::Free => moments(surface),
+    }
+}
+
 /// Returns the mean of `value(i, j)` over N_x × N_y nodes, or zero if there are no nodes.
 fn mean_over([nodes_x, nodes_y]: [usize; 2], value: impl Fn(usize, usize) -> f64) -> f64 {
     let nodes = (0..nodes_x).flat_map(|i| (0..nodes_y).map(move |j| (i, j)));

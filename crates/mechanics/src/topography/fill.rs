@@ -128,33 +128,23 @@ fn nearest_in_lines(scan: &Scan, is_periodic: bool) -> Vec<Option<(u32, u32)>> {
     for (line, nearest) in
         scan.heights().chunks_exact(nodes_y).zip(nearest.chunks_exact_mut(nodes_y))
     {
-        let mut last = None;
-        for step in 0..turns * nodes_y {
-            let j = step % nodes_y;
-            if !line[j].is_nan() {
-                last = Some(step);
-            }
-            if let Some(found) = last {
-                nearer(&mut nearest[j], step - found, found % nodes_y);
-            }
-        }
-        let mut last = None;
-        for step in 0..turns * nodes_y {
-            let j = nodes_y - 1 - step % nodes_y;
-            if !line[j].is_nan() {
-                last = Some((step, j));
-            }
-            if let Some((found, at)) = last {
-                nearer(&mut nearest[j], step - found, at);
+        for is_backward in [false, true] {
+            let mut last = None;
+            for step in 0..turns * nodes_y {
+                let at = step % nodes_y;
+                let j = if is_backward { nodes_y - 1 - at } else { at };
+                if !line[j].is_nan() {
+                    last = Some((step, j));
+                }
+                if let Some((found, at)) = last {
+                    let found = ((step - found) as u32, at as u32);
+                    nearest[j] =
+                        Some(nearest[j].map_or(found, |known: (u32, u32)| known.min(found)));
+                }
             }
         }
     }
     nearest
-}
-
-fn nearer(nearest: &mut Option<(u32, u32)>, steps: usize, at: usize) {
-    let found = (steps as u32, at as u32);
-    *nearest = Some(nearest.map_or(found, |known| known.min(found)));
 }
 
 #[cfg(test)]

@@ -20,6 +20,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::cholesky::Cholesky;
+
 /// Variance of the exponent of the power law per unit of ln q in the prior of the fit.
 ///
 /// An exponent that changes by 1.3 within a decade is one standard deviation away from a constant
@@ -92,42 +94,23 @@ pub struct SpectrumNode {
     pub modes: f64,
 }
 
-/// Sums over the modes of profiles in bins of wavenumbers.
-#[derive(Clone)]
-struct Bins {
-    power: Vec<f64>,
-    modes: Vec<f64>,
-    /// Numbers of independent modes.
-    independent: Vec<f64>,
+/// Sums over the modes of profiles in a bin of wavenumbers.
+#[derive(Clone, Copy, Default)]
+struct Bin {
+    power: f64,
+    modes: f64,
+    /// Number of independent modes.
+    independent: f64,
 }
 
-impl Bins {
-    fn new(count: usize) -> Bins {
-        let zeros = || vec![0.0; count];
-        Bins { power: zeros(), modes: zeros(), independent: zeros() }
-    }
-
-    /// Returns the sums of all profiles without those of a group.
-    fn without(&self, group: &Bins) -> Bins {
-        let minus = |all: &[f64], own: &[f64]| -> Vec<f64> {
-            // Rounding must not leave negative powers.
-            all.iter().zip(own).map(|(all, own)| (all - own).max(0.0)).collect()
-        };
-        Bins {
-            power: minus(&self.power, &group.power),
-            modes: minus(&self.modes, &group.modes),
-            independent: minus(&self.independent, &group.independent),
-        }
-    }
-
-    fn add(&mut self, other: &Bins) {
-        let add = |all: &mut [f64], own: &[f64]| {
-            all.iter_mut().zip(own).for_each(|(all, own)| *all += own);
-        };
-        add(&mut self.power, &other.power);
-        add(&mut self.modes, &other.modes);
-        add(&mut self.independent, &other.independent);
-    }
+/// Combines the sums of bins one by one.
+fn combined(all: &[Bin], group: &[Bin], combine: fn(f64, f64) -> f64) -> Vec<Bin> {
+    let bin = |(one, other): (&Bin, &Bin)| Bin {
+        power: combine(one.power, other.power),
+        modes: combine(one.modes, other.modes),
+        independent: combine(one.independent, other.independent),
+    };
+    all.iter().zip(group).map(bin).collect()
 }
 
 /// Computes the spectrum of an isotropic surface from its profiles.
@@ -161,7 +144,7 @@ pub fn invert(profiles: &[ProfileModes], bins_per_decade: u32) -> Option<Isotrop
     let bin = |q: f64| (DATA_BINS * libm::log10(q / lowest)).round().max(0.0) as usize;
     let count = bin(highest.fold(lowest, f64::max)) + 1;
     let group_count = profiles.len().min(MAX_GROUPS);
-    let mut groups = vec![Bins::new(count); group_count];
+    let mut groups = vec![vec![Bin::default(); count]; group_count];
     let mut logarithms = vec![0.0; count];
     let mut last = vec![0.0_f64; count];
     for (index, profile) in profiles.iter().enumerate() {
@@ -169,18 +152,18 @@ pub fn invert(profiles: &[ProfileModes], bins_per_decade: u32) -> Option<Isotrop
         for n in profile.first..=profile.densities.len() {
             let q = n as f64 * profile.step;
             let bin = bin(q);
-            group.power[bin] += profile.densities[n - 1];
-            group.modes[bin] += 1.0;
-            group.independent[bin] += profile.independent;
+            group[bin].power += profile.densities[n - 1];
+            group[bin].modes += 1.0;
+            group[bin].independent += profile.independent;
             logarithms[bin] += libm::log(q);
             last[bin] = last[bin].max(q + 0.5 * profile.step);
         }
     }
-    let mut all = Bins::new(count);
-    groups.iter().for_each(|group| all.add(group));
-    let center = |bin: usize| libm::exp(logarithms[bin] / all.modes[bin]);
-    let weighted = |bin: usize| center(bin).powi(3) * all.power[bin] / all.modes[bin];
-    let filled: Vec<usize> = (0..count).filter(|bin| all.modes[*bin] > 0.0).collect();
+    let empty = vec![Bin::default(); count];
+    let all = groups.iter().fold(empty, |all, group| combined(&all, group, |a, b| a + b));
+    let center = |bin: usize| libm::exp(logarithms[bin] / all[bin].modes);
+    let weighted = |bin: usize| center(bin).powi(3) * all[bin].power / all[bin].modes;
+    let filled: Vec<usize> = (0..count).filter(|bin| all[*bin].modes > 0.0).collect();
     let most = filled.iter().map(|bin| weighted(*bin)).fold(0.0, f64::max);
     let end = filled.iter().rposition(|bin| weighted(*bin) > NO_POWER * most)?;
     let used = &filled[..=end];
@@ -191,14 +174,16 @@ pub fn invert(profiles: &[ProfileModes], bins_per_decade: u32) -> Option<Isotrop
     let shortest = used.iter().map(|bin| last[*bin]).fold(0.0, f64::max);
     // Rounding must not leave the longest wave out.
     let kernel = Kernel::new(&centers, [lowest * (1.0 - 1e-9), shortest], bins_per_decade);
-    let fit = |bins: &Bins, start: Option<&[f64]>| kernel.fit(bins, used, start);
+    let fit = |bins: &[Bin], start: Option<&[f64]>| kernel.fit(bins, used, start);
     let logarithms = fit(&all, None);
     let rms_slope = kernel.rms_slope(&logarithms);
+    // Rounding must not leave negative powers.
+    let without = |all: f64, own: f64| (all - own).max(0.0);
     let jackknife = (group_count > 1).then(|| {
         let fits: Vec<Vec<f64>> = groups
             .iter()
             .map(|group| {
-                let mut left_out = fit(&all.without(group), Some(&logarithms));
+                let mut left_out = fit(&combined(&all, group, without), Some(&logarithms));
                 left_out.push(libm::log(kernel.rms_slope(&left_out)));
                 left_out
             })
@@ -208,7 +193,7 @@ pub fn invert(profiles: &[ProfileModes], bins_per_decade: u32) -> Option<Isotrop
     let mut modes = vec![0.0; kernel.nodes.len()];
     for (q, bin) in centers.iter().zip(used) {
         let nearest = (libm::log(q / kernel.nodes[0]) / kernel.spacing).round() as usize;
-        modes[nearest.min(kernel.nodes.len() - 1)] += all.independent[*bin];
+        modes[nearest.min(kernel.nodes.len() - 1)] += all[*bin].independent;
     }
     let node = |(index, wavenumber): (usize, &f64)| SpectrumNode {
         wavenumber: *wavenumber,
@@ -310,23 +295,25 @@ impl Kernel {
     }
 
     /// Returns the logarithms of the densities at the nodes. `used` are the bins of the rows.
-    fn fit(&self, bins: &Bins, used: &[usize], start: Option<&[f64]>) -> Vec<f64> {
+    fn fit(&self, bins: &[Bin], used: &[usize], start: Option<&[f64]>) -> Vec<f64> {
         let means: Vec<[f64; 2]> = used
             .iter()
             .map(|&bin| {
-                let modes = bins.modes[bin];
-                let mean = if modes > 0.0 { bins.power[bin] / modes } else { 0.0 };
-                [mean, bins.independent[bin]]
+                let Bin { power, modes, independent } = bins[bin];
+                let mean = if modes > 0.0 { power / modes } else { 0.0 };
+                [mean, independent]
             })
             .collect();
         let mut logarithms = start.map_or_else(|| self.start(&means), <[f64]>::to_vec);
         let count = logarithms.len();
         let mut current = self.objective(&means, &logarithms);
         for _ in 0..MAX_ITERATIONS {
-            let (gradient, mut hessian) = self.derivatives(&means, &logarithms);
-            let Some(mut step) = solved(&mut hessian, gradient) else {
+            let (mut step, hessian) = self.derivatives(&means, &logarithms);
+            let cholesky = Cholesky::new(hessian, count, 0.0);
+            if !cholesky.is_definite() {
                 break;
-            };
+            }
+            cholesky.solve(&mut step);
             let longest = step.iter().fold(0.0_f64, |most, one| most.max(one.abs()));
             // A step of 2 changes a density by a factor of 7, beyond which the model is not local.
             let mut factor = (2.0 / longest).min(1.0);
@@ -430,34 +417,6 @@ impl Kernel {
             .sum();
         (integral / TAU).sqrt()
     }
-}
-
-/// Solves a symmetric positive definite system by Cholesky factorisation of the lower triangle.
-/// Returns `None` if the matrix is not positive definite.
-fn solved(matrix: &mut [f64], mut right: Vec<f64>) -> Option<Vec<f64>> {
-    let count = right.len();
-    for i in 0..count {
-        for j in 0..=i {
-            let products: f64 = (0..j).map(|k| matrix[i * count + k] * matrix[j * count + k]).sum();
-            let rest = matrix[i * count + j] - products;
-            if i > j {
-                matrix[i * count + j] = rest / matrix[j * count + j];
-            } else if rest > 0.0 {
-                matrix[i * count + i] = rest.sqrt();
-            } else {
-                return None;
-            }
-        }
-    }
-    for i in 0..count {
-        let known: f64 = (0..i).map(|k| matrix[i * count + k] * right[k]).sum();
-        right[i] = (right[i] - known) / matrix[i * count + i];
-    }
-    for i in (0..count).rev() {
-        let known: f64 = (i + 1..count).map(|k| matrix[k * count + i] * right[k]).sum();
-        right[i] = (right[i] - known) / matrix[i * count + i];
-    }
-    Some(right)
 }
 
 #[cfg(test)]

@@ -11,9 +11,7 @@
 
 use std::f64::consts::{LN_2, PI};
 
-use rustfft::num_complex::Complex;
-
-use super::moments::signed_wavenumber;
+use super::moments::modes_mut;
 use super::surface::Surface;
 use crate::fft::Transform;
 
@@ -66,23 +64,15 @@ pub fn high_pass(surface: &Surface, cutoff: f64, is_periodic: bool) -> Surface {
 /// the mode.
 fn filter_modes(surface: &Surface, factor: impl Fn(f64) -> f64) -> Vec<f64> {
     let grid = surface.grid();
-    let [nodes_x, nodes_y] = grid.nodes();
     let [side_x, side_y] = grid.cell().size();
     let transform = Transform::new(grid.nodes());
-    let mut scratch = transform.scratch();
-    let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-    transform.forward(surface.heights(), &mut spectrum, &mut scratch);
-    for (i, row) in spectrum.chunks_exact_mut(nodes_y / 2 + 1).enumerate() {
-        let along_x = signed_wavenumber(i, nodes_x) / side_x;
-        for (k_y, value) in row.iter_mut().enumerate() {
-            let along_y = k_y as f64 / side_y;
-            let wavenumber = (along_x * along_x + along_y * along_y).sqrt();
-            *value *= factor(wavenumber) / grid.count() as f64;
-        }
+    let mut spectrum = transform.spectrum(surface.heights());
+    for ([k_x, k_y], value) in modes_mut(&mut spectrum, grid.nodes()) {
+        let (along_x, along_y) = (k_x / side_x, k_y / side_y);
+        let wavenumber = (along_x * along_x + along_y * along_y).sqrt();
+        *value *= factor(wavenumber) / grid.count() as f64;
     }
-    let mut heights = vec![0.0; grid.count()];
-    transform.inverse(&mut spectrum, &mut heights, &mut scratch);
-    heights
+    transform.field(spectrum)
 }
 
 /// Returns the heights after the low-pass filter for maps that are not periodic: for each node, the

@@ -7,7 +7,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use super::descriptors::from_first_node;
+use super::descriptors::deviations;
 use super::surface::Surface;
 
 /// Histogram of the heights of a surface about their mean, in units of the rms height.
@@ -41,16 +41,14 @@ impl Histogram {
     /// `bins` must be at least one and `range` positive. The heights of a flat surface count as
     /// zero.
     pub fn from_surface(surface: &Surface, bins: usize, range: f64) -> Self {
-        let heights = from_first_node(surface.heights());
-        let nodes = heights.len() as f64;
-        let mean = heights.iter().sum::<f64>() / nodes;
-        let deviations = heights.iter().map(|height| height - mean);
-        let variance = deviations.clone().map(|d| d * d).sum::<f64>() / nodes;
+        let deviations = deviations(surface.heights());
+        let nodes = deviations.len() as f64;
+        let variance = deviations.iter().map(|d| d * d).sum::<f64>() / nodes;
         let scale = if variance > 0.0 { 1.0 / variance.sqrt() } else { 0.0 };
         let width = 2.0 * range / bins as f64;
         let mut counts = vec![0; bins];
         let mut outside = 0;
-        for height in deviations.map(|deviation| scale * deviation) {
+        for height in deviations.into_iter().map(|deviation| scale * deviation) {
             if height.abs() <= range {
                 // The upper end of the range belongs to the last bin.
                 let bin = ((height + range) / width) as usize;
@@ -74,7 +72,8 @@ impl Histogram {
 /// The sums are integers, so the result does not depend on the order of the surfaces.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HistogramPool {
-    surfaces: u32,
+    /// Number of surfaces.
+    pub surfaces: u32,
     /// Total number of nodes of all surfaces, inside and outside the range of the bins.
     nodes: u64,
     width: f64,
@@ -131,11 +130,6 @@ impl HistogramPool {
         self.surfaces += other.surfaces;
         self.nodes += other.nodes;
         self
-    }
-
-    /// Returns the number of surfaces.
-    pub fn surfaces(&self) -> u32 {
-        self.surfaces
     }
 
     /// Returns the bins in ascending order.
@@ -204,10 +198,8 @@ pub struct BearingPoint {
 /// # Ok::<(), asperity_mechanics::grid::GridError>(())
 /// ```
 pub fn bearing_curve(surface: &Surface, steps: usize, range: f64) -> Vec<BearingPoint> {
-    let mut heights = from_first_node(surface.heights());
+    let mut heights = deviations(surface.heights());
     let count = heights.len() as f64;
-    let mean = heights.iter().sum::<f64>() / count;
-    heights.iter_mut().for_each(|height| *height -= mean);
     let rms = (heights.iter().map(|height| height * height).sum::<f64>() / count).sqrt();
     heights.sort_unstable_by(|one, other| other.total_cmp(one));
     let level = |step: usize| {
@@ -294,7 +286,7 @@ mod tests {
     fn mean_and_deviation_are_those_of_the_densities_of_each_surface() {
         let [even, uneven] = histograms();
         let pool = HistogramPool::from_histogram(&even).and(HistogramPool::from_histogram(&uneven));
-        assert_eq!(pool.surfaces(), 2);
+        assert_eq!(pool.surfaces, 2);
         for (index, bin) in pool.bins().into_iter().enumerate() {
             let (a, b) = (even.bins[index].density, uneven.bins[index].density);
             assert_eq!(bin.center, even.bins[index].center);

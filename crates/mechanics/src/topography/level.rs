@@ -11,6 +11,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::cholesky::Cholesky;
 use super::periodic::detrend;
 use super::surface::Scan;
 use crate::grid::Grid;
@@ -156,7 +157,14 @@ fn without_form(scan: &Scan, terms: usize) -> Scan {
         return scan.clone();
     };
     let basis = Basis::new(scan.grid());
-    let equations = NormalEquations::new(scan, &basis, terms);
+    let mut matrix = vec![0.0; terms * terms];
+    for (node, _) in scan.measured() {
+        let values = basis.at(node);
+        for (row, one) in matrix.chunks_exact_mut(terms).zip(values) {
+            row.iter_mut().zip(values).for_each(|(sum, other)| *sum += one * other);
+        }
+    }
+    let equations = Cholesky::new(matrix, terms, INDEPENDENT);
     let mut coefficients = [0.0; MAX_TERMS];
     let residual = |node: usize, height: f64, coefficients: &Terms| {
         let values = basis.at(node);
@@ -169,8 +177,8 @@ fn without_form(scan: &Scan, terms: usize) -> Scan {
             let (values, left) = residual(node, height, &coefficients);
             (0..terms).for_each(|k| moments[k] += values[k] * left);
         }
-        let step = equations.solve(&moments);
-        (0..terms).for_each(|k| coefficients[k] += step[k]);
+        equations.solve(&mut moments[..terms]);
+        (0..terms).for_each(|k| coefficients[k] += moments[k]);
     }
     scan.map_measured(|node, height| residual(node, height, &coefficients).1)
 }
@@ -198,63 +206,6 @@ impl Basis {
         let (x, y) = (along(0), along(1));
         let second = |x: f64| (3.0 * x * x - 1.0) / 2.0;
         [1.0, x, y, second(x), x * y, second(y)]
-    }
-}
-
-/// Normal equations of the fit, as their Cholesky factor: lower triangular and row-major.
-///
-/// If a term depends linearly on the preceding terms, its row is zero, and its coefficient is zero.
-struct NormalEquations {
-    terms: usize,
-    factor: [Terms; MAX_TERMS],
-}
-
-impl NormalEquations {
-    fn new(scan: &Scan, basis: &Basis, terms: usize) -> NormalEquations {
-        let mut matrix = [[0.0; MAX_TERMS]; MAX_TERMS];
-        for (node, _) in scan.measured() {
-            let values = basis.at(node);
-            for (row, one) in matrix.iter_mut().zip(&values) {
-                let sums = row.iter_mut().zip(&values);
-                sums.for_each(|(sum, other)| *sum += one * other);
-            }
-        }
-        let mut factor = [[0.0; MAX_TERMS]; MAX_TERMS];
-        for (k, row) in matrix.iter().enumerate().take(terms) {
-            for (l, value) in row.iter().enumerate().take(k) {
-                let sum: f64 = (0..l).map(|m| factor[k][m] * factor[l][m]).sum();
-                let diagonal = factor[l][l];
-                if diagonal > 0.0 {
-                    factor[k][l] = (value - sum) / diagonal;
-                }
-            }
-            let sum: f64 = (0..k).map(|m| factor[k][m] * factor[k][m]).sum();
-            let left = row[k] - sum;
-            if left > INDEPENDENT * row[k] {
-                factor[k][k] = left.sqrt()
-            } else {
-                factor[k] = [0.0; MAX_TERMS]
-            }
-        }
-        NormalEquations { terms, factor }
-    }
-
-    fn solve(&self, moments: &Terms) -> Terms {
-        let factor = &self.factor;
-        let mut solution = [0.0; MAX_TERMS];
-        for (k, moment) in moments.iter().enumerate().take(self.terms) {
-            if factor[k][k] > 0.0 {
-                let sum: f64 = (0..k).map(|m| factor[k][m] * solution[m]).sum();
-                solution[k] = (moment - sum) / factor[k][k];
-            }
-        }
-        for k in (0..self.terms).rev() {
-            if factor[k][k] > 0.0 {
-                let sum: f64 = (k + 1..self.terms).map(|m| factor[m][k] * solution[m]).sum();
-                solution[k] = (solution[k] - sum) / factor[k][k];
-            }
-        }
-        solution
     }
 }
 

@@ -13,7 +13,7 @@
 //! - Sk, Spk, Svk, Smr1 and Smr2 (4.5.4) describe core, peaks and dales, see [`Stratified`];
 //! - Vmp and Vmc (4.5.6), Vvc and Vvv (4.5.7) are volumes per area, see [`Volumes`].
 
-use super::descriptors::from_first_node;
+use super::descriptors::deviations;
 use super::surface::Surface;
 
 /// Fraction of the surface in the central region, to which the equivalent straight line is fitted.
@@ -85,9 +85,7 @@ pub struct Volumes {
 impl MaterialRatioCurve {
     /// Creates the curve of the heights of all nodes about their mean.
     pub fn from_surface(surface: &Surface) -> Self {
-        let mut heights = from_first_node(surface.heights());
-        let mean = heights.iter().sum::<f64>() / heights.len() as f64;
-        heights.iter_mut().for_each(|height| *height -= mean);
+        let mut heights = deviations(surface.heights());
         heights.sort_unstable_by(|one, other| other.total_cmp(one));
         Self { heights }
     }

@@ -54,9 +54,7 @@ pub struct Moments {
 impl Moments {
     /// Computes the moments of a surface from its discrete Fourier transform.
     pub fn from_surface(surface: &Surface) -> Self {
-        let transform = Transform::new(surface.grid().nodes());
-        let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-        transform.forward(surface.heights(), &mut spectrum, &mut transform.scratch());
+        let spectrum = Transform::new(surface.grid().nodes()).spectrum(surface.heights());
         Self::from_half_spectrum(&spectrum, surface.grid())
     }
 
@@ -187,6 +185,18 @@ impl MomentSum {
             squared_pair_power: power * power * sums.squared_pair_power,
         }
     }
+}
+
+/// Iterates over the modes of a half spectrum, with the signed numbers of their periods.
+pub(super) fn modes_mut(
+    spectrum: &mut [Complex<f64>],
+    [nodes_x, nodes_y]: [usize; 2],
+) -> impl Iterator<Item = ([f64; 2], &mut Complex<f64>)> {
+    let rows = spectrum.chunks_exact_mut(nodes_y / 2 + 1).enumerate();
+    rows.flat_map(move |(i, row)| {
+        let k_x = signed_wavenumber(i, nodes_x);
+        row.iter_mut().enumerate().map(move |(k_y, value)| ([k_x, k_y as f64], value))
+    })
 }
 
 /// Returns the signed number of waves along x of row `i` of a half spectrum with `nodes` rows.

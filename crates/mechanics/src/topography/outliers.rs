@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::alignment::{median, middle_values};
 use super::surface::Scan;
+use crate::grid::Boundary;
 
 /// Ratio of the standard deviation to the median absolute deviation of normal random numbers.
 const NORMAL: f64 = 1.4826;
@@ -70,9 +71,9 @@ impl Spikes {
     /// spike among few neighbours gives none. The larger one is measured from the middle of this
     /// interval.
     fn deviations(self, scan: &Scan, is_periodic: bool) -> Vec<(usize, [f64; 2])> {
-        let neighbours = Neighbours { nodes: scan.grid().nodes(), is_periodic };
+        let (grid, boundary) = (scan.grid(), Boundary::of(is_periodic));
         // Opposite neighbours of a small periodic map must not be the same node.
-        let reach = neighbours.nodes.map(|nodes| (self.window as usize / 2).min((nodes - 1) / 2));
+        let reach = grid.nodes().map(|nodes| (self.window as usize / 2).min((nodes - 1) / 2));
         let [reach_x, reach_y] = reach.map(|reach| reach as isize);
         let offsets = (0..=reach_x).flat_map(|x| (-reach_y..=reach_y).map(move |y| [x, y]));
         let half: Vec<[isize; 2]> = offsets.filter(|[x, y]| *x > 0 || *y > 0).collect();
@@ -85,8 +86,8 @@ impl Spikes {
             near.clear();
             means.clear();
             for &[x, y] in &half {
-                let [one, other] = [[x, y], [-x, -y]]
-                    .map(|offset| height(neighbours.at(scan.grid().indices(node), offset)));
+                let [one, other] =
+                    [[x, y], [-x, -y]].map(|offset| height(grid.moved(node, offset, boundary)));
                 near.extend(one);
                 near.extend(other);
                 means.extend(one.zip(other).map(|(one, other)| one + (other - one) / 2.0));
@@ -157,7 +158,7 @@ pub fn islands(scan: &Scan, limit: usize, is_periodic: bool) -> Vec<usize> {
 
 /// Returns the groups of measured points, in the order of their first nodes.
 fn groups(scan: &Scan, is_periodic: bool) -> Vec<Vec<usize>> {
-    let neighbours = Neighbours { nodes: scan.grid().nodes(), is_periodic };
+    let (grid, boundary) = (scan.grid(), Boundary::of(is_periodic));
     let offsets = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [x, y]));
     let around: Vec<[isize; 2]> = offsets.filter(|offset| *offset != [0, 0]).collect();
     let mut is_in_group: Vec<bool> = scan.heights().iter().map(|height| height.is_nan()).collect();
@@ -172,7 +173,7 @@ fn groups(scan: &Scan, is_periodic: bool) -> Vec<Vec<usize>> {
         while let Some(&node) = group.get(next) {
             next += 1;
             for &offset in &around {
-                let beside = neighbours.at(scan.grid().indices(node), offset);
+                let beside = grid.moved(node, offset, boundary);
                 if let Some(beside) = beside.filter(|beside| !is_in_group[*beside]) {
                     is_in_group[beside] = true;
                     group.push(beside);
@@ -182,28 +183,6 @@ fn groups(scan: &Scan, is_periodic: bool) -> Vec<Vec<usize>> {
         groups.push(group);
     }
     groups
-}
-
-/// Neighbours of the nodes of a map.
-#[derive(Clone, Copy)]
-struct Neighbours {
-    nodes: [usize; 2],
-    is_periodic: bool,
-}
-
-impl Neighbours {
-    /// Returns the node at an offset from the indices `from`, or `None` outside the map.
-    fn at(self, from: [usize; 2], offset: [isize; 2]) -> Option<usize> {
-        let along = |axis: usize| {
-            let nodes = self.nodes[axis];
-            if self.is_periodic {
-                let index = from[axis] as isize + offset[axis];
-                return Some(index.rem_euclid(nodes as isize) as usize);
-            }
-            from[axis].checked_add_signed(offset[axis]).filter(|index| *index < nodes)
-        };
-        Some(along(0)? * self.nodes[1] + along(1)?)
-    }
 }
 
 #[cfg(test)]

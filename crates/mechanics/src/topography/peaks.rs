@@ -11,7 +11,7 @@
 //! others.
 
 use super::surface::Surface;
-use crate::grid::{Boundary, Grid};
+use crate::grid::Boundary;
 
 /// Significant peaks of a surface.
 ///
@@ -46,9 +46,8 @@ impl Peaks {
     ///
     /// A flat surface has no peaks.
     pub fn from_surface(surface: &Surface, boundary: Boundary, pruning: f64) -> Self {
-        let neighbours = Neighbours { grid: surface.grid(), boundary };
-        let peaks = significant(surface.heights(), &neighbours, pruning);
-        let curvatures = peaks.iter().filter_map(|peak| neighbours.curvature(surface, *peak));
+        let peaks = significant(surface, boundary, pruning);
+        let curvatures = peaks.iter().filter_map(|peak| curvature(surface, boundary, *peak));
         let (count, sum) =
             curvatures.fold((0.0, 0.0), |(count, sum), one| (count + 1.0, sum + one));
         Self {
@@ -58,44 +57,22 @@ impl Peaks {
     }
 }
 
-/// Neighbours of the nodes of a map.
-struct Neighbours {
-    grid: Grid,
-    boundary: Boundary,
-}
-
-impl Neighbours {
-    /// Returns the node that lies `steps` nodes away, or `None` beyond the edges of the map.
-    fn at(&self, node: usize, steps: [isize; 2]) -> Option<usize> {
-        let nodes = self.grid.nodes();
-        let indices = self.grid.indices(node);
-        let mut moved = [0; 2];
-        for axis in 0..2 {
-            let index = indices[axis] as isize + steps[axis];
-            let wrapped = index.rem_euclid(nodes[axis] as isize);
-            if self.boundary == Boundary::Free && wrapped != index {
-                return None;
-            }
-            moved[axis] = wrapped as usize;
-        }
-        Some(moved[0] * nodes[1] + moved[1])
-    }
-
-    /// Returns −(h_xx + h_yy)/2 at a node, or `None` at an edge.
-    fn curvature(&self, surface: &Surface, node: usize) -> Option<f64> {
-        let heights = surface.heights();
-        let along = |steps: [isize; 2], spacing: f64| {
-            let [before, after] = [self.at(node, steps.map(|step| -step))?, self.at(node, steps)?];
-            let [before, after] = [before, after].map(|other| heights[other] - heights[node]);
-            Some(-(before + after) / (spacing * spacing))
-        };
-        let [spacing_x, spacing_y] = self.grid.spacing();
-        Some((along([1, 0], spacing_x)? + along([0, 1], spacing_y)?) / 2.0)
-    }
+/// Returns the mean curvature of a peak, or `None` at a free edge.
+fn curvature(surface: &Surface, boundary: Boundary, node: usize) -> Option<f64> {
+    let (grid, heights) = (surface.grid(), surface.heights());
+    let along = |steps: [isize; 2], spacing: f64| {
+        let before = grid.moved(node, steps.map(|step| -step), boundary)?;
+        let after = grid.moved(node, steps, boundary)?;
+        let [before, after] = [before, after].map(|other| heights[other] - heights[node]);
+        Some(-(before + after) / (spacing * spacing))
+    };
+    let [spacing_x, spacing_y] = grid.spacing();
+    Some((along([1, 0], spacing_x)? + along([0, 1], spacing_y)?) / 2.0)
 }
 
 /// Returns the peaks of the hills that remain after Wolf pruning.
-fn significant(heights: &[f64], neighbours: &Neighbours, pruning: f64) -> Vec<usize> {
+fn significant(surface: &Surface, boundary: Boundary, pruning: f64) -> Vec<usize> {
+    let (grid, heights) = (surface.grid(), surface.heights());
     // Equal heights are visited in the order of their nodes, which makes all heights distinct.
     let mut order: Vec<usize> = (0..heights.len()).collect();
     order.sort_unstable_by(|one, other| {
@@ -116,7 +93,7 @@ fn significant(heights: &[f64], neighbours: &Neighbours, pruning: f64) -> Vec<us
     let mut peaks = vec![highest];
     for &node in &order {
         let steps = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [x, y]));
-        for other in steps.filter_map(|steps| neighbours.at(node, steps)) {
+        for other in steps.filter_map(|steps| grid.moved(node, steps, boundary)) {
             if rank[other] >= rank[node] {
                 continue;
             }
@@ -160,7 +137,8 @@ mod tests {
 
     fn peaks(heights: &[f64], boundary: Boundary, pruning: f64) -> Vec<usize> {
         let grid = rectangle([heights.len(), 1], [1.0, 1.0]);
-        let mut peaks = significant(heights, &Neighbours { grid, boundary }, pruning);
+        let surface = Surface::new(grid, heights.to_vec()).unwrap();
+        let mut peaks = significant(&surface, boundary, pruning);
         peaks.sort_unstable();
         peaks
     }

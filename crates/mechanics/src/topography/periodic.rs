@@ -165,8 +165,7 @@ pub fn resampled(surface: &Surface, nodes: [usize; 2]) -> Surface {
     let after = Grid::new(nodes, before.cell())
         .expect("the numbers of nodes are positive and their product does not overflow");
     let [from, to] = [before.nodes(), nodes].map(Transform::<f64>::new);
-    let mut spectrum = vec![Complex::default(); from.spectrum_len()];
-    from.forward(surface.heights(), &mut spectrum, &mut from.scratch());
+    let spectrum = from.spectrum(surface.heights());
     let mode = |[row, column]: [usize; 2]| {
         let [nodes_x, nodes_y] = before.nodes();
         let columns = from.spectrum_columns();
@@ -192,10 +191,8 @@ pub fn resampled(surface: &Surface, nodes: [usize; 2]) -> Surface {
             sum * normalisation
         })
     });
-    let mut spectrum: Vec<Complex<f64>> = modes.collect();
-    let mut heights = vec![0.0; after.count()];
-    to.inverse(&mut spectrum, &mut heights, &mut to.scratch());
-    Surface::new(after, heights).expect("interpolants of finite heights are finite")
+    Surface::new(after, to.field(modes.collect()))
+        .expect("interpolants of finite heights are finite")
 }
 
 /// Index of a Fourier coefficient and its weight, or `None` for no contribution.

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 
 use rustfft::num_complex::Complex;
 
-use super::descriptors::from_first_node;
+use super::descriptors::deviations;
 use super::moments::{multiplicity, signed_wavenumber};
 use super::periodic::window;
 use super::surface::{Axis, Surface, for_each_line};
@@ -96,9 +96,7 @@ pub(super) fn for_each_mode(
     let grid = surface.grid();
     let [nodes_x, nodes_y] = grid.nodes();
     let (heights, square_window) = windowed(surface, boundary);
-    let transform = Transform::new(grid.nodes());
-    let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-    transform.forward(&heights, &mut spectrum, &mut transform.scratch());
+    let spectrum = Transform::new(grid.nodes()).spectrum(&heights);
     for (i, row) in spectrum.chunks_exact(nodes_y / 2 + 1).enumerate() {
         let k_x = signed_wavenumber(i, nodes_x);
         for (k_y, value) in row.iter().enumerate() {
@@ -171,11 +169,8 @@ fn for_each_profile(
     let mut scratch = transform.scratch();
     let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
     for_each_line(surface, axis, |line| {
-        let mut line = from_first_node(line);
-        let mean = mean(&line);
-        for (height, weight) in line.iter_mut().zip(&weights) {
-            *height = weight * (*height - mean);
-        }
+        let mut line = deviations(line);
+        line.iter_mut().zip(&weights).for_each(|(height, weight)| *height *= weight);
         transform.forward(&line, &mut spectrum, &mut scratch);
         with(&spectrum[1..]);
     });
@@ -186,13 +181,11 @@ fn for_each_profile(
 ///
 /// The window is one everywhere for a periodic map, and the Hann window otherwise.
 pub(super) fn windowed(surface: &Surface, boundary: Boundary) -> (Vec<f64>, f64) {
-    let grid = surface.grid();
-    let mut heights = from_first_node(surface.heights());
-    let mean = mean(&heights);
-    let [weights_x, weights_y] = grid.nodes().map(|nodes| weights(nodes, boundary));
+    let mut heights = deviations(surface.heights());
+    let [weights_x, weights_y] = surface.grid().nodes().map(|nodes| weights(nodes, boundary));
     for (row, weight) in heights.chunks_exact_mut(weights_y.len()).zip(&weights_x) {
         for (height, weight_y) in row.iter_mut().zip(&weights_y) {
-            *height = weight * weight_y * (*height - mean);
+            *height *= weight * weight_y;
         }
     }
     (heights, mean_square(&weights_x) * mean_square(&weights_y))
@@ -203,10 +196,6 @@ fn weights(nodes: usize, boundary: Boundary) -> Vec<f64> {
         Boundary::Periodic => vec![1.0; nodes],
         Boundary::Free => window(nodes, 0.5),
     }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
 }
 
 fn mean_square(values: &[f64]) -> f64 {
@@ -265,7 +254,7 @@ mod tests {
             let integral = (2.0 * densities.iter().sum::<f64>() - once) / axis.select([3.0, 2.0]);
             let mut variance = 0.0;
             for_each_line(&surface, axis, |line| {
-                let mean = mean(line);
+                let mean = line.iter().sum::<f64>() / line.len() as f64;
                 variance += line.iter().map(|h| (h - mean).powi(2)).sum::<f64>();
             });
             assert_close(integral, variance / surface.heights().len() as f64);

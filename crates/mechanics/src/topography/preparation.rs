@@ -182,12 +182,9 @@ impl Preparation {
         let is_periodic = edges == Edges::Periodic;
         let mut removed = Removed::default();
         if let Some(spikes) = self.spikes {
-            let provisional =
-                self.align.map(|align| Alignment { by: LineFit::Differences, ..align });
-            let found = match provisional {
-                Some(provisional) => spikes.find(&provisional.align(&part), is_periodic),
-                None => spikes.find(&part, is_periodic),
-            };
+            let by = LineFit::Differences;
+            let aligned = self.align.map(|align| Alignment { by, ..align }.align(&part));
+            let found = spikes.find(aligned.as_ref().unwrap_or(&part), is_periodic);
             removed.spikes = found.len();
             part = part.without(&found);
         }
@@ -218,7 +215,7 @@ impl Preparation {
     ) -> Result<(Surface, Option<Reliability>), MissingPoints> {
         let lines = self.tip_along.unwrap_or(Axis::X);
         let is_periodic = edges == Edges::Periodic;
-        let boundary = if is_periodic { Boundary::Periodic } else { Boundary::Free };
+        let boundary = Boundary::of(is_periodic);
         let tip =
             self.tip_radius.and_then(|radius| Tip { radius }.cutoff(&levelled, lines, boundary));
         let surface = self.fill.unwrap_or_default().fill(levelled, is_periodic)?;

@@ -233,7 +233,7 @@ mod tests {
     }
 
     fn draw(random: &RandomSurface, nodes: usize, heights: &HeightDistribution) -> Surface {
-        random.draw_with_heights(&Threads::one(), square(nodes, 1.0), heights)
+        random.draw_on(&Threads::one(), square(nodes, 1.0), Some(heights))
     }
 
     #[test]
@@ -256,7 +256,7 @@ mod tests {
     fn every_mode_keeps_its_power() {
         let random = random(2, 30, 5);
         for grid in [square(128, 1.0), rectangle([64, 96], [1.0, 0.75])] {
-            let skewed = random.draw_with_heights(&Threads::one(), grid, &johnson(-1.5, 6.0));
+            let skewed = random.draw_on(&Threads::one(), grid, Some(&johnson(-1.5, 6.0)));
             let gaussian = random.draw(grid);
             let [found, exact] = [&skewed, &gaussian]
                 .map(|surface| power_spectrum::rings(surface, Boundary::Periodic));
@@ -291,7 +291,7 @@ mod tests {
         let heights = johnson(-1.0, 5.0);
         let drawn = [1, 3].map(|threads| {
             let threads = Threads::new(NonZeroUsize::new(threads).unwrap());
-            random.draw_with_heights(&threads, square(512, 1.0), &heights)
+            random.draw_on(&threads, square(512, 1.0), Some(&heights))
         });
         assert!(drawn[0] == drawn[1]);
     }
@@ -315,7 +315,7 @@ mod tests {
         let tabulated =
             TabulatedSurface { density: &density, rms_slope: Some(0.2), seed: 1, realization: 0 };
         let grid = square(64, 1.0);
-        let surface = tabulated.draw_with_heights(&Threads::one(), grid, &johnson(-1.0, 4.5));
+        let surface = tabulated.draw_on(&Threads::one(), grid, Some(&johnson(-1.0, 4.5)));
         let slope = Moments::from_surface(&surface).rms_slope();
         assert!((slope / 0.2 - 1.0).abs() < 1e-12, "{slope}");
         let [skewness, kurtosis] = shape(&surface);

@@ -5,7 +5,7 @@
 //! part. The heights are those of the profile as it is: the filters λc and λs of ISO 16610-21 are
 //! applied before.
 
-use super::material_ratio::MaterialRatioCurve;
+use super::material_ratio::{MaterialRatioCurve, Stratified};
 use super::surface::Surface;
 use crate::grid::{Cell, Grid};
 
@@ -48,16 +48,8 @@ pub struct ProfileParameters {
     pub rsm: Option<f64>,
     /// Mean over the sections of their root mean square heights: Rq of ISO 4287.
     pub rq_of_sections: f64,
-    /// Core height Rk.
-    pub rk: f64,
-    /// Reduced hill height Rpk.
-    pub rpk: f64,
-    /// Reduced dale depth Rvk.
-    pub rvk: f64,
-    /// Material ratio Rmrk1 (Mr1 of ISO 13565-2).
-    pub rmrk1: f64,
-    /// Material ratio Rmrk2 (Mr2 of ISO 13565-2).
-    pub rmrk2: f64,
+    /// Rk, Rpk, Rvk, and the material ratios Rmrk1 and Rmrk2 (Mr1 and Mr2 of ISO 13565-2).
+    pub stratified: Stratified,
 }
 
 /// Whole sections of a profile, with heights above their mean line.
@@ -66,7 +58,8 @@ pub struct Evaluation {
     step: f64,
     /// Number of points of a section.
     points: usize,
-    curve: MaterialRatioCurve,
+    /// Material ratio curve of the evaluated heights.
+    pub curve: MaterialRatioCurve,
 }
 
 impl Evaluation {
@@ -93,16 +86,6 @@ impl Evaluation {
         let line = Surface::new(Grid::new([count, 1], cell).ok()?, heights.clone()).ok()?;
         let curve = MaterialRatioCurve::from_surface(&line);
         Some(Evaluation { heights, step, points, curve })
-    }
-
-    /// Returns the material ratio Rmr(c) at the height c above the mean line.
-    pub fn material_ratio(&self, height: f64) -> f64 {
-        self.curve.ratio_at(height)
-    }
-
-    /// Returns the height Rmc(mr) above the mean line that a fraction of the profile reaches.
-    pub fn height_at(&self, ratio: f64) -> f64 {
-        self.curve.height_at(ratio)
     }
 
     /// Computes the parameters.
@@ -141,7 +124,6 @@ impl Evaluation {
         let rp = over_sections(&highest);
         let rv = -over_sections(&lowest);
         let square = |part: &[f64]| part.iter().map(|z| z * z).sum::<f64>() / part.len() as f64;
-        let core = self.curve.stratified();
         ProfileParameters {
             sections: count,
             section_length: self.points as f64 * self.step,
@@ -156,11 +138,7 @@ impl Evaluation {
             rdq: self.slope(),
             rsm: self.element_spacing([DISCRIMINATION * rp, DISCRIMINATION * rv]),
             rq_of_sections: over_sections(&|part| square(part).sqrt()),
-            rk: core.sk,
-            rpk: core.spk,
-            rvk: core.svk,
-            rmrk1: core.smr1,
-            rmrk2: core.smr2,
+            stratified: self.curve.stratified(),
         }
     }
 
@@ -241,8 +219,8 @@ mod tests {
         // The slope is 1 but for the tips, whose seven points see both flanks.
         assert_close(found.rdq.unwrap(), 1.0, 0.02);
         // The whole wave is core.
-        assert_close(found.rk, 2.0, 0.01);
-        assert_close(found.rpk + found.rvk, 0.0, 0.01);
+        assert_close(found.stratified.sk, 2.0, 0.01);
+        assert_close(found.stratified.spk + found.stratified.svk, 0.0, 0.01);
     }
 
     #[test]

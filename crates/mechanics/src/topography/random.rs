@@ -85,62 +85,41 @@ impl RandomSurface {
     /// # Panics
     /// Panics if the shortest wave along an axis has fewer than two nodes.
     pub fn draw(&self, grid: Grid) -> Surface {
-        self.draw_on(&Threads::one(), grid)
+        self.draw_on(&Threads::one(), grid, None)
     }
 
     /// Returns the same as [`RandomSurface::draw`], computed by several threads.
-    pub fn draw_on(&self, threads: &Threads, grid: Grid) -> Surface {
-        self.check_resolved(grid);
-        let mut waves = Waves::new(grid.nodes());
-        let mut sum = MomentSum::new(grid.cell());
-        self.for_each_wave(grid.cell(), &mut sum, |wave| waves.add(wave));
-        let heights = waves.heights(threads, self.scale(&sum));
-        Surface::new(grid, heights).expect("a sum of finite waves is finite")
-    }
-
-    /// Returns the heights of the surface whose modes have the same moduli, but phases with which
-    /// the heights have a given distribution.
     ///
-    /// The method is described at [`prescribed_heights`](super::prescribed_heights).
-    ///
-    /// Moments, rings and rms slope are those of [`RandomSurface::draw`].
+    /// With a distribution of heights, the modes have the same moduli, but phases with which the
+    /// heights have this distribution, see [`prescribed_heights`](super::prescribed_heights).
+    /// Moments, rings and rms slope stay the same.
     ///
     /// # Panics
     /// Panics if the shortest wave along an axis has fewer than two nodes.
-    pub fn draw_with_heights(
+    pub fn draw_on(
         &self,
         threads: &Threads,
         grid: Grid,
-        distribution: &HeightDistribution,
+        distribution: Option<&HeightDistribution>,
     ) -> Surface {
-        self.check_resolved(grid);
-        let mut sum = MomentSum::new(grid.cell());
-        let mut adjusted = Vec::new();
-        self.for_each_wave(grid.cell(), &mut sum, |wave| adjusted.push(wave));
-        adjust_phases(&mut adjusted, distribution, threads);
-        let mut waves = Waves::new(grid.nodes());
-        adjusted.into_iter().for_each(|wave| waves.add(wave));
-        let heights = waves.heights(threads, self.scale(&sum));
-        Surface::new(grid, heights).expect("a sum of finite waves is finite")
-    }
-
-    fn check_resolved(&self, grid: Grid) {
-        let [nodes_x, nodes_y] = grid.nodes();
-        let [max_x, max_y] = self.spectrum.max_waves(grid.cell());
-        for (nodes, waves) in [(nodes_x, max_x), (nodes_y, max_y)] {
+        for (nodes, waves) in grid.nodes().into_iter().zip(self.spectrum.max_waves(grid.cell())) {
             assert!(2 * waves as usize <= nodes, "{nodes} nodes cannot resolve {waves} waves");
         }
-    }
-
-    /// Calls `visit` with the wave of each pair of modes ±k, not yet scaled to the rms slope, and
-    /// adds its power to `sum`.
-    fn for_each_wave(&self, cell: Cell, sum: &mut MomentSum, mut visit: impl FnMut(Wave)) {
-        self.for_each_pair(cell, |k_x, k_y, density, draw| {
+        let (mut waves, mut adjusted) = (Waves::new(grid.nodes()), Vec::new());
+        let mut sum = MomentSum::new(grid.cell());
+        self.for_each_pair(grid.cell(), |k_x, k_y, density, draw| {
             let power = self.power(density, &draw);
             sum.add_pair([k_x.into(), k_y.into()], 2.0 * power);
             let coefficient = power.sqrt() * draw.phase();
-            visit(Wave { waves: [k_x, k_y as i32], coefficient });
+            let wave = Wave { waves: [k_x, k_y as i32], coefficient };
+            if distribution.is_some() { adjusted.push(wave) } else { waves.add(wave) }
         });
+        if let Some(distribution) = distribution {
+            adjust_phases(&mut adjusted, distribution, threads);
+            adjusted.into_iter().for_each(|wave| waves.add(wave));
+        }
+        let heights = waves.heights(threads, self.scale(&sum));
+        Surface::new(grid, heights).expect("a sum of finite waves is finite")
     }
 
     /// Returns the spectral moments of the realization, summed over its modes.

@@ -15,7 +15,6 @@
 use std::f64::consts::{LN_2, SQRT_2, TAU};
 
 use super::differences;
-use super::moments::Moments;
 use super::power_spectrum::for_each_mode;
 use super::surface::{Axis, Scan, Surface};
 use crate::grid::{Boundary, Grid};
@@ -54,9 +53,9 @@ impl Reliability {
     /// `tip` is the cutoff of the tip, see [`Tip::cutoff`]. With `analyses_noise`, the noise of the
     /// map is analysed, too.
     ///
-    /// Slopes are those of [`Moments`] for a periodic map, and those of [`differences::moments`]
-    /// otherwise. The share is computed from the power spectral density, which for a map that is
-    /// not periodic is that of the map multiplied by a Hann window.
+    /// Slopes are those of [`differences::moments_within`]. The share is computed from the power
+    /// spectral density, which for a map that is not periodic is that of the map multiplied by a
+    /// Hann window.
     pub fn new(
         surface: &Surface,
         boundary: Boundary,
@@ -77,10 +76,7 @@ impl Reliability {
             }
         }
         let unreliable_share = if all > 0.0 { shorter / all } else { 0.0 };
-        let rms_slope = match boundary {
-            Boundary::Periodic => Moments::from_surface(surface).rms_slope(),
-            Boundary::Free => differences::moments(surface).rms_slope(),
-        };
+        let rms_slope = differences::moments_within(surface, boundary).rms_slope();
         let rms_slope = rms_slope * (1.0 - unreliable_share).sqrt();
         Self { tip, noise, wavelength, unreliable_share, rms_slope }
     }
@@ -204,21 +200,8 @@ pub struct NoiseShare {
 }
 
 impl NoiseFloor {
-    /// Finds the noise of a complete map as [`NoiseFloor::from_surface`], with its share of the
-    /// mean square slope. The slopes are those of [`Reliability::new`].
-    pub fn with_share(surface: &Surface, boundary: Boundary) -> Option<NoiseShare> {
-        let modes = modes(surface, boundary);
-        let floor = Self::from_modes(&modes, surface.grid())?;
-        let (mut all, mut of_noise) = (0.0, 0.0);
-        for mode in modes.iter().filter(|mode| mode.density > 0.0) {
-            all += mode.square_slope;
-            of_noise += mode.square_slope / mode.density * floor.density;
-        }
-        let share = if all > 0.0 { (of_noise / all).min(1.0) } else { 0.0 };
-        Some(NoiseShare { floor, share })
-    }
-
-    /// Finds the noise of a complete map, or returns `None` if its spectrum has no plateau.
+    /// Finds the noise of a complete map, with its share of the mean square slope as in
+    /// [`Reliability::new`], or returns `None` if its spectrum has no plateau.
     ///
     /// The density of each band of wavenumbers, four to an octave, is the median over its modes
     /// divided by ln 2. For a Gaussian surface this is the mean. In contrast to the mean, it is
@@ -229,8 +212,16 @@ impl NoiseFloor {
     /// large. Self-affine surfaces fall more steeply, even with H → 0. Therefore noise is found if
     /// its wavelength is at least about four grid spacings. If it is that short, the surface still
     /// contributes to the plateau, and the wavelength is up to a tenth too long.
-    pub fn from_surface(surface: &Surface, boundary: Boundary) -> Option<NoiseFloor> {
-        Self::from_modes(&modes(surface, boundary), surface.grid())
+    pub fn with_share(surface: &Surface, boundary: Boundary) -> Option<NoiseShare> {
+        let modes = modes(surface, boundary);
+        let floor = Self::from_modes(&modes, surface.grid())?;
+        let (mut all, mut of_noise) = (0.0, 0.0);
+        for mode in modes.iter().filter(|mode| mode.density > 0.0) {
+            all += mode.square_slope;
+            of_noise += mode.square_slope / mode.density * floor.density;
+        }
+        let share = if all > 0.0 { (of_noise / all).min(1.0) } else { 0.0 };
+        Some(NoiseShare { floor, share })
     }
 
     fn from_modes(modes: &[Mode], grid: Grid) -> Option<NoiseFloor> {
@@ -439,7 +430,7 @@ mod tests {
         for (exponent, crossover) in [(3.6, 1.0 / 32.0), (2.4, 1.0 / 24.0), (3.0, 1.0 / 80.0)] {
             let surface = noisy(512, exponent, crossover, 1.0);
             for boundary in [Boundary::Periodic, Boundary::Free] {
-                let found = NoiseFloor::from_surface(&surface, boundary).unwrap();
+                let found = NoiseFloor::with_share(&surface, boundary).unwrap().floor;
                 assert!((found.density - 1.0).abs() < 0.08, "{found:?}");
                 assert!((found.wavelength / crossover - 1.0).abs() < 0.12, "{crossover} {found:?}");
                 assert!((found.rms_height / 512.0 - 1.0).abs() < 0.04);
@@ -449,9 +440,8 @@ mod tests {
 
     #[test]
     fn the_share_of_noise_in_the_slope_is_what_the_noise_adds_to_its_square() {
-        let square_slope = |surface: &Surface, boundary: Boundary| match boundary {
-            Boundary::Periodic => Moments::from_surface(surface).rms_slope().powi(2),
-            Boundary::Free => differences::moments(surface).rms_slope().powi(2),
+        let square_slope = |surface: &Surface, boundary: Boundary| {
+            differences::moments_within(surface, boundary).rms_slope().powi(2)
         };
         let [clean, rough] = [0.0, 1.0].map(|noise| noisy(256, 4.0, 1.0 / 32.0, noise));
         for boundary in [Boundary::Periodic, Boundary::Free] {
@@ -466,11 +456,11 @@ mod tests {
     fn a_surface_without_noise_has_no_floor() {
         for exponent in [2.0, 2.6, 3.6] {
             let surface = noisy(128, exponent, 0.1, 0.0);
-            assert_eq!(NoiseFloor::from_surface(&surface, Boundary::Periodic), None);
-            assert_eq!(NoiseFloor::from_surface(&surface, Boundary::Free), None);
+            assert_eq!(NoiseFloor::with_share(&surface, Boundary::Periodic), None);
+            assert_eq!(NoiseFloor::with_share(&surface, Boundary::Free), None);
         }
         let flat = Shape::Wave { amplitude: 0.0, waves: 1 }.draw(square(16, 1.0));
-        assert_eq!(NoiseFloor::from_surface(&flat, Boundary::Periodic), None);
+        assert_eq!(NoiseFloor::with_share(&flat, Boundary::Periodic), None);
     }
 
     #[test]
@@ -484,12 +474,12 @@ mod tests {
     #[test]
     fn offsets_of_scan_lines_are_not_white_noise() {
         let surface = noisy(128, 3.6, 0.05, 1.0);
-        let clean = NoiseFloor::from_surface(&surface, Boundary::Free).unwrap();
+        let clean = NoiseFloor::with_share(&surface, Boundary::Free).unwrap().floor;
         let lines = surface.heights().iter().enumerate();
         let lines =
             lines.map(|(node, height)| height + 300.0 * libm::sin((node % 128).pow(2) as f64));
         let lines = Surface::new(surface.grid(), lines.collect()).unwrap();
-        let found = NoiseFloor::from_surface(&lines, Boundary::Free).unwrap();
+        let found = NoiseFloor::with_share(&lines, Boundary::Free).unwrap().floor;
         assert!((found.density / clean.density - 1.0).abs() < 0.1, "{found:?} {clean:?}");
         assert!((found.wavelength / clean.wavelength - 1.0).abs() < 0.1, "{found:?} {clean:?}");
     }

@@ -217,22 +217,21 @@ pub struct TabulatedSurface<'a> {
 impl TabulatedSurface<'_> {
     /// Draws the heights on a grid. They are zero if no mode of the grid has a positive density.
     pub fn draw(&self, grid: Grid) -> Surface {
-        self.draw_on(&Threads::one(), grid)
+        self.draw_on(&Threads::one(), grid, None)
     }
 
-    /// Draws the same heights as [`TabulatedSurface::draw`], with several threads.
-    pub fn draw_on(&self, threads: &Threads, grid: Grid) -> Surface {
-        self.sum(threads, grid, self.waves(grid))
-    }
-
-    /// Draws a surface whose modes have the same moduli, but phases with which the heights have a
-    /// given distribution, see [`prescribed_heights`](super::prescribed_heights).
-    pub fn draw_with_heights(
+    /// Draws the same heights as [`TabulatedSurface::draw`], with several threads. With a
+    /// distribution of heights, the modes have the same moduli, but phases with which the heights
+    /// have this distribution, see [`prescribed_heights`](super::prescribed_heights).
+    pub fn draw_on(
         &self,
         threads: &Threads,
         grid: Grid,
-        distribution: &HeightDistribution,
+        distribution: Option<&HeightDistribution>,
     ) -> Surface {
+        let Some(distribution) = distribution else {
+            return self.sum(threads, grid, self.waves(grid));
+        };
         let mut waves: Vec<Wave> = self.waves(grid).collect();
         adjust_phases(&mut waves, distribution, threads);
         self.sum(threads, grid, waves.into_iter())

@@ -169,13 +169,6 @@ impl Spectrum {
         sum.finish(1.0)
     }
 
-    /// Returns Nayak's parameter α of [`moments`](Self::moments) for a square cell, or `None` if
-    /// there are no modes.
-    pub fn nayak_on_a_square(&self) -> Option<f64> {
-        let cell = Cell::square(1.0).expect("1 is the side of a cell");
-        self.moments(cell).nayak()
-    }
-
     /// Returns the spectrum over continuous wavenumbers, without anisotropy. Its moments have
     /// closed forms.
     pub fn continuum(&self) -> Continuum {

@@ -59,9 +59,7 @@ fn rotated(heights: &[f64], [nodes_x, nodes_y]: [usize; 2], steps: [usize; 2]) -
 /// Returns the trigonometric interpolant of the heights at nodes moved by any shift.
 fn with_phases(heights: &[f64], nodes: [usize; 2], shift: [f64; 2]) -> Vec<f64> {
     let transform = Transform::<f64>::new(nodes);
-    let mut spectrum = vec![Complex::default(); transform.spectrum_len()];
-    let scratch = &mut transform.scratch();
-    transform.forward(heights, &mut spectrum, scratch);
+    let mut spectrum = transform.spectrum(heights);
     let [along_x, along_y] = Axis::BOTH.map(|axis| phases(axis.select(nodes), axis.select(shift)));
     let normalisation = 1.0 / heights.len() as f64;
     let rows = spectrum.chunks_exact_mut(transform.spectrum_columns());
@@ -70,9 +68,7 @@ fn with_phases(heights: &[f64], nodes: [usize; 2], shift: [f64; 2]) -> Vec<f64> 
             *mode *= phase_x * phase_y * normalisation;
         }
     }
-    let mut moved = vec![0.0; heights.len()];
-    transform.inverse(&mut spectrum, &mut moved, scratch);
-    moved
+    transform.field(spectrum)
 }
 
 /// Returns the phase e^(−2πi k s) of each Fourier coefficient along an axis, for a shift by the

@@ -7,6 +7,7 @@ use crate::StageError;
 use crate::columns::*;
 use crate::surface::Origin;
 use crate::version::Version;
+use asperity_mechanics::topography::material_ratio::Stratified;
 use asperity_mechanics::topography::profile_parameters::Evaluation;
 use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, integers, optional_reals, reals};
@@ -75,7 +76,8 @@ impl Profile {
         let of = evaluation.parameters();
         let lengths = [of.ra, of.rq].map(Some);
         let heights = [of.rp, of.rv, of.rz, of.rt].map(Some);
-        let rest = [of.rq_of_sections, of.rk, of.rpk, of.rvk, of.rmrk1, of.rmrk2].map(Some);
+        let Stratified { sk, spk, svk, smr1, smr2 } = of.stratified;
+        let rest = [of.rq_of_sections, sk, spk, svk, smr1, smr2].map(Some);
         let values = lengths
             .into_iter()
             .chain([of.rsk, of.rku])
@@ -89,8 +91,8 @@ impl Profile {
             (length_column, reals([of.section_length])),
         ];
         let measured = columns.into_iter().zip(values.map(|value| optional_reals([value])));
-        let ratio = self.smr_height.map(|height| (RMR, reals([evaluation.material_ratio(height)])));
-        let height = self.smc_ratio.map(|ratio| (RMC, reals([evaluation.height_at(ratio)])));
+        let ratio = self.smr_height.map(|height| (RMR, reals([evaluation.curve.ratio_at(height)])));
+        let height = self.smc_ratio.map(|ratio| (RMC, reals([evaluation.curve.height_at(ratio)])));
         Ok(settings.chain(first).chain(measured).chain(ratio).chain(height).collect())
     }
 }

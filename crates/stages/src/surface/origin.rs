@@ -376,10 +376,7 @@ impl Origin {
             Origin::Random { .. } => {
                 let grid = grid()?;
                 let surface = self.random_surface(grid.cell()).expect("the origin is random");
-                Ok(match heights {
-                    Some(heights) => surface.draw_with_heights(threads, grid, heights),
-                    None => surface.draw_on(threads, grid),
-                })
+                Ok(surface.draw_on(threads, grid, heights))
             }
             Origin::Shape { shape, .. } => Ok(shape.draw(grid()?)),
             Origin::Spectrum { surface, .. } => {

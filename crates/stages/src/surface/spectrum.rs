@@ -113,10 +113,7 @@ impl SpectrumSurface {
             seed: self.seed,
             realization: self.realization,
         };
-        let drawn = match heights {
-            Some(heights) => surface.draw_with_heights(threads, grid, heights),
-            None => surface.draw_on(threads, grid),
-        };
+        let drawn = surface.draw_on(threads, grid, heights);
         Ok(match self.rms_height {
             Some(rms_height) => scaled_to(rms_height, drawn),
             None => drawn,

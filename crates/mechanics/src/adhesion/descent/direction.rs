@@ -1,6 +1,7 @@
 //! Computes the direction of the next step and predicts its length.
 
-use super::{Control, Descent, Fields};
+use super::{Control, Fields};
+use crate::adhesion::AdhesivePath;
 use crate::adhesion::passes::visit;
 
 /// Longest step of nodes within [`NEAR`] of the wall, in units of the range. Longer steps may leave
@@ -16,7 +17,7 @@ const LEAST_SHAPE: f64 = 1e-3;
 /// Smallest stiffness to a uniform displacement, in units of E* over the longer side.
 const LEAST_UNIFORM_STIFFNESS: f64 = 0.5;
 
-impl Descent<'_> {
+impl AdhesivePath {
     /// Computes z = M r with the preconditioner M, or z proportional to r. The latter is a
     /// direction of descent even where many nodes are about to close or open, also after clipping.
     /// Returns the mean of s r over the mesh, with the shape s.
@@ -26,8 +27,8 @@ impl Descent<'_> {
     /// in the mean.
     pub(super) fn precondition(&mut self, with_compliance: bool) -> f64 {
         let Fields { residual, direction, shape, step_pressure, continuation, .. } =
-            &mut *self.fields;
-        let (threads, domain) = (self.threads, self.body.domain);
+            &mut self.fields;
+        let (threads, domain) = (&self.threads, self.body.domain);
         if with_compliance {
             // s ← 1 − X 1 on F
             direction.fill(1.0);
@@ -54,7 +55,7 @@ impl Descent<'_> {
         if with_compliance {
             // x ← −Xᵀ x on C; z ← (1 − X) A x on F
             continuation.hold(threads, shape, step_pressure);
-            self.body.compliance(step_pressure, direction, self.scratch);
+            self.body.compliance(step_pressure, direction, &mut self.scratch);
             self.pairs += 1;
             continuation.subtract(threads, shape, direction);
         }
@@ -63,9 +64,9 @@ impl Descent<'_> {
 
     /// Returns the compliance of the mesh to displacements of the shape s.
     pub(super) fn uniform_compliance(&mut self) -> f64 {
-        let Fields { shape, step_pressure, .. } = &mut *self.fields;
-        let (threads, domain) = (self.threads, self.body.domain);
-        self.body.stiffness(shape, step_pressure, self.scratch);
+        let Fields { shape, step_pressure, .. } = &mut self.fields;
+        let (threads, domain) = (&self.threads, self.body.domain);
+        self.body.stiffness(shape, step_pressure, &mut self.scratch);
         self.pairs += 1;
         let maps = [&shape[..], &step_pressure[..]];
         let found = visit(threads, domain, maps, [], |_, [shape, pressure], []| {
@@ -77,8 +78,8 @@ impl Descent<'_> {
 
     /// Turns z + c s, with c = `shift`, into the direction t.
     pub(super) fn find_direction(&mut self, has_step: bool, shift: f64) {
-        let Fields { gap, residual, last_residual, direction, step, shape, .. } = &mut *self.fields;
-        let (threads, domain) = (self.threads, self.body.domain);
+        let Fields { gap, residual, last_residual, direction, step, shape, .. } = &mut self.fields;
+        let (threads, domain) = (&self.threads, self.body.domain);
         let [gap, shape] = [&gap[..], &shape[..]];
         let inputs = [shape, &residual[..], &step[..]];
         let outputs = [&mut direction[..], &mut last_residual[..]];
@@ -141,13 +142,13 @@ impl Descent<'_> {
     /// Returns the predicted length τ, or a shorter one that limits the steps of nodes near the
     /// wall.
     pub(super) fn limited(&self, length: f64) -> f64 {
-        if self.adhesion.work() == 0.0 {
+        if self.adhesion.work == 0.0 {
             return length;
         }
-        let Fields { gap, direction, .. } = &*self.fields;
-        let near = NEAR * self.adhesion.range();
+        let Fields { gap, direction, .. } = &self.fields;
+        let near = NEAR * self.adhesion.range;
         let found = visit(
-            self.threads,
+            &self.threads,
             self.body.domain,
             [&gap[..], &direction[..]],
             [],
@@ -158,7 +159,7 @@ impl Descent<'_> {
             },
         );
         let [largest] = found.highest;
-        let longest = LONGEST_STEP * self.adhesion.range();
+        let longest = LONGEST_STEP * self.adhesion.range;
         if length * largest > longest { longest / largest } else { length }
     }
 }

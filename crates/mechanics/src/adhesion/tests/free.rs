@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::*;
-use crate::elasticity::{FreeHalfSpace, displacement, transform};
+use crate::elasticity::{Factor, FreeHalfSpace, kernel, transform};
 
 /// Returns the path of a sphere of unit radius on a square of `side`, with E* = w = 1.
 fn sphere(nodes: usize, side: f64, range: f64) -> AdhesivePath {
@@ -149,7 +149,8 @@ fn the_energy_of_a_state_that_did_not_converge_is_that_of_its_pressures() {
     assert_eq!(state.stop, Stop::PairLimit);
     let pressures = path.pressure().to_vec();
     let body = FreeHalfSpace::new(square(32, 8.0));
-    let (transform, kernel) = (transform(&body), displacement(&body));
+    let (transform, kernel) =
+        (transform(&body), kernel(&Threads::one(), &body, Factor::Displacement));
     let mut displacement = vec![0.0; 1024];
     transform.convolve(&kernel, &pressures, &mut displacement, &mut transform.scratch());
     let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / 1024.0;

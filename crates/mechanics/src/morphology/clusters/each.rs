@@ -27,20 +27,12 @@ impl Cluster {
         let mut edges = vec![[0; 2]; joined.runs.len()];
         across_rows(map, &joined, &mut edges);
         along_rows(map, &joined, &mut edges);
-        let mut index_of_root = vec![None; joined.runs.len()];
-        let mut clusters: Vec<Cluster> = Vec::new();
-        for (index, [switches_x, switches_y]) in edges.into_iter().enumerate() {
-            let root = joined.forest.root(index).0;
-            let cluster = *index_of_root[root].get_or_insert_with(|| {
-                clusters.push(Cluster::default());
-                clusters.len() - 1
-            });
-            let cluster = &mut clusters[cluster];
-            cluster.nodes += joined.runs[index].len();
+        joined.clusters(|cluster: &mut Cluster, _, index, run| {
+            let [switches_x, switches_y] = edges[index];
+            cluster.nodes += run.len();
             cluster.switches_x += switches_x;
             cluster.switches_y += switches_y;
-        }
-        clusters
+        })
     }
 
     /// Returns the Manhattan perimeter Δy × `switches_x` + Δx × `switches_y`, in the unit of the
@@ -73,27 +65,16 @@ pub struct Spot {
 impl Spot {
     /// Returns all contact clusters of a map, in the order of their first nodes.
     pub fn all(map: &ContactMap) -> Vec<Spot> {
-        let mut joined = JoinedRuns::new(map, |_| ());
-        let [rows, row_nodes] = map.nodes();
-        let means = [Means::new(map.boundary(), rows), Means::new(map.boundary(), row_nodes)];
-        let mut index_of_root = vec![None; joined.runs.len()];
-        let mut sums: Vec<(usize, [[f64; 2]; 2])> = Vec::new();
-        for row in 0..rows {
-            for index in joined.row(row) {
-                let root = joined.forest.root(index).0;
-                let spot = *index_of_root[root].get_or_insert_with(|| {
-                    sums.push((0, [[0.0; 2]; 2]));
-                    sums.len() - 1
-                });
-                let run = &joined.runs[index];
-                let (nodes, [along_x, along_y]) = &mut sums[spot];
-                *nodes += run.len();
-                for column in run.start..run.end {
-                    means[0].add(row, along_x);
-                    means[1].add(column as usize, along_y);
-                }
+        let means = map.nodes().map(|nodes| Means::new(map.boundary(), nodes));
+        let add = |sums: &mut (usize, [[f64; 2]; 2]), row: usize, _, run: &Run| {
+            let (nodes, [along_x, along_y]) = sums;
+            *nodes += run.len();
+            for column in run.start..run.end {
+                means[0].add(row, along_x);
+                means[1].add(column as usize, along_y);
             }
-        }
+        };
+        let sums = JoinedRuns::new(map, |_| ()).clusters(add);
         let spot = |(nodes, sums): (usize, [[f64; 2]; 2])| Spot {
             nodes,
             centre: [0, 1].map(|axis| means[axis].of(sums[axis], nodes)),

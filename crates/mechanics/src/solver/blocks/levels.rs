@@ -1,190 +1,76 @@
-//! Passes between the levels of the pyramid.
+//! Steps between the levels of the pyramid.
 //!
 //! The values of blocks are interpolated linearly along each axis to their parts, which are smaller
 //! blocks or nodes; the transpose collects values of parts. A part lies between the centres of the
 //! block that contains it and of a neighbouring block. Rows are stored with one additional block at
 //! each end, because they are periodic.
 
-use pulp::Simd;
-
 use crate::fft::Row;
-use crate::solver::lanes::Pass;
+use crate::solver::lanes::{for_rows, for_rows_with};
+use crate::threads::Threads;
 
 const HALVES: usize = 2;
 
-/// Pass over rows of larger blocks that sets each block to the sum of the values of its four
-/// smaller blocks.
-pub struct SumQuarters<'a> {
-    fine: [usize; 2],
-    values: &'a [f32],
-    /// Sum of two rows of smaller blocks, padded to an even number of blocks.
-    sums: Vec<f32>,
-}
-
-impl<'a> SumQuarters<'a> {
-    pub fn new(fine: [usize; 2], values: &'a [f32]) -> Self {
-        Self { fine, values, sums: vec![0.0; fine[1].next_multiple_of(HALVES)] }
-    }
-}
-
-impl Pass<f32> for SumQuarters<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, coarse: &mut [f32]) {
-        let [rows, blocks] = self.fine;
-        let sums = &mut self.sums[..blocks];
-        let first = HALVES * row.index();
-        sums.copy_from_slice(Row::new(first, blocks).of(self.values));
+/// Sets larger blocks to the sums of the `values` of their four smaller blocks.
+pub fn sum_quarters(
+    threads: &Threads,
+    [[rows, blocks], coarse]: [[usize; 2]; 2],
+    values: &[f32],
+    sums: &mut [f32],
+) {
+    // Sum of two rows of smaller blocks, padded to an even number of blocks.
+    let both = vec![0.0; blocks.next_multiple_of(HALVES)];
+    for_rows_with(threads, sums, coarse[1], both, |both, row, sums| {
+        let first = HALVES * row.index;
+        both[..blocks].copy_from_slice(Row::new(first, blocks).of(values));
         if first + 1 < rows {
-            add(sums, Row::new(first + 1, blocks).of(self.values), 1.0);
+            add(both, Row::new(first + 1, blocks).of(values), 1.0);
         }
-        sum(self.sums.as_chunks::<HALVES>().0, coarse);
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self::new(self.fine, self.values)
-    }
-
-    fn append(&mut self, _: Self) {}
+        sum(both.as_chunks::<HALVES>().0, sums);
+    });
 }
 
-/// Pass over rows of blocks that replaces the sum R of the residual over n free nodes by the
-/// weighted mean (R + w v)/(n + w). v is the outer value, interpolated from larger blocks, and w
-/// its weight.
-pub struct MeansWithOuter<'a> {
-    free: &'a [f32],
-    around: f32,
-    coarse: [usize; 2],
-    values: &'a [f32],
-    /// Row of larger blocks, interpolated between two rows, with one more block before and after.
-    mixed: Vec<f32>,
-    /// The row `mixed`, interpolated to smaller blocks.
-    between: Vec<f32>,
-}
-
-impl<'a> MeansWithOuter<'a> {
-    pub fn new(free: &'a [f32], around: f32, coarse: [usize; 2], values: &'a [f32]) -> Self {
-        Self {
-            free,
-            around,
-            coarse,
-            values,
-            mixed: vec![0.0; coarse[1] + 2],
-            between: vec![0.0; HALVES * coarse[1]],
-        }
-    }
-}
-
-impl Pass<f32> for MeansWithOuter<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, sums: &mut [f32]) {
-        let [rows, blocks] = self.coarse;
-        let [(own, of_own), (other, of_other)] = around::<HALVES>(row.index(), rows);
-        let own = Row::new(own, blocks).of(self.values);
-        let other = Row::new(other, blocks).of(self.values);
-        for (mixed, (own, other)) in self.mixed[1..].iter_mut().zip(own.iter().zip(other)) {
+/// Replaces the sum R of the residual over n free nodes of each smaller block by the weighted mean
+/// (R + w v)/(n + w). v is the outer value, interpolated from the `values` of larger blocks, and w
+/// = `weight`.
+pub fn means_with_outer(
+    threads: &Threads,
+    [fine, [rows, blocks]]: [[usize; 2]; 2],
+    (values, free, weight): (&[f32], &[f32], f32),
+    sums: &mut [f32],
+) {
+    // Row of larger blocks, interpolated between two rows, with one more block before and after;
+    // and this row, interpolated to smaller blocks.
+    let buffers = [vec![0.0; blocks + 2], vec![0.0; HALVES * blocks]];
+    for_rows_with(threads, sums, fine[1], buffers, |[mixed, between], row, sums| {
+        let [(own, of_own), (other, of_other)] = around::<HALVES>(row.index, rows);
+        let [own, other] = [own, other].map(|row| Row::new(row, blocks).of(values));
+        for (mixed, (own, other)) in mixed[1..].iter_mut().zip(own.iter().zip(other)) {
             *mixed = of_own * own + of_other * other;
         }
-        repeat(&mut self.mixed);
-        interpolate(&self.mixed, self.between.as_chunks_mut::<HALVES>().0);
-        let weight = self.around;
-        let free = row.of(self.free);
-        for ((sum, free), between) in sums.iter_mut().zip(free).zip(&self.between) {
+        repeat(mixed);
+        interpolate(mixed, between.as_chunks_mut::<HALVES>().0);
+        for ((sum, free), between) in sums.iter_mut().zip(row.of(free)).zip(&*between) {
             *sum = (*sum + weight * between) / (free + weight);
         }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self::new(self.free, self.around, self.coarse, self.values)
-    }
-
-    fn append(&mut self, _: Self) {}
+    });
 }
 
-/// Pass that adds, to each row of smallest blocks, the values that its two neighbouring rows of
-/// blocks have collected for it (`for_neighbours`).
-pub struct JoinRows<'a> {
-    blocks: [usize; 2],
-    for_neighbours: &'a [Vec<f32>; 2],
-}
-
-impl<'a> JoinRows<'a> {
-    pub fn new(blocks: [usize; 2], for_neighbours: &'a [Vec<f32>; 2]) -> Self {
-        Self { blocks, for_neighbours }
-    }
-}
-
-impl Pass<f32> for JoinRows<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let [rows, blocks] = self.blocks;
-        let before = (row.index() + rows - 1) % rows;
-        let after = (row.index() + 1) % rows;
-        let [for_before, for_after] = self.for_neighbours;
-        add(values, Row::new(after, blocks).of(for_before), 1.0);
-        add(values, Row::new(before, blocks).of(for_after), 1.0);
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self::new(self.blocks, self.for_neighbours)
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-/// Pass over rows of blocks that divides each value by n + w, with the number n of free nodes of
-/// the block and the weight w of its outer value.
-pub struct Divide<'a> {
-    free: &'a [f32],
-    around: f32,
-}
-
-impl<'a> Divide<'a> {
-    pub fn new(free: &'a [f32], around: f32) -> Self {
-        Self { free, around }
-    }
-}
-
-impl Pass<f32> for Divide<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let weight = self.around;
-        for (value, free) in values.iter_mut().zip(row.of(self.free)) {
-            *value /= free + weight;
-        }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-/// Pass over rows of larger blocks that applies the transpose of the interpolation of outer values:
-/// it sets each block to a weighted sum of the smaller blocks in it and next to it.
-pub struct TransposeInterpolation<'a> {
-    fine: [usize; 2],
-    weight: f32,
-    coarse: [usize; 2],
-    values: &'a [f32],
-    /// Weighted sum of rows of smaller blocks, with two more blocks before and after.
-    sums: Vec<f32>,
-}
-
-impl<'a> TransposeInterpolation<'a> {
-    pub fn new(fine: [usize; 2], weight: f32, coarse: [usize; 2], values: &'a [f32]) -> Self {
-        Self { fine, weight, coarse, values, sums: vec![0.0; HALVES * (coarse[1] + 2)] }
-    }
-}
-
-impl Pass<f32> for TransposeInterpolation<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, coarse: &mut [f32]) {
-        let ([rows, blocks], larger) = (self.fine, self.coarse[0]);
-        let (own, before) = (row.index(), (row.index() + larger - 1) % larger);
+/// Applies the transpose of the interpolation of outer values: sets each larger block to a weighted
+/// sum of the `values` of the smaller blocks in it and next to it.
+pub fn transpose_interpolation(
+    threads: &Threads,
+    [[rows, blocks], [larger, coarse_blocks]]: [[usize; 2]; 2],
+    (values, weight): (&[f32], f32),
+    sums: &mut [f32],
+) {
+    // Weighted sum of rows of smaller blocks, with two more blocks before and after.
+    let weighted = vec![0.0; HALVES * (coarse_blocks + 2)];
+    for_rows_with(threads, sums, coarse_blocks, weighted, |weighted, row, sums| {
+        let (own, before) = (row.index, (row.index + larger - 1) % larger);
         let after = (own + 1) % larger;
         let [of_own, of_other] = weights::<HALVES>(0);
-        self.sums.fill(0.0);
+        weighted.fill(0.0);
         for (index, share) in [
             (HALVES * own, of_own),
             (HALVES * own + 1, of_own),
@@ -192,54 +78,34 @@ impl Pass<f32> for TransposeInterpolation<'_> {
             (HALVES * after, of_other),
         ] {
             if index < rows {
-                let values = Row::new(index, blocks).of(self.values);
-                add(&mut self.sums[HALVES..][..blocks], values, self.weight * share);
+                let values = Row::new(index, blocks).of(values);
+                add(&mut weighted[HALVES..][..blocks], values, weight * share);
             }
         }
-        let sums = self.sums.as_chunks_mut::<HALVES>().0;
-        repeat(sums);
-        gather(sums, coarse);
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self::new(self.fine, self.weight, self.coarse, self.values)
-    }
-
-    fn append(&mut self, _: Self) {}
+        let weighted = weighted.as_chunks_mut::<HALVES>().0;
+        repeat(weighted);
+        gather(weighted, sums);
+    });
 }
 
-/// Pass over rows of smaller blocks that adds the value of the larger block that contains them.
-pub struct AddParent<'a> {
-    coarse: [usize; 2],
-    values: &'a [f32],
-}
-
-impl<'a> AddParent<'a> {
-    pub fn new(coarse: [usize; 2], values: &'a [f32]) -> Self {
-        Self { coarse, values }
-    }
-}
-
-impl Pass<f32> for AddParent<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, fine: &mut [f32]) {
-        let coarse = Row::new(row.index() / HALVES, self.coarse[1]).of(self.values);
-        for (values, given) in fine.chunks_mut(HALVES).zip(coarse) {
-            for value in values {
-                *value += given;
-            }
+/// Adds to each smaller block the value of the larger block that contains it.
+pub fn add_parents(
+    threads: &Threads,
+    [fine, coarse]: [[usize; 2]; 2],
+    values: &[f32],
+    sums: &mut [f32],
+) {
+    for_rows(threads, sums, fine[1], |row, sums| {
+        let values = Row::new(row.index / HALVES, coarse[1]).of(values);
+        for (sums, value) in sums.chunks_mut(HALVES).zip(values) {
+            sums.iter_mut().for_each(|sum| *sum += value);
         }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
+    });
 }
 
+/// Adds `factor` × `values` to `sums`.
 #[inline(always)]
-fn add(sums: &mut [f32], values: &[f32], factor: f32) {
+pub fn add(sums: &mut [f32], values: &[f32], factor: f32) {
     for (sum, value) in sums.iter_mut().zip(values) {
         *sum += factor * value;
     }

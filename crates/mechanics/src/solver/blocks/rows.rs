@@ -7,9 +7,9 @@
 use pulp::Simd;
 
 use super::extension::{Extension, Level, SIDE};
-use super::levels::{gather, interpolate, is_before, repeat, sum, weights};
-use crate::fft::{Band, ROW_BATCH, Row};
-use crate::solver::lanes::{LANES, Lanes, Pass, REST, over_rows, split, split_mut};
+use super::levels::{add, gather, interpolate, is_before, repeat, sum, weights};
+use crate::fft::{Band, ROW_BATCH, Row, Rows};
+use crate::solver::lanes::{LANES, Lanes, REST, Shared, Visit, for_rows, split, split_mut};
 use crate::solver::marks::{ALL, FREE};
 use crate::threads::Threads;
 
@@ -67,7 +67,7 @@ impl ResidualRows<'_> {
         let rest = &ALL[..last_residual.len()];
         add_residual(REST, rest, last_free, last_sums, last_residual, rest_step);
         if ends_blocks(row, self.rows) {
-            let block_row = Row::new(row.index() / SIDE, self.blocks);
+            let block_row = Row::new(row.index / SIDE, self.blocks);
             let bands = [&mut self.free, &mut self.values];
             for (sums, band) in self.sums.iter_mut().zip(bands) {
                 sum(sums.as_chunks::<SIDE>().0, band.row(block_row));
@@ -75,9 +75,11 @@ impl ResidualRows<'_> {
             }
         }
     }
+}
 
-    pub fn split_off(&mut self, row: Row) -> Self {
-        let block_row = Row::new(row.index().div_ceil(SIDE), self.blocks);
+impl Shared for ResidualRows<'_> {
+    fn split_off(&mut self, row: Row) -> Self {
+        let block_row = Row::new(row.index.div_ceil(SIDE), self.blocks);
         Self {
             free: self.free.split_off(block_row),
             values: self.values.split_off(block_row),
@@ -135,7 +137,7 @@ impl<'a> ExtendedRows<'a> {
     /// Both slices may be longer than the row of nodes.
     #[inline(always)]
     pub fn row(&mut self, row: Row) -> [(&[f32], f32); 2] {
-        let (block, part) = (row.index() / SIDE, row.index() % SIDE);
+        let (block, part) = (row.index / SIDE, row.index % SIDE);
         if self.here != Some(block) {
             self.go_to(block);
         }
@@ -166,8 +168,10 @@ impl<'a> ExtendedRows<'a> {
         repeat(&mut self.near);
         interpolate(&self.near, self.rows[which].as_chunks_mut::<SIDE>().0);
     }
+}
 
-    pub fn split_off(&self) -> Self {
+impl Shared for ExtendedRows<'_> {
+    fn split_off(&mut self, _: Row) -> Self {
         Self::new(self.smallest)
     }
 }
@@ -175,7 +179,7 @@ impl<'a> ExtendedRows<'a> {
 /// Returns whether a row of nodes is the last one of its row of blocks, on a mesh of `rows` rows.
 #[inline(always)]
 pub fn ends_blocks(row: Row, rows: usize) -> bool {
-    row.index() % SIDE == SIDE - 1 || row.index() + 1 == rows
+    row.index % SIDE == SIDE - 1 || row.index + 1 == rows
 }
 
 /// Input of the transpose of the extension: sums, in the smallest blocks, of pressures on nodes
@@ -229,7 +233,7 @@ impl TransposeInput<'_> {
         last_step: &[f32],
         groups: &[bool],
     ) {
-        let part = row.index() % SIDE;
+        let part = row.index % SIDE;
         let [before, here, after] = &mut self.sums;
         let neighbour = if is_before::<SIDE>(part) { before } else { after };
         let (values, beyond) = values.split_at(last_step.len());
@@ -245,7 +249,7 @@ impl TransposeInput<'_> {
         let rest = &ALL[..last_values.len()];
         take(REST, weights, rest, last_own, last_other, last_values, rest_step);
         if ends_blocks(row, self.rows) {
-            let block_row = Row::new(row.index() / SIDE, self.blocks);
+            let block_row = Row::new(row.index / SIDE, self.blocks);
             for (sums, band) in self.sums.iter_mut().zip(&mut self.bands) {
                 let nodes = sums.as_chunks_mut::<SIDE>().0;
                 repeat(nodes);
@@ -254,9 +258,11 @@ impl TransposeInput<'_> {
             }
         }
     }
+}
 
-    pub fn split_off(&mut self, row: Row) -> Self {
-        let block_row = Row::new(row.index().div_ceil(SIDE), self.blocks);
+impl Shared for TransposeInput<'_> {
+    fn split_off(&mut self, row: Row) -> Self {
+        let block_row = Row::new(row.index.div_ceil(SIDE), self.blocks);
         Self {
             bands: self.bands.each_mut().map(|band| band.split_off(block_row)),
             sums: empty_sums(self.blocks),
@@ -316,7 +322,7 @@ impl<'a> TransposeOutput<'a> {
     /// node.
     #[inline(always)]
     pub fn add_to_row(&mut self, row: Row, values: &mut [f32], groups: &[bool]) {
-        let block = row.index() / SIDE;
+        let block = row.index / SIDE;
         if self.here != Some(block) {
             let given = Row::new(block, self.smallest.blocks[1]).of(&self.smallest.values);
             let nodes = self.nodes.as_chunks_mut::<SIDE>().0;
@@ -335,8 +341,10 @@ impl<'a> TransposeOutput<'a> {
         }
         give(last_values, last_given);
     }
+}
 
-    pub fn split_off(&self) -> Self {
+impl Shared for TransposeOutput<'_> {
+    fn split_off(&mut self, _: Row) -> Self {
         Self::new(self.smallest)
     }
 }
@@ -361,11 +369,17 @@ impl Extension {
     /// residual over each of the smallest blocks.
     ///
     /// Also sets `sums` to the sum of the residual over the free nodes of each block.
-    pub fn extend_means<'a>(&'a mut self, threads: &Threads, sums: &'a mut [f32]) -> Means<'a> {
+    pub fn extend_means(&mut self, threads: &Threads, sums: &mut [f32]) -> impl Rows<f32> {
         self.clear_beyond_map();
         sums.copy_from_slice(&self.levels[0].values);
         self.extend(threads);
-        Means { smallest: &self.levels[0], sums }
+        let (sums, Level { free, values, .. }) = (&*sums, &self.levels[0]);
+        Visit::rows((), |(): &mut (), row: Row, means: &mut [f32]| {
+            let nodes = row.of(free).iter().zip(row.of(values));
+            for ((mean, sum), (free, continued)) in means.iter_mut().zip(row.of(sums)).zip(nodes) {
+                *mean = (sum + (AREA - free) * continued) / AREA;
+            }
+        })
     }
 
     /// Returns a pass over the pressures q that the block means cause, which prepares the
@@ -378,92 +392,25 @@ impl Extension {
         &'a mut self,
         stiffness: f32,
         sums: &'a mut [f32],
-    ) -> BlockPressures<'a> {
-        let smallest = &mut self.levels[0];
-        BlockPressures {
-            stiffness,
-            free: &smallest.free,
-            for_others: Band::new(&mut smallest.values),
-            given: Band::new(sums),
-        }
+    ) -> impl Rows<f32> {
+        let Level { free, values, .. } = &mut self.levels[0];
+        let (free, maps) = (&*free, [values, sums].map(Band::new));
+        Visit::rows(maps, move |[for_others, given], row, residual| {
+            let blocks = for_others.row(row).iter_mut().zip(given.row(row));
+            let nodes = residual.iter().zip(row.of(free));
+            for ((for_others, given), (residual, free)) in blocks.zip(nodes) {
+                *for_others = (AREA - free) * residual;
+                // A block without free nodes has a sum of zero.
+                *given = residual - stiffness * *given / free.max(1.0);
+            }
+        })
     }
 
-    /// Applies the transpose of the extension to the values that [`BlockPressures`] stored, and
-    /// adds the pressure of each block in `given`.
+    /// Applies the transpose of the extension to the values that [`Extension::block_pressures`]
+    /// stored, and adds the pressure of each block in `given`.
     pub fn collect_means(&mut self, threads: &Threads, given: &[f32]) {
         self.transpose_pyramid(threads);
-        let smallest = &mut self.levels[0];
-        over_rows(threads, &mut smallest.values, smallest.blocks[1], &mut Add(given));
+        let Level { blocks, values, .. } = &mut self.levels[0];
+        for_rows(threads, values, blocks[1], |row, values| add(values, row.of(given), 1.0));
     }
-}
-
-pub struct Means<'a> {
-    smallest: &'a Level,
-    /// Sums of the residual over the free nodes of each block.
-    sums: &'a [f32],
-}
-
-impl Pass<f32> for Means<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, means: &mut [f32]) {
-        let (free, continued) = (row.of(&self.smallest.free), row.of(&self.smallest.values));
-        let nodes = free.iter().zip(continued);
-        for ((mean, sum), (free, continued)) in means.iter_mut().zip(row.of(self.sums)).zip(nodes) {
-            *mean = (sum + (AREA - free) * continued) / AREA;
-        }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-pub struct BlockPressures<'a> {
-    stiffness: f32,
-    free: &'a [f32],
-    for_others: Band<'a, f32>,
-    /// Sums of the residual over free nodes, replaced by the pressures to be added at these nodes.
-    given: Band<'a, f32>,
-}
-
-impl Pass<f32> for BlockPressures<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, residual: &mut [f32]) {
-        let blocks = self.for_others.row(row).iter_mut().zip(self.given.row(row));
-        let nodes = residual.iter().zip(row.of(self.free));
-        for ((for_others, given), (residual, free)) in blocks.zip(nodes) {
-            *for_others = (AREA - free) * residual;
-            // A block without free nodes has a sum of zero.
-            *given = residual - self.stiffness * *given / free.max(1.0);
-        }
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            for_others: self.for_others.split_off(row),
-            given: self.given.split_off(row),
-            ..*self
-        }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-struct Add<'a>(&'a [f32]);
-
-impl Pass<f32> for Add<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        for (value, added) in values.iter_mut().zip(row.of(self.0)) {
-            *value += added;
-        }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self(self.0)
-    }
-
-    fn append(&mut self, _: Self) {}
 }

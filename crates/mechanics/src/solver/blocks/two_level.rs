@@ -21,7 +21,7 @@ use pulp::Simd;
 
 use super::Extension;
 use crate::elasticity::ElasticOperator;
-use crate::fft::{Kernel, Row, Scratch, Transform, visit_pairs};
+use crate::fft::{Kernel, Row, Scratch, Transform};
 use crate::solver::lanes::{Pass, Wide};
 use crate::threads::Threads;
 
@@ -87,11 +87,9 @@ impl TwoLevel {
         buffers: &mut BlockBuffers,
     ) {
         let BlockBuffers { scratch, sums } = buffers;
-        let mut means = Wide(extension.extend_means(threads, sums));
-        self.transform.begin(&mut means, scratch);
+        self.transform.begin(&mut extension.extend_means(threads, sums), scratch);
         self.transform.multiply(&self.kernel, scratch);
-        let mut taken = Wide(extension.block_pressures(self.stiffness, sums));
-        self.transform.finish(&mut taken, scratch);
+        self.transform.finish(&mut extension.block_pressures(self.stiffness, sums), scratch);
         extension.collect_means(threads, sums);
     }
 
@@ -111,44 +109,8 @@ pub struct Nodal<'a> {
 }
 
 impl Nodal<'_> {
-    /// Passes rows 2i and 2i + 1 of the corrections to `pass`, for each i in `pairs`, in ascending
-    /// order. `nodes` are the numbers of nodes of the map.
-    pub fn peek<P: Pass<f32>>(
-        self,
-        threads: &Threads,
-        pairs: &[usize],
-        nodes: [usize; 2],
-        pass: &mut Wide<P>,
-    ) {
-        self.over(nodes[1], pass, |rows| {
-            visit_pairs(threads, pairs, nodes, rows);
-        });
-    }
-
-    /// Passes all rows of corrections to `pass`. `scratch` lends its rows, whatever they contain.
-    pub fn read<P: Pass<f32>>(
-        self,
-        row_nodes: usize,
-        pass: &mut Wide<P>,
-        transform: &Transform<f32>,
-        scratch: &mut Scratch<f32>,
-    ) {
-        self.over(row_nodes, pass, |rows| transform.read_stored(rows, scratch));
-    }
-
-    /// Passes all rows of corrections to `pass`, and begins the convolution of the rows that `pass`
-    /// writes in their place.
-    pub fn begin<P: Pass<f32>>(
-        self,
-        row_nodes: usize,
-        pass: &mut Wide<P>,
-        transform: &Transform<f32>,
-        scratch: &mut Scratch<f32>,
-    ) {
-        self.over(row_nodes, pass, |rows| transform.begin(rows, scratch));
-    }
-
-    fn over<P: Pass<f32>>(
+    /// Calls `visit` with a pass that hands rows of corrections to `pass`, whatever the rows hold.
+    pub fn over<P: Pass<f32>>(
         self,
         row_nodes: usize,
         pass: &mut Wide<P>,
@@ -161,7 +123,7 @@ impl Nodal<'_> {
 }
 
 /// Pass that computes rows of nodal corrections and hands them to another pass.
-struct NodalRows<'a, P> {
+pub struct NodalRows<'a, P> {
     of: Nodal<'a>,
     pass: P,
 }
@@ -199,12 +161,13 @@ mod tests {
     use pulp::{Scalar512b, Simd};
 
     use super::*;
-    use crate::elasticity::{FreeHalfSpace, PeriodicHalfSpace};
-    use crate::fft::Row;
+    use crate::elasticity::{Factor, FreeHalfSpace, PeriodicHalfSpace};
+    use crate::fft::{Row, visit_pairs};
     use crate::grid::samples::{rectangle, square};
     use crate::solver::blocks::TransposeOutput;
     use crate::solver::blocks::extension::tests::noise;
     use crate::solver::lanes::Pass;
+    use crate::solver::lanes::Shared;
     use crate::solver::marks::{FREE, has};
 
     /// Free nodes of a body, and their preconditioner.
@@ -219,7 +182,7 @@ mod tests {
         fn new(body: &dyn ElasticOperator, is_free: impl Fn(usize) -> bool) -> Self {
             let (threads, nodes) = (Threads::one(), body.grid().nodes());
             let extension = Extension::new(nodes, body.stiffness_nodes(), &[]);
-            let stiffness = body.nodal_stiffness(&threads);
+            let stiffness = body.nodal(Factor::Stiffness, &threads);
             let blocks = Extension::blocks_of(body.stiffness_nodes());
             let marked = |node| f32::from_bits(u32::from(is_free(node)) * FREE);
             Self {
@@ -251,7 +214,9 @@ mod tests {
                 Wide(Keep { given: self.extension.transpose_output(), rows: Vec::new() });
             let pairs: Vec<usize> = (0..rows.div_ceil(2)).collect();
             let nodal = self.two_level.nodal(&gap, 0.0);
-            nodal.peek(&threads, &pairs, self.nodes, &mut pass);
+            nodal.over(row_nodes, &mut pass, |rows| {
+                visit_pairs(&threads, &pairs, self.nodes, rows);
+            });
             self.on_free(&pass.0.rows)
         }
     }
@@ -268,8 +233,8 @@ mod tests {
             self.rows.extend_from_slice(values);
         }
 
-        fn split_off(&mut self, _: Row) -> Self {
-            Self { given: self.given.split_off(), rows: Vec::new() }
+        fn split_off(&mut self, row: Row) -> Self {
+            Self { given: self.given.split_off(row), rows: Vec::new() }
         }
 
         fn append(&mut self, mut later: Self) {
@@ -312,7 +277,7 @@ mod tests {
     fn in_full_contact_waves_are_corrected_by_the_sum_of_both_levels() {
         let grid = square(64, 1.0);
         let half_space = PeriodicHalfSpace::new(grid);
-        let own = SHORT_WAVES * half_space.nodal_stiffness(&Threads::one());
+        let own = SHORT_WAVES * half_space.nodal(Factor::Stiffness, &Threads::one());
         let mut body = Body::new(&half_space, |_| true);
         // The waves have few enough periods to avoid aliasing on sixteen blocks.
         for waves in [[1, 0], [2, 3], [5, 4], [0, 7]] {

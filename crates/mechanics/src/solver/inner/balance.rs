@@ -9,10 +9,12 @@
 //! between both bounds. [`Candidates::shift`] computes both constants.
 
 use super::InnerSolver;
+use crate::fft::{Row, Stored};
 use crate::solver::Hardness;
 use crate::solver::candidates::Candidates;
-use crate::solver::lanes::Wide;
-use crate::solver::passes::{Convergence, MIN_SAMPLE_NODES, PeekGap};
+use crate::solver::lanes::Visit;
+use crate::solver::marks::{FREE, PRESSED, SATURATED, has};
+use crate::solver::passes::{Convergence, MIN_SAMPLE_NODES};
 
 /// Ratio of the residual to reach to the present residual above which steps are balanced with all
 /// free nodes instead of a sample.
@@ -63,23 +65,36 @@ impl InnerSolver {
     ) -> f64 {
         let hardness = self.ceiling();
         let Convergence { offset, error } = convergence;
-        let mut peek = Wide(PeekGap {
-            gap: &self.gap,
-            reference_pressure: &self.reference_pressure,
-            pressure_increment: &self.pressure_increment,
-            last_step: &self.last_step,
-            part: part as f32,
-            stiffness: self.mesh.nodal_stiffness as f32,
-            range: [(offset + error) as f32, (offset - error) as f32],
-            nodes: Candidates::default(),
-            level: offset as f32,
+        let [part, level, highest, lowest] =
+            [part, offset, offset + error, offset - error].map(|number| number as f32);
+        let (stiffness, taken) = (self.mesh.nodal_stiffness as f32, 1.0 - part);
+        let (gap, last_step) = (&self.gap, &self.last_step);
+        let (reference_pressure, increment) = (&self.reference_pressure, &self.pressure_increment);
+        let mut peek = Visit::rows(Candidates::default(), |nodes, row: Row, values: &mut [f32]| {
+            let pressure = reference_pressure.row(row).iter().zip(row.of(increment));
+            let gaps = values.iter().zip(row.of(gap)).zip(row.of(last_step));
+            for (((value, gap), last_step), (reference_pressure, increment)) in gaps.zip(pressure) {
+                let gap = gap + part * *value;
+                let is_free = has(*last_step, FREE);
+                let may_change = if is_free && taken > 0.0 {
+                    true
+                } else if has(*last_step, SATURATED) {
+                    gap > lowest
+                } else {
+                    has(*last_step, PRESSED) || gap < highest
+                };
+                if may_change {
+                    let back = if is_free { taken * last_step } else { 0.0 };
+                    nodes.push(reference_pressure + (increment - back), stiffness * (level - gap));
+                }
+            }
         });
         let (single, scratch) = (&self.mesh.transform, &mut self.scratch);
-        single.peek(&self.sample.pairs(), &mut peek, scratch);
-        if sees_all_rows || peek.0.is_too_small() {
-            single.peek(&self.sample.other_pairs(), &mut peek, scratch);
+        single.peek(Stored::Spectra, &self.sample.pairs(), &mut peek, scratch);
+        if sees_all_rows || (peek.0.state.len() as f64) < MIN_SAMPLE_NODES {
+            single.peek(Stored::Spectra, &self.sample.other_pairs(), &mut peek, scratch);
         }
-        let shift = peek.0.nodes.shift(0.0, hardness as f32).unwrap_or(0.0);
+        let shift = peek.0.state.shift(0.0, hardness as f32).unwrap_or(0.0);
         offset + shift / self.mesh.nodal_stiffness
     }
 

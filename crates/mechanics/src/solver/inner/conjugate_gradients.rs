@@ -222,7 +222,7 @@ impl InnerSolver {
     /// Returns the control of the steps of a load, which begins from a coarser mesh if `is_nested`.
     pub fn step_control(&self, is_nested: bool) -> StepControl {
         let control = StepControl::new(is_nested);
-        if self.preconditioner.compensates_clipping() {
+        if self.preconditioner.clipping.is_some() {
             return control.compensating_clipping(!self.mesh.has_margin());
         }
         control

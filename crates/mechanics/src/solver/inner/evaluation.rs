@@ -1,41 +1,33 @@
 //! Passes that take pressures to double precision, and bring gaps back.
 
 use super::InnerSolver;
-use crate::fft::Band;
-use crate::solver::lanes::{InOrder, Wide, for_rows, greater, weight};
-use crate::solver::marks::{FREE, has};
-use crate::solver::passes::{
-    GapOutput, GapStatistics, PressureInput, PromotedInput, StepOutput, StepScaling, promote,
-};
+use crate::fft::{Band, Rows};
+use crate::solver::lanes::{InOrder, Visit, Wide, for_rows, greater, weight};
+use crate::solver::marks::{FREE, has, marked_by_pressure};
+use crate::solver::passes::{GapOutput, GapStatistics, StepOutput, StepScaling, promote};
 
 impl InnerSolver {
-    /// Returns the pass that begins the convolution of `pressure` and sets the flags of the nodes.
-    /// The last steps are set to zero unless `keeps_steps`.
-    pub fn pressure_input<'a>(
-        &'a mut self,
-        pressure: &'a [f64],
-        keeps_steps: bool,
-    ) -> Wide<PressureInput<'a>> {
-        Wide(PressureInput {
-            pressure,
-            hardness: self.ceiling(),
-            last_step: Band::new(&mut self.last_step),
-            keeps_steps,
+    /// Returns the pass that begins the convolution of `pressure` and sets the flags of nodes with
+    /// pressure and of saturated nodes. The last steps are set to zero unless `keeps_steps`.
+    pub fn pressure_input(&mut self, pressure: &[f64], keeps_steps: bool) -> impl Rows<f64> {
+        let hardness = self.ceiling();
+        Visit::rows(Band::new(&mut self.last_step), move |last_step, row, values| {
+            values.copy_from_slice(row.of(pressure));
+            for (last_step, p) in last_step.row(row).iter_mut().zip(values) {
+                let kept = if keeps_steps { *last_step } else { 0.0 };
+                *last_step = marked_by_pressure(kept, *p, hardness);
+            }
         })
     }
 
     /// Returns the pass that sets `pressure` to `scale` × the pressures in single precision and
     /// begins its convolution.
-    pub fn promoted_input<'a>(
-        &'a self,
-        scale: f64,
-        pressure: &'a mut [f64],
-    ) -> Wide<PromotedInput<'a>> {
-        Wide(PromotedInput {
-            scale,
-            reference_pressure: &self.reference_pressure,
-            pressure_increment: &self.pressure_increment,
-            pressure: Band::new(pressure),
+    pub fn promoted_input(&self, scale: f64, pressure: &mut [f64]) -> impl Rows<f64> {
+        let (reference_pressure, increment) = (&self.reference_pressure, &self.pressure_increment);
+        Visit::rows(Band::new(pressure), move |band, row, values| {
+            let pressure = band.row(row);
+            promote(scale, reference_pressure.row(row), row.of(increment), pressure);
+            values.copy_from_slice(pressure);
         })
     }
 

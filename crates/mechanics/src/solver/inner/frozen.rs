@@ -4,9 +4,9 @@ use pulp::Simd;
 
 use super::InnerSolver;
 use crate::fft::{Band, Row};
-use crate::solver::blocks::{ResidualRows, TransposeOutput};
-use crate::solver::lanes::{LANES, Pass, Wide, over_rows};
-use crate::solver::marks::{ActiveBand, ActiveGroups, FREE};
+use crate::solver::blocks::ResidualRows;
+use crate::solver::lanes::{LANES, Pass, Shared, Visit, for_rows_with, over_rows};
+use crate::solver::marks::{ActiveGroups, FREE, has};
 use crate::solver::preconditioner::{Kind, Residual};
 
 impl InnerSolver {
@@ -16,8 +16,15 @@ impl InnerSolver {
         for node in nodes {
             self.last_step[*node] = f32::from_bits(FREE);
         }
-        let mut pass = MarkGroups { groups: self.active.band() };
-        over_rows(&self.threads, &mut self.last_step, self.mesh.nodes[1], &mut pass);
+        let (row_nodes, band) = (self.mesh.nodes[1], self.active.band());
+        for_rows_with(&self.threads, &mut self.last_step, row_nodes, band, |band, row, values| {
+            let groups = band.row(row);
+            let marks = groups.active.iter_mut().zip(groups.free);
+            for (values, (active, free)) in values.chunks_exact(LANES).zip(marks) {
+                *free = values.iter().any(|value| has(*value, FREE));
+                *active = *free;
+            }
+        });
     }
 
     /// Returns the corrections z = Eᵀ K E r of the free nodes, given in the order of `nodes`, and
@@ -43,35 +50,16 @@ impl InnerSolver {
         let pairs = self.preconditioner.apply(Kind::Extended, mesh, free, scratch, threads);
         let (corrections, transposed) =
             self.preconditioner.corrections(mesh, &self.gap, 0.0, scratch, threads);
-        corrections.read(&mut Wide(StoreCorrections {
-            active: &self.active,
-            transposed,
-            corrections: Band::new(&mut self.pressure_increment),
-        }));
+        let (active, stored) = (&self.active, Band::new(&mut self.pressure_increment));
+        corrections.read(&mut Visit::rows(
+            (transposed, stored),
+            |(transposed, stored), row, values| {
+                transposed.add_to_row(row, values, active.free_row(row));
+                stored.row(row).copy_from_slice(values);
+            },
+        ));
         (nodes.iter().map(|node| f64::from(self.pressure_increment[*node])).collect(), pairs)
     }
-}
-
-/// Pass over the last steps that marks the groups with a free node.
-struct MarkGroups<'a> {
-    groups: ActiveBand<'a>,
-}
-
-impl Pass<f32> for MarkGroups<'_> {
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let groups = self.groups.row(row);
-        let marks = groups.active.iter_mut().zip(groups.free);
-        for (values, (active, free)) in values.chunks_exact(LANES).zip(marks) {
-            *free = values.iter().any(|value| value.to_bits() & FREE != 0);
-            *active = *free;
-        }
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self { groups: self.groups.split_off(row) }
-    }
-
-    fn append(&mut self, _: Self) {}
 }
 
 /// Pass over the residual that adds it up in blocks, for the extension.
@@ -91,30 +79,4 @@ impl Pass<f32> for AddResidual<'_> {
     fn split_off(&mut self, row: Row) -> Self {
         Self { residual: self.residual.split_off(row), ..*self }
     }
-
-    fn append(&mut self, _: Self) {}
-}
-
-/// Pass over the corrections that stores them.
-struct StoreCorrections<'a> {
-    active: &'a ActiveGroups,
-    transposed: TransposeOutput<'a>,
-    corrections: Band<'a, f32>,
-}
-
-impl Pass<f32> for StoreCorrections<'_> {
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        self.transposed.add_to_row(row, values, self.active.free_row(row));
-        self.corrections.row(row).copy_from_slice(values);
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self {
-            transposed: self.transposed.split_off(),
-            corrections: self.corrections.split_off(row),
-            ..*self
-        }
-    }
-
-    fn append(&mut self, _: Self) {}
 }

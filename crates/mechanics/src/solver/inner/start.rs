@@ -2,12 +2,13 @@
 
 use super::InnerSolver;
 use super::conjugate_gradients::{Balance, State};
-use crate::fft::Band;
-use crate::solver::lanes::{InOrder, Wide, over_rows};
-use crate::solver::passes::{Convergence, GapUpdate, InitialResidual, PendingUpdate};
-use crate::solver::prolongation::{
-    AppliedUpdate, BeginPressed, CoarseMap, PressureLessGap, Prolonged, StartPressure, SumProlonged,
+use crate::fft::{Band, Row};
+use crate::solver::lanes::{
+    InOrder, LANES, Totals, Visit, for_rows_with, greater, over_rows, sum_by, sum_rows, total,
 };
+use crate::solver::marks::{PRESSED, SATURATED};
+use crate::solver::passes::{Convergence, GapUpdate, InitialResidual, PendingUpdate};
+use crate::solver::prolongation::{AppliedUpdate, CoarseMap, Prolonged, StartPressure};
 
 /// Ratio of the factor s in the map s p − g to the displacement of one node of the finer mesh under
 /// unit pressure on itself. Ratios of 1 and 2 take as many pairs.
@@ -85,39 +86,65 @@ impl InnerSolver {
     }
 
     fn begin_pressed(&mut self, start: StartPressure) -> State {
-        match self.bound {
-            None => self.begin_pressed_as::<false>(start),
-            Some(_) => self.begin_pressed_as::<true>(start),
-        }
-    }
-
-    fn begin_pressed_as<const YIELDS: bool>(&mut self, start: StartPressure) -> State {
         let reference = self.reference + self.mesh.highest;
         let hardness = self.ceiling();
-        let mut pass = Wide(BeginPressed::<YIELDS> {
-            start,
-            ceiling: hardness as f32,
-            heights: &self.mesh.heights,
-            reference: reference as f32,
-            gap: Band::new(&mut self.gap),
-            pressure_increment: Band::new(&mut self.pressure_increment),
-            last_step: Band::new(&mut self.last_step),
-            active: self.active.band(),
-            sums: InOrder::new(),
+        let ceiling = hardness as f32;
+        let saturated = if self.bound.is_some() { SATURATED } else { 0 };
+        let heights = &self.mesh.heights;
+        let maps = [&mut self.gap, &mut self.pressure_increment, &mut self.last_step];
+        let (bands, active) = (maps.map(|map| Band::new(map)), self.active.band());
+        let state = ((start, active), (bands, InOrder::new()));
+        // Writes the pressures as input of the convolution. Displacements are added to the gaps
+        // after the convolution. The last steps are zero, with flags that follow from the pressure.
+        let mut pass = Visit::rows(state, |state, row: Row, pressure: &mut [f32]| {
+            let ((start, active), (bands, sums)) = state;
+            let [gap, increment, last_step] = bands.each_mut().map(|band| band.row(row));
+            start.set_row(row, pressure, increment, last_step);
+            let heights = row.of(heights);
+            for (gap, height) in gap.iter_mut().zip(heights) {
+                *gap = -(height + reference as f32);
+            }
+            let mut saturated_nodes = 0;
+            for (last_step, p) in last_step.iter_mut().zip(&*pressure) {
+                let bears = u32::from(*p >= ceiling);
+                let pressed = PRESSED * u32::from(*p > 0.0);
+                *last_step = f32::from_bits(pressed | (saturated * bears));
+                saturated_nodes += bears;
+            }
+            increment.copy_from_slice(pressure);
+            let always = active.always;
+            let groups = active.row(row);
+            groups.free.fill(false);
+            let increments = increment.as_chunks_mut::<LANES>().0;
+            for (active, increments) in groups.active.iter_mut().zip(increments) {
+                *active = always || increments.iter().any(|increment| *increment > 0.0);
+                if !*active {
+                    // Clipping leaves −0, too.
+                    increments.fill(-0.0);
+                }
+            }
+            let on_height = sum_by(pressure, heights, |p, height| p * height);
+            let row_sums = [total(pressure), on_height, f64::from(saturated_nodes)];
+            sums.push(Totals { sums: row_sums, highest: [] });
         });
         self.mesh.transform.begin(&mut pass, &mut self.scratch);
-        let sums = pass.0.sums.total();
+        let (_, (_, sums)) = pass.0.state;
+        let [pressure, pressure_on_height, saturated_nodes] = sums.total().sums;
         let work = self.mesh.transform.multiply(&self.mesh.displacement, &mut self.scratch);
         self.pairs += 1;
-        let offset = if YIELDS {
-            let near = Convergence { offset: 0.0, error: NEAR / self.mesh.steps_per_side };
-            self.peek_offset(1.0, near, false)
-        } else {
-            (work - sums.pressure_on_height) / sums.pressure - reference
+        let (convergence, free_offset) = match self.bound {
+            Some(_) => {
+                let near = Convergence { offset: 0.0, error: NEAR / self.mesh.steps_per_side };
+                let offset = self.peek_offset(1.0, near, false);
+                self.finish_gap::<true>(PendingUpdate::NONE, offset)
+            }
+            None => {
+                let offset = (work - pressure_on_height) / pressure - reference;
+                self.finish_gap::<false>(PendingUpdate::NONE, offset)
+            }
         };
-        let (convergence, free_offset) = self.finish_gap::<YIELDS>(PendingUpdate::NONE, offset);
-        let balance = YIELDS.then(|| Balance {
-            sum: sums.pressure + sums.saturated_nodes * (hardness - f64::from(hardness as f32)),
+        let balance = self.bound.map(|_| Balance {
+            sum: pressure + saturated_nodes * (hardness - f64::from(ceiling)),
             free_offset,
         });
         State { convergence, reference_sum: 0.0, balance }
@@ -131,17 +158,18 @@ impl InnerSolver {
         let ceiling = self.ceiling();
         let per_pressure = 1.0 / self.compliance();
         let row_nodes = self.mesh.nodes[1];
-        let mut pass = SumProlonged {
-            prolonged: Prolonged::new(coarse, per_pressure, ceiling),
-            row: vec![0.0; row_nodes],
-            sum: InOrder::new(),
-        };
-        let cells = self.cells();
-        let rows = &mut self.gap[..cells];
-        over_rows(&self.threads, rows, row_nodes, &mut pass);
-        let sum = pass.sum.total();
+        let prolonged = Prolonged::new(coarse, per_pressure, ceiling);
+        let state = ((prolonged, vec![0.0; row_nodes]), InOrder::new());
+        // Any map of the size drives the pass.
+        let (threads, rows) = (&self.threads, &mut self.gap[..self.mesh.cells()]);
+        let (_, sums) = for_rows_with(threads, rows, row_nodes, state, |state, row, _| {
+            let ((prolonged, pressure), sum) = state;
+            prolonged.set_row(row, pressure);
+            sum.push(total(pressure));
+        });
+        let sum = sums.total();
         let scale = match self.bound {
-            None => self.load * self.cells() as f64 / sum,
+            None => self.load * self.mesh.cells() as f64 / sum,
             Some(_) => 1.0,
         };
         let is_some = sum > 0.0 && scale.is_finite();
@@ -157,16 +185,18 @@ impl InnerSolver {
         compliance: f64,
         map: &mut [f32],
     ) -> f64 {
-        let mut pass = PressureLessGap {
-            compliance: compliance as f32,
-            offset: offset as f32,
-            update: AppliedUpdate::new(pending, self.ceiling()),
-            pressure_increment: &self.pressure_increment,
-            last_step: &self.last_step,
-            gap: &self.gap,
-            peak_pressure: 0.0,
-        };
-        over_rows(&self.threads, map, self.mesh.nodes[1], &mut pass);
-        f64::from(pass.peak_pressure)
+        let update = AppliedUpdate::new(pending, self.ceiling());
+        let (compliance, offset) = (compliance as f32, offset as f32);
+        let peak = sum_rows(&self.threads, map, self.mesh.nodes[1], |row, values| {
+            let pressed = row.of(&self.pressure_increment).iter().zip(row.of(&self.last_step));
+            let mut peak = 0.0_f32;
+            for (value, (pressed, gap)) in values.iter_mut().zip(pressed.zip(row.of(&self.gap))) {
+                let p = update.pressure(*pressed.0, *pressed.1);
+                *value = compliance * p - (gap - offset);
+                peak = greater(peak, p);
+            }
+            Totals { sums: [], highest: [f64::from(peak)] }
+        });
+        peak.highest[0]
     }
 }

@@ -5,7 +5,7 @@ use pulp::Simd;
 use super::{Direction, ReferencePressure};
 use crate::fft::{Band, Row};
 use crate::solver::blocks::{SIDE, TransposeInput, TransposeOutput};
-use crate::solver::lanes::Pass;
+use crate::solver::lanes::{Pass, Shared};
 use crate::solver::marks::{ActiveGroups, FREE, has};
 
 /// Pass over corrections that adds up, in blocks, what clipping would add to the pressures after a
@@ -38,7 +38,7 @@ impl Pass<f32> for FindClipped<'_> {
     #[inline(always)]
     fn row<S: Simd, const R: usize>(&mut self, simd: S, row: Row, values: &mut [f32]) {
         self.transposed.add_to_row(row, values, self.active.free_row(row));
-        let block_row = Row::new(row.index() / SIDE, self.blocks);
+        let block_row = Row::new(row.index / SIDE, self.blocks);
         let [compensation, remains] = &mut self.rows;
         let of_blocks = block_row.of(self.compensation);
         for (nodes, of_block) in compensation.as_chunks_mut::<SIDE>().0.iter_mut().zip(of_blocks) {
@@ -61,7 +61,7 @@ impl Pass<f32> for FindClipped<'_> {
         }
         self.clipped.collect_row::<S, R>(simd, row, values, &[], &[]);
         let remaining = self.remaining.row(block_row);
-        if row.index().is_multiple_of(SIDE) {
+        if row.index.is_multiple_of(SIDE) {
             remaining.fill(0.0);
         }
         for (remaining, nodes) in remaining.iter_mut().zip(remains.as_chunks::<SIDE>().0) {
@@ -70,15 +70,13 @@ impl Pass<f32> for FindClipped<'_> {
     }
 
     fn split_off(&mut self, row: Row) -> Self {
-        let block_row = Row::new(row.index().div_ceil(SIDE), self.blocks);
+        let block_row = Row::new(row.index.div_ceil(SIDE), self.blocks);
         Self {
-            transposed: self.transposed.split_off(),
+            transposed: self.transposed.split_off(row),
             clipped: self.clipped.split_off(row),
             remaining: self.remaining.split_off(block_row),
             rows: self.rows.clone(),
             ..*self
         }
     }
-
-    fn append(&mut self, _: Self) {}
 }

@@ -1,5 +1,4 @@
-//! Passes from pressure to gap in double precision, before and after the convolution, and
-//! statistics of the gap.
+//! Passes from displacements to gaps in double precision, and statistics of the gap.
 
 use pulp::Simd;
 
@@ -8,71 +7,9 @@ use super::peek::SampleBand;
 use super::update_gap::{Convergence, Extremes};
 use crate::fft::{Band, Row};
 use crate::solver::lanes::{
-    Accumulate, InOrder, Lanes, Pass, REST, split, split_mut, sum_by, total, weight,
+    Accumulate, InOrder, Lanes, Pass, REST, Shared, split, split_mut, sum_by, total, weight,
 };
-use crate::solver::marks::{
-    FREE, PRESSED, SATURATED, has, mark, mark_yielding, marked_by_pressure,
-};
-
-/// Pass that writes the pressures as input of the convolution, and updates the flags of nodes with
-/// pressure and of saturated nodes.
-pub struct PressureInput<'a> {
-    pub pressure: &'a [f64],
-    /// Pressure at which nodes are saturated.
-    pub hardness: f64,
-    /// Last step of each node; its lowest bits hold the [flags](super) that the pass
-    /// updates.
-    pub last_step: Band<'a, f32>,
-    /// False to set the last steps to zero.
-    pub keeps_steps: bool,
-}
-
-impl Pass<f64> for PressureInput<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
-        values.copy_from_slice(row.of(self.pressure));
-        for (last_step, p) in self.last_step.row(row).iter_mut().zip(values) {
-            let kept = if self.keeps_steps { *last_step } else { 0.0 };
-            *last_step = marked_by_pressure(kept, *p, self.hardness);
-        }
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self { last_step: self.last_step.split_off(row), ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
-
-/// Pass that converts the pressures of the inner solver to double precision. It stores them in
-/// `pressure` and writes them as input of the convolution.
-pub struct PromotedInput<'a> {
-    /// Factor that restores the mean of the pressures.
-    pub scale: f64,
-    pub reference_pressure: &'a ReferencePressure,
-    pub pressure_increment: &'a [f32],
-    pub pressure: Band<'a, f64>,
-}
-
-impl Pass<f64> for PromotedInput<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f64]) {
-        let pressure = self.pressure.row(row);
-        promote(
-            self.scale,
-            self.reference_pressure.row(row),
-            row.of(self.pressure_increment),
-            pressure,
-        );
-        values.copy_from_slice(pressure);
-    }
-
-    fn split_off(&mut self, row: Row) -> Self {
-        Self { pressure: self.pressure.split_off(row), ..*self }
-    }
-
-    fn append(&mut self, _: Self) {}
-}
+use crate::solver::marks::{FREE, PRESSED, SATURATED, has, mark, mark_yielding};
 
 #[inline(always)]
 pub fn promote(factor: f64, reference_pressure: &[f32], increment: &[f32], pressure: &mut [f64]) {
@@ -263,7 +200,7 @@ impl StepScaling {
 }
 
 /// Counts of nodes, and sums and extremes of the gap.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct GapStatistics {
     pub contact_nodes: f64,
     pub elastic_nodes: f64,
@@ -277,15 +214,6 @@ pub struct GapStatistics {
 }
 
 impl Accumulate for GapStatistics {
-    const ZERO: Self = Self {
-        contact_nodes: 0.0,
-        elastic_nodes: 0.0,
-        elastic_sum: 0.0,
-        saturated_sum: 0.0,
-        gap_sum: None,
-        extremes: Extremes::NONE,
-    };
-
     fn add(&mut self, later: Self) {
         self.contact_nodes += later.contact_nodes;
         self.elastic_nodes += later.elastic_nodes;
@@ -301,7 +229,7 @@ impl Accumulate for GapStatistics {
 impl GapStatistics {
     /// Creates empty statistics, with or without a sum of gaps over the map.
     pub fn new(sums_gaps: bool) -> Self {
-        Self { gap_sum: sums_gaps.then_some(0.0), ..Self::ZERO }
+        Self { gap_sum: sums_gaps.then_some(0.0), ..Self::default() }
     }
 
     /// Adds a row of gaps to the sums over elastic nodes, saturated nodes and the map. `last_step`

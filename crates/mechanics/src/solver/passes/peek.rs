@@ -7,14 +7,13 @@ use super::ReferencePressure;
 use crate::fft::{Band, Row};
 use crate::solver::blocks::TransposeOutput;
 use crate::solver::candidates::Candidates;
-use crate::solver::lanes::{Accumulate, InOrder, LANES, Pass, sum_over_groups, weight};
-use crate::solver::marks::{ActiveGroups, FREE, PRESSED, SATURATED, has};
+use crate::solver::lanes::{InOrder, LANES, Pass, Shared, Totals, sum_over_groups, weight};
+use crate::solver::marks::{ActiveGroups, FREE, has};
 
 /// Minimum number of free nodes in a sample; with fewer, the pass visits all rows.
 pub const MIN_SAMPLE_NODES: f64 = 64.0;
 
 /// Means over the free nodes of the visited rows, or zero if there are none.
-#[derive(Debug, Default, Clone, Copy)]
 pub struct Means {
     pub correction: f64,
     /// Mean of the last step, without its scaling.
@@ -33,40 +32,10 @@ pub struct Peek<'a> {
     sample: &'a Sample,
     /// Output of the transpose of the extension, which is added to the corrections.
     transposed: TransposeOutput<'a>,
-    sums: InOrder<PeekSums>,
+    /// Numbers of free nodes and of free nodes with an image, and the four sums over free nodes.
+    sums: InOrder<Totals<6, 0>>,
     /// Collector of free nodes, if the material yields.
     candidates: Option<GatherCandidates<'a>>,
-}
-
-/// Counts and sums over the free nodes of a row.
-#[derive(Clone, Copy)]
-struct PeekSums {
-    free_nodes: f64,
-    sampled_nodes: f64,
-    sums: Means,
-}
-
-impl Accumulate for PeekSums {
-    const ZERO: Self = Self {
-        free_nodes: 0.0,
-        sampled_nodes: 0.0,
-        sums: Means {
-            correction: 0.0,
-            last_step: 0.0,
-            sampled_correction: 0.0,
-            correction_on_image: 0.0,
-        },
-    };
-
-    fn add(&mut self, later: Self) {
-        self.free_nodes += later.free_nodes;
-        self.sampled_nodes += later.sampled_nodes;
-        let (sums, later) = (&mut self.sums, later.sums);
-        sums.correction += later.correction;
-        sums.last_step += later.last_step;
-        sums.sampled_correction += later.sampled_correction;
-        sums.correction_on_image += later.correction_on_image;
-    }
 }
 
 /// Collector of free nodes, whose pressures and changes determine how a direction is balanced.
@@ -121,8 +90,10 @@ impl GatherCandidates<'_> {
         }
         self.nodes.extend(&gathered, count);
     }
+}
 
-    fn split_off(&mut self) -> Self {
+impl Shared for GatherCandidates<'_> {
+    fn split_off(&mut self, _: Row) -> Self {
         Self { nodes: Candidates::default(), rows: 0, ..*self }
     }
 
@@ -147,7 +118,7 @@ impl<'a> Peek<'a> {
     ///
     /// With a wrong mean, a direction does not keep the mean pressure and may lose all of it.
     pub fn is_too_small(&self) -> bool {
-        self.sums.total().free_nodes < MIN_SAMPLE_NODES
+        self.sums.total().sums[0] < MIN_SAMPLE_NODES
     }
 
     /// Takes the collector of free nodes, if the material yields.
@@ -156,14 +127,14 @@ impl<'a> Peek<'a> {
     }
 
     pub fn means(&self) -> Means {
-        let seen = self.sums.total();
-        let nodes = seen.free_nodes.max(1.0);
-        let sampled = seen.sampled_nodes.max(1.0);
+        let [nodes, sampled, correction, last_step, sampled_correction, on_image] =
+            self.sums.total().sums;
+        let [nodes, sampled] = [nodes, sampled].map(|count| count.max(1.0));
         Means {
-            correction: seen.sums.correction / nodes,
-            last_step: seen.sums.last_step / nodes,
-            sampled_correction: seen.sums.sampled_correction / sampled,
-            correction_on_image: seen.sums.correction_on_image / sampled,
+            correction: correction / nodes,
+            last_step: last_step / nodes,
+            sampled_correction: sampled_correction / sampled,
+            correction_on_image: on_image / sampled,
         }
     }
 }
@@ -181,34 +152,25 @@ impl Pass<f32> for Peek<'_> {
         let nodes = sum_over_groups(groups, last_step, last_step, |last_step, _| free(last_step));
         let correction =
             sum_over_groups(groups, values, last_step, |value, last_step| value * free(last_step));
-        let mut seen = PeekSums {
-            free_nodes: nodes,
-            sampled_nodes: 0.0,
-            sums: Means {
-                correction,
-                last_step: sum_over_groups(groups, last_step, last_step, |last_step, _| {
-                    free(last_step) * last_step
-                }),
-                ..Means::default()
-            },
-        };
+        let of_last_step = sum_over_groups(groups, last_step, last_step, |last_step, _| {
+            free(last_step) * last_step
+        });
+        let mut sums = [nodes, 0.0, correction, of_last_step, 0.0, 0.0];
         if let Some(image) = self.sample.row(row) {
-            seen.sampled_nodes = nodes;
-            seen.sums.sampled_correction = correction;
             for (value, last_step) in values.iter_mut().zip(last_step) {
                 *value *= free(*last_step);
             }
-            seen.sums.correction_on_image =
-                sum_over_groups(groups, values, image, |z, image| z * image);
+            let on_image = sum_over_groups(groups, values, image, |z, image| z * image);
+            (sums[1], sums[4], sums[5]) = (nodes, correction, on_image);
         }
-        self.sums.push(seen);
+        self.sums.push(Totals { sums, highest: [] });
     }
 
-    fn split_off(&mut self, _: Row) -> Self {
+    fn split_off(&mut self, row: Row) -> Self {
         Self {
-            transposed: self.transposed.split_off(),
+            transposed: self.transposed.split_off(row),
             sums: InOrder::new(),
-            candidates: self.candidates.as_mut().map(GatherCandidates::split_off),
+            candidates: self.candidates.as_mut().map(|candidates| candidates.split_off(row)),
             ..*self
         }
     }
@@ -218,68 +180,6 @@ impl Pass<f32> for Peek<'_> {
         if let (Some(candidates), Some(later)) = (&mut self.candidates, later.candidates) {
             candidates.append(later);
         }
-    }
-}
-
-/// Pass over displacements under a step that collects the nodes whose pressure may change after the
-/// fraction `part` of the step.
-pub struct PeekGap<'a> {
-    pub gap: &'a [f32],
-    pub reference_pressure: &'a ReferencePressure,
-    pub pressure_increment: &'a [f32],
-    /// Steps of free nodes. The flags follow from the pressures after the whole step.
-    pub last_step: &'a [f32],
-    pub part: f32,
-    /// Decrease of the pressure of a node per increase of its gap.
-    pub stiffness: f32,
-    /// Gap below which nodes without pressure are collected, and gap above which saturated nodes
-    /// are collected.
-    pub range: [f32; 2],
-    /// Pressures of the collected nodes, with the change −`stiffness` × (gap − `level`).
-    pub nodes: Candidates,
-    pub level: f32,
-}
-
-impl PeekGap<'_> {
-    pub fn is_too_small(&self) -> bool {
-        (self.nodes.len() as f64) < MIN_SAMPLE_NODES
-    }
-}
-
-impl Pass<f32> for PeekGap<'_> {
-    #[inline(always)]
-    fn row<S: Simd, const R: usize>(&mut self, _: S, row: Row, values: &mut [f32]) {
-        let (gap, last_step) = (row.of(self.gap), row.of(self.last_step));
-        let pressure = self.reference_pressure.row(row).iter().zip(row.of(self.pressure_increment));
-        let taken = 1.0 - self.part;
-        let [highest, lowest] = self.range;
-        let gaps = values.iter().zip(gap);
-        for (((value, gap), last_step), (reference_pressure, increment)) in
-            gaps.zip(last_step).zip(pressure)
-        {
-            let gap = gap + self.part * *value;
-            let is_free = has(*last_step, FREE);
-            let may_change = if is_free && taken > 0.0 {
-                true
-            } else if has(*last_step, SATURATED) {
-                gap > lowest
-            } else {
-                has(*last_step, PRESSED) || gap < highest
-            };
-            if may_change {
-                let back = if is_free { taken * last_step } else { 0.0 };
-                let change = self.stiffness * (self.level - gap);
-                self.nodes.push(reference_pressure + (increment - back), change);
-            }
-        }
-    }
-
-    fn split_off(&mut self, _: Row) -> Self {
-        Self { nodes: Candidates::default(), ..*self }
-    }
-
-    fn append(&mut self, later: Self) {
-        self.nodes.append(later.nodes);
     }
 }
 
@@ -339,7 +239,7 @@ impl Geometry {
     /// Returns the row of stored values that belongs to a row of the map, if this row is in the
     /// sample.
     fn kept_row(&self, row: Row) -> Option<Row> {
-        let (pair, second) = (row.index() / 2, row.index() % 2);
+        let (pair, second) = (row.index / 2, row.index % 2);
         let sampled = pair % self.stride == self.stride / 2;
         sampled.then(|| Row::new(pair / self.stride * 2 + second, self.row_nodes))
     }
@@ -347,7 +247,7 @@ impl Geometry {
     /// Returns the row of stored values that belongs to the first sampled row of the map at or
     /// after `row`. `row` must be the first row of a pair or the end of the map.
     fn kept_before(&self, row: Row) -> Row {
-        let pairs = row.index().div_ceil(2);
+        let pairs = row.index.div_ceil(2);
         let sampled = (pairs + self.stride - 1 - self.stride / 2) / self.stride;
         Row::new(2 * sampled, self.row_nodes)
     }
@@ -366,9 +266,11 @@ impl SampleBand<'_> {
             self.kept.row(kept_row).copy_from_slice(values);
         }
     }
+}
 
+impl Shared for SampleBand<'_> {
     /// Splits the band before `row`, the first row of a pair, and returns the part from `row` on.
-    pub fn split_off(&mut self, row: Row) -> Self {
+    fn split_off(&mut self, row: Row) -> Self {
         Self { geometry: self.geometry, kept: self.kept.split_off(self.geometry.kept_before(row)) }
     }
 }

@@ -8,7 +8,7 @@ use super::peek::SampleBand;
 use crate::fft::{Band, Row};
 use crate::solver::blocks::ResidualRows;
 use crate::solver::lanes::{
-    Accumulate, InOrder, LANES, Lanes, Pass, REST, split, split_mut, sum_by,
+    Accumulate, InOrder, LANES, Lanes, Pass, REST, Shared, split, split_mut, sum_by,
 };
 use crate::solver::marks::{
     ALL, ActiveBand, FREE, GroupsOfRow, PRESSED, SATURATED, mark, mark_yielding,
@@ -44,7 +44,7 @@ pub struct GapUpdate {
 }
 
 /// Counts of nodes, and sums and extremes of their gaps.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct GapSums {
     pub free_nodes: f64,
     pub extremes: Extremes,
@@ -57,14 +57,6 @@ pub struct GapSums {
 }
 
 impl Accumulate for GapSums {
-    const ZERO: Self = Self {
-        free_nodes: 0.0,
-        extremes: Extremes::NONE,
-        elastic_nodes: 0.0,
-        elastic_sum: 0.0,
-        free_sum: 0.0,
-    };
-
     fn add(&mut self, later: Self) {
         self.free_nodes += later.free_nodes;
         self.extremes.add(later.extremes);
@@ -259,7 +251,7 @@ impl GapUpdate {
         let mut seen = GapSums {
             free_nodes: free_nodes.total(),
             extremes: Extremes::of(highest, lowest),
-            ..GapSums::ZERO
+            ..GapSums::default()
         };
         if YIELDS {
             seen.elastic_nodes = elastic_nodes.total();
@@ -377,16 +369,20 @@ pub struct Extremes {
     pub lowest: f32,
 }
 
-impl Extremes {
-    pub const NONE: Self = Self { highest_in_contact: -f32::MAX, lowest: f32::MAX };
+impl Default for Extremes {
+    fn default() -> Self {
+        Self { highest_in_contact: -f32::MAX, lowest: f32::MAX }
+    }
+}
 
+impl Extremes {
     /// Returns the offset that violates the contact conditions least if all contact nodes are
     /// saturated.
     ///
     /// This is the mean of both extremes, or the highest gap if all nodes are saturated.
     pub fn middle(self) -> f64 {
         let highest = f64::from(self.highest_in_contact);
-        if self.lowest == Self::NONE.lowest {
+        if self.lowest == f32::MAX {
             return highest;
         }
         0.5 * (highest + f64::from(self.lowest))

@@ -6,7 +6,7 @@ use super::ReferencePressure;
 use crate::fft::{Band, Row};
 use crate::solver::blocks::TransposeOutput;
 use crate::solver::lanes::{
-    Accumulate, InOrder, Lanes, Pass, REST, split, split_mut, sum_over_groups,
+    Accumulate, InOrder, Lanes, Pass, REST, Shared, split, split_mut, sum_over_groups,
 };
 use crate::solver::marks::{ALL, ActiveGroups, FREE, SATURATED, mark, mark_yielding};
 
@@ -109,7 +109,7 @@ impl<const YIELDS: bool> Pass<f32> for UpdatePressure<'_, YIELDS> {
         Self {
             pressure_increment: self.pressure_increment.split_off(row),
             last_step: self.last_step.split_off(row),
-            transposed: self.transposed.split_off(),
+            transposed: self.transposed.split_off(row),
             sums: InOrder::new(),
             ..*self
         }
@@ -134,7 +134,7 @@ pub struct Direction {
     /// Number that is subtracted from the direction, so that a step keeps the mean pressure if
     /// nothing is clipped.
     mean: f32,
-    step_length: f32,
+    pub step_length: f32,
 }
 
 impl Direction {
@@ -173,10 +173,6 @@ impl Direction {
         let direction = self.scaling * pressure - correction - self.mean + self.beta * last;
         let due = self.of_pressure * pressure + self.of_step * last;
         pressure + due + self.step_length * direction
-    }
-
-    pub fn step_length(&self) -> f32 {
-        self.step_length
     }
 
     #[inline(always)]
@@ -281,15 +277,6 @@ pub struct Sums {
 }
 
 impl Accumulate for Sums {
-    const ZERO: Self = Self {
-        pressure_increment: 0.0,
-        rounded: 0.0,
-        step_on_gap: 0.0,
-        pressure_on_gap: 0.0,
-        step_on_height: 0.0,
-        pressure_on_height: 0.0,
-    };
-
     fn add(&mut self, later: Self) {
         self.pressure_increment += later.pressure_increment;
         self.rounded += later.rounded;

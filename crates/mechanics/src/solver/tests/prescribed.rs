@@ -143,7 +143,7 @@ fn is_plateau(solver: &mut Solver, heights: &[f64], prescribed: Prescribed) -> b
     let displacement = solver.displacement_under(&pressure);
     let centre = mean(heights);
     let highest = solver.problem.highest;
-    let tolerance = 1.1 * settings.tolerance / solver.inner.mesh().steps_per_side;
+    let tolerance = 1.1 * settings.tolerance / solver.inner.mesh.steps_per_side;
     // The offset from the mean gap: without contact, it is minus the mean gap.
     let approach = approach(solver, load, &outcome, 0.0);
     let offset = approach - highest;
@@ -232,7 +232,7 @@ fn contact_begins_at_first_touch_and_ends_in_full_contact() {
     // A single node: its displacement is its compliance times its pressure.
     let (load, outcome) = to(&mut half_space, Prescribed::MeanGap((1.0 - 1e-6) * highest));
     assert_eq!((outcome.stop, outcome.contact_nodes), (Stop::Converged, 1));
-    let nodal = half_space.inner.mesh().nodal_compliance;
+    let nodal = half_space.inner.mesh.nodal_compliance;
     let depth = load * heights.len() as f64 * nodal;
     assert!((depth / (1e-6 * highest) - 1.0).abs() < 2e-3);
     let (load, outcome) = to(&mut half_space, Prescribed::MeanGap(1e-4 * highest));

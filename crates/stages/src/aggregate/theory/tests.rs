@@ -3,6 +3,7 @@
 use super::*;
 use crate::aggregate::grouped as reduce;
 use crate::columns::{AREA_FRACTION, LOAD};
+use asperity_mechanics::grid::Cell;
 use asperity_tables::column::{ColumnKind, integers, reals, texts};
 
 /// Returns a table of two surfaces of one spectrum that follow Persson's theory. The second surface
@@ -50,7 +51,7 @@ fn every_model_has_a_column_with_its_area_under_the_load_of_the_row() {
     ];
     let reduced = reduce(&table(), &groups(&[Statistic::Mean], &models)).unwrap();
     let spectrum = Spectrum { hurst: 0.8, k_lower: 4, k_rolloff: 4, k_upper: 32, anisotropy: None };
-    let nayak = spectrum.nayak_on_a_square().unwrap();
+    let nayak = spectrum.moments(Cell::square(1.0).unwrap()).nayak().unwrap();
     for model in models {
         let found = column(&reduced, model.columns()[0].name)[0].unwrap();
         let exact = match model.asperities() {
