@@ -203,7 +203,7 @@ impl Corrected<'_> {
 
 /// Returns the columns of corrected areas.
 fn columns<'a>() -> TableColumns<(), Corrected<'a>> {
-    TableColumns::<(), Corrected>::new().and([
+    TableColumns::<(), Corrected>::new([
         column(CORRECTION, Text(|row| &row.correction.name)),
         column(COEFFICIENT, Real(|row| row.correction.coefficient)),
         column(AREA_CORRECTED, Real(|row| row.area.corrected(row.correction.coefficient))),

@@ -16,7 +16,7 @@ use crate::bodies::Conduction;
 use crate::columns::*;
 use crate::grids::Grids;
 use crate::table_columns::Values::{Count, Flag, OptionalReal, Real, Text};
-use crate::table_columns::{TableColumns, column};
+use crate::table_columns::{TableColumns, column, column_if};
 use crate::version::Version;
 use crate::{StageError, grids, solve};
 use asperity_mechanics::grid::Grid;
@@ -114,41 +114,30 @@ struct Settings {
 
 /// Returns the columns that are computed from contact maps.
 fn columns() -> TableColumns<Settings, Contact> {
-    TableColumns::<Settings, Contact>::new()
-        .and_if(|settings| settings.attracts, [column(NODE_SET, Text(|one| one.set.name()))])
-        .and([
-            column(AREA_FRACTION, Real(|one| one.area.fraction())),
-            column(CONTACT_NODES, Count(|one| one.area.contact_nodes)),
-            column(SWITCHES_ALONG_ROWS, Count(|one| one.area.switches_along_rows)),
-            column(SWITCHES_ALONG_COLUMNS, Count(|one| one.area.switches_along_columns)),
-        ])
-        .and_if(
-            |settings| settings.rectangles,
-            [
-                column(SWITCHES_X, Count(|one| one.area.switches_along_columns)),
-                column(SWITCHES_Y, Count(|one| one.area.switches_along_rows)),
-            ],
-        )
-        .and([
-            column(SWITCHES, Count(|one| one.area.switches())),
-            column(PERIMETER_MANHATTAN, Real(|one| one.area.manhattan_perimeter(one.grid))),
-            column(PERIMETER_EUCLIDEAN, Real(|one| one.area.euclidean_perimeter(one.grid))),
-            column(EDGE_NODES_4, Count(|one| one.area.edge_nodes_4)),
-            column(EDGE_NODES_8, Count(|one| one.area.edge_nodes_8)),
-            column(INTERIOR_NODES, Count(|one| one.area.interior_nodes)),
-            column(CLUSTERS, Count(|one| one.contact.count)),
-            column(LARGEST_CLUSTER, Count(|one| one.contact.largest)),
-            column(PERCOLATES_X, Flag(|one| one.contact.around_x)),
-            column(PERCOLATES_Y, Flag(|one| one.contact.around_y)),
-            column(GAP_PERCOLATES_X, Flag(|one| one.gap.around_x)),
-            column(GAP_PERCOLATES_Y, Flag(|one| one.gap.around_y)),
-            column(MEAN_CONTACT_PRESSURE, OptionalReal(Contact::mean_pressure)),
-            column(SECANT, OptionalReal(Contact::secant)),
-        ])
-        .and_if(
-            |settings| settings.stiffness,
-            [column(STIFFNESS, OptionalReal(|one| one.stiffness))],
-        )
+    TableColumns::<Settings, Contact>::new([
+        column_if(|settings| settings.attracts, NODE_SET, Text(|one| one.set.name())),
+        column(AREA_FRACTION, Real(|one| one.area.fraction())),
+        column(CONTACT_NODES, Count(|one| one.area.contact_nodes)),
+        column(SWITCHES_ALONG_ROWS, Count(|one| one.area.switches_along_rows)),
+        column(SWITCHES_ALONG_COLUMNS, Count(|one| one.area.switches_along_columns)),
+        column_if(|of| of.rectangles, SWITCHES_X, Count(|one| one.area.switches_along_columns)),
+        column_if(|of| of.rectangles, SWITCHES_Y, Count(|one| one.area.switches_along_rows)),
+        column(SWITCHES, Count(|one| one.area.switches())),
+        column(PERIMETER_MANHATTAN, Real(|one| one.area.manhattan_perimeter(one.grid))),
+        column(PERIMETER_EUCLIDEAN, Real(|one| one.area.euclidean_perimeter(one.grid))),
+        column(EDGE_NODES_4, Count(|one| one.area.edge_nodes_4)),
+        column(EDGE_NODES_8, Count(|one| one.area.edge_nodes_8)),
+        column(INTERIOR_NODES, Count(|one| one.area.interior_nodes)),
+        column(CLUSTERS, Count(|one| one.contact.count)),
+        column(LARGEST_CLUSTER, Count(|one| one.contact.largest)),
+        column(PERCOLATES_X, Flag(|one| one.contact.around_x)),
+        column(PERCOLATES_Y, Flag(|one| one.contact.around_y)),
+        column(GAP_PERCOLATES_X, Flag(|one| one.gap.around_x)),
+        column(GAP_PERCOLATES_Y, Flag(|one| one.gap.around_y)),
+        column(MEAN_CONTACT_PRESSURE, OptionalReal(Contact::mean_pressure)),
+        column(SECANT, OptionalReal(Contact::secant)),
+        column_if(|settings| settings.stiffness, STIFFNESS, OptionalReal(|one| one.stiffness)),
+    ])
 }
 
 /// Returns the columns of all measured contacts, without parameter columns.

@@ -13,7 +13,7 @@ use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::grids::Grids;
 use crate::table_columns::Values::{OptionalReal, Real, Text};
-use crate::table_columns::{TableColumns, column};
+use crate::table_columns::{TableColumns, column, column_if};
 use crate::version::Version;
 use crate::{StageError, branch_names, solve};
 use asperity_manifest::decimal;
@@ -113,25 +113,24 @@ pub struct SlipRow<'a> {
 
 /// Returns the columns of partial slip, without the parameter columns of the loads.
 pub fn columns<'a>() -> TableColumns<Params, SlipRow<'a>> {
-    TableColumns::<Params, SlipRow>::new()
-        .and([
-            column(FRICTION_COEFFICIENT, Real(|row| row.params.coefficient)),
-            column(TANGENTIAL_LOAD, Real(|row| row.load)),
-            column(TANGENTIAL_BRANCH, Text(|row| row.branch)),
-            column(STICK_FRACTION, OptionalReal(|row| row.stick)),
-            column(SLIP_FRACTION, OptionalReal(|row| Some(row.area? - row.stick?))),
-            column(CONTACT_FRACTION, OptionalReal(|row| row.area)),
-            column(TANGENTIAL_TRACTION, Real(|row| row.traction)),
-        ])
-        .and_if(
-            |params| params.poisson_ratio.is_some(),
-            [
-                column(POISSON_RATIO, OptionalReal(|row| row.params.poisson_ratio)),
-                column(TANGENTIAL_DISPLACEMENT, OptionalReal(|row| row.displacement)),
-                column(TANGENTIAL_STIFFNESS, OptionalReal(|row| row.stiffness)),
-                column(FRICTIONAL_DISSIPATION, OptionalReal(|row| row.dissipation)),
-            ],
-        )
+    TableColumns::<Params, SlipRow>::new([
+        column(FRICTION_COEFFICIENT, Real(|row| row.params.coefficient)),
+        column(TANGENTIAL_LOAD, Real(|row| row.load)),
+        column(TANGENTIAL_BRANCH, Text(|row| row.branch)),
+        column(STICK_FRACTION, OptionalReal(|row| row.stick)),
+        column(SLIP_FRACTION, OptionalReal(|row| Some(row.area? - row.stick?))),
+        column(CONTACT_FRACTION, OptionalReal(|row| row.area)),
+        column(TANGENTIAL_TRACTION, Real(|row| row.traction)),
+        column_if(is_compliant, POISSON_RATIO, OptionalReal(|row| row.params.poisson_ratio)),
+        column_if(is_compliant, TANGENTIAL_DISPLACEMENT, OptionalReal(|row| row.displacement)),
+        column_if(is_compliant, TANGENTIAL_STIFFNESS, OptionalReal(|row| row.stiffness)),
+        column_if(is_compliant, FRICTIONAL_DISSIPATION, OptionalReal(|row| row.dissipation)),
+    ])
+}
+
+/// Returns whether the tangential compliance is known, which depends on Poisson's ratio.
+fn is_compliant(params: &Params) -> bool {
+    params.poisson_ratio.is_some()
 }
 
 impl<'a> SlipRow<'a> {
