@@ -8,7 +8,7 @@ use super::{SessionError, UnknownName};
 use asperity_mechanics::grid::{Boundary, Cell, Grid};
 use asperity_mechanics::topography::surface::Scan;
 use asperity_report::Raster;
-use asperity_stages::generate::described_map::DescribedMap;
+use asperity_stages::generate::plausibility::DescribedMap;
 use asperity_stages::generate::plausibility::EnteredMap;
 use asperity_stages::surface_files::{MAX_BYTES, SurfaceFileError};
 use asperity_tables::store::regular::read_regular;

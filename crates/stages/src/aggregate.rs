@@ -18,7 +18,6 @@ use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
 
-mod group_columns;
 mod groups;
 pub mod keys;
 mod multilevel;
@@ -235,5 +234,5 @@ pub struct Meaning {
 /// `area_fraction_mean`.
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
-    group_columns::GROUP_COLUMNS.into_iter().chain(models).collect()
+    statistics::GROUP_COLUMNS.into_iter().chain(models).collect()
 }

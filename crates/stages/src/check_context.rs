@@ -2,14 +2,17 @@
 
 use std::collections::BTreeSet;
 
-use crate::bodies::Conduction;
 use crate::columns::needed_key;
 use crate::nominal_area::NominalArea;
+use crate::solve::Conduction;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Recipe, RowKind};
+use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
 use asperity_manifest::keys::Spanned;
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::quantity::{Dimension, Unit};
 use asperity_tables::table::Table;
 
 /// The presence of the key `from` in a stage.
@@ -216,4 +219,95 @@ pub fn unknown_column(
         let help = format!("their columns are {}", listed(names(), "and"));
         problem("unknown column".to_owned()).help(help)
     }
+}
+
+/// A key of a table that is excluded if a condition holds.
+#[derive(Debug, Clone, Copy)]
+pub struct Exclusion<'a> {
+    /// Whether the other keys exclude the key.
+    pub applies: bool,
+    /// Name of the key.
+    pub key: &'static str,
+    /// Position of the key, if the manifest contains it.
+    pub written: Option<&'a Span>,
+    /// Reason, the label of the problem.
+    pub why: &'static str,
+}
+
+/// Refuses the keys of a table that a condition excludes:
+/// `exclude! { table, checks, condition => key, other_key: "reason"; … }`. All excluded keys are
+/// reported. The result is `None` if there is one.
+macro_rules! exclude {
+    ($table:expr, $checks:expr, $($condition:expr => $($key:ident),+ : $why:expr;)+) => {{
+        let table = $table;
+        let exclusions = [$($($crate::check_context::Exclusion {
+            applies: $condition,
+            key: stringify!($key),
+            written: table.$key.written().map(|written| &written.span),
+            why: $why,
+        }),+),+];
+        $crate::check_context::refuse(&exclusions, $checks)
+    }};
+}
+pub(crate) use exclude;
+
+/// Reports every excluded key that the manifest contains.
+pub fn refuse(exclusions: &[Exclusion], checks: &mut Checks) -> Option<()> {
+    let mut clear = Some(());
+    for Exclusion { key, written, why, .. } in exclusions.iter().filter(|one| one.applies) {
+        if let Some(span) = written {
+            let message = format!("`{key}` cannot be used here");
+            clear = checks.reject(Problem::new(message, (*span).clone(), *why));
+        }
+    }
+    clear
+}
+
+/// Multiplies a number by a power of ten and rounds it to twelve digits.
+pub fn converted(number: f64, power: i32) -> f64 {
+    decimal::nearest(decimal::shifted(&decimal::written(number), power))
+}
+
+/// Converts a length to the unit of the lengths of the surfaces. A number without a unit has this
+/// unit.
+pub fn in_unit_of_surfaces(
+    length: &Spanned<f64>,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<f64> {
+    let named = checks.units.length.as_ref().map(|named| named.unit);
+    let Some(unit) = named.filter(|_| checks.units.is_quantity(&length.span)) else {
+        return Some(decimal::nearest(length.value));
+    };
+    let of_surfaces = unit_of(surfaces, &length.span, checks)?;
+    Some(converted(length.value, unit.power - of_surfaces.power))
+}
+
+/// Returns the unit of the lengths of the surfaces. Refuses surfaces without a common unit to which
+/// the length at `span` could be converted.
+pub fn unit_of(surfaces: &Surfaces, span: &Span, checks: &mut Checks) -> Option<&'static Unit> {
+    let mut names = surfaces.length_units.iter().map(String::as_str);
+    let (first, others) = (names.next().unwrap_or(""), names.count());
+    let known = Unit::find(first).filter(|unit| unit.dimension == Dimension::Length);
+    if let (Some(unit), 0) = (known, others) {
+        return Some(unit);
+    }
+    let message = match (first, others) {
+        ("", 0) => "a length has a unit, but the lengths of the surfaces have none".to_owned(),
+        (name, 0) => {
+            format!("a length has a unit, but the surfaces are in the unknown unit `{name}`")
+        }
+        _ => {
+            let names = surfaces.length_units.iter().map(|name| match name.as_str() {
+                "" => "no unit",
+                name => name,
+            });
+            format!("a length has a unit, but the surfaces have several: {}", listed(names, "and"))
+        }
+    };
+    let problem = Problem::new(message, span.clone(), "has a unit");
+    checks.reject(problem.help(
+        "give the side of all surfaces in one unit, such as `side = \"100 um\"`, or write lengths \
+         here as plain numbers in the unit of the side",
+    ))
 }

@@ -1,40 +1,31 @@
 //! Stages that fit laws to single parameter points, and limits of observables to all points.
 
-pub mod columns;
 pub mod contact_evolution;
 pub mod fitted_point;
 pub mod keys;
 pub mod laws;
 pub mod limits;
 pub mod meshes;
-pub mod parameter;
 pub mod percolation;
 pub mod rows;
 mod spectra;
 pub mod status;
-
-pub use status::FITTED;
 
 use std::borrow::Cow;
 
 use arrow::array::Float64Array;
 use serde::Serialize;
 
-use contact_evolution::{EvolutionChoices, Kappa};
-use fitted_point::FittedPoint;
-use laws::{FitOfCurves, Fits, Law};
-use parameter::FitParameter;
-use status::STATUS;
-
 use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, MEAN_GAP, STOP};
 use crate::ensemble::{Ensemble, Member, ensembles};
+use crate::fit::contact_evolution::{EvolutionChoices, Kappa};
+use crate::fit::fitted_point::{FitParameter, FittedPoint};
+use crate::fit::laws::{FitOfCurves, Fits, Law};
+use crate::fit::status::STATUS;
 use crate::solve::is_unconverged;
 use crate::stage::{number, range};
 use crate::version::Version;
-use crate::{
-    Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, RowKind, Stage,
-    StageError, stacked,
-};
+use crate::{Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, RowKind, Stage, StageError, stacked};
 use asperity_manifest::diagnostics::counted;
 use asperity_statistics::FitError;
 use asperity_statistics::bootstrap::Bootstrap;
@@ -42,6 +33,8 @@ use asperity_statistics::curves::{Curves, Window};
 use asperity_tables::column::{Column, Role, absolute_column};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::{Table, TableError};
+
+pub use status::FITTED;
 
 /// Version of the computed numbers, part of the key of every stored result. Raise it whenever the
 /// numbers change.

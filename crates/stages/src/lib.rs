@@ -38,9 +38,6 @@
 
 pub mod absolute;
 pub mod aggregate;
-pub mod bodies;
-mod boundary_recipe;
-mod branch_names;
 pub mod check_context;
 pub mod columns;
 pub mod correct;
@@ -48,11 +45,9 @@ pub mod departures;
 pub mod ensemble;
 pub mod error;
 pub mod error_budget;
-mod exclusions;
 pub mod fit;
 pub mod generate;
 pub mod grids;
-pub mod lengths;
 pub mod map_file;
 pub mod measure;
 pub mod nominal_area;

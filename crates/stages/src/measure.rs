@@ -21,15 +21,15 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use super::columns::*;
-use super::stage::{largest, range};
-use super::{
-    Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe,
-    RowKind, Series, Stage, StageError, beside_coordinates, stacked, surface,
-    table_beside_coordinates,
-};
-use crate::bodies::Conduction;
+use crate::columns::*;
+use crate::measure::conduction::SPOTS_VERSION;
+use crate::measure::contacts::ADHESION_VERSION;
+use crate::measure::friction::DISSIPATION_VERSION;
+use crate::measure::statistics::{AUTOCORRELATION_VERSION, Statistic, YIELDED_VERSION};
+use crate::solve::Conduction;
+use crate::stage::{largest, range};
 use crate::version::{PartVersion, Version};
+use crate::{Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe, RowKind, Series, Stage, StageError, beside_coordinates, stacked, surface, table_beside_coordinates};
 use asperity_manifest::diagnostics::counted;
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::height_distribution::{Histogram, HistogramPool};
@@ -39,12 +39,8 @@ use asperity_tables::source::TableSource;
 use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::Table;
 
-use conduction::SPOTS_VERSION;
-use contacts::ADHESION_VERSION;
 pub use contacts::NodeSet;
 pub use distributions::Distribution;
-use friction::DISSIPATION_VERSION;
-use statistics::{AUTOCORRELATION_VERSION, Statistic, YIELDED_VERSION};
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: Version = Version::new(4, &[]);

@@ -3,14 +3,14 @@
 //! The units of the solver are those of [`Units`].
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::StageError;
 use crate::columns::*;
 use crate::version::Version;
+use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::reduced::{ReducedHeights, Units};
-use asperity_mechanics::solver;
-use asperity_mechanics::solver::{Hardness, HardnessError};
+use asperity_mechanics::solver::{self, Hardness, HardnessError};
 use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, Role, Value};
 
@@ -204,6 +204,31 @@ impl SurfaceHardness {
         let [absolute, reduced] = self.given.hardness_columns();
         [(absolute, Value::Real(self.pressure)), (reduced, Value::Real(self.reduced.pressure()))]
     }
+}
+
+/// Version of the numbers of loads with a free boundary. It is part of their recipes only, so that
+/// raising it does not recompute periodic loads.
+pub const FREE_BOUNDARY_VERSION: Version = Version::new(
+    2,
+    &["pressures that a step clips are taken from the nodes around them: fewer pairs of \
+       transforms, other last digits"],
+);
+
+#[derive(Serialize, Deserialize)]
+struct BoundaryRecipe {
+    beyond: Boundary,
+    version: u32,
+}
+
+/// Serializes the boundary for a recipe.
+pub fn serialize_free_boundary<S: Serializer>(boundary: &Boundary, serializer: S) -> Result<S::Ok, S::Error> {
+    let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION.number() };
+    recipe.serialize(serializer)
+}
+
+/// Reads the boundary from a recipe.
+pub fn deserialize_free_boundary<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Boundary, D::Error> {
+    BoundaryRecipe::deserialize(deserializer).map(|recipe| recipe.beyond)
 }
 
 #[cfg(test)]

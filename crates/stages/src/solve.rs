@@ -7,7 +7,6 @@
 pub mod adhesion;
 mod asperities;
 mod contact;
-pub mod control;
 pub mod exceeded_hardness;
 mod fields;
 pub mod keys;
@@ -25,25 +24,15 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
-pub use self::contact::{Contact, gap_under};
-use self::control::Control;
-pub use self::fields::ContactFields;
-pub use self::layer::GivenLayer;
-pub use self::rows::SolvedLoad;
-use crate::bodies::{Bodies, LayerConduction};
-use crate::boundary_recipe::FREE_BOUNDARY_VERSION;
 use crate::columns::*;
-use crate::nominal_area::NominalArea;
+use crate::nominal_area::{self, NominalArea};
 use crate::per_axis::PerAxis;
-use crate::reduced_units::{GivenHardness, HARDNESS_VERSION, PressureUnit};
+use crate::reduced_units::{self, FREE_BOUNDARY_VERSION, GivenHardness, HARDNESS_VERSION, PressureUnit};
 use crate::stage::range;
 use crate::surface::pair;
 use crate::unloading::Branch;
 use crate::version::{PartVersion, Version};
-use crate::{
-    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series,
-    Stage, StageError, beside_coordinates, boundary_recipe, nominal_area,
-};
+use crate::{Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series, Stage, StageError, beside_coordinates};
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
 use asperity_mechanics::asperities::Interaction;
@@ -56,6 +45,11 @@ use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::{Table, TableError};
+
+pub use self::contact::{Contact, gap_under};
+pub use self::fields::ContactFields;
+pub use self::layer::GivenLayer;
+pub use self::rows::SolvedLoad;
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: Version = Version::new(17, &[]);
@@ -134,7 +128,7 @@ pub struct Params {
     /// existing keys stay valid.
     #[serde(
         skip_serializing_if = "Boundary::is_periodic",
-        serialize_with = "boundary_recipe::serialize"
+        serialize_with = "reduced_units::serialize_free_boundary"
     )]
     pub boundary: Boundary,
     /// Layer between the rough surface and the rest of the body. Omitted from the recipe of a
@@ -617,4 +611,91 @@ pub fn boundary_of(solved: &Table) -> Boundary {
     let is_free =
         words.is_ok_and(|words| words.iter().flatten().any(|word| word == Boundary::Free.name()));
     if is_free { Boundary::Free } else { Boundary::Periodic }
+}
+
+/// The quantity that a contact prescribes, the value of `control`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Control {
+    /// The mean pressure is prescribed, and the mean gap follows.
+    Load,
+    /// The mean gap is prescribed, and the mean pressure follows.
+    Gap,
+    /// The rigid approach of the bodies since first touch is prescribed, and the mean pressure
+    /// follows.
+    Displacement,
+}
+
+impl Control {
+    /// Returns the word in manifests and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Control::Load => "load",
+            Control::Gap => "gap",
+            Control::Displacement => "displacement",
+        }
+    }
+
+    /// Returns whether loads are prescribed. Recipes omit this control, so that existing keys stay
+    /// valid.
+    pub fn is_load(&self) -> bool {
+        *self == Control::Load
+    }
+
+    /// Returns the key with the prescribed values.
+    pub fn key(self) -> &'static str {
+        match self {
+            Control::Load => "loads",
+            Control::Gap => "gaps",
+            Control::Displacement => "displacements",
+        }
+    }
+
+    /// Returns the name of a prescribed value in texts.
+    pub fn value_in_words(self) -> &'static str {
+        match self {
+            Control::Load => "load",
+            Control::Gap => "mean gap",
+            Control::Displacement => "displacement",
+        }
+    }
+}
+
+/// Properties of the bodies that change no solved load.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Bodies {
+    /// Number of listed bodies.
+    pub count: usize,
+    /// Smallest hardness of the bodies, in the unit of their moduli, for a warning about higher
+    /// pressures.
+    pub softest: Option<f64>,
+    /// Dundurs' constant β, which is zero for elastically similar bodies; `None` without bodies.
+    pub dundurs: Option<f64>,
+    /// Conductivities of the pair, for the conductances of `measure` stages.
+    pub conduction: Option<Conduction>,
+}
+
+/// Conductivities of a pair of bodies, each of which may be unknown. Of a layered body, k₁ and ρ₁
+/// are those of the layer.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Conduction {
+    /// Conductivity k_s of the pair in W/(m K): 2/k_s = 1/k₁ + 1/k₂.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub conductivity: Option<f64>,
+    /// Mean resistivity (ρ₁ + ρ₂)/2 in Ω m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resistivity: Option<f64>,
+    /// Conduction through a layer. Omitted from the recipe of half-spaces, so that existing keys
+    /// stay valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer: Option<LayerConduction>,
+}
+
+/// Conductivity of a layer relative to the bodies that it touches, of heat or of a current.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LayerConduction {
+    /// Conductivity of the layer over that of the substrate; 0 if the substrate conducts perfectly.
+    pub to_substrate: f64,
+    /// Conductivity of the layer over that of the rough body; 0 if that body conducts perfectly.
+    pub to_counter_body: f64,
 }

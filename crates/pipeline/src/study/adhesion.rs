@@ -8,7 +8,7 @@ use asperity_mechanics::topography::shapes::Shape;
 use asperity_stages::Recipe;
 use asperity_stages::columns::WORK_OF_ADHESION;
 use asperity_stages::solve::adhesion;
-use asperity_stages::solve::control::Control;
+use asperity_stages::solve::Control;
 use asperity_stages::solve::keys::adhesion as keys;
 use asperity_stages::surface::{Origin, Params};
 use asperity_stages::units::TableUnits;

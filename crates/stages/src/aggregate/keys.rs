@@ -8,14 +8,10 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{
-    Groups, Meaning, Model, Multilevel, Params, SPECTRUM_COLUMNS, SQL_VERSION, Sql, Statistic,
-    multilevel,
-};
-use crate::check_context::{Property, unknown_column};
+use crate::aggregate::{Groups, Meaning, Model, Multilevel, Params, SPECTRUM_COLUMNS, SQL_VERSION, Sql, Statistic, multilevel};
+use crate::check_context::{Property, exclude, unknown_column};
 use crate::columns::ALTERATIONS;
 use crate::error::QueryError;
-use crate::exclusions::exclude;
 use crate::surface::labels::with_paths;
 use crate::surface_files::SurfaceFiles;
 use crate::{CheckContext, Recipe, StageError};

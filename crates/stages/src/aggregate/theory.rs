@@ -8,9 +8,9 @@ use arrow::util::display::array_value_to_string;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::group_columns::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of};
-use super::{Groups, Statistic};
 use crate::StageError;
+use crate::aggregate::statistics::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of};
+use crate::aggregate::{Groups, Statistic};
 use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, columns, real};
 use crate::surface::coordinates::is_altered;
 use asperity_mechanics::grid::Cell;

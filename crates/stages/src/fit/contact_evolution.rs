@@ -5,17 +5,16 @@ use std::collections::BTreeSet;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::fitted_point::FittedPoint;
-use super::parameter::{FitParameter, names};
-use super::{CurvesOfPoint, Params};
 use crate::InputScope;
 use crate::columns::columns;
 use crate::ensemble::Member;
+use crate::fit::fitted_point::{FitParameter, FittedPoint, names};
+use crate::fit::{CurvesOfPoint, Params};
+use asperity_statistics::FitError;
 use asperity_statistics::bootstrap::{Interval, Intervals};
 use asperity_statistics::convexity::CommonKappa;
 use asperity_statistics::curves::Curves;
-use asperity_statistics::evolution::{EvolutionFit, EvolutionProblem, Quantity};
-use asperity_statistics::{FitError, evolution};
+use asperity_statistics::evolution::{self, EvolutionFit, EvolutionProblem, Quantity};
 
 /// Name of the law in manifests and tables.
 pub const WORD: &str = "contact-evolution";

@@ -2,16 +2,12 @@
 
 use arrow::array::ArrayRef;
 
-use super::Params;
-use super::columns::{
-    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED,
-};
-use super::contact_evolution::{EvolutionChoices, Kappa};
-use super::fitted_point::FittedPoint;
-use super::laws::{Law, PlainLaw};
-use super::parameter::{Estimate, FitParameter};
-use super::status::STATUS;
 use crate::columns::{codes, columns, flag, integer, parameter, parameter_text, real};
+use crate::fit::Params;
+use crate::fit::contact_evolution::{EvolutionChoices, Kappa};
+use crate::fit::fitted_point::{BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FitParameter, FittedPoint, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED};
+use crate::fit::laws::{Law, PlainLaw};
+use crate::fit::status::STATUS;
 use crate::table_columns::Values::{Count, OptionalFlag, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_if};
 use asperity_tables::column::Column;

@@ -4,9 +4,7 @@
 
 pub mod labels;
 mod lengths;
-mod patterns;
 mod preparation;
-mod repairs;
 pub mod samples;
 
 use std::collections::BTreeMap;
@@ -16,13 +14,12 @@ use std::rc::Rc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use self::labels::{LabelledFiles, WrittenLabels};
-use self::lengths::{Lengths, lengths};
-use self::preparation::{inspected, preparation};
-use self::repairs::{WrittenAlignment, WrittenPoints};
-use super::mesh::{MAX_NODES, MIN_NODES};
 use crate::CheckContext;
-use crate::exclusions::exclude;
+use crate::check_context::exclude;
+use crate::generate::files::labels::{LabelledFiles, WrittenLabels};
+use crate::generate::files::lengths::{Lengths, lengths};
+use crate::generate::files::preparation::{WrittenAlignment, WrittenPoints, inspected, preparation};
+use crate::generate::mesh::{MAX_NODES, MIN_NODES};
 use crate::generate::realizations::{Realizations, surfaces};
 use crate::map_file::{ChannelChoice, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
@@ -34,9 +31,7 @@ use crate::surface_files::{ContentHash, RecordedFile, SurfaceFileError, SurfaceF
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean, shell_word};
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::{
-    always_pair, length, positive_items, required, swept, unit_of_lengths,
-};
+use asperity_manifest::keys::declare::{always_pair, length, positive_items, required, swept, unit_of_lengths};
 use asperity_manifest::keys::quantity::Unit;
 use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned, table};
 use asperity_mechanics::topography::alignment::MAX_DEGREE;

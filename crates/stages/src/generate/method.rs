@@ -2,15 +2,14 @@
 
 use toml::de::DeTable;
 
-use super::files::FileTable;
-use super::files::labels::{WrittenLabels, with_labels_of_cases};
-use super::random::RandomTable;
-use super::shapes::{ParaboloidTable, PunchTable, WaveTable};
-use super::spectrum::SpectrumTable;
-use super::yielded::YieldedTable;
-use super::{files, random, shapes, spectrum, yielded};
 use crate::check_context::FromKey;
+use crate::generate::files::labels::{WrittenLabels, with_labels_of_cases};
+use crate::generate::files::{self, FileTable};
+use crate::generate::mesh::{self, ParaboloidTable, PunchTable, WaveTable};
+use crate::generate::random::{self, RandomTable};
 use crate::generate::realizations::{Growing, Realizations};
+use crate::generate::spectrum::{self, SpectrumTable};
+use crate::generate::yielded::{self, YieldedTable};
 use crate::surface::Heights;
 use crate::surface::method::{Method, WaveShape};
 use crate::surface::planned::PlannedSurfaces;
@@ -93,9 +92,9 @@ impl SurfacePoints {
             SurfacePoints::Spectrum(section) => spectrum::spectra(section, context),
             SurfacePoints::File(section) => files::files(section, context),
             SurfacePoints::Yielded(section) => yielded::surfaces(section, context),
-            SurfacePoints::Paraboloid(section) => shapes::paraboloid(section, context.problems),
-            SurfacePoints::Wave(shape, section) => shapes::wave(*shape, section, context.problems),
-            SurfacePoints::FlatPunch(section) => shapes::punch(section, context.problems),
+            SurfacePoints::Paraboloid(section) => mesh::paraboloid(section, context.problems),
+            SurfacePoints::Wave(shape, section) => mesh::wave(*shape, section, context.problems),
+            SurfacePoints::FlatPunch(section) => mesh::punch(section, context.problems),
         }
     }
 

@@ -8,11 +8,10 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::heights::HeightKeys;
-use super::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
-use super::random;
 use crate::CheckContext;
-use crate::exclusions::exclude;
+use crate::check_context::exclude;
+use crate::generate::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
+use crate::generate::random::{self, HeightKeys};
 use crate::generate::realizations::{self, Realizations, surfaces};
 use crate::spectrum_files::{self, SpectrumTable as Spectrum};
 use crate::surface::planned::PlannedSurfaces;

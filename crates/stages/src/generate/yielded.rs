@@ -7,17 +7,16 @@ use serde::Deserialize;
 
 use crate::check_context::PressedStage;
 use crate::reduced_units::{GivenHardness, PressureUnit};
+use crate::surface::pair::Yielded;
 use crate::surface::planned::PlannedSurfaces;
-use crate::surface::yielded::Yielded;
 use crate::surface::{Heights, Origin, Params};
 use crate::unloading::Branch;
 use crate::{CheckContext, Recipe, Stage as _, nominal_area, solve};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
-use asperity_manifest::keys::declare;
 use asperity_manifest::keys::quantity::{Dimension, Unit};
-use asperity_manifest::keys::{Key, Section, table};
+use asperity_manifest::keys::{Key, Section, declare, table};
 
 /// Surfaces that keep their plastic depth after a `solve` stage with a `hardness`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]

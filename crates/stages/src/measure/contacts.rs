@@ -11,14 +11,14 @@ use arrow::array::{Array, ArrayRef};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::conduction;
-use crate::bodies::Conduction;
+use crate::StageError;
 use crate::columns::*;
-use crate::grids::Grids;
+use crate::grids::{self, Grids};
+use crate::measure::conduction;
+use crate::solve::{self, Conduction};
 use crate::table_columns::Values::{Count, Flag, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_if};
 use crate::version::Version;
-use crate::{StageError, grids, solve};
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::morphology::area::ContactArea;
 use asperity_mechanics::morphology::clusters::Clusters;

@@ -15,7 +15,7 @@ use crate::grids::Grids;
 use crate::table_columns::Values::{OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_if};
 use crate::version::Version;
-use crate::{StageError, branch_names, solve};
+use crate::{StageError, solve, unloading};
 use asperity_manifest::decimal;
 use asperity_manifest::keys::{Key, Spanned};
 use asperity_mechanics::partial_slip::{self, NormalContact, State};
@@ -237,7 +237,7 @@ pub fn find(loads: &[f64], wanted: f64) -> Option<usize> {
 fn branches(loads: &[f64]) -> Vec<String> {
     let before = std::iter::once(&0.0).chain(loads);
     let grows = before.zip(loads).map(|(before, load)| load > before);
-    branch_names::numbered(grows.map(|grows| if grows { "loading" } else { "unloading" }))
+    unloading::numbered(grows.map(|grows| if grows { "loading" } else { "unloading" }))
 }
 
 #[cfg(test)]

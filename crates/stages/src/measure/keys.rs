@@ -2,27 +2,25 @@
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 
-mod areal;
-mod friction;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::areal::Parameter;
-use super::conduction::SPOTS_VERSION;
-use super::contacts::ADHESION_VERSION;
-use super::distributions::Distribution;
-use super::friction::FrictionTable;
-use super::statistics::{Statistic, YIELDED_VERSION};
-use super::{NodeSet, Params, from_profiles, stitched};
-use crate::bodies::Conduction;
-use crate::check_context::{Property, Surfaces};
-use crate::exclusions::exclude;
+use crate::check_context::{Property, Surfaces, exclude, in_unit_of_surfaces};
+use crate::measure::areal::{Areal, DECAY, DEFAULT, PEAKS, Parameter, ParameterSet, Settings, VERSION, VOLUMES};
+use crate::measure::conduction::SPOTS_VERSION;
+use crate::measure::contacts::ADHESION_VERSION;
+use crate::measure::distributions::Distribution;
+use crate::measure::friction::{self, DISSIPATION_VERSION, FrictionTable, complete, find};
+use crate::measure::profile::{self, Profile};
+use crate::measure::statistics::{Statistic, YIELDED_VERSION};
+use crate::measure::{NodeSet, Params, from_profiles, stitched};
+use crate::solve::Conduction;
 use crate::{CheckContext, Recipe, RowKind};
-use asperity_manifest::diagnostics::{Problem, Span};
+use asperity_manifest::decimal;
+use asperity_manifest::diagnostics::{Problem, Span, listed};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::declare::{length, list, swept};
-use asperity_manifest::keys::{Key, Section, table};
+use asperity_manifest::keys::{Key, Section, Spanned, quantity, table};
 
 /// Maximum value of the key `bins`.
 const MAX_BINS: u32 = 1_000_000;
@@ -317,7 +315,7 @@ fn of_loads(
     let set = set(table, surfaces, checks)?;
     let bins = bins_per_decade(table, checks)?;
     if let Some(written) = checks.optional("friction", &table.friction)? {
-        return friction::params(written, surfaces, checks);
+        return friction(written, surfaces, checks);
     }
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
         let conduction = conduction(span, surfaces, checks)?;
@@ -421,8 +419,8 @@ fn of_surfaces(
         return heights(table, bins, range, surfaces.stage_with(Property::NotRedrawable), checks);
     };
     Some(Params::Surface(match what {
-        What::Roughness if profiles => areal::of_profile(table, surfaces, checks)?,
-        What::Roughness => areal::statistic(table, surfaces, checks)?,
+        What::Roughness if profiles => of_profile(table, surfaces, checks)?,
+        What::Roughness => areal(table, surfaces, checks)?,
         What::ProfileSpectrum if profiles => Statistic::SingleProfileSpectrum,
         What::Spectrum => Statistic::Spectrum { yielded_version: yielded_version(surfaces) },
         _ => statistic,
@@ -519,4 +517,156 @@ fn heights(
     let label = format!("stage `{stage}` reads the spectrum of another stage");
     let problem = Problem::new(message, table.pool.written()?.span.clone(), label);
     checks.reject(problem.help("remove `pool`; each surface then has its own histogram"))
+}
+
+/// Returns the statistic of `what = "roughness"`, or `None` after reporting problems.
+fn areal(
+    table: &MeasureTable,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Statistic> {
+    let names = checks.optional("parameters", &table.parameters)?;
+    let parameters: ParameterSet = match names {
+        Some(names) => names.value.iter().copied().collect(),
+        None => DEFAULT.into_iter().collect(),
+    };
+    let smr_height = match checks.optional("smr_height", &table.smr_height)? {
+        Some(height) => Some(in_unit_of_surfaces(height, surfaces, checks)?),
+        None => None,
+    };
+    let settings = Settings {
+        smr_height,
+        smc_ratio: checks.optional_number("smc_ratio", &table.smc_ratio)?,
+        peak_ratio: checks.optional_number("peak_ratio", &table.peak_ratio)?,
+        dale_ratio: checks.optional_number("dale_ratio", &table.dale_ratio)?,
+        correlation_threshold: checks
+            .optional_number("correlation_threshold", &table.correlation_threshold)?,
+        pruning: checks.optional_number("pruning", &table.pruning)?,
+    };
+    for (name, key, users) in [
+        ("peak_ratio", &table.peak_ratio, &VOLUMES[..]),
+        ("dale_ratio", &table.dale_ratio, &VOLUMES),
+        ("correlation_threshold", &table.correlation_threshold, &DECAY),
+        ("pruning", &table.pruning, &PEAKS),
+    ] {
+        check_is_used(name, key, users, parameters, checks)?;
+    }
+    let [p, q] = settings.volume_ratios();
+    if p >= q {
+        let (name, key) = match table.peak_ratio.written() {
+            Some(_) => ("peak_ratio", &table.peak_ratio),
+            None => ("dale_ratio", &table.dale_ratio),
+        };
+        let message = format!("`peak_ratio` is {p} and `dale_ratio` is {q}");
+        let label = "`peak_ratio` must be below `dale_ratio`";
+        return checks.refuse(name, message, &key.written()?.span, label);
+    }
+    let is_default = parameters == DEFAULT.into_iter().collect();
+    Some(if is_default && settings == Settings::default() {
+        Statistic::Roughness
+    } else {
+        Statistic::Areal(Areal { parameters, settings, version: VERSION.number() })
+    })
+}
+
+/// Returns the statistic of `what = "roughness"` of profiles, or `None` after reporting problems.
+fn of_profile(
+    table: &MeasureTable,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Statistic> {
+    let mut length = |name: &str, key: &Key<f64>| match checks.optional(name, key)? {
+        Some(length) => Some(Some(in_unit_of_surfaces(length, surfaces, checks)?)),
+        None => Some(None),
+    };
+    let section_length = length("section_length", &table.section_length);
+    let smr_height = length("smr_height", &table.smr_height);
+    Some(Statistic::Profile(Profile {
+        section_length: section_length?,
+        smr_height: smr_height?,
+        smc_ratio: checks.optional_number("smc_ratio", &table.smc_ratio)?,
+        version: profile::VERSION.number(),
+    }))
+}
+
+/// Refuses a setting if none of the parameters that depend on it is computed.
+fn check_is_used(
+    name: &str,
+    key: &Key<f64>,
+    users: &[Parameter],
+    parameters: ParameterSet,
+    checks: &mut Checks,
+) -> Option<()> {
+    let Some(written) = key.written().filter(|_| !parameters.has_any(users)) else {
+        return Some(());
+    };
+    let names: Vec<&str> = users.iter().map(|user| user.column().name).collect();
+    let users = listed(names.iter().copied(), "and");
+    let message = format!("`{name}` has no effect here");
+    let label = format!("applies only to {users}");
+    let problem = Problem::new(message, written.span.clone(), label);
+    checks.reject(problem.help("add one of them to `parameters`, or remove this key"))
+}
+
+/// Returns the task of a stage with the key `friction`, or `None` after reporting problems.
+fn friction(
+    friction: &Spanned<FrictionTable>,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<Params> {
+    if let Some((stage, physics)) = &surfaces.not_superposable {
+        let message = format!("stage `{stage}` has {physics}");
+        let label = "needs loads on elastic half-spaces without adhesion";
+        return checks.refuse("friction", message, &friction.span, label);
+    }
+    let FrictionTable { coefficient, loads, poisson_ratio } = &friction.value;
+    let mut before = 0.0;
+    for load in &loads.value {
+        if decimal::is_same(load.value, before) {
+            let message = format!("`friction` has the tangential load {} twice", load.value);
+            let label = "differs from the load before it by no more than rounding";
+            return checks.refuse("friction", message, &load.span, label);
+        }
+        before = load.value;
+    }
+    let poisson_ratio = checks.optional_number("poisson_ratio", poisson_ratio)?;
+    let params = friction::Params {
+        coefficient: decimal::nearest(*coefficient),
+        poisson_ratio,
+        dissipation_version: poisson_ratio.map(|_| DISSIPATION_VERSION.number()),
+        loads: loads.value.iter().map(|load| decimal::nearest(load.value)).collect(),
+    };
+    check_loads(&params, &loads.span, surfaces, checks)?;
+    Some(Params::Friction(params))
+}
+
+/// Refuses a path for which no load has all its shares among the loads of its stage.
+fn check_loads(
+    params: &friction::Params,
+    span: &Span,
+    surfaces: &Surfaces,
+    checks: &mut Checks,
+) -> Option<()> {
+    let shares = params.shares();
+    for (stage, loads, unit) in &surfaces.loads {
+        if complete(loads, &shares).next().is_some() {
+            continue;
+        }
+        let Some(largest) = loads.iter().copied().reduce(f64::max) else { continue };
+        let missing: Vec<String> = shares
+            .iter()
+            .map(|share| decimal::nearest(share * largest))
+            .filter(|load| find(loads, *load).is_none())
+            .map(|load| quantity::written(load, *unit))
+            .collect();
+        let message = format!("stage `{stage}` lacks loads that partial slip needs");
+        let label = "needs the contacts under smaller loads, too";
+        let problem = Problem::new(message, span.clone(), label);
+        let missing = listed(missing.iter().map(String::as_str), "and");
+        return checks.reject(problem.help(format!(
+            "add {missing} to `loads` of stage `{stage}` for these tangential loads under {}",
+            quantity::written(largest, *unit)
+        )));
+    }
+    Some(())
 }

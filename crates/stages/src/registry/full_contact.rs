@@ -8,8 +8,8 @@ use std::f64::consts::TAU;
 
 use toml::de::DeValue;
 
+use crate::generate::mesh;
 use crate::generate::method::SurfacePoints;
-use crate::generate::shapes;
 use crate::per_axis::PerAxis;
 use crate::solve::keys::bodies;
 use crate::surface::Origin;
@@ -128,7 +128,7 @@ fn full_contacts(surfaces: &SurfacePoints) -> Option<Vec<Wave>> {
         return None;
     };
     // The stage itself reports its problems.
-    let planned = shapes::wave(*shape, section, &mut Problems::default())?;
+    let planned = mesh::wave(*shape, section, &mut Problems::default())?;
     let waves =
         planned.into_iter().map(|planned| match (planned.params.origin, planned.params.side) {
             (Origin::Shape { shape, .. }, Some(PerAxis(sides))) => Wave::new(shape, sides),

@@ -4,13 +4,11 @@
 //! load depends on nothing but the surface, the load and the settings, so its maps can be computed
 //! again, bit for bit.
 
-use super::control::Control;
-use super::{Contact, GivenLayer, ListedLoads, Params, Pressures, Stiffness};
 use crate::StageError;
-use crate::bodies::Bodies;
 use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::reduced_units::{GivenHardness, PressureUnit, Scales};
+use crate::solve::{Bodies, Contact, Control, GivenLayer, ListedLoads, Params, Pressures, Stiffness};
 use crate::unloading::Branch;
 use asperity_mechanics::asperities::{Asperities, Interaction};
 use asperity_mechanics::solver::{Solver, Watch};

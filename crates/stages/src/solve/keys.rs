@@ -3,11 +3,8 @@
 //! Editors show the doc comments of keys, and messages quote them.
 
 pub mod adhesion;
-mod adhesion_units;
 pub mod against;
 pub mod bodies;
-mod forces;
-mod layer;
 mod loads;
 
 use std::sync::Arc;
@@ -15,25 +12,20 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use self::adhesion::{AdhesionTable, Gaps, PathShape};
-use self::bodies::{Body, bodies, modulus};
-use self::layer::{CounterBodyTable, LayerTable, SubstrateTable, layer};
-use self::loads::{GapBins, Loads, PressureBins, StoredPressures};
-use super::{ListedLoads, Params, Stiffness};
-use crate::check_context::{Property, Surfaces};
-use crate::exclusions::exclude;
+use crate::check_context::{Property, Surfaces, exclude};
 use crate::reduced_units::{GivenHardness, LoadUnit, PressureUnit};
-use crate::solve::control::Control;
+use crate::solve::keys::adhesion::{AdhesionTable, Gaps, PathShape};
+use crate::solve::keys::bodies::{Body, CounterBodyTable, LayerTable, SubstrateTable, bodies, layer, modulus};
+use crate::solve::keys::loads::{GapBins, Loads, PressureBins, StoredPressures};
+use crate::solve::{Control, ListedLoads, Params, Stiffness};
 use crate::surface::pair::MirrorAxis;
 use crate::{CheckContext, Recipe, nominal_area, unloading};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
-use asperity_manifest::keys::declare::{
-    always_pair, length, load, pressure, pressure_or_ratio, swept, unit_of_pressures,
-};
-use asperity_manifest::keys::quantity::Dimension;
-use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, quantity, table};
+use asperity_manifest::keys::declare::{always_pair, length, load, pressure, pressure_or_ratio, swept, unit_of_pressures};
+use asperity_manifest::keys::quantity::{self, Dimension};
+use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, table};
 use asperity_mechanics::asperities::Interaction;
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
@@ -318,7 +310,7 @@ fn elastic(
     surfaces: &Surfaces,
     checks: &mut Checks,
 ) -> Option<Vec<Recipe>> {
-    let forces = forces::newtons(table, surfaces, checks)?;
+    let forces = loads::newtons(table, surfaces, checks)?;
     let layer = boundary.and_then(|boundary| layer(table, boundary, surfaces, checks))?;
     let given = Params { boundary: boundary?, layer, ..params(table, surfaces, checks)? };
     let on_areas: Vec<Params> =
@@ -489,7 +481,7 @@ pub(super) fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<Press
             "give E* with a unit, such as `effective_modulus = \"70 GPa\"`, or the `bodies`",
         ));
     }
-    let loads = forces::loads(table);
+    let loads = loads::given(table);
     let has_unit = |value: &&&Spanned<f64>| checks.units.is_quantity(&value.span);
     let absolute = loads.iter().find(has_unit).map(|load| load.span.clone());
     if absolute.is_none() && word != LoadUnit::Absolute {

@@ -2,12 +2,11 @@
 
 use arrow::array::ArrayRef;
 
-use super::control::Control;
-use super::parts::LoadParts;
-use super::{NO_CONTACT, NOT_REACHED, PAIR_LIMIT, Params, parts};
 use crate::columns::*;
 use crate::nominal_area;
 use crate::reduced_units::{PressureUnit, Scales, SurfaceHardness};
+use crate::solve::parts::{self, LoadParts};
+use crate::solve::{Control, NOT_REACHED, NO_CONTACT, PAIR_LIMIT, Params};
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_if, column_in_role};
 use asperity_mechanics::asperities::AsperityOutcome;

@@ -2,15 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::labels::Labels;
-use super::pair::Pair;
-use super::prescribed_heights::PrescribedHeights;
-use super::spectrum::{Source, SpectrumSurface};
-use super::yielded::Yielded;
 use crate::StageError;
 use crate::grids::grid;
 use crate::map_file::{ChannelRead, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
+use crate::surface::labels::Labels;
+use crate::surface::pair::{Pair, Yielded};
+use crate::surface::spectrum::{PrescribedHeights, Source, SpectrumSurface};
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use crate::version::Version;
 use asperity_mechanics::grid::{Cell, Grid};

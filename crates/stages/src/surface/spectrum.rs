@@ -6,14 +6,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::columns::{PROFILES, SCANS, SPECTRAL_DENSITY, WAVENUMBER};
 use crate::grids::Grids;
+use crate::surface::Params;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use crate::{StageError, spectrum_files};
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::prescribed_heights::HeightDistribution;
-use asperity_mechanics::topography::spectral_density::{
-    SpectralDensity, TabulatedSurface, occupies,
-};
+use asperity_mechanics::topography::spectral_density::{SpectralDensity, TabulatedSurface, occupies};
 use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::table::Table;
 
@@ -179,4 +178,44 @@ fn scaled_to(rms_height: f64, surface: Surface) -> Surface {
     let factor = if squares > 0.0 { rms_height / (squares / nodes).sqrt() } else { 1.0 };
     heights.iter_mut().for_each(|height| *height *= factor);
     Surface::new(grid, heights).expect("finite heights stay finite")
+}
+
+/// The height distribution of a random surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PrescribedHeights {
+    /// The distribution of Johnson's system with two given moments.
+    Moments {
+        /// Third standardised moment.
+        skewness: f64,
+        /// Fourth standardised moment, 3 for a Gaussian surface.
+        kurtosis: f64,
+    },
+    /// The distribution of the heights of another surface, which is drawn or read again.
+    Surface {
+        /// Recipe of the other surface.
+        from: Box<Params>,
+    },
+}
+
+impl PrescribedHeights {
+    /// Computes the distribution.
+    ///
+    /// # Errors
+    /// If the other surface cannot be drawn or read, or if it is flat.
+    pub fn distribution(
+        &self,
+        sources: &SurfaceFiles,
+        threads: &Threads,
+    ) -> Result<HeightDistribution, StageError> {
+        match self {
+            PrescribedHeights::Moments { skewness, kurtosis } => {
+                Ok(HeightDistribution::from_moments(*skewness, *kurtosis)?)
+            }
+            PrescribedHeights::Surface { from } => {
+                let surface = from.draw(sources, threads)?;
+                HeightDistribution::from_surface(&surface).ok_or(StageError::FlatHeights)
+            }
+        }
+    }
 }

@@ -7,10 +7,9 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::common::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MAX_RESAMPLINGS, fits};
-use crate::check_context::unknown_column;
+use crate::check_context::{exclude, unknown_column};
 use crate::columns::{LOAD, SURFACE};
-use crate::exclusions::exclude;
+use crate::fit::keys::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MAX_RESAMPLINGS, fits};
 use crate::fit::laws::Law;
 use crate::fit::limits::{FormChoice, LimitChoices, MAX_COMBINATIONS, MAX_TERMS, Term, WINDOW};
 use crate::{CheckContext, Recipe, RowKind};

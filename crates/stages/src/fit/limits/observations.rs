@@ -7,10 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use arrow::array::{Array, Float64Array};
 
-use super::LimitChoices;
 use crate::columns::{K_LOWER, K_ROLLOFF, LOAD, REALIZATION, STOP};
 use crate::ensemble::{Ensemble, Member, Members, ParameterPoint, ensembles, grouped};
-use crate::fit::columns::SURFACES;
+use crate::fit::fitted_point::SURFACES;
+use crate::fit::limits::LimitChoices;
 use crate::solve::is_unconverged;
 use asperity_manifest::decimal;
 use asperity_statistics::Window;

@@ -2,10 +2,10 @@
 
 use arrow::array::ArrayRef;
 
-use super::Params;
 use crate::columns::*;
 use crate::reduced_units::{PressureUnit, Scales};
-use crate::solve::control::Control;
+use crate::solve::Control;
+use crate::solve::adhesion::Params;
 use crate::solve::parts::counted;
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_if, column_in_role};
