@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use bytesize::ByteSize;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::columns::STOP;
 use super::fit::status::STATUS;
@@ -222,11 +223,15 @@ impl Sql {
     }
 }
 
-/// Unit and meaning of a column of a query's result.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// The description of a column of the result of a query.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Meaning {
-    /// Unit of the values, or an empty text for values without a unit.
+    /// Unit of the values of the column: `"1"` for pure numbers, empty (the default) for values
+    /// without a unit.
+    #[serde(default)]
     pub unit: String,
+    /// Meaning of the column in one phrase.
     pub meaning: String,
 }
 

@@ -1,18 +1,19 @@
 //! What the checks of the keys of a stage know about the study.
 
 use std::collections::BTreeSet;
+use std::ops::{Deref, DerefMut};
 
 use crate::columns::needed_key;
 use crate::nominal_area::NominalArea;
-use crate::solve::Conduction;
+use crate::bodies::Conduction;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Recipe, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
-use asperity_manifest::keys::Spanned;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::quantity::{Dimension, Unit};
+use asperity_manifest::keys::{GridPoint, KeyTable, Section, Spanned};
 use asperity_tables::table::Table;
 
 /// The presence of the key `from` in a stage.
@@ -159,6 +160,14 @@ pub fn spanning(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
     [one[0].min(other[0]), one[1].max(other[1])]
 }
 
+/// The surfaces of a stage, by parameter point.
+#[derive(Debug, Clone, Copy)]
+pub struct NamedSurfaces<'a> {
+    /// Name of the stage, where another stage names it.
+    pub name: &'a Spanned<String>,
+    pub surfaces: &'a [PlannedSurfaces],
+}
+
 /// A `solve` stage with the surfaces that it presses.
 #[derive(Debug)]
 pub struct PressedStage<'a> {
@@ -194,44 +203,72 @@ pub struct CheckContext<'a> {
     pub problems: &'a mut Problems,
 }
 
-/// Returns the problem of a column that the stages in `from` do not have. `names` are the columns
-/// that they have, and `earlier` is that of the [`CheckContext`].
-pub fn unknown_column(
-    name: &str,
-    span: &Span,
-    names: &[&str],
-    earlier: &[(&str, &Table)],
-) -> Problem {
-    let message = format!("the stages in `from` have no column {name:?}");
-    let problem = |label| Problem::new(message, span.clone(), label);
-    let is_known = |column: &str| {
-        names.contains(&column) || earlier.iter().any(|(_, table)| table.has(column))
-    };
-    let names = || names.iter().copied();
-    if let Some((stage, _)) = earlier.iter().find(|(_, table)| table.has(name)) {
-        let help = format!("read that stage, by `from = \"{stage}\"` here or in another stage");
-        problem(format!("the stage `{stage}` has this column")).help(help)
-    } else if let Some(label) = needed_key(name, is_known) {
-        problem(label)
-    } else if let Some(meant) = did_you_mean(name, names()) {
-        problem(format!("did you mean \"{meant}\"?"))
-    } else {
-        let help = format!("their columns are {}", listed(names(), "and"));
-        problem("unknown column".to_owned()).help(help)
+/// Checks of the keys at one parameter point, with what the stage reads.
+pub struct StageChecks<'a> {
+    checks: Checks<'a>,
+    /// Properties of the surfaces and contacts that the stage reads.
+    pub surfaces: &'a Surfaces,
+    /// Empty table with the columns that the stage reads, if they are known.
+    pub input: Option<&'a Table>,
+    /// Kind of the rows that the stage reads, if it is known.
+    pub read: Option<RowKind>,
+    earlier: &'a [(&'a str, &'a Table)],
+}
+
+impl<'a> StageChecks<'a> {
+    /// Creates the checks of one point of a section.
+    pub fn new<T: KeyTable>(
+        section: &'a Section<T>,
+        point: &'a GridPoint<T>,
+        context: &'a mut CheckContext,
+    ) -> StageChecks<'a> {
+        let &mut CheckContext { ref surfaces, input, read, earlier, ref mut problems, .. } =
+            context;
+        StageChecks {
+            checks: Checks::new(section, point, problems),
+            surfaces,
+            input,
+            read,
+            earlier,
+        }
+    }
+
+    /// Returns the problem of a column that the stages in `from` do not have. `names` are the
+    /// columns that they have.
+    pub fn unknown_column(&self, name: &str, span: &Span, names: &[&str]) -> Problem {
+        let message = format!("the stages in `from` have no column {name:?}");
+        let problem = |label| Problem::new(message, span.clone(), label);
+        let mut earlier = self.earlier.iter();
+        let is_known = |column: &str| {
+            names.contains(&column) || self.earlier.iter().any(|(_, table)| table.has(column))
+        };
+        let names = || names.iter().copied();
+        if let Some((stage, _)) = earlier.find(|(_, table)| table.has(name)) {
+            let help = format!("read that stage, by `from = \"{stage}\"` here or in another stage");
+            problem(format!("the stage `{stage}` has this column")).help(help)
+        } else if let Some(label) = needed_key(name, is_known) {
+            problem(label)
+        } else if let Some(meant) = did_you_mean(name, names()) {
+            problem(format!("did you mean \"{meant}\"?"))
+        } else {
+            let help = format!("their columns are {}", listed(names(), "and"));
+            problem("unknown column".to_owned()).help(help)
+        }
     }
 }
 
-/// A key of a table that is excluded if a condition holds.
-#[derive(Debug, Clone, Copy)]
-pub struct Exclusion<'a> {
-    /// Whether the other keys exclude the key.
-    pub applies: bool,
-    /// Name of the key.
-    pub key: &'static str,
-    /// Position of the key, if the manifest contains it.
-    pub written: Option<&'a Span>,
-    /// Reason, the label of the problem.
-    pub why: &'static str,
+impl<'a> Deref for StageChecks<'a> {
+    type Target = Checks<'a>;
+
+    fn deref(&self) -> &Checks<'a> {
+        &self.checks
+    }
+}
+
+impl<'a> DerefMut for StageChecks<'a> {
+    fn deref_mut(&mut self) -> &mut Checks<'a> {
+        &mut self.checks
+    }
 }
 
 /// Refuses the keys of a table that a condition excludes:
@@ -239,29 +276,14 @@ pub struct Exclusion<'a> {
 /// reported. The result is `None` if there is one.
 macro_rules! exclude {
     ($table:expr, $checks:expr, $($condition:expr => $($key:ident),+ : $why:expr;)+) => {{
-        let table = $table;
-        let exclusions = [$($($crate::check_context::Exclusion {
-            applies: $condition,
-            key: stringify!($key),
-            written: table.$key.written().map(|written| &written.span),
-            why: $why,
-        }),+),+];
-        $crate::check_context::refuse(&exclusions, $checks)
+        let mut clear = Some(());
+        $($(if $condition {
+            clear = $checks.forbidden(stringify!($key), &$table.$key, $why).and(clear);
+        })+)+
+        clear
     }};
 }
 pub(crate) use exclude;
-
-/// Reports every excluded key that the manifest contains.
-pub fn refuse(exclusions: &[Exclusion], checks: &mut Checks) -> Option<()> {
-    let mut clear = Some(());
-    for Exclusion { key, written, why, .. } in exclusions.iter().filter(|one| one.applies) {
-        if let Some(span) = written {
-            let message = format!("`{key}` cannot be used here");
-            clear = checks.reject(Problem::new(message, (*span).clone(), *why));
-        }
-    }
-    clear
-}
 
 /// Multiplies a number by a power of ten and rounds it to twelve digits.
 pub fn converted(number: f64, power: i32) -> f64 {
@@ -270,23 +292,19 @@ pub fn converted(number: f64, power: i32) -> f64 {
 
 /// Converts a length to the unit of the lengths of the surfaces. A number without a unit has this
 /// unit.
-pub fn in_unit_of_surfaces(
-    length: &Spanned<f64>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<f64> {
+pub fn in_unit_of_surfaces(length: &Spanned<f64>, checks: &mut StageChecks) -> Option<f64> {
     let named = checks.units.length.as_ref().map(|named| named.unit);
     let Some(unit) = named.filter(|_| checks.units.is_quantity(&length.span)) else {
         return Some(decimal::nearest(length.value));
     };
-    let of_surfaces = unit_of(surfaces, &length.span, checks)?;
+    let of_surfaces = unit_of(&length.span, checks)?;
     Some(converted(length.value, unit.power - of_surfaces.power))
 }
 
 /// Returns the unit of the lengths of the surfaces. Refuses surfaces without a common unit to which
 /// the length at `span` could be converted.
-pub fn unit_of(surfaces: &Surfaces, span: &Span, checks: &mut Checks) -> Option<&'static Unit> {
-    let mut names = surfaces.length_units.iter().map(String::as_str);
+pub fn unit_of(span: &Span, checks: &mut StageChecks) -> Option<&'static Unit> {
+    let mut names = checks.surfaces.length_units.iter().map(String::as_str);
     let (first, others) = (names.next().unwrap_or(""), names.count());
     let known = Unit::find(first).filter(|unit| unit.dimension == Dimension::Length);
     if let (Some(unit), 0) = (known, others) {
@@ -298,7 +316,7 @@ pub fn unit_of(surfaces: &Surfaces, span: &Span, checks: &mut Checks) -> Option<
             format!("a length has a unit, but the surfaces are in the unknown unit `{name}`")
         }
         _ => {
-            let names = surfaces.length_units.iter().map(|name| match name.as_str() {
+            let names = checks.surfaces.length_units.iter().map(|name| match name.as_str() {
                 "" => "no unit",
                 name => name,
             });

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::check_context::{Property, Surfaces};
+use crate::check_context::{Property, StageChecks};
 use crate::columns::*;
 use crate::grids::Meshes;
 use crate::stage::distinct;
@@ -227,14 +227,20 @@ fn corrected(measured: &Table, areas: &[CountedArea], correction: &Correction) -
     coordinates.with(columns().filled(&(), &rows)).beside(&measured.only(&missing))
 }
 
+impl StagePoints for Section<CorrectTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        Work::evaluate(recipes(self, context))
+    }
+}
+
 /// Returns the task of a `correct` stage, or `None` after reporting problems.
-pub fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
+fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
-    let checks = &mut Checks::new(section, point, context.problems);
+    let checks = &mut StageChecks::new(section, point, context);
     let corrections = corrections(&point.table, checks)?;
     if let Some(correction) = corrections.iter().find(|correction| correction.coefficient > 0.0) {
-        check_cells(correction, section, &context.surfaces, checks)?;
-        check_physics(correction, section, &context.surfaces, checks)?;
+        check_cells(correction, section, &context.checks)?;
+        check_physics(correction, section, &context.checks)?;
     }
     let params = Params { corrections };
     Some(vec![Recipe::Correct(Arc::new(params))])
@@ -245,10 +251,9 @@ pub fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> O
 fn check_cells(
     correction: &Correction,
     section: &Section<CorrectTable>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<()> {
-    let Some((stage, ratio)) = &surfaces.non_square else {
+    let Some((stage, ratio)) = &checks.surfaces.non_square else {
         return Some(());
     };
     let message = format!(
@@ -269,11 +274,10 @@ fn check_cells(
 fn check_physics(
     correction: &Correction,
     section: &Section<CorrectTable>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<()> {
-    let adhesion = surfaces.stage_with(Property::WithAdhesion).zip(Some("adhesion"));
-    let layer = surfaces.stage_with(Property::WithLayer).zip(Some("layer"));
+    let adhesion = checks.surfaces.stage_with(Property::WithAdhesion).zip(Some("adhesion"));
+    let layer = checks.surfaces.stage_with(Property::WithLayer).zip(Some("layer"));
     let Some((stage, key)) = adhesion.or(layer) else {
         return Some(());
     };

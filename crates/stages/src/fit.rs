@@ -25,7 +25,10 @@ use crate::fit::status::STATUS;
 use crate::solve::is_unconverged;
 use crate::stage::{number, range};
 use crate::version::Version;
-use crate::{Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, RowKind, Stage, StageError, stacked};
+use crate::{
+    Context, Definition, Effort, Extent, Input, InputScope, Kind, Reads, RowKind, Stage,
+    StageError, stacked,
+};
 use asperity_manifest::diagnostics::counted;
 use asperity_statistics::FitError;
 use asperity_statistics::bootstrap::Bootstrap;

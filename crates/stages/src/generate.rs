@@ -5,7 +5,6 @@ pub mod mesh;
 pub mod method;
 pub mod plausibility;
 mod random;
-pub mod realizations;
 pub mod spectrum;
 pub mod yielded;
 
@@ -25,7 +24,10 @@ use crate::surface::spectrum::{Source, SpectrumSurface};
 use crate::surface::{Heights, Origin, Params, coordinates};
 use crate::surface_files::SurfaceFiles;
 use crate::version::{PartVersion, Version};
-use crate::{Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage, StageError, departures, solve};
+use crate::{
+    Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
+    StageError, departures, solve,
+};
 use asperity_manifest::diagnostics::{counted, listed};
 use asperity_manifest::keys::quantity;
 use asperity_mechanics::threads::Threads;

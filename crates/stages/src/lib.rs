@@ -38,6 +38,7 @@
 
 pub mod absolute;
 pub mod aggregate;
+pub mod bodies;
 pub mod check_context;
 pub mod columns;
 pub mod correct;
@@ -58,6 +59,7 @@ pub mod registry;
 pub mod solve;
 pub mod spectrum_files;
 mod stage;
+pub mod stage_points;
 pub mod surface;
 pub mod surface_files;
 mod table_columns;
@@ -77,7 +79,7 @@ use asperity_tables::column::Column;
 
 pub use check_context::CheckContext;
 pub use error::StageError;
-pub use registry::Work;
+pub use stage_points::Work;
 pub use stage::{
     ContactLoads, Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope,
     Reads, Series, Stage, beside_coordinates, stacked, table_beside_coordinates,

@@ -26,10 +26,14 @@ use crate::measure::conduction::SPOTS_VERSION;
 use crate::measure::contacts::ADHESION_VERSION;
 use crate::measure::friction::DISSIPATION_VERSION;
 use crate::measure::statistics::{AUTOCORRELATION_VERSION, Statistic, YIELDED_VERSION};
-use crate::solve::Conduction;
+use crate::bodies::Conduction;
 use crate::stage::{largest, range};
 use crate::version::{PartVersion, Version};
-use crate::{Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe, RowKind, Series, Stage, StageError, beside_coordinates, stacked, surface, table_beside_coordinates};
+use crate::{
+    Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe,
+    RowKind, Series, Stage, StageError, beside_coordinates, stacked, surface,
+    table_beside_coordinates,
+};
 use asperity_manifest::diagnostics::counted;
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::height_distribution::{Histogram, HistogramPool};

@@ -221,13 +221,18 @@ struct BoundaryRecipe {
 }
 
 /// Serializes the boundary for a recipe.
-pub fn serialize_free_boundary<S: Serializer>(boundary: &Boundary, serializer: S) -> Result<S::Ok, S::Error> {
+pub fn serialize_free_boundary<S: Serializer>(
+    boundary: &Boundary,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION.number() };
     recipe.serialize(serializer)
 }
 
 /// Reads the boundary from a recipe.
-pub fn deserialize_free_boundary<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Boundary, D::Error> {
+pub fn deserialize_free_boundary<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Boundary, D::Error> {
     BoundaryRecipe::deserialize(deserializer).map(|recipe| recipe.beyond)
 }
 

@@ -18,7 +18,7 @@ use asperity_manifest::keys::{Section, Spanned};
 use asperity_stages::absolute::{AbsoluteColumns, StageUnits};
 use asperity_stages::check_context::{PressedStage, Surfaces};
 use asperity_stages::columns::{SURFACE, needed_key};
-use asperity_stages::generate::realizations::{AT_LEAST, Growing};
+use asperity_stages::surface::planned::{AT_LEAST, Growing};
 use asperity_stages::output_units::Conversion;
 use asperity_stages::registry::StagePoints;
 use asperity_stages::surface::Origin;

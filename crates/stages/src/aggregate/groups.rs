@@ -4,11 +4,20 @@ use std::collections::HashMap;
 
 use arrow::array::ArrayRef;
 use arrow::datatypes::{Field, Metadata, Schema};
-use polars::prelude::{DataFrame, Expr, IntoLazy, NamedFrom, QuantileMethod, Series, SortMultipleOptions, col, len, lit, when};
+use polars::prelude::{
+    DataFrame, Expr, IntoLazy, NamedFrom, QuantileMethod, Series, SortMultipleOptions, col, len,
+    lit, when,
+};
 
-use crate::aggregate::statistics::{self, COUNT, GROUP_COLUMNS, LOAD_MIDPOINT, LOAD_OF_GROUP, SAMPLING_UNIT, SURFACES, UNCONVERGED, UNFITTED, mean_of};
+use crate::aggregate::statistics::{
+    self, COUNT, GROUP_COLUMNS, LOAD_MIDPOINT, LOAD_OF_GROUP, SAMPLING_UNIT, SURFACES, UNCONVERGED,
+    UNFITTED, mean_of,
+};
 use crate::aggregate::{Groups, Statistic, theory};
-use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, FORCE, HARDNESS, HARDNESS_REDUCED, LOAD, PRESSURE, STOP};
+use crate::columns::{
+    AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, FORCE, HARDNESS, HARDNESS_REDUCED, LOAD,
+    PRESSURE, STOP,
+};
 use crate::fit::status::{FITTED, STATUS};
 use crate::solve::UNCONVERGED as STOPS_UNCONVERGED;
 use crate::{StageError, ensemble};

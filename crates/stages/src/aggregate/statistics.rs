@@ -29,7 +29,10 @@
 
 use std::collections::HashMap;
 
-use polars::prelude::{Column, DataType, Expr, Field, LazyFrame, NULL, NamedFrom, PolarsResult, Schema, Series, col, lit, when};
+use polars::prelude::{
+    Column, DataType, Expr, Field, LazyFrame, NULL, NamedFrom, PolarsResult, Schema, Series, col,
+    lit, when,
+};
 use serde::Serialize;
 
 use crate::StageError;
@@ -84,6 +87,11 @@ const WORDS: [(&str, Statistic); 11] = [
 ];
 
 impl Statistic {
+    /// Returns whether the statistic compares groups under several loads.
+    pub fn is_against_load(self) -> bool {
+        matches!(self, Statistic::Slope | Statistic::Secant | Statistic::Approach)
+    }
+
     /// Returns the names of all statistics except quantiles and confidence intervals.
     pub fn words() -> impl Iterator<Item = &'static str> {
         WORDS.iter().map(|(word, _)| *word)

@@ -5,7 +5,10 @@ use arrow::array::ArrayRef;
 use crate::columns::{codes, columns, flag, integer, parameter, parameter_text, real};
 use crate::fit::Params;
 use crate::fit::contact_evolution::{EvolutionChoices, Kappa};
-use crate::fit::fitted_point::{BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FitParameter, FittedPoint, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED};
+use crate::fit::fitted_point::{
+    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FitParameter, FittedPoint, LAW,
+    RMS_RESIDUAL, SURFACES, UNCONVERGED,
+};
 use crate::fit::laws::{Law, PlainLaw};
 use crate::fit::status::STATUS;
 use crate::table_columns::Values::{Count, OptionalFlag, OptionalReal, Real, Text};

@@ -20,12 +20,11 @@ use crate::generate::files::labels::{LabelledFiles, WrittenLabels};
 use crate::generate::files::lengths::{Lengths, lengths};
 use crate::generate::files::preparation::{WrittenAlignment, WrittenPoints, inspected, preparation};
 use crate::generate::mesh::{MAX_NODES, MIN_NODES};
-use crate::generate::realizations::{Realizations, surfaces};
 use crate::map_file::{ChannelChoice, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
 use crate::surface::labels::Labels;
 use crate::surface::origin::{InspectedMap, MeasuredSurface};
-use crate::surface::planned::{PlannedSurfaces, single};
+use crate::surface::planned::{PlannedSurfaces, Realizations, single, surfaces};
 use crate::surface::{Heights, Origin, Params};
 use crate::surface_files::{ContentHash, RecordedFile, SurfaceFileError, SurfaceFiles};
 use asperity_manifest::decimal;
@@ -248,8 +247,24 @@ pub enum WrittenEdges {
     Taper,
 }
 
+impl StagePoints for Section<FileTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        let surfaces = files(self, context)?;
+        check_names(self, &surfaces, context.problems)?;
+        Some(Work::Generate(surfaces))
+    }
+
+    fn row_kind(&self) -> Option<RowKind> {
+        self.points.iter().any(|point| is_profile(&point.table)).then_some(RowKind::Profiles)
+    }
+
+    fn growing(&self) -> Option<&Growing> {
+        growing(&self.points.first()?.table.realizations)
+    }
+}
+
 /// Returns the measured surfaces of a stage, or `None` after reporting problems.
-pub fn files(
+fn files(
     section: &Section<FileTable>,
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {

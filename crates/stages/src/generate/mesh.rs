@@ -3,10 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::generate::realizations::surfaces;
 use crate::per_axis::PerAxis;
 use crate::surface::method::WaveShape;
-use crate::surface::planned::{PlannedSurfaces, single};
+use crate::surface::planned::{PlannedSurfaces, single, surfaces};
 use crate::surface::{Heights, Origin};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
@@ -266,28 +265,23 @@ pub struct PunchTable {
 
 table!(PunchTable);
 
-/// Returns the paraboloids of a stage, or `None` after reporting problems.
-pub fn paraboloid(
-    section: &Section<ParaboloidTable>,
-    problems: &mut Problems,
-) -> Option<Vec<PlannedSurfaces>> {
-    surfaces(section, problems, |table, checks| {
+impl StagePoints for Section<ParaboloidTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+    surfaces(self, context.problems, |table, checks| {
         let mesh = mesh(&table.nodes, &table.side, checks);
         let unit = unit(&table.unit, &table.side, checks);
         let radius = checks.number("radius", &table.radius);
         let heights = checks.value("heights", &table.heights)?;
         let shape = Shape::Paraboloid { radius: radius? };
-        Some(on_mesh(mesh?, shape, unit?, heights, section.may_be_swept))
+        Some(on_mesh(mesh?, shape, unit?, heights, self.may_be_swept))
     })
+    .map(Work::Generate)
+    }
 }
 
-/// Returns the waves of a stage, or `None` after reporting problems.
-pub fn wave(
-    shape: WaveShape,
-    section: &Section<WaveTable>,
-    problems: &mut Problems,
-) -> Option<Vec<PlannedSurfaces>> {
-    surfaces(section, problems, |table, checks| {
+impl StagePoints for (WaveShape, Section<WaveTable>) {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+    surfaces(&self.1, context.problems, |table, checks| {
         let mesh = mesh(&table.nodes, &table.side, checks);
         let unit = unit(&table.unit, &table.side, checks);
         let amplitude = checks.number("amplitude", &table.amplitude);
@@ -295,7 +289,7 @@ pub fn wave(
         let heights = checks.value("heights", &table.heights)?;
         let (mesh, amplitude, waves) = (mesh?, amplitude?, waves?);
         if let Some(written) = table.waves.written() {
-            let along_y = if shape == WaveShape::Single { 0 } else { waves };
+            let along_y = if self.0 == WaveShape::Single { 0 } else { waves };
             let wave = Wave {
                 written: format!("waves = {waves}"),
                 span: &written.span,
@@ -303,21 +297,20 @@ pub fn wave(
             };
             check_waves(&wave, &table.nodes, &mesh, true, checks)?;
         }
-        let shape = match shape {
+        let shape = match self.0 {
             WaveShape::Single => Shape::Wave { amplitude, waves },
             WaveShape::Product => Shape::WaveProduct { amplitude, waves },
             WaveShape::Sum => Shape::WaveSum { amplitude, waves },
         };
-        Some(on_mesh(mesh, shape, unit?, heights, section.may_be_swept))
+        Some(on_mesh(mesh, shape, unit?, heights, self.1.may_be_swept))
     })
+    .map(Work::Generate)
+    }
 }
 
-/// Returns the flat punches of a stage, or `None` after reporting problems.
-pub fn punch(
-    section: &Section<PunchTable>,
-    problems: &mut Problems,
-) -> Option<Vec<PlannedSurfaces>> {
-    surfaces(section, problems, |table, checks| {
+impl StagePoints for Section<PunchTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+    surfaces(self, context.problems, |table, checks| {
         let mesh = mesh(&table.nodes, &table.side, checks);
         let unit = unit(&table.unit, &table.side, checks);
         let radius = checks.number("radius", &table.radius);
@@ -332,8 +325,10 @@ pub fn punch(
             return checks.refuse("radius", format!("`radius` is {radius}"), span, label);
         }
         let shape = Shape::Punch { radius, depth: depth? };
-        Some(on_mesh(mesh, shape, unit?, heights, section.may_be_swept))
+        Some(on_mesh(mesh, shape, unit?, heights, self.may_be_swept))
     })
+    .map(Work::Generate)
+    }
 }
 
 fn on_mesh(

@@ -7,8 +7,7 @@ use serde::Deserialize;
 
 use crate::CheckContext;
 use crate::generate::mesh::{self, MAX_NODES, MAX_WAVES, MIN_NODES, Wave, check_waves};
-use crate::generate::realizations::{self, Realizations, surfaces};
-use crate::surface::planned::PlannedSurfaces;
+use crate::surface::planned::{self, PlannedSurfaces, Realizations, surfaces};
 use crate::surface::spectrum::PrescribedHeights;
 use crate::surface::{Heights, Origin, Params};
 use asperity_manifest::decimal;
@@ -128,8 +127,28 @@ pub struct AnisotropyTable {
     pub angle: Key<f64>,
 }
 
+impl StagePoints for (Amplitude, Section<RandomTable>) {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        random(self.0, &self.1, context).map(Work::Generate)
+    }
+
+    fn row_kind(&self) -> Option<RowKind> {
+        let lacks_heights =
+            |point: &GridPoint<RandomTable>| point.table.heights.value() == Some(Heights::None);
+        self.1.points.iter().any(lacks_heights).then_some(RowKind::Spectra)
+    }
+
+    fn heights_of(&self) -> Option<&Spanned<String>> {
+        self.1.points.first()?.table.height_distribution.written()
+    }
+
+    fn growing(&self) -> Option<&Growing> {
+        growing(&self.1.points.first()?.table.realizations)
+    }
+}
+
 /// Returns the random self-affine surfaces of a stage, or `None` after reporting problems.
-pub fn random(
+fn random(
     amplitude: Amplitude,
     section: &Section<RandomTable>,
     context: &mut CheckContext,

@@ -12,9 +12,8 @@ use crate::CheckContext;
 use crate::check_context::exclude;
 use crate::generate::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
 use crate::generate::random::{self, HeightKeys};
-use crate::generate::realizations::{self, Realizations, surfaces};
 use crate::spectrum_files::{self, SpectrumTable as Spectrum};
-use crate::surface::planned::PlannedSurfaces;
+use crate::surface::planned::{self, PlannedSurfaces, Realizations, surfaces};
 use crate::surface::spectrum::{Source, SpectrumSurface};
 use crate::surface::{Heights, Origin, Params};
 use crate::surface_files::{SurfaceFileError, SurfaceFiles};
@@ -92,8 +91,31 @@ pub struct SpectrumTable {
 
 table!(SpectrumTable);
 
+impl StagePoints for Section<SpectrumTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        spectra(self, context).map(Work::Generate)
+    }
+
+    fn reads(&self) -> Option<Reads> {
+        Some(Reads {
+            rows: &[RowKind::PowerSpectra],
+            from: "`measure` stages with `what = \"spectrum\"`, `\"stitched-spectrum\"` or \
+                   `\"spectrum-from-profiles\"`, where its method is `spectrum`"
+                .into(),
+        })
+    }
+
+    fn heights_of(&self) -> Option<&Spanned<String>> {
+        self.points.first()?.table.height_distribution.written()
+    }
+
+    fn growing(&self) -> Option<&Growing> {
+        growing(&self.points.first()?.table.realizations)
+    }
+}
+
 /// Returns the surfaces of a stage with `method = "spectrum"`, or `None` after reporting problems.
-pub fn spectra(
+fn spectra(
     section: &Section<SpectrumTable>,
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {

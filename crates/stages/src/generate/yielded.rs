@@ -43,8 +43,19 @@ struct Yielding<'a> {
     hardness: GivenHardness,
 }
 
+impl StagePoints for Section<YieldedTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        surfaces(self, context).map(Work::Generate)
+    }
+
+    fn reads(&self) -> Option<Reads> {
+        let from = "`solve` stages, where its method is `yielded`".into();
+        Some(Reads { rows: &[RowKind::Loads], from })
+    }
+}
+
 /// Returns the surfaces of a stage with `method = "yielded"`, or `None` after reporting problems.
-pub fn surfaces(
+fn surfaces(
     section: &Section<YieldedTable>,
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {

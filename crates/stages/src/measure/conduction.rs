@@ -7,7 +7,7 @@ use arrow::array::{Array, ArrayRef, Float64Array};
 
 use crate::columns::*;
 use crate::grids::Grids;
-use crate::solve::{Conduction, LayerConduction};
+use crate::bodies::{Conduction, LayerConduction};
 use crate::table_columns::Values::{Count, OptionalReal, Real};
 use crate::table_columns::{TableColumns, column, column_if};
 use crate::version::Version;

@@ -5,8 +5,10 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check_context::{Property, Surfaces, exclude, in_unit_of_surfaces};
-use crate::measure::areal::{Areal, DECAY, DEFAULT, PEAKS, Parameter, ParameterSet, Settings, VERSION, VOLUMES};
+use crate::check_context::{Property, StageChecks, exclude, in_unit_of_surfaces};
+use crate::measure::areal::{
+    Areal, DECAY, DEFAULT, PEAKS, Parameter, ParameterSet, Settings, VERSION, VOLUMES,
+};
 use crate::measure::conduction::SPOTS_VERSION;
 use crate::measure::contacts::ADHESION_VERSION;
 use crate::measure::distributions::Distribution;
@@ -14,7 +16,7 @@ use crate::measure::friction::{self, DISSIPATION_VERSION, FrictionTable, complet
 use crate::measure::profile::{self, Profile};
 use crate::measure::statistics::{Statistic, YIELDED_VERSION};
 use crate::measure::{NodeSet, Params, from_profiles, stitched};
-use crate::solve::Conduction;
+use crate::bodies::Conduction;
 use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span, listed};
@@ -163,22 +165,6 @@ pub enum What {
     Roughness,
 }
 
-/// Returns the kind of rows that the stage makes, or `None` if it measures the default quantity,
-/// `"contacts"` or `"heights"`.
-pub fn row_kind(section: &Section<MeasureTable>) -> Option<RowKind> {
-    let table = &section.points.first()?.table;
-    if table.friction.written().is_some() {
-        return Some(RowKind::PartialSlip);
-    }
-    let what = table.what.value()?;
-    match what.quantity(1, 1.0) {
-        Quantity::Contacts | Quantity::Heights => None,
-        Quantity::Stitched | Quantity::FromProfiles => Some(RowKind::PowerSpectra),
-        Quantity::Distribution(distribution) => Some(distribution.rows()),
-        Quantity::Statistic(statistic) => Some(statistic.rows()),
-    }
-}
-
 /// A quantity to measure, with its settings.
 enum Quantity {
     Contacts,
@@ -215,18 +201,37 @@ impl What {
     }
 }
 
+impl StagePoints for Section<MeasureTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        Work::evaluate(recipes(self, context))
+    }
+
+    fn row_kind(&self) -> Option<RowKind> {
+        let table = &self.points.first()?.table;
+        if table.friction.written().is_some() {
+            return Some(RowKind::PartialSlip);
+        }
+        match table.what.value()?.quantity(1, 1.0) {
+            Quantity::Contacts | Quantity::Heights => None,
+            Quantity::Stitched | Quantity::FromProfiles => Some(RowKind::PowerSpectra),
+            Quantity::Distribution(distribution) => Some(distribution.rows()),
+            Quantity::Statistic(statistic) => Some(statistic.rows()),
+        }
+    }
+}
+
 /// Returns the task of a stage, or `None` after reporting problems. The rows that the stage reads
 /// decide which quantities it can measure.
-pub fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
+fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let read = context.read?;
     let reads_surfaces = matches!(read, RowKind::Surfaces | RowKind::Profiles);
     let mut checked = Vec::with_capacity(section.points.len());
     for point in &section.points {
-        let checks = &mut Checks::new(section, point, context.problems);
+        let checks = &mut StageChecks::new(section, point, context);
         checked.push(if reads_surfaces {
-            of_surfaces(&point.table, read == RowKind::Profiles, &context.surfaces, checks)
+            of_surfaces(&point.table, read == RowKind::Profiles, checks)
         } else {
-            of_loads(&point.table, &section.span, &context.surfaces, checks)
+            of_loads(&point.table, &section.span, checks)
         });
     }
     let params: Vec<Params> = checked.into_iter().collect::<Option<_>>()?;
@@ -302,28 +307,23 @@ fn exclude_of_surfaces(
     }
 }
 
-fn of_loads(
-    table: &MeasureTable,
-    span: &Span,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Params> {
+fn of_loads(table: &MeasureTable, span: &Span, checks: &mut StageChecks) -> Option<Params> {
     check_quantity(table, true, checks)?;
     let what = table.what.value().unwrap_or(What::Contacts);
     exclude_of_loads(table, what, checks)?;
     let stiffness = checks.value("stiffness", &table.stiffness)?;
-    let set = set(table, surfaces, checks)?;
+    let set = set(table, checks)?;
     let bins = bins_per_decade(table, checks)?;
     if let Some(written) = checks.optional("friction", &table.friction)? {
-        return friction(written, surfaces, checks);
+        return friction(written, checks);
     }
     let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
-        let conduction = conduction(span, surfaces, checks)?;
-        let filled = surfaces.stage_with(Property::Filled).is_some();
+        let conduction = conduction(span, checks)?;
+        let filled = checks.surfaces.stage_with(Property::Filled).is_some();
         let spots_version =
-            surfaces.stage_with(Property::WithImages).map(|_| SPOTS_VERSION.number());
+            checks.surfaces.stage_with(Property::WithImages).map(|_| SPOTS_VERSION.number());
         let adhesion_version =
-            surfaces.stage_with(Property::WithAdhesion).map(|_| ADHESION_VERSION.number());
+            checks.surfaces.stage_with(Property::WithAdhesion).map(|_| ADHESION_VERSION.number());
         return Some(Params::Contacts {
             stiffness,
             set,
@@ -338,7 +338,8 @@ fn of_loads(
         Distribution::Gaps => Some((Property::GapsUncounted, "gap_bins")),
         Distribution::Clusters { .. } => None,
     };
-    let uncounted = counts.and_then(|(property, key)| Some((surfaces.stage_with(property)?, key)));
+    let uncounted =
+        counts.and_then(|(property, key)| Some((checks.surfaces.stage_with(property)?, key)));
     let Some((stage, key)) = uncounted else {
         return Some(Params::Distribution(distribution));
     };
@@ -351,8 +352,8 @@ fn of_loads(
 
 /// Returns the conductivities of the bodies of all stages that are read. Refuses stages whose
 /// bodies differ in them. `span` is the position of the stage.
-fn conduction(span: &Span, surfaces: &Surfaces, checks: &mut Checks) -> Option<Option<Conduction>> {
-    let mut stages = surfaces.conduction.iter();
+fn conduction(span: &Span, checks: &mut StageChecks) -> Option<Option<Conduction>> {
+    let mut stages = checks.surfaces.conduction.iter();
     let Some((first, conduction)) = stages.next() else {
         return Some(None);
     };
@@ -366,9 +367,9 @@ fn conduction(span: &Span, surfaces: &Surfaces, checks: &mut Checks) -> Option<O
 
 /// Returns the nodes that are measured. Only contacts with adhesion have nodes in contact without
 /// repulsion.
-fn set(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<NodeSet> {
+fn set(table: &MeasureTable, checks: &mut StageChecks) -> Option<NodeSet> {
     let set = checks.value("set", &table.set)?;
-    let without_adhesion = surfaces.stage_with(Property::WithoutAdhesion);
+    let without_adhesion = checks.surfaces.stage_with(Property::WithoutAdhesion);
     let Some(stage) = without_adhesion.filter(|_| !set.is_contact()) else {
         return Some(set);
     };
@@ -388,12 +389,7 @@ fn bins_per_decade(table: &MeasureTable, checks: &mut Checks) -> Option<u32> {
     checks.refuse("bins", format!("`bins` is {bins}"), &written.span, must)
 }
 
-fn of_surfaces(
-    table: &MeasureTable,
-    profiles: bool,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Params> {
+fn of_surfaces(table: &MeasureTable, profiles: bool, checks: &mut StageChecks) -> Option<Params> {
     check_quantity(table, false, checks)?;
     let what = checks.value("what", &table.what)?;
     check_of_profile(table, what, profiles, checks)?;
@@ -403,9 +399,9 @@ fn of_surfaces(
     let trusted_fraction = checks.number("trusted_fraction", &table.trusted_fraction)?;
     if matches!(what, What::StitchedSpectrum | What::SpectrumFromProfiles) {
         let lines = checks.optional("lines", &table.lines)?.map(|lines| lines.value);
-        let params = stitched(table, trusted_fraction, surfaces, checks)?;
+        let params = stitched(table, trusted_fraction, checks)?;
         if what == What::SpectrumFromProfiles {
-            check_profiles_are_alike(table, surfaces, checks)?;
+            check_profiles_are_alike(table, checks)?;
         }
         return Some(match (what, params) {
             (What::SpectrumFromProfiles, Params::Stitched { bins, trusted_fraction, .. }) => {
@@ -416,13 +412,19 @@ fn of_surfaces(
         });
     }
     let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
-        return heights(table, bins, range, surfaces.stage_with(Property::NotRedrawable), checks);
+        return heights(
+            table,
+            bins,
+            range,
+            checks.surfaces.stage_with(Property::NotRedrawable),
+            checks,
+        );
     };
     Some(Params::Surface(match what {
-        What::Roughness if profiles => of_profile(table, surfaces, checks)?,
-        What::Roughness => areal(table, surfaces, checks)?,
+        What::Roughness if profiles => of_profile(table, checks)?,
+        What::Roughness => areal(table, checks)?,
         What::ProfileSpectrum if profiles => Statistic::SingleProfileSpectrum,
-        What::Spectrum => Statistic::Spectrum { yielded_version: yielded_version(surfaces) },
+        What::Spectrum => Statistic::Spectrum { yielded_version: yielded_version(checks.surfaces) },
         _ => statistic,
     }))
 }
@@ -451,12 +453,8 @@ fn check_of_profile(
 }
 
 /// Refuses profiles of several parameter points: the spectrum would be that of no surface.
-fn check_profiles_are_alike(
-    table: &MeasureTable,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<()> {
-    let Some(stage) = surfaces.stage_with(Property::UnlikeScans) else { return Some(()) };
+fn check_profiles_are_alike(table: &MeasureTable, checks: &mut StageChecks) -> Option<()> {
+    let Some(stage) = checks.surfaces.stage_with(Property::UnlikeScans) else { return Some(()) };
     let message = format!("the surfaces of `{stage}` differ in labels or preparation");
     let problem = Problem::new(message, table.what.written()?.span.clone(), "is one spectrum");
     checks.reject(
@@ -468,15 +466,14 @@ fn check_profiles_are_alike(
 
 /// Returns the version of the spectra of yielded surfaces, if there are any.
 fn yielded_version(surfaces: &Surfaces) -> Option<u32> {
-    surfaces.stage_with(Property::Yielded).map(|_| YIELDED_VERSION.number())
+    checks.surfaces.stage_with(Property::Yielded).map(|_| YIELDED_VERSION.number())
 }
 
 /// Returns the task of a stitched spectrum. Refuses surfaces whose lengths have different units.
 fn stitched(
     table: &MeasureTable,
     trusted_fraction: f64,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Params> {
     let bins = checks.value_or("bins", &table.bins, stitched::DEFAULT_BINS)?;
     if bins > MAX_BINS_PER_DECADE {
@@ -488,8 +485,8 @@ fn stitched(
             must,
         );
     }
-    let [first, second, ..] = surfaces.length_units.as_slice() else {
-        let yielded_version = yielded_version(surfaces);
+    let [first, second, ..] = checks.surfaces.length_units.as_slice() else {
+        let yielded_version = yielded_version(checks.surfaces);
         return Some(Params::Stitched { bins, trusted_fraction, yielded_version });
     };
     let message = format!("the scans have lengths in {first:?} and in {second:?}");
@@ -520,18 +517,14 @@ fn heights(
 }
 
 /// Returns the statistic of `what = "roughness"`, or `None` after reporting problems.
-fn areal(
-    table: &MeasureTable,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Statistic> {
+fn areal(table: &MeasureTable, checks: &mut StageChecks) -> Option<Statistic> {
     let names = checks.optional("parameters", &table.parameters)?;
     let parameters: ParameterSet = match names {
         Some(names) => names.value.iter().copied().collect(),
         None => DEFAULT.into_iter().collect(),
     };
     let smr_height = match checks.optional("smr_height", &table.smr_height)? {
-        Some(height) => Some(in_unit_of_surfaces(height, surfaces, checks)?),
+        Some(height) => Some(in_unit_of_surfaces(height, checks)?),
         None => None,
     };
     let settings = Settings {
@@ -570,13 +563,9 @@ fn areal(
 }
 
 /// Returns the statistic of `what = "roughness"` of profiles, or `None` after reporting problems.
-fn of_profile(
-    table: &MeasureTable,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Statistic> {
+fn of_profile(table: &MeasureTable, checks: &mut StageChecks) -> Option<Statistic> {
     let mut length = |name: &str, key: &Key<f64>| match checks.optional(name, key)? {
-        Some(length) => Some(Some(in_unit_of_surfaces(length, surfaces, checks)?)),
+        Some(length) => Some(Some(in_unit_of_surfaces(length, checks)?)),
         None => Some(None),
     };
     let section_length = length("section_length", &table.section_length);
@@ -609,12 +598,8 @@ fn check_is_used(
 }
 
 /// Returns the task of a stage with the key `friction`, or `None` after reporting problems.
-fn friction(
-    friction: &Spanned<FrictionTable>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Params> {
-    if let Some((stage, physics)) = &surfaces.not_superposable {
+fn friction(friction: &Spanned<FrictionTable>, checks: &mut StageChecks) -> Option<Params> {
+    if let Some((stage, physics)) = &checks.surfaces.not_superposable {
         let message = format!("stage `{stage}` has {physics}");
         let label = "needs loads on elastic half-spaces without adhesion";
         return checks.refuse("friction", message, &friction.span, label);
@@ -636,19 +621,14 @@ fn friction(
         dissipation_version: poisson_ratio.map(|_| DISSIPATION_VERSION.number()),
         loads: loads.value.iter().map(|load| decimal::nearest(load.value)).collect(),
     };
-    check_loads(&params, &loads.span, surfaces, checks)?;
+    check_loads(&params, &loads.span, checks)?;
     Some(Params::Friction(params))
 }
 
 /// Refuses a path for which no load has all its shares among the loads of its stage.
-fn check_loads(
-    params: &friction::Params,
-    span: &Span,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<()> {
+fn check_loads(params: &friction::Params, span: &Span, checks: &mut StageChecks) -> Option<()> {
     let shares = params.shares();
-    for (stage, loads, unit) in &surfaces.loads {
+    for (stage, loads, unit) in &checks.surfaces.loads {
         if complete(loads, &shares).next().is_some() {
             continue;
         }

@@ -21,7 +21,9 @@ use crate::reduced_units::PressureUnit;
 use crate::solve::{Control, pressed};
 use crate::surface::pair;
 use crate::version::{PartVersion, Version};
-use crate::{Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates};
+use crate::{
+    Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates,
+};
 use asperity_mechanics::adhesion::{AdhesivePath, Settings};
 use asperity_mechanics::distribution::EqualBins;
 use asperity_mechanics::grid::Boundary;

@@ -5,13 +5,16 @@ use crate::reduced_units::{Scales, SurfaceHardness};
 use crate::solve::parallel::LoadTask;
 use crate::solve::parts::{self, AddedParts, LoadParts, StoredLoads, counted};
 use crate::solve::rows::{self, SolvedLoad, contact_map};
-use crate::solve::{Control, LayerConduction, Params, WORK_BYTES_PER_NODE};
+use crate::bodies::LayerConduction;
+use crate::solve::{Control, Params, WORK_BYTES_PER_NODE};
 use crate::unloading::{self, Branch};
 use crate::{Context, StageError};
 use asperity_mechanics::conduction::LayeredConductor;
 use asperity_mechanics::flow;
 use asperity_mechanics::grid::Grid;
-use asperity_mechanics::solver::{Body, Conductor, ContactStiffness, Elastic, Prescribed, Solver, Stop, Watch};
+use asperity_mechanics::solver::{
+    Body, Conductor, ContactStiffness, Elastic, Prescribed, Solver, Stop, Watch,
+};
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::table::Table;

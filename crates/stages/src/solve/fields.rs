@@ -8,7 +8,9 @@ use crate::StageError;
 use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::reduced_units::{GivenHardness, PressureUnit, Scales};
-use crate::solve::{Bodies, Contact, Control, GivenLayer, ListedLoads, Params, Pressures, Stiffness};
+use crate::solve::{
+    Bodies, Contact, Control, GivenLayer, ListedLoads, Params, Pressures, Stiffness,
+};
 use crate::unloading::Branch;
 use asperity_mechanics::asperities::{Asperities, Interaction};
 use asperity_mechanics::solver::{Solver, Watch};

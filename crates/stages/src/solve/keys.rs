@@ -12,10 +12,12 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check_context::{Property, Surfaces, exclude};
+use crate::check_context::{Property, StageChecks, exclude};
 use crate::reduced_units::{GivenHardness, LoadUnit, PressureUnit};
 use crate::solve::keys::adhesion::{AdhesionTable, Gaps, PathShape};
-use crate::solve::keys::bodies::{Body, CounterBodyTable, LayerTable, SubstrateTable, bodies, layer, modulus};
+use crate::solve::keys::bodies::{
+    Body, CounterBodyTable, LayerTable, SubstrateTable, bodies, layer, modulus,
+};
 use crate::solve::keys::loads::{GapBins, Loads, PressureBins, StoredPressures};
 use crate::solve::{Control, ListedLoads, Params, Stiffness};
 use crate::surface::pair::MirrorAxis;
@@ -23,7 +25,9 @@ use crate::{CheckContext, Recipe, nominal_area, unloading};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
-use asperity_manifest::keys::declare::{always_pair, length, load, pressure, pressure_or_ratio, swept, unit_of_pressures};
+use asperity_manifest::keys::declare::{
+    always_pair, length, load, pressure, pressure_or_ratio, swept, unit_of_pressures,
+};
 use asperity_manifest::keys::quantity::{self, Dimension};
 use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, table};
 use asperity_mechanics::asperities::Interaction;
@@ -191,44 +195,54 @@ pub enum Method {
     Asperities,
 }
 
-/// Returns the recipes of a stage, one for each parameter point, or `None` after reporting
-/// problems.
-pub fn recipes(section: &Section<SolveTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
-    points(section, &context.surfaces, context.problems)
+impl StagePoints for Section<SolveTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        Work::evaluate(recipes(self, context))
+    }
+
+    fn against(&self) -> Option<&Spanned<String>> {
+        self.points.first()?.table.against.written()
+    }
+
+    fn pairs(
+        &self,
+        from: &[NamedSurfaces],
+        against: NamedSurfaces,
+        problems: &mut Problems,
+    ) -> Option<Vec<PlannedSurfaces>> {
+        against::pairs(self, from, against, problems)
+    }
 }
 
-fn points(
-    section: &Section<SolveTable>,
-    surfaces: &Surfaces,
-    problems: &mut Problems,
-) -> Option<Vec<Recipe>> {
-    check_hardness_unit(section, problems);
+/// Returns the recipes of a stage, one for each parameter point, or `None` after reporting
+/// problems.
+fn recipes(section: &Section<SolveTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
+    check_hardness_unit(section, context.problems);
     let mut checked = Vec::with_capacity(section.points.len());
     let mut loads = 0;
     for point in &section.points {
-        let checks = &mut Checks::new(section, point, problems);
-        let boundary = boundary(&point.table, surfaces, section, checks);
+        let checks = &mut StageChecks::new(section, point, context);
+        let boundary = boundary(&point.table, section, checks);
         let adhesion = checks.optional("adhesion", &point.table.adhesion);
         let clear = adhesion.and_then(|_| refuse_excluded(&point.table, checks));
         let recipes = match adhesion {
             None => None,
-            Some(None) => elastic(&point.table, boundary, surfaces, checks),
+            Some(None) => elastic(&point.table, boundary, checks),
             Some(Some(adhesion)) => {
-                adhesion::recipes(&point.table, adhesion.value, boundary, surfaces, checks)
+                adhesion::recipes(&point.table, adhesion.value, boundary, checks)
             }
         };
         loads += recipes.iter().flatten().map(|recipe| recipe.rows(0)).sum::<usize>();
         if loads > MAX_LOADS_OF_STAGE {
             let message = format!("the stage has more than {MAX_LOADS_OF_STAGE} loads");
             let label = "swept lists are combined with each other";
-            problems.push(Problem::new(message, section.span.clone(), label));
-            return None;
+            return checks.reject(Problem::new(message, section.span.clone(), label));
         }
         checked.push(clear.and(recipes));
     }
     let points = checked.into_iter().collect::<Option<Vec<_>>>()?;
-    check_same_conduction(section, &points, problems)?;
-    report_equal_points(section, &points, problems);
+    check_same_conduction(section, &points, context.problems)?;
+    report_equal_points(section, &points, context.problems);
     Some(points.concat())
 }
 
@@ -307,17 +321,16 @@ fn refuse_excluded(table: &SolveTable, checks: &mut Checks) -> Option<()> {
 fn elastic(
     table: &SolveTable,
     boundary: Option<Boundary>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Vec<Recipe>> {
-    let forces = loads::newtons(table, surfaces, checks)?;
-    let layer = boundary.and_then(|boundary| layer(table, boundary, surfaces, checks))?;
-    let given = Params { boundary: boundary?, layer, ..params(table, surfaces, checks)? };
+    let forces = loads::newtons(table, checks)?;
+    let layer = boundary.and_then(|boundary| layer(table, boundary, checks))?;
+    let given = Params { boundary: boundary?, layer, ..params(table, checks)? };
     let on_areas: Vec<Params> =
         forces.iter().map(|newtons| given.clone().under_forces(*newtons)).collect();
     // The smallest area has the largest pressures.
     if given.control.is_load() {
-        check_bearing(table, on_areas.first()?, surfaces, checks);
+        check_bearing(table, on_areas.first()?, checks);
     }
     let path = checks.optional("path", &table.path)?;
     let Some(path) = path.filter(|_| given.control.is_load()) else {
@@ -342,12 +355,11 @@ fn elastic(
 /// periodic.
 fn boundary(
     table: &SolveTable,
-    surfaces: &Surfaces,
     section: &Section<SolveTable>,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Boundary> {
     let boundary = checks.value("boundary", &table.boundary)?;
-    let open = surfaces.stage_with(Property::Open);
+    let open = checks.surfaces.stage_with(Property::Open);
     let Some(stage) = open.filter(|_| boundary == Boundary::Periodic) else {
         return Some(boundary);
     };
@@ -365,14 +377,13 @@ fn boundary(
     )))
 }
 
-fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
+fn params(table: &SolveTable, checks: &mut StageChecks) -> Option<Params> {
     let effective_modulus = modulus(table, checks);
     let control = checks.value("control", &table.control)?;
     let loads = if control.is_load() {
         loads::loads(table, checks)
     } else {
-        adhesion::lengths(control, table, surfaces, checks)
-            .map(|lengths| (lengths, ListedLoads::default()))
+        adhesion::lengths(control, table, checks).map(|lengths| (lengths, ListedLoads::default()))
     };
     let load_unit = load_unit(table, checks);
     let hardness = hardness(table, checks);
@@ -384,18 +395,18 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     } else {
         adhesion::all_or_none(table, "must be \"none\" or \"all\" with this `control`", checks)
     };
-    let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
-    let gap_bins = loads::gap_bins(table, all, surfaces, checks);
+    let pressure_bins = loads::pressure_bins(table, effective_modulus, all, checks);
+    let gap_bins = loads::gap_bins(table, all, checks);
     let flow = checks.value("flow", &table.flow);
     let stiffness = checks.value("stiffness", &table.stiffness);
-    let bodies = bodies(table, surfaces, checks);
+    let bodies = bodies(table, checks);
     let asperities = asperities(table, checks);
     let shift = against::shift(table, checks);
     let conduction = bodies.as_ref().and_then(|bodies| bodies.conduction);
     let (loads, listed) = loads?;
     let load_unit = load_unit?;
     if control.is_load() && load_unit == PressureUnit::Relative {
-        check_samples(table, surfaces, checks)?;
+        check_samples(table, checks)?;
     }
     let lack_unit = control.is_load() && lack_unit(table, load_unit, checks);
     let listed = ListedLoads { lack_unit, ..listed };
@@ -433,9 +444,9 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
 
 /// Refuses loads in units of E* × rms slope on samples of different sides or steps. Their slopes
 /// are those of different bands of wavelengths, so that equal loads are no equal pressures.
-fn check_samples(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<()> {
+fn check_samples(table: &SolveTable, checks: &mut StageChecks) -> Option<()> {
     let (Some(stage), Some(loads)) =
-        (surfaces.stage_with(Property::UnequalSamples), table.loads.written())
+        (checks.surfaces.stage_with(Property::UnequalSamples), table.loads.written())
     else {
         return Some(());
     };
@@ -582,11 +593,12 @@ fn hardness(table: &SolveTable, checks: &mut Checks) -> Option<Option<GivenHardn
 
 /// Reports a largest load that is not below the hardness. Hardness and load in different units are
 /// compared with the rms slopes to which the surfaces are scaled, if these are known.
-fn check_bearing(table: &SolveTable, params: &Params, surfaces: &Surfaces, checks: &mut Checks) {
+fn check_bearing(table: &SolveTable, params: &Params, checks: &mut StageChecks) {
     let (Some(hardness), Some(&largest)) = (params.hardness, params.loads.last()) else {
         return;
     };
-    let given = if hardness.unit == params.load_unit { Some([1.0; 2]) } else { surfaces.slopes };
+    let given =
+        if hardness.unit == params.load_unit { Some([1.0; 2]) } else { checks.surfaces.slopes };
     let pressure = |value: f64, unit: PressureUnit, slope: f64| match unit {
         PressureUnit::Absolute => value,
         PressureUnit::Relative => decimal::nearest(value * params.effective_modulus * slope),

@@ -16,7 +16,8 @@ use arrow::datatypes::Float64Type;
 
 use crate::StageError;
 use crate::columns::*;
-use crate::solve::{LayerConduction, Params, Pressures, Stiffness};
+use crate::bodies::LayerConduction;
+use crate::solve::{Params, Pressures, Stiffness};
 use crate::unloading::Branch;
 use crate::version::Version;
 use asperity_mechanics::distribution::EqualBins;

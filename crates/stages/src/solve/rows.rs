@@ -6,7 +6,7 @@ use crate::columns::*;
 use crate::nominal_area;
 use crate::reduced_units::{PressureUnit, Scales, SurfaceHardness};
 use crate::solve::parts::{self, LoadParts};
-use crate::solve::{Control, NOT_REACHED, NO_CONTACT, PAIR_LIMIT, Params};
+use crate::solve::{Control, NO_CONTACT, NOT_REACHED, PAIR_LIMIT, Params};
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_if, column_in_role};
 use asperity_mechanics::asperities::AsperityOutcome;

@@ -12,7 +12,9 @@ use crate::{StageError, spectrum_files};
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::prescribed_heights::HeightDistribution;
-use asperity_mechanics::topography::spectral_density::{SpectralDensity, TabulatedSurface, occupies};
+use asperity_mechanics::topography::spectral_density::{
+    SpectralDensity, TabulatedSurface, occupies,
+};
 use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::table::Table;
 

@@ -4,7 +4,10 @@ use arrow::array::ArrayRef;
 
 use crate::columns::{K_ROLLOFF, LOAD, columns, parameter, parameter_text, real};
 use crate::fit::Params;
-use crate::fit::fitted_point::{BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FitParameter, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED, names};
+use crate::fit::fitted_point::{
+    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FitParameter, LAW, RMS_RESIDUAL,
+    SURFACES, UNCONVERGED, names,
+};
 use crate::fit::limits::{FormChoice, LimitChoices, LimitRow, MAX_TERMS, Outcome, WORD};
 use crate::fit::status::{self, FITTED, STATUS};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};

@@ -84,6 +84,32 @@ pub fn with_labels_of_cases(mut table: DeTable<'_>) -> DeTable<'_> {
     table
 }
 
+/// Refuses labels with the names of columns, because two columns of a table cannot have one name.
+pub fn check_names(
+    section: &Section<FileTable>,
+    surfaces: &[PlannedSurfaces],
+    problems: &mut Problems,
+) -> Option<()> {
+    let mut labels = surfaces.iter().filter_map(|one| one.params.origin.labels());
+    let columns = || Kind::ALL.into_iter().flat_map(columns_of);
+    let is_taken = |name: &str| {
+        labels::parameter_of_random_surfaces(name).is_none()
+            && (["path", "task"].contains(&name) || columns().any(|column| column.name == name))
+    };
+    let taken = labels.find_map(|labels| labels.values.keys().find(|name| is_taken(name)));
+    let Some(taken) = taken else { return Some(()) };
+    let written = || section.points.iter().filter_map(|point| point.table.labels.written());
+    let of_name = written().find_map(|labels| match &labels.value {
+        WrittenLabels::Table(values) => values.get(taken).map(|value| &value.span),
+        WrittenLabels::File(_) => Some(&labels.span),
+    });
+    let span = of_name.unwrap_or(&section.span).clone();
+    let message = format!("a label cannot be called `{taken}`");
+    let label = "name of another column of the tables";
+    problems.push(Problem::new(message, span, label).help("choose another word"));
+    None
+}
+
 /// Returns whether a word is a key in other letters, or with one letter too many, too few, swapped
 /// or wrong. A short word with another letter is another word: `site` is not `side`.
 fn is_slip(word: &str, key: &str) -> bool {

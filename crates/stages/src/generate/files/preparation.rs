@@ -5,7 +5,9 @@ use std::ops::{RangeBounds, RangeInclusive};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::generate::files::{FileKeys, FileTable, FoundLowPass, WrittenLowPass, is_profile, preparation};
+use crate::generate::files::{
+    FileKeys, FileTable, FoundLowPass, WrittenLowPass, is_profile, preparation,
+};
 use crate::generate::mesh::{MAX_NODES, MIN_NODES};
 use crate::generate::plausibility::slope_and_span;
 use crate::map_file::MapFile;
@@ -24,7 +26,9 @@ use asperity_mechanics::topography::fill::Fill;
 use asperity_mechanics::topography::level::{Level, ThreePoints};
 use asperity_mechanics::topography::outliers::Spikes;
 use asperity_mechanics::topography::periodic::Edges;
-use asperity_mechanics::topography::preparation::{Crop, FoundCutoff, Levelled, LowPass, Preparation, PreparationError, spread};
+use asperity_mechanics::topography::preparation::{
+    Crop, FoundCutoff, Levelled, LowPass, Preparation, PreparationError, spread,
+};
 use asperity_mechanics::topography::reliability::Reliability;
 use asperity_mechanics::topography::surface::{Axis, Scan};
 

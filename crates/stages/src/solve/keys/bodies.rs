@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check_context::{Surfaces, exclude, in_unit_of_surfaces};
+use crate::check_context::{StageChecks, exclude, in_unit_of_surfaces};
 use crate::solve::keys::{Method, SolveTable};
 use crate::solve::layer::GivenLayer;
-use crate::solve::{Bodies, Conduction, LayerConduction};
+use crate::bodies::{Bodies, Conduction, LayerConduction};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
@@ -47,14 +47,14 @@ pub struct Body {
 }
 
 /// Returns the properties of the bodies, or `None` after reporting problems.
-pub fn bodies(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Bodies> {
+pub fn bodies(table: &SolveTable, checks: &mut StageChecks) -> Option<Bodies> {
     let listed = table.bodies.written().map_or(&[][..], |bodies| &bodies.value);
     let hardnesses = listed.iter().filter_map(|body| body.value.hardness.value());
     Some(Bodies {
         count: listed.len(),
         softest: hardnesses.map(decimal::nearest).reduce(f64::min),
         dundurs: dundurs(listed),
-        conduction: conduction(table, surfaces, checks)?,
+        conduction: conduction(table, checks)?,
     })
 }
 
@@ -124,11 +124,7 @@ struct GivenConduction {
 
 /// Returns the conductivities of the pair, or `Some(None)` if the manifest gives none. Refuses
 /// values that would have no effect.
-fn conduction(
-    table: &SolveTable,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Option<Conduction>> {
+fn conduction(table: &SolveTable, checks: &mut StageChecks) -> Option<Option<Conduction>> {
     let given = match table.layer.written() {
         None => of_half_spaces(table, checks)?,
         Some(layer) => of_layered(table, layer, checks)?,
@@ -145,7 +141,7 @@ fn conduction(
         ));
     }
     let is_unknown = |unit: &&String| length_ratio(unit, "m").is_none();
-    if let Some(unit) = surfaces.length_units.iter().find(is_unknown) {
+    if let Some(unit) = checks.surfaces.length_units.iter().find(is_unknown) {
         let message = match unit.as_str() {
             "" => format!("`{key}` needs lengths with a unit, but the surfaces have none"),
             unit => {
@@ -384,8 +380,7 @@ pub struct CounterBodyTable {
 pub fn layer(
     table: &SolveTable,
     boundary: Boundary,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Option<GivenLayer>> {
     let Some(written) = checks.optional("layer", &table.layer)? else {
         return Some(None);
@@ -393,7 +388,7 @@ pub fn layer(
     let LayerTable { thickness, poisson_ratio, .. } = &written.value;
     check_other_keys(table, boundary, &written.value, checks)?;
     let support = support(table, written, checks)?;
-    let thickness = in_unit_of_surfaces(thickness, surfaces, checks)?;
+    let thickness = in_unit_of_surfaces(thickness, checks)?;
     let poisson_ratio = decimal::nearest(poisson_ratio.value);
     Some(Some(GivenLayer { thickness, poisson_ratio, support }))
 }

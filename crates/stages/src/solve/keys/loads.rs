@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check_context::{Surfaces, in_unit_of_surfaces};
+use crate::check_context::{StageChecks, in_unit_of_surfaces};
 use crate::solve::keys::SolveTable;
 use crate::solve::{ListedLoads, Pressures};
 use asperity_manifest::decimal;
@@ -250,8 +250,7 @@ pub fn pressure_bins(
     table: &SolveTable,
     modulus: Option<f64>,
     loads: Option<&[f64]>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Option<EqualBins>> {
     let Some(Spanned { value: bins, span }) =
         checks.optional("pressure_bins", &table.pressure_bins)?
@@ -261,7 +260,7 @@ pub fn pressure_bins(
     let to = decimal::nearest(bins.to.value);
     let to = if checks.units.is_quantity(&bins.to.span) {
         let relative = to / modulus?;
-        match surfaces.common_slope() {
+        match checks.surfaces.common_slope() {
             Some(slope) => decimal::nearest(relative / slope),
             None => return several_slopes(&bins.to, relative, checks),
         }
@@ -288,8 +287,7 @@ fn several_slopes<T>(to: &Spanned<f64>, relative: f64, checks: &mut Checks) -> O
 pub fn gap_bins(
     table: &SolveTable,
     loads: Option<&[f64]>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Option<EqualBins>> {
     let Some(Spanned { value, span }) = checks.optional("gap_bins", &table.gap_bins)? else {
         return Some(None);
@@ -297,8 +295,8 @@ pub fn gap_bins(
     let GapBins { count, to } = value;
     let relative = if !checks.units.is_quantity(&to.span) {
         to.value
-    } else if let Some(height) = surfaces.common_height() {
-        in_unit_of_surfaces(to, surfaces, checks)? / height
+    } else if let Some(height) = checks.surfaces.common_height() {
+        in_unit_of_surfaces(to, checks)? / height
     } else {
         let message = "`gap_bins.to` has a unit, but its bins are multiples of the rms height, and \
                        the surfaces do not have one given `rms_height`";
@@ -334,13 +332,9 @@ fn checked_bins(
 /// Returns the force in newtons under the pressure 1 on each nominal area of the surfaces, in
 /// ascending order. The result is `None` alone if the loads are not forces. Loads that are results
 /// are forces, too, if pressures and lengths have units.
-pub fn newtons(
-    table: &SolveTable,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Vec<Option<f64>>> {
+pub fn newtons(table: &SolveTable, checks: &mut StageChecks) -> Option<Vec<Option<f64>>> {
     if table.control.value().is_some_and(|control| !control.is_load()) {
-        return Some(known(surfaces, checks).unwrap_or(vec![None]));
+        return Some(known(checks).unwrap_or(vec![None]));
     }
     let loads = given(table);
     let units = checks.units;
@@ -367,17 +361,17 @@ pub fn newtons(
             "give E* with a unit, such as `effective_modulus = \"70 GPa\"`, or the `bodies`",
         ));
     };
-    if surfaces.areas.iter().any(|area| area.newtons(pressure).is_none()) {
+    if checks.surfaces.areas.iter().any(|area| area.newtons(pressure).is_none()) {
         return without_area(force, checks);
     }
-    known(surfaces, checks)
+    known(checks)
 }
 
 /// Returns the force in newtons under the pressure 1 on each nominal area, or `None` if a unit is
 /// unknown.
-fn known(surfaces: &Surfaces, checks: &Checks) -> Option<Vec<Option<f64>>> {
+fn known(checks: &StageChecks) -> Option<Vec<Option<f64>>> {
     let pressure = checks.units.pressure.as_ref()?.unit.symbol;
-    let of_areas = surfaces.areas.iter().map(|area| area.newtons(pressure));
+    let of_areas = checks.surfaces.areas.iter().map(|area| area.newtons(pressure));
     let mut newtons = of_areas.collect::<Option<Vec<f64>>>()?;
     newtons.sort_by(f64::total_cmp);
     newtons.dedup();
