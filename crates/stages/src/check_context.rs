@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 use std::ops::{Deref, DerefMut};
 
+use crate::bodies::Conduction;
 use crate::columns::needed_key;
 use crate::nominal_area::NominalArea;
-use crate::bodies::Conduction;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Recipe, RowKind};

@@ -13,6 +13,7 @@ use crate::check_context::{Property, StageChecks};
 use crate::columns::*;
 use crate::grids::Meshes;
 use crate::stage::distinct;
+use crate::stage_points::{StagePoints, Work};
 use crate::table_columns::Values::{OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column};
 use crate::version::Version;

@@ -7,16 +7,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use arrow::datatypes::DataType;
+
 use crate::aggregate::numbers;
 use crate::columns::{
     AREA_CORRECTED, AREA_FRACTION, COEFFICIENT, K_LOWER, K_ROLLOFF, K_UPPER, NODES, NODES_X,
     NODES_Y, PERIMETER_EUCLIDEAN, PERIMETER_MANHATTAN, SIDE, SIDE_X, SIDE_Y, STOP, TOLERANCE,
     WORK_OF_ADHESION,
 };
-use crate::ensemble::prescribed_length;
-use crate::ensemble::{Ensemble, Load, Member, ParameterPoint, ensembles, load_column};
+use crate::ensemble::{
+    Ensemble, Load, Member, ParameterPoint, ensembles, load_column, prescribed_length,
+};
 use crate::solve::is_unconverged;
-use arrow::datatypes::DataType;
 use asperity_manifest::decimal;
 use asperity_mechanics::solver::DEFAULT_TOLERANCE;
 use asperity_statistics::differences::MeanDifference;

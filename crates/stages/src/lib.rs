@@ -79,11 +79,11 @@ use asperity_tables::column::Column;
 
 pub use check_context::CheckContext;
 pub use error::StageError;
-pub use stage_points::Work;
 pub use stage::{
     ContactLoads, Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope,
     Reads, Series, Stage, beside_coordinates, stacked, table_beside_coordinates,
 };
+pub use stage_points::Work;
 
 /// Kind of a stage, as given by `kind =` in a manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

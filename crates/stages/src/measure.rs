@@ -21,12 +21,12 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
+use crate::bodies::Conduction;
 use crate::columns::*;
 use crate::measure::conduction::SPOTS_VERSION;
 use crate::measure::contacts::ADHESION_VERSION;
 use crate::measure::friction::DISSIPATION_VERSION;
 use crate::measure::statistics::{AUTOCORRELATION_VERSION, Statistic, YIELDED_VERSION};
-use crate::bodies::Conduction;
 use crate::stage::{largest, range};
 use crate::version::{PartVersion, Version};
 use crate::{

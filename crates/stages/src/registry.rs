@@ -13,7 +13,7 @@ use crate::correct::CorrectTable;
 use crate::measure::keys::MeasureTable;
 use crate::nominal_area::NominalArea;
 use crate::solve::keys::SolveTable;
-use crate::stage_points::{StagePoints, StageVariant, Work};
+use crate::stage_points::Work;
 use crate::surface::Origin;
 use crate::surface::labels::{self, PATH};
 use crate::surface_files::SurfaceFiles;
@@ -24,6 +24,8 @@ use asperity_manifest::keys::derived::Scope;
 use asperity_manifest::keys::expected_keys::ExpectedKeys;
 use asperity_manifest::keys::validation::unknown_word;
 use asperity_tables::table::Table;
+
+pub use crate::stage_points::{StagePoints, StageVariant};
 
 /// All variants, in the order in which stages follow each other. The first one of a kind is its
 /// default.
@@ -79,7 +81,8 @@ impl StageVariant {
         problems: &mut Problems,
     ) -> Option<&'static StageVariant> {
         let default = StageVariant::of_kind(kind).next()?;
-        let Some((key, value)) = default.selector.and_then(|(key, _)| Some((key, table.remove(key)?)))
+        let Some((key, value)) =
+            default.selector.and_then(|(key, _)| Some((key, table.remove(key)?)))
         else {
             return Some(default);
         };

@@ -28,9 +28,7 @@ use crate::bodies::{Bodies, LayerConduction};
 use crate::columns::*;
 use crate::nominal_area::{self, NominalArea};
 use crate::per_axis::PerAxis;
-use crate::reduced_units::{
-    self, FREE_BOUNDARY_VERSION, GivenHardness, HARDNESS_VERSION, PressureUnit,
-};
+use crate::reduced_units::{FREE_BOUNDARY_VERSION, GivenHardness, HARDNESS_VERSION, PressureUnit};
 use crate::stage::range;
 use crate::surface::pair;
 use crate::unloading::Branch;
@@ -134,7 +132,7 @@ pub struct Params {
     /// existing keys stay valid.
     #[serde(
         skip_serializing_if = "Boundary::is_periodic",
-        serialize_with = "reduced_units::serialize_free_boundary"
+        serialize_with = "crate::reduced_units::serialize_free_boundary"
     )]
     pub boundary: Boundary,
     /// Layer between the rough surface and the rest of the body. Omitted from the recipe of a
@@ -666,4 +664,3 @@ impl Control {
         }
     }
 }
-

@@ -27,9 +27,8 @@ pub struct StageVariant {
     pub read: Box<ReadPoints>,
 }
 
-type ReadPoints = dyn Fn(DeTable, Span, &ExpectedKeys, &mut Problems) -> Box<dyn StagePoints>
-    + Send
-    + Sync;
+type ReadPoints =
+    dyn Fn(DeTable, Span, &ExpectedKeys, &mut Problems) -> Box<dyn StagePoints> + Send + Sync;
 
 /// The keys of a stage at its parameter points.
 pub trait StagePoints: fmt::Debug {

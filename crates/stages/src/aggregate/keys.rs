@@ -15,6 +15,7 @@ use crate::aggregate::{
 use crate::check_context::{Property, StageChecks, exclude};
 use crate::columns::ALTERATIONS;
 use crate::error::QueryError;
+use crate::stage_points::{StagePoints, Work};
 use crate::surface::labels::with_paths;
 use crate::surface_files::SurfaceFiles;
 use crate::{CheckContext, Recipe, StageError};
@@ -116,10 +117,7 @@ impl StagePoints for Section<AggregateTable> {
 }
 
 /// Returns the task of a stage, or `None` after reporting problems.
-fn recipes(
-    section: &Section<AggregateTable>,
-    context: &mut CheckContext,
-) -> Option<Vec<Recipe>> {
+fn recipes(section: &Section<AggregateTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
     // Groups may be formed by paths of files, which tables of tasks do not contain.
     let input = context.input.map(|table| with_paths(table.clone(), &SurfaceFiles::default()));

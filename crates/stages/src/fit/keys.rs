@@ -8,21 +8,20 @@ use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use toml::de::DeTable;
 
 use crate::check_context::{Property, StageChecks};
 use crate::fit::Params;
 use crate::fit::contact_evolution::{self, Datum, EvolutionChoices, Kappa};
 use crate::fit::keys::limits::LimitTable;
-use crate::fit::laws::{Fits, Law, PlainLaw};
+use crate::fit::laws::{Fits, Law, LawDefinition, PlainLaw};
 use crate::fit::limits::WORD as LIMITS;
-use crate::{CheckContext, Reads, Recipe, RowKind};
+use crate::stage_points::{StagePoints, StageVariant, Work};
+use crate::{CheckContext, Kind, Reads, Recipe, RowKind};
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Problems, Span};
+use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::declare::swept;
-use asperity_manifest::keys::expected_keys::ExpectedKeys;
-use asperity_manifest::keys::{Key, KeyTable, Layout, Section, reader, table};
+use asperity_manifest::keys::{Key, KeyTable, Section, table};
 
 /// Fit of the contact evolution law of Yastrebov, Anciaux & Molinari (2015).
 #[derive(Debug, Default, Deserialize, JsonSchema)]

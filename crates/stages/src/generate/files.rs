@@ -14,23 +14,28 @@ use std::rc::Rc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::CheckContext;
 use crate::check_context::exclude;
-use crate::generate::files::labels::{LabelledFiles, WrittenLabels};
+use crate::generate::files::labels::{LabelledFiles, WrittenLabels, check_names};
 use crate::generate::files::lengths::{Lengths, lengths};
-use crate::generate::files::preparation::{WrittenAlignment, WrittenPoints, inspected, preparation};
+use crate::generate::files::preparation::{
+    WrittenAlignment, WrittenPoints, inspected, preparation,
+};
 use crate::generate::mesh::{MAX_NODES, MIN_NODES};
 use crate::map_file::{ChannelChoice, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
+use crate::stage_points::{StagePoints, Work};
 use crate::surface::labels::Labels;
 use crate::surface::origin::{InspectedMap, MeasuredSurface};
-use crate::surface::planned::{PlannedSurfaces, Realizations, single, surfaces};
+use crate::surface::planned::{Growing, PlannedSurfaces, Realizations, growing, single, surfaces};
 use crate::surface::{Heights, Origin, Params};
 use crate::surface_files::{ContentHash, RecordedFile, SurfaceFileError, SurfaceFiles};
+use crate::{CheckContext, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean, shell_word};
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::declare::{always_pair, length, positive_items, required, swept, unit_of_lengths};
+use asperity_manifest::keys::declare::{
+    always_pair, length, positive_items, required, swept, unit_of_lengths,
+};
 use asperity_manifest::keys::quantity::Unit;
 use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned, table};
 use asperity_mechanics::topography::alignment::MAX_DEGREE;
@@ -264,10 +269,7 @@ impl StagePoints for Section<FileTable> {
 }
 
 /// Returns the measured surfaces of a stage, or `None` after reporting problems.
-fn files(
-    section: &Section<FileTable>,
-    context: &mut CheckContext,
-) -> Option<Vec<PlannedSurfaces>> {
+fn files(section: &Section<FileTable>, context: &mut CheckContext) -> Option<Vec<PlannedSurfaces>> {
     let LabelledFiles { section, labels } =
         &LabelledFiles::new(section, context.sources, context.problems)?;
     let mut of_points = labels.iter();

@@ -3,12 +3,14 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::CheckContext;
 use crate::per_axis::PerAxis;
+use crate::stage_points::{StagePoints, Work};
 use crate::surface::method::WaveShape;
 use crate::surface::planned::{PlannedSurfaces, single, surfaces};
 use crate::surface::{Heights, Origin};
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Problems, Span};
+use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
 use asperity_manifest::keys::{Key, OnAxes, Section, table};
@@ -267,67 +269,67 @@ table!(PunchTable);
 
 impl StagePoints for Section<ParaboloidTable> {
     fn work(&self, context: &mut CheckContext) -> Option<Work> {
-    surfaces(self, context.problems, |table, checks| {
-        let mesh = mesh(&table.nodes, &table.side, checks);
-        let unit = unit(&table.unit, &table.side, checks);
-        let radius = checks.number("radius", &table.radius);
-        let heights = checks.value("heights", &table.heights)?;
-        let shape = Shape::Paraboloid { radius: radius? };
-        Some(on_mesh(mesh?, shape, unit?, heights, self.may_be_swept))
-    })
-    .map(Work::Generate)
+        surfaces(self, context.problems, |table, checks| {
+            let mesh = mesh(&table.nodes, &table.side, checks);
+            let unit = unit(&table.unit, &table.side, checks);
+            let radius = checks.number("radius", &table.radius);
+            let heights = checks.value("heights", &table.heights)?;
+            let shape = Shape::Paraboloid { radius: radius? };
+            Some(on_mesh(mesh?, shape, unit?, heights, self.may_be_swept))
+        })
+        .map(Work::Generate)
     }
 }
 
 impl StagePoints for (WaveShape, Section<WaveTable>) {
     fn work(&self, context: &mut CheckContext) -> Option<Work> {
-    surfaces(&self.1, context.problems, |table, checks| {
-        let mesh = mesh(&table.nodes, &table.side, checks);
-        let unit = unit(&table.unit, &table.side, checks);
-        let amplitude = checks.number("amplitude", &table.amplitude);
-        let waves = checks.value("waves", &table.waves);
-        let heights = checks.value("heights", &table.heights)?;
-        let (mesh, amplitude, waves) = (mesh?, amplitude?, waves?);
-        if let Some(written) = table.waves.written() {
-            let along_y = if self.0 == WaveShape::Single { 0 } else { waves };
-            let wave = Wave {
-                written: format!("waves = {waves}"),
-                span: &written.span,
-                waves: [waves, along_y],
+        surfaces(&self.1, context.problems, |table, checks| {
+            let mesh = mesh(&table.nodes, &table.side, checks);
+            let unit = unit(&table.unit, &table.side, checks);
+            let amplitude = checks.number("amplitude", &table.amplitude);
+            let waves = checks.value("waves", &table.waves);
+            let heights = checks.value("heights", &table.heights)?;
+            let (mesh, amplitude, waves) = (mesh?, amplitude?, waves?);
+            if let Some(written) = table.waves.written() {
+                let along_y = if self.0 == WaveShape::Single { 0 } else { waves };
+                let wave = Wave {
+                    written: format!("waves = {waves}"),
+                    span: &written.span,
+                    waves: [waves, along_y],
+                };
+                check_waves(&wave, &table.nodes, &mesh, true, checks)?;
+            }
+            let shape = match self.0 {
+                WaveShape::Single => Shape::Wave { amplitude, waves },
+                WaveShape::Product => Shape::WaveProduct { amplitude, waves },
+                WaveShape::Sum => Shape::WaveSum { amplitude, waves },
             };
-            check_waves(&wave, &table.nodes, &mesh, true, checks)?;
-        }
-        let shape = match self.0 {
-            WaveShape::Single => Shape::Wave { amplitude, waves },
-            WaveShape::Product => Shape::WaveProduct { amplitude, waves },
-            WaveShape::Sum => Shape::WaveSum { amplitude, waves },
-        };
-        Some(on_mesh(mesh, shape, unit?, heights, self.1.may_be_swept))
-    })
-    .map(Work::Generate)
+            Some(on_mesh(mesh, shape, unit?, heights, self.1.may_be_swept))
+        })
+        .map(Work::Generate)
     }
 }
 
 impl StagePoints for Section<PunchTable> {
     fn work(&self, context: &mut CheckContext) -> Option<Work> {
-    surfaces(self, context.problems, |table, checks| {
-        let mesh = mesh(&table.nodes, &table.side, checks);
-        let unit = unit(&table.unit, &table.side, checks);
-        let radius = checks.number("radius", &table.radius);
-        let depth = checks.number("depth", &table.depth);
-        let heights = checks.value("heights", &table.heights)?;
-        let (mesh, radius) = (mesh?, radius?);
-        let PerAxis([side_x, side_y]) = mesh.side;
-        let half = side_x.min(side_y) / 2.0;
-        if radius >= half {
-            let label = format!("must be below {half}, half of the side");
-            let span = &table.radius.written()?.span;
-            return checks.refuse("radius", format!("`radius` is {radius}"), span, label);
-        }
-        let shape = Shape::Punch { radius, depth: depth? };
-        Some(on_mesh(mesh, shape, unit?, heights, self.may_be_swept))
-    })
-    .map(Work::Generate)
+        surfaces(self, context.problems, |table, checks| {
+            let mesh = mesh(&table.nodes, &table.side, checks);
+            let unit = unit(&table.unit, &table.side, checks);
+            let radius = checks.number("radius", &table.radius);
+            let depth = checks.number("depth", &table.depth);
+            let heights = checks.value("heights", &table.heights)?;
+            let (mesh, radius) = (mesh?, radius?);
+            let PerAxis([side_x, side_y]) = mesh.side;
+            let half = side_x.min(side_y) / 2.0;
+            if radius >= half {
+                let label = format!("must be below {half}, half of the side");
+                let span = &table.radius.written()?.span;
+                return checks.refuse("radius", format!("`radius` is {radius}"), span, label);
+            }
+            let shape = Shape::Punch { radius, depth: depth? };
+            Some(on_mesh(mesh, shape, unit?, heights, self.may_be_swept))
+        })
+        .map(Work::Generate)
     }
 }
 

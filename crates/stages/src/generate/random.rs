@@ -5,18 +5,23 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::CheckContext;
 use crate::generate::mesh::{self, MAX_NODES, MAX_WAVES, MIN_NODES, Wave, check_waves};
-use crate::surface::planned::{self, PlannedSurfaces, Realizations, surfaces};
+use crate::stage_points::{StagePoints, Work};
+use crate::surface::planned::{
+    Growing, PlannedSurfaces, Realizations, growing, realizations, surfaces,
+};
 use crate::surface::spectrum::PrescribedHeights;
 use crate::surface::{Heights, Origin, Params};
+use crate::{CheckContext, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
 use asperity_manifest::keys::{GridPoint, Key, OnAxes, Section, Spanned, table};
 use asperity_mechanics::grid::Cell;
-use asperity_mechanics::topography::johnson::{MAX_KURTOSIS, MAX_SKEWNESS, MomentsError, check_moments};
+use asperity_mechanics::topography::johnson::{
+    MAX_KURTOSIS, MAX_SKEWNESS, MomentsError, check_moments,
+};
 use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
 use asperity_mechanics::topography::spectrum::{Anisotropy, Spectrum};
 
@@ -180,7 +185,7 @@ fn random(
         };
         let height_distribution = keys.read(others, checks);
         let heights = checks.value("heights", &table.heights);
-        let realizations = realizations::realizations(&table.realizations, checks);
+        let realizations = realizations(&table.realizations, checks);
         let (hurst, lower, upper, k_rolloff) = (hurst?, lower?, upper?, k_rolloff?);
         let spectrum = Spectrum {
             hurst,

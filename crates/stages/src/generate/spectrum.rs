@@ -8,15 +8,18 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::CheckContext;
 use crate::check_context::exclude;
 use crate::generate::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
 use crate::generate::random::{self, HeightKeys};
 use crate::spectrum_files::{self, SpectrumTable as Spectrum};
-use crate::surface::planned::{self, PlannedSurfaces, Realizations, surfaces};
+use crate::stage_points::{StagePoints, Work};
+use crate::surface::planned::{
+    Growing, PlannedSurfaces, Realizations, growing, realizations, surfaces,
+};
 use crate::surface::spectrum::{Source, SpectrumSurface};
 use crate::surface::{Heights, Origin, Params};
 use crate::surface_files::{SurfaceFileError, SurfaceFiles};
+use crate::{CheckContext, Reads, RowKind};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
@@ -128,7 +131,7 @@ fn spectra(
         let rms_slope = checks.optional_number("rms_slope", &table.rms_slope);
         let rms_height = random::rms_height(&table.rms_slope, &table.rms_height, checks);
         let seed = checks.value_or("seed", &table.seed, study_seed);
-        let realizations = realizations::realizations(&table.realizations, checks);
+        let realizations = realizations(&table.realizations, checks);
         let keys = HeightKeys {
             skewness: &table.skewness,
             kurtosis: &table.kurtosis,

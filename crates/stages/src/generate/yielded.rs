@@ -7,11 +7,12 @@ use serde::Deserialize;
 
 use crate::check_context::PressedStage;
 use crate::reduced_units::{GivenHardness, PressureUnit};
+use crate::stage_points::{StagePoints, Work};
 use crate::surface::pair::Yielded;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface::{Heights, Origin, Params};
 use crate::unloading::Branch;
-use crate::{CheckContext, Recipe, Stage as _, nominal_area, solve};
+use crate::{CheckContext, Reads, Recipe, RowKind, Stage as _, nominal_area, solve};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};

@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 
 use arrow::array::{Array, ArrayRef, Float64Array};
 
+use crate::bodies::{Conduction, LayerConduction};
 use crate::columns::*;
 use crate::grids::Grids;
-use crate::bodies::{Conduction, LayerConduction};
 use crate::table_columns::Values::{Count, OptionalReal, Real};
 use crate::table_columns::{TableColumns, column, column_if};
 use crate::version::Version;

@@ -12,10 +12,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::StageError;
+use crate::bodies::Conduction;
 use crate::columns::*;
 use crate::grids::{self, Grids};
 use crate::measure::conduction;
-use crate::bodies::Conduction;
 use crate::solve;
 use crate::table_columns::Values::{Count, Flag, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_if};

@@ -5,7 +5,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check_context::{Property, StageChecks, exclude, in_unit_of_surfaces};
+use crate::bodies::Conduction;
+use crate::check_context::{Property, StageChecks, Surfaces, exclude, in_unit_of_surfaces};
 use crate::measure::areal::{
     Areal, DECAY, DEFAULT, PEAKS, Parameter, ParameterSet, Settings, VERSION, VOLUMES,
 };
@@ -16,7 +17,7 @@ use crate::measure::friction::{self, DISSIPATION_VERSION, FrictionTable, complet
 use crate::measure::profile::{self, Profile};
 use crate::measure::statistics::{Statistic, YIELDED_VERSION};
 use crate::measure::{NodeSet, Params, from_profiles, stitched};
-use crate::bodies::Conduction;
+use crate::stage_points::{StagePoints, Work};
 use crate::{CheckContext, Recipe, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span, listed};

@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 use arrow::array::ArrayRef;
 use serde::Serialize;
 
-use super::areal::Areal;
-use super::profile::Profile;
 use crate::columns::*;
+use crate::measure::areal::Areal;
+use crate::measure::profile::Profile;
 use crate::surface::Origin;
 use crate::version::Version;
 use crate::{RowKind, StageError};

@@ -1,11 +1,11 @@
 //! Contact of one surface, which is solved under single loads.
 
+use crate::bodies::LayerConduction;
 use crate::columns::RMS_SLOPE;
 use crate::reduced_units::{Scales, SurfaceHardness};
 use crate::solve::parallel::LoadTask;
 use crate::solve::parts::{self, AddedParts, LoadParts, StoredLoads, counted};
 use crate::solve::rows::{self, SolvedLoad, contact_map};
-use crate::bodies::LayerConduction;
 use crate::solve::{Control, Params, WORK_BYTES_PER_NODE};
 use crate::unloading::{self, Branch};
 use crate::{Context, StageError};

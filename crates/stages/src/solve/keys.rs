@@ -12,7 +12,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::check_context::{Property, StageChecks, exclude};
+use crate::check_context::{NamedSurfaces, Property, StageChecks, exclude};
 use crate::reduced_units::{GivenHardness, LoadUnit, PressureUnit};
 use crate::solve::keys::adhesion::{AdhesionTable, Gaps, PathShape};
 use crate::solve::keys::bodies::{
@@ -20,7 +20,9 @@ use crate::solve::keys::bodies::{
 };
 use crate::solve::keys::loads::{GapBins, Loads, PressureBins, StoredPressures};
 use crate::solve::{Control, ListedLoads, Params, Stiffness};
+use crate::stage_points::{StagePoints, Work};
 use crate::surface::pair::MirrorAxis;
+use crate::surface::planned::PlannedSurfaces;
 use crate::{CheckContext, Recipe, nominal_area, unloading};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};

@@ -15,8 +15,8 @@ use arrow::buffer::NullBuffer;
 use arrow::datatypes::Float64Type;
 
 use crate::StageError;
-use crate::columns::*;
 use crate::bodies::LayerConduction;
+use crate::columns::*;
 use crate::solve::{Params, Pressures, Stiffness};
 use crate::unloading::Branch;
 use crate::version::Version;

@@ -1,6 +1,6 @@
 //! The methods that make surfaces.
 
-use super::Origin;
+use crate::surface::Origin;
 use asperity_mechanics::topography::random::Amplitude;
 use asperity_mechanics::topography::shapes::Shape;
 

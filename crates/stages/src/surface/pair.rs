@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::columns::RMS_SLOPE;
 use crate::per_axis::PerAxis;
-use crate::reduced_units::{self, GivenHardness, PressureUnit, Scales};
+use crate::reduced_units::{GivenHardness, PressureUnit, Scales};
 use crate::surface::{Heights, Origin, Params};
 use crate::surface_files::SurfaceFiles;
 use crate::{Recipe, StageError, unloading};
@@ -164,8 +164,8 @@ pub struct Yielded {
     #[serde(
         default,
         skip_serializing_if = "Boundary::is_periodic",
-        serialize_with = "reduced_units::serialize_free_boundary",
-        deserialize_with = "reduced_units::deserialize_free_boundary"
+        serialize_with = "crate::reduced_units::serialize_free_boundary",
+        deserialize_with = "crate::reduced_units::deserialize_free_boundary"
     )]
     pub boundary: Boundary,
     /// Version of the numbers of solved loads.

@@ -12,7 +12,8 @@ use crate::columns::{LOAD, SURFACE};
 use crate::fit::keys::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MAX_RESAMPLINGS, fits};
 use crate::fit::laws::Law;
 use crate::fit::limits::{FormChoice, LimitChoices, MAX_COMBINATIONS, MAX_TERMS, Term, WINDOW};
-use crate::{CheckContext, Recipe, RowKind};
+use crate::stage_points::{StagePoints, Work};
+use crate::{CheckContext, Reads, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, listed};
 use asperity_manifest::expression::Expression;
@@ -21,7 +22,6 @@ use asperity_manifest::keys::declare::{list, positive_items, required, swept};
 use asperity_manifest::keys::{Key, Section, Spanned, table};
 use asperity_statistics::limits::EXPONENTS;
 use asperity_tables::column::Role;
-use asperity_tables::table::Table;
 
 /// Fits Q = Q₀ + Σ cⱼ fⱼ(xⱼ): the limit of an observable where small parameters vanish.
 #[derive(Debug, Default, Deserialize, JsonSchema)]

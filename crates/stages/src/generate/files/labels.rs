@@ -11,7 +11,9 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use crate::generate::files::FileTable;
 use crate::surface::labels;
+use crate::surface::planned::PlannedSurfaces;
 use crate::surface_files::SurfaceFiles;
+use crate::{Kind, columns_of};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, counted};
 use asperity_manifest::keys::{GridPoint, KeyTable, Section, Spanned, deserialize_either};
 use asperity_tables::column::{ColumnKind, Value};
@@ -103,7 +105,8 @@ pub fn check_names(
         WrittenLabels::Table(values) => values.get(taken).map(|value| &value.span),
         WrittenLabels::File(_) => Some(&labels.span),
     });
-    let span = of_name.unwrap_or(&section.span).clone();
+    let path = || section.points.first()?.table.path.written().map(|path| &path.span);
+    let span = of_name.or_else(path).unwrap_or(&section.span).clone();
     let message = format!("a label cannot be called `{taken}`");
     let label = "name of another column of the tables";
     problems.push(Problem::new(message, span, label).help("choose another word"));

@@ -1,15 +1,16 @@
 //! Keys with which a `solve` stage presses two rough surfaces against each other, and the pairs of
 //! surfaces that they give.
 
-use super::SolveTable;
+use crate::check_context::NamedSurfaces;
 use crate::per_axis::PerAxis;
+use crate::solve::keys::SolveTable;
 use crate::surface::pair::Pair;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface::{Heights, Origin, Params};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems};
+use asperity_manifest::keys::Section;
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::{Section, Spanned};
 use asperity_mechanics::grid::Boundary;
 
 /// Returns the shift of a point along x and y, or `Some(None)` if the surfaces are pressed alone.

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::bodies::{Bodies, Conduction, LayerConduction};
 use crate::check_context::{StageChecks, exclude, in_unit_of_surfaces};
 use crate::solve::keys::{Method, SolveTable};
 use crate::solve::layer::GivenLayer;
-use crate::bodies::{Bodies, Conduction, LayerConduction};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
