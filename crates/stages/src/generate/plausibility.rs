@@ -1,7 +1,7 @@
 //! Warnings of maps whose heights or sides were probably read in another unit.
 //!
 //! A file whose unit is misread looks like any other map: all its numbers are off by one factor.
-//! Slopes of solid surfaces, and pixels of optical instruments, are within known bounds.
+//! Slopes of solid surfaces are within known bounds, and most pixels are square.
 
 use std::fmt;
 
@@ -11,7 +11,6 @@ use asperity_mechanics::topography::fill::Fill;
 use asperity_mechanics::topography::level::Level;
 use asperity_mechanics::topography::reliability::{NoiseFloor, NoiseShare};
 use asperity_mechanics::topography::surface::{Scan, Window};
-use asperity_topography_files::length_ratio;
 
 /// Rms slope above which a map is improbable. Contact theories assume slopes below it.
 pub const STEEP: f64 = 1.0;
@@ -19,32 +18,8 @@ pub const STEEP: f64 = 1.0;
 /// Largest rms slope that a mistake in the unit would explain.
 const USUAL_SLOPE: f64 = 0.5;
 
-/// Shortest wavelength of visible light in metres. Optical instruments map larger areas.
-const LIGHT: f64 = 400e-9;
-
-/// Largest pixel of an optical instrument in metres.
-const LARGEST_PIXEL: f64 = 0.01;
-
-/// Ranges of plausible pixels and sides of optical instruments in metres.
-const PIXELS: [f64; 2] = [5e-8, 1e-3];
-
 /// Largest difference between the sides of a pixel that counts as rounding.
 const UNEVEN: f64 = 0.03;
-
-/// Formats of optical instruments.
-const OPTICAL: [&str; 11] = [
-    "al3d",
-    "datx",
-    "keyence-csv",
-    "lext",
-    "metropro",
-    "opd",
-    "opdx",
-    "plu",
-    "vk",
-    "wyko-asc",
-    "zygo-asc",
-];
 
 /// A map as it enters the program.
 #[derive(Debug, Clone, Copy)]
@@ -57,8 +32,6 @@ pub struct EnteredMap<'a> {
     pub rms_slope: f64,
     /// Difference between the highest and the lowest point, in `unit`.
     pub height_span: f64,
-    /// Name of the file format, if the map is from a file.
-    pub format: Option<&'a str>,
     /// True if the user gives the sides, and not the file.
     pub has_given_sides: bool,
 }
@@ -66,8 +39,7 @@ pub struct EnteredMap<'a> {
 impl EnteredMap<'_> {
     /// Returns a warning for each property of the map that is implausible. `name` names the map.
     pub fn warnings(&self, name: &str) -> Vec<String> {
-        let warnings = [self.too_steep(name), self.too_large(name), self.uneven(name)];
-        warnings.into_iter().flatten().collect()
+        self.too_steep(name).into_iter().chain(self.uneven(name)).collect()
     }
 
     fn shown(&self, length: f64) -> String {
@@ -91,37 +63,6 @@ impl EnteredMap<'_> {
                 reading_of(self.rms_slope)
             )
         })
-    }
-
-    /// Warns of a map of an optical instrument that is smaller than a wavelength of light, or has
-    /// pixels larger than any instrument.
-    fn too_large(&self, name: &str) -> Option<String> {
-        let format = self.format.filter(|format| OPTICAL.contains(format))?;
-        let metres = length_ratio(self.unit, "m")?;
-        let pixel = self.grid.spacing().into_iter().fold(0.0, f64::max);
-        let side = self.grid.cell().size().into_iter().fold(f64::INFINITY, f64::min);
-        let (what, length, direction) = if pixel * metres > LARGEST_PIXEL {
-            ("a pixel", pixel, -1)
-        } else if side * metres < LIGHT {
-            ("a side", side, 1)
-        } else {
-            return None;
-        };
-        let units = [("µm", "mm"), ("µm", "m"), ("nm", "m")];
-        let mut readings = units.iter().zip([3, 6, 9]).map(|((small, large), power)| {
-            let right = if direction < 0 { [small, large] } else { [large, small] };
-            (right, pixel * libm::exp10(f64::from(direction * power)))
-        });
-        let plausible =
-            readings.find(|(_, pixel)| (PIXELS[0]..=PIXELS[1]).contains(&(pixel * metres)));
-        let reading = plausible.map_or_else(String::new, |([right, read], pixel)| {
-            format!("; {right} in place of {read} would be a pixel of {}", self.shown(pixel))
-        });
-        Some(format!(
-            "{what} of {name} is {}, which no optical instrument has (format {format}); check the \
-             unit of its sides{reading}",
-            self.shown(length)
-        ))
     }
 
     /// Warns of given sides with which pixels are not square, although the same sides in the other
@@ -332,7 +273,6 @@ mod tests {
             unit,
             rms_slope: 0.1,
             height_span: 0.0,
-            format: Some("zygo-asc"),
             has_given_sides: false,
         }
     }
@@ -369,19 +309,6 @@ mod tests {
         assert!(marker.contains("a marker of missing points"), "{marker}");
         let high = EnteredMap { height_span: 1.01e-4, ..plausible };
         assert!(warned(high).contains("span 101 µm on 100 µm"), "{}", warned(high));
-    }
-
-    #[test]
-    fn pixels_and_sides_of_optical_instruments_have_bounds() {
-        let wide = warned(map([512; 2], [10240.0; 2], "m"));
-        assert!(wide.starts_with("a pixel of `a` is 20 m, which no optical instrument"), "{wide}");
-        assert!(wide.ends_with("µm in place of m would be a pixel of 20 µm"), "{wide}");
-        let narrow = warned(map([500; 2], [1e-7; 2], "m"));
-        assert!(narrow.starts_with("a side of `a` is 100 nm"), "{narrow}");
-        assert!(narrow.ends_with("mm in place of µm would be a pixel of 200 nm"), "{narrow}");
-        let probe = EnteredMap { format: Some("nanoscope"), ..map([500; 2], [1e-7; 2], "m") };
-        assert_eq!(warned(probe), "");
-        assert_eq!(warned(map([512; 2], [1e6; 2], "px")), "");
     }
 
     #[test]

@@ -75,24 +75,18 @@ fn low_pass(table: &FileTable, checks: &mut Checks) -> Option<Option<LowPass>> {
     let Some(written) = checks.optional("low_pass", &table.low_pass)? else {
         return Some(None);
     };
-    let is_known = table.tip_radius.written().is_some() || table.noise_floor.value() == Some(true);
-    match written.value {
-        WrittenLowPass::Wavelength(cutoff) => {
-            Some(Some(LowPass::Wavelength(decimal::nearest(cutoff))))
-        }
-        WrittenLowPass::Found(FoundLowPass::Reliable) if !is_known => {
-            let message = "`low_pass = \"reliable\"` needs the limits of the instrument";
-            let label = "needs `tip_radius` or `noise_floor = true`";
-            let problem = Problem::new(message, written.span.clone(), label);
-            checks.reject(problem.help(
-                "give the radius of the tip, such as `tip_radius = \"10 nm\"`, or search for noise \
-                 by `noise_floor = true`",
-            ))
-        }
-        WrittenLowPass::Found(FoundLowPass::Reliable) => {
-            Some(Some(LowPass::Found(FoundCutoff::Reliable)))
-        }
+    if let WrittenLowPass::Wavelength(cutoff) = written.value {
+        return Some(Some(LowPass::Wavelength(decimal::nearest(cutoff))));
     }
+    if table.tip_radius.written().is_some() || table.noise_floor.value() == Some(true) {
+        return Some(Some(LowPass::Found(FoundCutoff::Reliable)));
+    }
+    let message = "`low_pass = \"reliable\"` needs the limits of the instrument";
+    let label = "needs `tip_radius` or `noise_floor = true`";
+    checks.reject(Problem::new(message, written.span.clone(), label).help(
+        "give the radius of the tip, such as `tip_radius = \"10 nm\"`, or search for noise by \
+         `noise_floor = true`",
+    ))
 }
 
 /// Returns the wavelength of a low-pass filter, if the manifest gives it.
@@ -183,7 +177,6 @@ pub fn inspected(
     check_holes(keys, &levelled, checks)?;
     check_heights(keys, scan, before, checks)?;
     check_cutoffs(keys, grid, checks)?;
-    check_resampled(keys, grid, checks)?;
     let (nodes, side) = prepared(keys, grid);
     let edge_step_ratio = if keys.edges == Edges::Periodic { edge_step_ratio(scan) } else { 0.0 };
     let (points, missing, removed) = (grid.count(), scan.missing(), levelled.removed);
@@ -369,58 +362,22 @@ fn check_cutoffs(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()>
     let [x, y] = grid.spacing();
     let least = decimal::nearest(2.0 * x.max(y));
     let most = decimal::nearest(grid.cell().longer_side());
-    let table = keys.table;
-    let span = |span: Option<&Span>| span.cloned();
+    let (high_pass, low_pass) = (keys.table.high_pass.written(), keys.table.low_pass.written());
     let both = [
-        (
-            "high_pass",
-            keys.preparation.high_pass,
-            span(table.high_pass.written().map(|written| &written.span)),
-        ),
-        (
-            "low_pass",
-            wavelength(keys.preparation.low_pass),
-            span(table.low_pass.written().map(|written| &written.span)),
-        ),
+        ("high_pass", keys.preparation.high_pass.zip(high_pass.map(|key| &key.span))),
+        ("low_pass", wavelength(keys.preparation.low_pass).zip(low_pass.map(|key| &key.span))),
     ];
     let mut all = Some(());
-    for (name, cutoff, span) in both {
-        let Some((cutoff, span)) = cutoff.zip(span) else {
-            continue;
-        };
-        // Two steps, or a side, may be written with a few digits.
+    for (name, (cutoff, span)) in both.into_iter().filter_map(|(name, key)| Some((name, key?))) {
         let rounding = 1e-6;
-        if cutoff >= least * (1.0 - rounding) && cutoff <= most * (1.0 + rounding) {
-            continue;
+        if cutoff < least * (1.0 - rounding) || cutoff > most * (1.0 + rounding) {
+            let message =
+                format!("`{name} = {cutoff}` is not a wavelength of {:?}", keys.path.value);
+            let label = format!("must be from {least:?}, two steps, to {most:?}, the longer side");
+            all = checks.refuse(name, message, span, label);
         }
-        let message = format!("`{name} = {cutoff}` is not a wavelength of {:?}", keys.path.value);
-        let label = format!("must be from {least:?}, two steps, to {most:?}, the longer side");
-        checks.report(name, Problem::new(message, span, label));
-        all = None;
     }
     all
-}
-
-/// Refuses one number of nodes for a rectangle, because the shape of its cells is then unknown.
-fn check_resampled(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()> {
-    let Some(written) = keys.table.resample.written() else {
-        return Some(());
-    };
-    let [side_x, side_y] = grid.cell().size();
-    let OnAxes::Both(nodes) = written.value else {
-        return Some(());
-    };
-    if (side_x - side_y).abs() <= 1e-9 * side_x {
-        return Some(());
-    }
-    let message = format!("{:?} is a rectangle, but `resample` is one number", keys.path.value);
-    let longer = side_x.max(side_y);
-    let square = [side_x, side_y].map(|side| (f64::from(nodes) * side / longer).round());
-    let problem = Problem::new(message, written.span.clone(), "one number");
-    checks.reject(problem.help(format!(
-        "give the nodes along x and along y; `resample = {}` makes cells square, or nearly so",
-        OnAxes::Each(square)
-    )))
 }
 
 /// Returns the nodes and the sides of the prepared map, along x and y.
