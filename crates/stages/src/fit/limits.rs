@@ -344,9 +344,5 @@ fn small_parameters(choices: &LimitChoices, point: &ParameterPoint) -> Vec<f64> 
 }
 
 fn number(point: &ParameterPoint, name: &str) -> f64 {
-    match point.get(name) {
-        Some(Value::Real(number)) => *number,
-        Some(Value::Integer(number)) => *number as f64,
-        _ => f64::NAN,
-    }
+    point.get(name).and_then(Value::number).unwrap_or(f64::NAN)
 }

@@ -78,10 +78,19 @@ pub fn measure(
             Ok(modes(&params.origin, &surface, trusted_fraction, lines).collect())
         })?;
     let profiles = of_each.concat();
-    let found = invert(&profiles, bins_per_decade).ok_or(StageError::TooFewWaves)?;
+    let Some(found) = invert(&profiles, bins_per_decade) else {
+        let reason = "the profiles have trusted waves in fewer than four bins; increase \
+                      `trusted_fraction`, or use longer profiles";
+        return Err(StageError::Unsuitable(reason.to_owned()));
+    };
     let (surface, expected) = (found.rms_slope, SQRT_2 * found.profile_slope);
     if libm::log(surface / expected).abs() > MOST_DEVIATION {
-        return Err(StageError::ContradictedProfiles { surface, expected });
+        return Err(StageError::Unsuitable(format!(
+            "the spectrum gives the surface an rms slope of {surface:.3}, but √2 times that of its \
+             profiles is {expected:.3}: the fit does not resolve a peak of their spectrum, as \
+             turned and ground surfaces have it along the feed, and these surfaces are not \
+             isotropic"
+        )));
     }
     // Spectra of the same surfaces by other settings are other spectra.
     let settings =

@@ -70,7 +70,10 @@ pub fn measure(
     })?;
     let bins = stitched(&spectra, bins_per_decade);
     if bins.len() < 2 {
-        return Err(StageError::NothingTrusted);
+        let reason = "the trusted wavelengths of the scans fill fewer than two bins; increase \
+                      `trusted_fraction` or `bins`, or use scans with a smaller \
+                      `reliable_wavelength`";
+        return Err(StageError::Unsuitable(reason.to_owned()));
     }
     let name = all_surfaces::name(inputs)?;
     let overlaps = || bins.iter().map(|bin| bin.overlap);

@@ -198,7 +198,11 @@ impl Yielded {
         let settings = Settings { tolerance: self.tolerance, pair_limit: self.max_pairs };
         let depth = unloading::plastic_depth(&mut solver, hardness, load, &settings, watch)?;
         if !depth.is_solved {
-            return Err(StageError::NotYielded { max_pairs: self.max_pairs });
+            return Err(StageError::Unsuitable(format!(
+                "the contact in which the surface yields did not converge within {} pairs of \
+                 transforms; raise `max_pairs` in its `solve` stage",
+                self.max_pairs
+            )));
         }
         for (height, depth) in heights.iter_mut().zip(depth.depths) {
             *height -= depth * scales.length();

@@ -106,7 +106,10 @@ impl SpectrumSurface {
     ) -> Result<Surface, StageError> {
         if !occupies(density, grid) {
             let [from, to] = density.range();
-            return Err(StageError::NoModes { from, to });
+            return Err(StageError::Unsuitable(format!(
+                "no mode of the mesh lies in the range of the spectrum, from wavenumber {from:.4e} \
+                 to {to:.4e}; change `side` or `nodes`"
+            )));
         }
         let surface = TabulatedSurface {
             density,
@@ -131,7 +134,9 @@ impl SpectrumSurface {
     /// another task.
     pub fn density_from_file(&self, sources: &SurfaceFiles) -> Result<SpectralDensity, StageError> {
         let Source::File { content, unit } = &self.source else {
-            return Err(StageError::NotKept);
+            let reason = "the heights of this surface are not stored, and its spectrum is in the \
+                          table of another stage; set `heights = \"keep\"`";
+            return Err(StageError::Unsuitable(reason.to_owned()));
         };
         let unusable = |reason: String| {
             let known = sources.path_of(content).map(|path| path.display().to_string());
@@ -216,7 +221,11 @@ impl PrescribedHeights {
             }
             PrescribedHeights::Surface { from } => {
                 let surface = from.draw(sources, threads)?;
-                HeightDistribution::from_surface(&surface).ok_or(StageError::FlatHeights)
+                HeightDistribution::from_surface(&surface).ok_or_else(|| {
+                    let reason = "the surface in `height_distribution` is flat, so its heights \
+                                  have no distribution";
+                    StageError::Unsuitable(reason.to_owned())
+                })
             }
         }
     }

@@ -165,16 +165,8 @@ fn rolloff_ratio(point: &ParameterPoint, choices: &LimitChoices) -> Option<f64> 
     if !varies(K_LOWER.name) || varies(K_ROLLOFF.name) {
         return None;
     }
-    let number = |name: &str| point.get(name).and_then(number_of);
+    let number = |name: &str| point.get(name).and_then(Value::number);
     Some(decimal::nearest(number(K_ROLLOFF.name)? / number(K_LOWER.name)?))
-}
-
-fn number_of(value: &Value) -> Option<f64> {
-    match value {
-        Value::Real(number) => Some(*number),
-        Value::Integer(number) => Some(*number as f64),
-        Value::Text(_) => None,
-    }
 }
 
 fn loads(points: &[Observations], choices: &LimitChoices, window: Window) -> Vec<Option<f64>> {
