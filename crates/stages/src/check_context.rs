@@ -1,6 +1,5 @@
 //! What the checks of the keys of a stage know about the study.
 
-use std::collections::BTreeSet;
 use std::ops::{Deref, DerefMut};
 
 use crate::bodies::Conduction;
@@ -105,59 +104,48 @@ impl Surfaces {
 
     /// Returns the rms slope of all surfaces, if all are scaled to the same one.
     pub fn common_slope(&self) -> Option<f64> {
-        let are_scaled = self.stage_with(Property::WithoutSlope).is_none();
-        let [lowest, highest] = self.slopes.filter(|_| are_scaled)?;
-        (lowest == highest).then_some(lowest)
+        self.common(self.slopes, Property::WithoutSlope)
     }
 
     /// Returns the rms height of all surfaces, if all are scaled to the same one.
     pub fn common_height(&self) -> Option<f64> {
-        let are_scaled = self.stage_with(Property::WithoutHeight).is_none();
-        let [lowest, highest] = self.heights.filter(|_| are_scaled)?;
+        self.common(self.heights, Property::WithoutHeight)
+    }
+
+    fn common(&self, range: Option<[f64; 2]>, unscaled: Property) -> Option<f64> {
+        let [lowest, highest] = range.filter(|_| self.stage_with(unscaled).is_none())?;
         (lowest == highest).then_some(lowest)
     }
 
     /// Combines the properties of two sets of surfaces. If two stages have a property, the first
     /// one comes first.
     pub fn and(self, other: &Surfaces) -> Surfaces {
-        let slopes = self.slopes.into_iter().chain(other.slopes);
-        let heights = self.heights.into_iter().chain(other.heights);
+        let spanning =
+            |one: [f64; 2], other: [f64; 2]| [one[0].min(other[0]), one[1].max(other[1])];
         let steps = self.coarsest.into_iter().chain(other.coarsest.clone());
-        let units = self.length_units.into_iter().chain(other.length_units.iter().cloned());
         Surfaces {
-            properties: [self.properties, other.properties.clone()].concat(),
+            properties: union(self.properties, &other.properties),
             coarsest: steps.reduce(|one, next| if next.1 > one.1 { next } else { one }),
-            slopes: slopes.reduce(spanning),
-            heights: heights.reduce(spanning),
-            length_units: distinct(units),
+            slopes: self.slopes.into_iter().chain(other.slopes).reduce(spanning),
+            heights: self.heights.into_iter().chain(other.heights).reduce(spanning),
+            length_units: union(self.length_units, &other.length_units),
             not_superposable: self.not_superposable.or_else(|| other.not_superposable.clone()),
-            loads: [self.loads, other.loads.clone()].concat(),
-            conduction: [self.conduction, other.conduction.clone()].concat(),
+            loads: union(self.loads, &other.loads),
+            conduction: union(self.conduction, &other.conduction),
             non_square: self.non_square.or_else(|| other.non_square.clone()),
-            areas: distinct_values(self.areas.into_iter().chain(other.areas.iter().cloned())),
+            areas: union(self.areas, &other.areas),
         }
     }
 }
 
-/// Returns the distinct texts among these, sorted.
-pub fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
-    texts.collect::<BTreeSet<_>>().into_iter().collect()
-}
-
-/// Returns the distinct values among these, in order of appearance.
-pub fn distinct_values<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
-    let mut found = Vec::new();
-    for value in values {
-        if !found.contains(&value) {
-            found.push(value);
+/// Adds the values that a list lacks.
+pub fn union<T: PartialEq + Clone>(mut own: Vec<T>, more: &[T]) -> Vec<T> {
+    for value in more {
+        if !own.contains(value) {
+            own.push(value.clone());
         }
     }
-    found
-}
-
-/// Returns the smallest range that contains two ranges.
-pub fn spanning(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
-    [one[0].min(other[0]), one[1].max(other[1])]
+    own
 }
 
 /// The surfaces of a stage, by parameter point.

@@ -43,7 +43,7 @@ use asperity_tables::source::TableSource;
 use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::Table;
 
-pub use contacts::NodeSet;
+pub use contacts::{ContactMeasures, NodeSet};
 pub use distributions::Distribution;
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
@@ -108,32 +108,7 @@ pub const STAGE: Definition = Definition {
 #[serde(tag = "of", rename_all = "lowercase")]
 pub enum Params {
     /// Contact maps of a `solve` stage.
-    Contacts {
-        /// True if the stiffness of the interface is measured, too. Omitted from the recipe if
-        /// false, so that existing keys stay valid.
-        #[serde(skip_serializing_if = "std::ops::Not::not")]
-        stiffness: bool,
-        /// Nodes that are measured. Omitted from the recipe for nodes in contact, so that existing
-        /// keys stay valid.
-        #[serde(skip_serializing_if = "NodeSet::is_contact")]
-        set: NodeSet,
-        /// Conductivities of the bodies. Omitted from the recipe if the manifest gives none, so
-        /// that existing keys stay valid.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        conduction: Option<Conduction>,
-        /// Version of the formula of separate spots. Omitted from the recipe unless a stage has
-        /// periodic contacts with a stiffness, so that existing keys stay valid.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        spots_version: Option<u32>,
-        /// Version of the measures of contacts with adhesion. Omitted from the recipe without
-        /// adhesion, so that existing keys stay valid.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        adhesion_version: Option<u32>,
-        /// True if a surface of the stage has filled nodes, whose share of the contact area is then
-        /// measured, too. Omitted from the recipe if false, so that existing keys stay valid.
-        #[serde(skip_serializing_if = "std::ops::Not::not")]
-        filled: bool,
-    },
+    Contacts(ContactMeasures),
     /// Height distribution of the surfaces of a `generate` stage.
     Heights {
         /// Number of bins of the histogram.
@@ -187,7 +162,7 @@ impl Stage for Params {
 
     fn part_versions(&self) -> Vec<PartVersion> {
         match self {
-            Params::Contacts { .. } => vec![
+            Params::Contacts(_) => vec![
                 PartVersion::new("spots_version", "formula of separate spots", SPOTS_VERSION),
                 PartVersion::new("adhesion_version", "measures with adhesion", ADHESION_VERSION),
             ],
@@ -229,26 +204,15 @@ impl Stage for Params {
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
             Params::Surface(statistic) => measured(input, statistic, context),
             Params::Distribution(distribution) => distribution.measure(input),
-            Params::Contacts { stiffness, set, conduction, filled, .. } => {
-                let measured = contacts::measure(&input.table, stiffness, set, conduction)?;
-                if !filled {
-                    return Ok(measured);
-                }
-                let surface = input.surface.expect("the plan measures one surface at a time");
-                let nodes = surface.filled_nodes(context.sources)?;
-                let share = contacts::filled_area_share(&input.table, set, nodes.as_ref())?;
-                Ok(measured.with(vec![share]))
-            }
+            Params::Contacts(ref measures) => measures.measure(input, context),
         }
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         Ok(match self {
-            Params::Contacts { stiffness, conduction, filled, .. } => {
-                let solved = stacked(inputs)?;
-                let set = NodeSet::Contact;
-                let measured = contacts::measure(&solved, *stiffness, set, *conduction)?;
-                let share = filled.then_some(FILLED_AREA_SHARE);
+            Params::Contacts(measures) => {
+                let measured = contacts::measure(&stacked(inputs)?, measures, NodeSet::Contact)?;
+                let share = measures.filled.then_some(FILLED_AREA_SHARE);
                 table_beside_coordinates(&measured.beside(&Table::empty(share.as_slice())), inputs)?
             }
             Params::Friction(friction) => {
@@ -298,8 +262,10 @@ impl Stage for Params {
     /// Returns the rows of the input: every load is measured by itself, except for the stiffness
     /// and partial slip, which are differences between loads.
     fn series(&self, input: Option<&SeriesRows>) -> Option<Series> {
-        let is_by_load =
-            matches!(self, Params::Contacts { stiffness: false, .. } | Params::Distribution(_));
+        let is_by_load = match self {
+            Params::Contacts(measures) => !measures.stiffness,
+            other => matches!(other, Params::Distribution(_)),
+        };
         let read = input.filter(|_| is_by_load)?;
         Some(Series {
             recipe: Recipe::Measure(self.clone()),
@@ -320,7 +286,7 @@ impl Stage for Params {
     fn reads_part(&self, part: &Part) -> bool {
         let reads = |column: Column| part.columns.contains(&column.name);
         match self {
-            Params::Contacts { .. } => {
+            Params::Contacts(_) => {
                 reads(FLOW_STOP) || reads(FROZEN_STIFFNESS) || reads(CONTACT_CONDUCTANCE)
             }
             Params::Friction(_) => reads(FROZEN_STIFFNESS),
@@ -333,7 +299,7 @@ impl Stage for Params {
     /// Estimates the memory for drawing a surface again, or for the labels of clusters.
     fn footprint(&self) -> Footprint {
         let additional = match self {
-            Params::Contacts { filled: true, .. } => FILLED_BYTES_PER_NODE,
+            Params::Contacts(measures) if measures.filled => FILLED_BYTES_PER_NODE,
             Params::Surface(statistic) => statistic.bytes_per_node(),
             Params::Stitched { .. } | Params::FromProfiles { .. } => {
                 Statistic::Spectrum { yielded_version: None }.bytes_per_node()
@@ -346,7 +312,7 @@ impl Stage for Params {
     /// Estimates the transforms for drawing a surface again. Contact maps need less work.
     fn effort(&self, extent: Extent) -> Effort {
         Effort::pairs(match self {
-            Params::Contacts { .. } | Params::Distribution(_) => 0.2 * extent.rows as f64,
+            Params::Contacts(_) | Params::Distribution(_) => 0.2 * extent.rows as f64,
             Params::Friction(_) => 0.0,
             Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
             Params::Stitched { .. } | Params::FromProfiles { .. } => 8.0 * extent.tables as f64,

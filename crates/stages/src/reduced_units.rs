@@ -7,24 +7,35 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::StageError;
 use crate::columns::*;
+use crate::ensemble::load_column;
 use crate::version::Version;
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::reduced::{ReducedHeights, Units};
 use asperity_mechanics::solver::{self, Hardness, HardnessError};
 use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, Role, Value};
+use asperity_tables::table::Table;
 
 /// The unit of loads and hardnesses in a manifest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PressureUnit {
     /// Pressures are multiples of E* × rms slope.
+    #[default]
     Relative,
     /// Pressures have the unit of the moduli.
     Absolute,
 }
 
 impl PressureUnit {
+    /// Returns the unit in which the loads of solved contacts were given.
+    pub fn of_solved(solved: &Table) -> PressureUnit {
+        match load_column(solved) {
+            name if name == PRESSURE.name => PressureUnit::Absolute,
+            _ => PressureUnit::Relative,
+        }
+    }
+
     /// Returns the columns `load` and `pressure`. The column with the unit of the manifest is a
     /// parameter, and the other column is derived from it for each surface.
     pub fn load_columns(self) -> [Column; 2] {

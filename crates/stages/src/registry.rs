@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use toml::de::DeTable;
 
 use crate::aggregate::keys::AggregateTable;
-use crate::check_context::{FromKey, Property, Surfaces, distinct, distinct_values, spanning};
+use crate::check_context::{FromKey, Property, Surfaces};
 use crate::correct::CorrectTable;
 use crate::measure::keys::MeasureTable;
 use crate::nominal_area::NominalArea;
@@ -17,7 +17,7 @@ use crate::stage_points::Work;
 use crate::surface::Origin;
 use crate::surface::labels::{self, PATH};
 use crate::surface_files::SurfaceFiles;
-use crate::{Kind, Recipe, StageError, fit, generate, solve};
+use crate::{Kind, Recipe, StageError, fit, generate, surface};
 use asperity_manifest::diagnostics::{Problems, Span, listed};
 use asperity_manifest::keys::Section;
 use asperity_manifest::keys::derived::Scope;
@@ -185,99 +185,104 @@ impl Surfaces {
     /// Returns the properties of the surfaces of a `generate` stage, or of the contacts of another
     /// stage.
     pub fn made_by(stage: &str, work: &Work) -> Surfaces {
+        let and = |all: Surfaces, one: Surfaces| all.and(&one);
         let surfaces = match work {
             Work::Generate(surfaces) => surfaces,
-            Work::Evaluate(recipes) => return Surfaces::pressed_by(stage, recipes),
+            Work::Evaluate(recipes) => {
+                let contacts = recipes.iter().map(|recipe| contacts(stage, recipe));
+                return contacts.fold(Surfaces::default(), and);
+            }
         };
-        let params = || surfaces.iter().map(|surfaces| &surfaces.params);
-        let origins = || params().map(|params| &params.origin);
-        let grids = || params().filter_map(|params| params.grid().ok());
-        let steps = grids().flat_map(|grid| grid.spacing());
-        let non_square = grids().find(|grid| !grid.has_square_cells());
         let samples = surfaces.iter().filter(|surfaces| surfaces.sample.is_some());
-        let mut grids_of_samples = samples.filter_map(|surfaces| surfaces.params.grid().ok());
-        let first = grids_of_samples.next();
-        let slopes = origins().filter_map(|origin| Some([origin.given_rms_slope()?; 2]));
-        let heights = origins().filter_map(|origin| Some([origin.given_rms_height()?; 2]));
-        let treatments = origins().filter_map(|origin| match origin {
+        let grids = samples.filter_map(|surfaces| surfaces.params.grid().ok());
+        let treatments = surfaces.iter().filter_map(|surfaces| match &surfaces.params.origin {
             Origin::File(file) => Some(file.treatment()),
             _ => None,
         });
         let properties = [
-            (Property::Open, origins().any(Origin::is_open)),
-            (Property::Filled, origins().any(Origin::has_filled_points)),
-            (Property::Yielded, origins().any(Origin::has_yielded)),
-            (Property::NotRedrawable, origins().any(Origin::reads_stage)),
-            (Property::UnequalSamples, grids_of_samples.any(|grid| Some(grid) != first)),
-            (Property::UnlikeScans, distinct_values(treatments).len() > 1),
-            (Property::WithoutSlope, origins().any(|origin| origin.given_rms_slope().is_none())),
-            (Property::WithoutHeight, origins().any(|origin| origin.given_rms_height().is_none())),
+            (Property::UnequalSamples, differ(grids)),
+            (Property::UnlikeScans, differ(treatments)),
         ];
-        Surfaces {
-            properties: properties_of(stage, properties),
-            coarsest: steps.reduce(f64::max).map(|step| (stage.to_owned(), step)),
-            slopes: slopes.reduce(spanning),
-            heights: heights.reduce(spanning),
-            length_units: distinct(origins().map(|origin| origin.unit().to_owned())),
-            areas: distinct_values(params().filter_map(NominalArea::of)),
-            non_square: non_square.map(|grid| {
-                let [step_x, step_y] = grid.spacing();
-                (stage.to_owned(), step_x / step_y)
-            }),
-            ..Surfaces::default()
-        }
-    }
-
-    /// Returns the properties of the contacts of a `solve` stage. Pressures or gaps are uncounted
-    /// if one of its blocks does not count them.
-    fn pressed_by(stage: &str, recipes: &[Recipe]) -> Surfaces {
-        let any = |is_meant: &dyn Fn(&Recipe) -> bool| recipes.iter().any(is_meant);
-        let without_adhesion = recipes.iter().filter_map(|recipe| match recipe {
-            Recipe::Solve(params) => Some(params.as_ref()),
-            _ => None,
-        });
-        let blocks: Vec<&solve::Params> = without_adhesion.collect();
-        let lacks = |index: usize| {
-            any(&|recipe| recipe.kind() == Kind::Solve && recipe.bins()[index].is_none())
-        };
-        let has_images =
-            |block: &&solve::Params| !block.stiffness.is_none() && block.boundary.is_periodic();
-        let properties = [
-            (Property::WithoutAdhesion, !blocks.is_empty()),
-            (Property::WithAdhesion, any(&|recipe| matches!(recipe, Recipe::Adhesion(_)))),
-            (Property::WithoutGivenLoads, blocks.iter().any(|block| !block.control.is_load())),
-            (Property::WithImages, blocks.iter().any(has_images)),
-            (Property::WithLayer, blocks.iter().any(|block| block.layer.is_some())),
-            (Property::PressuresUncounted, lacks(0)),
-            (Property::GapsUncounted, lacks(1)),
-        ];
-        let physics = recipes.iter().find_map(|recipe| match recipe {
-            Recipe::Adhesion(_) => Some("`adhesion`"),
-            Recipe::Solve(params) if !params.control.is_load() => Some("no prescribed loads"),
-            Recipe::Solve(params) if params.layer.is_some() => Some("a `layer`"),
-            Recipe::Solve(params) if params.hardness.is_some() => Some("a `hardness`"),
-            Recipe::Solve(params) if params.asperities.is_some() => {
-                Some("`method = \"asperities\"`")
-            }
-            _ => None,
-        });
-        let listed = blocks
-            .iter()
-            .map(|block| (stage.to_owned(), block.given_loads(), block.unit_of_given_loads()));
-        let mut loads: Vec<_> = listed.collect();
-        loads.dedup();
-        let conduction = blocks.iter().map(|block| (stage.to_owned(), block.bodies.conduction));
-        Surfaces {
-            properties: properties_of(stage, properties),
-            conduction: conduction.take(1).collect(),
-            not_superposable: physics.map(|physics| (stage.to_owned(), physics)),
-            loads,
-            ..Surfaces::default()
-        }
+        let differing =
+            Surfaces { properties: properties_of(stage, properties), ..Surfaces::default() };
+        surfaces.iter().map(|surfaces| drawn(stage, &surfaces.params)).fold(differing, and)
     }
 }
 
-/// Returns the properties that a stage has, each with the name of the stage.
+fn differ<T: PartialEq>(mut values: impl Iterator<Item = T>) -> bool {
+    let first = values.next();
+    values.any(|value| Some(value) != first)
+}
+
+/// Returns the properties of the surfaces of a parameter point.
+fn drawn(stage: &str, params: &surface::Params) -> Surfaces {
+    let origin = &params.origin;
+    let grid = params.grid().ok();
+    let properties = [
+        (Property::Open, origin.is_open()),
+        (Property::Filled, origin.has_filled_points()),
+        (Property::Yielded, origin.has_yielded()),
+        (Property::NotRedrawable, origin.reads_stage()),
+        (Property::WithoutSlope, origin.given_rms_slope().is_none()),
+        (Property::WithoutHeight, origin.given_rms_height().is_none()),
+    ];
+    let non_square = grid.filter(|grid| !grid.has_square_cells()).map(|grid| grid.spacing());
+    Surfaces {
+        properties: properties_of(stage, properties),
+        coarsest: grid.map(|grid| {
+            let [step_x, step_y] = grid.spacing();
+            (stage.to_owned(), step_x.max(step_y))
+        }),
+        slopes: origin.given_rms_slope().map(|slope| [slope; 2]),
+        heights: origin.given_rms_height().map(|height| [height; 2]),
+        length_units: vec![origin.unit().to_owned()],
+        areas: NominalArea::of(params).into_iter().collect(),
+        non_square: non_square.map(|[step_x, step_y]| (stage.to_owned(), step_x / step_y)),
+        ..Surfaces::default()
+    }
+}
+
+/// Returns the properties of the contacts of a recipe.
+fn contacts(stage: &str, recipe: &Recipe) -> Surfaces {
+    let counted = |index: usize| recipe.kind() != Kind::Solve || recipe.bins()[index].is_some();
+    let Recipe::Solve(params) = recipe else {
+        let adheres = matches!(recipe, Recipe::Adhesion(_));
+        let properties = [
+            (Property::WithAdhesion, adheres),
+            (Property::PressuresUncounted, !counted(0)),
+            (Property::GapsUncounted, !counted(1)),
+        ];
+        return Surfaces {
+            properties: properties_of(stage, properties),
+            not_superposable: adheres.then(|| (stage.to_owned(), "`adhesion`")),
+            ..Surfaces::default()
+        };
+    };
+    let has_images = !params.stiffness.is_none() && params.boundary.is_periodic();
+    let properties = [
+        (Property::WithoutAdhesion, true),
+        (Property::WithoutGivenLoads, !params.control.is_load()),
+        (Property::WithImages, has_images),
+        (Property::WithLayer, params.layer.is_some()),
+        (Property::PressuresUncounted, !counted(0)),
+        (Property::GapsUncounted, !counted(1)),
+    ];
+    let physics = [
+        (!params.control.is_load(), "no prescribed loads"),
+        (params.layer.is_some(), "a `layer`"),
+        (params.hardness.is_some(), "a `hardness`"),
+        (params.asperities.is_some(), "`method = \"asperities\"`"),
+    ];
+    let other = physics.into_iter().find_map(|(has, physics)| has.then_some(physics));
+    Surfaces {
+        properties: properties_of(stage, properties),
+        conduction: vec![(stage.to_owned(), params.bodies.conduction)],
+        not_superposable: other.map(|physics| (stage.to_owned(), physics)),
+        loads: vec![(stage.to_owned(), params.given_loads(), params.unit_of_given_loads())],
+        ..Surfaces::default()
+    }
+}
+
 fn properties_of<const N: usize>(
     stage: &str,
     properties: [(Property, bool); N],

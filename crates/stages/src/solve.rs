@@ -98,7 +98,7 @@ pub const STAGE: Definition = Definition {
 };
 
 /// Parameters of the loads on one surface.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Params {
     /// Effective elastic modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
     pub effective_modulus: f64,
@@ -333,8 +333,9 @@ impl Params {
 }
 
 /// Stiffness of the contact that is computed under every load.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
 pub enum Stiffness {
+    #[default]
     None,
     /// The stiffness under a further increase of the load.
     Loading,
@@ -349,10 +350,11 @@ impl Stiffness {
 }
 
 /// Pressure fields that are stored.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Pressures {
     /// No pressure field is stored.
+    #[default]
     None,
     /// The pressure field under every load is stored.
     All,
@@ -609,19 +611,29 @@ fn asperities_recipe<S: Serializer>(
     recipe.serialize(serializer)
 }
 
+/// Returns the limit of pairs of transforms with which contacts were solved.
+fn max_pairs(solved: &Table) -> Result<u32, TableError> {
+    let pairs = solved.integers(MAX_PAIRS.name)?.value(0);
+    Ok(u32::try_from(pairs).unwrap_or(u32::MAX))
+}
+
 /// Reads the boundary condition from the table of a task.
 pub fn boundary_of(solved: &Table) -> Boundary {
+    let is_free = |word: &str| word == Boundary::Free.name();
     let words = solved.texts(BOUNDARY.name);
-    let is_free =
-        words.is_ok_and(|words| words.iter().flatten().any(|word| word == Boundary::Free.name()));
-    if is_free { Boundary::Free } else { Boundary::Periodic }
+    if words.is_ok_and(|words| words.iter().flatten().any(is_free)) {
+        Boundary::Free
+    } else {
+        Boundary::Periodic
+    }
 }
 
 /// The quantity that a contact prescribes, the value of `control`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Control {
     /// The mean pressure is prescribed, and the mean gap follows.
+    #[default]
     Load,
     /// The mean gap is prescribed, and the mean pressure follows.
     Gap,

@@ -11,15 +11,14 @@ use arrow::array::{Array, ArrayRef};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::StageError;
 use crate::bodies::Conduction;
 use crate::columns::*;
 use crate::grids::{self, Grids};
 use crate::measure::conduction;
-use crate::solve;
 use crate::table_columns::Values::{Count, Flag, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_if};
 use crate::version::Version;
+use crate::{Context, Input, StageError, solve};
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::morphology::area::ContactArea;
 use asperity_mechanics::morphology::clusters::Clusters;
@@ -149,6 +148,48 @@ pub fn all_columns() -> Vec<Column> {
     [&columns().all()[..], &copied, &conduction::columns().all(), &filled].concat()
 }
 
+/// Recipe of the measures of contact maps.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ContactMeasures {
+    /// True if the stiffness of the interface is measured, too. Omitted from the recipe if
+    /// false, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub stiffness: bool,
+    /// Nodes that are measured. Omitted from the recipe for nodes in contact, so that existing
+    /// keys stay valid.
+    #[serde(skip_serializing_if = "NodeSet::is_contact")]
+    pub set: NodeSet,
+    /// Conductivities of the bodies. Omitted from the recipe if the manifest gives none, so
+    /// that existing keys stay valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub conduction: Option<Conduction>,
+    /// Version of the formula of separate spots. Omitted from the recipe unless a stage has
+    /// periodic contacts with a stiffness, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spots_version: Option<u32>,
+    /// Version of the measures of contacts with adhesion. Omitted from the recipe without
+    /// adhesion, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adhesion_version: Option<u32>,
+    /// True if a surface of the stage has filled nodes, whose share of the contact area is then
+    /// measured, too. Omitted from the recipe if false, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub filled: bool,
+}
+
+impl ContactMeasures {
+    /// Measures the contacts of solved loads.
+    pub fn measure(&self, input: &Input, context: &Context) -> Result<Table, StageError> {
+        let measured = measure(&input.table, self, self.set)?;
+        if !self.filled {
+            return Ok(measured);
+        }
+        let surface = input.surface.expect("the plan measures one surface at a time");
+        let nodes = surface.filled_nodes(context.sources)?;
+        Ok(measured.with(vec![filled_area_share(&input.table, self.set, nodes.as_ref())?]))
+    }
+}
+
 /// Measures the maps of the nodes in `set`, and optionally the stiffness as a finite difference.
 /// `conduction` are the conductivities of the bodies, if they are known. A table without rows may
 /// lack the maps.
@@ -157,10 +198,10 @@ pub fn all_columns() -> Vec<Column> {
 /// Returns an error if a column is missing or a contact map does not fit its mesh.
 pub fn measure(
     solved: &Table,
-    stiffness: bool,
+    measures: &ContactMeasures,
     set: NodeSet,
-    conduction: Option<Conduction>,
 ) -> Result<Table, StageError> {
+    let &ContactMeasures { stiffness, conduction, .. } = measures;
     let grids = Grids::new(solved)?;
     let boundary = solve::boundary_of(solved);
     let attracts = solved.has(WORK_OF_ADHESION.name);
@@ -206,7 +247,7 @@ pub fn measure(
 ///
 /// # Errors
 /// Returns an error if a column is missing or a contact map does not fit its mesh.
-pub fn filled_area_share(
+fn filled_area_share(
     solved: &Table,
     set: NodeSet,
     filled: Option<&Surface>,

@@ -42,15 +42,6 @@ pub fn all_columns() -> Vec<Column> {
 }
 
 impl Distribution {
-    /// Returns the kind of rows in the table.
-    pub fn rows(&self) -> RowKind {
-        match self {
-            Distribution::Pressures => RowKind::PressureDistributions,
-            Distribution::Gaps => RowKind::GapDistributions,
-            Distribution::Clusters { .. } => RowKind::ClusterDistributions,
-        }
-    }
-
     /// Returns the columns without the parameter columns of the loads. `attracts` tells that the
     /// surfaces have adhesion.
     pub fn columns(&self, attracts: bool) -> &'static [Column] {

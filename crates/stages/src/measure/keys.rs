@@ -11,7 +11,7 @@ use crate::measure::areal::{
     Areal, DECAY, DEFAULT, PEAKS, Parameter, ParameterSet, Settings, VERSION, VOLUMES,
 };
 use crate::measure::conduction::SPOTS_VERSION;
-use crate::measure::contacts::ADHESION_VERSION;
+use crate::measure::contacts::{ADHESION_VERSION, ContactMeasures};
 use crate::measure::distributions::Distribution;
 use crate::measure::friction::{self, DISSIPATION_VERSION, FrictionTable, complete, find};
 use crate::measure::profile::{self, Profile};
@@ -166,39 +166,28 @@ pub enum What {
     Roughness,
 }
 
-/// A quantity to measure, with its settings.
-enum Quantity {
-    Contacts,
-    Distribution(Distribution),
-    Heights,
-    Stitched,
-    FromProfiles,
-    Statistic(Statistic),
-}
-
 impl What {
-    fn quantity(self, bins: u32, range: f64) -> Quantity {
-        let statistic = match self {
-            What::Contacts => return Quantity::Contacts,
-            What::Pressures => return Quantity::Distribution(Distribution::Pressures),
-            What::Gaps => return Quantity::Distribution(Distribution::Gaps),
-            What::Clusters => return Quantity::Distribution(Distribution::Clusters { bins }),
-            What::Heights => return Quantity::Heights,
-            What::StitchedSpectrum => return Quantity::Stitched,
-            What::SpectrumFromProfiles => return Quantity::FromProfiles,
-            What::Spectrum => Statistic::Spectrum { yielded_version: None },
-            What::ProfileSpectrum => Statistic::ProfileSpectrum,
-            What::Autocorrelation => Statistic::AUTOCORRELATION,
-            What::Scales => Statistic::Scales,
-            What::Bearing => Statistic::Bearing { bins, range },
-            What::Roughness => Statistic::Roughness,
-        };
-        Quantity::Statistic(statistic)
+    /// Returns the rows of a stage that measures the quantity, or `None` if they are those of most
+    /// stages with the same input.
+    fn rows(self) -> Option<RowKind> {
+        Some(match self {
+            What::Contacts | What::Heights => return None,
+            What::Pressures => RowKind::PressureDistributions,
+            What::Gaps => RowKind::GapDistributions,
+            What::Clusters => RowKind::ClusterDistributions,
+            What::Spectrum | What::StitchedSpectrum | What::SpectrumFromProfiles => {
+                RowKind::PowerSpectra
+            }
+            What::ProfileSpectrum => RowKind::ProfileSpectra,
+            What::Autocorrelation => RowKind::Autocorrelations,
+            What::Scales => RowKind::Scales,
+            What::Bearing => RowKind::BearingCurves,
+            What::Roughness => RowKind::Roughness,
+        })
     }
 
     fn is_of_loads(self) -> bool {
-        let quantity = self.quantity(1, 1.0);
-        matches!(quantity, Quantity::Contacts | Quantity::Distribution(_))
+        matches!(self, What::Contacts | What::Pressures | What::Gaps | What::Clusters)
     }
 }
 
@@ -212,12 +201,7 @@ impl StagePoints for Section<MeasureTable> {
         if table.friction.written().is_some() {
             return Some(RowKind::PartialSlip);
         }
-        match table.what.value()?.quantity(1, 1.0) {
-            Quantity::Contacts | Quantity::Heights => None,
-            Quantity::Stitched | Quantity::FromProfiles => Some(RowKind::PowerSpectra),
-            Quantity::Distribution(distribution) => Some(distribution.rows()),
-            Quantity::Statistic(statistic) => Some(statistic.rows()),
-        }
+        table.what.value()?.rows()
     }
 }
 
@@ -314,36 +298,30 @@ fn of_loads(table: &MeasureTable, span: &Span, checks: &mut StageChecks) -> Opti
     exclude_of_loads(table, what, checks)?;
     let stiffness = checks.value("stiffness", &table.stiffness)?;
     let set = set(table, checks)?;
-    let bins = bins_per_decade(table, checks)?;
+    let bins = bins_per_decade(table, DEFAULT_BINS_PER_DECADE, "for clusters", checks)?;
     if let Some(written) = checks.optional("friction", &table.friction)? {
         return friction(written, checks);
     }
-    let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
-        let conduction = conduction(span, checks)?;
-        let filled = checks.surfaces.stage_with(Property::Filled).is_some();
-        let spots_version =
-            checks.surfaces.stage_with(Property::WithImages).map(|_| SPOTS_VERSION.number());
-        let adhesion_version =
-            checks.surfaces.stage_with(Property::WithAdhesion).map(|_| ADHESION_VERSION.number());
-        return Some(Params::Contacts {
-            stiffness,
-            set,
-            conduction,
-            spots_version,
-            adhesion_version,
-            filled,
-        });
+    let with = |property| checks.surfaces.stage_with(property);
+    let (distribution, uncounted) = match what {
+        What::Pressures => (Distribution::Pressures, with(Property::PressuresUncounted)),
+        What::Gaps => (Distribution::Gaps, with(Property::GapsUncounted)),
+        What::Clusters => (Distribution::Clusters { bins }, None),
+        _ => {
+            return Some(Params::Contacts(ContactMeasures {
+                stiffness,
+                set,
+                conduction: conduction(span, checks)?,
+                spots_version: with(Property::WithImages).map(|_| SPOTS_VERSION.number()),
+                adhesion_version: with(Property::WithAdhesion).map(|_| ADHESION_VERSION.number()),
+                filled: with(Property::Filled).is_some(),
+            }));
+        }
     };
-    let counts = match distribution {
-        Distribution::Pressures => Some((Property::PressuresUncounted, "pressure_bins")),
-        Distribution::Gaps => Some((Property::GapsUncounted, "gap_bins")),
-        Distribution::Clusters { .. } => None,
-    };
-    let uncounted =
-        counts.and_then(|(property, key)| Some((checks.surfaces.stage_with(property)?, key)));
-    let Some((stage, key)) = uncounted else {
+    let Some(stage) = uncounted else {
         return Some(Params::Distribution(distribution));
     };
+    let key = if what == What::Pressures { "pressure_bins" } else { "gap_bins" };
     let message = format!("stage `{stage}` has no `{key}`");
     let label = "needs counts that the `solve` stage makes";
     let problem = Problem::new(message, table.what.written()?.span.clone(), label);
@@ -380,13 +358,18 @@ fn set(table: &MeasureTable, checks: &mut StageChecks) -> Option<NodeSet> {
 }
 
 /// Returns the number of bins per decade of area.
-fn bins_per_decade(table: &MeasureTable, checks: &mut Checks) -> Option<u32> {
-    let bins = checks.value_or("bins", &table.bins, DEFAULT_BINS_PER_DECADE)?;
+fn bins_per_decade(
+    table: &MeasureTable,
+    default: u32,
+    what: &str,
+    checks: &mut Checks,
+) -> Option<u32> {
+    let bins = checks.value_or("bins", &table.bins, default)?;
     let written = table.bins.written().filter(|_| bins > MAX_BINS_PER_DECADE);
     let Some(written) = written else {
         return Some(bins);
     };
-    let must = format!("must be from 1 to {MAX_BINS_PER_DECADE} for clusters");
+    let must = format!("must be from 1 to {MAX_BINS_PER_DECADE} {what}");
     checks.refuse("bins", format!("`bins` is {bins}"), &written.span, must)
 }
 
@@ -397,36 +380,17 @@ fn of_surfaces(table: &MeasureTable, profiles: bool, checks: &mut StageChecks) -
     exclude_of_surfaces(table, what, profiles, checks)?;
     let bins = checks.value("bins", &table.bins)?;
     let range = checks.number("range", &table.range)?;
-    let trusted_fraction = checks.number("trusted_fraction", &table.trusted_fraction)?;
-    if matches!(what, What::StitchedSpectrum | What::SpectrumFromProfiles) {
-        let lines = checks.optional("lines", &table.lines)?.map(|lines| lines.value);
-        let params = stitched(table, trusted_fraction, checks)?;
-        if what == What::SpectrumFromProfiles {
-            check_profiles_are_alike(table, checks)?;
-        }
-        return Some(match (what, params) {
-            (What::SpectrumFromProfiles, Params::Stitched { bins, trusted_fraction, .. }) => {
-                let version = from_profiles::VERSION.number();
-                Params::FromProfiles { bins, trusted_fraction, lines, version }
-            }
-            (_, params) => params,
-        });
-    }
-    let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
-        return heights(
-            table,
-            bins,
-            range,
-            checks.surfaces.stage_with(Property::NotRedrawable),
-            checks,
-        );
-    };
     Some(Params::Surface(match what {
+        What::StitchedSpectrum | What::SpectrumFromProfiles => return of_all(table, what, checks),
         What::Roughness if profiles => of_profile(table, checks)?,
         What::Roughness => areal(table, checks)?,
         What::ProfileSpectrum if profiles => Statistic::SingleProfileSpectrum,
+        What::ProfileSpectrum => Statistic::ProfileSpectrum,
         What::Spectrum => Statistic::Spectrum { yielded_version: yielded_version(checks.surfaces) },
-        _ => statistic,
+        What::Autocorrelation => Statistic::AUTOCORRELATION,
+        What::Scales => Statistic::Scales,
+        What::Bearing => Statistic::Bearing { bins, range },
+        _ => return heights(table, bins, range, checks),
     }))
 }
 
@@ -453,62 +417,51 @@ fn check_of_profile(
     ))
 }
 
-/// Refuses profiles of several parameter points: the spectrum would be that of no surface.
-fn check_profiles_are_alike(table: &MeasureTable, checks: &mut StageChecks) -> Option<()> {
-    let Some(stage) = checks.surfaces.stage_with(Property::UnlikeScans) else { return Some(()) };
-    let message = format!("the surfaces of `{stage}` differ in labels or preparation");
-    let problem = Problem::new(message, table.what.written()?.span.clone(), "is one spectrum");
-    checks.reject(
-        problem.help(
-            "give each specimen and each filter a `generate` and a `measure` stage of its own",
-        ),
-    )
-}
-
 /// Returns the version of the spectra of yielded surfaces, if there are any.
 fn yielded_version(surfaces: &Surfaces) -> Option<u32> {
     checks.surfaces.stage_with(Property::Yielded).map(|_| YIELDED_VERSION.number())
 }
 
-/// Returns the task of a stitched spectrum. Refuses surfaces whose lengths have different units.
-fn stitched(
-    table: &MeasureTable,
-    trusted_fraction: f64,
-    checks: &mut StageChecks,
-) -> Option<Params> {
-    let bins = checks.value_or("bins", &table.bins, stitched::DEFAULT_BINS)?;
-    if bins > MAX_BINS_PER_DECADE {
-        let must = format!("must be from 1 to {MAX_BINS_PER_DECADE} per decade");
-        return checks.refuse(
-            "bins",
-            format!("`bins` is {bins}"),
-            &table.bins.written()?.span,
-            must,
-        );
+/// Returns the spectrum of all surfaces together. Refuses scans without a common unit of length, and
+/// profiles of different specimens.
+fn of_all(table: &MeasureTable, what: What, checks: &mut StageChecks) -> Option<Params> {
+    let trusted_fraction = checks.number("trusted_fraction", &table.trusted_fraction)?;
+    let lines = checks.optional("lines", &table.lines)?.map(|lines| lines.value);
+    let bins = bins_per_decade(table, stitched::DEFAULT_BINS, "per decade", checks)?;
+    let problem = |message: String, label| {
+        Some(Problem::new(message, table.what.written()?.span.clone(), label))
+    };
+    if let [first, second, ..] = checks.surfaces.length_units.as_slice() {
+        let message = format!("the scans have lengths in {first:?} and in {second:?}");
+        return checks.reject(problem(message, "needs one unit")?.help(
+            "lengths of a file with a unit are in metres; give `side`, `unit` and `height_scale` \
+             of the other files in metres, too",
+        ));
     }
-    let [first, second, ..] = checks.surfaces.length_units.as_slice() else {
+    if what == What::StitchedSpectrum {
         let yielded_version = yielded_version(checks.surfaces);
         return Some(Params::Stitched { bins, trusted_fraction, yielded_version });
-    };
-    let message = format!("the scans have lengths in {first:?} and in {second:?}");
-    let problem = Problem::new(message, table.what.written()?.span.clone(), "needs one unit");
-    checks.reject(problem.help(
-        "lengths of a file with a unit are in metres; give `side`, `unit` and `height_scale` of the \
-         other files in metres, too",
-    ))
+    }
+    if let Some(stage) = checks.surfaces.stage_with(Property::UnlikeScans) {
+        let message = format!("the surfaces of `{stage}` differ in labels or preparation");
+        return checks.reject(problem(message, "is one spectrum")?.help(
+            "give each specimen and each filter a `generate` and a `measure` stage of its own",
+        ));
+    }
+    let version = from_profiles::VERSION.number();
+    Some(Params::FromProfiles { bins, trusted_fraction, lines, version })
 }
 
 fn heights(
     table: &MeasureTable,
     bins: u32,
     range: f64,
-    not_redrawable: Option<&str>,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Params> {
     if !checks.value("pool", &table.pool)? {
         return Some(Params::Heights { bins, range });
     }
-    let Some(stage) = not_redrawable else {
+    let Some(stage) = checks.surfaces.stage_with(Property::NotRedrawable) else {
         return Some(Params::Pool { bins, range });
     };
     let message = "surfaces with a measured spectrum cannot be pooled: they cannot be drawn again";

@@ -101,22 +101,6 @@ impl Statistic {
         Statistic::Profile(Profile::ALL),
     ];
 
-    /// Returns the kind of rows in the table.
-    pub fn rows(&self) -> RowKind {
-        match self {
-            Statistic::Spectrum { .. } => RowKind::PowerSpectra,
-            Statistic::ProfileSpectrum | Statistic::SingleProfileSpectrum => {
-                RowKind::ProfileSpectra
-            }
-            Statistic::Autocorrelation { .. } => RowKind::Autocorrelations,
-            Statistic::Scales => RowKind::Scales,
-            Statistic::Bearing { .. } => RowKind::BearingCurves,
-            Statistic::Roughness | Statistic::Areal(_) | Statistic::Profile(_) => {
-                RowKind::Roughness
-            }
-        }
-    }
-
     /// Returns the columns without the parameter columns of the surface.
     pub fn columns(&self) -> Vec<Column> {
         match self {

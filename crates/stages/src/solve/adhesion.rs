@@ -76,7 +76,7 @@ pub const STALLED: &str = "stalled";
 pub const GAP_NOT_REACHED: &str = "gap-not-reached";
 
 /// Parameters of a path on one surface.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Params {
     pub version: u32,
     /// Effective elastic modulus E* of the two bodies.

@@ -423,16 +423,12 @@ fn params(table: &SolveTable, checks: &mut StageChecks) -> Option<Params> {
         control,
         load_unit,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
-        newtons: None,
         loads,
         listed,
         tolerance: tolerance?,
         max_pairs: max_pairs?,
         pressures: pressures?,
-        boundary: Boundary::Periodic,
-        layer: None,
         hardness,
-        branch: None,
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
         layer_conduction: conduction.and_then(|conduction| conduction.layer),
@@ -441,6 +437,7 @@ fn params(table: &SolveTable, checks: &mut StageChecks) -> Option<Params> {
         stiffness,
         asperities: asperities?,
         shift: shift?,
+        ..Params::default()
     })
 }
 

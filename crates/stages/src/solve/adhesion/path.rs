@@ -8,7 +8,7 @@ use crate::ensemble::load_column;
 use crate::reduced_units::{PressureUnit, Scales};
 use crate::solve::adhesion::rows::{self, SurfaceScales};
 use crate::solve::adhesion::{Params, VERSION};
-use crate::solve::{self, Control, contact};
+use crate::solve::{self, Control, contact, max_pairs};
 use crate::{Context, StageError, unloading};
 use asperity_mechanics::adhesion::{Adhesion, AdhesivePath, Stop, Target};
 use asperity_mechanics::elasticity::{ElasticOperator, FreeHalfSpace, PeriodicHalfSpace};
@@ -19,7 +19,7 @@ use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::differences;
 use asperity_mechanics::topography::moments::Moments;
 use asperity_mechanics::topography::surface::Surface;
-use asperity_tables::column::optional_list;
+use asperity_tables::column::{Column, optional_list};
 use asperity_tables::table::{Table, TableError};
 
 /// Solves the states of a path, or the states beyond those that are stored. `row` is the row of the
@@ -319,32 +319,23 @@ pub fn displacement(gap: &[f64], heights: &[f64], mean_displacement: f64) -> Vec
 impl Params {
     /// Returns the settings and the states with which the rows of a path were solved.
     fn of_solved(table: &Table) -> Result<Params, TableError> {
-        let number = |column: &str| table.reals(column).map(|values| values.value(0));
+        let number = |column: Column| table.reals(column.name).map(|values| values.value(0));
         let given = load_column(table);
+        // Without contact, a path of an isolated patch has no mean gap.
         let may_miss = table.has(PRESCRIBED_GAP.name);
         let targets = if may_miss { PRESCRIBED_GAP.name } else { given };
         Ok(Params {
             version: VERSION.number(),
-            effective_modulus: number(EFFECTIVE_MODULUS.name)?,
-            load_unit: if given == PRESSURE.name {
-                PressureUnit::Absolute
-            } else {
-                PressureUnit::Relative
-            },
-            pressure_unit: None,
-            newtons: None,
-            work: number(WORK_OF_ADHESION.name)?,
-            range: number(INTERACTION_RANGE.name)?,
+            effective_modulus: number(EFFECTIVE_MODULUS)?,
+            load_unit: PressureUnit::of_solved(table),
+            work: number(WORK_OF_ADHESION)?,
+            range: number(INTERACTION_RANGE)?,
             control: if given == MEAN_GAP.name { Control::Gap } else { Control::Load },
             targets: table.reals(targets)?.values().to_vec(),
-            tolerance: number(TOLERANCE.name)?,
-            max_pairs: u32::try_from(table.integers(MAX_PAIRS.name)?.value(0)).unwrap_or(u32::MAX),
-            keeps_maps: false,
-            pressure_bins: None,
-            gap_bins: None,
+            tolerance: number(TOLERANCE)?,
+            max_pairs: max_pairs(table)?,
             boundary: solve::boundary_of(table),
-            shift: None,
-            loads_lack_unit: false,
+            ..Params::default()
         })
     }
 }

@@ -7,6 +7,7 @@ use crate::reduced_units::{PressureUnit, Scales};
 use crate::solve::Control;
 use crate::solve::adhesion::Params;
 use crate::solve::parts::counted;
+use crate::stage::first_real;
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column, column_if, column_in_role};
 use crate::{StageError, nominal_area};
@@ -246,9 +247,7 @@ impl MeanState {
         let Some(before) = before else {
             return Ok(Some(0.0));
         };
-        let value = |column: Column| -> Result<Option<f64>, StageError> {
-            Ok(before.reals(column.name)?.iter().next().flatten())
-        };
+        let value = |column: Column| first_real(before, column);
         let (Some(lost), Some(elastic), Some(adhesion), Some(gap_before)) = (
             value(DISSIPATED_ENERGY)?,
             value(ELASTIC_ENERGY)?,
@@ -257,7 +256,7 @@ impl MeanState {
         ) else {
             return Ok(Some(0.0));
         };
-        let displacement_before = value(MEAN_DISPLACEMENT).ok().flatten().unwrap_or(0.0);
+        let displacement_before = value(MEAN_DISPLACEMENT)?.unwrap_or(0.0);
         let displacement = self.displacement.unwrap_or(0.0) - displacement_before;
         let pressure_before = before.reals(PRESSURE.name)?.value(0);
         let approach = displacement - (gap - gap_before);
