@@ -8,7 +8,7 @@ use crate::generate::mesh::{ParaboloidTable, PunchTable, WaveTable};
 use crate::generate::random::RandomTable;
 use crate::generate::spectrum::SpectrumTable;
 use crate::generate::yielded::YieldedTable;
-use crate::registry::StageVariant;
+use crate::stage_points::StageVariant;
 use crate::surface::method::{METHODS, Method};
 use asperity_manifest::keys::Section;
 
