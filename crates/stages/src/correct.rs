@@ -240,8 +240,8 @@ fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> Optio
     let checks = &mut StageChecks::new(section, point, context);
     let corrections = corrections(&point.table, checks)?;
     if let Some(correction) = corrections.iter().find(|correction| correction.coefficient > 0.0) {
-        check_cells(correction, section, &context.checks)?;
-        check_physics(correction, section, &context.checks)?;
+        check_cells(correction, section, checks)?;
+        check_physics(correction, section, checks)?;
     }
     let params = Params { corrections };
     Some(vec![Recipe::Correct(Arc::new(params))])

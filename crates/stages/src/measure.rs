@@ -21,7 +21,6 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use crate::bodies::Conduction;
 use crate::columns::*;
 use crate::measure::conduction::SPOTS_VERSION;
 use crate::measure::contacts::ADHESION_VERSION;

@@ -122,7 +122,7 @@ impl StageVariant {
     /// Reads the table of a stage. The keys `kind`, `from` and the selecting key must have been
     /// removed from the table. `scope` has the names that expressions can use besides keys.
     pub fn read(
-        &self,
+        &'static self,
         table: DeTable,
         span: Span,
         scope: &Scope<'_>,

@@ -23,10 +23,10 @@ use super::expression_syntax::{has_unit, syntax_problem};
 use super::parameters::Parameters;
 use crate::diagnostics::{Problem, did_you_mean, listed};
 use crate::expression::{Expression, ExpressionError};
-use crate::keys::quantity::{self, Declared, Unit};
+use crate::keys::quantity::{Declared, Unit};
 use crate::keys::schema::{alternatives, is_number, is_of_type, is_type, words};
 
-pub use point::replaced;
+pub use point::{Point, replaced};
 
 type Written<'i> = TomlSpanned<DeValue<'i>>;
 

@@ -8,7 +8,7 @@ use asperity_manifest::diagnostics::{Problem, Problems, listed, suggestion};
 use asperity_manifest::keys::Spanned;
 use asperity_manifest::names;
 use asperity_manifest::names::{MAX_LENGTH, is_plain};
-use asperity_stages::registry::{StagePoints, with_article};
+use asperity_stages::registry::with_article;
 use asperity_stages::{Kind, RowKind};
 
 /// Directed graph of the stages of a manifest.

@@ -10,7 +10,6 @@ use crate::study::Work;
 use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::Spanned;
 use asperity_stages::check_context::NamedSurfaces;
-use asperity_stages::registry::StagePoints;
 use asperity_stages::surface::planned::PlannedSurfaces;
 use asperity_stages::surface::{Origin, Params};
 

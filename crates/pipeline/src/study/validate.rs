@@ -19,7 +19,6 @@ use asperity_stages::absolute::{AbsoluteColumns, StageUnits};
 use asperity_stages::check_context::{PressedStage, Surfaces};
 use asperity_stages::columns::{SURFACE, needed_key};
 use asperity_stages::output_units::Conversion;
-use asperity_stages::registry::StagePoints;
 use asperity_stages::surface::Origin;
 use asperity_stages::surface::labels::Labels;
 use asperity_stages::surface::planned::{

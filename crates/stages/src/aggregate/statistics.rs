@@ -30,7 +30,7 @@
 use std::collections::HashMap;
 
 use polars::prelude::{
-    Column, DataType, Expr, Field, LazyFrame, NULL, NamedFrom, PolarsResult, Schema, Series, col,
+    self, DataType, Expr, Field, LazyFrame, NULL, NamedFrom, PolarsResult, Schema, Series, col,
     lit, when,
 };
 use serde::Serialize;
@@ -250,7 +250,7 @@ pub fn ends(name: &str, level: f64) -> [Expr; 2] {
 
 /// Returns the two-sided quantile of Student's t for each number of surfaces in the column. The
 /// quantile of each distinct number is computed once.
-fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
+fn factors(surfaces: &prelude::Column, level: f64) -> PolarsResult<prelude::Column> {
     let mut known: HashMap<u32, f64> = HashMap::new();
     let mut factor = |surfaces: f64| {
         let freedom = surfaces as u32 - 1;

@@ -1,9 +1,7 @@
 //! Columns of solved loads, contact maps, asperity models, flow, corrected areas and distributions.
 
 use crate::columns::{
-    BRANCH, CONTACT_NODES, CONTACT_PRESSURE, PRESSURE_BIN_WIDTH, PRESSURE_DENSITY,
-    PRESSURE_DENSITY_PERSSON, PRESSURE_NODES, PRESSURE_NODES_BEYOND, RESIDUAL, STOP, TOLERANCE,
-    codes, columns, flag, heavy, integer, parameter, parameter_text, real, text,
+    TOLERANCE, codes, columns, flag, heavy, integer, parameter, parameter_text, real, text,
 };
 use asperity_tables::column::ColumnKind::{Bytes, Reals};
 use asperity_tables::column::{Column, Role};

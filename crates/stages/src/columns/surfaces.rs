@@ -1,8 +1,7 @@
 //! Columns of measured surfaces, and of the moments, descriptors and statistics of all surfaces.
 
 use crate::columns::{
-    RMS_HEIGHT, codes, columns, heavy, integer, parameter, parameter_integer, parameter_text, real,
-    text,
+    codes, columns, heavy, integer, parameter, parameter_integer, parameter_text, real, text,
 };
 use asperity_tables::column::ColumnKind::Reals;
 use asperity_tables::column::{Column, Role};

@@ -14,7 +14,6 @@ use serde::Serialize;
 use crate::columns::{K_LOWER, K_ROLLOFF};
 use crate::ensemble::ParameterPoint;
 use crate::fit::Params;
-use crate::fit::limits::observations::ObservedGroup;
 use asperity_manifest::decimal;
 use asperity_manifest::expression::Expression;
 use asperity_statistics::FitError;

@@ -7,7 +7,7 @@ mod lengths;
 mod preparation;
 pub mod samples;
 
-use std::collections::BTreeMap;
+use std::error::Error;
 use std::path::Path;
 use std::rc::Rc;
 
@@ -27,20 +27,20 @@ use crate::stage_points::{StagePoints, Work};
 use crate::surface::labels::Labels;
 use crate::surface::origin::{InspectedMap, MeasuredSurface};
 use crate::surface::planned::{Growing, PlannedSurfaces, Realizations, growing, single, surfaces};
-use crate::surface::{Heights, Origin, Params};
+use crate::surface::{Heights, Origin};
 use crate::surface_files::{ContentHash, RecordedFile, SurfaceFileError, SurfaceFiles};
 use crate::{CheckContext, RowKind};
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean, shell_word};
+use asperity_manifest::diagnostics::{Problem, Span, chain, did_you_mean, shell_word};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{
     always_pair, length, positive_items, required, swept, unit_of_lengths,
 };
 use asperity_manifest::keys::quantity::Unit;
-use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned, table};
+use asperity_manifest::keys::{Key, KeyTable, OnAxes, Section, Spanned, table};
 use asperity_mechanics::topography::alignment::MAX_DEGREE;
 use asperity_mechanics::topography::fill::Fill;
-use asperity_mechanics::topography::level::{Level, ThreePoints};
+use asperity_mechanics::topography::level::Level;
 use asperity_mechanics::topography::outliers::MAX_WINDOW;
 use asperity_mechanics::topography::periodic::Edges;
 use asperity_mechanics::topography::preparation::Preparation;

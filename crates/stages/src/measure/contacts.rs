@@ -63,10 +63,11 @@ const COPIED_WITH_ADHESION: [Column; 9] = [
 ];
 
 /// Nodes whose area, edges and clusters are measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum NodeSet {
     /// Nodes in contact.
+    #[default]
     Contact,
     /// Nodes with positive pressure, for contacts with adhesion, where a node in contact may be
     /// pulled.
@@ -149,7 +150,7 @@ pub fn all_columns() -> Vec<Column> {
 }
 
 /// Recipe of the measures of contact maps.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Default, Clone, PartialEq, Serialize)]
 pub struct ContactMeasures {
     /// True if the stiffness of the interface is measured, too. Omitted from the recipe if
     /// false, so that existing keys stay valid.
@@ -383,7 +384,8 @@ mod tests {
             (STOP, texts(["converged"; 2])),
             (CONTACT, bytes(&maps)),
         ];
-        let measured = measure(&Table::new(2, columns), false, NodeSet::Contact, None).unwrap();
+        let measures = ContactMeasures::default();
+        let measured = measure(&Table::new(2, columns), &measures, measures.set).unwrap();
         let means = measured.reals(MEAN_CONTACT_PRESSURE.name).unwrap();
         assert!(means.is_null(0), "not infinite");
         assert_eq!(means.value(1), 4.0);

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::columns::*;
 use crate::grids::Grids;
-use crate::{Input, Recipe, RowKind, StageError, solve};
+use crate::{Input, Recipe, StageError, solve};
 use asperity_mechanics::distribution::EqualBins;
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::morphology::clusters::Cluster;

@@ -419,7 +419,7 @@ fn check_of_profile(
 
 /// Returns the version of the spectra of yielded surfaces, if there are any.
 fn yielded_version(surfaces: &Surfaces) -> Option<u32> {
-    checks.surfaces.stage_with(Property::Yielded).map(|_| YIELDED_VERSION.number())
+    surfaces.stage_with(Property::Yielded).map(|_| YIELDED_VERSION.number())
 }
 
 /// Returns the spectrum of all surfaces together. Refuses scans without a common unit of length, and

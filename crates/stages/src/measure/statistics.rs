@@ -10,12 +10,12 @@ use std::f64::consts::TAU;
 use arrow::array::ArrayRef;
 use serde::Serialize;
 
+use crate::StageError;
 use crate::columns::*;
 use crate::measure::areal::Areal;
 use crate::measure::profile::Profile;
 use crate::surface::Origin;
 use crate::version::Version;
-use crate::{RowKind, StageError};
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::topography::autocorrelation::Autocorrelation;
 use asperity_mechanics::topography::descriptors::Roughness;

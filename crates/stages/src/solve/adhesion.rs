@@ -31,8 +31,7 @@ use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::table::Table;
 
-pub use self::fields::{PathFields, StateMaps, displacement};
-pub use self::path::ContactPath;
+pub use self::path::{ContactPath, PathFields, StateMaps, displacement};
 
 /// Version of the numbers with adhesion. Only recipes with adhesion contain it, so raising it does
 /// not recompute other contacts.

@@ -8,10 +8,7 @@ use crate::StageError;
 use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::reduced_units::{GivenHardness, PressureUnit, Scales};
-use crate::solve::{
-    Bodies, Contact, Control, GivenLayer, ListedLoads, Params, Pressures, Stiffness, boundary_of,
-    max_pairs,
-};
+use crate::solve::{Contact, Control, GivenLayer, Params, boundary_of, max_pairs};
 use crate::stage::first_real;
 use crate::unloading::Branch;
 use asperity_mechanics::asperities::{Asperities, Interaction};
@@ -151,6 +148,7 @@ fn given_hardness(table: &Table) -> Result<Option<GivenHardness>, TableError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solve::Pressures;
     use crate::solve::parts::StoredLoads;
     use crate::solve::tests::{params, solved_on, surface};
     use asperity_mechanics::grid::Boundary;

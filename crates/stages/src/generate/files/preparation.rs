@@ -5,17 +5,14 @@ use std::ops::{RangeBounds, RangeInclusive};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::generate::files::{
-    FileKeys, FileTable, FoundLowPass, WrittenLowPass, is_profile, preparation,
-};
+use crate::generate::files::{FileKeys, FileTable, WrittenLowPass, is_profile};
 use crate::generate::mesh::{MAX_NODES, MIN_NODES};
 use crate::generate::plausibility::slope_and_span;
 use crate::map_file::MapFile;
 use crate::per_axis::PerAxis;
 use crate::surface::origin::InspectedMap;
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Span};
-use asperity_manifest::keys::OnAxes;
+use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::bounds::QUANTITY;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::length;
