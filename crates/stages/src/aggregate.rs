@@ -28,9 +28,7 @@ mod theory;
 
 pub use groups::reduce as grouped;
 pub(crate) use multilevel::numbers;
-pub use multilevel::{
-    FinestMean, Multilevel, finest_means, reduce as multilevel_means, warning as multilevel_warning,
-};
+pub use multilevel::{FinestMean, Multilevel, finest_means, reduce as multilevel_means};
 pub use statistics::Statistic;
 pub use theory::{Model, SPECTRUM_COLUMNS, nayak_parameters};
 

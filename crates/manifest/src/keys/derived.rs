@@ -5,8 +5,8 @@
 //! the number replaces the text before the values are validated and deserialised. Cache keys and
 //! tables are therefore those of a manifest that contains the numbers.
 //!
-//! A name in an expression is, in this order: another key that the point contains, a parameter, or a
-//! key with a declared default. A key never means itself, so `hurst = "hurst"` uses the parameter.
+//! A name in an expression is, in this order: another key that the point contains, a parameter, or
+//! a key with a declared default. A key never means itself, so `hurst = "hurst"` uses the parameter.
 
 mod dimensions;
 mod point;

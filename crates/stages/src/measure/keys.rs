@@ -2,14 +2,14 @@
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 
+use std::collections::BTreeSet;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::bodies::Conduction;
 use crate::check_context::{Property, StageChecks, Surfaces, exclude, in_unit_of_surfaces};
-use crate::measure::areal::{
-    Areal, DECAY, DEFAULT, PEAKS, Parameter, ParameterSet, Settings, VERSION, VOLUMES,
-};
+use crate::measure::areal::{Areal, DECAY, DEFAULT, PEAKS, Parameter, Settings, VERSION, VOLUMES};
 use crate::measure::conduction::SPOTS_VERSION;
 use crate::measure::contacts::{ADHESION_VERSION, ContactMeasures};
 use crate::measure::distributions::Distribution;
@@ -473,9 +473,10 @@ fn heights(
 /// Returns the statistic of `what = "roughness"`, or `None` after reporting problems.
 fn areal(table: &MeasureTable, checks: &mut StageChecks) -> Option<Statistic> {
     let names = checks.optional("parameters", &table.parameters)?;
-    let parameters: ParameterSet = match names {
+    let parameters: BTreeSet<Parameter> = match names {
+        Some(names) if names.value.contains(&Parameter::All) => Parameter::EACH.into(),
         Some(names) => names.value.iter().copied().collect(),
-        None => DEFAULT.into_iter().collect(),
+        None => DEFAULT.into(),
     };
     let smr_height = match checks.optional("smr_height", &table.smr_height)? {
         Some(height) => Some(in_unit_of_surfaces(height, checks)?),
@@ -496,7 +497,7 @@ fn areal(table: &MeasureTable, checks: &mut StageChecks) -> Option<Statistic> {
         ("correlation_threshold", &table.correlation_threshold, &DECAY),
         ("pruning", &table.pruning, &PEAKS),
     ] {
-        check_is_used(name, key, users, parameters, checks)?;
+        check_is_used(name, key, users, &parameters, checks)?;
     }
     let [p, q] = settings.volume_ratios();
     if p >= q {
@@ -508,7 +509,7 @@ fn areal(table: &MeasureTable, checks: &mut StageChecks) -> Option<Statistic> {
         let label = "`peak_ratio` must be below `dale_ratio`";
         return checks.refuse(name, message, &key.written()?.span, label);
     }
-    let is_default = parameters == DEFAULT.into_iter().collect();
+    let is_default = parameters == DEFAULT.into();
     Some(if is_default && settings == Settings::default() {
         Statistic::Roughness
     } else {
@@ -537,10 +538,11 @@ fn check_is_used(
     name: &str,
     key: &Key<f64>,
     users: &[Parameter],
-    parameters: ParameterSet,
+    parameters: &BTreeSet<Parameter>,
     checks: &mut Checks,
 ) -> Option<()> {
-    let Some(written) = key.written().filter(|_| !parameters.has_any(users)) else {
+    let is_used = users.iter().any(|user| parameters.contains(user));
+    let Some(written) = key.written().filter(|_| !is_used) else {
         return Some(());
     };
     let names: Vec<&str> = users.iter().map(|user| user.column().name).collect();
