@@ -60,17 +60,21 @@ pub fn mesh(
     let (counts, lengths) = (counts?, lengths?);
     let mesh =
         Mesh { nodes: PerAxis(counts.pair()), side: PerAxis(lengths.pair().map(decimal::nearest)) };
-    let nodes_span = &nodes.written()?.span;
-    let side_span = side.written().map(|side| &side.span);
-    match (counts, lengths) {
-        (OnAxes::Both(_), OnAxes::Both(_)) | (OnAxes::Each(_), OnAxes::Each(_)) => Some(mesh),
-        (OnAxes::Each(_), OnAxes::Both(length)) => {
-            checks.reject(single_side(counts, nodes_span, decimal::nearest(length), side_span))
+    let (message, pair) = match (counts, lengths) {
+        (OnAxes::Each(_), OnAxes::Both(_)) => {
+            let message = format!("`nodes = {counts}` is a pair, but `side` is one number");
+            (message, &nodes.written()?.span)
         }
-        (OnAxes::Both(count), OnAxes::Each(_)) => {
-            checks.reject(single_nodes(count, nodes_span, mesh.side.0, side_span?))
+        (OnAxes::Both(_), OnAxes::Each(_)) => {
+            let message = format!("`side = {lengths}` is a pair, but `nodes` is one number");
+            (message, &side.written()?.span)
         }
-    }
+        _ => return Some(mesh),
+    };
+    let problem = Problem::new(message, pair.clone(), "along x and y");
+    checks.reject(
+        problem.help("give both along both axes; cells are square in the ratio of the sides"),
+    )
 }
 
 /// Returns the name of the unit of length of a surface; empty if the manifest names none. A known
@@ -89,46 +93,6 @@ pub fn unit(unit: &Key<String>, side: &Key<OnAxes<f64>>, checks: &mut Checks) ->
         return checks.reject(problem.help(format!("write `side = \"100 {label}\"`, for example")));
     }
     Some(label)
-}
-
-/// Returns the problem of a pair of nodes that is combined with a single side.
-fn single_side(
-    nodes: OnAxes<u32>,
-    nodes_span: &Span,
-    longer_side: f64,
-    side_span: Option<&Span>,
-) -> Problem {
-    let message = format!("`nodes = {nodes}` is a pair, but `side` is one number");
-    let problem = Problem::new(message, nodes_span.clone(), "numbers of nodes along x and y");
-    let problem = match side_span {
-        Some(span) => problem.and(span.clone(), "a square cell"),
-        None => problem,
-    };
-    let square = square_cells(nodes.pair(), longer_side);
-    problem.help(format!("give both sides; `side = {square}` makes cells square"))
-}
-
-/// Returns the sides along x and y with which these nodes have square cells.
-pub fn square_cells(counts: [u32; 2], longer_side: f64) -> OnAxes<f64> {
-    let most = f64::from(counts[0].max(counts[1]));
-    OnAxes::Each(counts.map(|nodes| longer_side * (f64::from(nodes) / most)))
-}
-
-/// Returns the problem of a pair of sides that is combined with a single number of nodes.
-fn single_nodes(most: u32, nodes_span: &Span, lengths: [f64; 2], side_span: &Span) -> Problem {
-    let side = OnAxes::Each(lengths);
-    let message = format!("`side = {side}` is a pair, but `nodes` is one number");
-    let problem = Problem::new(message, side_span.clone(), "sides along x and y")
-        .and(nodes_span.clone(), "a square mesh");
-    let longer_side = lengths[0].max(lengths[1]);
-    let square = lengths.map(|length| f64::from(most) * (length / longer_side));
-    let are_whole = square.iter().all(|nodes| nodes.fract() == 0.0);
-    problem.help(if are_whole {
-        let square = OnAxes::Each(square);
-        format!("give the nodes along both axes; `nodes = {square}` makes cells square")
-    } else {
-        "give the nodes along both axes: `nodes = [along x, along y]`".to_owned()
-    })
 }
 
 /// Refuses wavenumbers with fewer than two nodes per wave, which the mesh does not resolve. If

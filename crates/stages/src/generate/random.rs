@@ -19,9 +19,7 @@ use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
 use asperity_manifest::keys::{GridPoint, Key, OnAxes, Section, Spanned, table};
 use asperity_mechanics::grid::Cell;
-use asperity_mechanics::topography::johnson::{
-    MAX_KURTOSIS, MAX_SKEWNESS, MomentsError, check_moments,
-};
+use asperity_mechanics::topography::johnson::{MAX_KURTOSIS, MAX_SKEWNESS, check_moments};
 use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
 use asperity_mechanics::topography::spectrum::{Anisotropy, Spectrum};
 
@@ -430,7 +428,12 @@ impl HeightKeys<'_> {
                 return checks.refuse("kurtosis", message, span, label);
             }
             (skewness, Some(kurtosis), None) => {
-                self.moments(skewness.unwrap_or(0.0), kurtosis, checks)?
+                let skewness = skewness.unwrap_or(0.0);
+                if let Err(error) = check_moments(skewness, kurtosis) {
+                    let span = &self.kurtosis.written()?.span;
+                    return checks.refuse("kurtosis", error.to_string(), span, "not possible");
+                }
+                PrescribedHeights::Moments { skewness, kurtosis }
             }
         };
         if let Some(written) = self.heights.written().filter(|one| one.value == Heights::None) {
@@ -439,29 +442,6 @@ impl HeightKeys<'_> {
             return checks.refuse("heights", message, &written.span, label);
         }
         Some(Some(prescribed))
-    }
-
-    fn moments(
-        &self,
-        skewness: f64,
-        kurtosis: f64,
-        checks: &mut Checks,
-    ) -> Option<PrescribedHeights> {
-        let Err(error) = check_moments(skewness, kurtosis) else {
-            return Some(PrescribedHeights::Moments { skewness, kurtosis });
-        };
-        let label = match error {
-            MomentsError::Impossible { .. } => "too small for this skewness",
-            MomentsError::OutOfRange { .. } => "out of range",
-        };
-        let span = self.kurtosis.written()?.span.clone();
-        let problem = Problem::new(error.to_string(), span, label);
-        let problem = match self.skewness.written() {
-            Some(written) => problem.and(written.span.clone(), "the skewness"),
-            None => problem,
-        };
-        checks.report("kurtosis", problem);
-        None
     }
 }
 

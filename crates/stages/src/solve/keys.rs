@@ -608,34 +608,25 @@ fn check_bearing(table: &SolveTable, params: &Params, checks: &mut StageChecks) 
     let Some(slope) = slopes.find(|slope| of_load(*slope) >= of_hardness(*slope)) else {
         return;
     };
-    let with_unit = |pressure: f64| quantity::written(pressure, params.pressure_unit);
     let shown = |value: f64, unit: PressureUnit| match unit {
-        PressureUnit::Relative if hardness.unit != params.load_unit => {
-            let pressure = with_unit(pressure(value, unit, slope));
-            let value = decimal::written(value);
-            format!("{value}, a pressure of {pressure} where the rms slope is {slope}")
-        }
         PressureUnit::Relative => decimal::written(value),
-        PressureUnit::Absolute => with_unit(value),
+        PressureUnit::Absolute => quantity::written(value, params.pressure_unit),
     };
     let message = format!(
         "`loads` holds {}, but `hardness` is {}",
         shown(largest, params.load_unit),
         shown(hardness.pressure, hardness.unit)
     );
-    let Some((load, hardness)) = span_of_largest_load(table).zip(table.hardness.written()) else {
+    let Some((load, written)) = span_of_largest_load(table).zip(table.hardness.written()) else {
         return;
     };
     let limit = of_hardness(slope) / pressure(1.0, params.load_unit, slope);
     let problem = Problem::new(message, load, "load that is not below the hardness")
-        .and(hardness.span.clone(), "the hardness");
+        .and(written.span.clone(), "the hardness");
     checks.problems.push(problem.help(format!(
         "a material yields everywhere under a mean pressure equal to its hardness; each load must be \
          below {} here",
-        match params.load_unit {
-            PressureUnit::Relative => decimal::written(decimal::nearest(limit)),
-            PressureUnit::Absolute => with_unit(decimal::nearest(limit)),
-        }
+        shown(decimal::nearest(limit), params.load_unit)
     )));
 }
 

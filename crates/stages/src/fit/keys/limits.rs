@@ -239,8 +239,7 @@ fn observable(of: &Spanned<String>, checks: &mut StageChecks) -> Option<Expressi
         let message =
             "`slope` is the derivative with respect to `load`, which these rows do not have";
         let label = "needs rows of surfaces under loads";
-        checks.report("of", Problem::new(message, of.span.clone(), label));
-        return None;
+        return checks.refuse("of", message, &of.span, label);
     }
     Some(read)
 }
@@ -265,8 +264,7 @@ fn error(
     }
     let message = format!("the fits have no standard error of {:?}", written.value);
     let label = "must be the name of a fitted parameter, not an expression";
-    checks.report("of", Problem::new(message, written.span.clone(), label));
-    None
+    checks.refuse("of", message, &written.span, label)
 }
 
 fn terms(table: &LimitTable, checks: &mut StageChecks) -> Option<Vec<Term>> {
@@ -278,8 +276,7 @@ fn terms(table: &LimitTable, checks: &mut StageChecks) -> Option<Vec<Term>> {
     if combinations > MAX_COMBINATIONS {
         let message = format!("the forms of the terms have {combinations} combinations");
         let label = format!("the maximum is {MAX_COMBINATIONS}");
-        checks.report("terms", Problem::new(message, written.span.clone(), label));
-        return None;
+        return checks.refuse("terms", message, &written.span, label);
     }
     Some(terms)
 }
@@ -290,8 +287,7 @@ fn term(written: &Spanned<TermTable>, checks: &mut StageChecks) -> Option<Term> 
     if of.as_ref().is_some_and(|of| of.columns().is_empty() || of.has_slope()) {
         let message = format!("{:?} is the same at all points", table.of.value);
         let label = "must name a parameter that varies";
-        checks.report("terms", Problem::new(message, table.of.span.clone(), label));
-        return None;
+        return checks.refuse("terms", message, &table.of.span, label);
     }
     let given = table.form.written().map(|form| form.value.all());
     let words = given.unwrap_or_else(|| vec![checks.default_of("terms.form")]);
@@ -309,8 +305,7 @@ fn term(written: &Spanned<TermTable>, checks: &mut StageChecks) -> Option<Term> 
         } else {
             ("a term has no form", "must have at least one form, and a power an exponent")
         };
-        checks.report("terms", Problem::new(message, written.span.clone(), label));
-        return None;
+        return checks.refuse("terms", message, &written.span, label);
     }
     Some(Term { of: of?, forms })
 }

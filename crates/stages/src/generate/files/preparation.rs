@@ -26,7 +26,6 @@ use asperity_mechanics::topography::periodic::Edges;
 use asperity_mechanics::topography::preparation::{
     Crop, FoundCutoff, Levelled, LowPass, Preparation, PreparationError, spread,
 };
-use asperity_mechanics::topography::reliability::Reliability;
 use asperity_mechanics::topography::surface::{Axis, Scan};
 
 /// Numbers of points of profiles.
@@ -184,7 +183,6 @@ pub fn inspected(
     } else {
         None
     };
-    check_reliable_band(keys, grid, reliability.as_ref(), checks)?;
     Some(InspectedMap {
         nodes: PerAxis(nodes),
         side: PerAxis(side),
@@ -201,35 +199,6 @@ pub fn inspected(
         rms_slope: Some(rms_slope),
         height_span,
     })
-}
-
-/// Refuses `low_pass = "reliable"` if it leaves no waves of the map.
-fn check_reliable_band(
-    keys: &FileKeys,
-    grid: Grid,
-    reliability: Option<&Reliability>,
-    checks: &mut Checks,
-) -> Option<()> {
-    let Preparation { low_pass, high_pass, .. } = keys.preparation;
-    let written = keys.table.low_pass.written();
-    let is_reliable = matches!(low_pass, Some(LowPass::Found(FoundCutoff::Reliable)));
-    let Some((found, written)) = reliability.zip(written).filter(|_| is_reliable) else {
-        return Some(());
-    };
-    let (longest, of) = match high_pass {
-        Some(cutoff) => (cutoff, "`high_pass`"),
-        None => (grid.cell().longer_side(), "the longer side of the map"),
-    };
-    if found.wavelength < longest {
-        return Some(());
-    }
-    let [reliable, longest] = [found.wavelength, longest].map(decimal::nearest);
-    let message = format!(
-        "the shortest reliable wavelength of {:?} is {reliable:?}, and {of} is {longest:?}",
-        keys.path.value
-    );
-    let problem = Problem::new(message, written.span.clone(), "leaves no waves of the map");
-    checks.reject(problem.help("check `tip_radius`, raise `high_pass`, or give a wavelength"))
 }
 
 /// Creates the problem of a crop, or of three points, that do not fit the map.
