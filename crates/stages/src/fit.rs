@@ -182,27 +182,19 @@ fn interval_of_only_fit(table: &Table, parameter: FitParameter) -> String {
 /// # Errors
 /// Returns an error if the table lacks the columns that the law reads.
 pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
-    let each = |points: &[CurvesOfPoint], fit: FitOfCurves| -> Vec<FittedPoint> {
-        points.iter().map(|point| point.fit(|curves| fit(curves, params))).collect()
+    let each = |points: Vec<CurvesOfPoint>, fit: FitOfCurves| {
+        let rows = points.iter().map(|point| point.fit(|curves| fit(curves, params)));
+        (rows.collect::<Vec<FittedPoint>>(), points)
     };
-    let (points, rows) = match &params.law {
+    let (rows, points) = match &params.law {
         Law::Limits(choices) => return limits::run(table, choices, params),
         Law::ContactEvolution(law) => {
             let points = CurvesOfPoint::areas(table)?;
-            let rows = law.fits(&points, params);
-            (points, rows)
+            (law.fits(&points, params), points)
         }
         Law::Plain(law) => match law.definition().fits {
-            Fits::Areas(fit) => {
-                let points = CurvesOfPoint::areas(table)?;
-                let rows = each(&points, fit);
-                (points, rows)
-            }
-            Fits::Gaps(fit) => {
-                let points = CurvesOfPoint::from_column(table, MEAN_GAP.name)?;
-                let rows = each(&points, fit);
-                (points, rows)
-            }
+            Fits::Areas(fit) => each(CurvesOfPoint::areas(table)?, fit),
+            Fits::Gaps(fit) => each(CurvesOfPoint::from_column(table, MEAN_GAP.name)?, fit),
             Fits::Meshes => return meshes::run(table, params),
             Fits::Percolation => return percolation::run(table, params),
             Fits::Spectra => return spectra::run(table, params),

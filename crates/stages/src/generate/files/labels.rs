@@ -1,6 +1,6 @@
 //! The files that `path` names, and the labels of each.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use regex::Regex;
@@ -247,57 +247,39 @@ fn typed(
     labels: Vec<(BTreeMap<String, Word>, Span)>,
     problems: &mut Problems,
 ) -> Option<Vec<BTreeMap<String, Value>>> {
+    let names: BTreeSet<&String> = labels.iter().flat_map(|(own, _)| own.keys()).collect();
     let mut kinds: BTreeMap<String, ColumnKind> = BTreeMap::new();
-    let mut words: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    let mut is_clear = true;
-    for (own, span) in &labels {
-        for (name, word) in own {
-            let kind = match word {
-                Word::Text(text) => {
-                    words.entry(name).or_default().push(text);
-                    continue;
-                }
-                Word::Value(Value::Integer(_)) => ColumnKind::Integer,
-                Word::Value(Value::Real(_)) => ColumnKind::Real,
-                Word::Value(Value::Text(_)) => ColumnKind::Text,
-            };
-            let known = *kinds.entry(name.clone()).or_insert(kind);
-            let common = common(known, kind);
-            match common {
-                Some(common) => {
-                    kinds.insert(name.clone(), common);
-                }
-                None => {
-                    let message =
-                        format!("the label `{name}` is a number in one place and text in another");
-                    problems.push(Problem::new(message, span.clone(), "labelled differently"));
-                    is_clear = false;
-                }
+    for name in names {
+        let own = || labels.iter().filter_map(|(own, span)| Some((own.get(name)?, span)));
+        let words = own().filter_map(|(word, _)| match word {
+            Word::Text(text) => Some(text.as_str()),
+            Word::Value(_) => None,
+        });
+        let words: Vec<&str> = words.collect();
+        let of_words = (!words.is_empty()).then(|| Some(kind_of(&words)));
+        let of_values = own().filter_map(|(word, _)| match word {
+            Word::Text(_) => None,
+            Word::Value(Value::Integer(_)) => Some(Some(ColumnKind::Integer)),
+            Word::Value(Value::Real(_)) => Some(Some(ColumnKind::Real)),
+            Word::Value(Value::Text(_)) => Some(Some(ColumnKind::Text)),
+        });
+        let kind = of_values.chain(of_words).reduce(|one, other| common(one?, other?)).flatten();
+        let parameter = labels::parameter_of_random_surfaces(name).map(|parameter| parameter.kind);
+        let message = match (kind, parameter) {
+            (None, _) => format!("the label `{name}` is a number in one place and text in another"),
+            (Some(kind), Some(parameter)) if common(kind, parameter) != Some(parameter) => {
+                format!("the label `{name}` must be a number like the parameter of random surfaces")
             }
-        }
-    }
-    for (name, words) in words {
-        let kind = kind_of(&words);
-        let known = kinds.get(name).copied().unwrap_or(kind);
-        kinds.insert(name.to_owned(), common(known, kind).unwrap_or(ColumnKind::Text));
-    }
-    for (name, kind) in &mut kinds {
-        let Some(parameter) = labels::parameter_of_random_surfaces(name) else { continue };
-        let span = labels.iter().find(|(own, _)| own.contains_key(name)).map(|(_, span)| span);
-        match (common(*kind, parameter.kind) == Some(parameter.kind), span) {
-            (false, Some(span)) => {
-                let message = format!(
-                    "the label `{name}` must be a number like the parameter of random surfaces"
-                );
-                problems.push(Problem::new(message, span.clone(), "has this label"));
-                is_clear = false;
+            (Some(kind), parameter) => {
+                kinds.insert(name.clone(), parameter.unwrap_or(kind));
+                continue;
             }
-            _ => *kind = parameter.kind,
-        }
+        };
+        let (_, span) = own().last()?;
+        problems.push(Problem::new(message, span.clone(), "has this label"));
     }
     let value = |name: &str, word: Word| {
-        let kind = kinds[name];
-        match (word, kind) {
+        Some(match (word, kinds.get(name)?) {
             (Word::Value(Value::Integer(number)), ColumnKind::Real) => Value::Real(number as f64),
             (Word::Value(value), _) => value,
             (Word::Text(text), ColumnKind::Integer) => {
@@ -307,16 +289,16 @@ fn typed(
                 text.parse().map_or(Value::Text(text), Value::Real)
             }
             (Word::Text(text), _) => Value::Text(text),
-        }
+        })
     };
     let of_file = |(own, _): (BTreeMap<String, Word>, Span)| {
         let typed = own.into_iter().map(|(name, word)| {
-            let value = value(&name, word);
-            (name, value)
+            let value = value(&name, word)?;
+            Some((name, value))
         });
         typed.collect()
     };
-    is_clear.then(|| labels.into_iter().map(of_file).collect())
+    labels.into_iter().map(of_file).collect()
 }
 
 /// Returns the type that holds values of two types, if there is one.
