@@ -5,7 +5,6 @@
 //! point in one task that stores only sums. If a study is extended, all surfaces are measured
 //! again, which takes seconds because no contact is solved.
 
-mod all_surfaces;
 mod areal;
 mod conduction;
 mod contacts;
@@ -36,6 +35,7 @@ use crate::{
 use asperity_manifest::diagnostics::counted;
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::height_distribution::{Histogram, HistogramPool};
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, Role, integers, optional_reals, reals};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
@@ -201,7 +201,7 @@ impl Stage for Params {
             }
             Params::Friction(ref friction) => friction.measure(&input.table),
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
-            Params::Surface(statistic) => measured(input, statistic, context),
+            Params::Surface(ref statistic) => measured(input, statistic, context),
             Params::Distribution(distribution) => distribution.measure(input),
             Params::Contacts(ref measures) => measures.measure(input, context),
         }
@@ -342,7 +342,7 @@ fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<
     Ok(input.table.coordinates().pick(&rows).with(columns))
 }
 
-fn measured(input: &Input, statistic: Statistic, context: &Context) -> Result<Table, StageError> {
+fn measured(input: &Input, statistic: &Statistic, context: &Context) -> Result<Table, StageError> {
     let params = surface_params(input);
     let surface = params.surface(&input.table, context.sources, context.threads)?;
     let (rows, columns) = statistic.measure(&surface, &params.origin)?;
@@ -392,4 +392,47 @@ fn surface_params<'a>(input: &Input<'a>) -> &'a surface::Params {
         unreachable!("validation accepts only surfaces for these measurements")
     };
     params
+}
+
+/// Draws or reads the surface of each input in turn, and returns what `measure` makes of it.
+///
+/// # Errors
+/// Returns an error if a surface cannot be read, if `measure` fails, or if the run is interrupted.
+fn of_each<T>(
+    inputs: &[Input],
+    context: &Context,
+    mut measure: impl FnMut(&surface::Params, &Table, Surface) -> Result<T, StageError>,
+) -> Result<Vec<T>, StageError> {
+    let measured = inputs.iter().map(|input| {
+        if (context.interrupted)() {
+            return Err(StageError::Interrupted);
+        }
+        let (params, table) = (surface_params(input), &input.table);
+        measure(params, table, params.surface(table, context.sources, context.threads)?)
+    });
+    measured.collect()
+}
+
+/// Returns the joint name of the surfaces.
+///
+/// # Errors
+/// Returns an error if a table is damaged.
+fn joint_name(inputs: &[Input]) -> Result<String, StageError> {
+    let names = inputs.iter().map(|input| Ok(input.table.texts(SURFACE.name)?.value(0)));
+    Ok(names.collect::<Result<Vec<&str>, StageError>>()?.join("+"))
+}
+
+/// Returns the unit of length of the surfaces in the rows of a table, the only parameter that all
+/// of them share in any study.
+fn unit_of(surfaces: &Table) -> Table {
+    surfaces.keep(|name, _| name == UNIT.name)
+}
+
+/// Returns the unit of length, once for each of `rows` rows.
+///
+/// # Errors
+/// Returns an error if the tables have columns of the same name with different types.
+fn common_unit(inputs: &[Input], rows: usize) -> Result<Table, StageError> {
+    let tables: Vec<Table> = inputs.iter().map(|input| unit_of(&input.table)).collect();
+    Ok(Table::stack(&tables)?.pick(&vec![0; rows]))
 }

@@ -338,11 +338,10 @@ struct Approach {
 /// Computes the stiffness at each load of a block, in units of pressure over length. Where the
 /// loads turn, it is `None`.
 fn stiffness_of_block(loads: &[Approach]) -> Vec<Option<f64>> {
-    let between = loads.windows(3).map(|three| at_middle([three[0], three[1], three[2]]));
-    let ends = loads.len().min(2);
-    let first = (ends > 0).then_some(None);
-    let last = (ends > 1).then_some(None);
-    first.into_iter().chain(between).chain(last).collect()
+    let load = |row: Option<usize>| loads.get(row?).copied();
+    let stiffness =
+        |row: usize| at_middle([load(row.checked_sub(1))?, loads[row], load(Some(row + 1))?]);
+    (0..loads.len()).map(stiffness).collect()
 }
 
 fn at_middle(three: [Approach; 3]) -> Option<f64> {

@@ -422,8 +422,8 @@ fn yielded_version(surfaces: &Surfaces) -> Option<u32> {
     surfaces.stage_with(Property::Yielded).map(|_| YIELDED_VERSION.number())
 }
 
-/// Returns the spectrum of all surfaces together. Refuses scans without a common unit of length, and
-/// profiles of different specimens.
+/// Returns the spectrum of all surfaces together. Refuses scans without a common unit of length,
+/// and profiles of different specimens.
 fn of_all(table: &MeasureTable, what: What, checks: &mut StageChecks) -> Option<Params> {
     let trusted_fraction = checks.number("trusted_fraction", &table.trusted_fraction)?;
     let lines = checks.optional("lines", &table.lines)?.map(|lines| lines.value);
