@@ -84,21 +84,21 @@ pub const STAGE: Definition = Definition {
         lists.concat()
     },
     summary: |table, _| {
-        let rows = Some(counted(table.rows(), "row"));
-        let area = range(table, AREA_FRACTION.name, "contact covers")?;
-        let filled = much_filled(table)?;
-        let heights = range(table, BIN.name, "heights from")?;
-        let pressures = range(table, CONTACT_PRESSURE.name, "pressures from")?;
-        let gaps = range(table, GAP.name, "gaps from")?;
-        let spectrum = range(table, WAVENUMBER.name, "wavenumbers from")?;
-        let slopes = range(table, SLOPE_AT_SCALE.name, "slopes from")?;
-        let roughness = range(table, ROUGHNESS[0].name, "Sq")?;
-        let scans = stitched::summary(table)?;
-        let profiles = from_profiles::summary(table)?;
-        let of_profiles = range(table, PROFILE_ROUGHNESS[3].name, "Rq")?;
-        let parts =
-            [rows, area, filled, pressures, gaps, heights, spectrum, scans, slopes, roughness];
-        Ok(parts.into_iter().chain([profiles, of_profiles]).flatten().collect())
+        let parts = [
+            Some(counted(table.rows(), "row")),
+            range(table, AREA_FRACTION.name, "contact covers")?,
+            much_filled(table)?,
+            range(table, CONTACT_PRESSURE.name, "pressures from")?,
+            range(table, GAP.name, "gaps from")?,
+            range(table, BIN.name, "heights from")?,
+            range(table, WAVENUMBER.name, "wavenumbers from")?,
+            stitched::summary(table)?,
+            range(table, SLOPE_AT_SCALE.name, "slopes from")?,
+            range(table, ROUGHNESS[0].name, "Sq")?,
+            from_profiles::summary(table)?,
+            range(table, PROFILE_ROUGHNESS[3].name, "Rq")?,
+        ];
+        Ok(parts.into_iter().flatten().collect())
     },
 };
 
