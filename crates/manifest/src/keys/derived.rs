@@ -6,7 +6,8 @@
 //! tables are therefore those of a manifest that contains the numbers.
 //!
 //! A name in an expression is, in this order: another key that the point contains, a parameter, or
-//! a key with a declared default. A key never means itself, so `hurst = "hurst"` uses the parameter.
+//! a key with a declared default. A key never means itself, so `hurst = "hurst"` uses the
+//! parameter.
 
 mod dimensions;
 mod point;

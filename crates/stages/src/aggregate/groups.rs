@@ -252,11 +252,11 @@ impl GroupNames {
     /// Returns an expression within each curve: the groups that agree in all keys except the load.
     fn over_curves(&self, expression: Expr) -> Result<Expr, StageError> {
         let keys = self.keys.iter().filter(|name| !is_of_a_load(name));
-        let keys: Vec<Expr> = keys.map(|name| col(name.as_str())).collect();
-        if keys.is_empty() {
+        let columns: Vec<Expr> = keys.map(|name| col(name.as_str())).collect();
+        if columns.is_empty() {
             return Ok(expression);
         }
-        Ok(expression.over(keys).map_err(polars_error)?)
+        Ok(expression.over(columns).map_err(polars_error)?)
     }
 
     /// Returns the expressions for the derived columns of a group: the common value of the rows or,

@@ -195,8 +195,8 @@ fn common_kappa(
         Err(error) => return all_failed(error),
     };
     let units = units(members.iter().map(|&member| &points[member].members[..]));
-    let of_kappa = common.bootstrap(&problems, &units, &params.bootstrap()).intervals;
-    let of_kappa = of_kappa.and_then(|all| all.first().copied());
+    let of_all = common.bootstrap(&problems, &units, &params.bootstrap()).intervals;
+    let of_kappa = of_all.and_then(|all| all.first().copied());
     let rows = problems.iter().zip(&common.fits).zip(&common.own).map(|((problem, fit), own)| {
         let fit = match fit {
             Ok(fit) => fit,

@@ -427,8 +427,8 @@ impl HeightKeys<'_> {
                 let label = format!("a gamma distribution with it has `kurtosis = {gamma}`");
                 return checks.refuse("kurtosis", message, span, label);
             }
-            (skewness, Some(kurtosis), None) => {
-                let skewness = skewness.unwrap_or(0.0);
+            (written, Some(kurtosis), None) => {
+                let skewness = written.unwrap_or(0.0);
                 if let Err(error) = check_moments(skewness, kurtosis) {
                     let span = &self.kurtosis.written()?.span;
                     return checks.refuse("kurtosis", error.to_string(), span, "not possible");

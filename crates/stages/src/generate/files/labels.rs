@@ -251,11 +251,11 @@ fn typed(
     let mut kinds: BTreeMap<String, ColumnKind> = BTreeMap::new();
     for name in names {
         let own = || labels.iter().filter_map(|(own, span)| Some((own.get(name)?, span)));
-        let words = own().filter_map(|(word, _)| match word {
+        let texts = own().filter_map(|(word, _)| match word {
             Word::Text(text) => Some(text.as_str()),
             Word::Value(_) => None,
         });
-        let words: Vec<&str> = words.collect();
+        let words: Vec<&str> = texts.collect();
         let of_words = (!words.is_empty()).then(|| Some(kind_of(&words)));
         let of_values = own().filter_map(|(word, _)| match word {
             Word::Text(_) => None,
