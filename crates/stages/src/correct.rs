@@ -22,7 +22,7 @@ use crate::{
     StageError, stacked, table_beside_coordinates,
 };
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, counted};
+use asperity_manifest::diagnostics::{Problem, Span, counted};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::list;
 use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
@@ -240,8 +240,8 @@ fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> Optio
     let checks = &mut StageChecks::new(section, point, context);
     let corrections = corrections(&point.table, checks)?;
     if let Some(correction) = corrections.iter().find(|correction| correction.coefficient > 0.0) {
-        check_cells(correction, section, checks)?;
-        check_physics(correction, section, checks)?;
+        check_cells(correction, &section.span, checks)?;
+        check_physics(correction, &section.span, checks)?;
     }
     let params = Params { corrections };
     Some(vec![Recipe::Correct(Arc::new(params))])
@@ -249,11 +249,7 @@ fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> Optio
 
 /// Refuses corrections of cells that are not square, because the coefficients depend on the shape
 /// of the cells and on the directions of the edges.
-fn check_cells(
-    correction: &Correction,
-    section: &Section<CorrectTable>,
-    checks: &mut StageChecks,
-) -> Option<()> {
+fn check_cells(correction: &Correction, span: &Span, checks: &mut StageChecks) -> Option<()> {
     let Some((stage, ratio)) = &checks.surfaces.non_square else {
         return Some(());
     };
@@ -263,7 +259,7 @@ fn check_cells(
         correction.name
     );
     let label = "this stage corrects the areas of these cells";
-    let problem = Problem::new(message, section.span.clone(), label);
+    let problem = Problem::new(message, span.clone(), label);
     checks.reject(problem.help(
         "set `nodes` in the ratio of the sides to make cells square, set `correction = \"none\"` to keep the \
          counted areas, or fit `law = \"mesh-convergence\"`, which is valid for any cells",
@@ -272,11 +268,7 @@ fn check_cells(
 
 /// Refuses corrections of contacts with adhesion or with a layer, for which the coefficients are
 /// not measured.
-fn check_physics(
-    correction: &Correction,
-    section: &Section<CorrectTable>,
-    checks: &mut StageChecks,
-) -> Option<()> {
+fn check_physics(correction: &Correction, span: &Span, checks: &mut StageChecks) -> Option<()> {
     let adhesion = checks.surfaces.stage_with(Property::WithAdhesion).zip(Some("adhesion"));
     let layer = checks.surfaces.stage_with(Property::WithLayer).zip(Some("layer"));
     let Some((stage, key)) = adhesion.or(layer) else {
@@ -287,7 +279,7 @@ fn check_physics(
          `{key}`",
         correction.name
     );
-    let problem = Problem::new(message, section.span.clone(), "this stage corrects its areas");
+    let problem = Problem::new(message, span.clone(), "this stage corrects its areas");
     checks.reject(problem.help(
         "set `correction = \"none\"` to keep the counted areas, and compare meshes with `law = \
          \"mesh-convergence\"`",

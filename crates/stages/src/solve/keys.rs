@@ -224,7 +224,7 @@ fn recipes(section: &Section<SolveTable>, context: &mut CheckContext) -> Option<
     let mut loads = 0;
     for point in &section.points {
         let checks = &mut StageChecks::new(section, point, context);
-        let boundary = boundary(&point.table, section, checks);
+        let boundary = boundary(&point.table, &section.span, checks);
         let adhesion = checks.optional("adhesion", &point.table.adhesion);
         let clear = adhesion.and_then(|_| refuse_excluded(&point.table, checks));
         let recipes = match adhesion {
@@ -355,11 +355,7 @@ fn elastic(
 
 /// Returns the boundary condition of the contact. Refuses a periodic contact of a map that is not
 /// periodic.
-fn boundary(
-    table: &SolveTable,
-    section: &Section<SolveTable>,
-    checks: &mut StageChecks,
-) -> Option<Boundary> {
+fn boundary(table: &SolveTable, default: &Span, checks: &mut StageChecks) -> Option<Boundary> {
     let boundary = checks.value("boundary", &table.boundary)?;
     let open = checks.surfaces.stage_with(Property::Open);
     let Some(stage) = open.filter(|_| boundary == Boundary::Periodic) else {
@@ -370,7 +366,7 @@ fn boundary(
     );
     let (span, label) = match table.boundary.written() {
         Some(written) => (&written.span, "`boundary` is \"periodic\" here"),
-        None => (&section.span, "`boundary` is \"periodic\" by default"),
+        None => (default, "`boundary` is \"periodic\" by default"),
     };
     let problem = Problem::new(message, span.clone(), label);
     checks.reject(problem.help(format!(
