@@ -411,7 +411,7 @@ def _topography(
         topography = Topography(heights, size, is_periodic=boundary == "periodic")
     _refuse_missing(topography)
     if topography._is_unchecked:
-        topography._warn(None, has_given_sides=True)
+        topography._warn(has_given_sides=True)
     if against is None:
         for name, value in {"shift": shift, "mirror": mirror}.items():
             if value is not None:

@@ -102,7 +102,7 @@ def read(
     sides = size if size is not None else found
     assert sides is not None
     read = Topography._of(heights, sides, own_unit or unit, is_periodic)
-    read._warn(format, has_given_sides=size is not None)
+    read._warn(has_given_sides=size is not None)
     return read
 
 

@@ -103,7 +103,7 @@ class Topography:
         # Without a unit, a contact warns: many maps are never pressed, and may have any slope.
         self._is_unchecked = self.unit is None
         if self.unit is not None:
-            self._warn(None, has_given_sides=True)
+            self._warn(has_given_sides=True)
 
     @classmethod
     def _of(cls, heights: ArrayLike, size: Size, unit: Optional[str], is_periodic: bool) -> "Topography":
@@ -124,9 +124,9 @@ class Topography:
         if self._heights.size == 0:
             raise SurfaceError("a surface needs at least one node")
 
-    def _warn(self, format: Optional[str], has_given_sides: bool) -> None:
+    def _warn(self, has_given_sides: bool) -> None:
         """Warns if heights or sides are probably in another unit."""
-        for message in _asperity.implausible(self._heights, self._size, self.unit, format, has_given_sides):
+        for message in _asperity.implausible(self._heights, self._size, self.unit, has_given_sides):
             warnings.warn(message, StudyWarning, stacklevel=3)
 
     @property

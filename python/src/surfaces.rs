@@ -57,12 +57,11 @@ pub fn implausible(
     heights: PyReadonlyArray2<'_, f64>,
     size: [f64; 2],
     unit: Option<&str>,
-    format: Option<&str>,
     has_given_sides: bool,
 ) -> PyResult<Vec<String>> {
     let (grid, values) = conversion::heights(py, &heights, size)?;
     let in_unit = unit.unwrap_or_default();
-    let warnings = || direct::implausible(grid, values, in_unit, format, has_given_sides);
+    let warnings = || direct::implausible(grid, values, in_unit, has_given_sides);
     let checked = py.detach(|| check_range(grid, values).map(|()| warnings()));
     checked.map_err(|error| surface_error(py, &error))
 }

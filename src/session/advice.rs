@@ -17,7 +17,7 @@ use asperity_stages::columns::{COEFFICIENT, K_ROLLOFF, LOAD, NODES, NODES_X, NOD
 use asperity_stages::ensemble::ParameterPoint;
 use asperity_stages::fit;
 use asperity_stages::fit::laws::Law;
-use asperity_stages::fit::limits::octaves::{self, FitWithOctaves, Octave};
+use asperity_stages::fit::limits::{self, FitWithOctaves, Octave};
 use asperity_stages::fit::limits::{LimitChoices, ObservedGroup, groups};
 use asperity_stages::units::TableUnits;
 use asperity_stages::{Kind, Recipe};
@@ -139,7 +139,7 @@ fn add_stage(
         };
         for group in groups(&table, choices, params.window())? {
             for &load in &group.loads {
-                match octaves::advise(&group, load, choices, &params.bootstrap()) {
+                match limits::advise(&group, load, choices, &params.bootstrap()) {
                     Some(advised) => advice.fits.push(AdvisedFit {
                         stage: stage.name.clone(),
                         what: description(&table, &group, load, choices, &units),

@@ -8,7 +8,7 @@ use super::{SessionError, UnknownName};
 use asperity_mechanics::grid::{Boundary, Cell, Grid};
 use asperity_mechanics::topography::surface::Scan;
 use asperity_report::Raster;
-use asperity_stages::generate::described_map::DescribedMap;
+use asperity_stages::generate::plausibility::DescribedMap;
 use asperity_stages::generate::plausibility::EnteredMap;
 use asperity_stages::surface_files::{MAX_BYTES, SurfaceFileError};
 use asperity_tables::store::regular::read_regular;
@@ -122,7 +122,7 @@ pub(crate) fn describe(
         }
         let one = DescribedChannel::new(index + 1, one, &map);
         if index == chosen {
-            warnings.extend(one.warnings(path, file.format().name()));
+            warnings.extend(one.warnings(path));
             if let Some(map) = in_one_line(&file.channels()[index], &map) {
                 warnings.extend(map.warning(&format!("`{}`", path.display())));
                 in_words = Some(map.to_string());
@@ -194,15 +194,14 @@ impl DescribedChannel {
     }
 
     /// Returns the warnings of a study with this map, if its heights and sides are in metres.
-    fn warnings(&self, path: &Path, format: &str) -> Vec<String> {
+    fn warnings(&self, path: &Path) -> Vec<String> {
         let grid = self.size.and_then(|size| Grid::new(self.nodes, Cell::new(size).ok()?).ok());
         let (Some(grid), Some(rms_slope), Some(unit)) = (grid, self.rms_slope, self.size_unit)
         else {
             return vec![];
         };
         let height_span = self.highest.unwrap_or_default() - self.lowest.unwrap_or_default();
-        let (format, has_given_sides) = (Some(format), false);
-        let map = EnteredMap { grid, unit, rms_slope, height_span, format, has_given_sides };
+        let map = EnteredMap { grid, unit, rms_slope, height_span, has_given_sides: false };
         map.warnings(&format!("`{}`", path.display()))
     }
 }

@@ -133,61 +133,6 @@ fn mistakes_point_to_the_file_or_the_option() {
 }
 
 #[test]
-fn the_load_of_full_contact_is_known_for_waves() {
-    let bench = Bench::new();
-    let manifest = |method: &str, unit: &str| {
-        format!(
-            "[study]\nname = \"wave\"\n[stage.surface]\nkind = \"generate\"\nmethod = \"{method}\"\n\
-             nodes = 32\namplitude = 0.01\n[stage.contact]\nkind = \"solve\"\nfrom = \"surface\"\n\
-             {unit}loads = [\"0.5 * full_contact\", \"1.5 * full_contact\"]\n\
-             [stage.area]\nkind = \"measure\"\nfrom = \"contact\"\n"
-        )
-    };
-    for (method, unit, load) in [
-        ("wave", "", 0.5_f64.sqrt()),
-        ("wave-product", "", 1.0),
-        ("wave-sum", "load_unit = \"absolute\"\neffective_modulus = 2.0\n", 1.0),
-    ] {
-        bench.run(&manifest(method, unit));
-        let area = bench.table("wave", "area");
-        let (loads, areas) = (area.reals("load").unwrap(), area.reals("area_fraction").unwrap());
-        assert!((loads.value(0) - 0.5 * load).abs() < 1e-11, "{method}: {loads:?}");
-        assert!(areas.value(0) < 1.0 && areas.value(1) == 1.0, "{method}: {areas:?}");
-    }
-    // p* = π E* Δ/λ, with the amplitude Δ = 0.02 µm and the wavelength λ = 2 µm.
-    let with_units = manifest("wave", "")
-        .replace("amplitude = 0.01", "side = \"2 um\"\namplitude = \"20 nm\"")
-        .replace("loads", "MODULUS\nload_unit = \"MPa\"\nloads");
-    let bodies = "bodies = [{ youngs_modulus = \"75 GPa\", poisson_ratio = 0.5 }]";
-    for modulus in ["effective_modulus = \"100 GPa\"", bodies] {
-        bench.run(&with_units.replace("MODULUS", modulus));
-        let area = bench.table("wave", "area");
-        let pressure = area.reals("pressure").unwrap().value(0);
-        assert!((pressure / (500.0 * std::f64::consts::PI) - 1.0).abs() < 1e-11, "{pressure}");
-        assert_eq!(area.reals("area_fraction").unwrap().value(1), 1.0);
-    }
-    for (refused, expected) in [
-        (
-            STUDY.replace("to = 0.1", "to = \"0.5 * full_contact\""),
-            "known before a run only for waves",
-        ),
-        (
-            manifest("wave", "boundary = \"free\"\n"),
-            "is the load of a periodic surface, and `boundary` is \"free\"",
-        ),
-        (
-            manifest("wave", "layer = { thickness = 0.1, poisson_ratio = 0.3 }\n"),
-            "is the load of a half-space, and the stage has a `layer`",
-        ),
-    ] {
-        let path = bench.write(&refused);
-        let output = bench.output(&["check", path.to_str().unwrap()]);
-        let printed = text(&output.stderr);
-        assert!(printed.contains(expected), "{printed}");
-    }
-}
-
-#[test]
 fn an_archive_holds_the_extended_manifests() {
     let bench = Bench::new();
     fs::write(bench.path("base.toml"), STUDY.replace("\"small\"", "\"base\"")).unwrap();

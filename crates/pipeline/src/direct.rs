@@ -111,17 +111,10 @@ pub fn length(text: &str, unit: Option<&str>) -> Result<(f64, String), KeyErrors
 }
 
 /// Returns warnings if the heights or the sides of a map were probably read in a wrong unit, as a
-/// study with this map would give. Heights that are not finite are missing. `format` is the format
-/// of its file, if it is from one.
-pub fn implausible(
-    grid: Grid,
-    heights: &[f64],
-    unit: &str,
-    format: Option<&str>,
-    has_given_sides: bool,
-) -> Vec<String> {
+/// study with this map would give. Heights that are not finite are missing.
+pub fn implausible(grid: Grid, heights: &[f64], unit: &str, has_given_sides: bool) -> Vec<String> {
     let (rms_slope, height_span) = slope_and_span(grid, heights);
-    let map = EnteredMap { grid, unit, rms_slope, height_span, format, has_given_sides };
+    let map = EnteredMap { grid, unit, rms_slope, height_span, has_given_sides };
     map.warnings("the map")
 }
 

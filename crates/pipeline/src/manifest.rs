@@ -11,7 +11,6 @@ mod schema;
 pub mod setting;
 pub mod syntax;
 
-use std::cell::RefCell;
 use std::collections::BTreeSet;
 
 use schemars::JsonSchema;
@@ -29,7 +28,6 @@ use asperity_manifest::keys::values::found;
 use asperity_manifest::keys::{Key, KeyTable, Section, Spanned, reader, table};
 use asperity_stages::Kind;
 use asperity_stages::check_context::FromKey;
-use asperity_stages::generate::method::SurfacePoints;
 use asperity_stages::registry::{StagePoints, StageVariant, with_article};
 
 use self::claim::WrittenClaims;
@@ -106,7 +104,7 @@ pub struct StageTable {
     pub from: Option<Vec<Spanned<String>>>,
     /// All other keys, at each parameter point. `None` if the kind is unknown, because it decides
     /// which keys are valid.
-    pub points: Option<StagePoints>,
+    pub points: Option<Box<dyn StagePoints>>,
     /// The swept parameters that the stage uses.
     pub swept_parameters: BTreeSet<String>,
 }
@@ -176,19 +174,7 @@ fn read_stages(
     problems: &mut Problems,
 ) -> Vec<StageTable> {
     let entries = entries_of(entry, "stages", MAX_STAGES, problems).into_iter();
-    // Surfaces are read first, because loads may depend on them.
-    let is_generate = |(_, value): &Entry| {
-        let kind = value.get_ref().as_table().and_then(|table| table.get("kind"));
-        kind.and_then(|kind| kind.get_ref().as_str()) == Some(Kind::Generate.name())
-    };
-    let (generate, rest): (Vec<_>, Vec<_>) = entries.partition(is_generate);
-    let mut read =
-        |entry, surfaces: &[StageTable]| read_stage(entry, parameters, surfaces, problems);
-    let mut stages: Vec<_> = generate.into_iter().map(|entry| read(entry, &[])).collect();
-    let others: Vec<_> = rest.into_iter().map(|entry| read(entry, &stages)).collect();
-    stages.extend(others);
-    stages.sort_by_key(|stage| stage.name.span.start);
-    stages
+    entries.map(|entry| read_stage(entry, parameters, problems)).collect()
 }
 
 /// Reads the tables `[figure.NAME]` of a file of the program.
@@ -255,13 +241,8 @@ fn entries_of<'i>(
     entries
 }
 
-/// Reads the table of a stage. `surfaces` are the stages that generate surfaces.
-fn read_stage(
-    entry: Entry,
-    parameters: &Parameters<'_>,
-    surfaces: &[StageTable],
-    problems: &mut Problems,
-) -> StageTable {
+/// Reads the table of a stage.
+fn read_stage(entry: Entry, parameters: &Parameters<'_>, problems: &mut Problems) -> StageTable {
     let span = entry.0.span();
     let name = Spanned { value: entry.0.get_ref().to_string(), span: span.clone() };
     let Some(mut table) = table_of(entry, problems) else {
@@ -271,7 +252,7 @@ fn read_stage(
         return StageTable::unreadable(name);
     };
     let variant = StageVariant::select(kind, &mut table, problems);
-    let from_key = variant.map_or(FromKey::of_kind(kind), StageVariant::from_key);
+    let from_key = variant.map_or(FromKey::of_kind(kind), |variant| variant.from_key);
     let from = match from_key {
         FromKey::Absent => Some(Vec::new()),
         FromKey::Optional if !table.contains_key("from") => Some(Vec::new()),
@@ -282,15 +263,7 @@ fn read_stage(
     };
     let mut swept_parameters = BTreeSet::new();
     let points = variant.map(|variant| {
-        let inputs = from.iter().flatten().map(|input| {
-            let stage = surfaces.iter().find(|stage| stage.name.value == input.value);
-            (input.value.as_str(), stage.and_then(StageTable::surfaces))
-        });
-        let scope = Scope {
-            parameters: Some(parameters),
-            known: Some(variant.full_contact(inputs.collect())),
-            swept: RefCell::default(),
-        };
+        let scope = Scope { parameters: Some(parameters), ..Scope::default() };
         let points = variant.read(table, span, &scope, problems);
         swept_parameters = scope.swept.into_inner();
         points
@@ -303,14 +276,6 @@ impl StageTable {
     /// errors.
     fn unreadable(name: Spanned<String>) -> Self {
         Self { name, kind: None, from: None, points: None, swept_parameters: BTreeSet::new() }
-    }
-
-    /// Returns the parameter points of a stage that generates surfaces.
-    fn surfaces(&self) -> Option<&SurfacePoints> {
-        match &self.points {
-            Some(StagePoints::Generate(points)) => Some(points),
-            _ => None,
-        }
     }
 }
 

@@ -27,7 +27,6 @@ use crate::plan::{Plan, Task, missing_rows};
 use crate::results::reader::ResultReader;
 use asperity_manifest::diagnostics::words_of_panic;
 use asperity_mechanics::threads::Threads;
-use asperity_stages::fit::status;
 use asperity_stages::surface::labels::{PATH, with_paths};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{Context, FinishedRows, Input, InputScope, Recipe, StageError};
@@ -382,7 +381,7 @@ impl<'a> Run<'a> {
             }
             read => read?,
         };
-        Ok(self.input(task, status::with_codes(table)))
+        Ok(self.input(task, table))
     }
 
     /// Returns the table of a task as an input of another task.

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use bytesize::ByteSize;
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::columns::STOP;
 use super::fit::status::STATUS;
@@ -18,7 +19,6 @@ use asperity_manifest::diagnostics::counted;
 use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
 
-mod group_columns;
 mod groups;
 pub mod keys;
 mod multilevel;
@@ -28,9 +28,7 @@ mod theory;
 
 pub use groups::reduce as grouped;
 pub(crate) use multilevel::numbers;
-pub use multilevel::{
-    FinestMean, Multilevel, finest_means, reduce as multilevel_means, warning as multilevel_warning,
-};
+pub use multilevel::{FinestMean, Multilevel, finest_means, reduce as multilevel_means};
 pub use statistics::Statistic;
 pub use theory::{Model, SPECTRUM_COLUMNS, nayak_parameters};
 
@@ -223,11 +221,15 @@ impl Sql {
     }
 }
 
-/// Unit and meaning of a column of a query's result.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// The description of a column of the result of a query.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Meaning {
-    /// Unit of the values, or an empty text for values without a unit.
+    /// Unit of the values of the column: `"1"` for pure numbers, empty (the default) for values
+    /// without a unit.
+    #[serde(default)]
     pub unit: String,
+    /// Meaning of the column in one phrase.
     pub meaning: String,
 }
 
@@ -235,5 +237,5 @@ pub struct Meaning {
 /// `area_fraction_mean`.
 pub fn columns() -> Vec<Column> {
     let models = Model::ALL.into_iter().flat_map(Model::columns);
-    group_columns::GROUP_COLUMNS.into_iter().chain(models).collect()
+    statistics::GROUP_COLUMNS.into_iter().chain(models).collect()
 }

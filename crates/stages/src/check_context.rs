@@ -1,6 +1,6 @@
 //! What the checks of the keys of a stage know about the study.
 
-use std::collections::BTreeSet;
+use std::ops::{Deref, DerefMut};
 
 use crate::bodies::Conduction;
 use crate::columns::needed_key;
@@ -8,8 +8,11 @@ use crate::nominal_area::NominalArea;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface_files::SurfaceFiles;
 use crate::{Kind, Recipe, RowKind};
+use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, did_you_mean, listed};
-use asperity_manifest::keys::Spanned;
+use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::quantity::{Dimension, Unit};
+use asperity_manifest::keys::{GridPoint, KeyTable, Section, Spanned};
 use asperity_tables::table::Table;
 
 /// The presence of the key `from` in a stage.
@@ -101,59 +104,56 @@ impl Surfaces {
 
     /// Returns the rms slope of all surfaces, if all are scaled to the same one.
     pub fn common_slope(&self) -> Option<f64> {
-        let are_scaled = self.stage_with(Property::WithoutSlope).is_none();
-        let [lowest, highest] = self.slopes.filter(|_| are_scaled)?;
-        (lowest == highest).then_some(lowest)
+        self.common(self.slopes, Property::WithoutSlope)
     }
 
     /// Returns the rms height of all surfaces, if all are scaled to the same one.
     pub fn common_height(&self) -> Option<f64> {
-        let are_scaled = self.stage_with(Property::WithoutHeight).is_none();
-        let [lowest, highest] = self.heights.filter(|_| are_scaled)?;
+        self.common(self.heights, Property::WithoutHeight)
+    }
+
+    fn common(&self, range: Option<[f64; 2]>, unscaled: Property) -> Option<f64> {
+        let [lowest, highest] = range.filter(|_| self.stage_with(unscaled).is_none())?;
         (lowest == highest).then_some(lowest)
     }
 
     /// Combines the properties of two sets of surfaces. If two stages have a property, the first
     /// one comes first.
     pub fn and(self, other: &Surfaces) -> Surfaces {
-        let slopes = self.slopes.into_iter().chain(other.slopes);
-        let heights = self.heights.into_iter().chain(other.heights);
+        let spanning =
+            |one: [f64; 2], other: [f64; 2]| [one[0].min(other[0]), one[1].max(other[1])];
         let steps = self.coarsest.into_iter().chain(other.coarsest.clone());
-        let units = self.length_units.into_iter().chain(other.length_units.iter().cloned());
         Surfaces {
-            properties: [self.properties, other.properties.clone()].concat(),
+            properties: union(self.properties, &other.properties),
             coarsest: steps.reduce(|one, next| if next.1 > one.1 { next } else { one }),
-            slopes: slopes.reduce(spanning),
-            heights: heights.reduce(spanning),
-            length_units: distinct(units),
+            slopes: self.slopes.into_iter().chain(other.slopes).reduce(spanning),
+            heights: self.heights.into_iter().chain(other.heights).reduce(spanning),
+            length_units: union(self.length_units, &other.length_units),
             not_superposable: self.not_superposable.or_else(|| other.not_superposable.clone()),
-            loads: [self.loads, other.loads.clone()].concat(),
-            conduction: [self.conduction, other.conduction.clone()].concat(),
+            loads: union(self.loads, &other.loads),
+            conduction: union(self.conduction, &other.conduction),
             non_square: self.non_square.or_else(|| other.non_square.clone()),
-            areas: distinct_values(self.areas.into_iter().chain(other.areas.iter().cloned())),
+            areas: union(self.areas, &other.areas),
         }
     }
 }
 
-/// Returns the distinct texts among these, sorted.
-pub fn distinct(texts: impl Iterator<Item = String>) -> Vec<String> {
-    texts.collect::<BTreeSet<_>>().into_iter().collect()
-}
-
-/// Returns the distinct values among these, in order of appearance.
-pub fn distinct_values<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
-    let mut found = Vec::new();
-    for value in values {
-        if !found.contains(&value) {
-            found.push(value);
+/// Adds the values that a list lacks.
+pub fn union<T: PartialEq + Clone>(mut own: Vec<T>, more: &[T]) -> Vec<T> {
+    for value in more {
+        if !own.contains(value) {
+            own.push(value.clone());
         }
     }
-    found
+    own
 }
 
-/// Returns the smallest range that contains two ranges.
-pub fn spanning(one: [f64; 2], other: [f64; 2]) -> [f64; 2] {
-    [one[0].min(other[0]), one[1].max(other[1])]
+/// The surfaces of a stage, by parameter point.
+#[derive(Debug, Clone, Copy)]
+pub struct NamedSurfaces<'a> {
+    /// Name of the stage, where another stage names it.
+    pub name: &'a Spanned<String>,
+    pub surfaces: &'a [PlannedSurfaces],
 }
 
 /// A `solve` stage with the surfaces that it presses.
@@ -191,29 +191,129 @@ pub struct CheckContext<'a> {
     pub problems: &'a mut Problems,
 }
 
-/// Returns the problem of a column that the stages in `from` do not have. `names` are the columns
-/// that they have, and `earlier` is that of the [`CheckContext`].
-pub fn unknown_column(
-    name: &str,
-    span: &Span,
-    names: &[&str],
-    earlier: &[(&str, &Table)],
-) -> Problem {
-    let message = format!("the stages in `from` have no column {name:?}");
-    let problem = |label| Problem::new(message, span.clone(), label);
-    let is_known = |column: &str| {
-        names.contains(&column) || earlier.iter().any(|(_, table)| table.has(column))
-    };
-    let names = || names.iter().copied();
-    if let Some((stage, _)) = earlier.iter().find(|(_, table)| table.has(name)) {
-        let help = format!("read that stage, by `from = \"{stage}\"` here or in another stage");
-        problem(format!("the stage `{stage}` has this column")).help(help)
-    } else if let Some(label) = needed_key(name, is_known) {
-        problem(label)
-    } else if let Some(meant) = did_you_mean(name, names()) {
-        problem(format!("did you mean \"{meant}\"?"))
-    } else {
-        let help = format!("their columns are {}", listed(names(), "and"));
-        problem("unknown column".to_owned()).help(help)
+/// Checks of the keys at one parameter point, with what the stage reads.
+pub struct StageChecks<'a> {
+    checks: Checks<'a>,
+    /// Properties of the surfaces and contacts that the stage reads.
+    pub surfaces: &'a Surfaces,
+    /// Empty table with the columns that the stage reads, if they are known.
+    pub input: Option<&'a Table>,
+    /// Kind of the rows that the stage reads, if it is known.
+    pub read: Option<RowKind>,
+    earlier: &'a [(&'a str, &'a Table)],
+}
+
+impl<'a> StageChecks<'a> {
+    /// Creates the checks of one point of a section.
+    pub fn new<T: KeyTable>(
+        section: &'a Section<T>,
+        point: &'a GridPoint<T>,
+        context: &'a mut CheckContext,
+    ) -> StageChecks<'a> {
+        let &mut CheckContext { ref surfaces, input, read, earlier, ref mut problems, .. } =
+            context;
+        StageChecks {
+            checks: Checks::new(section, point, problems),
+            surfaces,
+            input,
+            read,
+            earlier,
+        }
     }
+
+    /// Returns the problem of a column that the stages in `from` do not have. `names` are the
+    /// columns that they have.
+    pub fn unknown_column(&self, name: &str, span: &Span, names: &[&str]) -> Problem {
+        let message = format!("the stages in `from` have no column {name:?}");
+        let problem = |label| Problem::new(message, span.clone(), label);
+        let mut earlier = self.earlier.iter();
+        let is_known = |column: &str| {
+            names.contains(&column) || self.earlier.iter().any(|(_, table)| table.has(column))
+        };
+        let names = || names.iter().copied();
+        if let Some((stage, _)) = earlier.find(|(_, table)| table.has(name)) {
+            let help = format!("read that stage, by `from = \"{stage}\"` here or in another stage");
+            problem(format!("the stage `{stage}` has this column")).help(help)
+        } else if let Some(label) = needed_key(name, is_known) {
+            problem(label)
+        } else if let Some(meant) = did_you_mean(name, names()) {
+            problem(format!("did you mean \"{meant}\"?"))
+        } else {
+            let help = format!("their columns are {}", listed(names(), "and"));
+            problem("unknown column".to_owned()).help(help)
+        }
+    }
+}
+
+impl<'a> Deref for StageChecks<'a> {
+    type Target = Checks<'a>;
+
+    fn deref(&self) -> &Checks<'a> {
+        &self.checks
+    }
+}
+
+impl<'a> DerefMut for StageChecks<'a> {
+    fn deref_mut(&mut self) -> &mut Checks<'a> {
+        &mut self.checks
+    }
+}
+
+/// Refuses the keys of a table that a condition excludes:
+/// `exclude! { table, checks, condition => key, other_key: "reason"; … }`. All excluded keys are
+/// reported. The result is `None` if there is one.
+macro_rules! exclude {
+    ($table:expr, $checks:expr, $($condition:expr => $($key:ident),+ : $why:expr;)+) => {{
+        let mut clear = Some(());
+        $($(if $condition {
+            clear = $checks.forbidden(stringify!($key), &$table.$key, $why).and(clear);
+        })+)+
+        clear
+    }};
+}
+pub(crate) use exclude;
+
+/// Multiplies a number by a power of ten and rounds it to twelve digits.
+pub fn converted(number: f64, power: i32) -> f64 {
+    decimal::nearest(decimal::shifted(&decimal::written(number), power))
+}
+
+/// Converts a length to the unit of the lengths of the surfaces. A number without a unit has this
+/// unit.
+pub fn in_unit_of_surfaces(length: &Spanned<f64>, checks: &mut StageChecks) -> Option<f64> {
+    let named = checks.units.length.as_ref().map(|named| named.unit);
+    let Some(unit) = named.filter(|_| checks.units.is_quantity(&length.span)) else {
+        return Some(decimal::nearest(length.value));
+    };
+    let of_surfaces = unit_of(&length.span, checks)?;
+    Some(converted(length.value, unit.power - of_surfaces.power))
+}
+
+/// Returns the unit of the lengths of the surfaces. Refuses surfaces without a common unit to which
+/// the length at `span` could be converted.
+pub fn unit_of(span: &Span, checks: &mut StageChecks) -> Option<&'static Unit> {
+    let mut names = checks.surfaces.length_units.iter().map(String::as_str);
+    let (first, others) = (names.next().unwrap_or(""), names.count());
+    let known = Unit::find(first).filter(|unit| unit.dimension == Dimension::Length);
+    if let (Some(unit), 0) = (known, others) {
+        return Some(unit);
+    }
+    let message = match (first, others) {
+        ("", 0) => "a length has a unit, but the lengths of the surfaces have none".to_owned(),
+        (name, 0) => {
+            format!("a length has a unit, but the surfaces are in the unknown unit `{name}`")
+        }
+        _ => {
+            let names = checks.surfaces.length_units.iter().map(|name| match name.as_str() {
+                "" => "no unit",
+                name => name,
+            });
+            format!("a length has a unit, but the surfaces have several: {}", listed(names, "and"))
+        }
+    };
+    let problem = Problem::new(message, span.clone(), "has a unit");
+    checks.reject(problem.help(
+        "give the side of all surfaces in one unit, such as `side = \"100 um\"`, or write lengths \
+         here as plain numbers in the unit of the side",
+    ))
 }

@@ -9,10 +9,11 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::check_context::{Property, Surfaces};
+use crate::check_context::{Property, StageChecks};
 use crate::columns::*;
 use crate::grids::Meshes;
 use crate::stage::distinct;
+use crate::stage_points::{StagePoints, Work};
 use crate::table_columns::Values::{OptionalReal, Real, Text};
 use crate::table_columns::{TableColumns, column};
 use crate::version::Version;
@@ -21,7 +22,7 @@ use crate::{
     StageError, stacked, table_beside_coordinates,
 };
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, counted};
+use asperity_manifest::diagnostics::{Problem, Span, counted};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::list;
 use asperity_manifest::keys::{Key, Section, Spanned, deserialize_either, table};
@@ -203,7 +204,7 @@ impl Corrected<'_> {
 
 /// Returns the columns of corrected areas.
 fn columns<'a>() -> TableColumns<(), Corrected<'a>> {
-    TableColumns::<(), Corrected>::new().and([
+    TableColumns::<(), Corrected>::new([
         column(CORRECTION, Text(|row| &row.correction.name)),
         column(COEFFICIENT, Real(|row| row.correction.coefficient)),
         column(AREA_CORRECTED, Real(|row| row.area.corrected(row.correction.coefficient))),
@@ -227,14 +228,20 @@ fn corrected(measured: &Table, areas: &[CountedArea], correction: &Correction) -
     coordinates.with(columns().filled(&(), &rows)).beside(&measured.only(&missing))
 }
 
+impl StagePoints for Section<CorrectTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        Work::evaluate(recipes(self, context))
+    }
+}
+
 /// Returns the task of a `correct` stage, or `None` after reporting problems.
-pub fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
+fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
-    let checks = &mut Checks::new(section, point, context.problems);
+    let checks = &mut StageChecks::new(section, point, context);
     let corrections = corrections(&point.table, checks)?;
     if let Some(correction) = corrections.iter().find(|correction| correction.coefficient > 0.0) {
-        check_cells(correction, section, &context.surfaces, checks)?;
-        check_physics(correction, section, &context.surfaces, checks)?;
+        check_cells(correction, &section.span, checks)?;
+        check_physics(correction, &section.span, checks)?;
     }
     let params = Params { corrections };
     Some(vec![Recipe::Correct(Arc::new(params))])
@@ -242,13 +249,8 @@ pub fn recipes(section: &Section<CorrectTable>, context: &mut CheckContext) -> O
 
 /// Refuses corrections of cells that are not square, because the coefficients depend on the shape
 /// of the cells and on the directions of the edges.
-fn check_cells(
-    correction: &Correction,
-    section: &Section<CorrectTable>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<()> {
-    let Some((stage, ratio)) = &surfaces.non_square else {
+fn check_cells(correction: &Correction, span: &Span, checks: &mut StageChecks) -> Option<()> {
+    let Some((stage, ratio)) = &checks.surfaces.non_square else {
         return Some(());
     };
     let message = format!(
@@ -257,7 +259,7 @@ fn check_cells(
         correction.name
     );
     let label = "this stage corrects the areas of these cells";
-    let problem = Problem::new(message, section.span.clone(), label);
+    let problem = Problem::new(message, span.clone(), label);
     checks.reject(problem.help(
         "set `nodes` in the ratio of the sides to make cells square, set `correction = \"none\"` to keep the \
          counted areas, or fit `law = \"mesh-convergence\"`, which is valid for any cells",
@@ -266,14 +268,9 @@ fn check_cells(
 
 /// Refuses corrections of contacts with adhesion or with a layer, for which the coefficients are
 /// not measured.
-fn check_physics(
-    correction: &Correction,
-    section: &Section<CorrectTable>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<()> {
-    let adhesion = surfaces.stage_with(Property::WithAdhesion).zip(Some("adhesion"));
-    let layer = surfaces.stage_with(Property::WithLayer).zip(Some("layer"));
+fn check_physics(correction: &Correction, span: &Span, checks: &mut StageChecks) -> Option<()> {
+    let adhesion = checks.surfaces.stage_with(Property::WithAdhesion).zip(Some("adhesion"));
+    let layer = checks.surfaces.stage_with(Property::WithLayer).zip(Some("layer"));
     let Some((stage, key)) = adhesion.or(layer) else {
         return Some(());
     };
@@ -282,7 +279,7 @@ fn check_physics(
          `{key}`",
         correction.name
     );
-    let problem = Problem::new(message, section.span.clone(), "this stage corrects its areas");
+    let problem = Problem::new(message, span.clone(), "this stage corrects its areas");
     checks.reject(problem.help(
         "set `correction = \"none\"` to keep the counted areas, and compare meshes with `law = \
          \"mesh-convergence\"`",

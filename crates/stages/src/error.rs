@@ -46,11 +46,6 @@ pub enum StageError {
     Conductor(#[from] ConductorError),
     #[error("cannot solve the contact with adhesion")]
     Adhesion(#[from] AdhesionError),
-    #[error(
-        "the contact in which the surface yields did not converge within {max_pairs} pairs of \
-         transforms; raise `max_pairs` in its `solve` stage"
-    )]
-    NotYielded { max_pairs: u32 },
     #[error("cannot solve the contact of the asperities")]
     NoSummits(#[from] NoSummits),
     #[error("a stored contact map does not fit its mesh")]
@@ -64,60 +59,17 @@ pub enum StageError {
     SpectrumFile { path: String, reason: String },
     #[error("a measured spectrum is not a valid power spectral density")]
     SpectralDensity(#[source] SpectralDensityError),
-    #[error(
-        "no mode of the mesh lies in the range of the spectrum, from wavenumber {from:.4e} to \
-         {to:.4e}; change `side` or `nodes`"
-    )]
-    NoModes {
-        /// Smallest wavenumber with a density.
-        from: f64,
-        /// Largest wavenumber with a density.
-        to: f64,
-    },
     #[error("cannot draw surfaces with this height distribution")]
     HeightMoments(#[from] MomentsError),
-    #[error("the surface in `height_distribution` is flat, so its heights have no distribution")]
-    FlatHeights,
-    /// No scan of a stitched spectrum has a trusted wavelength.
-    #[error(
-        "the trusted wavelengths of the scans fill fewer than two bins; increase `trusted_fraction` \
-         or `bins`, or use scans with a smaller `reliable_wavelength`"
-    )]
-    NothingTrusted,
-    /// Profiles have no spectrum.
-    #[error(
-        "the profiles have trusted waves in fewer than four bins; increase `trusted_fraction`, or use longer \
-         profiles"
-    )]
-    TooFewWaves,
-    /// The spectrum of the surface contradicts its profiles.
-    #[error(
-        "the spectrum gives the surface an rms slope of {surface:.3}, but √2 times that of its \
-         profiles is {expected:.3}: the fit does not resolve a peak of their spectrum, as turned and \
-         ground surfaces have it along the feed, and these surfaces are not isotropic"
-    )]
-    ContradictedProfiles { surface: f64, expected: f64 },
-    #[error(
-        "the profile has {points} points, and a section {section}; `section_length` must be from two \
-         steps to the length of the profile"
-    )]
-    Section {
-        /// Number of points of the profile.
-        points: usize,
-        /// Number of points of a section.
-        section: f64,
-    },
-    /// Heights cannot be drawn again because the spectrum is in the table of another task.
-    #[error(
-        "the heights of this surface are not stored, and its spectrum is in the table of another \
-         stage; set `heights = \"keep\"`"
-    )]
-    NotKept,
     /// A table that a query reads is damaged, or finished rows cannot be stored.
     #[error(transparent)]
     Store(StoreError),
     #[error("cannot answer the query")]
     Query(#[from] QueryError),
+    /// The data do not have what the keys of the stage ask for. The text says what to change.
+    #[error("{0}")]
+    Unsuitable(String),
+
     #[error("cannot aggregate: {reason}")]
     Aggregate { reason: String },
 }

@@ -7,16 +7,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use arrow::datatypes::DataType;
+
 use crate::aggregate::numbers;
 use crate::columns::{
     AREA_CORRECTED, AREA_FRACTION, COEFFICIENT, K_LOWER, K_ROLLOFF, K_UPPER, NODES, NODES_X,
     NODES_Y, PERIMETER_EUCLIDEAN, PERIMETER_MANHATTAN, SIDE, SIDE_X, SIDE_Y, STOP, TOLERANCE,
     WORK_OF_ADHESION,
 };
-use crate::ensemble::prescribed_length;
-use crate::ensemble::{Ensemble, Load, Member, ParameterPoint, ensembles, load_column};
+use crate::ensemble::{
+    Ensemble, Load, Member, ParameterPoint, ensembles, load_column, prescribed_length,
+};
 use crate::solve::is_unconverged;
-use arrow::datatypes::DataType;
 use asperity_manifest::decimal;
 use asperity_mechanics::solver::DEFAULT_TOLERANCE;
 use asperity_statistics::differences::MeanDifference;
@@ -400,15 +402,7 @@ fn nodes_per_side(point: &ParameterPoint) -> f64 {
 
 /// Returns the value of a parameter that is a number.
 pub fn number(point: &ParameterPoint, name: &str) -> Option<f64> {
-    point.get(name).and_then(as_number)
-}
-
-fn as_number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Real(number) => Some(*number),
-        Value::Integer(number) => Some(*number as f64),
-        Value::Text(_) => None,
-    }
+    point.get(name)?.number()
 }
 
 /// Returns the parameters of a table that are proportional to a length.
@@ -436,7 +430,7 @@ pub fn in_wavelengths(
             _ if lengths.contains(name) => waves / side,
             _ => return value.clone(),
         };
-        let number = as_number(value).map(|number| Value::Real(decimal::nearest(number * factor)));
+        let number = value.number().map(|number| Value::Real(decimal::nearest(number * factor)));
         number.unwrap_or_else(|| value.clone())
     });
     Some(scaled.without(&[COEFFICIENT.name]))

@@ -1,33 +1,27 @@
 //! Stages that fit laws to single parameter points, and limits of observables to all points.
 
-pub mod columns;
 pub mod contact_evolution;
 pub mod fitted_point;
 pub mod keys;
 pub mod laws;
 pub mod limits;
 pub mod meshes;
-pub mod parameter;
 pub mod percolation;
 pub mod rows;
 mod spectra;
 pub mod status;
-
-pub use status::FITTED;
 
 use std::borrow::Cow;
 
 use arrow::array::Float64Array;
 use serde::Serialize;
 
-use contact_evolution::{EvolutionChoices, Kappa};
-use fitted_point::FittedPoint;
-use laws::{FitOfCurves, Fits, Law};
-use parameter::FitParameter;
-use status::STATUS;
-
 use crate::columns::{AREA_CORRECTED, AREA_FRACTION, CORRECTION, MEAN_GAP, STOP};
 use crate::ensemble::{Ensemble, Member, ensembles};
+use crate::fit::contact_evolution::{EvolutionChoices, Kappa};
+use crate::fit::fitted_point::{FitParameter, FittedPoint};
+use crate::fit::laws::{FitOfCurves, Fits, Law};
+use crate::fit::status::STATUS;
 use crate::solve::is_unconverged;
 use crate::stage::{number, range};
 use crate::version::Version;
@@ -42,6 +36,8 @@ use asperity_statistics::curves::{Curves, Window};
 use asperity_tables::column::{Column, Role, absolute_column};
 use asperity_tables::source::TableSource;
 use asperity_tables::table::{Table, TableError};
+
+pub use status::FITTED;
 
 /// Version of the computed numbers, part of the key of every stored result. Raise it whenever the
 /// numbers change.
@@ -186,27 +182,19 @@ fn interval_of_only_fit(table: &Table, parameter: FitParameter) -> String {
 /// # Errors
 /// Returns an error if the table lacks the columns that the law reads.
 pub fn fitted(params: &Params, table: &Table) -> Result<Table, TableError> {
-    let each = |points: &[CurvesOfPoint], fit: FitOfCurves| -> Vec<FittedPoint> {
-        points.iter().map(|point| point.fit(|curves| fit(curves, params))).collect()
+    let each = |points: Vec<CurvesOfPoint>, fit: FitOfCurves| {
+        let rows = points.iter().map(|point| point.fit(|curves| fit(curves, params)));
+        (rows.collect::<Vec<FittedPoint>>(), points)
     };
-    let (points, rows) = match &params.law {
+    let (rows, points) = match &params.law {
         Law::Limits(choices) => return limits::run(table, choices, params),
         Law::ContactEvolution(law) => {
             let points = CurvesOfPoint::areas(table)?;
-            let rows = law.fits(&points, params);
-            (points, rows)
+            (law.fits(&points, params), points)
         }
         Law::Plain(law) => match law.definition().fits {
-            Fits::Areas(fit) => {
-                let points = CurvesOfPoint::areas(table)?;
-                let rows = each(&points, fit);
-                (points, rows)
-            }
-            Fits::Gaps(fit) => {
-                let points = CurvesOfPoint::from_column(table, MEAN_GAP.name)?;
-                let rows = each(&points, fit);
-                (points, rows)
-            }
+            Fits::Areas(fit) => each(CurvesOfPoint::areas(table)?, fit),
+            Fits::Gaps(fit) => each(CurvesOfPoint::from_column(table, MEAN_GAP.name)?, fit),
             Fits::Meshes => return meshes::run(table, params),
             Fits::Percolation => return percolation::run(table, params),
             Fits::Spectra => return spectra::run(table, params),

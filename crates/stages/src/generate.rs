@@ -1,14 +1,10 @@
 //! `generate` stages, which draw or read surfaces and describe them.
 
-pub mod described_map;
 pub mod files;
-mod heights;
-mod mesh;
+pub mod mesh;
 pub mod method;
 pub mod plausibility;
 mod random;
-pub mod realizations;
-pub mod shapes;
 pub mod spectrum;
 pub mod yielded;
 
@@ -16,21 +12,21 @@ use std::borrow::Cow;
 
 use arrow::array::{Array, Float64Array};
 
-use crate::boundary_recipe::FREE_BOUNDARY_VERSION;
 use crate::columns::*;
 use crate::map_file::Reader;
-use crate::reduced_units::HARDNESS_VERSION;
-use crate::solve;
+use crate::reduced_units::{FREE_BOUNDARY_VERSION, HARDNESS_VERSION};
 use crate::stage::{ContactLoads, distinct, range};
 use crate::surface::description::{self, Description};
 use crate::surface::labels::of_samples;
 use crate::surface::method::Method;
+use crate::surface::origin::{MUCH_UNRELIABLE, PERIODIC_TIP_VERSION};
 use crate::surface::spectrum::{Source, SpectrumSurface};
+use crate::surface::{Heights, Origin, Params, coordinates};
 use crate::surface_files::SurfaceFiles;
 use crate::version::{PartVersion, Version};
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Stage,
-    StageError, departures,
+    StageError, departures, solve,
 };
 use asperity_manifest::diagnostics::{counted, listed};
 use asperity_manifest::keys::quantity;
@@ -41,9 +37,6 @@ use asperity_tables::column::{self, Column, lists};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::table::Table;
-
-use crate::surface::origin::{MUCH_UNRELIABLE, PERIODIC_TIP_VERSION};
-use crate::surface::{Heights, Origin, Params, coordinates};
 
 /// Version of the results, which is part of every key. It is raised whenever numbers change.
 pub const VERSION: Version = Version::new(3, &[]);

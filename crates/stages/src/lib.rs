@@ -39,8 +39,6 @@
 pub mod absolute;
 pub mod aggregate;
 pub mod bodies;
-mod boundary_recipe;
-mod branch_names;
 pub mod check_context;
 pub mod columns;
 pub mod correct;
@@ -48,11 +46,9 @@ pub mod departures;
 pub mod ensemble;
 pub mod error;
 pub mod error_budget;
-mod exclusions;
 pub mod fit;
 pub mod generate;
 pub mod grids;
-pub mod lengths;
 pub mod map_file;
 pub mod measure;
 pub mod nominal_area;
@@ -63,6 +59,7 @@ pub mod registry;
 pub mod solve;
 pub mod spectrum_files;
 mod stage;
+pub mod stage_points;
 pub mod surface;
 pub mod surface_files;
 mod table_columns;
@@ -82,11 +79,11 @@ use asperity_tables::column::Column;
 
 pub use check_context::CheckContext;
 pub use error::StageError;
-pub use registry::Work;
 pub use stage::{
     ContactLoads, Context, Definition, Effort, Extent, FinishedRows, Footprint, Input, InputScope,
     Reads, Series, Stage, beside_coordinates, stacked, table_beside_coordinates,
 };
+pub use stage_points::Work;
 
 /// Kind of a stage, as given by `kind =` in a manifest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -5,7 +5,6 @@
 //! point in one task that stores only sums. If a study is extended, all surfaces are measured
 //! again, which takes seconds because no contact is solved.
 
-mod all_surfaces;
 mod areal;
 mod conduction;
 mod contacts;
@@ -21,30 +20,30 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use super::columns::*;
-use super::stage::{largest, range};
-use super::{
+use crate::columns::*;
+use crate::measure::conduction::SPOTS_VERSION;
+use crate::measure::contacts::ADHESION_VERSION;
+use crate::measure::friction::DISSIPATION_VERSION;
+use crate::measure::statistics::{AUTOCORRELATION_VERSION, Statistic, YIELDED_VERSION};
+use crate::stage::{largest, range};
+use crate::version::{PartVersion, Version};
+use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, InputScope, Kind, Reads, Recipe,
     RowKind, Series, Stage, StageError, beside_coordinates, stacked, surface,
     table_beside_coordinates,
 };
-use crate::bodies::Conduction;
-use crate::version::{PartVersion, Version};
 use asperity_manifest::diagnostics::counted;
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::height_distribution::{Histogram, HistogramPool};
+use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, Role, integers, optional_reals, reals};
 use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::Table;
 
-use conduction::SPOTS_VERSION;
-use contacts::ADHESION_VERSION;
-pub use contacts::NodeSet;
+pub use contacts::{ContactMeasures, NodeSet};
 pub use distributions::Distribution;
-use friction::DISSIPATION_VERSION;
-use statistics::{AUTOCORRELATION_VERSION, Statistic, YIELDED_VERSION};
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: Version = Version::new(4, &[]);
@@ -85,21 +84,21 @@ pub const STAGE: Definition = Definition {
         lists.concat()
     },
     summary: |table, _| {
-        let rows = Some(counted(table.rows(), "row"));
-        let area = range(table, AREA_FRACTION.name, "contact covers")?;
-        let filled = much_filled(table)?;
-        let heights = range(table, BIN.name, "heights from")?;
-        let pressures = range(table, CONTACT_PRESSURE.name, "pressures from")?;
-        let gaps = range(table, GAP.name, "gaps from")?;
-        let spectrum = range(table, WAVENUMBER.name, "wavenumbers from")?;
-        let slopes = range(table, SLOPE_AT_SCALE.name, "slopes from")?;
-        let roughness = range(table, ROUGHNESS[0].name, "Sq")?;
-        let scans = stitched::summary(table)?;
-        let profiles = from_profiles::summary(table)?;
-        let of_profiles = range(table, PROFILE_ROUGHNESS[3].name, "Rq")?;
-        let parts =
-            [rows, area, filled, pressures, gaps, heights, spectrum, scans, slopes, roughness];
-        Ok(parts.into_iter().chain([profiles, of_profiles]).flatten().collect())
+        let parts = [
+            Some(counted(table.rows(), "row")),
+            range(table, AREA_FRACTION.name, "contact covers")?,
+            much_filled(table)?,
+            range(table, CONTACT_PRESSURE.name, "pressures from")?,
+            range(table, GAP.name, "gaps from")?,
+            range(table, BIN.name, "heights from")?,
+            range(table, WAVENUMBER.name, "wavenumbers from")?,
+            stitched::summary(table)?,
+            range(table, SLOPE_AT_SCALE.name, "slopes from")?,
+            range(table, ROUGHNESS[0].name, "Sq")?,
+            from_profiles::summary(table)?,
+            range(table, PROFILE_ROUGHNESS[3].name, "Rq")?,
+        ];
+        Ok(parts.into_iter().flatten().collect())
     },
 };
 
@@ -108,32 +107,7 @@ pub const STAGE: Definition = Definition {
 #[serde(tag = "of", rename_all = "lowercase")]
 pub enum Params {
     /// Contact maps of a `solve` stage.
-    Contacts {
-        /// True if the stiffness of the interface is measured, too. Omitted from the recipe if
-        /// false, so that existing keys stay valid.
-        #[serde(skip_serializing_if = "std::ops::Not::not")]
-        stiffness: bool,
-        /// Nodes that are measured. Omitted from the recipe for nodes in contact, so that existing
-        /// keys stay valid.
-        #[serde(skip_serializing_if = "NodeSet::is_contact")]
-        set: NodeSet,
-        /// Conductivities of the bodies. Omitted from the recipe if the manifest gives none, so
-        /// that existing keys stay valid.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        conduction: Option<Conduction>,
-        /// Version of the formula of separate spots. Omitted from the recipe unless a stage has
-        /// periodic contacts with a stiffness, so that existing keys stay valid.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        spots_version: Option<u32>,
-        /// Version of the measures of contacts with adhesion. Omitted from the recipe without
-        /// adhesion, so that existing keys stay valid.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        adhesion_version: Option<u32>,
-        /// True if a surface of the stage has filled nodes, whose share of the contact area is then
-        /// measured, too. Omitted from the recipe if false, so that existing keys stay valid.
-        #[serde(skip_serializing_if = "std::ops::Not::not")]
-        filled: bool,
-    },
+    Contacts(ContactMeasures),
     /// Height distribution of the surfaces of a `generate` stage.
     Heights {
         /// Number of bins of the histogram.
@@ -187,7 +161,7 @@ impl Stage for Params {
 
     fn part_versions(&self) -> Vec<PartVersion> {
         match self {
-            Params::Contacts { .. } => vec![
+            Params::Contacts(_) => vec![
                 PartVersion::new("spots_version", "formula of separate spots", SPOTS_VERSION),
                 PartVersion::new("adhesion_version", "measures with adhesion", ADHESION_VERSION),
             ],
@@ -227,28 +201,17 @@ impl Stage for Params {
             }
             Params::Friction(ref friction) => friction.measure(&input.table),
             Params::Heights { bins, range } => heights(input, bins as usize, range, context),
-            Params::Surface(statistic) => measured(input, statistic, context),
+            Params::Surface(ref statistic) => measured(input, statistic, context),
             Params::Distribution(distribution) => distribution.measure(input),
-            Params::Contacts { stiffness, set, conduction, filled, .. } => {
-                let measured = contacts::measure(&input.table, stiffness, set, conduction)?;
-                if !filled {
-                    return Ok(measured);
-                }
-                let surface = input.surface.expect("the plan measures one surface at a time");
-                let nodes = surface.filled_nodes(context.sources)?;
-                let share = contacts::filled_area_share(&input.table, set, nodes.as_ref())?;
-                Ok(measured.with(vec![share]))
-            }
+            Params::Contacts(ref measures) => measures.measure(input, context),
         }
     }
 
     fn empty_table(&self, inputs: &[(String, Table)]) -> Result<Table, StageError> {
         Ok(match self {
-            Params::Contacts { stiffness, conduction, filled, .. } => {
-                let solved = stacked(inputs)?;
-                let set = NodeSet::Contact;
-                let measured = contacts::measure(&solved, *stiffness, set, *conduction)?;
-                let share = filled.then_some(FILLED_AREA_SHARE);
+            Params::Contacts(measures) => {
+                let measured = contacts::measure(&stacked(inputs)?, measures, NodeSet::Contact)?;
+                let share = measures.filled.then_some(FILLED_AREA_SHARE);
                 table_beside_coordinates(&measured.beside(&Table::empty(share.as_slice())), inputs)?
             }
             Params::Friction(friction) => {
@@ -298,8 +261,10 @@ impl Stage for Params {
     /// Returns the rows of the input: every load is measured by itself, except for the stiffness
     /// and partial slip, which are differences between loads.
     fn series(&self, input: Option<&SeriesRows>) -> Option<Series> {
-        let is_by_load =
-            matches!(self, Params::Contacts { stiffness: false, .. } | Params::Distribution(_));
+        let is_by_load = match self {
+            Params::Contacts(measures) => !measures.stiffness,
+            other => matches!(other, Params::Distribution(_)),
+        };
         let read = input.filter(|_| is_by_load)?;
         Some(Series {
             recipe: Recipe::Measure(self.clone()),
@@ -320,7 +285,7 @@ impl Stage for Params {
     fn reads_part(&self, part: &Part) -> bool {
         let reads = |column: Column| part.columns.contains(&column.name);
         match self {
-            Params::Contacts { .. } => {
+            Params::Contacts(_) => {
                 reads(FLOW_STOP) || reads(FROZEN_STIFFNESS) || reads(CONTACT_CONDUCTANCE)
             }
             Params::Friction(_) => reads(FROZEN_STIFFNESS),
@@ -333,7 +298,7 @@ impl Stage for Params {
     /// Estimates the memory for drawing a surface again, or for the labels of clusters.
     fn footprint(&self) -> Footprint {
         let additional = match self {
-            Params::Contacts { filled: true, .. } => FILLED_BYTES_PER_NODE,
+            Params::Contacts(measures) if measures.filled => FILLED_BYTES_PER_NODE,
             Params::Surface(statistic) => statistic.bytes_per_node(),
             Params::Stitched { .. } | Params::FromProfiles { .. } => {
                 Statistic::Spectrum { yielded_version: None }.bytes_per_node()
@@ -346,7 +311,7 @@ impl Stage for Params {
     /// Estimates the transforms for drawing a surface again. Contact maps need less work.
     fn effort(&self, extent: Extent) -> Effort {
         Effort::pairs(match self {
-            Params::Contacts { .. } | Params::Distribution(_) => 0.2 * extent.rows as f64,
+            Params::Contacts(_) | Params::Distribution(_) => 0.2 * extent.rows as f64,
             Params::Friction(_) => 0.0,
             Params::Heights { .. } | Params::Pool { .. } => 6.0 * extent.tables as f64,
             Params::Stitched { .. } | Params::FromProfiles { .. } => 8.0 * extent.tables as f64,
@@ -377,7 +342,7 @@ fn heights(input: &Input, bins: usize, range: f64, context: &Context) -> Result<
     Ok(input.table.coordinates().pick(&rows).with(columns))
 }
 
-fn measured(input: &Input, statistic: Statistic, context: &Context) -> Result<Table, StageError> {
+fn measured(input: &Input, statistic: &Statistic, context: &Context) -> Result<Table, StageError> {
     let params = surface_params(input);
     let surface = params.surface(&input.table, context.sources, context.threads)?;
     let (rows, columns) = statistic.measure(&surface, &params.origin)?;
@@ -427,4 +392,47 @@ fn surface_params<'a>(input: &Input<'a>) -> &'a surface::Params {
         unreachable!("validation accepts only surfaces for these measurements")
     };
     params
+}
+
+/// Draws or reads the surface of each input in turn, and returns what `measure` makes of it.
+///
+/// # Errors
+/// Returns an error if a surface cannot be read, if `measure` fails, or if the run is interrupted.
+fn of_each<T>(
+    inputs: &[Input],
+    context: &Context,
+    mut measure: impl FnMut(&surface::Params, &Table, Surface) -> Result<T, StageError>,
+) -> Result<Vec<T>, StageError> {
+    let measured = inputs.iter().map(|input| {
+        if (context.interrupted)() {
+            return Err(StageError::Interrupted);
+        }
+        let (params, table) = (surface_params(input), &input.table);
+        measure(params, table, params.surface(table, context.sources, context.threads)?)
+    });
+    measured.collect()
+}
+
+/// Returns the joint name of the surfaces.
+///
+/// # Errors
+/// Returns an error if a table is damaged.
+fn joint_name(inputs: &[Input]) -> Result<String, StageError> {
+    let names = inputs.iter().map(|input| Ok(input.table.texts(SURFACE.name)?.value(0)));
+    Ok(names.collect::<Result<Vec<&str>, StageError>>()?.join("+"))
+}
+
+/// Returns the unit of length of the surfaces in the rows of a table, the only parameter that all
+/// of them share in any study.
+fn unit_of(surfaces: &Table) -> Table {
+    surfaces.keep(|name, _| name == UNIT.name)
+}
+
+/// Returns the unit of length, once for each of `rows` rows.
+///
+/// # Errors
+/// Returns an error if the tables have columns of the same name with different types.
+fn common_unit(inputs: &[Input], rows: usize) -> Result<Table, StageError> {
+    let tables: Vec<Table> = inputs.iter().map(|input| unit_of(&input.table)).collect();
+    Ok(Table::stack(&tables)?.pick(&vec![0; rows]))
 }

@@ -3,28 +3,39 @@
 //! The units of the solver are those of [`Units`].
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::StageError;
 use crate::columns::*;
+use crate::ensemble::load_column;
 use crate::version::Version;
+use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::reduced::{ReducedHeights, Units};
-use asperity_mechanics::solver;
-use asperity_mechanics::solver::{Hardness, HardnessError};
+use asperity_mechanics::solver::{self, Hardness, HardnessError};
 use asperity_mechanics::topography::surface::Surface;
 use asperity_tables::column::{Column, Role, Value};
+use asperity_tables::table::Table;
 
 /// The unit of loads and hardnesses in a manifest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PressureUnit {
     /// Pressures are multiples of E* × rms slope.
+    #[default]
     Relative,
     /// Pressures have the unit of the moduli.
     Absolute,
 }
 
 impl PressureUnit {
+    /// Returns the unit in which the loads of solved contacts were given.
+    pub fn of_solved(solved: &Table) -> PressureUnit {
+        match load_column(solved) {
+            name if name == PRESSURE.name => PressureUnit::Absolute,
+            _ => PressureUnit::Relative,
+        }
+    }
+
     /// Returns the columns `load` and `pressure`. The column with the unit of the manifest is a
     /// parameter, and the other column is derived from it for each surface.
     pub fn load_columns(self) -> [Column; 2] {
@@ -204,6 +215,36 @@ impl SurfaceHardness {
         let [absolute, reduced] = self.given.hardness_columns();
         [(absolute, Value::Real(self.pressure)), (reduced, Value::Real(self.reduced.pressure()))]
     }
+}
+
+/// Version of the numbers of loads with a free boundary. It is part of their recipes only, so that
+/// raising it does not recompute periodic loads.
+pub const FREE_BOUNDARY_VERSION: Version = Version::new(
+    2,
+    &["pressures that a step clips are taken from the nodes around them: fewer pairs of \
+       transforms, other last digits"],
+);
+
+#[derive(Serialize, Deserialize)]
+struct BoundaryRecipe {
+    beyond: Boundary,
+    version: u32,
+}
+
+/// Serializes the boundary for a recipe.
+pub fn serialize_free_boundary<S: Serializer>(
+    boundary: &Boundary,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let recipe = BoundaryRecipe { beyond: *boundary, version: FREE_BOUNDARY_VERSION.number() };
+    recipe.serialize(serializer)
+}
+
+/// Reads the boundary from a recipe.
+pub fn deserialize_free_boundary<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Boundary, D::Error> {
+    BoundaryRecipe::deserialize(deserializer).map(|recipe| recipe.beyond)
 }
 
 #[cfg(test)]

@@ -7,7 +7,6 @@
 pub mod adhesion;
 mod asperities;
 mod contact;
-pub mod control;
 pub mod exceeded_hardness;
 mod fields;
 pub mod keys;
@@ -25,24 +24,18 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize, Serializer};
 
-pub use self::contact::{Contact, gap_under};
-use self::control::Control;
-pub use self::fields::ContactFields;
-pub use self::layer::GivenLayer;
-pub use self::rows::SolvedLoad;
 use crate::bodies::{Bodies, LayerConduction};
-use crate::boundary_recipe::FREE_BOUNDARY_VERSION;
 use crate::columns::*;
-use crate::nominal_area::NominalArea;
+use crate::nominal_area::{self, NominalArea};
 use crate::per_axis::PerAxis;
-use crate::reduced_units::{GivenHardness, HARDNESS_VERSION, PressureUnit};
+use crate::reduced_units::{FREE_BOUNDARY_VERSION, GivenHardness, HARDNESS_VERSION, PressureUnit};
 use crate::stage::range;
 use crate::surface::pair;
 use crate::unloading::Branch;
 use crate::version::{PartVersion, Version};
 use crate::{
     Context, Definition, Effort, Extent, Footprint, Input, Kind, Reads, Recipe, RowKind, Series,
-    Stage, StageError, beside_coordinates, boundary_recipe, nominal_area,
+    Stage, StageError, beside_coordinates,
 };
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
@@ -56,6 +49,11 @@ use asperity_tables::parquet::Columns;
 use asperity_tables::source::TableSource;
 use asperity_tables::store::series::{Part, SeriesRows};
 use asperity_tables::table::{Table, TableError};
+
+pub use self::contact::{Contact, gap_under};
+pub use self::fields::ContactFields;
+pub use self::layer::GivenLayer;
+pub use self::rows::SolvedLoad;
 
 /// Version of the numbers, which is part of every key; raise it whenever they change.
 pub const VERSION: Version = Version::new(17, &[]);
@@ -100,7 +98,7 @@ pub const STAGE: Definition = Definition {
 };
 
 /// Parameters of the loads on one surface.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Params {
     /// Effective elastic modulus E* of the two bodies: 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
     pub effective_modulus: f64,
@@ -134,7 +132,7 @@ pub struct Params {
     /// existing keys stay valid.
     #[serde(
         skip_serializing_if = "Boundary::is_periodic",
-        serialize_with = "boundary_recipe::serialize"
+        serialize_with = "crate::reduced_units::serialize_free_boundary"
     )]
     pub boundary: Boundary,
     /// Layer between the rough surface and the rest of the body. Omitted from the recipe of a
@@ -335,8 +333,9 @@ impl Params {
 }
 
 /// Stiffness of the contact that is computed under every load.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
 pub enum Stiffness {
+    #[default]
     None,
     /// The stiffness under a further increase of the load.
     Loading,
@@ -351,10 +350,11 @@ impl Stiffness {
 }
 
 /// Pressure fields that are stored.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Pressures {
     /// No pressure field is stored.
+    #[default]
     None,
     /// The pressure field under every load is stored.
     All,
@@ -611,10 +611,68 @@ fn asperities_recipe<S: Serializer>(
     recipe.serialize(serializer)
 }
 
+/// Returns the limit of pairs of transforms with which contacts were solved.
+fn max_pairs(solved: &Table) -> Result<u32, TableError> {
+    let pairs = solved.integers(MAX_PAIRS.name)?.value(0);
+    Ok(u32::try_from(pairs).unwrap_or(u32::MAX))
+}
+
 /// Reads the boundary condition from the table of a task.
 pub fn boundary_of(solved: &Table) -> Boundary {
+    let is_free = |word: &str| word == Boundary::Free.name();
     let words = solved.texts(BOUNDARY.name);
-    let is_free =
-        words.is_ok_and(|words| words.iter().flatten().any(|word| word == Boundary::Free.name()));
-    if is_free { Boundary::Free } else { Boundary::Periodic }
+    if words.is_ok_and(|words| words.iter().flatten().any(is_free)) {
+        Boundary::Free
+    } else {
+        Boundary::Periodic
+    }
+}
+
+/// The quantity that a contact prescribes, the value of `control`.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Control {
+    /// The mean pressure is prescribed, and the mean gap follows.
+    #[default]
+    Load,
+    /// The mean gap is prescribed, and the mean pressure follows.
+    Gap,
+    /// The rigid approach of the bodies since first touch is prescribed, and the mean pressure
+    /// follows.
+    Displacement,
+}
+
+impl Control {
+    /// Returns the word in manifests and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Control::Load => "load",
+            Control::Gap => "gap",
+            Control::Displacement => "displacement",
+        }
+    }
+
+    /// Returns whether loads are prescribed. Recipes omit this control, so that existing keys stay
+    /// valid.
+    pub fn is_load(&self) -> bool {
+        *self == Control::Load
+    }
+
+    /// Returns the key with the prescribed values.
+    pub fn key(self) -> &'static str {
+        match self {
+            Control::Load => "loads",
+            Control::Gap => "gaps",
+            Control::Displacement => "displacements",
+        }
+    }
+
+    /// Returns the name of a prescribed value in texts.
+    pub fn value_in_words(self) -> &'static str {
+        match self {
+            Control::Load => "load",
+            Control::Gap => "mean gap",
+            Control::Displacement => "displacement",
+        }
+    }
 }

@@ -355,6 +355,12 @@ impl Effort {
     }
 }
 
+/// Returns the number in the first row of a column, if there is one.
+pub fn first_real(table: &Table, column: Column) -> Result<Option<f64>, TableError> {
+    let values = table.optional(column.name, Table::reals)?;
+    Ok(values.and_then(|values| values.iter().next().flatten()))
+}
+
 /// Passes one column to `with` in parts, because a whole table may not fit into memory. Returns
 /// whether the table has the column.
 fn each_part(

@@ -7,9 +7,7 @@ pub mod method;
 pub mod origin;
 pub mod pair;
 pub mod planned;
-pub mod prescribed_heights;
 pub mod spectrum;
-pub mod yielded;
 
 use arrow::array::AsArray;
 use arrow::datatypes::Float64Type;

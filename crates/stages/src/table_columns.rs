@@ -16,8 +16,8 @@ pub struct TableColumns<S, R>(Vec<TableColumn<S, R>>);
 /// A column of some tables of a stage, with its value in a row.
 pub struct TableColumn<S, R> {
     column: Column,
-    /// Role of the column, if it depends on the settings.
-    role: Option<fn(&S) -> Role>,
+    /// Role of the column if it depends on the settings, or `None` if the table lacks the column.
+    role: Option<fn(&S) -> Option<Role>>,
     /// Returns whether tables with these settings have the column.
     is_in: fn(&S) -> bool,
     values: Values<R>,
@@ -54,41 +54,31 @@ pub fn column<S, R>(column: Column, values: Values<R>) -> TableColumn<S, R> {
     TableColumn { column, role: None, is_in: |_| true, values }
 }
 
-/// Declares a column in a role that depends on the settings.
+/// Declares a column of the tables whose settings satisfy a condition.
+pub fn column_if<S, R>(is_in: fn(&S) -> bool, own: Column, values: Values<R>) -> TableColumn<S, R> {
+    TableColumn { is_in, ..column(own, values) }
+}
+
+/// Declares a column whose role depends on the settings, and which a table lacks if it is `None`.
 pub fn column_in_role<S, R>(
-    column: Column,
-    role: fn(&S) -> Role,
+    own: Column,
+    role: fn(&S) -> Option<Role>,
     values: Values<R>,
 ) -> TableColumn<S, R> {
-    TableColumn { column, role: Some(role), is_in: |_| true, values }
+    TableColumn { role: Some(role), ..column(own, values) }
 }
 
 impl<S, R> TableColumn<S, R> {
     fn in_table(&self, settings: &S) -> Option<Column> {
-        let role = self.role.map_or(self.column.role, |role| role(settings));
+        let role = self.role.map_or(Some(self.column.role), |role| role(settings))?;
         (self.is_in)(settings).then(|| self.column.with_role(role))
     }
 }
 
 impl<S, R> TableColumns<S, R> {
-    /// Creates an empty list.
-    pub fn new() -> Self {
-        Self(Vec::new())
-    }
-
-    /// Adds columns that all tables have.
-    pub fn and<const N: usize>(mut self, columns: [TableColumn<S, R>; N]) -> Self {
-        self.0.extend(columns);
-        self
-    }
-
-    /// Adds columns of the tables whose settings satisfy a condition.
-    pub fn and_if<const N: usize>(
-        self,
-        is_in: fn(&S) -> bool,
-        columns: [TableColumn<S, R>; N],
-    ) -> Self {
-        self.and(columns.map(|column| TableColumn { is_in, ..column }))
+    /// Creates a list of columns.
+    pub fn new<const N: usize>(columns: [TableColumn<S, R>; N]) -> Self {
+        Self(columns.into())
     }
 
     /// Returns the columns of all tables.

@@ -282,6 +282,15 @@ pub enum Value {
 }
 
 impl Value {
+    /// Returns the number, or `None` for a text.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Value::Real(number) => Some(*number),
+            Value::Integer(number) => Some(*number as f64),
+            Value::Text(_) => None,
+        }
+    }
+
     /// Returns a column with this value in each of `rows` rows.
     pub fn repeated(&self, rows: usize) -> ArrayRef {
         match self {

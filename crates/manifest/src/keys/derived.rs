@@ -5,9 +5,9 @@
 //! the number replaces the text before the values are validated and deserialised. Cache keys and
 //! tables are therefore those of a manifest that contains the numbers.
 //!
-//! A name in an expression is, in this order: another key that the point contains, a parameter, a
-//! [`KnownNumber`], or a key with a declared default. A key never means itself, so
-//! `hurst = "hurst"` uses the parameter.
+//! A name in an expression is, in this order: another key that the point contains, a parameter, or
+//! a key with a declared default. A key never means itself, so `hurst = "hurst"` uses the
+//! parameter.
 
 mod dimensions;
 mod point;
@@ -24,11 +24,10 @@ use super::expression_syntax::{has_unit, syntax_problem};
 use super::parameters::Parameters;
 use crate::diagnostics::{Problem, did_you_mean, listed};
 use crate::expression::{Expression, ExpressionError};
-use crate::keys::quantity::{self, Declared, Unit};
+use crate::keys::quantity::{Declared, Unit};
 use crate::keys::schema::{alternatives, is_number, is_of_type, is_type, words};
 use crate::keys::values::with_scalars;
 
-pub use dimensions::KnownUnit;
 pub use point::{Point, replaced};
 
 type Written<'i> = TomlSpanned<DeValue<'i>>;
@@ -37,27 +36,9 @@ type Written<'i> = TomlSpanned<DeValue<'i>>;
 #[derive(Default)]
 pub struct Scope<'a> {
     pub parameters: Option<&'a Parameters<'a>>,
-    pub known: Option<KnownNumber<'a>>,
     /// The swept parameters that the table uses; filled by the reader of the table.
     pub swept: RefCell<BTreeSet<String>>,
 }
-
-/// A number that expressions can use although it is neither a key nor a parameter.
-pub struct KnownNumber<'a> {
-    pub name: &'static str,
-    /// Key whose unit the number has.
-    pub unit_of: &'static str,
-    /// Returns whether the number is pure. The arguments are the value of the key that names the
-    /// unit of pressures, and whether a value of the key `unit_of` has a unit.
-    pub is_pure: fn(Option<&DeValue<'_>>, bool) -> bool,
-    /// Returns the number at a parameter point, or the reason why it is not known. The first
-    /// argument is the key whose expression uses the number.
-    pub value: Box<FindNumber<'a>>,
-}
-
-/// Function that returns the number for a key at a parameter point, or the reason why it is not
-/// known.
-pub type FindNumber<'a> = dyn Fn(&str, &Point<'_>) -> Result<f64, String> + 'a;
 
 /// The expressions of a table: the keys that the table can have, and further names.
 #[derive(Clone, Copy)]
@@ -107,44 +88,14 @@ impl<'a> Expressions<'a> {
         Some(unknown.map(|name| self.unknown_name(path, written, name)).collect())
     }
 
-    /// Returns the unit of the known number in the expressions of `table`.
-    pub fn known_unit(self, table: &DeTable<'_>) -> Option<KnownUnit> {
-        let known = self.scope.known.as_ref()?;
-        let schema = self.layout.properties().get(known.unit_of)?;
-        let declared = Declared::from_schema(schema)?;
-        let value = table.get(known.unit_of);
-        let mut unit = value.and_then(first_unit);
-        let mut add = |_: &Written<'_>, _: &[&Value], expression: Expression| {
-            if unit.is_none() && !expression.columns().contains(known.name) {
-                let key = dimensions::Key { table, name: known.unit_of, declared: Some(declared) };
-                unit = dimensions::unit_of(self, &key, None, &expression).ok().flatten();
-            }
-        };
-        value.into_iter().for_each(|value| self.for_each(value, schema, &mut add));
-        let named = self.layout.unit_of_pressures.and_then(|key| table.get(key));
-        let is_pure = (known.is_pure)(named.map(TomlSpanned::get_ref), unit.is_some());
-        // A force is one pressure on each nominal area.
-        let of_dimension = |unit: &'static Unit| match unit.dimension == declared.dimension {
-            true => unit,
-            false => Unit::si(declared.dimension),
-        };
-        Some(KnownUnit {
-            name: known.name,
-            dimension: (!is_pure).then_some(declared.dimension),
-            unit: unit.filter(|_| !is_pure).map(of_dimension),
-        })
-    }
-
     /// Returns the unit of an expression of `table` in which parameters have units; `None` for all
-    /// other values. `known` is that of [`Expressions::known_unit`], and `schema` and `declared`
-    /// are those of the value.
+    /// other values. `schema` and `declared` are those of the value.
     ///
     /// # Errors
     /// Returns the problem of an expression whose unit does not belong to the key `path`.
     pub fn unit(
         self,
         table: &DeTable<'_>,
-        known: Option<KnownUnit>,
         path: &str,
         written: &Written<'_>,
         schema: &Value,
@@ -155,20 +106,19 @@ impl<'a> Expressions<'a> {
         };
         let name = path.split('.').next().unwrap_or(path);
         let key = dimensions::Key { table, name, declared };
-        dimensions::unit_of(self, &key, known, &expression).map_err(|reason| {
+        dimensions::unit_of(self, &key, &expression).map_err(|reason| {
             let message = format!("the expression of `{path}` has another unit");
             Problem::new(message, written.span(), reason)
         })
     }
 
     fn knows(self, name: &str) -> bool {
-        self.layout.has(name) || self.further_names().contains(&name)
+        self.layout.has(name) || self.parameters().contains(&name)
     }
 
-    /// Returns the names of parameters and known numbers.
-    fn further_names(&self) -> Vec<&str> {
-        let parameters = self.scope.parameters.iter().flat_map(|parameters| parameters.names());
-        parameters.chain(self.scope.known.iter().map(|known| known.name)).collect()
+    /// Returns the names of parameters.
+    fn parameters(&self) -> Vec<&str> {
+        self.scope.parameters.iter().flat_map(|parameters| parameters.names()).collect()
     }
 
     fn unknown_name(self, path: &str, written: &Written<'_>, name: &str) -> Problem {
@@ -176,7 +126,7 @@ impl<'a> Expressions<'a> {
         let takes_number = |schema: &Value| alternatives(schema).into_iter().any(is_number);
         let keys = properties.filter(|(_, schema)| takes_number(schema));
         let own = path.split('.').next();
-        let mut known: Vec<&str> = self.further_names();
+        let mut known = self.parameters();
         known.extend(keys.map(|(key, _)| key.as_str()).filter(|key| own != Some(key)));
         let whole = written.get_ref().as_str() == Some(name);
         let message = if whole {
@@ -289,16 +239,6 @@ impl<'a> Expressions<'a> {
             }
         });
         swept
-    }
-}
-
-/// Returns the unit of the first quantity in a value.
-fn first_unit(value: &Written<'_>) -> Option<&'static Unit> {
-    match value.get_ref() {
-        DeValue::String(text) => Unit::find(quantity::split(text)?.1),
-        DeValue::Array(items) => items.iter().find_map(first_unit),
-        DeValue::Table(table) => table.values().find_map(first_unit),
-        _ => None,
     }
 }
 

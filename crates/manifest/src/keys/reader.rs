@@ -89,13 +89,12 @@ pub fn read<T: KeyTable>(
         Some(expressions) => expressions.with_quantities(table),
         None => table,
     };
-    let known = expressions.and_then(|expressions| expressions.known_unit(&table));
     let of_expression = |path: &str,
                          value: &TomlSpanned<DeValue<'_>>,
                          schema: &Value,
                          declared: Option<Declared>| {
         match expressions {
-            Some(expressions) => expressions.unit(&table, known, path, value, schema, declared),
+            Some(expressions) => expressions.unit(&table, path, value, schema, declared),
             None => Ok(None),
         }
     };

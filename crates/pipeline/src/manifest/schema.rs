@@ -114,31 +114,31 @@ fn accept_expressions_within(schema: &mut Value, pattern: &str) {
 }
 
 /// Returns the schema of the table of a stage.
-fn stage(variant: StageVariant) -> Value {
-    let layout = variant.layout();
+fn stage(variant: &StageVariant) -> Value {
+    let layout = variant.layout;
     let (swept, lists, mut schema) = (&layout.swept, &layout.lists, layout.schema.clone());
     let with_units: Map<String, Value> = layout
         .properties()
         .iter()
         .map(|(key, value)| (key.clone(), with_units(value.clone(), false)))
         .collect();
-    let kind = variant.kind();
+    let kind = variant.kind;
     let mut properties = Map::new();
     let mut required = vec![json!("kind")];
     properties.insert(
         "kind".to_owned(),
         json!({ "description": "Kind of the stage.", "const": kind.name() }),
     );
-    if let Some((key, word)) = variant.selector() {
-        properties.insert(key.to_owned(), json!({ "description": variant.about(), "const": word }));
+    if let Some((key, word)) = variant.selector {
+        properties.insert(key.to_owned(), json!({ "description": variant.about, "const": word }));
         if !variant.is_default() {
             required.push(json!(key));
         }
     }
-    if variant.from_key() != FromKey::Absent {
+    if variant.from_key != FromKey::Absent {
         properties.insert("from".to_owned(), from());
     }
-    if variant.from_key() == FromKey::Required {
+    if variant.from_key == FromKey::Required {
         required.push(json!("from"));
     }
     let own = &with_units;

@@ -14,7 +14,6 @@ use arrow::array::Array;
 use super::published_stage::PublishedStage;
 use crate::results::files_of;
 use asperity_stages::columns::{CONTENT, FILLED_NODES, FORMAT, UNIT};
-use asperity_stages::fit::status;
 use asperity_stages::grids::Grids;
 use asperity_stages::surface::labels::PATH;
 use asperity_stages::surface_files::{ContentHash, RecordedFile, RecordedFiles};
@@ -63,14 +62,14 @@ impl ResultReader {
 
     /// Reads the table of a task from the store, without maps.
     pub fn stored(&self, table: &TableRef) -> Result<Table, StoreError> {
-        self.store.light(table).map(status::with_codes)
+        self.store.light(table)
     }
 
     /// Returns the published rows of a task, without the columns that publishing adds. Returns
     /// `None` if no published table has the task.
     pub fn rows_of(&self, table: &TableRef) -> Option<Table> {
         let mut published = self.published();
-        published.find_map(|(_, published)| published.rows_of(table)).map(status::with_codes)
+        published.find_map(|(_, published)| published.rows_of(table))
     }
 
     /// Returns the table of a task, without maps, from the published table of its stage. Returns
@@ -78,7 +77,7 @@ impl ResultReader {
     pub fn published_table(&self, stage: &str, table: &TableRef) -> Option<Table> {
         let mut stages = self.stages().iter();
         let file = stages.find(|file| file.stage == stage)?;
-        file.published()?.table_of(table).map(status::with_codes)
+        file.published()?.table_of(table)
     }
 
     /// Reads the first of the tables `tables` together, from the published table of a stage: as
@@ -91,8 +90,7 @@ impl ResultReader {
     ) -> Option<(Vec<usize>, Table)> {
         let mut stages = self.stages().iter();
         let file = stages.find(|file| file.stage == stage)?;
-        let (rows, table) = file.published()?.leading_tables(tables)?;
-        Some((rows, status::with_codes(table)))
+        file.published()?.leading_tables(tables)
     }
 
     /// Returns the properties that the files of measured surfaces had when the tables were

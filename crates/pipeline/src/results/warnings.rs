@@ -4,8 +4,7 @@ use std::collections::HashMap;
 
 use crate::plan::Plan;
 use crate::results::TASK;
-use crate::study::{Study, Warning, multilevel};
-use asperity_stages::aggregate::multilevel_warning;
+use crate::study::{Study, Warning};
 use asperity_stages::solve::exceeded_hardness::{self, unused_hardness};
 use asperity_tables::table::{Table, TableError};
 
@@ -20,9 +19,6 @@ pub fn warnings<E: From<TableError>>(
     read: impl Fn(usize) -> Result<Option<Table>, E>,
 ) -> Result<Vec<Warning>, E> {
     let mut warnings = Vec::new();
-    for (stage, warning) in unpaid_levels(study, &read)? {
-        warnings.push(Warning { stage, message: warning });
-    }
     for (index, (stage, planned)) in study.stages.iter().zip(&plan.stages).enumerate() {
         // The recipes are those of the study, because stages with different bodies may share a
         // task.
@@ -44,26 +40,6 @@ pub fn warnings<E: From<TableError>>(
         let messages = exceeded_hardness::warnings(&table, hardness_of)?.into_iter();
         let named = messages.map(|message| Warning { stage: stage.name.clone(), message });
         warnings.extend(named);
-    }
-    Ok(warnings)
-}
-
-/// Returns the stages with multilevel means that would cost less without some meshes, with the
-/// warnings about them.
-fn unpaid_levels<E: From<TableError>>(
-    study: &Study,
-    read: &impl Fn(usize) -> Result<Option<Table>, E>,
-) -> Result<Vec<(String, String)>, E> {
-    let mut warnings = Vec::new();
-    for stage in &study.stages {
-        for means in stage.work.recipes().iter().filter_map(multilevel::means) {
-            let inputs = stage.inputs.iter().filter_map(|&input| read(input).transpose());
-            let rows = Table::stack(&inputs.collect::<Result<Vec<_>, E>>()?)?;
-            // Missing tasks leave meshes with different surfaces, whose means do not exist yet.
-            let found =
-                means.over.iter().filter_map(|name| multilevel_warning(&rows, name).ok()?);
-            warnings.extend(found.map(|warning| (stage.name.clone(), warning)));
-        }
     }
     Ok(warnings)
 }

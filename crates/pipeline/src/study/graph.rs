@@ -8,7 +8,7 @@ use asperity_manifest::diagnostics::{Problem, Problems, listed, suggestion};
 use asperity_manifest::keys::Spanned;
 use asperity_manifest::names;
 use asperity_manifest::names::{MAX_LENGTH, is_plain};
-use asperity_stages::registry::{StagePoints, with_article};
+use asperity_stages::registry::with_article;
 use asperity_stages::{Kind, RowKind};
 
 /// Directed graph of the stages of a manifest.
@@ -157,10 +157,11 @@ fn resolve_against(
     };
     let other = &stages[index];
     let (kind, from) = (other.kind?, other.from.as_ref()?);
-    let reads = other.points.as_ref().and_then(StagePoints::reads);
+    let reads = other.points.as_ref().and_then(|points| points.reads());
     let has_measured_spectrum =
         !from.is_empty() && reads.is_some_and(|reads| reads.rows == [RowKind::PowerSpectra]);
-    let is_modal = other.points.as_ref().and_then(StagePoints::row_kind) == Some(RowKind::Spectra);
+    let is_modal =
+        other.points.as_ref().and_then(|points| points.row_kind()) == Some(RowKind::Spectra);
     let problem = |label: String| {
         let wanted = match stage.kind {
             Some(Kind::Generate) => "heights whose distribution is known before a run",
@@ -284,7 +285,7 @@ pub fn check_flow(
     };
     let points = stage.points.as_ref();
     let reads =
-        points.and_then(StagePoints::reads).unwrap_or_else(|| kind.definition().reads.clone());
+        points.and_then(|points| points.reads()).unwrap_or_else(|| kind.definition().reads.clone());
     let mut read: Option<(&str, RowKind)> = None;
     for (name, rows) in inputs {
         let from = stage.from.iter().flatten().find(|from| from.value == *name);
@@ -334,6 +335,6 @@ pub fn check_flow(
         }
     }
     let rows = read.map(|(_, rows)| rows);
-    let made = points.and_then(StagePoints::row_kind);
+    let made = points.and_then(|points| points.row_kind());
     (rows, made.or_else(|| (kind.definition().row_kind)(rows)))
 }

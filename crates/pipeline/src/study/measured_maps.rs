@@ -6,7 +6,7 @@ use crate::study::{Study, Warning, Work};
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::topography::periodic::Edges;
 use asperity_mechanics::topography::preparation::LowPass;
-use asperity_stages::generate::described_map::DescribedMap;
+use asperity_stages::generate::plausibility::DescribedMap;
 use asperity_stages::surface::origin::MeasuredSurface;
 use asperity_stages::surface::{Origin, Params};
 

@@ -9,8 +9,7 @@ use crate::manifest::StageTable;
 use crate::study::Work;
 use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::Spanned;
-use asperity_stages::registry::StagePoints;
-use asperity_stages::solve::keys::{against, against::Bodies};
+use asperity_stages::check_context::NamedSurfaces;
 use asperity_stages::surface::planned::PlannedSurfaces;
 use asperity_stages::surface::{Origin, Params};
 
@@ -28,7 +27,7 @@ pub fn work<'a>(
     surfaces: impl Fn(&str) -> Option<&'a [PlannedSurfaces]>,
     problems: &mut Problems,
 ) -> Option<Work> {
-    let Some(StagePoints::Solve(section)) = &stage.points else { return None };
+    let points = stage.points.as_ref()?;
     let name = name_of(&stage.name.value);
     // Names that differ only in case are one file on some file systems.
     let is_same = |other: &&StageTable| other.name.value.eq_ignore_ascii_case(&name);
@@ -40,9 +39,10 @@ pub fn work<'a>(
         return None;
     }
     let bodies =
-        |name: &'a Spanned<String>| Some(Bodies { name, surfaces: surfaces(&name.value)? });
-    let first: Vec<Bodies> = stage.from.iter().flatten().map(bodies).collect::<Option<_>>()?;
-    against::pairs(section, &first, bodies(second)?, problems).map(Work::Generate)
+        |name: &'a Spanned<String>| Some(NamedSurfaces { name, surfaces: surfaces(&name.value)? });
+    let first: Vec<NamedSurfaces> =
+        stage.from.iter().flatten().map(bodies).collect::<Option<_>>()?;
+    points.pairs(&first, bodies(second)?, problems).map(Work::Generate)
 }
 
 /// Returns the number of pairs that a `solve` stage presses at each of its shifts.

@@ -18,12 +18,12 @@ use asperity_manifest::keys::{Section, Spanned};
 use asperity_stages::absolute::{AbsoluteColumns, StageUnits};
 use asperity_stages::check_context::{PressedStage, Surfaces};
 use asperity_stages::columns::{SURFACE, needed_key};
-use asperity_stages::generate::realizations::{AT_LEAST, Growing};
 use asperity_stages::output_units::Conversion;
-use asperity_stages::registry::StagePoints;
 use asperity_stages::surface::Origin;
 use asperity_stages::surface::labels::Labels;
-use asperity_stages::surface::planned::{self, KnownMean, PlannedSurfaces, Until};
+use asperity_stages::surface::planned::{
+    self, AT_LEAST, Growing, KnownMean, PlannedSurfaces, Until,
+};
 use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::{CheckContext, InputScope, Kind, RowKind, stacked};
 use asperity_statistics::intervals::FEWEST_SURFACES;
@@ -314,7 +314,7 @@ impl Validator<'_> {
     /// Checks the surfaces of a stage with multilevel means.
     fn check_multilevel(&self, stage: usize, graph: &Graph, problems: &mut Problems) {
         let points = self.stages[stage].points.as_ref();
-        let Some(key) = points.and_then(StagePoints::multilevel) else { return };
+        let Some(key) = points.and_then(|points| points.multilevel()) else { return };
         let mut surfaces = Vec::new();
         let mut open = vec![stage];
         let mut seen = vec![false; self.stages.len()];
@@ -556,10 +556,7 @@ impl Conditional<'_> {
 
 fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
     stages.iter().enumerate().filter_map(|(stage, table)| {
-        let Some(StagePoints::Generate(points)) = &table.points else {
-            return None;
-        };
-        let growing = points.growing()?;
+        let growing = table.points.as_ref()?.growing()?;
         let written = &growing.until;
         let until = planned::parse(&written.value)?;
         Some(Conditional { stage, growing, written, until })

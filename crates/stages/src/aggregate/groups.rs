@@ -9,11 +9,11 @@ use polars::prelude::{
     lit, when,
 };
 
-use super::group_columns::{
-    COUNT, GROUP_COLUMNS, LOAD_MIDPOINT, LOAD_OF_GROUP, SURFACES, UNCONVERGED, UNFITTED, mean_of,
+use crate::aggregate::statistics::{
+    self, COUNT, GROUP_COLUMNS, LOAD_MIDPOINT, LOAD_OF_GROUP, SAMPLING_UNIT, SURFACES, UNCONVERGED,
+    UNFITTED, mean_of,
 };
-use super::statistics::{self, SAMPLING_UNIT};
-use super::{Groups, Statistic, theory};
+use crate::aggregate::{Groups, Statistic, theory};
 use crate::columns::{
     AREA_CORRECTED, AREA_FRACTION, CONTACT_NODES, ENERGY, FORCE, HARDNESS, HARDNESS_REDUCED, LOAD,
     PRESSURE, STOP,
@@ -22,8 +22,8 @@ use crate::fit::status::{FITTED, STATUS};
 use crate::solve::UNCONVERGED as STOPS_UNCONVERGED;
 use crate::{StageError, ensemble};
 use asperity_manifest::decimal;
-use asperity_queries::frame::polars_error;
-use asperity_queries::{engine, frame};
+use asperity_queries::engine;
+use asperity_queries::frame::{self, polars_error};
 use asperity_tables::column::{Column, Role};
 use asperity_tables::table::Table;
 
@@ -70,7 +70,7 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
     let selected = reduced.select(chosen).map_err(polars_error)?;
     let columns = frame::columns(&selected)?;
     let reduced = with_meanings(table, columns, selected.height());
-    theory::with_theories(&reduced, &names.curve(), groups)
+    theory::with_theories(&reduced, groups)
 }
 
 /// Returns the expression that selects groups with as many rows as the largest group of the same
@@ -80,13 +80,7 @@ pub fn reduce(table: &Table, groups: &Groups) -> Result<Table, StageError> {
 /// the mean over the others belongs to another ensemble. A mean curve leaves such loads out.
 fn is_complete(names: &GroupNames) -> Result<Expr, StageError> {
     let count = || col(COUNT.name);
-    let curve = names.keys_of_a_curve();
-    let fullest = if curve.is_empty() {
-        count().max()
-    } else {
-        count().max().over(curve).map_err(polars_error)?
-    };
-    Ok(count().eq(fullest))
+    Ok(count().eq(names.over_curves(count().max())?))
 }
 
 fn require(frame: &DataFrame, name: &str) -> Result<(), StageError> {
@@ -98,20 +92,7 @@ fn require(frame: &DataFrame, name: &str) -> Result<(), StageError> {
 
 fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr> {
     let mut expressions = names.within_groups();
-    expressions.push(len().alias(COUNT.name));
-    if is_of_surfaces(table) {
-        expressions.push(col(SAMPLING_UNIT).n_unique().alias(SURFACES.name));
-    }
-    if table.has(STOP.name) {
-        let unconverged = STOPS_UNCONVERGED.map(|stop| col(STOP.name).eq(lit(stop)));
-        let any = unconverged.into_iter().reduce(|one, other| one.or(other));
-        let unconverged = any.expect("there are such codes");
-        expressions.push(unconverged.sum().alias(UNCONVERGED.name));
-    }
-    if is_of_fits(table) {
-        let failed = col(STATUS.name).neq(lit(FITTED.word));
-        expressions.push(failed.sum().alias(UNFITTED.name));
-    }
+    expressions.extend(counts(table).into_iter().map(|(column, count)| count.alias(column.name)));
     for name in &groups.over {
         // Slopes and secants need the mean, even if it is not requested.
         expressions.push(col(name.as_str()).mean().alias(mean_of(name)));
@@ -129,14 +110,22 @@ fn aggregations(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<Expr>
     expressions
 }
 
-/// Returns whether the rows of a table describe single surfaces.
-fn is_of_surfaces(table: &Table) -> bool {
-    !table.in_role(Role::Surface).names().is_empty()
-}
-
-/// Returns whether the rows of a table are fits. Failed fits have nulls instead of values.
-fn is_of_fits(table: &Table) -> bool {
-    table.texts(STATUS.name).is_ok()
+/// Returns the columns that count the rows of a group, with their expressions.
+fn counts(table: &Table) -> Vec<(Column, Expr)> {
+    let mut counts = vec![(COUNT, len())];
+    if !table.in_role(Role::Surface).names().is_empty() {
+        counts.push((SURFACES, col(SAMPLING_UNIT).n_unique()));
+    }
+    if table.has(STOP.name) {
+        let unconverged = STOPS_UNCONVERGED.map(|stop| col(STOP.name).eq(lit(stop)));
+        let any = unconverged.into_iter().reduce(|one, other| one.or(other));
+        counts.push((UNCONVERGED, any.expect("there are such codes").sum()));
+    }
+    // Failed fits have nulls instead of values.
+    if table.texts(STATUS.name).is_ok() {
+        counts.push((UNFITTED, col(STATUS.name).neq(lit(FITTED.word)).sum()));
+    }
+    counts
 }
 
 fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
@@ -156,14 +145,7 @@ fn within_group(values: Expr, statistic: Statistic) -> Option<Expr> {
 /// Returns the expressions of secants and of slopes by finite differences of the mean curve. The
 /// load must ascend within each curve.
 fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageError> {
-    let curve = names.keys_of_a_curve();
-    let before = |values: Expr| {
-        if curve.is_empty() {
-            Ok(values.shift(lit(1)))
-        } else {
-            values.shift(lit(1)).over(curve.clone()).map_err(polars_error)
-        }
-    };
+    let before = |values: Expr| names.over_curves(values.shift(lit(1)));
     let load = || col(LOAD_OF_GROUP);
     let load_before = before(load())?.fill_null(lit(0.0));
     let midpoint = (load() + load_before.clone()) / lit(2.0);
@@ -189,16 +171,7 @@ fn against_load(names: &GroupNames, groups: &Groups) -> Result<Vec<Expr>, StageE
 /// need.
 fn output(table: &Table, names: &GroupNames, groups: &Groups) -> Vec<String> {
     let mut output = names.shown.clone();
-    output.push(COUNT.name.to_owned());
-    if is_of_surfaces(table) {
-        output.push(SURFACES.name.to_owned());
-    }
-    if table.has(STOP.name) {
-        output.push(UNCONVERGED.name.to_owned());
-    }
-    if is_of_fits(table) {
-        output.push(UNFITTED.name.to_owned());
-    }
+    output.extend(counts(table).into_iter().map(|(column, _)| column.name.to_owned()));
     if groups.statistics.contains(&Statistic::Slope) {
         output.push(LOAD_MIDPOINT.name.to_owned());
     }
@@ -276,17 +249,14 @@ impl GroupNames {
         self.keys.iter().map(String::as_str)
     }
 
-    /// Returns the keys that distinguish curves: all keys except the load.
-    fn keys_of_a_curve(&self) -> Vec<Expr> {
+    /// Returns an expression within each curve: the groups that agree in all keys except the load.
+    fn over_curves(&self, expression: Expr) -> Result<Expr, StageError> {
         let keys = self.keys.iter().filter(|name| !is_of_a_load(name));
-        keys.map(|name| col(name.as_str())).collect()
-    }
-
-    /// Returns the shown columns that distinguish curves.
-    fn curve(&self) -> Vec<String> {
-        let stands_in = |name: &String| self.stand_ins.iter().any(|(own, _)| own == name);
-        let shown = self.shown.iter().filter(|name| !is_of_a_load(name));
-        shown.filter(|name| self.keys.contains(name) || stands_in(name)).cloned().collect()
+        let columns: Vec<Expr> = keys.map(|name| col(name.as_str())).collect();
+        if columns.is_empty() {
+            return Ok(expression);
+        }
+        Ok(expression.over(columns).map_err(polars_error)?)
     }
 
     /// Returns the expressions for the derived columns of a group: the common value of the rows or,

@@ -8,14 +8,14 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{
+use crate::aggregate::{
     Groups, Meaning, Model, Multilevel, Params, SPECTRUM_COLUMNS, SQL_VERSION, Sql, Statistic,
     multilevel,
 };
-use crate::check_context::{Property, unknown_column};
+use crate::check_context::{Property, StageChecks, exclude};
 use crate::columns::ALTERATIONS;
 use crate::error::QueryError;
-use crate::exclusions::exclude;
+use crate::stage_points::{StagePoints, Work};
 use crate::surface::labels::with_paths;
 use crate::surface_files::SurfaceFiles;
 use crate::{CheckContext, Recipe, StageError};
@@ -36,7 +36,7 @@ pub struct AggregateTable {
     /// Descriptions of the columns of the result of `sql`, by name:
     /// `{ unit = "…", meaning = "…" }`. Columns without a description here have that of the column
     /// with the same name that the stage reads.
-    pub columns: Key<BTreeMap<String, Spanned<ColumnTable>>>,
+    pub columns: Key<BTreeMap<String, Spanned<Meaning>>>,
     /// Estimator of the means over surfaces. By default it is the mean of the rows of each group.
     #[schemars(extend("default" = "plain"))]
     pub estimator: Key<Estimator>,
@@ -78,102 +78,105 @@ pub enum Estimator {
     Multilevel,
 }
 
-/// The description of a column of the result of a query.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ColumnTable {
-    /// Unit of the values of the column: `"1"` for pure numbers, empty (the default) for values
-    /// without a unit.
-    #[serde(default)]
-    pub unit: String,
-    /// Meaning of the column in one phrase.
-    pub meaning: String,
+impl StagePoints for Section<AggregateTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        Work::evaluate(recipes(self, context))
+    }
+
+    fn is_query(&self) -> bool {
+        self.points.iter().any(|point| point.table.sql.written().is_some())
+    }
+
+    fn multilevel(&self) -> Option<&Span> {
+        let written = self.points.first()?.table.estimator.written()?;
+        (written.value == Estimator::Multilevel).then_some(&written.span)
+    }
+
+    fn validate_answer(
+        &self,
+        answer: Result<Table, StageError>,
+        tables: &[(String, Table)],
+        problems: &mut Problems,
+    ) -> Option<Table> {
+        let written = &self.points.first()?.table;
+        let Some(query) = written.sql.written() else {
+            return answer.ok();
+        };
+        let answer =
+            answer.map_err(|error| problems.push(no_answer(&error, query, tables))).ok()?;
+        for (name, column) in written.columns.written().iter().flat_map(|all| &all.value) {
+            if !answer.has(name) {
+                let message = format!("the result of the query has no column {name:?}");
+                let label = suggestion('"', name, answer.names(), "unknown column");
+                let help = format!("its columns are {}", listed(answer.names(), "and"));
+                problems.push(Problem::new(message, column.span.clone(), label).help(help));
+            }
+        }
+        Some(answer)
+    }
 }
 
 /// Returns the task of a stage, or `None` after reporting problems.
-pub fn recipes(
-    section: &Section<AggregateTable>,
-    context: &mut CheckContext,
-) -> Option<Vec<Recipe>> {
+fn recipes(section: &Section<AggregateTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let point = section.points.first()?;
-    let checks = &mut Checks::new(section, point, context.problems);
-    let adhesive = context.surfaces.stage_with(Property::WithAdhesion);
-    let without_loads = context.surfaces.stage_with(Property::WithoutGivenLoads);
+    // Groups may be formed by paths of files, which tables of tasks do not contain.
     let input = context.input.map(|table| with_paths(table.clone(), &SurfaceFiles::default()));
-    let params = params(&point.table, input.as_ref(), context.earlier, checks);
-    check_physics(&point.table, adhesive, checks)?;
-    check_loads(&point.table, without_loads, checks)?;
+    let mut checks = StageChecks::new(section, point, context);
+    checks.input = input.as_ref();
+    let params = params(&point.table, &mut checks);
+    check_loads(&point.table, &mut checks)?;
     Some(vec![Recipe::Aggregate(Arc::new(params?))])
 }
 
-/// Refuses statistics that take quantities to vanish with the load, if `adhesive` names a stage
-/// with adhesion: its contacts have an area without load, and loads may be zero or negative.
-fn check_physics(
-    table: &AggregateTable,
-    adhesive: Option<&str>,
-    checks: &mut Checks,
-) -> Option<()> {
-    let (Some(stage), Some(written)) = (adhesive, table.statistics.written()) else {
-        return Some(());
-    };
+/// Refuses statistics against the load of contacts with adhesion, or whose loads are results.
+fn check_loads(table: &AggregateTable, checks: &mut StageChecks) -> Option<()> {
+    let adhesive = checks.surfaces.stage_with(Property::WithAdhesion);
+    let without_loads = checks.surfaces.stage_with(Property::WithoutGivenLoads);
     let mut clear = Some(());
-    for Spanned { value, span } in &written.value {
-        let statistic = Statistic::named(value);
-        if let Some(Statistic::Slope | Statistic::Secant | Statistic::Approach) = statistic {
-            let message = format!(
-                "{value:?} is for contacts whose area vanishes with the load, but stage `{stage}` \
-                 has `adhesion`"
-            );
-            let label = "not defined with adhesion";
-            checks.problems.push(Problem::new(message, span.clone(), label).help(
-                "group by `branch` and `load` and compare the means, or take differences with `sql`",
-            ));
-            clear = None;
+    let written = table.statistics.written();
+    for Spanned { value, span } in written.iter().flat_map(|list| &list.value) {
+        if !Statistic::named(value).is_some_and(Statistic::is_against_load) {
+            continue;
         }
+        let (message, label, help) = match (adhesive, without_loads) {
+            (Some(stage), _) => (
+                format!(
+                    "{value:?} is for contacts whose area vanishes with the load, but stage \
+                     `{stage}` has `adhesion`"
+                ),
+                "not defined with adhesion",
+                "group by `branch` and `load` and compare the means, or take differences with `sql`",
+            ),
+            (None, Some(stage)) => (
+                format!(
+                    "{value:?} needs common loads, but the loads of stage `{stage}` are results"
+                ),
+                "not defined for prescribed lengths",
+                "press the surfaces under `loads`, or take differences with `sql`",
+            ),
+            (None, None) => continue,
+        };
+        clear = checks.reject(Problem::new(message, span.clone(), label).help(help));
     }
     clear
 }
 
-/// Refuses statistics against the load, if `stage` is one that prescribes mean gaps or
-/// displacements: its loads differ between surfaces.
-fn check_loads(table: &AggregateTable, stage: Option<&str>, checks: &mut Checks) -> Option<()> {
-    let (Some(stage), Some(written)) = (stage, table.statistics.written()) else {
-        return Some(());
-    };
-    let is_against_load = |name: &&Spanned<String>| {
-        let statistic = Statistic::named(&name.value);
-        matches!(statistic, Some(Statistic::Slope | Statistic::Secant | Statistic::Approach))
-    };
-    let Some(Spanned { value, span }) = written.value.iter().find(is_against_load) else {
-        return Some(());
-    };
-    let message =
-        format!("{value:?} needs common loads, but the loads of stage `{stage}` are results");
-    let problem = Problem::new(message, span.clone(), "not defined for prescribed lengths");
-    checks.reject(problem.help("press the surfaces under `loads`, or take differences with `sql`"))
-}
-
-fn params(
-    table: &AggregateTable,
-    input: Option<&Table>,
-    earlier: &[(&str, &Table)],
-    checks: &mut Checks,
-) -> Option<Params> {
+fn params(table: &AggregateTable, checks: &mut StageChecks) -> Option<Params> {
     if let Some(sql) = table.sql.written() {
         return query(table, sql, checks);
     }
     exclude! { table, checks, true => columns: "needs the key `sql`"; }?;
     if checks.value("estimator", &table.estimator)? == Estimator::Multilevel {
-        return multilevel_means(table, input, earlier, checks);
+        return multilevel_means(table, checks);
     }
     let group_by = match checks.optional("group_by", &table.group_by)? {
         None => Some(None),
-        Some(written) => named_columns("group_by", written, input, earlier, checks).map(Some),
+        Some(written) => named_columns("group_by", written, checks).map(Some),
     };
-    let over = over(table, input, earlier, checks);
+    let over = over(table, checks);
     let named = group_by.as_ref().and_then(|names| names.as_deref());
-    let statistics = statistics(&table.statistics, named, input, checks);
-    let models = models(table, input, checks);
+    let statistics = statistics(&table.statistics, named, checks);
+    let models = models(table, checks);
     let groups =
         Groups { group_by: group_by?, over: over?, statistics: statistics?, models: models? };
     check_outputs(table, &groups, checks)?;
@@ -181,15 +184,10 @@ fn params(
 }
 
 /// Returns the columns whose statistics are computed.
-fn over(
-    table: &AggregateTable,
-    input: Option<&Table>,
-    earlier: &[(&str, &Table)],
-    checks: &mut Checks,
-) -> Option<Vec<String>> {
+fn over(table: &AggregateTable, checks: &mut StageChecks) -> Option<Vec<String>> {
     let written = checks.required("over", &table.over)?;
-    let over = named_columns("over", written, input, earlier, checks)?;
-    check_numbers(written, input, checks).map(|()| over)
+    let over = named_columns("over", written, checks)?;
+    check_numbers(written, checks).map(|()| over)
 }
 
 /// Statistics of multilevel means without the key `statistics`.
@@ -197,20 +195,15 @@ const OF_MULTILEVEL: [Statistic; 3] =
     [Statistic::Mean, Statistic::Sem, Statistic::Confidence(0.95)];
 
 /// Returns the multilevel means of a stage. The study checks that the surfaces have meshes.
-fn multilevel_means(
-    table: &AggregateTable,
-    input: Option<&Table>,
-    earlier: &[(&str, &Table)],
-    checks: &mut Checks,
-) -> Option<Params> {
+fn multilevel_means(table: &AggregateTable, checks: &mut StageChecks) -> Option<Params> {
     let clear = exclude! { table, checks,
         true => group_by, models: "cannot be combined with `estimator = \"multilevel\"`";
     };
-    let over = over(table, input, earlier, checks);
+    let over = over(table, checks);
     let written = table.statistics.written();
     let statistics = match written {
         None => Some(OF_MULTILEVEL.to_vec()),
-        Some(_) => statistics(&table.statistics, None, input, checks),
+        Some(_) => statistics(&table.statistics, None, checks),
     };
     for Spanned { value, span } in written.iter().flat_map(|list| &list.value) {
         if Statistic::named(value).is_some_and(|statistic| !multilevel::has(statistic)) {
@@ -245,20 +238,16 @@ fn query(table: &AggregateTable, sql: &Spanned<String>, checks: &mut Checks) -> 
 /// Returns the descriptions of the columns of the result of a query.
 fn meanings(table: &AggregateTable, checks: &mut Checks) -> Option<BTreeMap<String, Meaning>> {
     let mut clear = Some(());
+    let mut meanings = BTreeMap::new();
     let written = table.columns.written();
-    let columns = written.iter().flat_map(|columns| &columns.value);
-    let described = columns.map(|(name, Spanned { value, span })| {
+    for (name, Spanned { value, span }) in written.iter().flat_map(|columns| &columns.value) {
         if value.meaning.trim().is_empty() {
             let message = format!("the `meaning` of {name:?} is empty");
-            let problem = Problem::new(message, span.clone(), "must be a phrase");
-            checks.report("columns", problem);
-            clear = None;
+            clear = checks.refuse("columns", message, span, "must be a phrase");
         }
-        let meaning = Meaning { unit: value.unit.clone(), meaning: value.meaning.clone() };
-        (name.clone(), meaning)
-    });
-    let columns = described.collect();
-    clear.map(|()| columns)
+        meanings.insert(name.clone(), value.clone());
+    }
+    clear.map(|()| meanings)
 }
 
 /// Columns that every `aggregate` stage without `sql` adds to its rows.
@@ -269,40 +258,32 @@ const COUNTS: [&str; 3] = ["count", "surfaces", "unconverged"];
 fn named_columns(
     key: &str,
     written: &Spanned<Vec<Spanned<String>>>,
-    input: Option<&Table>,
-    earlier: &[(&str, &Table)],
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Vec<String>> {
     let mut seen = BTreeMap::new();
-    let mut complete = true;
+    let mut clear = Some(());
     for Spanned { value, span } in &written.value {
         if let Some(before) = seen.insert(value.as_str(), span) {
             let message = format!("`{key}` names {value:?} twice");
             let problem = Problem::new(message, span.clone(), "here again");
-            checks.problems.push(problem.and(before.clone(), "first here"));
-            complete = false;
+            clear = checks.reject(problem.and(before.clone(), "first here"));
         }
-        if let Some(input) = input.filter(|input| !input.has(value)) {
-            checks.problems.push(unknown_column(value, span, &input.names(), earlier));
-            complete = false;
+        if let Some(input) = checks.input.filter(|input| !input.has(value)) {
+            let problem = checks.unknown_column(value, span, &input.names());
+            clear = checks.reject(problem);
         }
     }
-    complete.then(|| written.value.iter().map(|column| column.value.clone()).collect())
+    clear.map(|()| written.value.iter().map(|column| column.value.clone()).collect())
 }
 
 /// Refuses columns of texts, which have no statistics.
-fn check_numbers(
-    written: &Spanned<Vec<Spanned<String>>>,
-    input: Option<&Table>,
-    checks: &mut Checks,
-) -> Option<()> {
+fn check_numbers(written: &Spanned<Vec<Spanned<String>>>, checks: &mut StageChecks) -> Option<()> {
     let mut clear = Some(());
     for Spanned { value, span } in &written.value {
-        if input.is_some_and(|input| input.texts(value).is_ok()) {
+        if checks.input.is_some_and(|input| input.texts(value).is_ok()) {
             let message = format!("the column {value:?} holds texts");
             let label = "must be a column of numbers";
-            checks.problems.push(Problem::new(message, span.clone(), label));
-            clear = None;
+            clear = checks.reject(Problem::new(message, span.clone(), label));
         }
     }
     clear
@@ -313,79 +294,62 @@ fn check_outputs(table: &AggregateTable, groups: &Groups, checks: &mut Checks) -
     let written = |key: &Key<Vec<Spanned<String>>>, index: usize| {
         key.written().map(|list| list.value[index].span.clone())
     };
-    let grouping = groups.group_by.iter().flatten().enumerate();
+    let is_statistic = |name: &str| {
+        groups.statistics.iter().any(|one| one.suffixes().iter().any(|suffix| suffix == name))
+    };
     let mut clear = Some(());
-    for (index, column) in grouping {
+    for (index, column) in groups.group_by.iter().flatten().enumerate() {
         let span = written(&table.group_by, index)?;
         if COUNTS.contains(&column.as_str()) {
             let message = format!("{column:?} is a column that the stage adds to its groups");
-            checks.problems.push(Problem::new(message, span, "cannot define groups"));
-            clear = None;
+            clear = checks.reject(Problem::new(message, span, "cannot define groups"));
             continue;
         }
         for (reduced, over) in groups.over.iter().enumerate() {
-            let span = span.clone();
-            let over_span = written(&table.over, reduced)?;
-            let is_statistic = |name: &str| {
-                let mut statistics = groups.statistics.iter();
-                statistics.any(|one| one.suffixes().iter().any(|suffix| suffix == name))
-            };
             let suffix = column.strip_prefix(over.as_str()).and_then(|rest| rest.strip_prefix('_'));
-            let problem = if column == over {
+            let (message, label) = if column == over {
                 let message = format!("{column:?} is in `group_by` and in `over`");
-                Problem::new(message, span, "`group_by` keeps this column constant in each group")
+                (message, "`group_by` keeps this column constant in each group")
             } else if suffix.is_some_and(is_statistic) {
-                let message = format!("two columns would be called {column:?}");
-                Problem::new(message, span, "a column of the groups")
+                (format!("two columns would be called {column:?}"), "a column of the groups")
             } else {
                 continue;
             };
-            checks
-                .problems
-                .push(problem.and(over_span, "`over` reduces this column to statistics"));
-            clear = None;
+            let label_of_over = "`over` reduces this column to statistics";
+            let problem = Problem::new(message, span.clone(), label);
+            clear = checks.reject(problem.and(written(&table.over, reduced)?, label_of_over));
         }
     }
     clear
-}
-
-/// Returns whether the groups differ by their load, as they do by default.
-fn has_load(group_by: Option<&[String]>) -> bool {
-    let is_load = |name: &String| ["load", "pressure"].contains(&name.as_str());
-    group_by.is_none_or(|names| names.iter().any(is_load))
 }
 
 /// Returns the statistics that the manifest names, and refuses repeated or unknown names.
 fn statistics(
     key: &Key<Vec<Spanned<String>>>,
     group_by: Option<&[String]>,
-    input: Option<&Table>,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Vec<Statistic>> {
     let Some(written) = checks.optional("statistics", key)? else {
         let default: Vec<String> = checks.default_of("statistics");
         return Some(default.iter().filter_map(|name| Statistic::named(name)).collect());
     };
     let mut statistics: Vec<Statistic> = Vec::new();
-    let mut complete = true;
+    let mut clear = Some(());
     for Spanned { value, span } in &written.value {
         let Some(statistic) = Statistic::named(value) else {
-            checks.problems.push(unknown_statistic(value, span.clone()));
-            complete = false;
+            clear = checks.reject(unknown_statistic(value, span.clone()));
             continue;
         };
-        if let Some((message, label)) = misses_load(value, statistic, group_by, input) {
-            checks.problems.push(Problem::new(message, span.clone(), label));
-            complete = false;
+        if let Some((message, label)) = misses_load(value, statistic, group_by, checks.input) {
+            clear = checks.reject(Problem::new(message, span.clone(), label));
         }
         if statistics.contains(&statistic) {
             let message = format!("`statistics` asks for {value:?} twice");
-            checks.problems.push(Problem::new(message, span.clone(), "here again"));
-            complete = false;
+            clear = checks.reject(Problem::new(message, span.clone(), "here again"));
         }
         statistics.push(statistic);
     }
-    complete.then_some(statistics)
+    clear.map(|()| statistics)
 }
 
 /// Returns the message and the label of the problem if a statistic with respect to the load cannot
@@ -399,20 +363,19 @@ fn misses_load(
     group_by: Option<&[String]>,
     input: Option<&Table>,
 ) -> Option<(String, &'static str)> {
-    let names_groups = match statistic {
-        Statistic::Slope | Statistic::Secant | Statistic::Approach => true,
-        Statistic::RegressionSlope | Statistic::RegressionIntercept => false,
-        _ => return None,
-    };
-    if names_groups && !has_load(group_by) {
+    let is_load = |name: &String| ["load", "pressure"].contains(&name.as_str());
+    let has_load = group_by.is_none_or(|names| names.iter().any(is_load));
+    let names_groups = statistic.is_against_load();
+    let is_line = matches!(statistic, Statistic::RegressionSlope | Statistic::RegressionIntercept);
+    if names_groups && !has_load {
         let message = format!("{word:?} needs `load` in `group_by`");
         return Some((message, "needs groups that differ by their load"));
     }
-    if input.is_some_and(|input| !input.has("load")) {
+    if (names_groups || is_line) && input.is_some_and(|input| !input.has("load")) {
         let message = format!("{word:?} needs a column `load`, which the input does not have");
         return Some((message, "needs rows with a `load`"));
     }
-    (!names_groups && has_load(group_by)).then(|| {
+    (is_line && has_load).then(|| {
         let message =
             format!("{word:?} needs groups with several loads, and `load` is in `group_by`");
         (message, "needs a `group_by` without `load`")
@@ -435,103 +398,49 @@ fn unknown_statistic(name: &str, span: Span) -> Problem {
 
 /// Returns the theories that the manifest names. Each theory needs rows with a load, and asperity
 /// models need moments of the spectrum.
-fn models(
-    table: &AggregateTable,
-    input: Option<&Table>,
-    checks: &mut Checks,
-) -> Option<Vec<Model>> {
+fn models(table: &AggregateTable, checks: &mut StageChecks) -> Option<Vec<Model>> {
     let Some(written) = checks.optional("models", &table.models)? else {
         return Some(Vec::new());
     };
+    let input = checks.input;
+    let is_read = |name: &str| input.is_none_or(|input| input.has(name));
+    let is_altered = input.is_some_and(|input| ALTERATIONS.iter().any(|name| input.has(name)));
+    let is_grouped = |name: &str| {
+        let names = |column: &Spanned<String>| {
+            column.value == name || (name == "load" && column.value == "pressure")
+        };
+        table.group_by.written().is_none_or(|list| list.value.iter().any(names))
+    };
     let mut models = Vec::new();
     let mut clear = Some(());
-    for Spanned { value, span } in &written.value {
-        let model = *value;
-        let mut report = |message: String, label: &str| {
-            let problem = Problem::new(message, span.clone(), label);
-            checks.problems.push(problem);
-            clear = None;
-        };
-        if models.contains(&model) {
-            report("`models` has the same model twice".to_owned(), "here again");
-        }
-        let needed: &[&str] = match model.asperities() {
-            Some(_) => &SPECTRUM_COLUMNS,
-            None => &[],
-        };
-        let is_read = |name: &str| input.is_none_or(|input| input.has(name));
-        let is_grouped = |name: &str| {
-            let names = |column: &Spanned<String>| {
-                column.value == name || (name == "load" && column.value == "pressure")
-            };
-            let written = table.group_by.written();
-            written.is_none_or(|list| list.value.iter().any(names))
-        };
-        let needed = || needed.iter().copied().chain(["load"]);
-        if !needed().all(is_read) {
-            let missing = listed(needed().filter(|name| !is_read(name)), "and");
+    for Spanned { value: model, span } in &written.value {
+        let of_spectrum = model.asperities().map_or(&[][..], |_| &SPECTRUM_COLUMNS);
+        let needed = || of_spectrum.iter().copied().chain(["load"]);
+        let unread: Vec<&str> = needed().filter(|name| !is_read(name)).collect();
+        let ungrouped: Vec<&str> = needed().filter(|name| !is_grouped(name)).collect();
+        let (message, label) = if models.contains(model) {
+            ("`models` has the same model twice".to_owned(), "here again")
+        } else if !unread.is_empty() {
+            let missing = listed(unread.into_iter(), "and");
             let message = format!("the model needs {missing}, which the input does not have");
-            report(message, "needs loads on surfaces drawn from a spectrum");
-        } else if !needed().all(is_grouped) {
-            let missing = listed(needed().filter(|name| !is_grouped(name)), "and");
+            (message, "needs loads on surfaces drawn from a spectrum")
+        } else if !ungrouped.is_empty() {
+            let missing = listed(ungrouped.into_iter(), "and");
             let message = format!("the model needs {missing} in `group_by`");
-            report(message, "needs groups with one value of each of these columns");
-        } else if model.asperities().is_some()
-            && input.is_some_and(|input| ALTERATIONS.iter().any(|name| input.has(name)))
-        {
+            (message, "needs groups with one value of each of these columns")
+        } else if is_altered && model.asperities().is_some() {
             let message = "the model needs the spectrum of one surface, but the input has pairs of \
                            surfaces or surfaces that have yielded";
-            report(
-                message.to_owned(),
-                "applies to surfaces that are pressed against a smooth body for the first time",
-            );
-        }
-        models.push(model);
+            let label = "applies to surfaces that are pressed against a smooth body for the first \
+                         time";
+            (message.to_owned(), label)
+        } else {
+            models.push(*model);
+            continue;
+        };
+        clear = checks.reject(Problem::new(message, span.clone(), label));
     }
     clear.map(|()| models)
-}
-
-/// Returns whether the stage is a query, for which each input is a separate table.
-pub fn is_query(section: &Section<AggregateTable>) -> bool {
-    let mut points = section.points.iter();
-    points.any(|point| point.table.sql.written().is_some())
-}
-
-/// Returns the position of the key that asks for multilevel means, if there is one.
-pub fn multilevel_key(section: &Section<AggregateTable>) -> Option<&Span> {
-    let written = section.points.first()?.table.estimator.written()?;
-    (written.value == Estimator::Multilevel).then_some(&written.span)
-}
-
-/// Checks `answer`, the result of the query on empty tables, so that mistakes in the query are
-/// reported before anything is computed. Returns this empty result, or `None` after reporting
-/// problems.
-pub fn validate_answer(
-    section: &Section<AggregateTable>,
-    answer: Result<Table, StageError>,
-    tables: &[(String, Table)],
-    problems: &mut Problems,
-) -> Option<Table> {
-    let written = &section.points.first()?.table;
-    let Some(query) = written.sql.written() else {
-        return answer.ok();
-    };
-    let answer = match answer {
-        Ok(answer) => answer,
-        Err(error) => {
-            problems.push(no_answer(&error, query, tables));
-            return None;
-        }
-    };
-    for (name, column) in written.columns.written().iter().flat_map(|all| &all.value) {
-        if !answer.has(name) {
-            let message = format!("the result of the query has no column {name:?}");
-            let label = suggestion('"', name, answer.names(), "unknown column");
-            let help = format!("its columns are {}", listed(answer.names(), "and"));
-            problems.push(Problem::new(message, column.span.clone(), label).help(help));
-        }
-    }
-    Some(answer)
 }
 
 /// Creates the problem of a query that cannot be run.

@@ -18,7 +18,7 @@ use crate::columns::{NODES, NODES_X, NODES_Y};
 use crate::version::Version;
 use crate::{StageError, ensemble};
 use asperity_manifest::diagnostics::listed;
-use asperity_statistics::multilevel::{LevelCost, MultilevelMean, least_cost};
+use asperity_statistics::multilevel::MultilevelMean;
 use asperity_tables::column::optional_reals;
 use asperity_tables::table::{Table, TableError};
 
@@ -323,59 +323,6 @@ fn columns(
     Ok(Table::from_arrays(means.len(), Schema::new(fields), arrays))
 }
 
-/// Relative saving from which a warning advises to leave out a mesh. Variances estimated from a few
-/// surfaces are uncertain by some tens of per cent.
-const WORTHWHILE: f64 = 0.1;
-
-/// Warns of coarse meshes without which the means of a column would cost less. `table` has the rows
-/// of the surfaces. The cost of a surface is taken to be proportional to the nodes of its mesh.
-///
-/// # Errors
-/// As [`reduce`].
-pub fn warning(table: &Table, column: &str) -> Result<Option<String>, StageError> {
-    let means = finest_means(table, column)?;
-    let mut wasted: BTreeMap<i64, (usize, f64)> = BTreeMap::new();
-    for found in &means {
-        let Some((mesh, saving)) = costly_mesh(found) else { continue };
-        let (count, most) = wasted.entry(mesh).or_insert((0, 0.0));
-        *count += 1;
-        *most = most.max(saving);
-    }
-    // Variances of a few surfaces are uncertain: most means must agree.
-    let worst = wasted.into_iter().find(|(_, (count, _))| 2 * count > means.len());
-    Ok(worst.map(|(nodes, (count, saving))| {
-        format!(
-            "{count} of {} means of `{column}` would cost less without the surfaces on meshes with \
-             fewer than {nodes} nodes, by up to {:.0} %: their differences to the next finer mesh \
-             vary too much; leave these meshes out",
-            means.len(),
-            100.0 * saving
-        )
-    }))
-}
-
-/// Returns the number of nodes of the mesh with which the levels should begin, and what this would
-/// save, if it is not the coarsest mesh.
-fn costly_mesh(found: &FinestMean) -> Option<(i64, f64)> {
-    let costs: Vec<LevelCost> = found
-        .mean
-        .terms
-        .iter()
-        .zip(&found.meshes)
-        .map(|(term, nodes)| LevelCost { variance: term.weighted_variance, cost: *nodes as f64 })
-        .collect();
-    let cost_from = |first: usize| {
-        // W_k = var(Y_L − Y_k₋₁) − var(Y_L − Y_k): the sum up to a mesh is W of a coarsest mesh.
-        let variance = costs[..=first].iter().map(|level| level.variance).sum();
-        least_cost(&[&[LevelCost { variance, ..costs[first] }], &costs[first + 1..]].concat())
-    };
-    let all = cost_from(0);
-    let without = (1..costs.len()).map(|first| (first, cost_from(first)));
-    let (first, least) = without.min_by(|one, other| one.1.total_cmp(&other.1))?;
-    let saving = 1.0 - least / all;
-    (saving > WORTHWHILE).then_some((found.meshes[first], saving))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -483,23 +430,5 @@ mod tests {
         let empty = reduce(&table(&[]), &multilevel()).unwrap();
         let full = reduce(&table(ROWS), &multilevel()).unwrap();
         assert_eq!(empty.names(), full.names());
-    }
-
-    #[test]
-    fn a_mesh_whose_differences_vary_as_much_as_surfaces_is_named() {
-        assert_eq!(warning(&table(ROWS), AREA_FRACTION.name).unwrap(), None);
-        // The coarse values have nothing to do with the fine ones.
-        let wild = [
-            (32, 0, [0.0; 2]),
-            (32, 1, [6.0; 2]),
-            (32, 2, [0.0; 2]),
-            (32, 3, [8.0; 2]),
-            (32, 4, [1.0; 2]),
-            (64, 0, [1.0; 2]),
-            (64, 1, [2.0; 2]),
-            (64, 2, [3.0; 2]),
-        ];
-        let warned = warning(&table(&wild), AREA_FRACTION.name).unwrap().unwrap();
-        assert!(warned.contains("fewer than 4096 nodes"), "{warned}");
     }
 }

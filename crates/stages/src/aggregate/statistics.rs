@@ -30,16 +30,16 @@
 use std::collections::HashMap;
 
 use polars::prelude::{
-    Column, DataType, Expr, Field, LazyFrame, NULL, NamedFrom, PolarsResult, Schema, Series, col,
+    self, DataType, Expr, Field, LazyFrame, NULL, NamedFrom, PolarsResult, Schema, Series, col,
     lit, when,
 };
 use serde::Serialize;
 
-use super::group_columns::mean_of;
 use crate::StageError;
-use crate::columns::LOAD;
+use crate::columns::{LOAD, columns, integer, real};
 use asperity_queries::frame::polars_error;
 use asperity_statistics::intervals::two_sided_quantile;
+use asperity_tables::column::Column;
 
 /// Statistic over the rows of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -87,6 +87,11 @@ const WORDS: [(&str, Statistic); 11] = [
 ];
 
 impl Statistic {
+    /// Returns whether the statistic compares groups under several loads.
+    pub fn is_against_load(self) -> bool {
+        matches!(self, Statistic::Slope | Statistic::Secant | Statistic::Approach)
+    }
+
     /// Returns the names of all statistics except quantiles and confidence intervals.
     pub fn words() -> impl Iterator<Item = &'static str> {
         WORDS.iter().map(|(word, _)| *word)
@@ -245,7 +250,7 @@ pub fn ends(name: &str, level: f64) -> [Expr; 2] {
 
 /// Returns the two-sided quantile of Student's t for each number of surfaces in the column. The
 /// quantile of each distinct number is computed once.
-fn factors(surfaces: &Column, level: f64) -> PolarsResult<Column> {
+fn factors(surfaces: &prelude::Column, level: f64) -> PolarsResult<prelude::Column> {
     let mut known: HashMap<u32, f64> = HashMap::new();
     let mut factor = |surfaces: f64| {
         let freedom = surfaces as u32 - 1;
@@ -312,6 +317,31 @@ impl LoadCurve {
             values: values.clone().drop_nulls().cast(DataType::Float64),
         }
     }
+}
+
+columns! {
+    /// number of rows in the group
+    pub const COUNT: Column = integer("count", "1");
+    /// number of surfaces in the group, distinguished by seed and realization or by their region of
+    /// a file; one surface may have several rows, at several parameter points
+    pub const SURFACES: Column = integer("surfaces", "1");
+    /// number of rows in the group whose load did not converge; the statistics include them
+    pub const UNCONVERGED: Column = integer("unconverged", "1");
+    /// number of failed fits in the group; `count` includes them, the statistics do not
+    pub const UNFITTED: Column = integer("unfitted", "1");
+    /// mean of this load and the previous load of the curve, at which slopes are evaluated
+    pub const LOAD_MIDPOINT: Column = real("load_midpoint", "E* × rms slope");
+}
+
+/// All columns of the reduced table except group columns and statistics.
+pub const GROUP_COLUMNS: [Column; 5] = [COUNT, SURFACES, UNCONVERGED, UNFITTED, LOAD_MIDPOINT];
+
+/// Intermediate column with the reduced load of a group, for slopes, secants and theories.
+pub const LOAD_OF_GROUP: &str = "load of group";
+
+/// Returns the name of the intermediate column with the mean of a column.
+pub fn mean_of(name: &str) -> String {
+    format!("{name} mean")
 }
 
 #[cfg(test)]

@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use arrow::array::{Array, ArrayRef};
-use arrow::util::display::array_value_to_string;
+use arrow::datatypes::Schema;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::group_columns::{COUNT, LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of};
-use super::{Groups, Statistic};
 use crate::StageError;
+use crate::aggregate::statistics::{LOAD_MIDPOINT, LOAD_OF_GROUP, mean_of};
+use crate::aggregate::{Groups, Statistic};
 use crate::columns::{HURST, K_LOWER, K_ROLLOFF, K_UPPER, SIDE_X, SIDE_Y, columns, real};
 use crate::surface::coordinates::is_altered;
 use asperity_mechanics::grid::Cell;
@@ -165,21 +165,19 @@ pub const SPECTRUM_COLUMNS: [&str; 4] = [HURST.name, K_LOWER.name, K_ROLLOFF.nam
 ///
 /// # Errors
 /// Returns an error if the rows lack the load or parameters of the spectrum that a model needs.
-pub fn with_theories(
-    reduced: &Table,
-    names: &[String],
-    groups: &Groups,
-) -> Result<Table, StageError> {
-    let mut columns = Vec::new();
+pub fn with_theories(reduced: &Table, groups: &Groups) -> Result<Table, StageError> {
     let asks_for = |statistic| groups.statistics.contains(&statistic);
+    // These columns hold means and the load of the group.
+    let means: Vec<String> = groups.over.iter().map(|name| mean_of(name)).collect();
+    let hidden: Vec<&str> = means.iter().map(String::as_str).chain([LOAD_OF_GROUP]).collect();
+    let mut table = reduced.without(&hidden);
     if asks_for(Statistic::Approach) {
         for name in &groups.over {
-            columns.push(approach(reduced, names, name)?);
+            let field = APPROACH.field().with_name(Statistic::Approach.column_of(name));
+            let values = vec![approach(reduced, name)?];
+            table =
+                table.beside(&Table::from_arrays(reduced.rows(), Schema::new(vec![field]), values));
         }
-    }
-    let mut table = hide_means(reduced, groups);
-    for (name, column) in columns {
-        table = with_named(&table, &name, column);
     }
     let mut predicted = Vec::new();
     for &model in &groups.models {
@@ -188,61 +186,14 @@ pub fn with_theories(
     Ok(table.with(predicted))
 }
 
-/// Removes the intermediate columns, which hold means and the load of the group.
-fn hide_means(reduced: &Table, groups: &Groups) -> Table {
-    let means: Vec<String> = groups.over.iter().map(|name| mean_of(name)).collect();
-    let hidden: Vec<&str> = means.iter().map(String::as_str).chain([LOAD_OF_GROUP]).collect();
-    reduced.without(&hidden)
-}
-
-fn with_named(table: &Table, name: &str, values: ArrayRef) -> Table {
-    let field = APPROACH.field().with_name(name);
-    let one =
-        Table::from_arrays(table.rows(), arrow::datatypes::Schema::new(vec![field]), vec![values]);
-    table.beside(&one)
-}
-
 /// Computes F(y) = −ln[(1 − a) y √(2π)] from the mean a of a column of areas, for each row of
-/// `reduced`.
-///
-/// The value is null at full contact. It is also null if a surface of the group has no row: the
-/// mean of the other surfaces would belong to another ensemble.
-fn approach(
-    reduced: &Table,
-    names: &[String],
-    name: &str,
-) -> Result<(String, ArrayRef), StageError> {
+/// `reduced`; null at full contact.
+fn approach(reduced: &Table, name: &str) -> Result<ArrayRef, StageError> {
     let (means, loads) = (reduced.reals(&mean_of(name))?, reduced.reals(LOAD_OF_GROUP)?);
-    let counts = reduced.integers(COUNT.name)?;
-    let curves = curve_of_rows(reduced, names);
-    let mut whole: BTreeMap<usize, i64> = BTreeMap::new();
-    for (row, &curve) in curves.iter().enumerate() {
-        let most = whole.entry(curve).or_insert(0);
-        *most = (*most).max(counts.value(row));
-    }
-    let values = (0..reduced.rows()).map(|row| {
-        let is_whole = whole[&curves[row]] == counts.value(row);
-        let known = is_whole && means.is_valid(row) && loads.is_valid(row);
-        known
-            .then(|| persson::approach_to_full_contact(loads.value(row), 1.0 - means.value(row)))?
-    });
-    Ok((Statistic::Approach.column_of(name), optional_reals(values)))
-}
-
-/// Returns the number of the curve of each row. Rows of one curve agree in the columns `names`.
-fn curve_of_rows(table: &Table, names: &[String]) -> Vec<usize> {
-    let columns: Vec<_> =
-        names.iter().filter_map(|name| table.batch().column_by_name(name)).collect();
-    let mut known = BTreeMap::new();
-    let curve = |row| {
-        let values: Vec<String> = columns
-            .iter()
-            .map(|column| array_value_to_string(column, row).unwrap_or_default())
-            .collect();
-        let next = known.len();
-        *known.entry(values).or_insert(next)
-    };
-    (0..table.rows()).map(curve).collect()
+    let rows = means.iter().zip(loads);
+    Ok(optional_reals(
+        rows.map(|(mean, load)| persson::approach_to_full_contact(load?, 1.0 - mean?)),
+    ))
 }
 
 fn predictions(

@@ -5,17 +5,16 @@ use std::collections::BTreeSet;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::fitted_point::FittedPoint;
-use super::parameter::{FitParameter, names};
-use super::{CurvesOfPoint, Params};
 use crate::InputScope;
 use crate::columns::columns;
 use crate::ensemble::Member;
+use crate::fit::fitted_point::{FitParameter, FittedPoint, names};
+use crate::fit::{CurvesOfPoint, Params};
+use asperity_statistics::FitError;
 use asperity_statistics::bootstrap::{Interval, Intervals};
 use asperity_statistics::convexity::CommonKappa;
 use asperity_statistics::curves::Curves;
-use asperity_statistics::evolution::{EvolutionFit, EvolutionProblem, Quantity};
-use asperity_statistics::{FitError, evolution};
+use asperity_statistics::evolution::{self, EvolutionFit, EvolutionProblem, Quantity};
 
 /// Name of the law in manifests and tables.
 pub const WORD: &str = "contact-evolution";
@@ -138,7 +137,8 @@ impl EvolutionChoices {
         let fit = problem.fit(kappa)?;
         let mut intervals = problem.bootstrap(kappa, &fit, &params.bootstrap());
         if matches!(kappa, evolution::Kappa::Given(_)) {
-            remove_interval_of_kappa(&mut intervals);
+            // It would contain only rounding errors.
+            replace_interval_of_kappa(&mut intervals, Some(Interval::UNKNOWN));
         }
         Ok(evolution_row(&fit, intervals))
     }
@@ -162,9 +162,10 @@ fn evolution_row(fit: &EvolutionFit, intervals: Intervals) -> FittedPoint {
 /// alternative estimates from the same data.
 fn with_common_kappa(points: &[CurvesOfPoint], to: Datum, params: &Params) -> Vec<FittedPoint> {
     let mut rows: Vec<Option<FittedPoint>> = points.iter().map(|_| None).collect();
-    for correction in corrections(points) {
+    let corrections: BTreeSet<_> = points.iter().map(|point| &point.correction).collect();
+    for correction in corrections {
         let members: Vec<usize> =
-            (0..points.len()).filter(|&i| points[i].correction == correction).collect();
+            (0..points.len()).filter(|&i| points[i].correction == *correction).collect();
         let fitted = common_kappa(points, &members, to, params);
         for (index, row) in members.iter().zip(fitted) {
             rows[*index] = Some(row);
@@ -194,7 +195,8 @@ fn common_kappa(
         Err(error) => return all_failed(error),
     };
     let units = units(members.iter().map(|&member| &points[member].members[..]));
-    let of_kappa = common.bootstrap(&problems, &units, &params.bootstrap());
+    let of_all = common.bootstrap(&problems, &units, &params.bootstrap()).intervals;
+    let of_kappa = of_all.and_then(|all| all.first().copied());
     let rows = problems.iter().zip(&common.fits).zip(&common.own).map(|((problem, fit), own)| {
         let fit = match fit {
             Ok(fit) => fit,
@@ -202,39 +204,19 @@ fn common_kappa(
         };
         let given = evolution::Kappa::Given(common.kappa);
         let mut intervals = problem.bootstrap(given, fit, &params.bootstrap());
-        replace_interval_of_kappa(&mut intervals, &of_kappa);
+        replace_interval_of_kappa(&mut intervals, of_kappa);
         FittedPoint { own_kappa: own.as_ref().ok().copied(), ..evolution_row(fit, intervals) }
     });
     rows.collect()
 }
 
-/// Removes the interval of a given κ, which would contain only rounding errors.
-fn remove_interval_of_kappa(intervals: &mut Intervals) {
-    if let Some(kappa) = intervals.intervals.as_mut().and_then(|all| all.first_mut()) {
-        *kappa = Interval { lower: f64::NAN, upper: f64::NAN, standard_error: f64::NAN };
-    }
-}
-
-/// Replaces the interval of κ by the interval from resampling all points together. The interval
-/// from the fit of a single point is meaningless, because κ is given there.
-fn replace_interval_of_kappa(intervals: &mut Intervals, of_kappa: &Intervals) {
-    let of_all = of_kappa.intervals.as_ref();
-    let kappa: Option<Interval> = of_all.and_then(|all| all.first().copied());
+/// Replaces the interval of κ, which is meaningless where κ is given, or removes all intervals if
+/// there is none.
+fn replace_interval_of_kappa(intervals: &mut Intervals, kappa: Option<Interval>) {
     match (&mut intervals.intervals, kappa) {
         (Some(own), Some(kappa)) if !own.is_empty() => own[0] = kappa,
         (own, _) => *own = None,
     }
-}
-
-/// Returns the distinct corrections of the points.
-fn corrections(points: &[CurvesOfPoint]) -> Vec<Option<String>> {
-    let mut found = Vec::new();
-    for point in points {
-        if !found.contains(&point.correction) {
-            found.push(point.correction.clone());
-        }
-    }
-    found
 }
 
 /// Numbers the surfaces of several points from 0. The same surface has the same number at all

@@ -2,25 +2,26 @@
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 
-mod common;
 mod limits;
+
+use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use toml::de::DeTable;
 
-use super::contact_evolution::{self, Datum, EvolutionChoices, Kappa};
-use super::laws::{Fits, Law, PlainLaw};
-use super::limits::WORD as LIMITS;
-use crate::check_context::Property;
-use crate::{CheckContext, Reads, Recipe, RowKind};
+use crate::check_context::{Property, StageChecks};
+use crate::fit::Params;
+use crate::fit::contact_evolution::{self, Datum, EvolutionChoices, Kappa};
+use crate::fit::keys::limits::LimitTable;
+use crate::fit::laws::{Fits, Law, LawDefinition, PlainLaw};
+use crate::fit::limits::WORD as LIMITS;
+use crate::stage_points::{StagePoints, StageVariant, Work};
+use crate::{CheckContext, Kind, Reads, Recipe, RowKind};
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Problems, Span};
+use asperity_manifest::diagnostics::{Problem, Span};
+use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::declare::swept;
-use asperity_manifest::keys::expected_keys::ExpectedKeys;
-use asperity_manifest::keys::{Key, KeyTable, Layout, Section, reader, table};
-use common::{CommonKeys, DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, FitTable, MAX_RESAMPLINGS, fits};
-use limits::LimitTable;
+use asperity_manifest::keys::{Key, KeyTable, Section, table};
 
 /// Fit of the contact evolution law of Yastrebov, Anciaux & Molinari (2015).
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -86,197 +87,93 @@ pub enum WrittenKappa {
     Found(Kappa),
 }
 
-/// The value of the key `law`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LawWord {
-    /// The contact evolution law, which is the default.
-    ContactEvolution,
-    /// The limit of an observable for vanishing parameters.
-    Limits,
-    /// A law that has no settings, only parameters.
-    Plain(PlainLaw),
+/// Returns the variants of `fit` stages in the order of the documentation, the default first.
+pub fn variants() -> Vec<StageVariant> {
+    let kind = Kind::Fit;
+    let evolution = StageVariant::new(kind, |keys: Section<EvolutionTable>| keys).selected_by(
+        "law",
+        contact_evolution::WORD,
+        "The contact evolution law, a = κy (1 + β(κy)^μ)^(−1/μ), of Yastrebov, Anciaux & \
+         Molinari (2015).",
+    );
+    let plain = PlainLaw::ALL.into_iter().map(|law| {
+        let LawDefinition { word, about, .. } = law.definition();
+        StageVariant::new(kind, move |keys: Section<LawTable>| (law, keys))
+            .selected_by("law", word, about)
+    });
+    let limits = StageVariant::new(kind, |keys: Section<LimitTable>| keys).selected_by(
+        "law",
+        LIMITS,
+        "Q = Q₀ + Σ c_j f_j(x_j), the limit Q₀ of an observable Q for vanishing x_j. Each x_j is an \
+         expression in parameters, and each f_j is a power or a logarithm.",
+    );
+    [evolution].into_iter().chain(plain).chain([limits]).collect()
 }
 
-/// The points of the grid of a `fit` stage, by law.
-#[derive(Debug)]
-pub enum FitPoints {
-    Evolution(Section<EvolutionTable>),
-    Limits(Section<LimitTable>),
-    Plain(PlainLaw, Section<LawTable>),
-}
-
-impl LawWord {
-    /// Returns all laws in the order of the documentation; the first one is the default.
-    pub fn all() -> impl Iterator<Item = LawWord> {
-        let plain = PlainLaw::ALL.into_iter().map(LawWord::Plain);
-        let first = [LawWord::ContactEvolution].into_iter();
-        first.chain(plain).chain([LawWord::Limits])
-    }
-
-    /// Returns the value of `law` in manifests.
-    pub fn word(self) -> &'static str {
-        match self {
-            LawWord::ContactEvolution => contact_evolution::WORD,
-            LawWord::Limits => LIMITS,
-            LawWord::Plain(law) => law.definition().word,
-        }
-    }
-
-    /// Returns the description of the law for editors and the guide.
-    pub fn about(self) -> &'static str {
-        match self {
-            LawWord::ContactEvolution => {
-                "The contact evolution law, a = κy (1 + β(κy)^μ)^(−1/μ), of Yastrebov, Anciaux & \
-                 Molinari (2015)."
-            }
-            LawWord::Limits => {
-                "Q = Q₀ + Σ c_j f_j(x_j), the limit Q₀ of an observable Q for vanishing x_j. Each x_j is an \
-                 expression in parameters, and each f_j is a power or a logarithm."
-            }
-            LawWord::Plain(law) => law.definition().about,
-        }
-    }
-
-    /// Returns the declarations of the keys of this law.
-    pub fn layout(self) -> &'static Layout {
-        match self {
-            LawWord::ContactEvolution => EvolutionTable::layout(),
-            LawWord::Limits => LimitTable::layout(),
-            LawWord::Plain(_) => LawTable::layout(),
-        }
-    }
-
-    /// Reads the table of a stage with this law.
-    pub fn read(
-        self,
-        table: DeTable,
-        span: Span,
-        expected: &ExpectedKeys<'_>,
-        problems: &mut Problems,
-    ) -> FitPoints {
-        match self {
-            LawWord::ContactEvolution => {
-                FitPoints::Evolution(reader::read(table, span, expected, problems))
-            }
-            LawWord::Limits => FitPoints::Limits(reader::read(table, span, expected, problems)),
-            LawWord::Plain(law) => {
-                FitPoints::Plain(law, reader::read(table, span, expected, problems))
-            }
-        }
+impl StagePoints for Section<EvolutionTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        check_physics(contact_evolution::WORD, &self.span, context)?;
+        fits(self, None, context, |table, checks| {
+            let to = checks.value("to", &table.to)?;
+            let kappa = match checks.optional("kappa", &table.kappa)?.map(|kappa| kappa.value) {
+                None => checks.default_of("kappa"),
+                Some(WrittenKappa::Given(value)) => Kappa::Given(decimal::nearest(value)),
+                Some(WrittenKappa::Found(kappa)) => kappa,
+            };
+            Some(Law::ContactEvolution(EvolutionChoices { to, kappa }))
+        })
     }
 }
 
-impl FitPoints {
-    /// Returns the fits, one for each point of the grid, or `None` after reporting problems.
-    pub fn recipes(&self, context: &mut CheckContext) -> Option<Vec<Recipe>> {
-        self.check_physics(context)?;
-        match self {
-            FitPoints::Evolution(section) => fits(section, None, context, |table, checks| {
-                let to = checks.value("to", &table.to)?;
-                let kappa = match checks.optional("kappa", &table.kappa)? {
-                    None => checks.default_of("kappa"),
-                    Some(written) => match written.value {
-                        WrittenKappa::Given(value) => Kappa::Given(decimal::nearest(value)),
-                        WrittenKappa::Found(kappa) => kappa,
-                    },
-                };
-                Some(Law::ContactEvolution(EvolutionChoices { to, kappa }))
-            }),
-            FitPoints::Limits(section) => limits::recipes(section, context),
-            FitPoints::Plain(law, section) => {
-                let window = law.definition().window;
-                fits(section, Some(window), context, |_, _| Some(Law::Plain(*law)))
-            }
+impl StagePoints for (PlainLaw, Section<LawTable>) {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        let (law, section) = self;
+        let LawDefinition { word, window, fits: of, .. } = law.definition();
+        if matches!(of, Fits::Areas(_) | Fits::Gaps(_)) {
+            check_physics(word, &section.span, context)?;
         }
+        fits(section, Some(window), context, |_, _| Some(Law::Plain(*law)))
     }
 
-    /// Refuses laws of contacts without adhesion. With adhesion the area does not vanish with the
-    /// load, surfaces are apart under some loads, and loads may be zero or negative.
-    fn check_physics(&self, context: &mut CheckContext) -> Option<()> {
-        let (law, span) = match self {
-            FitPoints::Evolution(section) => (contact_evolution::WORD, &section.span),
-            FitPoints::Limits(_) => return Some(()),
-            FitPoints::Plain(law, section) => match law.definition().fits {
-                Fits::Areas(_) | Fits::Gaps(_) => (law.definition().word, &section.span),
-                Fits::Meshes | Fits::Percolation | Fits::Spectra => return Some(()),
-            },
+    fn reads(&self) -> Option<Reads> {
+        let law = self.0.definition();
+        let (rows, from): (&[RowKind], _) = match law.fits {
+            Fits::Areas(_) | Fits::Meshes => return None,
+            Fits::Spectra => {
+                (&[RowKind::PowerSpectra], "`measure` stages with `what = \"spectrum\"`")
+            }
+            // Corrected rows have areas but no gaps.
+            Fits::Gaps(_) | Fits::Percolation => {
+                (&[RowKind::Contacts], "`measure` stages that read `solve` stages")
+            }
         };
-        if let Some(stage) = context.surfaces.stage_with(Property::WithoutGivenLoads) {
-            let message = format!(
-                "the law {law:?} is for means under common loads, but the loads of stage `{stage}` \
-                 are results"
-            );
-            let problem = Problem::new(message, span.clone(), "this stage fits its contacts");
-            context.problems.push(problem.help("press the surfaces under `loads` instead"));
-            return None;
-        }
-        let Some(stage) = context.surfaces.stage_with(Property::WithAdhesion) else {
-            return Some(());
-        };
+        Some(Reads { rows, from: format!("{from} if its law is `{}`", law.word).into() })
+    }
+}
+
+/// Refuses laws of contacts without adhesion. With adhesion the area does not vanish with the
+/// load, surfaces are apart under some loads, and loads may be zero or negative.
+fn check_physics(law: &str, span: &Span, context: &mut CheckContext) -> Option<()> {
+    let stage_with = |property| context.surfaces.stage_with(property);
+    let (message, help) = if let Some(stage) = stage_with(Property::WithoutGivenLoads) {
+        let message = format!(
+            "the law {law:?} is for means under common loads, but the loads of stage `{stage}` \
+             are results"
+        );
+        (message, "press the surfaces under `loads` instead")
+    } else if let Some(stage) = stage_with(Property::WithAdhesion) {
         let message = format!(
             "the law {law:?} is for contacts without adhesion, but stage `{stage}` has `adhesion`"
         );
-        let problem = Problem::new(message, span.clone(), "this stage fits its contacts");
-        context.problems.push(problem.help(
-            "remove the stage, or let it read stages without `adhesion`; `aggregate` stages give \
-             means under each load",
-        ));
-        None
-    }
-
-    /// Returns the kinds of rows that the law can read, or `None` if they are those of most laws:
-    /// measured contacts and corrected areas.
-    pub fn reads(&self) -> Option<Reads> {
-        let plain = match self {
-            FitPoints::Evolution(_) => return None,
-            FitPoints::Limits(_) => return Some(read_by_limits()),
-            FitPoints::Plain(law, _) => law,
-        };
-        let law = plain.definition();
-        match law.fits {
-            Fits::Areas(_) | Fits::Meshes => None,
-            Fits::Spectra => Some(Reads {
-                rows: &[RowKind::PowerSpectra],
-                from: format!(
-                    "`measure` stages with `what = \"spectrum\"` if its law is `{}`",
-                    law.word
-                )
-                .into(),
-            }),
-            // Corrected rows have areas but no gaps.
-            Fits::Gaps(_) | Fits::Percolation => Some(Reads {
-                rows: &[RowKind::Contacts],
-                from: format!(
-                    "`measure` stages that read `solve` stages if its law is `{}`",
-                    law.word
-                )
-                .into(),
-            }),
-        }
-    }
-}
-
-/// Returns the kinds of rows with one value per surface, and the kinds of fitted rows: the rows to
-/// which limits can be fitted.
-fn read_by_limits() -> Reads {
-    Reads {
-        rows: &[
-            RowKind::Surfaces,
-            RowKind::Spectra,
-            RowKind::Loads,
-            RowKind::Contacts,
-            RowKind::Roughness,
-            RowKind::Corrections,
-            RowKind::Fits,
-            RowKind::Statistics,
-        ],
-        from: format!(
-            "`generate`, `solve`, `measure`, `correct`, other `fit` stages and `aggregate` stages with `sql`, \
-             where its law is `{}`",
-            LIMITS
-        )
-        .into(),
-    }
+        let help = "remove the stage, or let it read stages without `adhesion`; `aggregate` stages \
+                    give means under each load";
+        (message, help)
+    } else {
+        return Some(());
+    };
+    let problem = Problem::new(message, span.clone(), "this stage fits its contacts");
+    context.problems.push(problem.help(help));
+    None
 }
 
 macro_rules! fit_tables {
@@ -291,3 +188,73 @@ macro_rules! fit_tables {
 }
 
 fit_tables!(EvolutionTable, LawTable, LimitTable);
+
+/// Maximum value of the key `bootstrap`.
+pub const MAX_RESAMPLINGS: u32 = 1_000_000;
+/// Default value of the key `bootstrap`.
+pub const DEFAULT_RESAMPLINGS: u32 = 1000;
+/// Default value of the key `level`.
+pub const DEFAULT_LEVEL: f64 = 0.95;
+
+/// A table with the keys that all laws have.
+pub trait FitTable: KeyTable {
+    /// Returns the keys that all laws have.
+    fn common(&self) -> CommonKeys<'_>;
+}
+
+/// The keys that all laws have.
+pub struct CommonKeys<'a> {
+    pub window: &'a Key<[f64; 2]>,
+    pub bootstrap: &'a Key<u32>,
+    pub level: &'a Key<f64>,
+    pub seed: &'a Key<u64>,
+}
+
+/// Returns the recipes of the fits, one for each point of the grid, or `None` after reporting
+/// problems. `law` reads the law with its settings at a point. `default_window` is the default of
+/// the key `window` for tables that declare no default.
+pub fn fits<T: FitTable>(
+    section: &Section<T>,
+    default_window: Option<[f64; 2]>,
+    context: &mut CheckContext,
+    law: impl Fn(&T, &mut StageChecks) -> Option<Law>,
+) -> Option<Work> {
+    let mut checked = Vec::with_capacity(section.points.len());
+    for point in &section.points {
+        let seed = context.seed;
+        let checks = &mut StageChecks::new(section, point, context);
+        let law = law(&point.table, checks);
+        checked.push(fit(law, &point.table.common(), default_window, seed, checks));
+    }
+    let fits: Vec<Params> = checked.into_iter().collect::<Option<_>>()?;
+    report_equal_points(section, &fits, context.problems);
+    Work::evaluate(Some(fits.into_iter().map(|fit| Recipe::Fit(Arc::new(fit))).collect()))
+}
+
+/// Returns the fit at one point, or `None` if the law or one of its keys is invalid.
+fn fit(
+    law: Option<Law>,
+    keys: &CommonKeys,
+    default_window: Option<[f64; 2]>,
+    study_seed: u64,
+    checks: &mut Checks,
+) -> Option<Params> {
+    let window = self::window(keys.window, default_window, checks);
+    let bootstrap = checks.value("bootstrap", keys.bootstrap);
+    let level = checks.number("level", keys.level);
+    let seed = checks.value_or("seed", keys.seed, study_seed);
+    Some(Params { law: law?, window: window?, bootstrap: bootstrap?, level: level?, seed: seed? })
+}
+
+fn window(key: &Key<[f64; 2]>, default: Option<[f64; 2]>, checks: &mut Checks) -> Option<[f64; 2]> {
+    let Some(written) = checks.optional("window", key)? else {
+        return Some(default.unwrap_or_else(|| checks.default_of("window")));
+    };
+    let [low, high] = written.value.map(decimal::nearest);
+    if low >= high {
+        let message = format!("`window` is empty: {low:?} is not below {high:?}");
+        let label = "must be `[smallest, largest]`";
+        return checks.refuse("window", message, &written.span, label);
+    }
+    Some([low, high])
+}

@@ -7,12 +7,11 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::Params;
-use super::contact_evolution::{self, EvolutionChoices};
-use super::fitted_point::FittedPoint;
-use super::limits::{self, LimitChoices};
-use super::parameter::{FitParameter, names};
 use crate::columns::columns;
+use crate::fit::Params;
+use crate::fit::contact_evolution::{self, EvolutionChoices};
+use crate::fit::fitted_point::{FitParameter, FittedPoint, names};
+use crate::fit::limits::{self, LimitChoices};
 use asperity_manifest::expression::Expression;
 use asperity_statistics::FitError;
 use asperity_statistics::curves::Curves;

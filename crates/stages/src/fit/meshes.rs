@@ -66,13 +66,6 @@ type Meshes = BTreeMap<[usize; 2], (f64, f64)>;
 /// the same order as the numbers.
 type State = (Member, u64);
 
-/// Measured contacts of one parameter point on all meshes.
-struct Observed {
-    row: usize,
-    states: BTreeMap<State, Meshes>,
-    reduced: BTreeMap<u64, f64>,
-}
-
 /// Areas of one parameter point on several meshes, by surface and load.
 pub struct RefinementsOfPoint {
     /// Index of the table row from which the parameters of the point are copied.
@@ -130,43 +123,38 @@ pub fn refinements(table: &Table, window: Window) -> Result<Vec<RefinementsOfPoi
     let areas = table.reals(AREA_FRACTION.name)?;
     let (grids, switches) = (grids::Meshes::new(table)?, table.integers(SWITCHES.name)?);
     let mut order: Vec<ensemble::ParameterPoint> = Vec::new();
-    let mut points: Vec<Observed> = Vec::new();
+    let mut points: Vec<(RefinementsOfPoint, BTreeMap<State, Meshes>)> = Vec::new();
     for ensemble in ensembles(table)? {
         let point = ensemble.point.clone().without(&VARIED);
         let known = order.iter().position(|other| *other == point);
         let index = known.unwrap_or(order.len());
         if known.is_none() {
             order.push(point);
-            points.push(Observed {
-                row: ensemble.first,
-                states: BTreeMap::new(),
-                reduced: BTreeMap::new(),
-            });
+            let (refinements, reduced) = (BTreeMap::new(), BTreeMap::new());
+            let found = RefinementsOfPoint { row: ensemble.first, refinements, reduced };
+            points.push((found, BTreeMap::new()));
         }
+        let (found, states) = &mut points[index];
         for (member, load, row) in ensemble.states() {
             if window.contains(load.reduced) {
                 let given = load.given.to_bits();
-                points[index].reduced.entry(given).or_insert(load.reduced);
-                let meshes = points[index].states.entry((member, given)).or_default();
+                found.reduced.entry(given).or_insert(load.reduced);
                 let nodes = grids.nodes(row);
                 let edge = edge_fraction(switches.value(row).unsigned_abs() as usize, nodes);
                 // Rows with different corrections have the same counted area.
-                let mesh = meshes.entry(nodes);
+                let mesh = states.entry((member, given)).or_default().entry(nodes);
                 mesh.or_insert((areas.value(row), edge));
             }
         }
     }
-    let refined = |observed: Observed| RefinementsOfPoint {
-        row: observed.row,
-        refinements: observed.states.into_iter().map(refinement).collect(),
-        reduced: observed.reduced,
+    let refined = |(found, states): (RefinementsOfPoint, BTreeMap<State, Meshes>)| {
+        let refinements = states.into_iter().map(|(state, meshes)| {
+            let (areas, edges) = meshes.into_values().unzip();
+            (state, Refinement::new(edges, areas))
+        });
+        RefinementsOfPoint { refinements: refinements.collect(), ..found }
     };
     Ok(points.into_iter().map(refined).collect())
-}
-
-fn refinement((state, meshes): (State, Meshes)) -> (State, Result<Refinement, FitError>) {
-    let (areas, edges) = meshes.into_values().unzip();
-    (state, Refinement::new(edges, areas))
 }
 
 impl RefinementsOfPoint {

@@ -2,18 +2,17 @@
 
 use arrow::array::ArrayRef;
 
-use super::Params;
-use super::columns::{
-    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED,
-};
-use super::contact_evolution::{EvolutionChoices, Kappa};
-use super::fitted_point::FittedPoint;
-use super::laws::{Law, PlainLaw};
-use super::parameter::{Estimate, FitParameter};
-use super::status::STATUS;
 use crate::columns::{codes, columns, flag, integer, parameter, parameter_text, real};
+use crate::fit::Params;
+use crate::fit::contact_evolution::{EvolutionChoices, Kappa};
+use crate::fit::fitted_point::{
+    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FitParameter, FittedPoint, LAW,
+    RMS_RESIDUAL, SURFACES, UNCONVERGED,
+};
+use crate::fit::laws::{Law, PlainLaw};
+use crate::fit::status::STATUS;
 use crate::table_columns::Values::{Count, OptionalFlag, OptionalReal, Real, Text};
-use crate::table_columns::{TableColumns, column};
+use crate::table_columns::{TableColumns, column, column_if};
 use asperity_tables::column::Column;
 use asperity_tables::table::Table;
 
@@ -85,55 +84,42 @@ fn fits_spectra(params: &Params) -> bool {
 /// Returns the columns that distinguish a fit from other fits of the same points: the law, its
 /// choices, and the window.
 fn law_columns<'a>() -> TableColumns<Params, FitRow<'a>> {
-    TableColumns::<Params, FitRow>::new()
-        .and([column(LAW, Text(|row| row.params.law.word()))])
-        .and_if(
+    TableColumns::<Params, FitRow>::new([
+        column(LAW, Text(|row| row.params.law.word())),
+        column_if(is_evolution, DATUM, Text(|row| row.evolution().map_or("", |law| law.to.name()))),
+        column_if(
             is_evolution,
-            [
-                column(DATUM, Text(|row| row.evolution().map_or("", |law| law.to.name()))),
-                column(KAPPA_IS, Text(|row| row.evolution().map_or("", |law| law.kappa.name()))),
-                column(KAPPA_GIVEN, OptionalReal(|row| row.evolution()?.kappa.given())),
-            ],
-        )
-        .and_if(
-            |params| !fits_spectra(params),
-            [
-                column(WINDOW_LOWER, Real(|row| row.params.window[0])),
-                column(WINDOW_UPPER, Real(|row| row.params.window[1])),
-            ],
-        )
-        .and_if(
-            fits_spectra,
-            [
-                column(WAVENUMBER_LOWER, Real(|row| row.params.window[0])),
-                column(WAVENUMBER_UPPER, Real(|row| row.params.window[1])),
-            ],
-        )
+            KAPPA_IS,
+            Text(|row| row.evolution().map_or("", |law| law.kappa.name())),
+        ),
+        column_if(is_evolution, KAPPA_GIVEN, OptionalReal(|row| row.evolution()?.kappa.given())),
+        column_if(|of| !fits_spectra(of), WINDOW_LOWER, Real(|row| row.params.window[0])),
+        column_if(|of| !fits_spectra(of), WINDOW_UPPER, Real(|row| row.params.window[1])),
+        column_if(fits_spectra, WAVENUMBER_LOWER, Real(|row| row.params.window[0])),
+        column_if(fits_spectra, WAVENUMBER_UPPER, Real(|row| row.params.window[1])),
+    ])
 }
 
 /// Returns the columns with the data, the quality and the status of fits.
 fn quality_columns<'a>() -> TableColumns<Params, FitRow<'a>> {
-    TableColumns::<Params, FitRow>::new()
-        .and_if(
+    TableColumns::<Params, FitRow>::new([
+        column_if(
             |params| evolution(params).is_some_and(|law| law.kappa == Kappa::MinimalConvex),
-            [column(KAPPA_CONVEX, OptionalReal(|row| row.fit.own_kappa))],
-        )
-        .and_if(is_evolution, [column(CONVEX, OptionalFlag(|row| row.fit.convex))])
-        .and_if(
-            |params| !is_evolution(params),
-            [column(MASKED, Count(|row| row.fit.masked.unwrap_or(0)))],
-        )
-        .and([
-            column(SURFACES, Count(|row| row.surfaces)),
-            column(UNCONVERGED, Count(|row| row.fit.unconverged)),
-            column(DATA, Count(|row| row.fit.data)),
-            column(RMS_RESIDUAL, OptionalReal(|row| row.fit.rms_residual)),
-            column(R_SQUARED, OptionalReal(|row| row.fit.r_squared)),
-            column(CHI_SQUARE, OptionalReal(|row| row.fit.reduced_chi_square)),
-            column(BOOTSTRAP, Count(|row| row.params.bootstrap as usize)),
-            column(BOOTSTRAP_FAILED, Count(|row| row.fit.failed_replicates)),
-            column(STATUS, Text(|row| row.fit.status())),
-        ])
+            KAPPA_CONVEX,
+            OptionalReal(|row| row.fit.own_kappa),
+        ),
+        column_if(is_evolution, CONVEX, OptionalFlag(|row| row.fit.convex)),
+        column_if(|of| !is_evolution(of), MASKED, Count(|row| row.fit.masked.unwrap_or(0))),
+        column(SURFACES, Count(|row| row.surfaces)),
+        column(UNCONVERGED, Count(|row| row.fit.unconverged)),
+        column(DATA, Count(|row| row.fit.data)),
+        column(RMS_RESIDUAL, OptionalReal(|row| row.fit.rms_residual)),
+        column(R_SQUARED, OptionalReal(|row| row.fit.r_squared)),
+        column(CHI_SQUARE, OptionalReal(|row| row.fit.reduced_chi_square)),
+        column(BOOTSTRAP, Count(|row| row.params.bootstrap as usize)),
+        column(BOOTSTRAP_FAILED, Count(|row| row.fit.failed_replicates)),
+        column(STATUS, Text(|row| row.fit.status())),
+    ])
 }
 
 /// Returns the columns that laws with these parameters may add.

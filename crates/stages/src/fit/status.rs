@@ -6,8 +6,7 @@
 use crate::columns::{columns, text};
 use asperity_statistics::FitError;
 use asperity_statistics::percolation::Channels;
-use asperity_tables::column::{Code, Column, optional_texts};
-use asperity_tables::table::Table;
+use asperity_tables::column::{Code, Column};
 
 columns! {
     /// how the fit ended, or why values are missing
@@ -112,54 +111,9 @@ pub fn from_error(error: &FitError) -> Code {
     }
 }
 
-/// Parts of the sentences that the column contained in earlier versions. They are data of old files
-/// and must not be reworded.
-const OLD_SENTENCES: [(&str, Code); 22] = [
-    ("usable data with loads in", TOO_FEW_DATA),
-    ("data have no logarithm", TOO_MANY_MASKED),
-    ("is beyond 1e308", UNBOUNDED),
-    ("has its best beta and mu within reach", UNBOUNDED),
-    ("the least squares did not converge", NOT_CONVERGED),
-    ("never crosses one for kappa", NO_CONVEX_KAPPA),
-    ("are all equal: the law needs different ones", EQUAL_AREAS),
-    ("the mean gap does not fall with the load", NO_DECAY),
-    ("an open gap to a sealed one along x,", NOT_SEALED_X),
-    ("an open gap to a sealed one along y,", NOT_SEALED_Y),
-    ("an open gap to a sealed one", NOT_SEALED),
-    ("a line with something to judge it by needs", TOO_FEW_MESHES),
-    ("nothing touches, or the edge is equal", NO_EDGES),
-    ("what is to vanish must be above zero", INVALID_TERM),
-    ("weights come from the scatter", NO_SCATTER),
-    ("free parameters: sweep the cutoffs", TOO_FEW_POINTS),
-    ("the points do not tell the terms apart", DEPENDENT_TERMS),
-    ("the exponent of term", NO_EXPONENT),
-    ("has a least convex kappa", NO_COMMON_KAPPA),
-    ("every surface needs one area per load", INVALID_DATA),
-    ("must be finite", INVALID_DATA),
-    ("cannot be the slope of an area at zero load", INVALID_DATA),
-];
-
-/// Replaces sentences of earlier versions in the column `status` by codes.
-pub fn with_codes(table: Table) -> Table {
-    let Ok(status) = table.texts(STATUS.name) else {
-        return table;
-    };
-    let is_sentence = |text: &str| text.contains(' ');
-    if !status.iter().flatten().any(is_sentence) {
-        return table;
-    }
-    let code = |text: &str| {
-        let known = OLD_SENTENCES.iter().find(|(part, _)| is_sentence(text) && text.contains(part));
-        known.map_or(text, |(_, code)| code.word).to_owned()
-    };
-    let codes = optional_texts(status.iter().map(|text| text.map(code)));
-    table.replacing(STATUS.name, codes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asperity_tables::column::texts;
 
     #[test]
     fn every_code_is_a_single_word_and_unique() {
@@ -168,32 +122,5 @@ mod tests {
         words.sort_unstable();
         words.dedup();
         assert_eq!(words.len(), CODES.len());
-    }
-
-    /// Sentences of tables of version 0.1.0.
-    #[test]
-    fn sentences_of_earlier_versions_become_codes() {
-        let old = [
-            "fitted",
-            "3 usable data with loads in [0.01, 0.1], the fit needs 5: widen the window or compute \
-             more loads inside it",
-            "2 of 5 surfaces are not seen to pass from an open gap to a sealed one along y, with \
-             loads in [0, 1]: compute lighter or heavier ones",
-            "5 of 9 data have no logarithm, 20 % is the most: the mean contact pressure does not \
-             grow, or contact is full; try another window or correction",
-            "areas on 1 meshes, a line with something to judge it by needs 3: sweep `nodes` over \
-             more",
-        ];
-        let table = Table::new(old.len(), vec![(STATUS, texts(old))]);
-        let status = with_codes(table).texts(STATUS.name).unwrap().clone();
-        let codes: Vec<&str> = status.iter().flatten().collect();
-        let expected = [FITTED, TOO_FEW_DATA, NOT_SEALED_Y, TOO_MANY_MASKED, TOO_FEW_MESHES];
-        assert_eq!(codes, expected.map(|code| code.word));
-    }
-
-    #[test]
-    fn other_texts_stay() {
-        let table = Table::new(2, vec![(STATUS, texts(["fitted", "my own words"]))]);
-        assert_eq!(with_codes(table.clone()), table);
     }
 }

@@ -4,44 +4,43 @@
 
 pub mod labels;
 mod lengths;
-mod patterns;
 mod preparation;
-mod repairs;
 pub mod samples;
 
-use std::collections::BTreeMap;
+use std::error::Error;
 use std::path::Path;
 use std::rc::Rc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use self::labels::{LabelledFiles, WrittenLabels};
-use self::lengths::{Lengths, lengths};
-use self::preparation::{inspected, preparation};
-use self::repairs::{WrittenAlignment, WrittenPoints};
-use super::mesh::{MAX_NODES, MIN_NODES};
-use crate::CheckContext;
-use crate::exclusions::exclude;
-use crate::generate::realizations::{Realizations, surfaces};
+use crate::check_context::exclude;
+use crate::generate::files::labels::{LabelledFiles, WrittenLabels, check_names};
+use crate::generate::files::lengths::{Lengths, lengths};
+use crate::generate::files::preparation::{
+    WrittenAlignment, WrittenPoints, inspected, preparation,
+};
+use crate::generate::mesh::{MAX_NODES, MIN_NODES};
 use crate::map_file::{ChannelChoice, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
+use crate::stage_points::{StagePoints, Work};
 use crate::surface::labels::Labels;
 use crate::surface::origin::{InspectedMap, MeasuredSurface};
-use crate::surface::planned::{PlannedSurfaces, single};
-use crate::surface::{Heights, Origin, Params};
+use crate::surface::planned::{Growing, PlannedSurfaces, Realizations, growing, single, surfaces};
+use crate::surface::{Heights, Origin};
 use crate::surface_files::{ContentHash, RecordedFile, SurfaceFileError, SurfaceFiles};
+use crate::{CheckContext, RowKind};
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Problems, Span, chain, did_you_mean, shell_word};
+use asperity_manifest::diagnostics::{Problem, Span, chain, did_you_mean, shell_word};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{
     always_pair, length, positive_items, required, swept, unit_of_lengths,
 };
 use asperity_manifest::keys::quantity::Unit;
-use asperity_manifest::keys::{GridPoint, Key, KeyTable, OnAxes, Section, Spanned, table};
+use asperity_manifest::keys::{Key, KeyTable, OnAxes, Section, Spanned, table};
 use asperity_mechanics::topography::alignment::MAX_DEGREE;
 use asperity_mechanics::topography::fill::Fill;
-use asperity_mechanics::topography::level::{Level, ThreePoints};
+use asperity_mechanics::topography::level::Level;
 use asperity_mechanics::topography::outliers::MAX_WINDOW;
 use asperity_mechanics::topography::periodic::Edges;
 use asperity_mechanics::topography::preparation::Preparation;
@@ -253,17 +252,29 @@ pub enum WrittenEdges {
     Taper,
 }
 
+impl StagePoints for Section<FileTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        let surfaces = files(self, context)?;
+        check_names(self, &surfaces, context.problems)?;
+        Some(Work::Generate(surfaces))
+    }
+
+    fn row_kind(&self) -> Option<RowKind> {
+        self.points.iter().any(|point| is_profile(&point.table)).then_some(RowKind::Profiles)
+    }
+
+    fn growing(&self) -> Option<&Growing> {
+        growing(&self.points.first()?.table.realizations)
+    }
+}
+
 /// Returns the measured surfaces of a stage, or `None` after reporting problems.
-pub fn files(
-    section: &Section<FileTable>,
-    context: &mut CheckContext,
-) -> Option<Vec<PlannedSurfaces>> {
+fn files(section: &Section<FileTable>, context: &mut CheckContext) -> Option<Vec<PlannedSurfaces>> {
     let LabelledFiles { section, labels } =
         &LabelledFiles::new(section, context.sources, context.problems)?;
     let mut of_points = labels.iter();
     let mut samples = None;
-    let mut reading = FileCache::new(context.sources);
-    let mut resolved = Vec::new();
+    let mut reading = FileCache { sources: context.sources, last: None };
     let mut planned = surfaces(section, context.problems, |table, checks| {
         let values = of_points.next().expect("each point has labels").clone();
         let is_sample = checks.value("samples", &table.samples)?;
@@ -299,37 +310,42 @@ pub fn files(
             edges: edges.unwrap_or(Edges::Open),
             preparation: preparation.clone().unwrap_or_default(),
         };
-        let surface = |content, reader, unit: String, seen| MeasuredSurface {
-            content,
-            unit,
-            height_scale: keys.height_scale,
-            edges: keys.edges,
-            reader,
-            choice: choice.clone(),
-            preparation: keys.preparation.clone(),
-            tip_version: MeasuredSurface::version_of_tip(keys.edges, &keys.preparation),
-            seen,
-            labels: labels.clone(),
-        };
-        let (surface, side) = match &found {
+        let (content, reader, unit, side, seen) = match found {
             FoundMap::Map(content, map) => {
-                let Lengths { unit, side, cell } = lengths(&keys, map, checks)?;
-                let seen = inspected(&keys, map, cell, checks)?;
-                reading.check_distinct(*content, path, checks)?;
-                (surface(*content, map.reader.clone(), unit, seen), side)
+                let Lengths { unit, side, cell } = lengths(&keys, &map, checks)?;
+                let seen = inspected(&keys, &map, cell, checks)?;
+                (content, map.reader.clone(), unit, side, seen)
             }
             FoundMap::RecordedFile(recalled) => {
                 let side = lengths::written_side(table, Some(recalled.nodes), checks)?;
-                (recalled_surface(recalled, table, surface), side)
+                let written = table.unit.written().map(|unit| unit.value.clone());
+                let seen = InspectedMap {
+                    nodes: PerAxis(recalled.nodes),
+                    side: PerAxis(recalled.side),
+                    is_filled: recalled.is_filled,
+                    ..InspectedMap::default()
+                };
+                let reader = recalled.format.as_deref().map(Reader::of_format);
+                (recalled.content, reader, written.unwrap_or(recalled.unit), side, seen)
             }
         };
         // Problems with other keys have been reported.
-        let (_, _, _, ()) = (height_scale?, edges?, preparation?, clear?);
-        let planned = single(heights?, side, Origin::File(Box::new(surface)));
-        resolved.push(canonical(&planned.params));
-        Some(planned)
+        clear?;
+        let (edges, preparation) = (edges?, preparation?);
+        let surface = MeasuredSurface {
+            content,
+            unit,
+            height_scale: height_scale?,
+            edges,
+            reader,
+            choice,
+            tip_version: MeasuredSurface::version_of_tip(edges, &preparation),
+            preparation,
+            seen,
+            labels,
+        };
+        Some(single(heights?, side, Origin::File(Box::new(surface))))
     })?;
-    report_same_surfaces(section, &resolved, context.problems);
     if let Some(number) = samples {
         samples::numbered(section, &mut planned, number, context.problems)?;
     }
@@ -389,108 +405,6 @@ struct FileKeys<'a> {
     height_scale: f64,
     edges: Edges,
     preparation: Preparation,
-}
-
-/// Reports parameter points that describe the same surface by different keys, because the results
-/// of this surface would count twice.
-fn report_same_surfaces(
-    section: &Section<FileTable>,
-    resolved: &[Params],
-    problems: &mut Problems,
-) {
-    let mut seen: BTreeMap<String, &GridPoint<FileTable>> = BTreeMap::new();
-    for (point, params) in section.points.iter().zip(resolved) {
-        let text = serde_json::to_string(params).expect("parameters are plain data");
-        let Some(before) = seen.insert(text, point) else {
-            continue;
-        };
-        let [one, other] = [before, point].map(|point| spans(&point.table));
-        let mut both = one.iter().zip(&other);
-        let differing = both.find(|(one, other)| one != other);
-        problems.push(match differing {
-            // Points with equal keys have been reported.
-            None => continue,
-            Some(((name, Some(first)), (_, Some(again)))) => {
-                let message = format!("two values of `{name}` give the same surface");
-                Problem::new(message, again.clone(), "here again").and(first.clone(), "first here")
-            }
-            Some(_) => Problem::new(
-                "two cases are identical",
-                point.span.clone(),
-                "the same as the first case, after defaults are applied",
-            )
-            .and(before.span.clone(), "first case"),
-        });
-    }
-}
-
-/// Returns the spans of the keys for which different values can give the same surface.
-fn spans(table: &FileTable) -> [(&'static str, Option<Span>); 9] {
-    fn span<T>(key: &Key<T>) -> Option<Span> {
-        key.written().map(|written| written.span.clone())
-    }
-    [
-        ("channel", span(&table.channel)),
-        ("missing", span(&table.missing)),
-        ("mask", span(&table.mask)),
-        ("line", span(&table.line)),
-        ("side", span(&table.side)),
-        ("crop", span(&table.crop)),
-        ("level", span(&table.level)),
-        ("level_through", span(&table.level_through)),
-        ("fill", span(&table.fill)),
-    ]
-}
-
-/// Returns the canonical form of a recipe, used to detect duplicate points. It contains the number
-/// of the map instead of its name, the crop in nodes, and no keys without effect.
-fn canonical(params: &Params) -> Params {
-    let mut params = params.clone();
-    if let Origin::File(file) = &mut params.origin {
-        if let Some(read) = &file.seen.channel {
-            let number = u32::try_from(read.number).unwrap_or(u32::MAX);
-            file.choice.channel = Some(ChannelChoice::Number(number));
-        }
-        if let Some(grid) = file.seen.file {
-            let [x, y] = grid.spacing();
-            let rounded = |[a, b]: [f64; 2]| [(a / x).round() + 0.0, (b / y).round() + 0.0];
-            if let Some(crop) = &mut file.preparation.crop {
-                (crop.from, crop.size) = (rounded(crop.from), rounded(crop.size));
-            }
-            if let Some(points) = &mut file.preparation.level_through {
-                let ThreePoints { a, b, c } = points;
-                [a, b, c].into_iter().for_each(|point| *point = rounded(*point));
-            }
-        }
-        params.side = file.seen.file.map(|grid| PerAxis(grid.cell().size()));
-        let level = file.preparation.level.take();
-        file.preparation.level = level.filter(|level| *level != Level::None);
-        let fill = file.preparation.fill.take();
-        file.preparation.fill = fill.filter(|_| file.seen.missing > 0);
-    }
-    params
-}
-
-/// Returns the recipe of a surface whose file cannot be read now, from the record of an earlier
-/// run.
-fn recalled_surface(
-    recalled: &RecordedFile,
-    table: &FileTable,
-    surface: impl Fn(ContentHash, Option<Reader>, String, InspectedMap) -> MeasuredSurface,
-) -> MeasuredSurface {
-    let written = table.unit.written().map(|unit| unit.value.clone());
-    let seen = InspectedMap {
-        nodes: PerAxis(recalled.nodes),
-        side: PerAxis(recalled.side),
-        is_filled: recalled.is_filled,
-        ..InspectedMap::default()
-    };
-    surface(
-        recalled.content,
-        recalled.format.as_deref().map(Reader::of_format),
-        written.unwrap_or_else(|| recalled.unit.clone()),
-        seen,
-    )
 }
 
 /// Refuses keys that other keys exclude.
@@ -569,26 +483,12 @@ enum FoundMap {
 /// in the preparation read the same map.
 struct FileCache<'a> {
     sources: &'a mut SurfaceFiles,
-    /// Map that was read last. One is enough, because the keys that choose it vary slowest among
-    /// the parameter points.
-    last: Option<LastMap>,
-    /// For each file content: the path of the file, and the position of this path in the manifest.
-    seen: BTreeMap<ContentHash, (String, Span)>,
-}
-
-/// A map that was read, with the keys that choose it.
-struct LastMap {
-    path: String,
-    choice: MapChoice,
-    content: ContentHash,
-    map: Rc<MapFile>,
+    /// Path, choice, content and map of the file that was read last. One is enough, because the
+    /// keys that choose it vary slowest among the parameter points.
+    last: Option<(String, MapChoice, ContentHash, Rc<MapFile>)>,
 }
 
 impl FileCache<'_> {
-    fn new(sources: &mut SurfaceFiles) -> FileCache<'_> {
-        FileCache { sources, last: None, seen: BTreeMap::new() }
-    }
-
     /// Reads a map when the manifest is checked, so that problems with the file are reported before
     /// a run.
     fn map(
@@ -597,107 +497,85 @@ impl FileCache<'_> {
         table: &FileTable,
         choice: &MapChoice,
     ) -> Result<FoundMap, Problem> {
-        if let Some(last) = &self.last
-            && last.path == path.value
-            && last.choice == *choice
+        if let Some((last, chosen, content, map)) = &self.last
+            && (last, chosen) == (&path.value, choice)
         {
-            return Ok(FoundMap::Map(last.content, Rc::clone(&last.map)));
+            return Ok(FoundMap::Map(*content, Rc::clone(map)));
         }
-        let refuse = |reason: String, label: &str| {
-            let message = format!("cannot read {:?}: {reason}", path.value);
-            let problem = Problem::new(message, path.span.clone(), label);
-            Err(match FileTable::layout().doc("path") {
-                Some(doc) => problem.help(doc),
-                None => problem,
-            })
-        };
-        let (content, bytes) = match self.sources.add(Path::new(&path.value)) {
+        let file = Path::new(&path.value);
+        let (content, bytes) = match self.sources.add(file) {
             Ok(found) => found,
             Err(SurfaceFileError::Read { source, .. }) => {
-                if let Some(recalled) = self.sources.recall(Path::new(&path.value)) {
-                    return Ok(FoundMap::RecordedFile(recalled));
-                }
-                return refuse(source.to_string(), "the path is relative to the manifest");
+                return match self.sources.recall(file) {
+                    Some(recalled) => Ok(FoundMap::RecordedFile(recalled)),
+                    None => Err(unreadable(path, &source, "the path is relative to the manifest")),
+                };
             }
-            Err(error) => return refuse(error.to_string(), "unreadable file"),
+            Err(error) => return Err(unreadable(path, &error, "unreadable file")),
         };
-        match MapFile::read(&bytes, choice) {
-            Ok(map) => {
-                let map = Rc::new(map);
-                self.last = Some(LastMap {
-                    path: path.value.clone(),
-                    choice: choice.clone(),
-                    content,
-                    map: Rc::clone(&map),
-                });
-                Ok(FoundMap::Map(content, map))
-            }
-            Err(MapFileError::Channel(error)) => Err(no_channel(path, table, &error)),
-            Err(error @ MapFileError::NoLine { .. }) => {
-                let message = format!("{:?}: {error}", path.value);
-                let line = table.line.written().map(|line| &line.span);
-                let span = line.unwrap_or(&path.span).clone();
-                Err(Problem::new(message, span, "lines are counted from 1, at y = 0"))
-            }
-            Err(error @ (MapFileError::Profile | MapFileError::NoProfile { .. })) => {
-                let message = format!("{:?}: {error}", path.value);
-                Err(Problem::new(message, path.span.clone(), "file to read"))
-            }
-            Err(error) => {
-                let as_profile = MapChoice { profile: true, ..choice.clone() };
-                if choice.profile || MapFile::read(&bytes, &as_profile).is_err() {
-                    return refuse(chain(&error), "unreadable file");
-                }
-                let message = format!("{:?} holds a profile, not a map", path.value);
-                let problem = Problem::new(message, path.span.clone(), "one line of heights");
-                Err(problem.help(
-                    "set `profile = true` to read one column of heights, or two columns x and height",
-                ))
-            }
-        }
-    }
-
-    /// Refuses a file with the same content as a file with another path, because the surface would
-    /// count twice.
-    fn check_distinct(
-        &mut self,
-        content: ContentHash,
-        path: &Spanned<String>,
-        checks: &mut Checks,
-    ) -> Option<()> {
-        let here = (path.value.clone(), path.span.clone());
-        let Some((other, span)) = self.seen.insert(content, here) else {
-            return Some(());
-        };
-        if other == path.value {
-            return Some(());
-        }
-        let message = format!("{:?} and {other:?} have the same content", path.value);
-        let problem = Problem::new(message, path.span.clone(), "repeated content")
-            .help("keep one of these paths: its surfaces would count twice");
-        checks.reject(problem.and(span, "same content"))
+        let read = MapFile::read(&bytes, choice);
+        let map = Rc::new(read.map_err(|error| no_map(path, table, choice, &bytes, &error))?);
+        self.last = Some((path.value.clone(), choice.clone(), content, Rc::clone(&map)));
+        Ok(FoundMap::Map(content, map))
     }
 }
 
-/// Creates the problem of a channel that the file does not have.
-fn no_channel(path: &Spanned<String>, table: &FileTable, error: &ChannelError) -> Problem {
-    let message = format!("{:?}: {error}", path.value);
+/// Creates the problem of a file that cannot be read.
+fn unreadable(path: &Spanned<String>, error: &(dyn Error + 'static), label: &str) -> Problem {
+    let message = format!("cannot read {:?}: {}", path.value, chain(error));
+    let problem = Problem::new(message, path.span.clone(), label);
+    match FileTable::layout().doc("path") {
+        Some(doc) => problem.help(doc),
+        None => problem,
+    }
+}
+
+/// Creates the problem of a file without the map that its keys choose.
+fn no_map(
+    path: &Spanned<String>,
+    table: &FileTable,
+    choice: &MapChoice,
+    bytes: &[u8],
+    error: &MapFileError,
+) -> Problem {
+    let problem = |span: Option<&Span>, label: &str| {
+        let message = format!("{:?}: {error}", path.value);
+        Problem::new(message, span.unwrap_or(&path.span).clone(), label)
+    };
+    let missing = match error {
+        MapFileError::Channel(missing) => missing,
+        MapFileError::NoLine { .. } => {
+            let line = table.line.written().map(|line| &line.span);
+            return problem(line, "lines are counted from 1, at y = 0");
+        }
+        MapFileError::Profile | MapFileError::NoProfile { .. } => {
+            return problem(None, "file to read");
+        }
+        _ => {
+            let as_profile = MapChoice { profile: true, ..choice.clone() };
+            if choice.profile || MapFile::read(bytes, &as_profile).is_err() {
+                return unreadable(path, error, "unreadable file");
+            }
+            let message = format!("{:?} holds a profile, not a map", path.value);
+            return Problem::new(message, path.span.clone(), "one line of heights").help(
+                "set `profile = true` to read one column of heights, or two columns x and height",
+            );
+        }
+    };
     let channel = table.channel.written().map(|channel| &channel.span);
-    let span = channel.unwrap_or(&path.span).clone();
-    let problem =
-        Problem::new(message, span, "selected channel").and(path.span.clone(), "file to read");
-    match error {
+    let help = match missing {
         ChannelError::Unknown { wanted, names } => {
             let words = names.iter().map(String::as_str);
             let meant = did_you_mean(wanted, words.clone())
                 .map_or_else(String::new, |meant| format!("did you mean `{meant}`? "));
             let numbered = words.enumerate().map(|(index, name)| format!("{} `{name}`", index + 1));
             let all: Vec<_> = numbered.collect();
-            problem.help(format!("{meant}the channels of the file are {}", all.join(", ")))
+            format!("{meant}the channels of the file are {}", all.join(", "))
         }
         _ => {
             let path = shell_word(Path::new(&path.value));
-            problem.help(format!("list the channels with `asperity surface {path}`"))
+            format!("list the channels with `asperity surface {path}`")
         }
-    }
+    };
+    problem(channel, "selected channel").and(path.span.clone(), "file to read").help(help)
 }

@@ -1,11 +1,21 @@
 //! Nodes and sides along x and y, in recipes and in manifests.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::CheckContext;
 use crate::per_axis::PerAxis;
+use crate::stage_points::{StagePoints, Work};
+use crate::surface::method::WaveShape;
+use crate::surface::planned::{PlannedSurfaces, single, surfaces};
+use crate::surface::{Heights, Origin};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::{Key, OnAxes};
+use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
+use asperity_manifest::keys::{Key, OnAxes, Section, table};
 use asperity_mechanics::grid::Cell;
+use asperity_mechanics::topography::shapes::Shape;
 
 /// Minimum number of nodes per side of a cell.
 pub const MIN_NODES: u32 = 4;
@@ -50,17 +60,21 @@ pub fn mesh(
     let (counts, lengths) = (counts?, lengths?);
     let mesh =
         Mesh { nodes: PerAxis(counts.pair()), side: PerAxis(lengths.pair().map(decimal::nearest)) };
-    let nodes_span = &nodes.written()?.span;
-    let side_span = side.written().map(|side| &side.span);
-    match (counts, lengths) {
-        (OnAxes::Both(_), OnAxes::Both(_)) | (OnAxes::Each(_), OnAxes::Each(_)) => Some(mesh),
-        (OnAxes::Each(_), OnAxes::Both(length)) => {
-            checks.reject(single_side(counts, nodes_span, decimal::nearest(length), side_span))
+    let (message, pair) = match (counts, lengths) {
+        (OnAxes::Each(_), OnAxes::Both(_)) => {
+            let message = format!("`nodes = {counts}` is a pair, but `side` is one number");
+            (message, &nodes.written()?.span)
         }
-        (OnAxes::Both(count), OnAxes::Each(_)) => {
-            checks.reject(single_nodes(count, nodes_span, mesh.side.0, side_span?))
+        (OnAxes::Both(_), OnAxes::Each(_)) => {
+            let message = format!("`side = {lengths}` is a pair, but `nodes` is one number");
+            (message, &side.written()?.span)
         }
-    }
+        _ => return Some(mesh),
+    };
+    let problem = Problem::new(message, pair.clone(), "along x and y");
+    checks.reject(
+        problem.help("give both along both axes; cells are square in the ratio of the sides"),
+    )
 }
 
 /// Returns the name of the unit of length of a surface; empty if the manifest names none. A known
@@ -79,46 +93,6 @@ pub fn unit(unit: &Key<String>, side: &Key<OnAxes<f64>>, checks: &mut Checks) ->
         return checks.reject(problem.help(format!("write `side = \"100 {label}\"`, for example")));
     }
     Some(label)
-}
-
-/// Returns the problem of a pair of nodes that is combined with a single side.
-fn single_side(
-    nodes: OnAxes<u32>,
-    nodes_span: &Span,
-    longer_side: f64,
-    side_span: Option<&Span>,
-) -> Problem {
-    let message = format!("`nodes = {nodes}` is a pair, but `side` is one number");
-    let problem = Problem::new(message, nodes_span.clone(), "numbers of nodes along x and y");
-    let problem = match side_span {
-        Some(span) => problem.and(span.clone(), "a square cell"),
-        None => problem,
-    };
-    let square = square_cells(nodes.pair(), longer_side);
-    problem.help(format!("give both sides; `side = {square}` makes cells square"))
-}
-
-/// Returns the sides along x and y with which these nodes have square cells.
-pub fn square_cells(counts: [u32; 2], longer_side: f64) -> OnAxes<f64> {
-    let most = f64::from(counts[0].max(counts[1]));
-    OnAxes::Each(counts.map(|nodes| longer_side * (f64::from(nodes) / most)))
-}
-
-/// Returns the problem of a pair of sides that is combined with a single number of nodes.
-fn single_nodes(most: u32, nodes_span: &Span, lengths: [f64; 2], side_span: &Span) -> Problem {
-    let side = OnAxes::Each(lengths);
-    let message = format!("`side = {side}` is a pair, but `nodes` is one number");
-    let problem = Problem::new(message, side_span.clone(), "sides along x and y")
-        .and(nodes_span.clone(), "a square mesh");
-    let longer_side = lengths[0].max(lengths[1]);
-    let square = lengths.map(|length| f64::from(most) * (length / longer_side));
-    let are_whole = square.iter().all(|nodes| nodes.fract() == 0.0);
-    problem.help(if are_whole {
-        let square = OnAxes::Each(square);
-        format!("give the nodes along both axes; `nodes = {square}` makes cells square")
-    } else {
-        "give the nodes along both axes: `nodes = [along x, along y]`".to_owned()
-    })
 }
 
 /// Refuses wavenumbers with fewer than two nodes per wave, which the mesh does not resolve. If
@@ -157,6 +131,184 @@ pub fn check_waves(
     };
     let problem = Problem::new(message, wave.span.clone(), "too fine for the mesh");
     checks.reject(problem.and(written.span.clone(), label))
+}
+
+/// Paraboloid −r²/(2R), for comparison with Hertz contact.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ParaboloidTable {
+    /// Number of nodes per side of the cell; for a rectangle a pair along x and y, such as
+    /// `[1024, 512]`, together with a pair for `side`.
+    #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
+    #[schemars(transform = pair, transform = swept, transform = required)]
+    pub nodes: Key<OnAxes<u32>>,
+    /// Side length of the periodic cell, as in `"100 um"`, or a number in any unit of length; for
+    /// a rectangle a pair along x and y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    #[schemars(transform = pair, transform = swept, transform = length)]
+    pub side: Key<OnAxes<f64>>,
+    /// Radius of curvature R of the summit, in the unit of `side`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = swept, transform = required, transform = length)]
+    pub radius: Key<f64>,
+    /// Name of the unit of length. It is a label for lengths that are plain numbers, and converts
+    /// nothing. The default is the unit that is written at `side`.
+    #[schemars(extend("default" = ""), transform = unit_of_lengths)]
+    pub unit: Key<String>,
+    /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
+    /// needed.
+    #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
+    pub heights: Key<Heights>,
+}
+
+table!(ParaboloidTable);
+
+/// Wave along one direction or two, for comparison with the solutions for wavy surfaces.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct WaveTable {
+    /// Number of nodes per side of the cell; for a rectangle a pair along x and y, such as
+    /// `[1024, 512]`, together with a pair for `side`. The number of nodes must be more than twice
+    /// `waves`.
+    #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
+    #[schemars(transform = pair, transform = swept, transform = required)]
+    pub nodes: Key<OnAxes<u32>>,
+    /// Side length of the periodic cell, as in `"100 um"`, or a number in any unit of length; for
+    /// a rectangle a pair along x and y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    #[schemars(transform = pair, transform = swept, transform = length)]
+    pub side: Key<OnAxes<f64>>,
+    /// Amplitude Δ in the formula of the method, in the unit of `side`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = swept, transform = required, transform = length)]
+    pub amplitude: Key<f64>,
+    /// Number n of wavelengths along each side.
+    #[schemars(range(min = 1, max = MAX_WAVES), extend("default" = 1), transform = swept)]
+    pub waves: Key<u32>,
+    /// Name of the unit of length. It is a label for lengths that are plain numbers, and converts
+    /// nothing. The default is the unit that is written at `side`.
+    #[schemars(extend("default" = ""), transform = unit_of_lengths)]
+    pub unit: Key<String>,
+    /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
+    /// needed.
+    #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
+    pub heights: Key<Heights>,
+}
+
+table!(WaveTable);
+
+/// Flat circular punch in the middle of the cell.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct PunchTable {
+    /// Number of nodes per side of the cell; for a rectangle a pair along x and y, such as
+    /// `[1024, 512]`, together with a pair for `side`.
+    #[schemars(range(min = MIN_NODES, max = MAX_NODES))]
+    #[schemars(transform = pair, transform = swept, transform = required)]
+    pub nodes: Key<OnAxes<u32>>,
+    /// Side length of the periodic cell, as in `"100 um"`, or a number in any unit of length; for
+    /// a rectangle a pair along x and y, such as `[2.0, 1.0]`, together with a pair for `nodes`.
+    #[schemars(extend("exclusiveMinimum" = 0, "default" = 1.0))]
+    #[schemars(transform = pair, transform = swept, transform = length)]
+    pub side: Key<OnAxes<f64>>,
+    /// Radius of the disc, in the unit of `side`. It must be less than half of the shorter side.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = swept, transform = required, transform = length)]
+    pub radius: Key<f64>,
+    /// Height of the disc above the surface around it, in the unit of `side`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(transform = swept, transform = required, transform = length)]
+    pub depth: Key<f64>,
+    /// Name of the unit of length. It is a label for lengths that are plain numbers, and converts
+    /// nothing. The default is the unit that is written at `side`.
+    #[schemars(extend("default" = ""), transform = unit_of_lengths)]
+    pub unit: Key<String>,
+    /// Storage of the heights: `"keep"` stores them in the table, `"redraw"` draws them again when
+    /// needed.
+    #[schemars(extend("default" = "keep"), transform = Heights::not_none)]
+    pub heights: Key<Heights>,
+}
+
+table!(PunchTable);
+
+impl StagePoints for Section<ParaboloidTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        surfaces(self, context.problems, |table, checks| {
+            let mesh = mesh(&table.nodes, &table.side, checks);
+            let unit = unit(&table.unit, &table.side, checks);
+            let radius = checks.number("radius", &table.radius);
+            let heights = checks.value("heights", &table.heights)?;
+            let shape = Shape::Paraboloid { radius: radius? };
+            Some(on_mesh(mesh?, shape, unit?, heights, self.may_be_swept))
+        })
+        .map(Work::Generate)
+    }
+}
+
+impl StagePoints for (WaveShape, Section<WaveTable>) {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        surfaces(&self.1, context.problems, |table, checks| {
+            let mesh = mesh(&table.nodes, &table.side, checks);
+            let unit = unit(&table.unit, &table.side, checks);
+            let amplitude = checks.number("amplitude", &table.amplitude);
+            let waves = checks.value("waves", &table.waves);
+            let heights = checks.value("heights", &table.heights)?;
+            let (mesh, amplitude, waves) = (mesh?, amplitude?, waves?);
+            if let Some(written) = table.waves.written() {
+                let along_y = if self.0 == WaveShape::Single { 0 } else { waves };
+                let wave = Wave {
+                    written: format!("waves = {waves}"),
+                    span: &written.span,
+                    waves: [waves, along_y],
+                };
+                check_waves(&wave, &table.nodes, &mesh, true, checks)?;
+            }
+            let shape = match self.0 {
+                WaveShape::Single => Shape::Wave { amplitude, waves },
+                WaveShape::Product => Shape::WaveProduct { amplitude, waves },
+                WaveShape::Sum => Shape::WaveSum { amplitude, waves },
+            };
+            Some(on_mesh(mesh, shape, unit?, heights, self.1.may_be_swept))
+        })
+        .map(Work::Generate)
+    }
+}
+
+impl StagePoints for Section<PunchTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        surfaces(self, context.problems, |table, checks| {
+            let mesh = mesh(&table.nodes, &table.side, checks);
+            let unit = unit(&table.unit, &table.side, checks);
+            let radius = checks.number("radius", &table.radius);
+            let depth = checks.number("depth", &table.depth);
+            let heights = checks.value("heights", &table.heights)?;
+            let (mesh, radius) = (mesh?, radius?);
+            let PerAxis([side_x, side_y]) = mesh.side;
+            let half = side_x.min(side_y) / 2.0;
+            if radius >= half {
+                let label = format!("must be below {half}, half of the side");
+                let span = &table.radius.written()?.span;
+                return checks.refuse("radius", format!("`radius` is {radius}"), span, label);
+            }
+            let shape = Shape::Punch { radius, depth: depth? };
+            Some(on_mesh(mesh, shape, unit?, heights, self.may_be_swept))
+        })
+        .map(Work::Generate)
+    }
+}
+
+fn on_mesh(
+    mesh: Mesh,
+    shape: Shape,
+    unit: String,
+    heights: Heights,
+    may_be_swept: bool,
+) -> PlannedSurfaces {
+    let nodes = mesh.nodes;
+    PlannedSurfaces {
+        may_be_swept,
+        ..single(heights, Some(mesh.side), Origin::Shape { nodes, shape, unit })
+    }
 }
 
 #[cfg(test)]

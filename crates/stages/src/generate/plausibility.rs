@@ -1,11 +1,16 @@
 //! Warnings of maps whose heights or sides were probably read in another unit.
 //!
 //! A file whose unit is misread looks like any other map: all its numbers are off by one factor.
-//! Slopes of solid surfaces, and pixels of optical instruments, are within known bounds.
+//! Slopes of solid surfaces are within known bounds, and most pixels are square.
+
+use std::fmt;
 
 use asperity_manifest::keys::quantity;
-use asperity_mechanics::grid::Grid;
-use asperity_topography_files::length_ratio;
+use asperity_mechanics::grid::{Boundary, Grid};
+use asperity_mechanics::topography::fill::Fill;
+use asperity_mechanics::topography::level::Level;
+use asperity_mechanics::topography::reliability::{NoiseFloor, NoiseShare};
+use asperity_mechanics::topography::surface::{Scan, Window};
 
 /// Rms slope above which a map is improbable. Contact theories assume slopes below it.
 pub const STEEP: f64 = 1.0;
@@ -13,32 +18,8 @@ pub const STEEP: f64 = 1.0;
 /// Largest rms slope that a mistake in the unit would explain.
 const USUAL_SLOPE: f64 = 0.5;
 
-/// Shortest wavelength of visible light in metres. Optical instruments map larger areas.
-const LIGHT: f64 = 400e-9;
-
-/// Largest pixel of an optical instrument in metres.
-const LARGEST_PIXEL: f64 = 0.01;
-
-/// Ranges of plausible pixels and sides of optical instruments in metres.
-const PIXELS: [f64; 2] = [5e-8, 1e-3];
-
 /// Largest difference between the sides of a pixel that counts as rounding.
 const UNEVEN: f64 = 0.03;
-
-/// Formats of optical instruments.
-const OPTICAL: [&str; 11] = [
-    "al3d",
-    "datx",
-    "keyence-csv",
-    "lext",
-    "metropro",
-    "opd",
-    "opdx",
-    "plu",
-    "vk",
-    "wyko-asc",
-    "zygo-asc",
-];
 
 /// A map as it enters the program.
 #[derive(Debug, Clone, Copy)]
@@ -51,8 +32,6 @@ pub struct EnteredMap<'a> {
     pub rms_slope: f64,
     /// Difference between the highest and the lowest point, in `unit`.
     pub height_span: f64,
-    /// Name of the file format, if the map is from a file.
-    pub format: Option<&'a str>,
     /// True if the user gives the sides, and not the file.
     pub has_given_sides: bool,
 }
@@ -60,8 +39,7 @@ pub struct EnteredMap<'a> {
 impl EnteredMap<'_> {
     /// Returns a warning for each property of the map that is implausible. `name` names the map.
     pub fn warnings(&self, name: &str) -> Vec<String> {
-        let warnings = [self.too_steep(name), self.too_large(name), self.uneven(name)];
-        warnings.into_iter().flatten().collect()
+        self.too_steep(name).into_iter().chain(self.uneven(name)).collect()
     }
 
     fn shown(&self, length: f64) -> String {
@@ -85,37 +63,6 @@ impl EnteredMap<'_> {
                 reading_of(self.rms_slope)
             )
         })
-    }
-
-    /// Warns of a map of an optical instrument that is smaller than a wavelength of light, or has
-    /// pixels larger than any instrument.
-    fn too_large(&self, name: &str) -> Option<String> {
-        let format = self.format.filter(|format| OPTICAL.contains(format))?;
-        let metres = length_ratio(self.unit, "m")?;
-        let pixel = self.grid.spacing().into_iter().fold(0.0, f64::max);
-        let side = self.grid.cell().size().into_iter().fold(f64::INFINITY, f64::min);
-        let (what, length, direction) = if pixel * metres > LARGEST_PIXEL {
-            ("a pixel", pixel, -1)
-        } else if side * metres < LIGHT {
-            ("a side", side, 1)
-        } else {
-            return None;
-        };
-        let units = [("µm", "mm"), ("µm", "m"), ("nm", "m")];
-        let mut readings = units.iter().zip([3, 6, 9]).map(|((small, large), power)| {
-            let right = if direction < 0 { [small, large] } else { [large, small] };
-            (right, pixel * libm::exp10(f64::from(direction * power)))
-        });
-        let plausible =
-            readings.find(|(_, pixel)| (PIXELS[0]..=PIXELS[1]).contains(&(pixel * metres)));
-        let reading = plausible.map_or_else(String::new, |([right, read], pixel)| {
-            format!("; {right} in place of {read} would be a pixel of {}", self.shown(pixel))
-        });
-        Some(format!(
-            "{what} of {name} is {}, which no optical instrument has (format {format}); check the \
-             unit of its sides{reading}",
-            self.shown(length)
-        ))
     }
 
     /// Warns of given sides with which pixels are not square, although the same sides in the other
@@ -184,6 +131,137 @@ pub fn slope_and_span(grid: Grid, heights: &[f64]) -> (f64, f64) {
     (squares.sum::<f64>().sqrt(), if span.is_finite() { span } else { 0.0 })
 }
 
+/// Share of the mean square slope from noise above which users are warned.
+const MUCH_NOISE: f64 = 0.1;
+
+/// Share of the mean square slope below which noise is not told: heights in single precision have
+/// noise, too.
+const LITTLE_NOISE: f64 = 1e-3;
+
+/// Maximum number of points along each side of the part of a map in which noise is searched.
+const MOST_POINTS: usize = 512;
+
+/// Properties of a measured map, after its mean plane was subtracted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DescribedMap {
+    grid: Grid,
+    /// Name of the unit of length; empty if it is unknown.
+    unit: String,
+    rms_height: f64,
+    /// Rms slope from differences between neighbouring points.
+    rms_slope: f64,
+    missing: usize,
+    /// White noise of the map; `None` if its spectrum has no plateau, if no point was measured, and
+    /// for profiles.
+    pub noise: Option<NoiseShare>,
+}
+
+impl DescribedMap {
+    /// Describes a map. Noise is searched in the middle of a large map, because more points would
+    /// hardly change it. Missing points are filled by Laplace's equation before.
+    pub fn new(map: Scan, unit: &str, boundary: Boundary) -> DescribedMap {
+        let levelled = Level::Plane.level(map);
+        let (grid, missing) = (levelled.grid(), levelled.missing());
+        let count = levelled.measured().count().max(1) as f64;
+        let square = levelled.measured().map(|(_, height)| height * height).sum::<f64>();
+        let (rms_slope, _) = slope_and_span(grid, levelled.heights());
+        let (part, boundary) = match central(&levelled) {
+            Some(part) => (part, Boundary::Free),
+            None => (levelled, boundary),
+        };
+        let complete = Fill::Harmonic.fill(part, boundary == Boundary::Periodic);
+        DescribedMap {
+            grid,
+            unit: unit.to_owned(),
+            rms_height: (square / count).sqrt(),
+            rms_slope,
+            missing,
+            noise: complete
+                .ok()
+                .and_then(|map| NoiseFloor::with_share(&map, boundary))
+                .filter(|noise| noise.share >= LITTLE_NOISE && grid.nodes()[1] > 1),
+        }
+    }
+
+    fn shown(&self, length: f64) -> String {
+        quantity::range([length].into_iter(), Some(&self.unit)).unwrap_or_default()
+    }
+
+    /// Formats lengths along x and y with one unit, if both have the same.
+    fn pair(&self, lengths: [f64; 2]) -> String {
+        let [x, y] = lengths.map(|length| self.shown(length));
+        match x.rsplit_once(' ').zip(y.rsplit_once(' ')) {
+            Some(((number, unit), (_, other))) if unit == other => format!("{number} × {y}"),
+            _ => format!("{x} × {y}"),
+        }
+    }
+
+    /// Returns a warning if noise has much of the mean square slope of the map. `name` names the
+    /// map.
+    pub fn warning(&self, name: &str) -> Option<String> {
+        let NoiseShare { floor, share } = self.noise.filter(|noise| noise.share > MUCH_NOISE)?;
+        Some(format!(
+            "noise with an rms height of {} has {:.0} % of the mean square slope of {name}, and \
+             makes its contact area too small; `noise_floor = true` with `low_pass = \"reliable\"` \
+             removes the waves shorter than {}, in which it prevails",
+            self.shown(floor.rms_height),
+            100.0 * share,
+            self.shown(floor.wavelength)
+        ))
+    }
+}
+
+impl fmt::Display for DescribedMap {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [nodes_x, nodes_y] = self.grid.nodes();
+        let steps = match self.grid.has_square_cells() {
+            true => self.shown(self.grid.spacing()[0]),
+            false => self.pair(self.grid.spacing()),
+        };
+        let slope = quantity::range([self.rms_slope].into_iter(), None).unwrap_or_default();
+        if nodes_y == 1 {
+            let [length, height] =
+                [self.grid.cell().size()[0], self.rms_height].map(|length| self.shown(length));
+            return write!(
+                formatter,
+                "profile of {length}, {nodes_x} points with a step of {}, Rq {height}, rms slope {slope}",
+                self.shown(self.grid.spacing()[0]),
+            );
+        }
+        write!(
+            formatter,
+            "{} along x and y, {nodes_x} × {nodes_y} points with steps of {steps}, rms height {}, \
+             rms slope {slope}",
+            self.pair(self.grid.cell().size()),
+            self.shown(self.rms_height),
+        )?;
+        match self.missing {
+            0 => {}
+            missing => {
+                let share = 100.0 * missing as f64 / self.grid.count() as f64;
+                write!(formatter, ", {missing} points missing ({share:.2} %)")?;
+            }
+        }
+        match &self.noise {
+            None => write!(formatter, ", no plateau of noise found"),
+            Some(NoiseShare { floor, share }) => write!(
+                formatter,
+                ", noise {} with {:.1} % of the mean square slope",
+                self.shown(floor.rms_height),
+                100.0 * share
+            ),
+        }
+    }
+}
+
+/// Returns the middle of a map with too many points along a side.
+fn central(map: &Scan) -> Option<Scan> {
+    let all = map.grid().nodes();
+    let nodes = all.map(|nodes| nodes.min(MOST_POINTS));
+    let first = [0, 1].map(|axis| (all[axis] - nodes[axis]) / 2);
+    (nodes != all).then(|| map.cropped(Window { first, nodes }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -195,7 +273,6 @@ mod tests {
             unit,
             rms_slope: 0.1,
             height_span: 0.0,
-            format: Some("zygo-asc"),
             has_given_sides: false,
         }
     }
@@ -235,19 +312,6 @@ mod tests {
     }
 
     #[test]
-    fn pixels_and_sides_of_optical_instruments_have_bounds() {
-        let wide = warned(map([512; 2], [10240.0; 2], "m"));
-        assert!(wide.starts_with("a pixel of `a` is 20 m, which no optical instrument"), "{wide}");
-        assert!(wide.ends_with("µm in place of m would be a pixel of 20 µm"), "{wide}");
-        let narrow = warned(map([500; 2], [1e-7; 2], "m"));
-        assert!(narrow.starts_with("a side of `a` is 100 nm"), "{narrow}");
-        assert!(narrow.ends_with("mm in place of µm would be a pixel of 200 nm"), "{narrow}");
-        let probe = EnteredMap { format: Some("nanoscope"), ..map([500; 2], [1e-7; 2], "m") };
-        assert_eq!(warned(probe), "");
-        assert_eq!(warned(map([512; 2], [1e6; 2], "px")), "");
-    }
-
-    #[test]
     fn given_sides_whose_pixels_are_square_in_the_other_order_are_told() {
         let given =
             |nodes, sides| warned(EnteredMap { has_given_sides: true, ..map(nodes, sides, "µm") });
@@ -258,5 +322,37 @@ mod tests {
         // Lines of a stylus are farther apart than points, and the user says so.
         assert_eq!(given([1000, 100], [1000.0, 2000.0]), "");
         assert_eq!(warned(map([640, 480], [48.0, 64.0], "µm")), "");
+    }
+}
+
+#[cfg(test)]
+mod tests_of_described_map {
+    use super::*;
+    use asperity_mechanics::grid::Cell;
+    use asperity_mechanics::topography::surface::Surface;
+
+    #[test]
+    fn a_map_is_told_with_its_sides_in_a_readable_unit_and_without_its_tilt() {
+        let grid = Grid::new([40, 20], Cell::new([80e-6, 10e-6]).unwrap()).unwrap();
+        let heights = (0..grid.count()).map(|node| {
+            let [i, j] = grid.indices(node).map(|index| index as f64);
+            1e-6 * libm::sin(0.3 * i) + 1e-5 * j
+        });
+        let map = Surface::new(grid, heights.collect()).unwrap();
+        let text = DescribedMap::new(map.into(), "m", Boundary::Free).to_string();
+        let start =
+            "80 × 10 µm along x and y, 40 × 20 points with steps of 2 µm × 500 nm, rms height 6";
+        assert!(text.starts_with(start), "{text}");
+        assert!(text.ends_with("no plateau of noise found"), "{text}");
+    }
+
+    #[test]
+    fn a_profile_is_told_with_its_length() {
+        let grid = Grid::new([40, 1], Cell::new([80e-6, 2e-6]).unwrap()).unwrap();
+        let heights = (0..grid.count()).map(|node| 1e-6 * (node % 2) as f64);
+        let profile = Surface::new(grid, heights.collect()).unwrap();
+        let text = DescribedMap::new(profile.into(), "m", Boundary::Free).to_string();
+        let start = "profile of 80 µm, 40 points with a step of 2 µm, Rq ";
+        assert!(text.starts_with(start) && text.contains(", rms slope 0."), "{text}");
     }
 }

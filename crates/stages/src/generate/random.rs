@@ -5,19 +5,21 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::heights::HeightKeys;
-use super::mesh::{self, MAX_NODES, MAX_WAVES, MIN_NODES, Wave, check_waves};
-use crate::CheckContext;
-use crate::generate::realizations::{self, Realizations, surfaces};
-use crate::surface::planned::PlannedSurfaces;
+use crate::generate::mesh::{self, MAX_NODES, MAX_WAVES, MIN_NODES, Wave, check_waves};
+use crate::stage_points::{StagePoints, Work};
+use crate::surface::planned::{
+    Growing, PlannedSurfaces, Realizations, growing, realizations, surfaces,
+};
+use crate::surface::spectrum::PrescribedHeights;
 use crate::surface::{Heights, Origin, Params};
+use crate::{CheckContext, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
-use asperity_manifest::keys::{GridPoint, Key, OnAxes, Section, table};
+use asperity_manifest::keys::{GridPoint, Key, OnAxes, Section, Spanned, table};
 use asperity_mechanics::grid::Cell;
-use asperity_mechanics::topography::johnson::{MAX_KURTOSIS, MAX_SKEWNESS};
+use asperity_mechanics::topography::johnson::{MAX_KURTOSIS, MAX_SKEWNESS, check_moments};
 use asperity_mechanics::topography::random::{Amplitude, RandomSurface};
 use asperity_mechanics::topography::spectrum::{Anisotropy, Spectrum};
 
@@ -128,8 +130,28 @@ pub struct AnisotropyTable {
     pub angle: Key<f64>,
 }
 
+impl StagePoints for (Amplitude, Section<RandomTable>) {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        random(self.0, &self.1, context).map(Work::Generate)
+    }
+
+    fn row_kind(&self) -> Option<RowKind> {
+        let lacks_heights =
+            |point: &GridPoint<RandomTable>| point.table.heights.value() == Some(Heights::None);
+        self.1.points.iter().any(lacks_heights).then_some(RowKind::Spectra)
+    }
+
+    fn heights_of(&self) -> Option<&Spanned<String>> {
+        self.1.points.first()?.table.height_distribution.written()
+    }
+
+    fn growing(&self) -> Option<&Growing> {
+        growing(&self.1.points.first()?.table.realizations)
+    }
+}
+
 /// Returns the random self-affine surfaces of a stage, or `None` after reporting problems.
-pub fn random(
+fn random(
     amplitude: Amplitude,
     section: &Section<RandomTable>,
     context: &mut CheckContext,
@@ -161,7 +183,7 @@ pub fn random(
         };
         let height_distribution = keys.read(others, checks);
         let heights = checks.value("heights", &table.heights);
-        let realizations = realizations::realizations(&table.realizations, checks);
+        let realizations = realizations(&table.realizations, checks);
         let (hurst, lower, upper, k_rolloff) = (hurst?, lower?, upper?, k_rolloff?);
         let spectrum = Spectrum {
             hurst,
@@ -366,4 +388,75 @@ fn check_modes(
     let message = "with this anisotropy no wave of the cell lies between the cutoffs";
     let label = "needs a wider range of cutoffs";
     checks.refuse("anisotropy", message, &written.span, label)
+}
+
+/// Keys of the height distribution of a random surface.
+pub struct HeightKeys<'a> {
+    pub skewness: &'a Key<f64>,
+    pub kurtosis: &'a Key<f64>,
+    pub height_distribution: &'a Key<String>,
+    pub heights: &'a Key<Heights>,
+}
+
+impl HeightKeys<'_> {
+    /// Returns the prescribed height distribution, or `Some(None)` for Gaussian surfaces. `others`
+    /// are the surfaces of the stage in `height_distribution`.
+    pub fn read(
+        &self,
+        others: Option<&[PlannedSurfaces]>,
+        checks: &mut Checks,
+    ) -> Option<Option<PrescribedHeights>> {
+        let skewness = checks.optional_number("skewness", self.skewness)?;
+        let kurtosis = checks.optional_number("kurtosis", self.kurtosis)?;
+        let stage = checks.optional("height_distribution", self.height_distribution)?;
+        let prescribed = match (skewness, kurtosis, stage) {
+            (None, None, None) => return Some(None),
+            (None, None, Some(stage)) => from_surface(stage, others?, checks)?,
+            (_, _, Some(stage)) => {
+                let [skewness, kurtosis] = [self.skewness, self.kurtosis].map(Key::written);
+                let moment = skewness.or(kurtosis)?;
+                let message = "`height_distribution` excludes `skewness` and `kurtosis`";
+                let problem = Problem::new(message, moment.span.clone(), "gives a moment")
+                    .and(stage.span.clone(), "gives the whole distribution");
+                return checks.reject(problem.help("remove the moments or `height_distribution`"));
+            }
+            (Some(skewness), None, None) => {
+                let span = &self.skewness.written()?.span;
+                let gamma = 3.0 + 1.5 * skewness * skewness;
+                let message = "`skewness` needs `kurtosis`";
+                let label = format!("a gamma distribution with it has `kurtosis = {gamma}`");
+                return checks.refuse("kurtosis", message, span, label);
+            }
+            (written, Some(kurtosis), None) => {
+                let skewness = written.unwrap_or(0.0);
+                if let Err(error) = check_moments(skewness, kurtosis) {
+                    let span = &self.kurtosis.written()?.span;
+                    return checks.refuse("kurtosis", error.to_string(), span, "not possible");
+                }
+                PrescribedHeights::Moments { skewness, kurtosis }
+            }
+        };
+        if let Some(written) = self.heights.written().filter(|one| one.value == Heights::None) {
+            let message = "surfaces with a prescribed height distribution need heights";
+            let label = "must be \"keep\" or \"redraw\": the phases of their modes depend on it";
+            return checks.refuse("heights", message, &written.span, label);
+        }
+        Some(Some(prescribed))
+    }
+}
+
+/// Returns the height distribution of the surface of another stage, which must have a single
+/// parameter point.
+fn from_surface(
+    stage: &Spanned<String>,
+    others: &[PlannedSurfaces],
+    checks: &mut Checks,
+) -> Option<PrescribedHeights> {
+    let [other] = others else {
+        let message = format!("`{}` has {} parameter points", stage.value, others.len());
+        let label = "must have a single parameter point";
+        return checks.refuse("height_distribution", message, &stage.span, label);
+    };
+    let from = other.params.realization(0).with(Heights::Redraw);
+    Some(PrescribedHeights::Surface { from: Box::new(from) })
 }

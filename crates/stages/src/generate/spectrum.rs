@@ -8,17 +8,18 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::heights::HeightKeys;
-use super::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
-use super::random;
-use crate::CheckContext;
-use crate::exclusions::exclude;
-use crate::generate::realizations::{self, Realizations, surfaces};
+use crate::check_context::exclude;
+use crate::generate::mesh::{self, MAX_NODES, MIN_NODES, Mesh};
+use crate::generate::random::{self, HeightKeys};
 use crate::spectrum_files::{self, SpectrumTable as Spectrum};
-use crate::surface::planned::PlannedSurfaces;
+use crate::stage_points::{StagePoints, Work};
+use crate::surface::planned::{
+    Growing, PlannedSurfaces, Realizations, growing, realizations, surfaces,
+};
 use crate::surface::spectrum::{Source, SpectrumSurface};
 use crate::surface::{Heights, Origin, Params};
 use crate::surface_files::{SurfaceFileError, SurfaceFiles};
+use crate::{CheckContext, Reads, RowKind};
 use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, pair, required, swept, unit_of_lengths};
@@ -93,8 +94,31 @@ pub struct SpectrumTable {
 
 table!(SpectrumTable);
 
+impl StagePoints for Section<SpectrumTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        spectra(self, context).map(Work::Generate)
+    }
+
+    fn reads(&self) -> Option<Reads> {
+        Some(Reads {
+            rows: &[RowKind::PowerSpectra],
+            from: "`measure` stages with `what = \"spectrum\"`, `\"stitched-spectrum\"` or \
+                   `\"spectrum-from-profiles\"`, where its method is `spectrum`"
+                .into(),
+        })
+    }
+
+    fn heights_of(&self) -> Option<&Spanned<String>> {
+        self.points.first()?.table.height_distribution.written()
+    }
+
+    fn growing(&self) -> Option<&Growing> {
+        growing(&self.points.first()?.table.realizations)
+    }
+}
+
 /// Returns the surfaces of a stage with `method = "spectrum"`, or `None` after reporting problems.
-pub fn spectra(
+fn spectra(
     section: &Section<SpectrumTable>,
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {
@@ -107,7 +131,7 @@ pub fn spectra(
         let rms_slope = checks.optional_number("rms_slope", &table.rms_slope);
         let rms_height = random::rms_height(&table.rms_slope, &table.rms_height, checks);
         let seed = checks.value_or("seed", &table.seed, study_seed);
-        let realizations = realizations::realizations(&table.realizations, checks);
+        let realizations = realizations(&table.realizations, checks);
         let keys = HeightKeys {
             skewness: &table.skewness,
             kurtosis: &table.kurtosis,

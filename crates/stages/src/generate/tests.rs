@@ -1,15 +1,14 @@
 //! Tests of the recipes of surfaces. Keys are digests of the text of recipes.
 
-use super::*;
+use crate::generate::*;
 use crate::map_file::{ChannelChoice, MapChoice, Reader};
 use crate::per_axis::PerAxis;
 use crate::reduced_units::{GivenHardness, PressureUnit};
 use crate::solve;
 use crate::surface::labels::Labels;
 use crate::surface::origin::{InspectedMap, MeasuredSurface};
-use crate::surface::pair::{MirrorAxis, Pair};
-use crate::surface::prescribed_heights::PrescribedHeights;
-use crate::surface::yielded::Yielded;
+use crate::surface::pair::{MirrorAxis, Pair, Yielded};
+use crate::surface::spectrum::PrescribedHeights;
 use crate::surface_files::ContentHash;
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::topography::alignment::{Alignment, LineFit};

@@ -7,17 +7,17 @@ use serde::Deserialize;
 
 use crate::check_context::PressedStage;
 use crate::reduced_units::{GivenHardness, PressureUnit};
+use crate::stage_points::{StagePoints, Work};
+use crate::surface::pair::Yielded;
 use crate::surface::planned::PlannedSurfaces;
-use crate::surface::yielded::Yielded;
 use crate::surface::{Heights, Origin, Params};
 use crate::unloading::Branch;
-use crate::{CheckContext, Recipe, Stage as _, nominal_area, solve};
+use crate::{CheckContext, Reads, Recipe, RowKind, Stage as _, nominal_area, solve};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
-use asperity_manifest::keys::declare;
 use asperity_manifest::keys::quantity::{Dimension, Unit};
-use asperity_manifest::keys::{Key, Section, table};
+use asperity_manifest::keys::{Key, Section, declare, table};
 
 /// Surfaces that keep their plastic depth after a `solve` stage with a `hardness`.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -44,8 +44,19 @@ struct Yielding<'a> {
     hardness: GivenHardness,
 }
 
+impl StagePoints for Section<YieldedTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        surfaces(self, context).map(Work::Generate)
+    }
+
+    fn reads(&self) -> Option<Reads> {
+        let from = "`solve` stages, where its method is `yielded`".into();
+        Some(Reads { rows: &[RowKind::Loads], from })
+    }
+}
+
 /// Returns the surfaces of a stage with `method = "yielded"`, or `None` after reporting problems.
-pub fn surfaces(
+fn surfaces(
     section: &Section<YieldedTable>,
     context: &mut CheckContext,
 ) -> Option<Vec<PlannedSurfaces>> {

@@ -4,10 +4,11 @@
 //! computed. Settings that the standard leaves open are keys, which can be swept: each value gives
 //! further rows, with the value in a parameter column.
 
+use std::collections::BTreeSet;
+
 use arrow::array::ArrayRef;
 use schemars::JsonSchema;
-use serde::ser::SerializeSeq;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use crate::columns::*;
 use crate::version::Version;
@@ -33,7 +34,9 @@ pub const THRESHOLD_DEFAULT: f64 = 0.2;
 pub const PRUNING_DEFAULT: f64 = 0.05;
 
 /// Areal surface texture parameter of ISO 25178-2.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 pub enum Parameter {
     /// All parameters of this list.
     #[serde(rename = "iso-25178")]
@@ -100,7 +103,7 @@ pub const DEFAULT: [Parameter; 6] = [Sq, Sa, Sz, Ssk, Sku, Sdq];
 
 impl Parameter {
     /// All parameters in the order of their columns.
-    const EACH: [Parameter; 23] = [
+    pub const EACH: [Parameter; 23] = [
         Sq, Ssk, Sku, Sp, Sv, Sz, Sa, Sdq, Sdr, Sal, Str, Std, Sk, Spk, Svk, Smr1, Smr2, Vmp, Vmc,
         Vvc, Vvv, Spd, Spc,
     ];
@@ -111,48 +114,10 @@ impl Parameter {
     }
 }
 
-/// Set of parameters, as one bit for each.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ParameterSet(u32);
-
-impl FromIterator<Parameter> for ParameterSet {
-    fn from_iter<I: IntoIterator<Item = Parameter>>(parameters: I) -> Self {
-        let bits = parameters.into_iter().map(|parameter| match parameter {
-            All => Parameter::EACH.into_iter().fold(0, |bits, each| bits | (1 << each as u32)),
-            named => 1 << named as u32,
-        });
-        ParameterSet(bits.fold(0, |all, one| all | one))
-    }
-}
-
-impl ParameterSet {
-    fn has(self, parameter: Parameter) -> bool {
-        self.0 & (1 << parameter as u32) != 0
-    }
-
-    pub fn has_any(self, parameters: &[Parameter]) -> bool {
-        parameters.iter().any(|parameter| self.has(*parameter))
-    }
-
-    fn iter(self) -> impl Iterator<Item = Parameter> {
-        Parameter::EACH.into_iter().filter(move |parameter| self.has(*parameter))
-    }
-}
-
-impl Serialize for ParameterSet {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut names = serializer.serialize_seq(None)?;
-        for parameter in self.iter() {
-            names.serialize_element(&parameter)?;
-        }
-        names.end()
-    }
-}
-
 /// Parameters to compute, with the settings that the manifest gives.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Areal {
-    pub parameters: ParameterSet,
+    pub parameters: BTreeSet<Parameter>,
     #[serde(flatten)]
     pub settings: Settings,
     pub version: u32,
@@ -201,25 +166,30 @@ impl Settings {
 }
 
 impl Areal {
-    /// All parameters and settings, for the list of all columns.
-    pub const ALL: Areal = Areal {
-        // One bit for each parameter, without that of `Parameter::All`.
-        parameters: ParameterSet((1 << (Parameter::EACH.len() + 1)) - 2),
-        settings: Settings {
-            smr_height: Some(0.0),
-            smc_ratio: Some(0.5),
-            peak_ratio: Some(PEAK_RATIO_DEFAULT),
-            dale_ratio: Some(DALE_RATIO_DEFAULT),
-            correlation_threshold: Some(THRESHOLD_DEFAULT),
-            pruning: Some(PRUNING_DEFAULT),
-        },
-        version: VERSION.number(),
-    };
+    /// Returns all parameters and settings, for the list of all columns.
+    pub fn all() -> Areal {
+        Areal {
+            parameters: Parameter::EACH.into(),
+            settings: Settings {
+                smr_height: Some(0.0),
+                smc_ratio: Some(0.5),
+                peak_ratio: Some(PEAK_RATIO_DEFAULT),
+                dale_ratio: Some(DALE_RATIO_DEFAULT),
+                correlation_threshold: Some(THRESHOLD_DEFAULT),
+                pruning: Some(PRUNING_DEFAULT),
+            },
+            version: VERSION.number(),
+        }
+    }
+
+    fn has_any(&self, parameters: &[Parameter]) -> bool {
+        parameters.iter().any(|parameter| self.parameters.contains(parameter))
+    }
 
     /// Returns the columns without the parameter columns of the surface.
     pub fn columns(&self) -> Vec<Column> {
         let settings = self.settings.given().map(|(column, _)| column);
-        let parameters = self.parameters.iter().map(Parameter::column);
+        let parameters = self.parameters.iter().map(|parameter| parameter.column());
         let smr = self.settings.smr_height.map(|_| SMR);
         let smc = self.settings.smc_ratio.map(|_| SMC);
         settings.chain(parameters).chain(smr).chain(smc).collect()
@@ -241,7 +211,7 @@ impl Areal {
 
     fn reads_curve(&self) -> bool {
         let Settings { smr_height, smc_ratio, .. } = self.settings;
-        smr_height.is_some() || smc_ratio.is_some() || self.parameters.has_any(&FUNCTIONAL)
+        smr_height.is_some() || smc_ratio.is_some() || self.has_any(&FUNCTIONAL)
     }
 
     /// Computes the parameters of the set, in the order of their columns.
@@ -253,24 +223,24 @@ impl Areal {
     ) -> Vec<(Column, Option<f64>)> {
         let Areal { parameters, settings, .. } = self;
         let mut found = Vec::new();
-        if parameters.has_any(&HEIGHTS) {
+        if self.has_any(&HEIGHTS) {
             let of = Roughness::from_surface(surface, boundary);
             let [sq, sp, sv, sz, sa, sdq] = [of.sq, of.sp, of.sv, of.sz, of.sa, of.sdq].map(Some);
             found.extend([(Sq, sq), (Ssk, of.ssk), (Sku, of.sku), (Sp, sp), (Sv, sv), (Sz, sz)]);
             found.extend([(Sa, sa), (Sdq, sdq)]);
         }
-        if parameters.has(Sdr) {
+        if parameters.contains(&Sdr) {
             found.push((Sdr, Some(developed_area_ratio(surface, boundary))));
         }
-        if parameters.has_any(&DECAY) {
+        if self.has_any(&DECAY) {
             let threshold = settings.correlation_threshold.unwrap_or(THRESHOLD_DEFAULT);
             let lengths = Autocorrelation::from_surface(surface, boundary).decay_lengths(threshold);
             found.extend([(Sal, lengths.shortest), (Str, lengths.aspect_ratio())]);
         }
-        if parameters.has(Std) {
+        if parameters.contains(&Std) {
             found.push((Std, texture_direction(surface, boundary)));
         }
-        if let Some(curve) = curve.filter(|_| parameters.has_any(&FUNCTIONAL)) {
+        if let Some(curve) = curve.filter(|_| self.has_any(&FUNCTIONAL)) {
             let of = curve.stratified();
             let [sk, spk, svk, smr1, smr2] = [of.sk, of.spk, of.svk, of.smr1, of.smr2].map(Some);
             found.extend([(Sk, sk), (Spk, spk), (Svk, svk), (Smr1, smr1), (Smr2, smr2)]);
@@ -278,24 +248,24 @@ impl Areal {
             let [vmp, vmc, vvc, vvv] = [of.vmp, of.vmc, of.vvc, of.vvv].map(Some);
             found.extend([(Vmp, vmp), (Vmc, vmc), (Vvc, vvc), (Vvv, vvv)]);
         }
-        if parameters.has_any(&PEAKS) {
+        if self.has_any(&PEAKS) {
             let pruning = settings.pruning.unwrap_or(PRUNING_DEFAULT);
             let peaks = Peaks::from_surface(surface, boundary, pruning);
             found.extend([(Spd, Some(peaks.density)), (Spc, peaks.curvature)]);
         }
-        found.retain(|(parameter, _)| parameters.has(*parameter));
+        found.retain(|(parameter, _)| parameters.contains(parameter));
         found.into_iter().map(|(parameter, value)| (parameter.column(), value)).collect()
     }
 
     /// Returns the cost in pairs of FFTs on the mesh of the surface.
     pub fn pairs(&self) -> f64 {
         let costs = [
-            (self.parameters.has_any(&HEIGHTS), 2.0),
-            (self.parameters.has(Sdr), 2.0),
-            (self.parameters.has_any(&DECAY), 6.0),
-            (self.parameters.has(Std), 2.0),
+            (self.has_any(&HEIGHTS), 2.0),
+            (self.has_any(&[Sdr]), 2.0),
+            (self.has_any(&DECAY), 6.0),
+            (self.has_any(&[Std]), 2.0),
             (self.reads_curve(), 4.0),
-            (self.parameters.has_any(&PEAKS), 8.0),
+            (self.has_any(&PEAKS), 8.0),
         ];
         costs.into_iter().filter(|(is_needed, _)| *is_needed).map(|(_, cost)| cost).sum()
     }
@@ -321,7 +291,6 @@ mod tests {
             let name = serde_json::to_value(parameter).unwrap();
             assert_eq!(name, parameter.column().name);
         }
-        assert_eq!(Areal::ALL.parameters, [All].into_iter().collect());
     }
 
     #[test]
@@ -338,9 +307,9 @@ mod tests {
         let waves = Shape::WaveSum { amplitude: 0.1, waves: 3 };
         let surface =
             waves.draw(Grid::new([48, 32], Grid::square(1, 1.0).unwrap().cell()).unwrap());
-        let all = Areal::ALL.measure(&surface, Boundary::Periodic);
+        let all = Areal::all().measure(&surface, Boundary::Periodic);
         for parameter in Parameter::EACH {
-            let one = Areal { parameters: [parameter].into_iter().collect(), ..Areal::ALL };
+            let one = Areal { parameters: [parameter].into(), ..Areal::all() };
             let found = one.measure(&surface, Boundary::Periodic);
             assert_eq!(one.columns(), found.iter().map(|(column, _)| *column).collect::<Vec<_>>());
             for value in found {

@@ -9,7 +9,7 @@ use crate::bodies::{Conduction, LayerConduction};
 use crate::columns::*;
 use crate::grids::Grids;
 use crate::table_columns::Values::{Count, OptionalReal, Real};
-use crate::table_columns::{TableColumns, column};
+use crate::table_columns::{TableColumns, column, column_if};
 use crate::version::Version;
 use crate::{StageError, units};
 use asperity_manifest::keys::quantity::{Dimension, Unit};
@@ -115,77 +115,69 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-fn conducts_heat(settings: &Settings) -> bool {
+fn has_layer(settings: &Settings) -> bool {
+    settings.conduction.layer.is_some()
+}
+
+fn heats(settings: &Settings) -> bool {
     settings.conduction.conductivity.is_some()
 }
 
-fn conducts_current(settings: &Settings) -> bool {
+fn conducts(settings: &Settings) -> bool {
     settings.conduction.resistivity.is_some()
 }
 
 /// Returns the columns of the conductance of contacts.
 pub fn columns() -> TableColumns<Settings, Conductance> {
-    TableColumns::<Settings, Conductance>::new()
-        .and([column(FROZEN_STIFFNESS, OptionalReal(|one| one.stiffness))])
-        .and_if(
-            |settings| settings.yields,
-            [column(UNLOADING_STIFFNESS, OptionalReal(|one| one.unloading_stiffness))],
-        )
-        .and([
-            column(CONTACT_CONDUCTANCE, OptionalReal(|one| one.conductance)),
-            column(SPOTS, Count(|one| one.spots)),
-            column(MEAN_SPOT_RADIUS, OptionalReal(|one| one.mean_radius)),
-            column(GREENWOOD_CONDUCTANCE, OptionalReal(|one| one.greenwood)),
-        ])
-        .and_if(
-            |settings| settings.has_force && !settings.are_forces,
-            [column(FORCE, Real(|one| one.force))],
-        )
-        .and_if(
-            |settings| settings.conduction.layer.is_some(),
-            [
-                column(
-                    SUBSTRATE_CONDUCTIVITY_RATIO,
-                    OptionalReal(|one| Some(one.layer?.conduction.to_substrate)),
-                ),
-                column(
-                    COUNTER_CONDUCTIVITY_RATIO,
-                    OptionalReal(|one| Some(one.layer?.conduction.to_counter_body)),
-                ),
-            ],
-        )
-        .and_if(
-            conducts_heat,
-            [
-                column(PAIR_CONDUCTIVITY, Real(|one| one.conductivity)),
-                column(THERMAL_CONDUCTANCE, OptionalReal(Conductance::thermal_conductance)),
-                column(THERMAL_RESISTANCE, OptionalReal(Conductance::thermal_resistance)),
-            ],
-        )
-        .and_if(
-            |settings| conducts_heat(settings) && settings.conduction.layer.is_some(),
-            [column(LAYER_THERMAL_RESISTANCE, OptionalReal(Conductance::layer_thermal_resistance))],
-        )
-        .and_if(
-            conducts_current,
-            [
-                column(PAIR_RESISTIVITY, Real(|one| one.resistivity)),
-                column(SPECIFIC_RESISTANCE, OptionalReal(|one| one.specific(one.conductance))),
-                column(ELECTRICAL_RESISTANCE, OptionalReal(|one| one.resistance(one.conductance))),
-                column(GREENWOOD_RESISTANCE, OptionalReal(|one| one.resistance(one.greenwood))),
-            ],
-        )
-        .and_if(
-            |settings| conducts_current(settings) && settings.conduction.layer.is_some(),
-            [column(
-                LAYER_ELECTRICAL_RESISTANCE,
-                OptionalReal(Conductance::layer_electrical_resistance),
-            )],
-        )
-        .and_if(
-            |settings| conducts_current(settings) && settings.has_force && settings.has_hardness,
-            [column(HOLM_RESISTANCE, OptionalReal(Conductance::holm_resistance))],
-        )
+    TableColumns::<Settings, Conductance>::new([
+        column(FROZEN_STIFFNESS, OptionalReal(|one| one.stiffness)),
+        column_if(|of| of.yields, UNLOADING_STIFFNESS, OptionalReal(|one| one.unloading_stiffness)),
+        column(CONTACT_CONDUCTANCE, OptionalReal(|one| one.conductance)),
+        column(SPOTS, Count(|one| one.spots)),
+        column(MEAN_SPOT_RADIUS, OptionalReal(|one| one.mean_radius)),
+        column(GREENWOOD_CONDUCTANCE, OptionalReal(|one| one.greenwood)),
+        column_if(|of| of.has_force && !of.are_forces, FORCE, Real(|one| one.force)),
+        column_if(
+            has_layer,
+            SUBSTRATE_CONDUCTIVITY_RATIO,
+            OptionalReal(|one| Some(one.layer?.conduction.to_substrate)),
+        ),
+        column_if(
+            has_layer,
+            COUNTER_CONDUCTIVITY_RATIO,
+            OptionalReal(|one| Some(one.layer?.conduction.to_counter_body)),
+        ),
+        column_if(heats, PAIR_CONDUCTIVITY, Real(|one| one.conductivity)),
+        column_if(heats, THERMAL_CONDUCTANCE, OptionalReal(Conductance::thermal_conductance)),
+        column_if(heats, THERMAL_RESISTANCE, OptionalReal(Conductance::thermal_resistance)),
+        column_if(
+            |settings| heats(settings) && has_layer(settings),
+            LAYER_THERMAL_RESISTANCE,
+            OptionalReal(Conductance::layer_thermal_resistance),
+        ),
+        column_if(conducts, PAIR_RESISTIVITY, Real(|one| one.resistivity)),
+        column_if(conducts, SPECIFIC_RESISTANCE, OptionalReal(|one| one.specific(one.conductance))),
+        column_if(
+            conducts,
+            ELECTRICAL_RESISTANCE,
+            OptionalReal(|one| one.resistance(one.conductance)),
+        ),
+        column_if(
+            conducts,
+            GREENWOOD_RESISTANCE,
+            OptionalReal(|one| one.resistance(one.greenwood)),
+        ),
+        column_if(
+            |settings| conducts(settings) && has_layer(settings),
+            LAYER_ELECTRICAL_RESISTANCE,
+            OptionalReal(Conductance::layer_electrical_resistance),
+        ),
+        column_if(
+            |of| conducts(of) && of.has_force && of.has_hardness,
+            HOLM_RESISTANCE,
+            OptionalReal(Conductance::holm_resistance),
+        ),
+    ])
 }
 
 /// Returns the conductance of each contact, from its stiffness or as solved for a layer, beside

@@ -11,14 +11,14 @@ use arrow::array::{Array, ArrayRef};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::conduction;
 use crate::bodies::Conduction;
 use crate::columns::*;
-use crate::grids::Grids;
+use crate::grids::{self, Grids};
+use crate::measure::conduction;
 use crate::table_columns::Values::{Count, Flag, OptionalReal, Real, Text};
-use crate::table_columns::{TableColumns, column};
+use crate::table_columns::{TableColumns, column, column_if};
 use crate::version::Version;
-use crate::{StageError, grids, solve};
+use crate::{Context, Input, StageError, solve};
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::morphology::area::ContactArea;
 use asperity_mechanics::morphology::clusters::Clusters;
@@ -63,10 +63,11 @@ const COPIED_WITH_ADHESION: [Column; 9] = [
 ];
 
 /// Nodes whose area, edges and clusters are measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum NodeSet {
     /// Nodes in contact.
+    #[default]
     Contact,
     /// Nodes with positive pressure, for contacts with adhesion, where a node in contact may be
     /// pulled.
@@ -114,41 +115,30 @@ struct Settings {
 
 /// Returns the columns that are computed from contact maps.
 fn columns() -> TableColumns<Settings, Contact> {
-    TableColumns::<Settings, Contact>::new()
-        .and_if(|settings| settings.attracts, [column(NODE_SET, Text(|one| one.set.name()))])
-        .and([
-            column(AREA_FRACTION, Real(|one| one.area.fraction())),
-            column(CONTACT_NODES, Count(|one| one.area.contact_nodes)),
-            column(SWITCHES_ALONG_ROWS, Count(|one| one.area.switches_along_rows)),
-            column(SWITCHES_ALONG_COLUMNS, Count(|one| one.area.switches_along_columns)),
-        ])
-        .and_if(
-            |settings| settings.rectangles,
-            [
-                column(SWITCHES_X, Count(|one| one.area.switches_along_columns)),
-                column(SWITCHES_Y, Count(|one| one.area.switches_along_rows)),
-            ],
-        )
-        .and([
-            column(SWITCHES, Count(|one| one.area.switches())),
-            column(PERIMETER_MANHATTAN, Real(|one| one.area.manhattan_perimeter(one.grid))),
-            column(PERIMETER_EUCLIDEAN, Real(|one| one.area.euclidean_perimeter(one.grid))),
-            column(EDGE_NODES_4, Count(|one| one.area.edge_nodes_4)),
-            column(EDGE_NODES_8, Count(|one| one.area.edge_nodes_8)),
-            column(INTERIOR_NODES, Count(|one| one.area.interior_nodes)),
-            column(CLUSTERS, Count(|one| one.contact.count)),
-            column(LARGEST_CLUSTER, Count(|one| one.contact.largest)),
-            column(PERCOLATES_X, Flag(|one| one.contact.around_x)),
-            column(PERCOLATES_Y, Flag(|one| one.contact.around_y)),
-            column(GAP_PERCOLATES_X, Flag(|one| one.gap.around_x)),
-            column(GAP_PERCOLATES_Y, Flag(|one| one.gap.around_y)),
-            column(MEAN_CONTACT_PRESSURE, OptionalReal(Contact::mean_pressure)),
-            column(SECANT, OptionalReal(Contact::secant)),
-        ])
-        .and_if(
-            |settings| settings.stiffness,
-            [column(STIFFNESS, OptionalReal(|one| one.stiffness))],
-        )
+    TableColumns::<Settings, Contact>::new([
+        column_if(|settings| settings.attracts, NODE_SET, Text(|one| one.set.name())),
+        column(AREA_FRACTION, Real(|one| one.area.fraction())),
+        column(CONTACT_NODES, Count(|one| one.area.contact_nodes)),
+        column(SWITCHES_ALONG_ROWS, Count(|one| one.area.switches_along_rows)),
+        column(SWITCHES_ALONG_COLUMNS, Count(|one| one.area.switches_along_columns)),
+        column_if(|of| of.rectangles, SWITCHES_X, Count(|one| one.area.switches_along_columns)),
+        column_if(|of| of.rectangles, SWITCHES_Y, Count(|one| one.area.switches_along_rows)),
+        column(SWITCHES, Count(|one| one.area.switches())),
+        column(PERIMETER_MANHATTAN, Real(|one| one.area.manhattan_perimeter(one.grid))),
+        column(PERIMETER_EUCLIDEAN, Real(|one| one.area.euclidean_perimeter(one.grid))),
+        column(EDGE_NODES_4, Count(|one| one.area.edge_nodes_4)),
+        column(EDGE_NODES_8, Count(|one| one.area.edge_nodes_8)),
+        column(INTERIOR_NODES, Count(|one| one.area.interior_nodes)),
+        column(CLUSTERS, Count(|one| one.contact.count)),
+        column(LARGEST_CLUSTER, Count(|one| one.contact.largest)),
+        column(PERCOLATES_X, Flag(|one| one.contact.around_x)),
+        column(PERCOLATES_Y, Flag(|one| one.contact.around_y)),
+        column(GAP_PERCOLATES_X, Flag(|one| one.gap.around_x)),
+        column(GAP_PERCOLATES_Y, Flag(|one| one.gap.around_y)),
+        column(MEAN_CONTACT_PRESSURE, OptionalReal(Contact::mean_pressure)),
+        column(SECANT, OptionalReal(Contact::secant)),
+        column_if(|settings| settings.stiffness, STIFFNESS, OptionalReal(|one| one.stiffness)),
+    ])
 }
 
 /// Returns the columns of all measured contacts, without parameter columns.
@@ -159,6 +149,48 @@ pub fn all_columns() -> Vec<Column> {
     [&columns().all()[..], &copied, &conduction::columns().all(), &filled].concat()
 }
 
+/// Recipe of the measures of contact maps.
+#[derive(Debug, Default, Clone, PartialEq, Serialize)]
+pub struct ContactMeasures {
+    /// True if the stiffness of the interface is measured, too. Omitted from the recipe if
+    /// false, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub stiffness: bool,
+    /// Nodes that are measured. Omitted from the recipe for nodes in contact, so that existing
+    /// keys stay valid.
+    #[serde(skip_serializing_if = "NodeSet::is_contact")]
+    pub set: NodeSet,
+    /// Conductivities of the bodies. Omitted from the recipe if the manifest gives none, so
+    /// that existing keys stay valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub conduction: Option<Conduction>,
+    /// Version of the formula of separate spots. Omitted from the recipe unless a stage has
+    /// periodic contacts with a stiffness, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spots_version: Option<u32>,
+    /// Version of the measures of contacts with adhesion. Omitted from the recipe without
+    /// adhesion, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adhesion_version: Option<u32>,
+    /// True if a surface of the stage has filled nodes, whose share of the contact area is then
+    /// measured, too. Omitted from the recipe if false, so that existing keys stay valid.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub filled: bool,
+}
+
+impl ContactMeasures {
+    /// Measures the contacts of solved loads.
+    pub fn measure(&self, input: &Input, context: &Context) -> Result<Table, StageError> {
+        let measured = measure(&input.table, self, self.set)?;
+        if !self.filled {
+            return Ok(measured);
+        }
+        let surface = input.surface.expect("the plan measures one surface at a time");
+        let nodes = surface.filled_nodes(context.sources)?;
+        Ok(measured.with(vec![filled_area_share(&input.table, self.set, nodes.as_ref())?]))
+    }
+}
+
 /// Measures the maps of the nodes in `set`, and optionally the stiffness as a finite difference.
 /// `conduction` are the conductivities of the bodies, if they are known. A table without rows may
 /// lack the maps.
@@ -167,10 +199,10 @@ pub fn all_columns() -> Vec<Column> {
 /// Returns an error if a column is missing or a contact map does not fit its mesh.
 pub fn measure(
     solved: &Table,
-    stiffness: bool,
+    measures: &ContactMeasures,
     set: NodeSet,
-    conduction: Option<Conduction>,
 ) -> Result<Table, StageError> {
+    let &ContactMeasures { stiffness, conduction, .. } = measures;
     let grids = Grids::new(solved)?;
     let boundary = solve::boundary_of(solved);
     let attracts = solved.has(WORK_OF_ADHESION.name);
@@ -216,7 +248,7 @@ pub fn measure(
 ///
 /// # Errors
 /// Returns an error if a column is missing or a contact map does not fit its mesh.
-pub fn filled_area_share(
+fn filled_area_share(
     solved: &Table,
     set: NodeSet,
     filled: Option<&Surface>,
@@ -306,11 +338,10 @@ struct Approach {
 /// Computes the stiffness at each load of a block, in units of pressure over length. Where the
 /// loads turn, it is `None`.
 fn stiffness_of_block(loads: &[Approach]) -> Vec<Option<f64>> {
-    let between = loads.windows(3).map(|three| at_middle([three[0], three[1], three[2]]));
-    let ends = loads.len().min(2);
-    let first = (ends > 0).then_some(None);
-    let last = (ends > 1).then_some(None);
-    first.into_iter().chain(between).chain(last).collect()
+    let load = |row: Option<usize>| loads.get(row?).copied();
+    let stiffness =
+        |row: usize| at_middle([load(row.checked_sub(1))?, loads[row], load(Some(row + 1))?]);
+    (0..loads.len()).map(stiffness).collect()
 }
 
 fn at_middle(three: [Approach; 3]) -> Option<f64> {
@@ -352,7 +383,8 @@ mod tests {
             (STOP, texts(["converged"; 2])),
             (CONTACT, bytes(&maps)),
         ];
-        let measured = measure(&Table::new(2, columns), false, NodeSet::Contact, None).unwrap();
+        let measures = ContactMeasures::default();
+        let measured = measure(&Table::new(2, columns), &measures, measures.set).unwrap();
         let means = measured.reals(MEAN_CONTACT_PRESSURE.name).unwrap();
         assert!(means.is_null(0), "not infinite");
         assert_eq!(means.value(1), 4.0);

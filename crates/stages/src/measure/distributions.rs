@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::columns::*;
 use crate::grids::Grids;
-use crate::{Input, Recipe, RowKind, StageError, solve};
+use crate::{Input, Recipe, StageError, solve};
 use asperity_mechanics::distribution::EqualBins;
 use asperity_mechanics::grid::Grid;
 use asperity_mechanics::morphology::clusters::Cluster;
@@ -42,15 +42,6 @@ pub fn all_columns() -> Vec<Column> {
 }
 
 impl Distribution {
-    /// Returns the kind of rows in the table.
-    pub fn rows(&self) -> RowKind {
-        match self {
-            Distribution::Pressures => RowKind::PressureDistributions,
-            Distribution::Gaps => RowKind::GapDistributions,
-            Distribution::Clusters { .. } => RowKind::ClusterDistributions,
-        }
-    }
-
     /// Returns the columns without the parameter columns of the loads. `attracts` tells that the
     /// surfaces have adhesion.
     pub fn columns(&self, attracts: bool) -> &'static [Column] {

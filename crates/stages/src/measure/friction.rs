@@ -13,9 +13,9 @@ use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::grids::Grids;
 use crate::table_columns::Values::{OptionalReal, Real, Text};
-use crate::table_columns::{TableColumns, column};
+use crate::table_columns::{TableColumns, column, column_if};
 use crate::version::Version;
-use crate::{StageError, branch_names, solve};
+use crate::{StageError, solve, unloading};
 use asperity_manifest::decimal;
 use asperity_manifest::keys::{Key, Spanned};
 use asperity_mechanics::partial_slip::{self, NormalContact, State};
@@ -113,25 +113,24 @@ pub struct SlipRow<'a> {
 
 /// Returns the columns of partial slip, without the parameter columns of the loads.
 pub fn columns<'a>() -> TableColumns<Params, SlipRow<'a>> {
-    TableColumns::<Params, SlipRow>::new()
-        .and([
-            column(FRICTION_COEFFICIENT, Real(|row| row.params.coefficient)),
-            column(TANGENTIAL_LOAD, Real(|row| row.load)),
-            column(TANGENTIAL_BRANCH, Text(|row| row.branch)),
-            column(STICK_FRACTION, OptionalReal(|row| row.stick)),
-            column(SLIP_FRACTION, OptionalReal(|row| Some(row.area? - row.stick?))),
-            column(CONTACT_FRACTION, OptionalReal(|row| row.area)),
-            column(TANGENTIAL_TRACTION, Real(|row| row.traction)),
-        ])
-        .and_if(
-            |params| params.poisson_ratio.is_some(),
-            [
-                column(POISSON_RATIO, OptionalReal(|row| row.params.poisson_ratio)),
-                column(TANGENTIAL_DISPLACEMENT, OptionalReal(|row| row.displacement)),
-                column(TANGENTIAL_STIFFNESS, OptionalReal(|row| row.stiffness)),
-                column(FRICTIONAL_DISSIPATION, OptionalReal(|row| row.dissipation)),
-            ],
-        )
+    TableColumns::<Params, SlipRow>::new([
+        column(FRICTION_COEFFICIENT, Real(|row| row.params.coefficient)),
+        column(TANGENTIAL_LOAD, Real(|row| row.load)),
+        column(TANGENTIAL_BRANCH, Text(|row| row.branch)),
+        column(STICK_FRACTION, OptionalReal(|row| row.stick)),
+        column(SLIP_FRACTION, OptionalReal(|row| Some(row.area? - row.stick?))),
+        column(CONTACT_FRACTION, OptionalReal(|row| row.area)),
+        column(TANGENTIAL_TRACTION, Real(|row| row.traction)),
+        column_if(is_compliant, POISSON_RATIO, OptionalReal(|row| row.params.poisson_ratio)),
+        column_if(is_compliant, TANGENTIAL_DISPLACEMENT, OptionalReal(|row| row.displacement)),
+        column_if(is_compliant, TANGENTIAL_STIFFNESS, OptionalReal(|row| row.stiffness)),
+        column_if(is_compliant, FRICTIONAL_DISSIPATION, OptionalReal(|row| row.dissipation)),
+    ])
+}
+
+/// Returns whether the tangential compliance is known, which depends on Poisson's ratio.
+fn is_compliant(params: &Params) -> bool {
+    params.poisson_ratio.is_some()
 }
 
 impl<'a> SlipRow<'a> {
@@ -238,7 +237,7 @@ pub fn find(loads: &[f64], wanted: f64) -> Option<usize> {
 fn branches(loads: &[f64]) -> Vec<String> {
     let before = std::iter::once(&0.0).chain(loads);
     let grows = before.zip(loads).map(|(before, load)| load > before);
-    branch_names::numbered(grows.map(|grows| if grows { "loading" } else { "unloading" }))
+    unloading::numbered(grows.map(|grows| if grows { "loading" } else { "unloading" }))
 }
 
 #[cfg(test)]

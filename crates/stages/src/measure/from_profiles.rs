@@ -6,8 +6,8 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use super::all_surfaces;
 use super::statistics::independent_fraction;
+use super::{common_unit, joint_name, of_each, unit_of};
 use crate::columns::*;
 use crate::stage::{number, stacked};
 use crate::surface::Origin;
@@ -73,19 +73,27 @@ pub fn measure(
     lines: Option<u32>,
     context: &Context,
 ) -> Result<Table, StageError> {
-    let of_each: Vec<Vec<ProfileModes>> =
-        all_surfaces::of_each(inputs, context, |params, _, surface| {
-            Ok(modes(&params.origin, &surface, trusted_fraction, lines).collect())
-        })?;
+    let of_each: Vec<Vec<ProfileModes>> = of_each(inputs, context, |params, _, surface| {
+        Ok(modes(&params.origin, &surface, trusted_fraction, lines).collect())
+    })?;
     let profiles = of_each.concat();
-    let found = invert(&profiles, bins_per_decade).ok_or(StageError::TooFewWaves)?;
+    let Some(found) = invert(&profiles, bins_per_decade) else {
+        let reason = "the profiles have trusted waves in fewer than four bins; increase \
+                      `trusted_fraction`, or use longer profiles";
+        return Err(StageError::Unsuitable(reason.to_owned()));
+    };
     let (surface, expected) = (found.rms_slope, SQRT_2 * found.profile_slope);
     if libm::log(surface / expected).abs() > MOST_DEVIATION {
-        return Err(StageError::ContradictedProfiles { surface, expected });
+        return Err(StageError::Unsuitable(format!(
+            "the spectrum gives the surface an rms slope of {surface:.3}, but √2 times that of its \
+             profiles is {expected:.3}: the fit does not resolve a peak of their spectrum, as \
+             turned and ground surfaces have it along the feed, and these surfaces are not \
+             isotropic"
+        )));
     }
     // Spectra of the same surfaces by other settings are other spectra.
     let settings =
-        all_surfaces::name(inputs)? + &format!(" {bins_per_decade} {trusted_fraction} {lines:?}");
+        joint_name(inputs)? + &format!(" {bins_per_decade} {trusted_fraction} {lines:?}");
     let name = ContentHash::new(settings.as_bytes()).to_string();
     let quantile = two_sided_quantile(LEVEL, found.groups.saturating_sub(1).max(1) as u32);
     // The scatter of two profiles says next to nothing.
@@ -112,7 +120,7 @@ pub fn measure(
         (SURFACE_SLOPE_UPPER, slope_end(1.0)),
     ];
     let given = lines.map(|lines| (LINES, integers(vec![i64::from(lines); count])));
-    let unit = all_surfaces::unit(inputs, count)?;
+    let unit = common_unit(inputs, count)?;
     Ok(unit.with(given.into_iter().chain(columns).collect()))
 }
 
@@ -149,7 +157,7 @@ fn modes(
 /// If the inputs have columns of the same name with different types.
 pub fn empty_table(lines: Option<u32>, inputs: &[(String, Table)]) -> Result<Table, StageError> {
     let given: Vec<Column> = lines.map(|_| LINES).into_iter().chain(COLUMNS).collect();
-    Ok(all_surfaces::unit_of(&stacked(inputs)?).beside(&Table::empty(&given)))
+    Ok(unit_of(&stacked(inputs)?).beside(&Table::empty(&given)))
 }
 
 /// Summarises the number of profiles, and the slope of the surface with its interval. Returns

@@ -2,27 +2,28 @@
 //!
 //! Editors show the doc comments of keys, and messages quote them.
 
-mod areal;
-mod friction;
+use std::collections::BTreeSet;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::areal::Parameter;
-use super::conduction::SPOTS_VERSION;
-use super::contacts::ADHESION_VERSION;
-use super::distributions::Distribution;
-use super::friction::FrictionTable;
-use super::statistics::{Statistic, YIELDED_VERSION};
-use super::{NodeSet, Params, from_profiles, stitched};
 use crate::bodies::Conduction;
-use crate::check_context::{Property, Surfaces};
-use crate::exclusions::exclude;
+use crate::check_context::{Property, StageChecks, Surfaces, exclude, in_unit_of_surfaces};
+use crate::measure::areal::{Areal, DECAY, DEFAULT, PEAKS, Parameter, Settings, VERSION, VOLUMES};
+use crate::measure::conduction::SPOTS_VERSION;
+use crate::measure::contacts::{ADHESION_VERSION, ContactMeasures};
+use crate::measure::distributions::Distribution;
+use crate::measure::friction::{self, DISSIPATION_VERSION, FrictionTable, complete, find};
+use crate::measure::profile::{self, Profile};
+use crate::measure::statistics::{Statistic, YIELDED_VERSION};
+use crate::measure::{NodeSet, Params, from_profiles, stitched};
+use crate::stage_points::{StagePoints, Work};
 use crate::{CheckContext, Recipe, RowKind};
-use asperity_manifest::diagnostics::{Problem, Span};
+use asperity_manifest::decimal;
+use asperity_manifest::diagnostics::{Problem, Span, listed};
 use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::declare::{length, list, swept};
-use asperity_manifest::keys::{Key, Section, table};
+use asperity_manifest::keys::{Key, Section, Spanned, quantity, table};
 
 /// Maximum value of the key `bins`.
 const MAX_BINS: u32 = 1_000_000;
@@ -165,70 +166,57 @@ pub enum What {
     Roughness,
 }
 
-/// Returns the kind of rows that the stage makes, or `None` if it measures the default quantity,
-/// `"contacts"` or `"heights"`.
-pub fn row_kind(section: &Section<MeasureTable>) -> Option<RowKind> {
-    let table = &section.points.first()?.table;
-    if table.friction.written().is_some() {
-        return Some(RowKind::PartialSlip);
-    }
-    let what = table.what.value()?;
-    match what.quantity(1, 1.0) {
-        Quantity::Contacts | Quantity::Heights => None,
-        Quantity::Stitched | Quantity::FromProfiles => Some(RowKind::PowerSpectra),
-        Quantity::Distribution(distribution) => Some(distribution.rows()),
-        Quantity::Statistic(statistic) => Some(statistic.rows()),
-    }
-}
-
-/// A quantity to measure, with its settings.
-enum Quantity {
-    Contacts,
-    Distribution(Distribution),
-    Heights,
-    Stitched,
-    FromProfiles,
-    Statistic(Statistic),
-}
-
 impl What {
-    fn quantity(self, bins: u32, range: f64) -> Quantity {
-        let statistic = match self {
-            What::Contacts => return Quantity::Contacts,
-            What::Pressures => return Quantity::Distribution(Distribution::Pressures),
-            What::Gaps => return Quantity::Distribution(Distribution::Gaps),
-            What::Clusters => return Quantity::Distribution(Distribution::Clusters { bins }),
-            What::Heights => return Quantity::Heights,
-            What::StitchedSpectrum => return Quantity::Stitched,
-            What::SpectrumFromProfiles => return Quantity::FromProfiles,
-            What::Spectrum => Statistic::Spectrum { yielded_version: None },
-            What::ProfileSpectrum => Statistic::ProfileSpectrum,
-            What::Autocorrelation => Statistic::AUTOCORRELATION,
-            What::Scales => Statistic::Scales,
-            What::Bearing => Statistic::Bearing { bins, range },
-            What::Roughness => Statistic::Roughness,
-        };
-        Quantity::Statistic(statistic)
+    /// Returns the rows of a stage that measures the quantity, or `None` if they are those of most
+    /// stages with the same input.
+    fn rows(self) -> Option<RowKind> {
+        Some(match self {
+            What::Contacts | What::Heights => return None,
+            What::Pressures => RowKind::PressureDistributions,
+            What::Gaps => RowKind::GapDistributions,
+            What::Clusters => RowKind::ClusterDistributions,
+            What::Spectrum | What::StitchedSpectrum | What::SpectrumFromProfiles => {
+                RowKind::PowerSpectra
+            }
+            What::ProfileSpectrum => RowKind::ProfileSpectra,
+            What::Autocorrelation => RowKind::Autocorrelations,
+            What::Scales => RowKind::Scales,
+            What::Bearing => RowKind::BearingCurves,
+            What::Roughness => RowKind::Roughness,
+        })
     }
 
     fn is_of_loads(self) -> bool {
-        let quantity = self.quantity(1, 1.0);
-        matches!(quantity, Quantity::Contacts | Quantity::Distribution(_))
+        matches!(self, What::Contacts | What::Pressures | What::Gaps | What::Clusters)
+    }
+}
+
+impl StagePoints for Section<MeasureTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        Work::evaluate(recipes(self, context))
+    }
+
+    fn row_kind(&self) -> Option<RowKind> {
+        let table = &self.points.first()?.table;
+        if table.friction.written().is_some() {
+            return Some(RowKind::PartialSlip);
+        }
+        table.what.value()?.rows()
     }
 }
 
 /// Returns the task of a stage, or `None` after reporting problems. The rows that the stage reads
 /// decide which quantities it can measure.
-pub fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
+fn recipes(section: &Section<MeasureTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
     let read = context.read?;
     let reads_surfaces = matches!(read, RowKind::Surfaces | RowKind::Profiles);
     let mut checked = Vec::with_capacity(section.points.len());
     for point in &section.points {
-        let checks = &mut Checks::new(section, point, context.problems);
+        let checks = &mut StageChecks::new(section, point, context);
         checked.push(if reads_surfaces {
-            of_surfaces(&point.table, read == RowKind::Profiles, &context.surfaces, checks)
+            of_surfaces(&point.table, read == RowKind::Profiles, checks)
         } else {
-            of_loads(&point.table, &section.span, &context.surfaces, checks)
+            of_loads(&point.table, &section.span, checks)
         });
     }
     let params: Vec<Params> = checked.into_iter().collect::<Option<_>>()?;
@@ -304,46 +292,36 @@ fn exclude_of_surfaces(
     }
 }
 
-fn of_loads(
-    table: &MeasureTable,
-    span: &Span,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Params> {
+fn of_loads(table: &MeasureTable, span: &Span, checks: &mut StageChecks) -> Option<Params> {
     check_quantity(table, true, checks)?;
     let what = table.what.value().unwrap_or(What::Contacts);
     exclude_of_loads(table, what, checks)?;
     let stiffness = checks.value("stiffness", &table.stiffness)?;
-    let set = set(table, surfaces, checks)?;
-    let bins = bins_per_decade(table, checks)?;
+    let set = set(table, checks)?;
+    let bins = bins_per_decade(table, DEFAULT_BINS_PER_DECADE, "for clusters", checks)?;
     if let Some(written) = checks.optional("friction", &table.friction)? {
-        return friction::params(written, surfaces, checks);
+        return friction(written, checks);
     }
-    let Quantity::Distribution(distribution) = what.quantity(bins, 1.0) else {
-        let conduction = conduction(span, surfaces, checks)?;
-        let filled = surfaces.stage_with(Property::Filled).is_some();
-        let spots_version =
-            surfaces.stage_with(Property::WithImages).map(|_| SPOTS_VERSION.number());
-        let adhesion_version =
-            surfaces.stage_with(Property::WithAdhesion).map(|_| ADHESION_VERSION.number());
-        return Some(Params::Contacts {
-            stiffness,
-            set,
-            conduction,
-            spots_version,
-            adhesion_version,
-            filled,
-        });
+    let with = |property| checks.surfaces.stage_with(property);
+    let (distribution, uncounted) = match what {
+        What::Pressures => (Distribution::Pressures, with(Property::PressuresUncounted)),
+        What::Gaps => (Distribution::Gaps, with(Property::GapsUncounted)),
+        What::Clusters => (Distribution::Clusters { bins }, None),
+        _ => {
+            return Some(Params::Contacts(ContactMeasures {
+                stiffness,
+                set,
+                conduction: conduction(span, checks)?,
+                spots_version: with(Property::WithImages).map(|_| SPOTS_VERSION.number()),
+                adhesion_version: with(Property::WithAdhesion).map(|_| ADHESION_VERSION.number()),
+                filled: with(Property::Filled).is_some(),
+            }));
+        }
     };
-    let counts = match distribution {
-        Distribution::Pressures => Some((Property::PressuresUncounted, "pressure_bins")),
-        Distribution::Gaps => Some((Property::GapsUncounted, "gap_bins")),
-        Distribution::Clusters { .. } => None,
-    };
-    let uncounted = counts.and_then(|(property, key)| Some((surfaces.stage_with(property)?, key)));
-    let Some((stage, key)) = uncounted else {
+    let Some(stage) = uncounted else {
         return Some(Params::Distribution(distribution));
     };
+    let key = if what == What::Pressures { "pressure_bins" } else { "gap_bins" };
     let message = format!("stage `{stage}` has no `{key}`");
     let label = "needs counts that the `solve` stage makes";
     let problem = Problem::new(message, table.what.written()?.span.clone(), label);
@@ -353,8 +331,8 @@ fn of_loads(
 
 /// Returns the conductivities of the bodies of all stages that are read. Refuses stages whose
 /// bodies differ in them. `span` is the position of the stage.
-fn conduction(span: &Span, surfaces: &Surfaces, checks: &mut Checks) -> Option<Option<Conduction>> {
-    let mut stages = surfaces.conduction.iter();
+fn conduction(span: &Span, checks: &mut StageChecks) -> Option<Option<Conduction>> {
+    let mut stages = checks.surfaces.conduction.iter();
     let Some((first, conduction)) = stages.next() else {
         return Some(None);
     };
@@ -368,9 +346,9 @@ fn conduction(span: &Span, surfaces: &Surfaces, checks: &mut Checks) -> Option<O
 
 /// Returns the nodes that are measured. Only contacts with adhesion have nodes in contact without
 /// repulsion.
-fn set(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<NodeSet> {
+fn set(table: &MeasureTable, checks: &mut StageChecks) -> Option<NodeSet> {
     let set = checks.value("set", &table.set)?;
-    let without_adhesion = surfaces.stage_with(Property::WithoutAdhesion);
+    let without_adhesion = checks.surfaces.stage_with(Property::WithoutAdhesion);
     let Some(stage) = without_adhesion.filter(|_| !set.is_contact()) else {
         return Some(set);
     };
@@ -380,52 +358,39 @@ fn set(table: &MeasureTable, surfaces: &Surfaces, checks: &mut Checks) -> Option
 }
 
 /// Returns the number of bins per decade of area.
-fn bins_per_decade(table: &MeasureTable, checks: &mut Checks) -> Option<u32> {
-    let bins = checks.value_or("bins", &table.bins, DEFAULT_BINS_PER_DECADE)?;
+fn bins_per_decade(
+    table: &MeasureTable,
+    default: u32,
+    what: &str,
+    checks: &mut Checks,
+) -> Option<u32> {
+    let bins = checks.value_or("bins", &table.bins, default)?;
     let written = table.bins.written().filter(|_| bins > MAX_BINS_PER_DECADE);
     let Some(written) = written else {
         return Some(bins);
     };
-    let must = format!("must be from 1 to {MAX_BINS_PER_DECADE} for clusters");
+    let must = format!("must be from 1 to {MAX_BINS_PER_DECADE} {what}");
     checks.refuse("bins", format!("`bins` is {bins}"), &written.span, must)
 }
 
-fn of_surfaces(
-    table: &MeasureTable,
-    profiles: bool,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Params> {
+fn of_surfaces(table: &MeasureTable, profiles: bool, checks: &mut StageChecks) -> Option<Params> {
     check_quantity(table, false, checks)?;
     let what = checks.value("what", &table.what)?;
     check_of_profile(table, what, profiles, checks)?;
     exclude_of_surfaces(table, what, profiles, checks)?;
     let bins = checks.value("bins", &table.bins)?;
     let range = checks.number("range", &table.range)?;
-    let trusted_fraction = checks.number("trusted_fraction", &table.trusted_fraction)?;
-    if matches!(what, What::StitchedSpectrum | What::SpectrumFromProfiles) {
-        let lines = checks.optional("lines", &table.lines)?.map(|lines| lines.value);
-        let params = stitched(table, trusted_fraction, surfaces, checks)?;
-        if what == What::SpectrumFromProfiles {
-            check_profiles_are_alike(table, surfaces, checks)?;
-        }
-        return Some(match (what, params) {
-            (What::SpectrumFromProfiles, Params::Stitched { bins, trusted_fraction, .. }) => {
-                let version = from_profiles::VERSION.number();
-                Params::FromProfiles { bins, trusted_fraction, lines, version }
-            }
-            (_, params) => params,
-        });
-    }
-    let Quantity::Statistic(statistic) = what.quantity(bins, range) else {
-        return heights(table, bins, range, surfaces.stage_with(Property::NotRedrawable), checks);
-    };
     Some(Params::Surface(match what {
-        What::Roughness if profiles => areal::of_profile(table, surfaces, checks)?,
-        What::Roughness => areal::statistic(table, surfaces, checks)?,
+        What::StitchedSpectrum | What::SpectrumFromProfiles => return of_all(table, what, checks),
+        What::Roughness if profiles => of_profile(table, checks)?,
+        What::Roughness => areal(table, checks)?,
         What::ProfileSpectrum if profiles => Statistic::SingleProfileSpectrum,
-        What::Spectrum => Statistic::Spectrum { yielded_version: yielded_version(surfaces) },
-        _ => statistic,
+        What::ProfileSpectrum => Statistic::ProfileSpectrum,
+        What::Spectrum => Statistic::Spectrum { yielded_version: yielded_version(checks.surfaces) },
+        What::Autocorrelation => Statistic::AUTOCORRELATION,
+        What::Scales => Statistic::Scales,
+        What::Bearing => Statistic::Bearing { bins, range },
+        _ => return heights(table, bins, range, checks),
     }))
 }
 
@@ -452,71 +417,192 @@ fn check_of_profile(
     ))
 }
 
-/// Refuses profiles of several parameter points: the spectrum would be that of no surface.
-fn check_profiles_are_alike(
-    table: &MeasureTable,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<()> {
-    let Some(stage) = surfaces.stage_with(Property::UnlikeScans) else { return Some(()) };
-    let message = format!("the surfaces of `{stage}` differ in labels or preparation");
-    let problem = Problem::new(message, table.what.written()?.span.clone(), "is one spectrum");
-    checks.reject(
-        problem.help(
-            "give each specimen and each filter a `generate` and a `measure` stage of its own",
-        ),
-    )
-}
-
 /// Returns the version of the spectra of yielded surfaces, if there are any.
 fn yielded_version(surfaces: &Surfaces) -> Option<u32> {
     surfaces.stage_with(Property::Yielded).map(|_| YIELDED_VERSION.number())
 }
 
-/// Returns the task of a stitched spectrum. Refuses surfaces whose lengths have different units.
-fn stitched(
-    table: &MeasureTable,
-    trusted_fraction: f64,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
-) -> Option<Params> {
-    let bins = checks.value_or("bins", &table.bins, stitched::DEFAULT_BINS)?;
-    if bins > MAX_BINS_PER_DECADE {
-        let must = format!("must be from 1 to {MAX_BINS_PER_DECADE} per decade");
-        return checks.refuse(
-            "bins",
-            format!("`bins` is {bins}"),
-            &table.bins.written()?.span,
-            must,
-        );
-    }
-    let [first, second, ..] = surfaces.length_units.as_slice() else {
-        let yielded_version = yielded_version(surfaces);
-        return Some(Params::Stitched { bins, trusted_fraction, yielded_version });
+/// Returns the spectrum of all surfaces together. Refuses scans without a common unit of length,
+/// and profiles of different specimens.
+fn of_all(table: &MeasureTable, what: What, checks: &mut StageChecks) -> Option<Params> {
+    let trusted_fraction = checks.number("trusted_fraction", &table.trusted_fraction)?;
+    let lines = checks.optional("lines", &table.lines)?.map(|lines| lines.value);
+    let bins = bins_per_decade(table, stitched::DEFAULT_BINS, "per decade", checks)?;
+    let problem = |message: String, label| {
+        Some(Problem::new(message, table.what.written()?.span.clone(), label))
     };
-    let message = format!("the scans have lengths in {first:?} and in {second:?}");
-    let problem = Problem::new(message, table.what.written()?.span.clone(), "needs one unit");
-    checks.reject(problem.help(
-        "lengths of a file with a unit are in metres; give `side`, `unit` and `height_scale` of the \
-         other files in metres, too",
-    ))
+    if let [first, second, ..] = checks.surfaces.length_units.as_slice() {
+        let message = format!("the scans have lengths in {first:?} and in {second:?}");
+        return checks.reject(problem(message, "needs one unit")?.help(
+            "lengths of a file with a unit are in metres; give `side`, `unit` and `height_scale` \
+             of the other files in metres, too",
+        ));
+    }
+    if what == What::StitchedSpectrum {
+        let yielded_version = yielded_version(checks.surfaces);
+        return Some(Params::Stitched { bins, trusted_fraction, yielded_version });
+    }
+    if let Some(stage) = checks.surfaces.stage_with(Property::UnlikeScans) {
+        let message = format!("the surfaces of `{stage}` differ in labels or preparation");
+        return checks.reject(problem(message, "is one spectrum")?.help(
+            "give each specimen and each filter a `generate` and a `measure` stage of its own",
+        ));
+    }
+    let version = from_profiles::VERSION.number();
+    Some(Params::FromProfiles { bins, trusted_fraction, lines, version })
 }
 
 fn heights(
     table: &MeasureTable,
     bins: u32,
     range: f64,
-    not_redrawable: Option<&str>,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Params> {
     if !checks.value("pool", &table.pool)? {
         return Some(Params::Heights { bins, range });
     }
-    let Some(stage) = not_redrawable else {
+    let Some(stage) = checks.surfaces.stage_with(Property::NotRedrawable) else {
         return Some(Params::Pool { bins, range });
     };
     let message = "surfaces with a measured spectrum cannot be pooled: they cannot be drawn again";
     let label = format!("stage `{stage}` reads the spectrum of another stage");
     let problem = Problem::new(message, table.pool.written()?.span.clone(), label);
     checks.reject(problem.help("remove `pool`; each surface then has its own histogram"))
+}
+
+/// Returns the statistic of `what = "roughness"`, or `None` after reporting problems.
+fn areal(table: &MeasureTable, checks: &mut StageChecks) -> Option<Statistic> {
+    let names = checks.optional("parameters", &table.parameters)?;
+    let parameters: BTreeSet<Parameter> = match names {
+        Some(names) if names.value.contains(&Parameter::All) => Parameter::EACH.into(),
+        Some(names) => names.value.iter().copied().collect(),
+        None => DEFAULT.into(),
+    };
+    let smr_height = match checks.optional("smr_height", &table.smr_height)? {
+        Some(height) => Some(in_unit_of_surfaces(height, checks)?),
+        None => None,
+    };
+    let settings = Settings {
+        smr_height,
+        smc_ratio: checks.optional_number("smc_ratio", &table.smc_ratio)?,
+        peak_ratio: checks.optional_number("peak_ratio", &table.peak_ratio)?,
+        dale_ratio: checks.optional_number("dale_ratio", &table.dale_ratio)?,
+        correlation_threshold: checks
+            .optional_number("correlation_threshold", &table.correlation_threshold)?,
+        pruning: checks.optional_number("pruning", &table.pruning)?,
+    };
+    for (name, key, users) in [
+        ("peak_ratio", &table.peak_ratio, &VOLUMES[..]),
+        ("dale_ratio", &table.dale_ratio, &VOLUMES),
+        ("correlation_threshold", &table.correlation_threshold, &DECAY),
+        ("pruning", &table.pruning, &PEAKS),
+    ] {
+        check_is_used(name, key, users, &parameters, checks)?;
+    }
+    let [p, q] = settings.volume_ratios();
+    if p >= q {
+        let (name, key) = match table.peak_ratio.written() {
+            Some(_) => ("peak_ratio", &table.peak_ratio),
+            None => ("dale_ratio", &table.dale_ratio),
+        };
+        let message = format!("`peak_ratio` is {p} and `dale_ratio` is {q}");
+        let label = "`peak_ratio` must be below `dale_ratio`";
+        return checks.refuse(name, message, &key.written()?.span, label);
+    }
+    let is_default = parameters == DEFAULT.into();
+    Some(if is_default && settings == Settings::default() {
+        Statistic::Roughness
+    } else {
+        Statistic::Areal(Areal { parameters, settings, version: VERSION.number() })
+    })
+}
+
+/// Returns the statistic of `what = "roughness"` of profiles, or `None` after reporting problems.
+fn of_profile(table: &MeasureTable, checks: &mut StageChecks) -> Option<Statistic> {
+    let mut length = |name: &str, key: &Key<f64>| match checks.optional(name, key)? {
+        Some(length) => Some(Some(in_unit_of_surfaces(length, checks)?)),
+        None => Some(None),
+    };
+    let section_length = length("section_length", &table.section_length);
+    let smr_height = length("smr_height", &table.smr_height);
+    Some(Statistic::Profile(Profile {
+        section_length: section_length?,
+        smr_height: smr_height?,
+        smc_ratio: checks.optional_number("smc_ratio", &table.smc_ratio)?,
+        version: profile::VERSION.number(),
+    }))
+}
+
+/// Refuses a setting if none of the parameters that depend on it is computed.
+fn check_is_used(
+    name: &str,
+    key: &Key<f64>,
+    users: &[Parameter],
+    parameters: &BTreeSet<Parameter>,
+    checks: &mut Checks,
+) -> Option<()> {
+    let is_used = users.iter().any(|user| parameters.contains(user));
+    let Some(written) = key.written().filter(|_| !is_used) else {
+        return Some(());
+    };
+    let names: Vec<&str> = users.iter().map(|user| user.column().name).collect();
+    let users = listed(names.iter().copied(), "and");
+    let message = format!("`{name}` has no effect here");
+    let label = format!("applies only to {users}");
+    let problem = Problem::new(message, written.span.clone(), label);
+    checks.reject(problem.help("add one of them to `parameters`, or remove this key"))
+}
+
+/// Returns the task of a stage with the key `friction`, or `None` after reporting problems.
+fn friction(friction: &Spanned<FrictionTable>, checks: &mut StageChecks) -> Option<Params> {
+    if let Some((stage, physics)) = &checks.surfaces.not_superposable {
+        let message = format!("stage `{stage}` has {physics}");
+        let label = "needs loads on elastic half-spaces without adhesion";
+        return checks.refuse("friction", message, &friction.span, label);
+    }
+    let FrictionTable { coefficient, loads, poisson_ratio } = &friction.value;
+    let mut before = 0.0;
+    for load in &loads.value {
+        if decimal::is_same(load.value, before) {
+            let message = format!("`friction` has the tangential load {} twice", load.value);
+            let label = "differs from the load before it by no more than rounding";
+            return checks.refuse("friction", message, &load.span, label);
+        }
+        before = load.value;
+    }
+    let poisson_ratio = checks.optional_number("poisson_ratio", poisson_ratio)?;
+    let params = friction::Params {
+        coefficient: decimal::nearest(*coefficient),
+        poisson_ratio,
+        dissipation_version: poisson_ratio.map(|_| DISSIPATION_VERSION.number()),
+        loads: loads.value.iter().map(|load| decimal::nearest(load.value)).collect(),
+    };
+    check_loads(&params, &loads.span, checks)?;
+    Some(Params::Friction(params))
+}
+
+/// Refuses a path for which no load has all its shares among the loads of its stage.
+fn check_loads(params: &friction::Params, span: &Span, checks: &mut StageChecks) -> Option<()> {
+    let shares = params.shares();
+    for (stage, loads, unit) in &checks.surfaces.loads {
+        if complete(loads, &shares).next().is_some() {
+            continue;
+        }
+        let Some(largest) = loads.iter().copied().reduce(f64::max) else { continue };
+        let missing: Vec<String> = shares
+            .iter()
+            .map(|share| decimal::nearest(share * largest))
+            .filter(|load| find(loads, *load).is_none())
+            .map(|load| quantity::written(load, *unit))
+            .collect();
+        let message = format!("stage `{stage}` lacks loads that partial slip needs");
+        let label = "needs the contacts under smaller loads, too";
+        let problem = Problem::new(message, span.clone(), label);
+        let missing = listed(missing.iter().map(String::as_str), "and");
+        return checks.reject(problem.help(format!(
+            "add {missing} to `loads` of stage `{stage}` for these tangential loads under {}",
+            quantity::written(largest, *unit)
+        )));
+    }
+    Some(())
 }

@@ -69,9 +69,14 @@ impl Profile {
             _ => None,
         };
         let length = self.section_length.or(cutoff);
-        let evaluation = Evaluation::new(profile, length).ok_or_else(|| StageError::Section {
-            points: profile.grid().nodes()[0],
-            section: length.map_or(0.0, |length| (length / profile.grid().spacing()[0]).round()),
+        let evaluation = Evaluation::new(profile, length).ok_or_else(|| {
+            let section =
+                length.map_or(0.0, |length| (length / profile.grid().spacing()[0]).round());
+            StageError::Unsuitable(format!(
+                "the profile has {} points, and a section {section}; `section_length` must be from \
+                 two steps to the length of the profile",
+                profile.grid().nodes()[0]
+            ))
         })?;
         let of = evaluation.parameters();
         let lengths = [of.ra, of.rq].map(Some);

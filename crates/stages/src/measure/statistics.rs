@@ -10,12 +10,12 @@ use std::f64::consts::TAU;
 use arrow::array::ArrayRef;
 use serde::Serialize;
 
-use super::areal::Areal;
-use super::profile::Profile;
+use crate::StageError;
 use crate::columns::*;
+use crate::measure::areal::Areal;
+use crate::measure::profile::Profile;
 use crate::surface::Origin;
 use crate::version::Version;
-use crate::{RowKind, StageError};
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::topography::autocorrelation::Autocorrelation;
 use asperity_mechanics::topography::descriptors::Roughness;
@@ -25,7 +25,7 @@ use asperity_mechanics::topography::{differences, height_distribution, power_spe
 use asperity_tables::column::{Column, integers, optional_reals, reals, texts};
 
 /// Statistic that is measured on one surface.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "of", rename_all = "kebab-case")]
 pub enum Statistic {
     /// Power spectral density over rings of wavevectors.
@@ -75,7 +75,7 @@ pub const AUTOCORRELATION_VERSION: Version = Version::new(
 /// Returns the columns of all statistics.
 pub fn all_columns() -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
-    for statistic in Statistic::EACH {
+    for statistic in Statistic::each() {
         let own = statistic.columns().into_iter();
         columns.extend(own.filter(|column| !columns.contains(column)).collect::<Vec<_>>());
     }
@@ -90,31 +90,17 @@ impl Statistic {
     pub const AUTOCORRELATION: Statistic =
         Statistic::Autocorrelation { version: AUTOCORRELATION_VERSION.number() };
 
-    const EACH: [Statistic; 8] = [
-        Statistic::Spectrum { yielded_version: None },
-        Statistic::ProfileSpectrum,
-        Statistic::AUTOCORRELATION,
-        Statistic::Scales,
-        Statistic::Bearing { bins: 1, range: 1.0 },
-        Statistic::Roughness,
-        Statistic::Areal(Areal::ALL),
-        Statistic::Profile(Profile::ALL),
-    ];
-
-    /// Returns the kind of rows in the table.
-    pub fn rows(&self) -> RowKind {
-        match self {
-            Statistic::Spectrum { .. } => RowKind::PowerSpectra,
-            Statistic::ProfileSpectrum | Statistic::SingleProfileSpectrum => {
-                RowKind::ProfileSpectra
-            }
-            Statistic::Autocorrelation { .. } => RowKind::Autocorrelations,
-            Statistic::Scales => RowKind::Scales,
-            Statistic::Bearing { .. } => RowKind::BearingCurves,
-            Statistic::Roughness | Statistic::Areal(_) | Statistic::Profile(_) => {
-                RowKind::Roughness
-            }
-        }
+    fn each() -> [Statistic; 8] {
+        [
+            Statistic::Spectrum { yielded_version: None },
+            Statistic::ProfileSpectrum,
+            Statistic::AUTOCORRELATION,
+            Statistic::Scales,
+            Statistic::Bearing { bins: 1, range: 1.0 },
+            Statistic::Roughness,
+            Statistic::Areal(Areal::all()),
+            Statistic::Profile(Profile::ALL),
+        ]
     }
 
     /// Returns the columns without the parameter columns of the surface.
@@ -145,13 +131,13 @@ impl Statistic {
         origin: &Origin,
     ) -> Result<(usize, Measured), StageError> {
         let boundary = if origin.is_open() { Boundary::Free } else { Boundary::Periodic };
-        Ok(match *self {
+        Ok(match self {
             Statistic::Spectrum { .. } => spectrum(surface, origin, boundary),
             Statistic::ProfileSpectrum => profile_spectrum(surface, boundary, &Axis::BOTH),
             Statistic::SingleProfileSpectrum => profile_spectrum(surface, boundary, &[Axis::X]),
             Statistic::Autocorrelation { .. } => autocorrelation(surface, boundary),
             Statistic::Scales => slopes_and_curvatures(surface, boundary),
-            Statistic::Bearing { bins, range } => bearing_curve(surface, bins, range),
+            Statistic::Bearing { bins, range } => bearing_curve(surface, *bins, *range),
             Statistic::Roughness => roughness(surface, boundary),
             Statistic::Areal(areal) => (1, areal.measure(surface, boundary)),
             Statistic::Profile(profile) => (1, profile.measure(surface, origin)?),
@@ -283,7 +269,7 @@ mod tests {
         let shape = Shape::WaveSum { amplitude: 0.1, waves: 2 };
         let origin = Origin::Shape { nodes: PerAxis::same(16), shape, unit: String::new() };
         let surface = shape.draw(Grid::square(16, 1.0).unwrap());
-        for statistic in Statistic::EACH {
+        for statistic in Statistic::each() {
             let (rows, measured) = statistic.measure(&surface, &origin).unwrap();
             let columns: Vec<Column> = measured.iter().map(|(column, _)| *column).collect();
             assert_eq!(columns, statistic.columns());

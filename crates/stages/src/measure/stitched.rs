@@ -7,8 +7,8 @@
 
 use std::f64::consts::TAU;
 
-use super::all_surfaces;
 use super::statistics::independent_fraction;
+use super::{common_unit, joint_name, of_each, unit_of};
 use crate::columns::*;
 use crate::stage::{distinct, number, stacked};
 use crate::surface::Origin;
@@ -58,7 +58,7 @@ pub fn measure(
     trusted_fraction: f64,
     context: &Context,
 ) -> Result<Table, StageError> {
-    let spectra = all_surfaces::of_each(inputs, context, |params, table, surface| {
+    let spectra = of_each(inputs, context, |params, table, surface| {
         let origin = &params.origin;
         let boundary = if origin.is_open() { Boundary::Free } else { Boundary::Periodic };
         Ok(ScanSpectrum {
@@ -70,9 +70,12 @@ pub fn measure(
     })?;
     let bins = stitched(&spectra, bins_per_decade);
     if bins.len() < 2 {
-        return Err(StageError::NothingTrusted);
+        let reason = "the trusted wavelengths of the scans fill fewer than two bins; increase \
+                      `trusted_fraction` or `bins`, or use scans with a smaller \
+                      `reliable_wavelength`";
+        return Err(StageError::Unsuitable(reason.to_owned()));
     }
-    let name = all_surfaces::name(inputs)?;
+    let name = joint_name(inputs)?;
     let overlaps = || bins.iter().map(|bin| bin.overlap);
     let columns = vec![
         (SURFACE, texts(bins.iter().map(|_| &name))),
@@ -84,7 +87,7 @@ pub fn measure(
         (OVERLAP_RATIO, optional_reals(overlaps().map(|one| one.map(|one| one.ratio)))),
         (OVERLAP_SCATTER, optional_reals(overlaps().map(|one| one.map(|one| one.scatter)))),
     ];
-    Ok(all_surfaces::unit(inputs, bins.len())?.with(columns))
+    Ok(common_unit(inputs, bins.len())?.with(columns))
 }
 
 /// Returns the table without rows, from the names and the empty tables of the inputs.
@@ -92,7 +95,7 @@ pub fn measure(
 /// # Errors
 /// If the inputs have columns of the same name with different types.
 pub fn empty_table(inputs: &[(String, Table)]) -> Result<Table, StageError> {
-    Ok(all_surfaces::unit_of(&stacked(inputs)?).beside(&Table::empty(&COLUMNS)))
+    Ok(unit_of(&stacked(inputs)?).beside(&Table::empty(&COLUMNS)))
 }
 
 /// Returns the longest and the shortest trusted wavelength of a surface, in the order of their

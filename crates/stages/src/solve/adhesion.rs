@@ -5,7 +5,6 @@
 //! therefore stored as a whole. A longer path with the same first states continues from the stored
 //! gaps of the last of them; see [`Stage::beginning`].
 
-mod fields;
 mod path;
 mod rows;
 #[cfg(test)]
@@ -15,19 +14,15 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-pub use self::fields::{PathFields, StateMaps, displacement};
-pub use self::path::ContactPath;
 use crate::columns::*;
-use crate::nominal_area::NominalArea;
+use crate::nominal_area::{self, NominalArea};
 use crate::per_axis::PerAxis;
 use crate::reduced_units::PressureUnit;
-use crate::solve::control::Control;
-use crate::solve::pressed;
+use crate::solve::{Control, pressed};
 use crate::surface::pair;
 use crate::version::{PartVersion, Version};
 use crate::{
     Context, Effort, Extent, Footprint, Input, Kind, Recipe, Stage, StageError, beside_coordinates,
-    nominal_area,
 };
 use asperity_mechanics::adhesion::{AdhesivePath, Settings};
 use asperity_mechanics::distribution::EqualBins;
@@ -35,6 +30,8 @@ use asperity_mechanics::grid::Boundary;
 use asperity_tables::column::{Column, Value};
 use asperity_tables::parquet::Columns;
 use asperity_tables::table::Table;
+
+pub use self::path::{ContactPath, PathFields, StateMaps, displacement};
 
 /// Version of the numbers with adhesion. Only recipes with adhesion contain it, so raising it does
 /// not recompute other contacts.
@@ -78,7 +75,7 @@ pub const STALLED: &str = "stalled";
 pub const GAP_NOT_REACHED: &str = "gap-not-reached";
 
 /// Parameters of a path on one surface.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Params {
     pub version: u32,
     /// Effective elastic modulus E* of the two bodies.

@@ -1,15 +1,14 @@
 //! Contact of one surface, which is solved under single loads.
 
-use super::control::Control;
-use super::parallel::LoadTask;
-use super::parts::{AddedParts, LoadParts, StoredLoads, counted};
-use super::rows::{SolvedLoad, contact_map};
-use super::{Params, WORK_BYTES_PER_NODE, parts, rows};
 use crate::bodies::LayerConduction;
 use crate::columns::RMS_SLOPE;
 use crate::reduced_units::{Scales, SurfaceHardness};
-use crate::unloading::Branch;
-use crate::{Context, StageError, unloading};
+use crate::solve::parallel::LoadTask;
+use crate::solve::parts::{self, AddedParts, LoadParts, StoredLoads, counted};
+use crate::solve::rows::{self, SolvedLoad, contact_map};
+use crate::solve::{Control, Params, WORK_BYTES_PER_NODE};
+use crate::unloading::{self, Branch};
+use crate::{Context, StageError};
 use asperity_mechanics::conduction::LayeredConductor;
 use asperity_mechanics::flow;
 use asperity_mechanics::grid::Grid;

@@ -4,13 +4,12 @@
 //! load depends on nothing but the surface, the load and the settings, so its maps can be computed
 //! again, bit for bit.
 
-use super::control::Control;
-use super::{Contact, GivenLayer, ListedLoads, Params, Pressures, Stiffness};
 use crate::StageError;
-use crate::bodies::Bodies;
 use crate::columns::*;
 use crate::ensemble::load_column;
 use crate::reduced_units::{GivenHardness, PressureUnit, Scales};
+use crate::solve::{Contact, Control, GivenLayer, Params, boundary_of, max_pairs};
+use crate::stage::first_real;
 use crate::unloading::Branch;
 use asperity_mechanics::asperities::{Asperities, Interaction};
 use asperity_mechanics::solver::{Solver, Watch};
@@ -104,43 +103,25 @@ impl ContactFields {
 impl Params {
     /// Returns the settings with which the rows of a task were solved, without loads and parts.
     fn of_solved(table: &Table) -> Result<Params, TableError> {
-        let text = |name: &str| -> Option<String> {
-            table.texts(name).ok()?.iter().next()?.map(str::to_owned)
-        };
-        let is_named = |interaction: &Interaction| {
-            text(INTERACTION.name).is_some_and(|name| name == interaction.name())
-        };
+        let interaction = table.optional(INTERACTION.name, Table::texts)?;
+        let word = interaction.and_then(|words| words.iter().next().flatten());
+        let is_named = |interaction: &Interaction| word == Some(interaction.name());
         Ok(Params {
-            pressure_unit: None,
-            newtons: None,
-            listed: ListedLoads::default(),
             effective_modulus: table.reals(EFFECTIVE_MODULUS.name)?.value(0),
             control: match load_column(table) {
                 name if name == PRESCRIBED_GAP.name => Control::Gap,
                 name if name == PRESCRIBED_DISPLACEMENT.name => Control::Displacement,
                 _ => Control::Load,
             },
-            load_unit: if load_column(table) == PRESSURE.name {
-                PressureUnit::Absolute
-            } else {
-                PressureUnit::Relative
-            },
-            loads: Vec::new(),
+            load_unit: PressureUnit::of_solved(table),
             tolerance: table.reals(TOLERANCE.name)?.value(0),
-            max_pairs: u32::try_from(table.integers(MAX_PAIRS.name)?.value(0)).unwrap_or(u32::MAX),
-            pressures: Pressures::None,
-            boundary: super::boundary_of(table),
+            max_pairs: max_pairs(table)?,
+            boundary: boundary_of(table),
             layer: GivenLayer::of_solved(table)?,
             hardness: given_hardness(table)?,
             branch: branch(table)?,
-            pressure_bins: None,
-            gap_bins: None,
-            flow: false,
-            stiffness: Stiffness::None,
-            layer_conduction: None,
             asperities: Interaction::ALL.into_iter().find(is_named),
-            shift: None,
-            bodies: Bodies::default(),
+            ..Params::default()
         })
     }
 }
@@ -150,27 +131,24 @@ fn branch(table: &Table) -> Result<Option<Branch>, TableError> {
     if !table.has(MAXIMUM_LOAD.name) {
         return Ok(None);
     }
-    let largest = table.reals(MAXIMUM_LOAD.name)?.iter().next().flatten();
     let name = table.texts(BRANCH.name)?.iter().next().flatten();
+    let largest = first_real(table, MAXIMUM_LOAD)?;
     Ok(name.map(|_| largest.map_or(Branch::Loading, Branch::Unloading)))
 }
 
 /// Returns the hardness from the column that the manifest gives, which has the role of a parameter.
 fn given_hardness(table: &Table) -> Result<Option<GivenHardness>, TableError> {
     let given = table.in_role(Role::Parameter);
-    let columns =
-        [(HARDNESS.name, PressureUnit::Absolute), (HARDNESS_REDUCED.name, PressureUnit::Relative)];
-    for (name, unit) in columns.into_iter().filter(|(name, _)| given.has(name)) {
-        if let Some(pressure) = given.reals(name)?.iter().next().flatten() {
-            return Ok(Some(GivenHardness { pressure, unit }));
-        }
-    }
-    Ok(None)
+    let absolute = first_real(&given, HARDNESS)?.map(|given| (given, PressureUnit::Absolute));
+    let relative =
+        first_real(&given, HARDNESS_REDUCED)?.map(|given| (given, PressureUnit::Relative));
+    Ok(absolute.or(relative).map(|(pressure, unit)| GivenHardness { pressure, unit }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solve::Pressures;
     use crate::solve::parts::StoredLoads;
     use crate::solve::tests::{params, solved_on, surface};
     use asperity_mechanics::grid::Boundary;

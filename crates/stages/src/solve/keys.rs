@@ -3,11 +3,8 @@
 //! Editors show the doc comments of keys, and messages quote them.
 
 pub mod adhesion;
-mod adhesion_units;
 pub mod against;
 pub mod bodies;
-mod forces;
-mod layer;
 mod loads;
 
 use std::sync::Arc;
@@ -15,16 +12,17 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use self::adhesion::{AdhesionTable, Gaps, PathShape};
-use self::bodies::{Body, bodies, modulus};
-use self::layer::{CounterBodyTable, LayerTable, SubstrateTable, layer};
-use self::loads::{GapBins, Loads, PressureBins, StoredPressures};
-use super::{ListedLoads, Params, Stiffness};
-use crate::check_context::{Property, Surfaces};
-use crate::exclusions::exclude;
+use crate::check_context::{NamedSurfaces, Property, StageChecks, exclude};
 use crate::reduced_units::{GivenHardness, LoadUnit, PressureUnit};
-use crate::solve::control::Control;
+use crate::solve::keys::adhesion::{AdhesionTable, Gaps, PathShape};
+use crate::solve::keys::bodies::{
+    Body, CounterBodyTable, LayerTable, SubstrateTable, bodies, layer, modulus,
+};
+use crate::solve::keys::loads::{GapBins, Loads, PressureBins, StoredPressures};
+use crate::solve::{Control, ListedLoads, Params, Stiffness};
+use crate::stage_points::{StagePoints, Work};
 use crate::surface::pair::MirrorAxis;
+use crate::surface::planned::PlannedSurfaces;
 use crate::{CheckContext, Recipe, nominal_area, unloading};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span};
@@ -32,8 +30,8 @@ use asperity_manifest::keys::checks::{Checks, report_equal_points};
 use asperity_manifest::keys::declare::{
     always_pair, length, load, pressure, pressure_or_ratio, swept, unit_of_pressures,
 };
-use asperity_manifest::keys::quantity::Dimension;
-use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, quantity, table};
+use asperity_manifest::keys::quantity::{self, Dimension};
+use asperity_manifest::keys::{Key, OnAxes, Section, Spanned, table};
 use asperity_mechanics::asperities::Interaction;
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::solver::{DEFAULT_PAIR_LIMIT, DEFAULT_TOLERANCE};
@@ -199,44 +197,54 @@ pub enum Method {
     Asperities,
 }
 
-/// Returns the recipes of a stage, one for each parameter point, or `None` after reporting
-/// problems.
-pub fn recipes(section: &Section<SolveTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
-    points(section, &context.surfaces, context.problems)
+impl StagePoints for Section<SolveTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        Work::evaluate(recipes(self, context))
+    }
+
+    fn against(&self) -> Option<&Spanned<String>> {
+        self.points.first()?.table.against.written()
+    }
+
+    fn pairs(
+        &self,
+        from: &[NamedSurfaces],
+        against: NamedSurfaces,
+        problems: &mut Problems,
+    ) -> Option<Vec<PlannedSurfaces>> {
+        against::pairs(self, from, against, problems)
+    }
 }
 
-fn points(
-    section: &Section<SolveTable>,
-    surfaces: &Surfaces,
-    problems: &mut Problems,
-) -> Option<Vec<Recipe>> {
-    check_hardness_unit(section, problems);
+/// Returns the recipes of a stage, one for each parameter point, or `None` after reporting
+/// problems.
+fn recipes(section: &Section<SolveTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
+    check_hardness_unit(section, context.problems);
     let mut checked = Vec::with_capacity(section.points.len());
     let mut loads = 0;
     for point in &section.points {
-        let checks = &mut Checks::new(section, point, problems);
-        let boundary = boundary(&point.table, surfaces, section, checks);
+        let checks = &mut StageChecks::new(section, point, context);
+        let boundary = boundary(&point.table, &section.span, checks);
         let adhesion = checks.optional("adhesion", &point.table.adhesion);
         let clear = adhesion.and_then(|_| refuse_excluded(&point.table, checks));
         let recipes = match adhesion {
             None => None,
-            Some(None) => elastic(&point.table, boundary, surfaces, checks),
+            Some(None) => elastic(&point.table, boundary, checks),
             Some(Some(adhesion)) => {
-                adhesion::recipes(&point.table, adhesion.value, boundary, surfaces, checks)
+                adhesion::recipes(&point.table, adhesion.value, boundary, checks)
             }
         };
         loads += recipes.iter().flatten().map(|recipe| recipe.rows(0)).sum::<usize>();
         if loads > MAX_LOADS_OF_STAGE {
             let message = format!("the stage has more than {MAX_LOADS_OF_STAGE} loads");
             let label = "swept lists are combined with each other";
-            problems.push(Problem::new(message, section.span.clone(), label));
-            return None;
+            return checks.reject(Problem::new(message, section.span.clone(), label));
         }
         checked.push(clear.and(recipes));
     }
     let points = checked.into_iter().collect::<Option<Vec<_>>>()?;
-    check_same_conduction(section, &points, problems)?;
-    report_equal_points(section, &points, problems);
+    check_same_conduction(section, &points, context.problems)?;
+    report_equal_points(section, &points, context.problems);
     Some(points.concat())
 }
 
@@ -315,17 +323,16 @@ fn refuse_excluded(table: &SolveTable, checks: &mut Checks) -> Option<()> {
 fn elastic(
     table: &SolveTable,
     boundary: Option<Boundary>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Vec<Recipe>> {
-    let forces = forces::newtons(table, surfaces, checks)?;
-    let layer = boundary.and_then(|boundary| layer(table, boundary, surfaces, checks))?;
-    let given = Params { boundary: boundary?, layer, ..params(table, surfaces, checks)? };
+    let forces = loads::newtons(table, checks)?;
+    let layer = boundary.and_then(|boundary| layer(table, boundary, checks))?;
+    let given = Params { boundary: boundary?, layer, ..params(table, checks)? };
     let on_areas: Vec<Params> =
         forces.iter().map(|newtons| given.clone().under_forces(*newtons)).collect();
     // The smallest area has the largest pressures.
     if given.control.is_load() {
-        check_bearing(table, on_areas.first()?, surfaces, checks);
+        check_bearing(table, on_areas.first()?, checks);
     }
     let path = checks.optional("path", &table.path)?;
     let Some(path) = path.filter(|_| given.control.is_load()) else {
@@ -348,14 +355,9 @@ fn elastic(
 
 /// Returns the boundary condition of the contact. Refuses a periodic contact of a map that is not
 /// periodic.
-fn boundary(
-    table: &SolveTable,
-    surfaces: &Surfaces,
-    section: &Section<SolveTable>,
-    checks: &mut Checks,
-) -> Option<Boundary> {
+fn boundary(table: &SolveTable, default: &Span, checks: &mut StageChecks) -> Option<Boundary> {
     let boundary = checks.value("boundary", &table.boundary)?;
-    let open = surfaces.stage_with(Property::Open);
+    let open = checks.surfaces.stage_with(Property::Open);
     let Some(stage) = open.filter(|_| boundary == Boundary::Periodic) else {
         return Some(boundary);
     };
@@ -364,7 +366,7 @@ fn boundary(
     );
     let (span, label) = match table.boundary.written() {
         Some(written) => (&written.span, "`boundary` is \"periodic\" here"),
-        None => (&section.span, "`boundary` is \"periodic\" by default"),
+        None => (default, "`boundary` is \"periodic\" by default"),
     };
     let problem = Problem::new(message, span.clone(), label);
     checks.reject(problem.help(format!(
@@ -373,14 +375,13 @@ fn boundary(
     )))
 }
 
-fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<Params> {
+fn params(table: &SolveTable, checks: &mut StageChecks) -> Option<Params> {
     let effective_modulus = modulus(table, checks);
     let control = checks.value("control", &table.control)?;
     let loads = if control.is_load() {
         loads::loads(table, checks)
     } else {
-        adhesion::lengths(control, table, surfaces, checks)
-            .map(|lengths| (lengths, ListedLoads::default()))
+        adhesion::lengths(control, table, checks).map(|lengths| (lengths, ListedLoads::default()))
     };
     let load_unit = load_unit(table, checks);
     let hardness = hardness(table, checks);
@@ -392,18 +393,18 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
     } else {
         adhesion::all_or_none(table, "must be \"none\" or \"all\" with this `control`", checks)
     };
-    let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
-    let gap_bins = loads::gap_bins(table, all, surfaces, checks);
+    let pressure_bins = loads::pressure_bins(table, effective_modulus, all, checks);
+    let gap_bins = loads::gap_bins(table, all, checks);
     let flow = checks.value("flow", &table.flow);
     let stiffness = checks.value("stiffness", &table.stiffness);
-    let bodies = bodies(table, surfaces, checks);
+    let bodies = bodies(table, checks);
     let asperities = asperities(table, checks);
     let shift = against::shift(table, checks);
     let conduction = bodies.as_ref().and_then(|bodies| bodies.conduction);
     let (loads, listed) = loads?;
     let load_unit = load_unit?;
     if control.is_load() && load_unit == PressureUnit::Relative {
-        check_samples(table, surfaces, checks)?;
+        check_samples(table, checks)?;
     }
     let lack_unit = control.is_load() && lack_unit(table, load_unit, checks);
     let listed = ListedLoads { lack_unit, ..listed };
@@ -418,16 +419,12 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
         control,
         load_unit,
         pressure_unit: checks.units.pressure.as_ref().map(|named| named.unit.symbol),
-        newtons: None,
         loads,
         listed,
         tolerance: tolerance?,
         max_pairs: max_pairs?,
         pressures: pressures?,
-        boundary: Boundary::Periodic,
-        layer: None,
         hardness,
-        branch: None,
         pressure_bins: pressure_bins?,
         gap_bins: gap_bins?,
         layer_conduction: conduction.and_then(|conduction| conduction.layer),
@@ -436,14 +433,15 @@ fn params(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Optio
         stiffness,
         asperities: asperities?,
         shift: shift?,
+        ..Params::default()
     })
 }
 
 /// Refuses loads in units of E* × rms slope on samples of different sides or steps. Their slopes
 /// are those of different bands of wavelengths, so that equal loads are no equal pressures.
-fn check_samples(table: &SolveTable, surfaces: &Surfaces, checks: &mut Checks) -> Option<()> {
+fn check_samples(table: &SolveTable, checks: &mut StageChecks) -> Option<()> {
     let (Some(stage), Some(loads)) =
-        (surfaces.stage_with(Property::UnequalSamples), table.loads.written())
+        (checks.surfaces.stage_with(Property::UnequalSamples), table.loads.written())
     else {
         return Some(());
     };
@@ -489,7 +487,7 @@ pub(super) fn load_unit(table: &SolveTable, checks: &mut Checks) -> Option<Press
             "give E* with a unit, such as `effective_modulus = \"70 GPa\"`, or the `bodies`",
         ));
     }
-    let loads = forces::loads(table);
+    let loads = loads::given(table);
     let has_unit = |value: &&&Spanned<f64>| checks.units.is_quantity(&value.span);
     let absolute = loads.iter().find(has_unit).map(|load| load.span.clone());
     if absolute.is_none() && word != LoadUnit::Absolute {
@@ -590,11 +588,12 @@ fn hardness(table: &SolveTable, checks: &mut Checks) -> Option<Option<GivenHardn
 
 /// Reports a largest load that is not below the hardness. Hardness and load in different units are
 /// compared with the rms slopes to which the surfaces are scaled, if these are known.
-fn check_bearing(table: &SolveTable, params: &Params, surfaces: &Surfaces, checks: &mut Checks) {
+fn check_bearing(table: &SolveTable, params: &Params, checks: &mut StageChecks) {
     let (Some(hardness), Some(&largest)) = (params.hardness, params.loads.last()) else {
         return;
     };
-    let given = if hardness.unit == params.load_unit { Some([1.0; 2]) } else { surfaces.slopes };
+    let given =
+        if hardness.unit == params.load_unit { Some([1.0; 2]) } else { checks.surfaces.slopes };
     let pressure = |value: f64, unit: PressureUnit, slope: f64| match unit {
         PressureUnit::Absolute => value,
         PressureUnit::Relative => decimal::nearest(value * params.effective_modulus * slope),
@@ -605,34 +604,25 @@ fn check_bearing(table: &SolveTable, params: &Params, surfaces: &Surfaces, check
     let Some(slope) = slopes.find(|slope| of_load(*slope) >= of_hardness(*slope)) else {
         return;
     };
-    let with_unit = |pressure: f64| quantity::written(pressure, params.pressure_unit);
     let shown = |value: f64, unit: PressureUnit| match unit {
-        PressureUnit::Relative if hardness.unit != params.load_unit => {
-            let pressure = with_unit(pressure(value, unit, slope));
-            let value = decimal::written(value);
-            format!("{value}, a pressure of {pressure} where the rms slope is {slope}")
-        }
         PressureUnit::Relative => decimal::written(value),
-        PressureUnit::Absolute => with_unit(value),
+        PressureUnit::Absolute => quantity::written(value, params.pressure_unit),
     };
     let message = format!(
         "`loads` holds {}, but `hardness` is {}",
         shown(largest, params.load_unit),
         shown(hardness.pressure, hardness.unit)
     );
-    let Some((load, hardness)) = span_of_largest_load(table).zip(table.hardness.written()) else {
+    let Some((load, written)) = span_of_largest_load(table).zip(table.hardness.written()) else {
         return;
     };
     let limit = of_hardness(slope) / pressure(1.0, params.load_unit, slope);
     let problem = Problem::new(message, load, "load that is not below the hardness")
-        .and(hardness.span.clone(), "the hardness");
+        .and(written.span.clone(), "the hardness");
     checks.problems.push(problem.help(format!(
         "a material yields everywhere under a mean pressure equal to its hardness; each load must be \
          below {} here",
-        match params.load_unit {
-            PressureUnit::Relative => decimal::written(decimal::nearest(limit)),
-            PressureUnit::Absolute => with_unit(decimal::nearest(limit)),
-        }
+        shown(decimal::nearest(limit), params.load_unit)
     )));
 }
 

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::columns::*;
+use crate::stage::first_real;
 use crate::version::Version;
 use asperity_mechanics::elasticity::{Base, Layer, LayerError, Support};
 use asperity_tables::column::{Column, Value};
@@ -90,12 +91,7 @@ impl GivenLayer {
 
     /// Reads the layer from the table of a task; `None` for a half-space.
     pub fn of_solved(solved: &Table) -> Result<Option<GivenLayer>, TableError> {
-        let number = |column: Column| -> Result<Option<f64>, TableError> {
-            if !solved.has(column.name) {
-                return Ok(None);
-            }
-            Ok(solved.reals(column.name)?.iter().next().flatten())
-        };
+        let number = |column: Column| first_real(solved, column);
         let (Some(thickness), Some(poisson_ratio)) =
             (number(LAYER_THICKNESS)?, number(LAYER_POISSON_RATIO)?)
         else {

@@ -14,10 +14,10 @@ use arrow::array::{ArrayRef, AsArray, Float64Array, Float64Builder, LargeListArr
 use arrow::buffer::NullBuffer;
 use arrow::datatypes::Float64Type;
 
-use super::{Params, Pressures, Stiffness};
 use crate::StageError;
 use crate::bodies::LayerConduction;
 use crate::columns::*;
+use crate::solve::{Params, Pressures, Stiffness};
 use crate::unloading::Branch;
 use crate::version::Version;
 use asperity_mechanics::distribution::EqualBins;

@@ -2,14 +2,13 @@
 
 use arrow::array::ArrayRef;
 
-use super::control::Control;
-use super::parts::LoadParts;
-use super::{NO_CONTACT, NOT_REACHED, PAIR_LIMIT, Params, parts};
 use crate::columns::*;
 use crate::nominal_area;
 use crate::reduced_units::{PressureUnit, Scales, SurfaceHardness};
+use crate::solve::parts::{self, LoadParts};
+use crate::solve::{Control, NO_CONTACT, NOT_REACHED, PAIR_LIMIT, Params};
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
-use crate::table_columns::{TableColumns, column, column_in_role};
+use crate::table_columns::{TableColumns, column, column_if, column_in_role};
 use asperity_mechanics::asperities::AsperityOutcome;
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::morphology::map::ContactMap;
@@ -96,10 +95,31 @@ impl<'a> LoadRow<'a> {
     fn compression(&self, index: usize) -> Option<f64> {
         Some(self.solved.compression?[index] * self.length)
     }
+
+    fn yielded_depth(&self) -> f64 {
+        self.outcome.yielded_depth * self.length
+    }
+}
+
+fn of_summits(params: &Params) -> bool {
+    params.asperities.is_some()
+}
+
+fn is_on_rigid_base(params: &Params) -> bool {
+    params.layer.is_some_and(|layer| layer.is_on_rigid_base())
 }
 
 fn yields(params: &Params) -> bool {
     params.hardness.is_some()
+}
+
+fn unloads(params: &Params) -> bool {
+    yields(params) && params.branch.is_some()
+}
+
+/// Returns the role of a prescribed length, which only tables with this control have.
+fn prescribed(params: &Params, control: Control) -> Option<Role> {
+    (params.control == control).then_some(Role::Load)
 }
 
 /// Returns the roles of `load` and `pressure`.
@@ -110,85 +130,57 @@ fn roles(params: &Params) -> [Role; 2] {
     }
 }
 
-/// Returns the role of the force, which is derived from the load.
-fn role_of_force(params: &Params) -> Role {
-    if params.control.is_load() { Role::Derived } else { Role::Result }
+/// Returns the role of the force, which is derived from the load, if it is known.
+fn role_of_force(params: &Params) -> Option<Role> {
+    params.newtons.map(|_| if params.control.is_load() { Role::Derived } else { Role::Result })
 }
 
 /// Returns the light columns of solved loads, without the coordinates of surfaces, the settings and
 /// the parts.
 pub fn columns<'a>() -> TableColumns<Params, LoadRow<'a>> {
-    TableColumns::<Params, LoadRow>::new()
-        .and_if(
-            |params| params.control == Control::Gap,
-            [column_in_role(PRESCRIBED_GAP, |_| Role::Load, Real(|row| row.solved.given))],
-        )
-        .and_if(
-            |params| params.control == Control::Displacement,
-            [column_in_role(PRESCRIBED_DISPLACEMENT, |_| Role::Load, Real(|row| row.solved.given))],
-        )
-        .and([
-            column_in_role(LOAD, |params| roles(params)[0], Real(|row| row.solved.load)),
-            column_in_role(PRESSURE, |params| roles(params)[1], Real(|row| row.pressure)),
-        ])
-        .and_if(
-            |params| params.newtons.is_some(),
-            [column_in_role(FORCE, role_of_force, OptionalReal(|row| row.force))],
-        )
-        .and([column(CONTACT_NODES, Count(|row| row.outcome.contact_nodes))])
-        .and_if(
-            |params| params.asperities.is_some(),
-            [
-                column(CONTACTS, Count(|row| row.asperities().contacts)),
-                column(OVERLAPPING_CONTACTS, Count(|row| row.asperities().overlapping)),
-                column(ASPERITY_AREA_FRACTION, Real(|row| row.asperities().area_fraction)),
-                column(OVERLAPPING_SHARE, Real(|row| row.asperities().overlapping_fraction)),
-                column(
-                    NOMINAL_DISPLACEMENT,
-                    Real(|row| row.asperities().nominal_displacement * row.length),
-                ),
-            ],
-        )
-        .and_if(
-            yields,
-            [
-                column(SATURATED_NODES, Count(|row| row.outcome.saturated_nodes)),
-                column(SATURATED_FRACTION, Real(|row| row.saturated_fraction)),
-            ],
-        )
-        .and([column(MEAN_GAP, Real(|row| row.outcome.mean_gap * row.length))])
-        .and_if(
+    TableColumns::<Params, LoadRow>::new([
+        column_in_role(
+            PRESCRIBED_GAP,
+            |of| prescribed(of, Control::Gap),
+            Real(|row| row.solved.given),
+        ),
+        column_in_role(
+            PRESCRIBED_DISPLACEMENT,
+            |params| prescribed(params, Control::Displacement),
+            Real(|row| row.solved.given),
+        ),
+        column_in_role(LOAD, |params| Some(roles(params)[0]), Real(|row| row.solved.load)),
+        column_in_role(PRESSURE, |params| Some(roles(params)[1]), Real(|row| row.pressure)),
+        column_in_role(FORCE, role_of_force, OptionalReal(|row| row.force)),
+        column(CONTACT_NODES, Count(|row| row.outcome.contact_nodes)),
+        column_if(of_summits, CONTACTS, Count(|row| row.asperities().contacts)),
+        column_if(of_summits, OVERLAPPING_CONTACTS, Count(|row| row.asperities().overlapping)),
+        column_if(of_summits, ASPERITY_AREA_FRACTION, Real(|row| row.asperities().area_fraction)),
+        column_if(of_summits, OVERLAPPING_SHARE, Real(|row| row.asperities().overlapping_fraction)),
+        column_if(
+            of_summits,
+            NOMINAL_DISPLACEMENT,
+            Real(|row| row.asperities().nominal_displacement * row.length),
+        ),
+        column_if(yields, SATURATED_NODES, Count(|row| row.outcome.saturated_nodes)),
+        column_if(yields, SATURATED_FRACTION, Real(|row| row.saturated_fraction)),
+        column(MEAN_GAP, Real(|row| row.outcome.mean_gap * row.length)),
+        column_if(
             |params| params.boundary == Boundary::Free,
-            [column(
-                MEAN_DISPLACEMENT,
-                OptionalReal(|row| Some(row.solved.displacement? * row.length)),
-            )],
-        )
-        .and_if(
-            |params| params.layer.is_some_and(|layer| layer.is_on_rigid_base()),
-            [
-                column(UNIFORM_COMPRESSION, OptionalReal(|row| row.compression(0))),
-                column(APPROACH, OptionalReal(|row| row.compression(1))),
-            ],
-        )
-        .and_if(
-            yields,
-            [column(MEAN_YIELDED_DEPTH, Real(|row| row.outcome.yielded_depth * row.length))],
-        )
-        .and_if(
-            |params| yields(params) && params.branch.is_some(),
-            [
-                column(RESIDUAL_DEPTH, Real(|row| row.outcome.yielded_depth * row.length)),
-                column(PLASTIC_WORK, OptionalReal(LoadRow::plastic_work)),
-            ],
-        )
-        .and([
-            column(ENERGY, Real(|row| row.outcome.energy * (row.unit * row.length))),
-            column(PEAK_PRESSURE, Real(|row| row.outcome.peak_pressure * row.unit)),
-            column(PAIRS, Count(|row| row.outcome.pairs as usize)),
-            column(RESIDUAL, Real(|row| row.outcome.residual)),
-            column(STOP, Text(|row| stop_name(row.outcome.stop))),
-        ])
+            MEAN_DISPLACEMENT,
+            OptionalReal(|row| Some(row.solved.displacement? * row.length)),
+        ),
+        column_if(is_on_rigid_base, UNIFORM_COMPRESSION, OptionalReal(|row| row.compression(0))),
+        column_if(is_on_rigid_base, APPROACH, OptionalReal(|row| row.compression(1))),
+        column_if(yields, MEAN_YIELDED_DEPTH, Real(LoadRow::yielded_depth)),
+        column_if(unloads, RESIDUAL_DEPTH, Real(LoadRow::yielded_depth)),
+        column_if(unloads, PLASTIC_WORK, OptionalReal(LoadRow::plastic_work)),
+        column(ENERGY, Real(|row| row.outcome.energy * (row.unit * row.length))),
+        column(PEAK_PRESSURE, Real(|row| row.outcome.peak_pressure * row.unit)),
+        column(PAIRS, Count(|row| row.outcome.pairs as usize)),
+        column(RESIDUAL, Real(|row| row.outcome.residual)),
+        column(STOP, Text(|row| stop_name(row.outcome.stop))),
+    ])
 }
 
 /// Returns the table of solved loads of one surface. The parameters of the surface are taken from

@@ -2,17 +2,15 @@
 
 use arrow::array::Array;
 
-use super::method::Method;
-use super::pair::Pair;
-use super::prescribed_heights::PrescribedHeights;
-use super::spectrum::Source;
-use super::yielded::Yielded;
-use super::{Origin, Params};
 use crate::columns::*;
 use crate::grids;
 use crate::map_file::MapChoice;
 use crate::per_axis::PerAxis;
 use crate::reduced_units::PressureUnit;
+use crate::surface::method::Method;
+use crate::surface::pair::{Pair, Yielded};
+use crate::surface::spectrum::{PrescribedHeights, Source};
+use crate::surface::{Origin, Params};
 use asperity_mechanics::topography::alignment::{Alignment, LineFit};
 use asperity_mechanics::topography::level::ThreePoints;
 use asperity_mechanics::topography::outliers::Spikes;

@@ -7,7 +7,7 @@ use super::origin::{MeasuredSurface, ReadSurface};
 use super::{Origin, Params};
 use crate::columns::*;
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
-use crate::table_columns::{TableColumns, column};
+use crate::table_columns::{TableColumns, column, column_if};
 use asperity_mechanics::grid::{Boundary, Cell, Grid};
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::descriptors::{Descriptors, skewness_and_excess_kurtosis};
@@ -165,38 +165,30 @@ pub struct Described<'a> {
 /// Returns the columns of the moments and descriptors of a surface. A given rms height is among the
 /// coordinates instead.
 pub fn descriptors<'a>() -> TableColumns<Origin, Described<'a>> {
-    TableColumns::<Origin, Described>::new()
-        .and([column(M00, Real(|row| row.moments.m00)), column(M20, Real(|row| row.moments.m20))])
-        .and_if(
+    TableColumns::<Origin, Described>::new([
+        column(M00, Real(|row| row.moments.m00)),
+        column(M20, Real(|row| row.moments.m20)),
+        column_if(is_map, M02, Real(|row| row.moments.m02)),
+        column_if(is_map, M22, Real(|row| row.moments.m22)),
+        column_if(is_map, M40, Real(|row| row.moments.m40)),
+        column_if(is_map, M04, Real(|row| row.moments.m04)),
+        column_if(is_map, NAYAK, OptionalReal(|row| row.moments.nayak())),
+        column_if(is_map, SUMMIT_DENSITY, Real(|row| row.moments.summit_density())),
+        column_if(
             is_map,
-            [
-                column(M02, Real(|row| row.moments.m02)),
-                column(M22, Real(|row| row.moments.m22)),
-                column(M40, Real(|row| row.moments.m40)),
-                column(M04, Real(|row| row.moments.m04)),
-                column(NAYAK, OptionalReal(|row| row.moments.nayak())),
-                column(SUMMIT_DENSITY, Real(|row| row.moments.summit_density())),
-                column(
-                    SUMMIT_DENSITY_INTEGER,
-                    Real(|row| row.moments.summit_density_integer(row.cell)),
-                ),
-            ],
-        )
-        .and_if(
+            SUMMIT_DENSITY_INTEGER,
+            Real(|row| row.moments.summit_density_integer(row.cell)),
+        ),
+        column_if(
             |origin| origin.given_rms_height().is_none(),
-            [column(RMS_HEIGHT, Real(|row| row.moments.rms_height()))],
-        )
-        .and([
-            column(SKEWNESS, OptionalReal(|row| row.seen?.skewness)),
-            column(EXCESS_KURTOSIS, OptionalReal(|row| row.seen?.excess_kurtosis)),
-        ])
-        .and_if(
-            is_map,
-            [
-                column(EFFECTIVE_MODES, OptionalReal(|row| row.effective_modes)),
-                column(FULL_CONTACT_LOAD, OptionalReal(|row| row.seen?.full_contact_load)),
-            ],
-        )
+            RMS_HEIGHT,
+            Real(|row| row.moments.rms_height()),
+        ),
+        column(SKEWNESS, OptionalReal(|row| row.seen?.skewness)),
+        column(EXCESS_KURTOSIS, OptionalReal(|row| row.seen?.excess_kurtosis)),
+        column_if(is_map, EFFECTIVE_MODES, OptionalReal(|row| row.effective_modes)),
+        column_if(is_map, FULL_CONTACT_LOAD, OptionalReal(|row| row.seen?.full_contact_load)),
+    ])
 }
 
 /// Returns whether a surface is a map. Profiles have no statistics across their line.
@@ -207,7 +199,7 @@ fn is_map(origin: &Origin) -> bool {
 /// Returns the columns of descriptors that follow from the prescribed spectrum of a random surface,
 /// without the heights.
 pub fn spectrum_descriptors<'a>() -> TableColumns<(), (&'a Expected, Cell)> {
-    TableColumns::<(), (&Expected, Cell)>::new().and([
+    TableColumns::<(), (&Expected, Cell)>::new([
         column(NAYAK_CONTINUUM, OptionalReal(|(of, _)| Some(of.continuum?.nayak()))),
         column(
             SUMMIT_DENSITY_CONTINUUM,
@@ -222,10 +214,11 @@ pub fn spectrum_descriptors<'a>() -> TableColumns<(), (&'a Expected, Cell)> {
 /// Returns the columns of the heights of a surface with a prescribed height distribution, whose
 /// rows hold the deviation from it.
 pub fn height_columns() -> TableColumns<Origin, Option<f64>> {
-    TableColumns::<Origin, Option<f64>>::new().and_if(
+    TableColumns::<Origin, Option<f64>>::new([column_if(
         |origin| origin.prescribed_heights().is_some(),
-        [column(HEIGHT_DEVIATION, OptionalReal(|deviation| *deviation))],
-    )
+        HEIGHT_DEVIATION,
+        OptionalReal(|deviation| *deviation),
+    )])
 }
 
 /// A measured surface as its recipe describes it, and as it was read.
@@ -234,49 +227,68 @@ type InFile<'a> = (&'a MeasuredSurface, &'a ReadSurface);
 /// Returns the columns that describe the file of a surface, and the wavelengths that the instrument
 /// resolved. A NumPy array only has a number of filled nodes.
 pub fn file_columns<'a>() -> TableColumns<MeasuredSurface, InFile<'a>> {
-    TableColumns::<MeasuredSurface, InFile>::new()
-        .and_if(
+    TableColumns::<MeasuredSurface, InFile>::new([
+        column_if(
             |file| file.reader.is_some(),
-            [
-                column(
-                    FORMAT,
-                    Text(|(file, _)| file.reader.as_ref().map_or("", |reader| &reader.format)),
-                ),
-                column(CHANNEL_READ, Text(|(_, found)| &found.channel.name)),
-                column(CHANNELS, Count(|(_, found)| found.channel.of)),
-            ],
-        )
-        .and_if(
+            FORMAT,
+            Text(|(file, _)| file.reader.as_ref().map_or("", |reader| &reader.format)),
+        ),
+        column_if(
+            |file| file.reader.is_some(),
+            CHANNEL_READ,
+            Text(|(_, found)| &found.channel.name),
+        ),
+        column_if(|file| file.reader.is_some(), CHANNELS, Count(|(_, found)| found.channel.of)),
+        column_if(
             |file| file.preparation.spikes.is_some(),
-            [column(REMOVED_SPIKES, Count(|(_, found)| found.prepared.removed.spikes))],
-        )
-        .and_if(
+            REMOVED_SPIKES,
+            Count(|(_, found)| found.prepared.removed.spikes),
+        ),
+        column_if(
             |file| file.preparation.islands.is_some(),
-            [column(REMOVED_ISLANDS, Count(|(_, found)| found.prepared.removed.islands))],
-        )
-        .and_if(
+            REMOVED_ISLANDS,
+            Count(|(_, found)| found.prepared.removed.islands),
+        ),
+        column_if(
             |file| file.preparation.fill.is_some(),
-            [column(FILLED_NODES, Count(|(_, found)| found.prepared.filled))],
-        )
-        .and_if(
+            FILLED_NODES,
+            Count(|(_, found)| found.prepared.filled),
+        ),
+        column_if(
             |file| file.preparation.tip_radius.is_some(),
-            [column(TIP_WAVELENGTH, OptionalReal(|file| limit(file)?.tip))],
-        )
-        .and_if(
-            |file| file.preparation.noise_floor,
-            [
-                column(NOISE_WAVELENGTH, OptionalReal(|file| Some(noise(file)?.wavelength))),
-                column(NOISE_RMS_HEIGHT, OptionalReal(|file| Some(noise(file)?.rms_height))),
-            ],
-        )
-        .and_if(
-            |file| file.preparation.tests_reliability(),
-            [
-                column(RELIABLE_WAVELENGTH, OptionalReal(|file| Some(limit(file)?.wavelength))),
-                column(RMS_SLOPE_RELIABLE, OptionalReal(|file| Some(limit(file)?.rms_slope))),
-                column(UNRELIABLE_SHARE, OptionalReal(|file| Some(limit(file)?.unreliable_share))),
-            ],
-        )
+            TIP_WAVELENGTH,
+            OptionalReal(|file| limit(file)?.tip),
+        ),
+        column_if(
+            finds_noise,
+            NOISE_WAVELENGTH,
+            OptionalReal(|file| Some(noise(file)?.wavelength)),
+        ),
+        column_if(
+            finds_noise,
+            NOISE_RMS_HEIGHT,
+            OptionalReal(|file| Some(noise(file)?.rms_height)),
+        ),
+        column_if(
+            is_tested,
+            RELIABLE_WAVELENGTH,
+            OptionalReal(|file| Some(limit(file)?.wavelength)),
+        ),
+        column_if(is_tested, RMS_SLOPE_RELIABLE, OptionalReal(|file| Some(limit(file)?.rms_slope))),
+        column_if(
+            is_tested,
+            UNRELIABLE_SHARE,
+            OptionalReal(|file| Some(limit(file)?.unreliable_share)),
+        ),
+    ])
+}
+
+fn finds_noise(file: &MeasuredSurface) -> bool {
+    file.preparation.noise_floor
+}
+
+fn is_tested(file: &MeasuredSurface) -> bool {
+    file.preparation.tests_reliability()
 }
 
 fn limit((_, found): &InFile) -> Option<Reliability> {

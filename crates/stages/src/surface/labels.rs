@@ -234,11 +234,7 @@ fn with_columns(table: &Table, rows: &[Option<&Labels>], labels: Vec<Field>) -> 
 fn values(rows: &[Option<&Labels>], field: &Field) -> ArrayRef {
     let of_rows = || rows.iter().map(|labels| labels.and_then(|all| all.values.get(field.name())));
     if *field.data_type() == ColumnKind::Real.data_type() {
-        return optional_reals(of_rows().map(|value| match value? {
-            Value::Real(number) => Some(*number),
-            Value::Integer(number) => Some(*number as f64),
-            Value::Text(_) => None,
-        }));
+        return optional_reals(of_rows().map(|value| value?.number()));
     }
     if *field.data_type() == ColumnKind::Integer.data_type() {
         return optional_integers(of_rows().map(|value| match value? {

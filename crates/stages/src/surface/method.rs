@@ -1,6 +1,6 @@
 //! The methods that make surfaces.
 
-use super::Origin;
+use crate::surface::Origin;
 use asperity_mechanics::topography::random::Amplitude;
 use asperity_mechanics::topography::shapes::Shape;
 
@@ -25,7 +25,7 @@ pub enum Method {
 
 /// All methods, in the order of the documentation, each with the value of `method` in manifests
 /// and the description for editors and the guide. The first one is the default.
-const METHODS: [(Method, &str, &str); 10] = [
+pub const METHODS: [(Method, &str, &str); 10] = [
     (
         Method::Random(Amplitude::Gaussian),
         "filter",

@@ -2,15 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::labels::Labels;
-use super::pair::Pair;
-use super::prescribed_heights::PrescribedHeights;
-use super::spectrum::{Source, SpectrumSurface};
-use super::yielded::Yielded;
 use crate::StageError;
 use crate::grids::grid;
 use crate::map_file::{ChannelRead, MapChoice, MapFile, MapFileError, Reader};
 use crate::per_axis::PerAxis;
+use crate::surface::labels::Labels;
+use crate::surface::pair::{Pair, Yielded};
+use crate::surface::spectrum::{PrescribedHeights, Source, SpectrumSurface};
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use crate::version::Version;
 use asperity_mechanics::grid::{Cell, Grid};
@@ -236,7 +234,7 @@ impl Origin {
             Origin::Random { surface, .. } => Some((surface.seed, surface.realization)),
             Origin::Spectrum { surface, .. } => Some((surface.seed, surface.realization)),
             Origin::Yielded(yielded) => yielded.body.origin.random_numbers(),
-            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) => None,
+            _ => None,
         }
     }
 
@@ -245,7 +243,7 @@ impl Origin {
         match self {
             Origin::Random { rms_height, .. } => *rms_height,
             Origin::Spectrum { surface, .. } => surface.rms_height,
-            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) | Origin::Yielded(_) => None,
+            _ => None,
         }
     }
 
@@ -255,7 +253,7 @@ impl Origin {
         match self {
             Origin::Random { height_distribution, .. }
             | Origin::Spectrum { height_distribution, .. } => height_distribution.as_ref(),
-            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) | Origin::Yielded(_) => None,
+            _ => None,
         }
     }
 
@@ -286,7 +284,7 @@ impl Origin {
         }
     }
 
-    /// Returns the origins of the surfaces of which the surface is made.
+    /// Returns the origins of the surfaces of which the surface is made, that in `from` first.
     fn parts(&self) -> Vec<&Origin> {
         match self {
             Origin::Pair(pair) => vec![&pair.body.origin, &pair.against.origin],
@@ -300,9 +298,7 @@ impl Origin {
     pub fn labels(&self) -> Option<&Labels> {
         match self {
             Origin::File(file) => Some(&file.labels).filter(|labels| !labels.is_empty()),
-            Origin::Pair(pair) => pair.body.origin.labels(),
-            Origin::Yielded(yielded) => yielded.body.origin.labels(),
-            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => None,
+            _ => self.parts().first()?.labels(),
         }
     }
 
@@ -311,9 +307,7 @@ impl Origin {
     pub fn content(&self) -> Option<&ContentHash> {
         match self {
             Origin::File(file) => Some(&file.content),
-            Origin::Pair(pair) => pair.body.origin.content(),
-            Origin::Yielded(yielded) => yielded.body.origin.content(),
-            Origin::Random { .. } | Origin::Spectrum { .. } | Origin::Shape { .. } => None,
+            _ => self.parts().first()?.content(),
         }
     }
 

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::columns::{PROFILES, SCANS, SPECTRAL_DENSITY, WAVENUMBER};
 use crate::grids::Grids;
+use crate::surface::Params;
 use crate::surface_files::{ContentHash, SurfaceFiles};
 use crate::{StageError, spectrum_files};
 use asperity_mechanics::grid::Grid;
@@ -105,7 +106,10 @@ impl SpectrumSurface {
     ) -> Result<Surface, StageError> {
         if !occupies(density, grid) {
             let [from, to] = density.range();
-            return Err(StageError::NoModes { from, to });
+            return Err(StageError::Unsuitable(format!(
+                "no mode of the mesh lies in the range of the spectrum, from wavenumber {from:.4e} \
+                 to {to:.4e}; change `side` or `nodes`"
+            )));
         }
         let surface = TabulatedSurface {
             density,
@@ -127,7 +131,9 @@ impl SpectrumSurface {
     /// another task.
     pub fn density_from_file(&self, sources: &SurfaceFiles) -> Result<SpectralDensity, StageError> {
         let Source::File { content, unit } = &self.source else {
-            return Err(StageError::NotKept);
+            let reason = "the heights of this surface are not stored, and its spectrum is in the \
+                          table of another stage; set `heights = \"keep\"`";
+            return Err(StageError::Unsuitable(reason.to_owned()));
         };
         let unusable = |reason: String| {
             let known = sources.path_of(content).map(|path| path.display().to_string());
@@ -176,4 +182,48 @@ fn scaled_to(rms_height: f64, surface: Surface) -> Surface {
     let factor = if squares > 0.0 { rms_height / (squares / nodes).sqrt() } else { 1.0 };
     heights.iter_mut().for_each(|height| *height *= factor);
     Surface::new(grid, heights).expect("finite heights stay finite")
+}
+
+/// The height distribution of a random surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PrescribedHeights {
+    /// The distribution of Johnson's system with two given moments.
+    Moments {
+        /// Third standardised moment.
+        skewness: f64,
+        /// Fourth standardised moment, 3 for a Gaussian surface.
+        kurtosis: f64,
+    },
+    /// The distribution of the heights of another surface, which is drawn or read again.
+    Surface {
+        /// Recipe of the other surface.
+        from: Box<Params>,
+    },
+}
+
+impl PrescribedHeights {
+    /// Computes the distribution.
+    ///
+    /// # Errors
+    /// If the other surface cannot be drawn or read, or if it is flat.
+    pub fn distribution(
+        &self,
+        sources: &SurfaceFiles,
+        threads: &Threads,
+    ) -> Result<HeightDistribution, StageError> {
+        match self {
+            PrescribedHeights::Moments { skewness, kurtosis } => {
+                Ok(HeightDistribution::from_moments(*skewness, *kurtosis)?)
+            }
+            PrescribedHeights::Surface { from } => {
+                let surface = from.draw(sources, threads)?;
+                HeightDistribution::from_surface(&surface).ok_or_else(|| {
+                    let reason = "the surface in `height_distribution` is flat, so its heights \
+                                  have no distribution";
+                    StageError::Unsuitable(reason.to_owned())
+                })
+            }
+        }
+    }
 }

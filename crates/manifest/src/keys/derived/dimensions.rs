@@ -15,22 +15,6 @@ type Exponents = [i32; 5];
 /// Exponents of a pure number.
 const PURE: Exponents = [0; 5];
 
-/// Unit of a known number in the expressions of a table.
-#[derive(Debug, Clone, Copy)]
-pub struct KnownUnit {
-    pub name: &'static str,
-    /// `None` if the number is pure.
-    pub dimension: Option<Dimension>,
-    /// Unit of the values beside which the number stands, if they have one.
-    pub unit: Option<&'static Unit>,
-}
-
-impl KnownUnit {
-    fn exponents(self) -> Exponents {
-        self.dimension.map_or(PURE, Dimension::exponents)
-    }
-}
-
 /// Key whose value an expression is.
 pub struct Key<'a> {
     pub table: &'a DeTable<'a>,
@@ -43,29 +27,24 @@ pub struct Key<'a> {
 struct Search<'a> {
     expressions: Expressions<'a>,
     key: &'a Key<'a>,
-    /// The known number, if the expression uses it.
-    number: Option<KnownUnit>,
-    /// Units of the known number and of the parameters on which the expression depends.
+    /// Units of the parameters on which the expression depends.
     units: Vec<&'static Unit>,
     /// Exponents of these parameters.
     known: BTreeMap<String, Result<Option<Exponents>, String>>,
 }
 
-/// Returns the unit of the result of an expression in the value of `key`: that of the known number
-/// or of the first parameter with the same dimension or, without one, that of the SI. Returns
-/// `None` for a pure number, and for expressions in which nothing has a unit.
+/// Returns the unit of the result of an expression in the value of `key`: that of the first
+/// parameter with the same dimension or, without one, that of the SI. Returns `None` for a pure
+/// number, and for expressions in which nothing has a unit.
 ///
 /// # Errors
 /// Returns the reason why the expression is not a quantity of the declared dimension.
 pub fn unit_of(
     expressions: Expressions<'_>,
     key: &Key<'_>,
-    number: Option<KnownUnit>,
     expression: &Expression,
 ) -> Result<Option<&'static Unit>, String> {
-    let used = number.filter(|number| expression.columns().contains(number.name));
-    let units = used.and_then(|number| number.unit).into_iter().collect();
-    let mut search = Search { expressions, key, number: used, units, known: BTreeMap::new() };
+    let mut search = Search { expressions, key, units: Vec::new(), known: BTreeMap::new() };
     let names = expression.columns().into_iter().filter(|name| !search.is_key(name));
     search.find_parameters(names.map(str::to_owned).collect());
     let found = search.exponents(expression, false);
@@ -79,12 +58,6 @@ pub fn unit_of(
         wanted.push(PURE);
     }
     let exponents = found?.unwrap_or(wanted[0]);
-    // The number would have the unit of the result, which would then be another quantity.
-    let pure = used.filter(|number| number.dimension.is_none());
-    if let Some(KnownUnit { name, .. }) = pure.filter(|_| exponents != PURE) {
-        let result = named(exponents);
-        return Err(format!("`{name}` is a pure number here, but this makes {result} of it"));
-    }
     let may_be_pure = declared.is_some_and(|declared| declared.or_ratio);
     let is_accepted = wanted.contains(&exponents) || exponents == PURE && may_be_pure;
     if !is_accepted {
@@ -158,9 +131,6 @@ impl Search<'_> {
     fn of_name(&self, name: &str, is_parameter: bool) -> Result<Option<Exponents>, String> {
         if let Some(known) = self.known.get(name).filter(|_| is_parameter || !self.is_key(name)) {
             return known.clone();
-        }
-        if let Some(number) = self.number.filter(|number| number.name == name) {
-            return Ok(Some(number.exponents()));
         }
         let schema = self.expressions.layout.properties().get(name);
         let declared = schema.and_then(Declared::from_schema);

@@ -98,31 +98,6 @@ impl<'a> Point<'a> {
         (numbers, point.problems.into_inner())
     }
 
-    /// Returns the value of a key as written, if the point contains the key.
-    pub fn value(&self, key: &str) -> Option<&DeValue<'_>> {
-        self.table.get(key).map(TomlSpanned::get_ref)
-    }
-
-    /// Returns whether a number of a key has a unit.
-    pub fn is_quantity(&self, key: &str) -> bool {
-        let mut pending: Vec<&Written<'_>> = self.table.get(key).into_iter().collect();
-        while let Some(value) = pending.pop() {
-            match value.get_ref() {
-                DeValue::Array(items) => pending.extend(items.iter()),
-                DeValue::Table(table) => pending.extend(table.values()),
-                _ if self.units.is_quantity(&value.span()) => return true,
-                _ => {}
-            }
-        }
-        false
-    }
-
-    /// Returns the number of a key, or its declared default. Returns `None` if the key holds no
-    /// single number.
-    pub fn number(&self, key: &str) -> Option<f64> {
-        self.key(key).ok().or_else(|| self.expressions.layout.default_number(key))
-    }
-
     /// Returns the result of the expression `written` in the value of a key. Reports a problem if
     /// there is none.
     fn result(
@@ -210,9 +185,6 @@ impl<'a> Point<'a> {
         }
         if let Some(parameters) = scope.parameters.filter(|known| known.get(name).is_some()) {
             return self.parameter(parameters, name);
-        }
-        if let Some(known) = scope.known.as_ref().filter(|known| known.name == name) {
-            return (known.value)(key, self).map_err(Failure::Reason);
         }
         let reason = if name == key {
             format!("`{key}` depends on itself, and there is no parameter `{key}`")

@@ -63,17 +63,7 @@ fn read(parameters: &str, text: &str) -> (Section<Example>, Vec<String>) {
     let mut problems = Problems::default();
     let parameters = DeTable::parse(parameters).unwrap().into_inner();
     let parameters = Parameters::read(parameters, &mut problems);
-    // A load of the same meaning as `full_contact`: 3, or 300 MPa.
-    let value =
-        |_: &str, point: &Point<'_>| Ok(if point.is_quantity("loads") { 300.0 } else { 3.0 });
-    let known = KnownNumber {
-        name: "closing",
-        unit_of: "loads",
-        is_pure: |_, has_unit| !has_unit,
-        value: Box::new(value),
-    };
-    let known = Some(known);
-    let scope = Scope { parameters: Some(&parameters), known, ..Scope::default() };
+    let scope = Scope { parameters: Some(&parameters), ..Scope::default() };
     let expected = ExpectedKeys { scope: Some(&scope), ..ExpectedKeys::of_table("the table") };
     let table = DeTable::parse(text).unwrap().into_inner();
     let section = reader::read(table, 0..0, &expected, &mut problems);
@@ -168,7 +158,7 @@ fn quantities_are_computed_in_the_units_of_the_table() {
 }
 
 #[test]
-fn loads_may_be_forces_or_multiples_of_a_known_load_with_its_unit() {
+fn loads_may_be_forces_or_pressures() {
     let parameters = "f = \"10 N\"\np = \"1 MPa\"\na = \"1 um\"\nb = \"4 um\"";
     let loads = |text: &str| {
         let (section, problems) = read(parameters, text);
@@ -180,18 +170,9 @@ fn loads_may_be_forces_or_multiples_of_a_known_load_with_its_unit() {
     let [pressure, force] = [Dimension::Pressure, Dimension::Force].map(Some);
     assert_eq!(loads("loads = [\"2 * f\"]"), [(20.0, force)]);
     assert_eq!(loads("loads = [\"f / a^2\"]"), [(1e13, pressure)]);
-    assert_eq!(loads("loads = [\"closing / 2\", 1]"), [(1.5, None), (1.0, None)]);
-    assert_eq!(loads("loads = [\"closing * a / b\"]"), [(0.75, None)]);
-    let beside = loads("loads = [\"closing / 2\", \"2 * p\"]");
-    assert_eq!(beside, [(150.0, pressure), (2.0, pressure)]);
-    let sum = loads("loads = [\"1 MPa\", \"closing / 2 + p\"]");
-    assert_eq!(sum, [(1.0, pressure), (151.0, pressure)]);
-    for (text, expected) in [
-        ("loads = [\"closing / 10 + p\"]", "this adds a pressure to a pure number"),
-        ("loads = [\"p * closing\"]", "`closing` is a pure number here"),
-        ("loads = [\"1 MPa\", \"closing * p / 2\"]", "must be a pressure or a force, but this is"),
-        ("loads = [\"2 * a\"]", "must be a pressure or a force, but this is a length"),
-    ] {
+    for (text, expected) in
+        [("loads = [\"2 * a\"]", "must be a pressure or a force, but this is a length")]
+    {
         let (_, problems) = read(parameters, text);
         assert_eq!(problems.len(), 1, "{text}: {problems:?}");
         assert!(problems[0].contains(expected), "{text}: {problems:?}");

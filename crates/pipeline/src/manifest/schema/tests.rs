@@ -7,9 +7,7 @@ use std::path::{Path, PathBuf};
 use super::*;
 use crate::study::Study;
 use asperity_manifest::diagnostics::ManifestErrors;
-use asperity_stages::RowKind;
-use asperity_stages::fit::keys::LawWord;
-use asperity_stages::surface::method::Method;
+use asperity_stages::{Kind, RowKind};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -153,10 +151,10 @@ fn mistakes_of_a_single_value_violate_the_schema() {
 #[test]
 fn swept_keys_and_lists_are_keys() {
     for variant in StageVariant::all() {
-        let layout = variant.layout();
+        let layout = variant.layout;
         let pairs = layout.pairs.iter().chain(&layout.always_pairs);
         for key in layout.swept.iter().chain(&layout.lists).chain(pairs) {
-            assert!(layout.has(key), "{variant:?} has no `{key}`");
+            assert!(layout.has(key), "{} has no `{key}`", variant.describe());
         }
     }
 }
@@ -166,7 +164,11 @@ fn swept_keys_and_lists_are_keys() {
 fn keys_that_are_answered_are_keys_of_no_stage() {
     for variant in StageVariant::all() {
         for key in asperity_manifest::keys::synonyms::words() {
-            assert!(!variant.layout().has(key), "{variant:?} has `{key}`: remove its answer");
+            assert!(
+                !variant.layout.has(key),
+                "{} has `{key}`: remove its answer",
+                variant.describe()
+            );
         }
     }
 }
@@ -196,7 +198,7 @@ fn every_number_has_bounds() {
     }
     let mut found = Vec::new();
     for variant in StageVariant::all() {
-        for (name, key) in variant.layout().properties() {
+        for (name, key) in variant.layout.properties() {
             unbounded(key, name, &mut found);
         }
     }
@@ -213,58 +215,55 @@ fn every_number_has_bounds() {
 #[test]
 fn every_key_is_explained() {
     for variant in StageVariant::all() {
-        for (key, about) in variant.layout().properties() {
-            assert!(about["description"].is_string(), "{variant:?}: `{key}`");
+        for (key, about) in variant.layout.properties() {
+            assert!(about["description"].is_string(), "{}: `{key}`", variant.describe());
         }
     }
 }
 
 /// Returns the lines of a manifest that set the required keys of a variant.
-fn smallest(variant: StageVariant) -> &'static str {
-    match variant {
-        StageVariant::Generate(Method::Random(_)) => {
+fn smallest(variant: &StageVariant) -> &'static str {
+    match (variant.kind, variant.selector.map_or("", |(_, word)| word)) {
+        (Kind::Generate, "filter" | "random-phase") => {
             "nodes = 64\nhurst = 0.8\nk_lower = 2\nk_upper = 16"
         }
-        StageVariant::Generate(Method::Spectrum) => {
-            "path = \"maps/spectrum.csv\"\nnodes = 64\nside = 1"
-        }
-        StageVariant::Generate(Method::File) => {
+        (Kind::Generate, "spectrum") => "path = \"maps/spectrum.csv\"\nnodes = 64\nside = 1",
+        (Kind::Generate, "file") => {
             "path = \"maps/rough.npy\"\nside = 1\nperiodic = false\nedges = \"taper\"\n\
              spikes = 8\nalign = \"polynomial\"\nfill = \"lowest\""
         }
-        StageVariant::Generate(Method::Paraboloid) => "nodes = 64\nradius = 0.4",
-        StageVariant::Generate(Method::Wave(_)) => "nodes = 64\namplitude = 0.1",
-        StageVariant::Generate(Method::FlatPunch) => "nodes = 64\nradius = 0.4\ndepth = 0.1",
-        StageVariant::Solve => "loads = [0.1]",
-        StageVariant::Aggregate => "over = \"load\"",
-        StageVariant::Fit(LawWord::Limits) => "of = \"mean_gap\"\nterms = { of = \"1 / k_lower\" }",
+        (Kind::Generate, "paraboloid") => "nodes = 64\nradius = 0.4",
+        (Kind::Generate, "wave" | "wave-product" | "wave-sum") => "nodes = 64\namplitude = 0.1",
+        (Kind::Generate, "flat-punch") => "nodes = 64\nradius = 0.4\ndepth = 0.1",
+        (Kind::Solve, _) => "loads = [0.1]",
+        (Kind::Aggregate, _) => "over = \"load\"",
+        (Kind::Fit, "limits") => "of = \"mean_gap\"\nterms = { of = \"1 / k_lower\" }",
         _ => "",
     }
 }
 
 /// Returns a manifest whose last table has only the required keys of a variant.
-fn manifest(variant: StageVariant) -> String {
+fn manifest(variant: &StageVariant) -> String {
     let mut text = "[study]\nname = \"s\"\n".to_owned();
-    let can_read = |rows| variant.kind().definition().reads.rows.contains(&rows);
-    let is_of_spectra = variant.selector() == Some(("law", "self-affine"));
+    let can_read = |rows| variant.kind.definition().reads.rows.contains(&rows);
+    let is_of_spectra = variant.selector == Some(("law", "self-affine"));
     let from = match () {
         () if is_of_spectra => "from = \"spectra\"",
-        () if variant == StageVariant::Generate(Method::Yielded) => "from = \"yielding\"",
+        () if variant.selector == Some(("method", "yielded")) => "from = \"yielding\"",
         () if can_read(RowKind::Contacts) => "from = \"contacts\"",
         () if can_read(RowKind::Surfaces) => "from = \"surfaces\"",
         () if can_read(RowKind::Loads) => "from = \"loads\"",
         () => "",
     };
     text += "[stage.surfaces]\nkind = \"generate\"\n";
-    text += smallest(StageVariant::Generate(Method::all().next().unwrap()));
+    text += smallest(StageVariant::all().next().unwrap());
     text += "\n[stage.loads]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\n";
     text +=
         "[stage.yielding]\nkind = \"solve\"\nfrom = \"surfaces\"\nloads = [0.1]\nhardness = 1\n";
     text += "[stage.contacts]\nkind = \"measure\"\nfrom = \"loads\"\n";
     text += "[stage.spectra]\nkind = \"measure\"\nfrom = \"surfaces\"\nwhat = \"spectrum\"\n";
-    text +=
-        &format!("[stage.last]\nkind = \"{}\"\n{from}\n{}\n", variant.kind(), smallest(variant));
-    if let Some((key, word)) = variant.selector() {
+    text += &format!("[stage.last]\nkind = \"{}\"\n{from}\n{}\n", variant.kind, smallest(variant));
+    if let Some((key, word)) = variant.selector {
         text += &format!("{key} = \"{word}\"\n");
     }
     text
@@ -274,14 +273,14 @@ fn manifest(variant: StageVariant) -> String {
 fn defaults_written_out_change_nothing() {
     for variant in StageVariant::all() {
         let left_out = manifest(variant);
-        let layout = variant.layout();
+        let layout = variant.layout;
         let keys = layout.properties();
         let defaults = keys.iter().filter_map(|(key, about)| Some((key, about.get("default")?)));
         let defaults = defaults.map(|(key, value)| format!("{key} = {value}\n"));
         let written = left_out.clone() + &defaults.collect::<String>();
         let [left_out, written] = [left_out, written]
             .map(|text| study(&text).unwrap_or_else(|errors| panic!("{}", errors.render(false))));
-        assert_eq!(left_out, written, "{variant:?}");
+        assert_eq!(left_out, written, "{}", variant.describe());
     }
 }
 
@@ -289,7 +288,7 @@ fn defaults_written_out_change_nothing() {
 fn bounds_of_the_schema_are_those_of_the_study() {
     let mut bounds = 0;
     for variant in StageVariant::all() {
-        let layout = variant.layout();
+        let layout = variant.layout;
         let keys = layout.properties();
         for (key, about) in keys {
             let plain: Vec<_> = manifest(variant).lines().map(str::to_owned).collect();
@@ -326,8 +325,8 @@ fn bounds_of_the_schema_are_those_of_the_study() {
                 // Numbers of a manifest are read to twelve digits.
                 let step = if is_whole { 1.0 } else { 1e-9 * bound.max(1.0) };
                 let (outside, inside) = (bound + outside * step, bound + inside * step);
-                assert!(refuses(outside), "{variant:?}: {key} beyond {rule}");
-                assert!(!refuses(inside), "{variant:?}: {key} within {rule}");
+                assert!(refuses(outside), "{}: {key} beyond {rule}", variant.describe());
+                assert!(!refuses(inside), "{}: {key} within {rule}", variant.describe());
                 bounds += 1;
             }
         }
@@ -353,7 +352,7 @@ fn numbers_may_be_expressions_of_parameters() {
                 "contact": {
                     "kind": "solve",
                     "from": "surfaces",
-                    "loads": { "to": "0.5 * full_contact", "steps": 4 },
+                    "loads": { "to": "0.5 * k_upper", "steps": 4 },
                 },
                 "area": { "kind": "measure", "from": "contact" },
                 "corrected": { "kind": "correct", "from": "area", "correction": correction },

@@ -83,7 +83,6 @@ fn implausible(file: &MeasuredSurface, path: &str, has_given_sides: bool) -> Vec
         unit: &file.unit,
         rms_slope,
         height_span: file.seen.height_span,
-        format: file.reader.as_ref().map(|reader| reader.format.as_str()),
         has_given_sides,
     };
     map.warnings(&format!("`{path}`"))

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::common::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MAX_RESAMPLINGS, fits};
-use crate::check_context::unknown_column;
+use crate::check_context::{StageChecks, exclude};
 use crate::columns::{LOAD, SURFACE};
-use crate::exclusions::exclude;
+use crate::fit::keys::{DEFAULT_LEVEL, DEFAULT_RESAMPLINGS, MAX_RESAMPLINGS, fits};
 use crate::fit::laws::Law;
 use crate::fit::limits::{FormChoice, LimitChoices, MAX_COMBINATIONS, MAX_TERMS, Term, WINDOW};
-use crate::{CheckContext, Recipe, RowKind};
+use crate::stage_points::{StagePoints, Work};
+use crate::{CheckContext, Reads, RowKind};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, listed};
 use asperity_manifest::expression::Expression;
@@ -22,7 +22,6 @@ use asperity_manifest::keys::declare::{list, positive_items, required, swept};
 use asperity_manifest::keys::{Key, Section, Spanned, table};
 use asperity_statistics::limits::EXPONENTS;
 use asperity_tables::column::Role;
-use asperity_tables::table::Table;
 
 /// Fits Q = Q₀ + Σ cⱼ fⱼ(xⱼ): the limit of an observable where small parameters vanish.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -121,34 +120,44 @@ pub enum WrittenExponent {
     Given(#[schemars(extend("minimum" = EXPONENTS[0], "maximum" = EXPONENTS[1]))] f64),
 }
 
-/// Returns the fits, one for each observable.
-pub fn recipes(section: &Section<LimitTable>, context: &mut CheckContext) -> Option<Vec<Recipe>> {
-    let input = Input { table: context.input, earlier: context.earlier, rows: context.read };
-    fits(section, None, context, |table, checks| {
-        Some(Law::Limits(Arc::new(choices(table, &input, checks)?)))
-    })
+impl StagePoints for Section<LimitTable> {
+    fn work(&self, context: &mut CheckContext) -> Option<Work> {
+        fits(self, None, context, |table, checks| {
+            Some(Law::Limits(Arc::new(choices(table, checks)?)))
+        })
+    }
+
+    /// Returns the kinds of rows with one value per surface, and the kinds of fitted rows.
+    fn reads(&self) -> Option<Reads> {
+        Some(Reads {
+            rows: &[
+                RowKind::Surfaces,
+                RowKind::Spectra,
+                RowKind::Loads,
+                RowKind::Contacts,
+                RowKind::Roughness,
+                RowKind::Corrections,
+                RowKind::Fits,
+                RowKind::Statistics,
+            ],
+            from: "`generate`, `solve`, `measure`, `correct`, other `fit` stages and `aggregate` \
+                   stages with `sql`, where its law is `limits`"
+                .into(),
+        })
+    }
 }
 
-/// Input of a stage, as far as it is known before the study runs.
-struct Input<'a> {
-    table: Option<&'a Table>,
-    /// Tables of the stages on which the input depends.
-    earlier: &'a [(&'a str, &'a Table)],
-    rows: Option<RowKind>,
-}
-
-fn choices(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<LimitChoices> {
+fn choices(table: &LimitTable, checks: &mut StageChecks) -> Option<LimitChoices> {
     let written = checks.required("of", &table.of);
-    let of = written.and_then(|of| Some((of, observable(of, input, checks)?)));
-    let error = of.as_ref().and_then(|(written, of)| error(written, of, input, checks));
-    let terms = terms(table, input, checks);
-    let loads = loads(table, input, checks);
+    let of = written.and_then(|of| Some((of, observable(of, checks)?)));
+    let error = of.as_ref().and_then(|(written, of)| error(written, of, checks));
+    let terms = terms(table, checks);
+    let loads = loads(table, checks);
     let named: BTreeSet<String> =
         terms.iter().flatten().flat_map(|term| term.of.columns()).map(str::to_owned).collect();
     let over = match checks.optional("over", &table.over)? {
         Some(written) => {
-            let names: Vec<_> =
-                written.value.iter().map(|name| over(name, input, checks)).collect();
+            let names: Vec<_> = written.value.iter().map(|name| over(name, checks)).collect();
             let given: Option<BTreeSet<String>> = names.into_iter().collect();
             given.map(|given| given.union(&named).cloned().collect())
         }
@@ -160,9 +169,8 @@ fn choices(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Lim
 /// Parses an expression in columns of the input, which must have the role if one is given.
 fn expression(
     written: &Spanned<String>,
-    input: &Input,
     role: Option<Role>,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Expression> {
     let read = match Expression::parse(&written.value) {
         Ok(read) => read,
@@ -177,11 +185,8 @@ fn expression(
             return None;
         }
     };
-    let named: Vec<bool> = read
-        .columns()
-        .into_iter()
-        .map(|name| is_usable(name, written, input, role, checks))
-        .collect();
+    let named: Vec<bool> =
+        read.columns().into_iter().map(|name| is_usable(name, written, role, checks)).collect();
     named.into_iter().all(|usable| usable).then_some(read)
 }
 
@@ -189,18 +194,17 @@ fn expression(
 fn is_usable(
     name: &str,
     written: &Spanned<String>,
-    input: &Input,
     role: Option<Role>,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> bool {
-    let Some(table) = input.table else {
+    let Some(table) = checks.input else {
         return true;
     };
     let problem = if !table.has(name) {
         let fields = table.batch().schema_ref().fields().iter();
         let usable = fields.filter(|field| role.is_none() || Role::from_field(field) == role);
         let names: Vec<&str> = usable.map(|field| field.name().as_str()).collect();
-        unknown_column(name, &written.span, &names, input.earlier)
+        checks.unknown_column(name, &written.span, &names)
     } else if table.reals(name).is_err() && table.integers(name).is_err() {
         let message = format!("the column {name:?} holds no numbers");
         Problem::new(message, written.span.clone(), "must be a column of numbers")
@@ -217,10 +221,10 @@ fn is_usable(
     false
 }
 
-fn observable(of: &Spanned<String>, input: &Input, checks: &mut Checks) -> Option<Expression> {
-    let read = expression(of, input, None, checks)?;
-    let lacks_surfaces = input.table.is_some_and(|table| !table.has(SURFACE.name));
-    if input.rows == Some(RowKind::Statistics) && lacks_surfaces {
+fn observable(of: &Spanned<String>, checks: &mut StageChecks) -> Option<Expression> {
+    let read = expression(of, None, checks)?;
+    let lacks_surfaces = checks.input.is_some_and(|table| !table.has(SURFACE.name));
+    if checks.read == Some(RowKind::Statistics) && lacks_surfaces {
         let message = "the rows of the `aggregate` stage in `from` do not describe single surfaces";
         let label = "needs the values of every surface";
         let problem = Problem::new(message, of.span.clone(), label);
@@ -230,13 +234,12 @@ fn observable(of: &Spanned<String>, input: &Input, checks: &mut Checks) -> Optio
         ));
         return None;
     }
-    let lacks_loads = input.table.is_some_and(|table| !table.has(LOAD.name));
-    if read.has_slope() && (lacks_loads || input.rows == Some(RowKind::Fits)) {
+    let lacks_loads = checks.input.is_some_and(|table| !table.has(LOAD.name));
+    if read.has_slope() && (lacks_loads || checks.read == Some(RowKind::Fits)) {
         let message =
             "`slope` is the derivative with respect to `load`, which these rows do not have";
         let label = "needs rows of surfaces under loads";
-        checks.report("of", Problem::new(message, of.span.clone(), label));
-        return None;
+        return checks.refuse("of", message, &of.span, label);
     }
     Some(read)
 }
@@ -246,49 +249,45 @@ fn observable(of: &Spanned<String>, input: &Input, checks: &mut Checks) -> Optio
 fn error(
     written: &Spanned<String>,
     of: &Expression,
-    input: &Input,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Option<String>> {
-    if input.rows != Some(RowKind::Fits) {
+    if checks.read != Some(RowKind::Fits) {
         return Some(None);
     }
     let column = match of {
         Expression::Column(name) => Some(format!("{name}_standard_error")),
         _ => None,
     };
-    let known = |column: &String| input.table.is_none_or(|table| table.has(column));
+    let known = |column: &String| checks.input.is_none_or(|table| table.has(column));
     if let Some(column) = column.filter(known) {
         return Some(Some(column));
     }
     let message = format!("the fits have no standard error of {:?}", written.value);
     let label = "must be the name of a fitted parameter, not an expression";
-    checks.report("of", Problem::new(message, written.span.clone(), label));
-    None
+    checks.refuse("of", message, &written.span, label)
 }
 
-fn terms(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Vec<Term>> {
+fn terms(table: &LimitTable, checks: &mut StageChecks) -> Option<Vec<Term>> {
     let written = checks.required("terms", &table.terms)?;
     let checked: Vec<Option<Term>> =
-        written.value.iter().map(|term| self::term(term, input, checks)).collect();
+        written.value.iter().map(|term| self::term(term, checks)).collect();
     let terms = checked.into_iter().collect::<Option<Vec<Term>>>()?;
     let combinations: usize = terms.iter().map(|term| term.forms.len()).product();
     if combinations > MAX_COMBINATIONS {
         let message = format!("the forms of the terms have {combinations} combinations");
         let label = format!("the maximum is {MAX_COMBINATIONS}");
-        checks.report("terms", Problem::new(message, written.span.clone(), label));
-        return None;
+        return checks.refuse("terms", message, &written.span, label);
     }
     Some(terms)
 }
 
-fn term(written: &Spanned<TermTable>, input: &Input, checks: &mut Checks) -> Option<Term> {
+fn term(written: &Spanned<TermTable>, checks: &mut StageChecks) -> Option<Term> {
     let table = &written.value;
-    let of = expression(&table.of, input, Some(Role::Parameter), checks);
+    let of = expression(&table.of, Some(Role::Parameter), checks);
     if of.as_ref().is_some_and(|of| of.columns().is_empty() || of.has_slope()) {
         let message = format!("{:?} is the same at all points", table.of.value);
         let label = "must name a parameter that varies";
-        checks.report("terms", Problem::new(message, table.of.span.clone(), label));
-        return None;
+        return checks.refuse("terms", message, &table.of.span, label);
     }
     let given = table.form.written().map(|form| form.value.all());
     let words = given.unwrap_or_else(|| vec![checks.default_of("terms.form")]);
@@ -306,8 +305,7 @@ fn term(written: &Spanned<TermTable>, input: &Input, checks: &mut Checks) -> Opt
         } else {
             ("a term has no form", "must have at least one form, and a power an exponent")
         };
-        checks.report("terms", Problem::new(message, written.span.clone(), label));
-        return None;
+        return checks.refuse("terms", message, &written.span, label);
     }
     Some(Term { of: of?, forms })
 }
@@ -323,11 +321,11 @@ fn powers(table: &TermTable, checks: &Checks) -> Vec<FormChoice> {
     exponents.into_iter().map(form).collect()
 }
 
-fn loads(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Vec<f64>> {
+fn loads(table: &LimitTable, checks: &mut StageChecks) -> Option<Vec<f64>> {
     let Some(written) = checks.optional("loads", &table.loads)? else {
         return Some(Vec::new());
     };
-    if input.table.is_some_and(|table| !table.has(LOAD.name)) {
+    if checks.input.is_some_and(|table| !table.has(LOAD.name)) {
         exclude! { table, checks, true => loads: "the rows that the stage reads have no load"; }?;
     }
     let loads: Vec<f64> = written.value.iter().map(|load| decimal::nearest(load.value)).collect();
@@ -338,7 +336,7 @@ fn loads(table: &LimitTable, input: &Input, checks: &mut Checks) -> Option<Vec<f
     Some(loads)
 }
 
-fn over(name: &Spanned<String>, input: &Input, checks: &mut Checks) -> Option<String> {
-    let usable = is_usable(&name.value, name, input, Some(Role::Parameter), checks);
+fn over(name: &Spanned<String>, checks: &mut StageChecks) -> Option<String> {
+    let usable = is_usable(&name.value, name, Some(Role::Parameter), checks);
     usable.then(|| name.value.clone())
 }

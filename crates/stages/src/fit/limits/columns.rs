@@ -2,13 +2,13 @@
 
 use arrow::array::ArrayRef;
 
-use super::{FormChoice, LimitChoices, LimitRow, MAX_TERMS, Outcome, WORD};
 use crate::columns::{K_ROLLOFF, LOAD, columns, parameter, parameter_text, real};
 use crate::fit::Params;
-use crate::fit::columns::{
-    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, LAW, RMS_RESIDUAL, SURFACES, UNCONVERGED,
+use crate::fit::fitted_point::{
+    BOOTSTRAP, BOOTSTRAP_FAILED, CHI_SQUARE, DATA, Estimate, FitParameter, LAW, RMS_RESIDUAL,
+    SURFACES, UNCONVERGED, names,
 };
-use crate::fit::parameter::{Estimate, FitParameter, names};
+use crate::fit::limits::{FormChoice, LimitChoices, LimitRow, MAX_TERMS, Outcome, WORD};
 use crate::fit::status::{self, FITTED, STATUS};
 use asperity_tables::column::{Column, Role, integers, optional_reals, texts};
 use asperity_tables::table::Table;

@@ -7,10 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use arrow::array::{Array, Float64Array};
 
-use super::LimitChoices;
 use crate::columns::{K_LOWER, K_ROLLOFF, LOAD, REALIZATION, STOP};
 use crate::ensemble::{Ensemble, Member, Members, ParameterPoint, ensembles, grouped};
-use crate::fit::columns::SURFACES;
+use crate::fit::fitted_point::SURFACES;
+use crate::fit::limits::LimitChoices;
 use crate::solve::is_unconverged;
 use asperity_manifest::decimal;
 use asperity_statistics::Window;
@@ -165,16 +165,8 @@ fn rolloff_ratio(point: &ParameterPoint, choices: &LimitChoices) -> Option<f64> 
     if !varies(K_LOWER.name) || varies(K_ROLLOFF.name) {
         return None;
     }
-    let number = |name: &str| point.get(name).and_then(number_of);
+    let number = |name: &str| point.get(name).and_then(Value::number);
     Some(decimal::nearest(number(K_ROLLOFF.name)? / number(K_LOWER.name)?))
-}
-
-fn number_of(value: &Value) -> Option<f64> {
-    match value {
-        Value::Real(number) => Some(*number),
-        Value::Integer(number) => Some(*number as f64),
-        Value::Text(_) => None,
-    }
 }
 
 fn loads(points: &[Observations], choices: &LimitChoices, window: Window) -> Vec<Option<f64>> {

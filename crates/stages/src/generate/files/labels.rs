@@ -1,17 +1,19 @@
 //! The files that `path` names, and the labels of each.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use regex::Regex;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned as TomlSpanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use super::FileTable;
-use super::patterns::{is_label, is_pattern, matching, mistake};
+use crate::generate::files::FileTable;
 use crate::surface::labels;
+use crate::surface::planned::PlannedSurfaces;
 use crate::surface_files::SurfaceFiles;
+use crate::{Kind, columns_of};
 use asperity_manifest::diagnostics::{Problem, Problems, Span, counted};
 use asperity_manifest::keys::{GridPoint, KeyTable, Section, Spanned, deserialize_either};
 use asperity_tables::column::{ColumnKind, Value};
@@ -82,6 +84,33 @@ pub fn with_labels_of_cases(mut table: DeTable<'_>) -> DeTable<'_> {
         *entries = own;
     }
     table
+}
+
+/// Refuses labels with the names of columns, because two columns of a table cannot have one name.
+pub fn check_names(
+    section: &Section<FileTable>,
+    surfaces: &[PlannedSurfaces],
+    problems: &mut Problems,
+) -> Option<()> {
+    let mut labels = surfaces.iter().filter_map(|one| one.params.origin.labels());
+    let columns = || Kind::ALL.into_iter().flat_map(columns_of);
+    let is_taken = |name: &str| {
+        labels::parameter_of_random_surfaces(name).is_none()
+            && (["path", "task"].contains(&name) || columns().any(|column| column.name == name))
+    };
+    let taken = labels.find_map(|labels| labels.values.keys().find(|name| is_taken(name)));
+    let Some(taken) = taken else { return Some(()) };
+    let written = || section.points.iter().filter_map(|point| point.table.labels.written());
+    let of_name = written().find_map(|labels| match &labels.value {
+        WrittenLabels::Table(values) => values.get(taken).map(|value| &value.span),
+        WrittenLabels::File(_) => Some(&labels.span),
+    });
+    let path = || section.points.first()?.table.path.written().map(|path| &path.span);
+    let span = of_name.or_else(path).unwrap_or(&section.span).clone();
+    let message = format!("a label cannot be called `{taken}`");
+    let label = "name of another column of the tables";
+    problems.push(Problem::new(message, span, label).help("choose another word"));
+    None
 }
 
 /// Returns whether a word is a key in other letters, or with one letter too many, too few, swapped
@@ -218,57 +247,39 @@ fn typed(
     labels: Vec<(BTreeMap<String, Word>, Span)>,
     problems: &mut Problems,
 ) -> Option<Vec<BTreeMap<String, Value>>> {
+    let names: BTreeSet<&String> = labels.iter().flat_map(|(own, _)| own.keys()).collect();
     let mut kinds: BTreeMap<String, ColumnKind> = BTreeMap::new();
-    let mut words: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    let mut is_clear = true;
-    for (own, span) in &labels {
-        for (name, word) in own {
-            let kind = match word {
-                Word::Text(text) => {
-                    words.entry(name).or_default().push(text);
-                    continue;
-                }
-                Word::Value(Value::Integer(_)) => ColumnKind::Integer,
-                Word::Value(Value::Real(_)) => ColumnKind::Real,
-                Word::Value(Value::Text(_)) => ColumnKind::Text,
-            };
-            let known = *kinds.entry(name.clone()).or_insert(kind);
-            let common = common(known, kind);
-            match common {
-                Some(common) => {
-                    kinds.insert(name.clone(), common);
-                }
-                None => {
-                    let message =
-                        format!("the label `{name}` is a number in one place and text in another");
-                    problems.push(Problem::new(message, span.clone(), "labelled differently"));
-                    is_clear = false;
-                }
+    for name in names {
+        let own = || labels.iter().filter_map(|(own, span)| Some((own.get(name)?, span)));
+        let texts = own().filter_map(|(word, _)| match word {
+            Word::Text(text) => Some(text.as_str()),
+            Word::Value(_) => None,
+        });
+        let words: Vec<&str> = texts.collect();
+        let of_words = (!words.is_empty()).then(|| Some(kind_of(&words)));
+        let of_values = own().filter_map(|(word, _)| match word {
+            Word::Text(_) => None,
+            Word::Value(Value::Integer(_)) => Some(Some(ColumnKind::Integer)),
+            Word::Value(Value::Real(_)) => Some(Some(ColumnKind::Real)),
+            Word::Value(Value::Text(_)) => Some(Some(ColumnKind::Text)),
+        });
+        let kind = of_values.chain(of_words).reduce(|one, other| common(one?, other?)).flatten();
+        let parameter = labels::parameter_of_random_surfaces(name).map(|parameter| parameter.kind);
+        let message = match (kind, parameter) {
+            (None, _) => format!("the label `{name}` is a number in one place and text in another"),
+            (Some(kind), Some(parameter)) if common(kind, parameter) != Some(parameter) => {
+                format!("the label `{name}` must be a number like the parameter of random surfaces")
             }
-        }
-    }
-    for (name, words) in words {
-        let kind = kind_of(&words);
-        let known = kinds.get(name).copied().unwrap_or(kind);
-        kinds.insert(name.to_owned(), common(known, kind).unwrap_or(ColumnKind::Text));
-    }
-    for (name, kind) in &mut kinds {
-        let Some(parameter) = labels::parameter_of_random_surfaces(name) else { continue };
-        let span = labels.iter().find(|(own, _)| own.contains_key(name)).map(|(_, span)| span);
-        match (common(*kind, parameter.kind) == Some(parameter.kind), span) {
-            (false, Some(span)) => {
-                let message = format!(
-                    "the label `{name}` must be a number like the parameter of random surfaces"
-                );
-                problems.push(Problem::new(message, span.clone(), "has this label"));
-                is_clear = false;
+            (Some(kind), parameter) => {
+                kinds.insert(name.clone(), parameter.unwrap_or(kind));
+                continue;
             }
-            _ => *kind = parameter.kind,
-        }
+        };
+        let (_, span) = own().last()?;
+        problems.push(Problem::new(message, span.clone(), "has this label"));
     }
     let value = |name: &str, word: Word| {
-        let kind = kinds[name];
-        match (word, kind) {
+        Some(match (word, kinds.get(name)?) {
             (Word::Value(Value::Integer(number)), ColumnKind::Real) => Value::Real(number as f64),
             (Word::Value(value), _) => value,
             (Word::Text(text), ColumnKind::Integer) => {
@@ -278,16 +289,16 @@ fn typed(
                 text.parse().map_or(Value::Text(text), Value::Real)
             }
             (Word::Text(text), _) => Value::Text(text),
-        }
+        })
     };
     let of_file = |(own, _): (BTreeMap<String, Word>, Span)| {
         let typed = own.into_iter().map(|(name, word)| {
-            let value = value(&name, word);
-            (name, value)
+            let value = value(&name, word)?;
+            Some((name, value))
         });
         typed.collect()
     };
-    is_clear.then(|| labels.into_iter().map(of_file).collect())
+    labels.into_iter().map(of_file).collect()
 }
 
 /// Returns the type that holds values of two types, if there is one.
@@ -403,6 +414,109 @@ fn lines(text: &str) -> Result<Vec<BTreeMap<String, String>>, String> {
     reader.records().map(line).collect()
 }
 
+/// File that a pattern matches.
+#[derive(Debug, PartialEq)]
+pub struct MatchedFile {
+    /// Path relative to the manifest.
+    pub path: String,
+    /// Text of each placeholder, by name.
+    pub labels: Vec<(String, String)>,
+}
+
+/// Returns whether a path is a pattern.
+pub fn is_pattern(path: &str) -> bool {
+    path.contains(['*', '?', '{'])
+}
+
+/// Returns what is wrong with a pattern, if anything is.
+pub fn mistake(pattern: &str) -> Option<String> {
+    let mut names = Vec::new();
+    let mut rest = pattern;
+    while let Some((before, after)) = rest.split_once('{') {
+        let closed = after.split_once('}');
+        let Some((name, next)) = closed.filter(|_| !before.contains('}')) else {
+            return Some("a `{` lacks its `}`".to_owned());
+        };
+        if !is_label(name) {
+            return Some(format!("`{{{name}}}` does not have the name of a label"));
+        }
+        if names.contains(&name) {
+            return Some(format!("`{{{name}}}` is there twice"));
+        }
+        names.push(name);
+        rest = next;
+    }
+    rest.contains('}').then(|| "a `}` lacks its `{`".to_owned())
+}
+
+/// Returns whether a word can be the name of a label: letters, digits and `_`, with a letter first.
+pub fn is_label(name: &str) -> bool {
+    let rest = name.strip_prefix(|first: char| first.is_ascii_alphabetic());
+    rest.is_some_and(|rest| {
+        rest.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
+    })
+}
+
+/// Returns the files that a pattern matches, sorted by path.
+///
+/// `*` stands for any text within a folder or file, `{name}` for any text that is not empty, and
+/// `?` for one character. A placeholder takes the shortest text with which the rest matches. Hidden
+/// files match only patterns that start with a dot.
+pub fn matching(pattern: &str, sources: &SurfaceFiles) -> Vec<MatchedFile> {
+    let start = if pattern.starts_with('/') { "/" } else { "" };
+    let mut found = vec![MatchedFile { path: start.to_owned(), labels: Vec::new() }];
+    for part in pattern.split('/').filter(|part| !part.is_empty()) {
+        let expression = expression(part);
+        let below = |folder: MatchedFile| {
+            let inside = |name: &str| match folder.path.as_str() {
+                "" | "/" => format!("{}{name}", folder.path),
+                path => format!("{path}/{name}"),
+            };
+            if !is_pattern(part) {
+                return vec![MatchedFile { path: inside(part), labels: folder.labels }];
+            }
+            let names = sources.names_in(Path::new(&folder.path)).into_iter();
+            let entry = |name: String| {
+                let is_hidden = name.starts_with('.') && !part.starts_with('.');
+                let own = labels(&expression, &name).filter(|_| !is_hidden)?;
+                let labels = [folder.labels.clone(), own].concat();
+                Some(MatchedFile { path: inside(&name), labels })
+            };
+            names.filter_map(entry).collect()
+        };
+        found = found.into_iter().flat_map(below).collect();
+    }
+    found.retain(|file| sources.has(Path::new(&file.path)));
+    found.sort_by(|one, other| one.path.cmp(&other.path));
+    found
+}
+
+/// Returns the regular expression of a part of a pattern without mistakes. Each placeholder is a
+/// group.
+fn expression(pattern: &str) -> Regex {
+    let mut text = "(?s)^".to_owned();
+    let mut letters = pattern.chars();
+    while let Some(letter) = letters.next() {
+        match (letter, letters.as_str().split_once('}')) {
+            ('*', _) => text += ".*?",
+            ('?', _) => text += ".",
+            ('{', Some((name, rest))) => {
+                text += &format!("(?<{name}>.+?)");
+                letters = rest.chars();
+            }
+            _ => text += &regex::escape(&letter.to_string()),
+        }
+    }
+    Regex::new(&(text + "$")).expect("names of labels are names of groups")
+}
+
+/// Returns the texts of the placeholders if a name matches.
+fn labels(expression: &Regex, name: &str) -> Option<Vec<(String, String)>> {
+    let found = expression.captures(name)?;
+    let groups = expression.capture_names().flatten();
+    Some(groups.map(|group| (group.to_owned(), found[group].to_owned())).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -456,5 +570,50 @@ mod tests {
         assert!(lines("name,specimen\na,A").unwrap_err().contains("`path` or `file`"));
         assert!(lines("path,my label\na,A").unwrap_err().contains("`my label`"));
         assert_eq!(lines("path,b\na,A\nb").unwrap_err(), "the line \"b\" has 1 cell, not 2");
+    }
+}
+
+#[cfg(test)]
+mod tests_of_patterns {
+    use super::*;
+
+    #[test]
+    fn placeholders_take_the_shortest_text_with_which_the_rest_matches() {
+        let labels = |pattern: &str, name: &str| labels(&expression(pattern), name);
+        let own = |name: &str, text: &str| (name.to_owned(), text.to_owned());
+        let found = labels("{specimen}-{state}-*.x3p", "A-run-in-3.x3p").unwrap();
+        assert_eq!(found, [own("specimen", "A"), own("state", "run")]);
+        assert_eq!(labels("s?_{n}.npy", "s1_07.npy").unwrap(), [own("n", "07")]);
+        assert_eq!(labels("*µ*", "3 µm").unwrap(), []);
+        assert_eq!(labels("{a}.npy", ".npy"), None);
+        assert_eq!(labels("*.npy", "a.npz"), None);
+    }
+
+    #[test]
+    fn files_in_folders_are_found_in_the_order_of_their_paths() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["b/2.npy", "a/10.npy", "a/1.npy", "a/.hidden.npy", "a/notes.txt"] {
+            let file = folder.path().join(name);
+            std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+            std::fs::write(file, name).unwrap();
+        }
+        let sources = SurfaceFiles::new(folder.path());
+        let paths = |pattern: &str| {
+            let files = matching(pattern, &sources).into_iter();
+            files.map(|file| file.path).collect::<Vec<_>>()
+        };
+        assert_eq!(paths("{specimen}/*.npy"), ["a/1.npy", "a/10.npy", "b/2.npy"]);
+        assert_eq!(paths("a/?.npy"), ["a/1.npy"]);
+        assert_eq!(paths("?/2.npy"), ["b/2.npy"]);
+        assert!(paths("c*/1.npy").is_empty());
+    }
+
+    #[test]
+    fn mistakes_in_patterns_are_named() {
+        assert_eq!(mistake("a/{specimen}_*.npy"), None);
+        assert_eq!(mistake("a*").as_deref(), None);
+        for pattern in ["{a", "a}", "{a}{a}", "{}", "{a b}", "}{"] {
+            assert!(mistake(pattern).is_some(), "{pattern}");
+        }
     }
 }

@@ -3,7 +3,6 @@
 use std::ops::RangeBounds;
 
 use super::{FileKeys, FileTable, is_profile};
-use crate::generate::mesh::square_cells;
 use crate::map_file::MapFile;
 use crate::per_axis::PerAxis;
 use asperity_manifest::decimal;
@@ -222,10 +221,7 @@ fn check_both(
     [nodes_x, nodes_y]: [usize; 2],
     checks: &mut Checks,
 ) -> Option<()> {
-    let OnAxes::Both(side) = sides.value else {
-        return Some(());
-    };
-    if nodes_x == nodes_y || nodes_y == 1 {
+    if matches!(sides.value, OnAxes::Each(_)) || nodes_x == nodes_y || nodes_y == 1 {
         return Some(());
     }
     let message = format!(
@@ -234,12 +230,7 @@ fn check_both(
     );
     let problem = Problem::new(message, sides.span.clone(), "one number")
         .and(path.span.clone(), "rectangular map");
-    let counts = [nodes_x, nodes_y].map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX));
-    checks.reject(problem.help(format!(
-        "give the sides along the first and the second axis of the array; `side = {}` makes cells \
-         square",
-        square_cells(counts, side)
-    )))
+    checks.reject(problem.help("give the sides along the first and the second axis of the array"))
 }
 
 /// Reports that neither the manifest nor the file gives the side of the map.

@@ -2,26 +2,30 @@
 
 use std::ops::{RangeBounds, RangeInclusive};
 
-use super::{FileKeys, FileTable, FoundLowPass, WrittenLowPass, is_profile, repairs};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::generate::files::{FileKeys, FileTable, WrittenLowPass, is_profile};
 use crate::generate::mesh::{MAX_NODES, MIN_NODES};
 use crate::generate::plausibility::slope_and_span;
 use crate::map_file::MapFile;
 use crate::per_axis::PerAxis;
 use crate::surface::origin::InspectedMap;
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::{Problem, Span};
-use asperity_manifest::keys::OnAxes;
+use asperity_manifest::diagnostics::Problem;
 use asperity_manifest::keys::bounds::QUANTITY;
 use asperity_manifest::keys::checks::Checks;
+use asperity_manifest::keys::declare::length;
 use asperity_mechanics::grid::{Cell, Grid};
+use asperity_mechanics::topography::alignment::{Alignment, LineFit};
 use asperity_mechanics::topography::differences::edge_step_ratio;
 use asperity_mechanics::topography::fill::Fill;
-use asperity_mechanics::topography::level::Level;
+use asperity_mechanics::topography::level::{Level, ThreePoints};
+use asperity_mechanics::topography::outliers::Spikes;
 use asperity_mechanics::topography::periodic::Edges;
 use asperity_mechanics::topography::preparation::{
     Crop, FoundCutoff, Levelled, LowPass, Preparation, PreparationError, spread,
 };
-use asperity_mechanics::topography::reliability::Reliability;
 use asperity_mechanics::topography::surface::{Axis, Scan};
 
 /// Numbers of points of profiles.
@@ -30,10 +34,10 @@ const PROFILE_POINTS: RangeInclusive<usize> = 16..=1 << 22;
 /// Returns the preparation of the map, after the checks that need no map.
 pub fn preparation(table: &FileTable, checks: &mut Checks) -> Option<Preparation> {
     let crop = crop(table, checks);
-    let spikes = repairs::spikes(table, checks);
+    let spikes = spikes(table, checks);
     let islands = checks.optional("islands", &table.islands);
-    let align = repairs::alignment(table, checks);
-    let level_through = repairs::level_through(table, checks);
+    let align = alignment(table, checks);
+    let level_through = level_through(table, checks);
     let resample = resample(table, checks);
     let high_pass = checks.optional_number("high_pass", &table.high_pass);
     let low_pass = low_pass(table, checks);
@@ -67,24 +71,18 @@ fn low_pass(table: &FileTable, checks: &mut Checks) -> Option<Option<LowPass>> {
     let Some(written) = checks.optional("low_pass", &table.low_pass)? else {
         return Some(None);
     };
-    let is_known = table.tip_radius.written().is_some() || table.noise_floor.value() == Some(true);
-    match written.value {
-        WrittenLowPass::Wavelength(cutoff) => {
-            Some(Some(LowPass::Wavelength(decimal::nearest(cutoff))))
-        }
-        WrittenLowPass::Found(FoundLowPass::Reliable) if !is_known => {
-            let message = "`low_pass = \"reliable\"` needs the limits of the instrument";
-            let label = "needs `tip_radius` or `noise_floor = true`";
-            let problem = Problem::new(message, written.span.clone(), label);
-            checks.reject(problem.help(
-                "give the radius of the tip, such as `tip_radius = \"10 nm\"`, or search for noise \
-                 by `noise_floor = true`",
-            ))
-        }
-        WrittenLowPass::Found(FoundLowPass::Reliable) => {
-            Some(Some(LowPass::Found(FoundCutoff::Reliable)))
-        }
+    if let WrittenLowPass::Wavelength(cutoff) = written.value {
+        return Some(Some(LowPass::Wavelength(decimal::nearest(cutoff))));
     }
+    if table.tip_radius.written().is_some() || table.noise_floor.value() == Some(true) {
+        return Some(Some(LowPass::Found(FoundCutoff::Reliable)));
+    }
+    let message = "`low_pass = \"reliable\"` needs the limits of the instrument";
+    let label = "needs `tip_radius` or `noise_floor = true`";
+    checks.reject(Problem::new(message, written.span.clone(), label).help(
+        "give the radius of the tip, such as `tip_radius = \"10 nm\"`, or search for noise by \
+         `noise_floor = true`",
+    ))
 }
 
 /// Returns the wavelength of a low-pass filter, if the manifest gives it.
@@ -175,7 +173,6 @@ pub fn inspected(
     check_holes(keys, &levelled, checks)?;
     check_heights(keys, scan, before, checks)?;
     check_cutoffs(keys, grid, checks)?;
-    check_resampled(keys, grid, checks)?;
     let (nodes, side) = prepared(keys, grid);
     let edge_step_ratio = if keys.edges == Edges::Periodic { edge_step_ratio(scan) } else { 0.0 };
     let (points, missing, removed) = (grid.count(), scan.missing(), levelled.removed);
@@ -186,7 +183,6 @@ pub fn inspected(
     } else {
         None
     };
-    check_reliable_band(keys, grid, reliability.as_ref(), checks)?;
     Some(InspectedMap {
         nodes: PerAxis(nodes),
         side: PerAxis(side),
@@ -203,35 +199,6 @@ pub fn inspected(
         rms_slope: Some(rms_slope),
         height_span,
     })
-}
-
-/// Refuses `low_pass = "reliable"` if it leaves no waves of the map.
-fn check_reliable_band(
-    keys: &FileKeys,
-    grid: Grid,
-    reliability: Option<&Reliability>,
-    checks: &mut Checks,
-) -> Option<()> {
-    let Preparation { low_pass, high_pass, .. } = keys.preparation;
-    let written = keys.table.low_pass.written();
-    let is_reliable = matches!(low_pass, Some(LowPass::Found(FoundCutoff::Reliable)));
-    let Some((found, written)) = reliability.zip(written).filter(|_| is_reliable) else {
-        return Some(());
-    };
-    let (longest, of) = match high_pass {
-        Some(cutoff) => (cutoff, "`high_pass`"),
-        None => (grid.cell().longer_side(), "the longer side of the map"),
-    };
-    if found.wavelength < longest {
-        return Some(());
-    }
-    let [reliable, longest] = [found.wavelength, longest].map(decimal::nearest);
-    let message = format!(
-        "the shortest reliable wavelength of {:?} is {reliable:?}, and {of} is {longest:?}",
-        keys.path.value
-    );
-    let problem = Problem::new(message, written.span.clone(), "leaves no waves of the map");
-    checks.reject(problem.help("check `tip_radius`, raise `high_pass`, or give a wavelength"))
 }
 
 /// Creates the problem of a crop, or of three points, that do not fit the map.
@@ -361,58 +328,22 @@ fn check_cutoffs(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()>
     let [x, y] = grid.spacing();
     let least = decimal::nearest(2.0 * x.max(y));
     let most = decimal::nearest(grid.cell().longer_side());
-    let table = keys.table;
-    let span = |span: Option<&Span>| span.cloned();
+    let (high_pass, low_pass) = (keys.table.high_pass.written(), keys.table.low_pass.written());
     let both = [
-        (
-            "high_pass",
-            keys.preparation.high_pass,
-            span(table.high_pass.written().map(|written| &written.span)),
-        ),
-        (
-            "low_pass",
-            wavelength(keys.preparation.low_pass),
-            span(table.low_pass.written().map(|written| &written.span)),
-        ),
+        ("high_pass", keys.preparation.high_pass.zip(high_pass.map(|key| &key.span))),
+        ("low_pass", wavelength(keys.preparation.low_pass).zip(low_pass.map(|key| &key.span))),
     ];
     let mut all = Some(());
-    for (name, cutoff, span) in both {
-        let Some((cutoff, span)) = cutoff.zip(span) else {
-            continue;
-        };
-        // Two steps, or a side, may be written with a few digits.
+    for (name, (cutoff, span)) in both.into_iter().filter_map(|(name, key)| Some((name, key?))) {
         let rounding = 1e-6;
-        if cutoff >= least * (1.0 - rounding) && cutoff <= most * (1.0 + rounding) {
-            continue;
+        if cutoff < least * (1.0 - rounding) || cutoff > most * (1.0 + rounding) {
+            let message =
+                format!("`{name} = {cutoff}` is not a wavelength of {:?}", keys.path.value);
+            let label = format!("must be from {least:?}, two steps, to {most:?}, the longer side");
+            all = checks.refuse(name, message, span, label);
         }
-        let message = format!("`{name} = {cutoff}` is not a wavelength of {:?}", keys.path.value);
-        let label = format!("must be from {least:?}, two steps, to {most:?}, the longer side");
-        checks.report(name, Problem::new(message, span, label));
-        all = None;
     }
     all
-}
-
-/// Refuses one number of nodes for a rectangle, because the shape of its cells is then unknown.
-fn check_resampled(keys: &FileKeys, grid: Grid, checks: &mut Checks) -> Option<()> {
-    let Some(written) = keys.table.resample.written() else {
-        return Some(());
-    };
-    let [side_x, side_y] = grid.cell().size();
-    let OnAxes::Both(nodes) = written.value else {
-        return Some(());
-    };
-    if (side_x - side_y).abs() <= 1e-9 * side_x {
-        return Some(());
-    }
-    let message = format!("{:?} is a rectangle, but `resample` is one number", keys.path.value);
-    let longer = side_x.max(side_y);
-    let square = [side_x, side_y].map(|side| (f64::from(nodes) * side / longer).round());
-    let problem = Problem::new(message, written.span.clone(), "one number");
-    checks.reject(problem.help(format!(
-        "give the nodes along x and along y; `resample = {}` makes cells square, or nearly so",
-        OnAxes::Each(square)
-    )))
 }
 
 /// Returns the nodes and the sides of the prepared map, along x and y.
@@ -422,4 +353,75 @@ fn prepared(keys: &FileKeys, grid: Grid) -> ([u32; 2], [f64; 2]) {
     let copies = copies(keys);
     let side = grid.cell().size().map(|side| f64::from(copies) * side);
     (nodes.map(|nodes| copies * nodes), side)
+}
+
+/// Function of each scan line that `align` subtracts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum WrittenAlignment {
+    /// The median of the line.
+    Median,
+    /// The sum of the medians of the differences of neighbouring lines.
+    Differences,
+    /// The least-squares polynomial of degree `align_degree`.
+    Polynomial,
+}
+
+/// Three positions on the plane that `level_through` subtracts.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WrittenPoints {
+    /// First position, as `[x, y]`.
+    #[schemars(transform = length)]
+    pub a: [f64; 2],
+    /// Second position, as `[x, y]`.
+    #[schemars(transform = length)]
+    pub b: [f64; 2],
+    /// Third position, as `[x, y]`.
+    #[schemars(transform = length)]
+    pub c: [f64; 2],
+}
+
+/// Returns the spikes to remove, or `Some(None)` if the manifest has no key `spikes`.
+pub fn spikes(table: &FileTable, checks: &mut Checks) -> Option<Option<Spikes>> {
+    let threshold = checks.optional_number("spikes", &table.spikes)?;
+    let Some(threshold) = threshold else {
+        return Some(None);
+    };
+    let window: u32 = checks.value("spike_window", &table.spike_window)?;
+    match table.spike_window.written().filter(|_| window.is_multiple_of(2)) {
+        Some(written) => {
+            let message = format!("`spike_window` is {window}");
+            checks.refuse("spike_window", message, &written.span, "must be an odd number")
+        }
+        None => Some(Some(Spikes { threshold, window })),
+    }
+}
+
+/// Returns the alignment of the scan lines, or `Some(None)` if the manifest has no key `align`.
+pub fn alignment(table: &FileTable, checks: &mut Checks) -> Option<Option<Alignment>> {
+    let written = checks.optional("align", &table.align)?.map(|written| written.value);
+    let Some(written) = written else {
+        return Some(None);
+    };
+    let along = checks.value("align_along", &table.align_along)?;
+    let by = match written {
+        WrittenAlignment::Median => LineFit::Median,
+        WrittenAlignment::Differences => LineFit::Differences,
+        WrittenAlignment::Polynomial => {
+            LineFit::Polynomial { degree: checks.value("align_degree", &table.align_degree)? }
+        }
+    };
+    Some(Some(Alignment { along, by }))
+}
+
+/// Returns the positions on the plane to subtract, or `Some(None)` if the manifest has no key
+/// `level_through`.
+pub fn level_through(table: &FileTable, checks: &mut Checks) -> Option<Option<ThreePoints>> {
+    let Some(written) = checks.optional("level_through", &table.level_through)? else {
+        return Some(None);
+    };
+    let [a, b, c] = [written.value.a, written.value.b, written.value.c]
+        .map(|point| point.map(decimal::nearest));
+    Some(Some(ThreePoints { a, b, c }))
 }

@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::FileTable;
 use crate::ensemble::ParameterPoint;
-use crate::generate::realizations::{Realizations, realizations};
+use crate::generate::files::FileTable;
 use crate::surface::Origin;
 use crate::surface::coordinates::coordinates;
 use crate::surface::origin::MeasuredSurface;
-use crate::surface::planned::{Growth, PlannedSurfaces};
+use crate::surface::planned::{Growth, PlannedSurfaces, Realizations, realizations};
 use asperity_manifest::diagnostics::{Problem, Problems, counted};
 use asperity_manifest::keys::Section;
 use asperity_manifest::keys::checks::Checks;

@@ -2,13 +2,14 @@
 
 use arrow::array::ArrayRef;
 
-use super::Params;
 use crate::columns::*;
 use crate::reduced_units::{PressureUnit, Scales};
-use crate::solve::control::Control;
+use crate::solve::Control;
+use crate::solve::adhesion::Params;
 use crate::solve::parts::counted;
+use crate::stage::first_real;
 use crate::table_columns::Values::{Count, OptionalReal, Real, Text};
-use crate::table_columns::{TableColumns, column, column_in_role};
+use crate::table_columns::{TableColumns, column, column_if, column_in_role};
 use crate::{StageError, nominal_area};
 use asperity_mechanics::adhesion::{AdhesiveState, Stop};
 use asperity_mechanics::distribution::EqualBins;
@@ -92,43 +93,38 @@ fn roles(params: &Params) -> [Role; 3] {
 /// Returns the light columns of the states of a path, without the coordinates of surfaces and the
 /// settings.
 pub fn columns<'a>() -> TableColumns<Params, StateRow<'a>> {
-    TableColumns::<Params, StateRow>::new()
-        .and([
-            column(BRANCH, Text(|row| row.solved.branch)),
-            column_in_role(LOAD, |params| roles(params)[0], Real(|row| row.mean.load)),
-            column_in_role(PRESSURE, |params| roles(params)[1], Real(|row| row.mean.pressure)),
-            column_in_role(MEAN_GAP, |params| roles(params)[2], OptionalReal(|row| row.mean.gap)),
-        ])
-        .and_if(
-            |params| params.newtons.is_some(),
-            [column(FORCE, OptionalReal(|row| row.mean.force))],
-        )
-        .and_if(is_free, [column(MEAN_DISPLACEMENT, OptionalReal(|row| row.mean.displacement))])
-        .and_if(
+    TableColumns::<Params, StateRow>::new([
+        column(BRANCH, Text(|row| row.solved.branch)),
+        column_in_role(LOAD, |params| Some(roles(params)[0]), Real(|row| row.mean.load)),
+        column_in_role(PRESSURE, |params| Some(roles(params)[1]), Real(|row| row.mean.pressure)),
+        column_in_role(MEAN_GAP, |params| Some(roles(params)[2]), OptionalReal(|row| row.mean.gap)),
+        column_if(|params| params.newtons.is_some(), FORCE, OptionalReal(|row| row.mean.force)),
+        column_if(is_free, MEAN_DISPLACEMENT, OptionalReal(|row| row.mean.displacement)),
+        column_if(
             |params| is_free(params) && params.control == Control::Gap,
-            [column(PRESCRIBED_GAP, Real(|row| row.solved.given))],
-        )
-        .and([
-            column(STEP, Count(|row| row.solved.index + 1)),
-            column(TABOR, OptionalReal(|row| row.surface.tabor)),
-            column(STICKINESS, OptionalReal(|row| row.surface.stickiness)),
-            column(ADHESIVE_CONTACT_NODES, Count(|row| row.state.contact_nodes)),
-            column(CONTACT_FRACTION, Real(|row| row.fraction(row.state.contact_nodes))),
-            column(REPULSIVE_NODES, Count(|row| row.state.repulsive_nodes)),
-            column(REPULSIVE_FRACTION, Real(|row| row.fraction(row.state.repulsive_nodes))),
-            column(ATTRACTIVE_PRESSURE, OptionalReal(|row| row.in_unit(|s| s.attractive_pressure))),
-            column(REPULSIVE_PRESSURE, OptionalReal(|row| row.in_unit(|s| s.repulsive_pressure))),
-            column(PRESSURE_IN_CONTACT, OptionalReal(|row| row.in_unit(|s| s.pressure_in_contact))),
-            column(PEAK_PRESSURE, OptionalReal(|row| row.in_unit(|s| s.peak_pressure))),
-            column(ELASTIC_ENERGY, OptionalReal(|row| row.mean.elastic)),
-            column(ADHESION_ENERGY, OptionalReal(|row| row.mean.adhesion)),
-            column(DISSIPATED_ENERGY, OptionalReal(|row| row.dissipated)),
-            column(PULL_OFF_LOAD, OptionalReal(|row| row.state.pull_off_load)),
-            column(PULL_OFF_PRESSURE, OptionalReal(StateRow::pull_off_pressure)),
-            column(PAIRS, Count(|row| row.state.pairs as usize)),
-            column(ADHESIVE_RESIDUAL, OptionalReal(|row| row.bound().map(|state| state.residual))),
-            column(ADHESIVE_STOP, Text(|row| stop_name(row.state.stop))),
-        ])
+            PRESCRIBED_GAP,
+            Real(|row| row.solved.given),
+        ),
+        column(STEP, Count(|row| row.solved.index + 1)),
+        column(TABOR, OptionalReal(|row| row.surface.tabor)),
+        column(STICKINESS, OptionalReal(|row| row.surface.stickiness)),
+        column(ADHESIVE_CONTACT_NODES, Count(|row| row.state.contact_nodes)),
+        column(CONTACT_FRACTION, Real(|row| row.fraction(row.state.contact_nodes))),
+        column(REPULSIVE_NODES, Count(|row| row.state.repulsive_nodes)),
+        column(REPULSIVE_FRACTION, Real(|row| row.fraction(row.state.repulsive_nodes))),
+        column(ATTRACTIVE_PRESSURE, OptionalReal(|row| row.in_unit(|s| s.attractive_pressure))),
+        column(REPULSIVE_PRESSURE, OptionalReal(|row| row.in_unit(|s| s.repulsive_pressure))),
+        column(PRESSURE_IN_CONTACT, OptionalReal(|row| row.in_unit(|s| s.pressure_in_contact))),
+        column(PEAK_PRESSURE, OptionalReal(|row| row.in_unit(|s| s.peak_pressure))),
+        column(ELASTIC_ENERGY, OptionalReal(|row| row.mean.elastic)),
+        column(ADHESION_ENERGY, OptionalReal(|row| row.mean.adhesion)),
+        column(DISSIPATED_ENERGY, OptionalReal(|row| row.dissipated)),
+        column(PULL_OFF_LOAD, OptionalReal(|row| row.state.pull_off_load)),
+        column(PULL_OFF_PRESSURE, OptionalReal(StateRow::pull_off_pressure)),
+        column(PAIRS, Count(|row| row.state.pairs as usize)),
+        column(ADHESIVE_RESIDUAL, OptionalReal(|row| row.bound().map(|state| state.residual))),
+        column(ADHESIVE_STOP, Text(|row| stop_name(row.state.stop))),
+    ])
 }
 
 /// Returns the row of a state. `surface` is the row of the surface in the table of its stage, and
@@ -251,9 +247,7 @@ impl MeanState {
         let Some(before) = before else {
             return Ok(Some(0.0));
         };
-        let value = |column: Column| -> Result<Option<f64>, StageError> {
-            Ok(before.reals(column.name)?.iter().next().flatten())
-        };
+        let value = |column: Column| first_real(before, column);
         let (Some(lost), Some(elastic), Some(adhesion), Some(gap_before)) = (
             value(DISSIPATED_ENERGY)?,
             value(ELASTIC_ENERGY)?,
@@ -262,7 +256,7 @@ impl MeanState {
         ) else {
             return Ok(Some(0.0));
         };
-        let displacement_before = value(MEAN_DISPLACEMENT).ok().flatten().unwrap_or(0.0);
+        let displacement_before = value(MEAN_DISPLACEMENT)?.unwrap_or(0.0);
         let displacement = self.displacement.unwrap_or(0.0) - displacement_before;
         let pressure_before = before.reals(PRESSURE.name)?.value(0);
         let approach = displacement - (gap - gap_before);

@@ -7,16 +7,14 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::adhesion_units::Conversion;
-use super::loads::{Loads, StoredPressures};
-use super::{Method, SolveTable, against, bodies, forces, lack_unit, load_unit, loads};
-use crate::check_context::Surfaces;
-use crate::solve::Pressures;
+use crate::check_context::{StageChecks, converted, unit_of};
 use crate::solve::adhesion::{Params, VERSION};
-use crate::solve::control::Control;
+use crate::solve::keys::loads::{self, Loads, StoredPressures};
+use crate::solve::keys::{Method, SolveTable, against, bodies, lack_unit, load_unit};
+use crate::solve::{Control, Pressures};
 use crate::{Recipe, nominal_area};
 use asperity_manifest::decimal;
-use asperity_manifest::diagnostics::Problem;
+use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length, positive_items, work};
 use asperity_manifest::keys::{Key, Spanned, deserialize_either};
@@ -103,23 +101,21 @@ pub fn recipes(
     table: &SolveTable,
     adhesion: AdhesionTable,
     boundary: Option<Boundary>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Vec<Recipe>> {
     check_method(table, checks)?;
     let prescribes_gaps = table.control.value().is_some_and(|control| !control.is_load());
-    let forces =
-        if prescribes_gaps { vec![None] } else { forces::newtons(table, surfaces, checks)? };
-    bodies::bodies(table, surfaces, checks)?;
+    let forces = if prescribes_gaps { vec![None] } else { loads::newtons(table, checks)? };
+    bodies::bodies(table, checks)?;
     let effective_modulus = bodies::modulus(table, checks);
     let load_unit = load_unit(table, checks);
-    let conversion = Conversion::new(adhesion.work, surfaces, checks)?;
+    let conversion = Conversion::new(adhesion.work, checks)?;
     let adhesion = AdhesionTable {
         work: conversion.work(adhesion.work),
         range: conversion.length(adhesion.range),
         ..adhesion
     };
-    check_mesh(table, adhesion, effective_modulus?, surfaces, checks)?;
+    check_mesh(table, adhesion, effective_modulus?, checks)?;
     let control = checks.value("control", &table.control)?;
     let listed = match control {
         Control::Load => listed_loads(table, checks)?,
@@ -130,8 +126,8 @@ pub fn recipes(
     let path = checks.optional("path", &table.path)?;
     let targets = path.map_or(PathShape::AsGiven, |path| path.value).states(listed);
     let all = Some(&targets[..]);
-    let pressure_bins = loads::pressure_bins(table, effective_modulus, all, surfaces, checks);
-    let gap_bins = loads::gap_bins(table, all, surfaces, checks);
+    let pressure_bins = loads::pressure_bins(table, effective_modulus, all, checks);
+    let gap_bins = loads::gap_bins(table, all, checks);
     let load_unit = load_unit?;
     let has_loads = control == Control::Load && targets.iter().any(|load| *load != 0.0);
     let given = Params {
@@ -169,11 +165,10 @@ fn check_mesh(
     table: &SolveTable,
     adhesion: AdhesionTable,
     modulus: f64,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<()> {
     let AdhesionTable { work, range, on_coarse_mesh } = adhesion;
-    let Some((stage, step)) = surfaces.coarsest.as_ref().filter(|_| !on_coarse_mesh) else {
+    let Some((stage, step)) = checks.surfaces.coarsest.as_ref().filter(|_| !on_coarse_mesh) else {
         return Some(());
     };
     let number = mesh_number(*step, work, range, modulus);
@@ -248,12 +243,11 @@ pub(in crate::solve) fn listed_loads(table: &SolveTable, checks: &mut Checks) ->
 pub(super) fn lengths(
     control: Control,
     table: &SolveTable,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Vec<f64>> {
     let name = control.key();
     let key = if control == Control::Gap { &table.gaps } else { &table.displacements };
-    let conversion = Conversion::of_lengths(surfaces, checks)?;
+    let conversion = Conversion::of_lengths(checks)?;
     let mut lengths = listed_lengths(name, key, conversion, checks)?;
     lengths.sort_by(f64::total_cmp);
     let repeated = lengths.windows(2).find(|pair| decimal::is_same(pair[0], pair[1]));
@@ -324,4 +318,68 @@ pub(super) fn all_or_none(
             checks.refuse("pressures", message, &written.span, label)
         }
     }
+}
+
+/// Powers of ten that convert numbers of the manifest to the units of the surfaces. They are zero
+/// for numbers without a unit, which are in these units already.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Conversion {
+    length: i32,
+    work: i32,
+}
+
+impl Conversion {
+    /// Compares the units of a table with those of its surfaces and of its modulus, or returns
+    /// `None` after reporting problems. `work` is the number of the work of adhesion.
+    pub fn new(work: f64, checks: &mut StageChecks) -> Option<Conversion> {
+        let units = checks.units;
+        let (lengths, works) = match (&units.length, &units.work) {
+            (None, None) => return Some(Conversion::default()),
+            (Some(lengths), works) if works.is_some() || work == 0.0 => (lengths, works),
+            (Some(lengths), _) => return one_has_none(["range", "work"], &lengths.span, checks),
+            (None, Some(works)) => return one_has_none(["work", "range"], &works.span, checks),
+        };
+        let of_surfaces = unit_of(&lengths.span, checks)?;
+        let length = lengths.unit.power - of_surfaces.power;
+        let Some(works) = works else {
+            return Some(Conversion { length, work: 0 });
+        };
+        let Some(pressures) = &units.pressure else {
+            let message = "`adhesion.work` has a unit, but the modulus of the stage has none";
+            let problem = Problem::new(message, works.span.clone(), "has a unit");
+            return checks.reject(problem.help(
+                "give E* with a unit, such as `effective_modulus = \"70 GPa\"`, or the `bodies`",
+            ));
+        };
+        let work = works.unit.power - pressures.unit.power - of_surfaces.power;
+        Some(Conversion { length, work })
+    }
+
+    /// Compares the unit of the lengths of a table with that of its surfaces, or returns `None`
+    /// after reporting a problem.
+    pub fn of_lengths(checks: &mut StageChecks) -> Option<Conversion> {
+        let Some(lengths) = &checks.units.length else { return Some(Conversion::default()) };
+        let of_surfaces = unit_of(&lengths.span, checks)?;
+        Some(Conversion { length: lengths.unit.power - of_surfaces.power, work: 0 })
+    }
+
+    /// Converts a length of the manifest to the unit of the surfaces.
+    pub fn length(self, length: f64) -> f64 {
+        converted(length, self.length)
+    }
+
+    /// Converts a work per area to the unit of the modulus times the unit of the surfaces.
+    pub fn work(self, work: f64) -> f64 {
+        converted(work, self.work)
+    }
+}
+
+/// Reports that the first of two keys of `adhesion` has a unit and the second has none.
+fn one_has_none<T>([with, without]: [&str; 2], span: &Span, checks: &mut Checks) -> Option<T> {
+    let message = format!("`adhesion.{with}` has a unit, but `adhesion.{without}` has none");
+    let problem = Problem::new(message, span.clone(), "has a unit");
+    checks.reject(problem.help(
+        "write both with units, such as `adhesion = { work = \"50 mJ/m^2\", range = \"2 nm\" }`, \
+         or neither",
+    ))
 }

@@ -1,30 +1,17 @@
 //! Keys with which a `solve` stage presses two rough surfaces against each other, and the pairs of
 //! surfaces that they give.
 
-use super::SolveTable;
+use crate::check_context::NamedSurfaces;
 use crate::per_axis::PerAxis;
+use crate::solve::keys::SolveTable;
 use crate::surface::pair::Pair;
 use crate::surface::planned::PlannedSurfaces;
 use crate::surface::{Heights, Origin, Params};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems};
+use asperity_manifest::keys::Section;
 use asperity_manifest::keys::checks::Checks;
-use asperity_manifest::keys::{Section, Spanned};
 use asperity_mechanics::grid::Boundary;
-
-/// A stage of which each surface is one body of a pair.
-#[derive(Debug, Clone, Copy)]
-pub struct Bodies<'a> {
-    /// Name of the stage, where `from` or `against` names it.
-    pub name: &'a Spanned<String>,
-    /// Surfaces of the stage, by parameter point.
-    pub surfaces: &'a [PlannedSurfaces],
-}
-
-/// Returns the name of the stage in `against`, if a stage has this key.
-pub fn stage(section: &Section<SolveTable>) -> Option<&Spanned<String>> {
-    section.points.first()?.table.against.written()
-}
 
 /// Returns the shift of a point along x and y, or `Some(None)` if the surfaces are pressed alone.
 /// Refuses a shift of maps that are not periodic.
@@ -51,8 +38,8 @@ pub(super) fn shift(table: &SolveTable, checks: &mut Checks) -> Option<Option<Pe
 /// after reporting problems.
 pub fn pairs(
     section: &Section<SolveTable>,
-    from: &[Bodies],
-    against: Bodies,
+    from: &[NamedSurfaces],
+    against: NamedSurfaces,
     problems: &mut Problems,
 ) -> Option<Vec<PlannedSurfaces>> {
     let [second] = against.surfaces else {
@@ -114,7 +101,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Checks that two surfaces can be pressed against each other.
 fn check(
-    [first, second]: [Bodies; 2],
+    [first, second]: [NamedSurfaces; 2],
     [one, other]: [&PlannedSurfaces; 2],
 ) -> Result<(), Box<Problem>> {
     let [from, against] = [first, second].map(|bodies| bodies.name.value.as_str());

@@ -3,14 +3,14 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::SolveTable;
-use crate::check_context::Surfaces;
-use crate::lengths::in_unit_of_surfaces;
+use crate::check_context::{StageChecks, in_unit_of_surfaces};
+use crate::solve::keys::SolveTable;
 use crate::solve::{ListedLoads, Pressures};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Span};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::declare::{length_or_ratio, load, positive_items, pressure_or_ratio};
+use asperity_manifest::keys::quantity::Dimension;
 use asperity_manifest::keys::{Key, Spanned, deserialize_either};
 use asperity_mechanics::distribution::EqualBins;
 
@@ -250,8 +250,7 @@ pub fn pressure_bins(
     table: &SolveTable,
     modulus: Option<f64>,
     loads: Option<&[f64]>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Option<EqualBins>> {
     let Some(Spanned { value: bins, span }) =
         checks.optional("pressure_bins", &table.pressure_bins)?
@@ -261,7 +260,7 @@ pub fn pressure_bins(
     let to = decimal::nearest(bins.to.value);
     let to = if checks.units.is_quantity(&bins.to.span) {
         let relative = to / modulus?;
-        match surfaces.common_slope() {
+        match checks.surfaces.common_slope() {
             Some(slope) => decimal::nearest(relative / slope),
             None => return several_slopes(&bins.to, relative, checks),
         }
@@ -288,8 +287,7 @@ fn several_slopes<T>(to: &Spanned<f64>, relative: f64, checks: &mut Checks) -> O
 pub fn gap_bins(
     table: &SolveTable,
     loads: Option<&[f64]>,
-    surfaces: &Surfaces,
-    checks: &mut Checks,
+    checks: &mut StageChecks,
 ) -> Option<Option<EqualBins>> {
     let Some(Spanned { value, span }) = checks.optional("gap_bins", &table.gap_bins)? else {
         return Some(None);
@@ -297,8 +295,8 @@ pub fn gap_bins(
     let GapBins { count, to } = value;
     let relative = if !checks.units.is_quantity(&to.span) {
         to.value
-    } else if let Some(height) = surfaces.common_height() {
-        in_unit_of_surfaces(to, surfaces, checks)? / height
+    } else if let Some(height) = checks.surfaces.common_height() {
+        in_unit_of_surfaces(to, checks)? / height
     } else {
         let message = "`gap_bins.to` has a unit, but its bins are multiples of the rms height, and \
                        the surfaces do not have one given `rms_height`";
@@ -329,4 +327,75 @@ fn checked_bins(
         return checks.refuse(name, message, span, label);
     }
     Some(Some(bins))
+}
+
+/// Returns the force in newtons under the pressure 1 on each nominal area of the surfaces, in
+/// ascending order. The result is `None` alone if the loads are not forces. Loads that are results
+/// are forces, too, if pressures and lengths have units.
+pub fn newtons(table: &SolveTable, checks: &mut StageChecks) -> Option<Vec<Option<f64>>> {
+    if table.control.value().is_some_and(|control| !control.is_load()) {
+        return Some(known(checks).unwrap_or(vec![None]));
+    }
+    let loads = given(table);
+    let units = checks.units;
+    let is_force = |load: &&&Spanned<f64>| units.dimension_of(&load.span) == Some(Dimension::Force);
+    let Some(force) = loads.iter().find(is_force).map(|load| &load.span) else {
+        return Some(vec![None]);
+    };
+    let is_other = |load: &&&Spanned<f64>| load.value != 0.0 && !is_force(load);
+    if let Some(other) = loads.iter().find(is_other) {
+        let number = decimal::written(other.value);
+        let (message, label) = if units.is_quantity(&other.span) {
+            ("one load is a pressure, but another one is a force", "a pressure".to_owned())
+        } else {
+            let label = format!("write \"{number} N\" if it is in newtons");
+            ("one load has no unit, but another one is a force", label)
+        };
+        let problem = Problem::new(message, other.span.clone(), label);
+        return checks.reject(problem.and(force.clone(), "a force"));
+    }
+    let Some(pressure) = units.pressure.as_ref().map(|named| named.unit.symbol) else {
+        let message = "a load is a force, but the modulus of the stage has no unit";
+        let problem = Problem::new(message, force.clone(), "has a unit");
+        return checks.reject(problem.help(
+            "give E* with a unit, such as `effective_modulus = \"70 GPa\"`, or the `bodies`",
+        ));
+    };
+    if checks.surfaces.areas.iter().any(|area| area.newtons(pressure).is_none()) {
+        return without_area(force, checks);
+    }
+    known(checks)
+}
+
+/// Returns the force in newtons under the pressure 1 on each nominal area, or `None` if a unit is
+/// unknown.
+fn known(checks: &StageChecks) -> Option<Vec<Option<f64>>> {
+    let pressure = checks.units.pressure.as_ref()?.unit.symbol;
+    let of_areas = checks.surfaces.areas.iter().map(|area| area.newtons(pressure));
+    let mut newtons = of_areas.collect::<Option<Vec<f64>>>()?;
+    newtons.sort_by(f64::total_cmp);
+    newtons.dedup();
+    (!newtons.is_empty()).then(|| newtons.into_iter().map(Some).collect())
+}
+
+/// Returns the loads and the loads with stored pressures, as the manifest gives them.
+pub(super) fn given(table: &SolveTable) -> Vec<&Spanned<f64>> {
+    let mut loads = Vec::new();
+    if let Some(written) = table.loads.written() {
+        loads.extend(written.value.values());
+    }
+    if let Some(StoredPressures::At(list)) = table.pressures.written().map(|written| &written.value)
+    {
+        loads.extend(list);
+    }
+    loads
+}
+
+fn without_area<T>(force: &Span, checks: &mut Checks) -> Option<T> {
+    let message = "a load is a force, but the lengths of the surfaces have no unit";
+    let problem = Problem::new(message, force.clone(), "needs the nominal area in m²");
+    checks.reject(problem.help(
+        "give the sides of all surfaces a unit, such as `side = \"100 um\"`, or write the loads as \
+         mean pressures",
+    ))
 }
