@@ -34,7 +34,7 @@ pub use self::checks::KeyErrors;
 use self::checks::{Checked, CheckedContact, checked, expected_one, placeholder_surface};
 use self::loads::Loads;
 use self::states::States;
-use crate::study::{Work, improbable_contact};
+use crate::study::improbable_contact;
 use asperity_mechanics::grid::{Boundary, Grid};
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::descriptors::Descriptors;
@@ -140,11 +140,8 @@ pub fn placed(against: Surface, keys: &Keys) -> Result<Surface, DirectError> {
     let surface = checks::stage("generate", &placeholder_surface(against.grid(), ""));
     let stages = vec![("surface", surface.clone()), ("against", surface), ("contact", contact)];
     let study = checks::study(stages)?;
-    let surfaces = study.stages.iter().filter_map(|stage| match &stage.work {
-        Work::Generate(surfaces) => Some(surfaces),
-        Work::Evaluate(_) => None,
-    });
-    let pairs = surfaces.flatten().filter_map(|surfaces| match &surfaces.params.origin {
+    let surfaces = study.stages.iter().flat_map(|stage| stage.work.surfaces());
+    let pairs = surfaces.filter_map(|surfaces| match &surfaces.params.origin {
         Origin::Pair(pair) => Some(pair),
         _ => None,
     });

@@ -320,7 +320,7 @@ fn all_tables(
         // Claims name columns of published tables.
         let unknown = |source| SamplingError::Columns { stage: stage.name.clone(), source };
         let empty = empty_tables.named(study, &stage.name).map_err(unknown)?;
-        let absolute = study.absolute_columns(&stage.name, empty, None);
+        let (absolute, _) = study.absolute_columns(&empty_tables, &stage.name).map_err(unknown)?;
         let table = absolute.beside(&Table::stack(&own)?);
         // Claims are written in the units of output.
         let conversion = study.conversion(&stage.name);

@@ -94,7 +94,7 @@ impl Study {
 }
 
 /// Returns the contact that a recipe solves without adhesion.
-fn solved(recipe: &Recipe) -> Option<&solve::Params> {
+pub fn solved(recipe: &Recipe) -> Option<&solve::Params> {
     match recipe {
         Recipe::Solve(params) => Some(params.as_ref()),
         _ => None,

@@ -11,7 +11,8 @@ use serde::Serialize;
 use self::files::file_warnings;
 pub(crate) use self::loads::improbable_contact;
 use self::loads::{improbable_modulus, rearranged_loads};
-use crate::study::{Stage, Study, Work, pairs};
+use crate::study::summary::solved;
+use crate::study::{Stage, Study, pairs};
 use asperity_manifest::diagnostics::listed;
 use asperity_stages::{Recipe, measure};
 
@@ -76,11 +77,8 @@ impl Study {
     /// Warns that a `solve` stage with two bodies and two stages of surfaces does not press these
     /// surfaces against each other.
     fn pressed_alone(&self, stage: &Stage) -> Option<String> {
-        let is_of_two = |recipe: &Recipe| match recipe {
-            Recipe::Solve(params) => params.bodies.count == 2,
-            _ => false,
-        };
-        let is_meant = stage.inputs.len() == 2 && stage.work.recipes().iter().any(is_of_two);
+        let mut contacts = stage.work.recipes().iter().filter_map(solved);
+        let is_meant = stage.inputs.len() == 2 && contacts.any(|params| params.bodies.count == 2);
         is_meant.then(|| {
             let names = stage.inputs.iter().map(|&input| &*self.stages[input].name);
             format!(
@@ -100,31 +98,28 @@ impl Study {
             return None;
         }
         let read = stage.inputs.iter().map(|&input| &self.stages[input]);
-        read.flat_map(|solved| solved.work.recipes().iter().map(move |recipe| (solved, recipe)))
-            .find_map(|(solved, recipe)| {
-                let Recipe::Solve(params) = recipe else { return None };
-                let beta = params.bodies.dundurs.filter(|beta| beta.abs() > SIMILAR)?;
-                let bodies = match params.bodies.count {
-                    1 => "elastic body and its rigid counterpart",
-                    _ => "two `bodies`",
-                };
-                Some(format!(
-                    "the {bodies} of stage `{}` are not elastically similar: Dundurs' constant β, \
-                     the normalised difference of (1 − 2ν)/G, is {beta:.2}. The normal pressure \
-                     then causes tangential tractions, which partial slip neglects, so that all its \
-                     results are approximate",
-                    solved.name
-                ))
-            })
+        let contacts = read.flat_map(|stage| {
+            stage.work.recipes().iter().filter_map(solved).map(|params| (&stage.name, &params.bodies))
+        });
+        contacts.into_iter().find_map(|(stage, bodies)| {
+            let beta = bodies.dundurs.filter(|beta| beta.abs() > SIMILAR)?;
+            let bodies = match bodies.count {
+                1 => "elastic body and its rigid counterpart",
+                _ => "two `bodies`",
+            };
+            Some(format!(
+                "the {bodies} of stage `{stage}` are not elastically similar: Dundurs' constant β, \
+                 the normalised difference of (1 − 2ν)/G, is {beta:.2}. The normal pressure then \
+                 causes tangential tractions, which partial slip neglects, so that all its results \
+                 are approximate"
+            ))
+        })
     }
 }
 
 /// Warns that the lists `nodes` and `side` are read as one rectangle, not as sweeps.
 fn ambiguous_pairs(stage: &Stage) -> Option<String> {
-    let Work::Generate(ensembles) = &stage.work else {
-        return None;
-    };
-    let surfaces = ensembles.iter().find(|ensemble| ensemble.may_be_swept)?;
+    let surfaces = stage.work.surfaces().iter().find(|ensemble| ensemble.may_be_swept)?;
     let ([nodes_x, nodes_y], [side_x, side_y]) = (surfaces.params.nodes(), surfaces.params.size());
     Some(format!(
         "`nodes = [{nodes_x}, {nodes_y}]` with `side = [{side_x}, {side_y}]` is read as one \

@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use serde_spanned::Spanned as TomlSpanned;
-use toml::de::{DeString, DeTable};
+use toml::de::DeTable;
 
 use super::ClaimSpec;
 use super::check::{ClaimContext, check};
 use crate::manifest::claim::WrittenClaims;
 use crate::manifest::read_claims;
 use crate::manifest::syntax::report_syntax;
+use crate::study::columns::StageTables;
 use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, Span};
 use asperity_tables::store::regular::read_regular;
 
@@ -43,14 +43,8 @@ const MAX_BYTES: u64 = 4 << 20;
 /// # Panics
 /// If a shipped file is invalid.
 pub fn shipped() -> Vec<ClaimSpec> {
-    let context = ClaimContext::without_study();
-    let claims =
-        SHIPPED.iter().flat_map(|file| match read(file.name, 0..0, Path::new(""), &context) {
-            Ok(claims) => claims,
-            Err(FileError::Invalid(errors)) => panic!("{}", errors.render(false)),
-            Err(FileError::Unreadable(problem)) => panic!("{}", problem.message()),
-        });
-    claims.collect()
+    let read = |file: &ShippedClaims| read(file.name, 0..0, Path::new(""), StageTables::NONE);
+    SHIPPED.iter().flat_map(|file| read(file).expect("the files of the program are valid")).collect()
 }
 
 /// Reason why the claims of a file cannot be used.
@@ -71,7 +65,7 @@ pub fn read(
     name: &str,
     span: Span,
     folder: &Path,
-    context: &ClaimContext,
+    tables: StageTables,
 ) -> Result<Vec<ClaimSpec>, FileError> {
     let shipped = SHIPPED.iter().find(|file| file.name == name);
     let own = folder.join(name);
@@ -93,22 +87,14 @@ pub fn read(
     let reference = |table: &str| match shipped {
         Some(shipped) => {
             let known = shipped.tables.iter().find(|(known, _)| *known == table);
-            known
-                .map(|(_, text)| (*text).to_owned())
-                .ok_or_else(|| "there is no such file".to_owned())
+            known.map_or(Err("there is no such file".to_owned()), |(_, text)| Ok(text.to_string()))
         }
         None => read_text(&own.with_file_name(table)),
     };
     let mut problems = Problems::default();
-    let context = ClaimContext {
-        file: Some(name),
-        stages: context.stages,
-        table: context.table,
-        units: context.units,
-        reference: &reference,
-    };
+    let context = ClaimContext { file: Some(name), tables, reference: &reference };
     let claims =
-        parsed(&text, &mut problems).and_then(|written| check(&written, &context, &mut problems));
+        parsed(&text, &mut problems).and_then(|written| check(&written, context, &mut problems));
     match claims {
         Some(claims) if problems.is_empty() => Ok(claims),
         _ => Err(FileError::Invalid(Box::new(problems.into_errors(&file, &text)))),
@@ -148,14 +134,13 @@ fn parsed(text: &str, problems: &mut Problems) -> Option<WrittenClaims> {
     for entry in document.into_inner() {
         match entry.0.get_ref().as_ref() {
             "claim" | "data" => read_claims(entry, &mut written, problems),
-            _ => problems.push(unknown(&entry.0)),
+            _ => {
+                let message = format!("unknown table `{}` in a file of claims", entry.0.get_ref());
+                let problem = Problem::new(message, entry.0.span(), "not allowed here");
+                let help = "a file of claims has tables `[claim.NAME]` and `[data.NAME]`";
+                problems.push(problem.help(help));
+            }
         }
     }
     Some(written)
-}
-
-fn unknown(key: &TomlSpanned<DeString<'_>>) -> Problem {
-    let message = format!("unknown table `{}` in a file of claims", key.get_ref());
-    let problem = Problem::new(message, key.span(), "not allowed here");
-    problem.help("a file of claims has tables `[claim.NAME]` and `[data.NAME]`")
 }

@@ -14,16 +14,10 @@ pub fn known_values<'w>(
 ) -> Option<BTreeSet<Value>> {
     let mut values = BTreeSet::new();
     for work in stages {
-        let mut of_recipes: Vec<Vec<Value>> = Vec::new();
-        match work {
-            Work::Generate(surfaces) => of_recipes
-                .extend(surfaces.iter().map(|surfaces| of(surfaces.params.coordinates(), column))),
-            Work::Evaluate(recipes) => {
-                for recipe in recipes {
-                    of_recipes.push(of_recipe(recipe, column)?);
-                }
-            }
-        }
+        let surfaces = work.surfaces().iter();
+        let of_surfaces = surfaces.map(|surfaces| Some(of(surfaces.params.coordinates(), column)));
+        let recipes = work.recipes().iter().map(|recipe| of_recipe(recipe, column));
+        let of_recipes: Vec<Vec<Value>> = of_surfaces.chain(recipes).collect::<Option<_>>()?;
         // A column that only some tasks add has unknown values in the rows of the others.
         let added = of_recipes.iter().filter(|values| !values.is_empty()).count();
         if added > 0 && added < of_recipes.len() {

@@ -1,9 +1,8 @@
 //! Warnings about loads and moduli whose units are probably not the ones that the user meant.
 
-use std::sync::Arc;
-
-use crate::study::summary::rms_slope;
-use crate::study::{Stage, Study, Work};
+use crate::study::summary::{rms_slope, solved};
+use crate::study::units::modulus;
+use crate::study::{Stage, Study};
 use asperity_manifest::decimal;
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
 use asperity_mechanics::grid::Boundary;
@@ -53,12 +52,9 @@ impl Study {
     /// Warns if all loads of a stage are so large that every node touches, or too small to be
     /// intended.
     pub(super) fn improbable_loads(&self, stage: &Stage) -> Option<String> {
-        let mut solved = stage.work.recipes().iter().filter_map(|recipe| match recipe {
-            Recipe::Solve(params) => Some(params),
-            _ => None,
-        });
-        let closing = self.pressed_surfaces(stage).map(full_contact).reduce(f64::max);
-        solved.find_map(|params| {
+        let mut contacts = stage.work.recipes().iter().filter_map(solved);
+        let closing = self.surfaces_read_by(stage).map(full_contact).reduce(f64::max);
+        contacts.find_map(|params| {
             let slopes = match params.load_unit {
                 PressureUnit::Relative => Some([1.0; 2]),
                 PressureUnit::Absolute => self.pressed_slopes(stage),
@@ -79,20 +75,10 @@ impl Study {
         messages.into_iter().flatten().collect()
     }
 
-    /// Returns the recipes of the surfaces that a stage presses.
-    fn pressed_surfaces<'a>(&'a self, stage: &'a Stage) -> impl Iterator<Item = &'a Params> {
-        let works = stage.inputs.iter().map(|&input| &self.stages[input].work);
-        let ensembles = works.filter_map(|work| match work {
-            Work::Generate(ensembles) => Some(ensembles),
-            Work::Evaluate(_) => None,
-        });
-        ensembles.flatten().map(|ensemble| &ensemble.params)
-    }
-
     /// Returns the smallest and the largest rms slope of the surfaces that a stage presses, if all
     /// are known before the surfaces are drawn.
     fn pressed_slopes(&self, stage: &Stage) -> Option<[f64; 2]> {
-        let known = self.pressed_surfaces(stage).map(|params| rms_slope(params, &self.sources));
+        let known = self.surfaces_read_by(stage).map(|params| rms_slope(params, &self.sources));
         let slopes: Vec<f64> = known.collect::<Option<_>>()?;
         let lowest = slopes.iter().copied().reduce(f64::min)?;
         Some([lowest, slopes.into_iter().fold(lowest, f64::max)])
@@ -184,40 +170,29 @@ fn improbable(params: &solve::Params, slopes: Option<[f64; 2]>, closing: f64) ->
 
 /// Tells that the list of loads of a stage was sorted, or that repeated loads are solved once.
 pub fn rearranged_loads(stage: &Stage) -> Option<String> {
-    let lists = stage.work.recipes().iter().filter_map(|recipe| match recipe {
-        Recipe::Solve(params) => Some(params),
-        _ => None,
-    });
-    let rearranged = |params: &&Arc<solve::Params>| {
-        params.listed.is_unsorted || !params.listed.repeated.is_empty()
-    };
-    let params = lists.into_iter().find(rearranged)?;
-    let sorted = params
-        .listed
-        .is_unsorted
-        .then(|| "`loads` is out of order; loads are solved in ascending order".to_owned());
-    let repeated = params.listed.repeated.first().map(|load| {
-        let load = params.written_load(*load);
-        format!("`loads` repeats the load {load}; each load is solved once")
-    });
-    Some(sorted.into_iter().chain(repeated).collect::<Vec<_>>().join(". "))
+    stage.work.recipes().iter().filter_map(solved).find_map(|params| {
+        let sorted = "`loads` is out of order; loads are solved in ascending order".to_owned();
+        let sorted = params.listed.is_unsorted.then_some(sorted);
+        let repeated = params.listed.repeated.first().map(|load| {
+            let load = params.written_load(*load);
+            format!("`loads` repeats the load {load}; each load is solved once")
+        });
+        sorted.into_iter().chain(repeated).reduce(|sorted, repeated| format!("{sorted}. {repeated}"))
+    })
 }
 
 /// Warns that E* with a unit exceeds that of all materials.
 pub fn improbable_modulus(stage: &Stage) -> Option<String> {
-    let mut moduli = stage.work.recipes().iter().filter_map(|recipe| match recipe {
-        Recipe::Solve(params) => Some((params.effective_modulus, params.pressure_unit?)),
-        Recipe::Adhesion(params) => Some((params.effective_modulus, params.pressure_unit?)),
-        _ => None,
-    });
     let pascal = Unit::si(Dimension::Pressure);
-    let is_too_stiff = |modulus: f64, unit: &Unit| modulus * unit.factor_to(pascal) > STIFFEST;
-    let (modulus, unit) = moduli.find(|(modulus, unit)| {
-        Unit::find(unit).is_some_and(|unit| is_too_stiff(*modulus, unit))
-    })?;
-    Some(format!(
-        "E* is {}, which exceeds that of diamond (about 1 TPa). A modulus may lack its unit: plain \
-         numbers are in {unit}",
-        quantity::range([modulus].into_iter(), Some(unit))?
-    ))
+    stage.work.recipes().iter().filter_map(modulus).find_map(|(modulus, unit)| {
+        let unit = Unit::find(unit?)?;
+        let shown = quantity::range([modulus].into_iter(), Some(unit.symbol))?;
+        (modulus * unit.factor_to(pascal) > STIFFEST).then(|| {
+            format!(
+                "E* is {shown}, which exceeds that of diamond (about 1 TPa). A modulus may lack its \
+                 unit: plain numbers are in {}",
+                unit.symbol
+            )
+        })
+    })
 }
