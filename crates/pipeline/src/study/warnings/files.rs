@@ -108,20 +108,15 @@ fn holes(file: &MeasuredSurface, path: &str) -> Option<String> {
     (missing > 0).then(|| {
         let share = 100.0 * missing as f64 / points as f64;
         let (fill, removed) = (fill.name(), file.seen.removed.points());
-        let lack = match removed {
-            0 => format!("{missing} of {points} points of `{path}` were not measured"),
-            _ if removed == missing => {
-                format!(
-                    "{removed} of {points} points of `{path}` were removed as spikes or islands"
-                )
-            }
-            _ => format!(
-                "{} of {points} points of `{path}` were not measured and {removed} were removed as \
-                 spikes or islands",
-                missing - removed
-            ),
+        let spikes = match removed {
+            0 => String::new(),
+            _ => format!(" and {removed} were removed as spikes or islands"),
         };
-        format!("{lack} ({share:.3} %); `fill = \"{fill}\"` estimates their heights")
+        format!(
+            "{} of {points} points of `{path}` were not measured{spikes} ({share:.3} %); `fill = \
+             \"{fill}\"` estimates their heights",
+            missing - removed
+        )
     })
 }
 

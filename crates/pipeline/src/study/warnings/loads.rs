@@ -55,11 +55,7 @@ impl Study {
         let mut contacts = stage.work.recipes().iter().filter_map(solved);
         let closing = self.surfaces_read_by(stage).map(full_contact).reduce(f64::max);
         contacts.find_map(|params| {
-            let slopes = match params.load_unit {
-                PressureUnit::Relative => Some([1.0; 2]),
-                PressureUnit::Absolute => self.pressed_slopes(stage),
-            };
-            improbable(params, slopes, closing.unwrap_or(HEAVY))
+            improbable(params, self.pressed_slopes(stage), closing.unwrap_or(HEAVY))
         })
     }
 
@@ -127,45 +123,43 @@ fn improbable(params: &solve::Params, slopes: Option<[f64; 2]>, closing: f64) ->
         && params.boundary == Boundary::Periodic
         && params.asperities.is_none();
     let closing = if is_half_space { closing } else { HEAVY.max(closing) };
-    let [flattest, steepest] = slopes.unwrap_or(SLOPES);
-    let shown = |pressure: f64| quantity::written(pressure, params.pressure_unit);
+    let [flattest, steepest] = match params.load_unit {
+        PressureUnit::Relative => [1.0; 2],
+        PressureUnit::Absolute => slopes.unwrap_or(SLOPES).map(|slope| modulus * slope),
+    };
+    let (bound, load, effect) = if lightest >= closing * steepest {
+        ("at least", lightest, "every node touches")
+    } else if heaviest < LIGHT * flattest {
+        ("at most", heaviest, "only a node or two touch")
+    } else {
+        return None;
+    };
+    let unit = params.pressure_unit;
     let rounded = |number: f64, unit| quantity::range([number].into_iter(), unit);
-    let rounded_modulus = rounded(modulus, params.pressure_unit).unwrap_or_default();
-    let same_unit = if params.pressure_unit.is_none() { " in the same unit" } else { "" };
-    let is_heavy = |unit: f64| lightest >= closing * unit;
-    let is_light = |unit: f64| heaviest < LIGHT * unit;
-    let pressures = match params.pressure_unit {
-        Some(unit) => format!("write them with their unit, such as \"{lightest} {unit}\","),
-        None => "set `load_unit = \"absolute\"`".to_owned(),
-    };
-    let scale = match slopes {
-        Some([_, steepest]) => {
-            let slope = rounded(steepest, None).unwrap_or_default();
-            format!("E* is {rounded_modulus}{same_unit} and the rms slope at most {slope}")
+    Some(match params.load_unit {
+        PressureUnit::Relative => {
+            let pressures = match unit {
+                Some(unit) => format!("write them with their unit, such as \"{load} {unit}\","),
+                None => "set `load_unit = \"absolute\"`".to_owned(),
+            };
+            format!(
+                "all loads are {bound} {load} in units of E* × rms slope, so that {effect}; \
+                 {pressures} if they are pressures"
+            )
         }
-        None => format!("E* is {rounded_modulus}{same_unit}"),
-    };
-    match params.load_unit {
-        PressureUnit::Relative if is_heavy(1.0) => Some(format!(
-            "all loads are at least {lightest} in units of E* × rms slope, but every node touches \
-             from about {closing:.1} upwards; {pressures} if they are pressures"
-        )),
-        PressureUnit::Relative if is_light(1.0) => Some(format!(
-            "all loads are at most {heaviest} in units of E* × rms slope, so that only a node or \
-             two touch; {pressures} if they are pressures"
-        )),
-        PressureUnit::Absolute if is_heavy(modulus * steepest) => Some(format!(
-            "all loads are pressures of at least {}, and {scale}, so that every node touches; check \
-             the units of the loads and of E*",
-            shown(lightest)
-        )),
-        PressureUnit::Absolute if is_light(modulus * flattest) => Some(format!(
-            "all loads are pressures of at most {}, and E* is {rounded_modulus}{same_unit}, so that only a \
-             node or two touch; check the units of the loads and of E*",
-            shown(heaviest)
-        )),
-        _ => None,
-    }
+        PressureUnit::Absolute => {
+            let same_unit = if unit.is_none() { " in the same unit" } else { "" };
+            let slope = slopes.and_then(|[_, steepest]| rounded(steepest, None));
+            let slope = slope.map(|slope| format!(" and the rms slope at most {slope}"));
+            format!(
+                "all loads are pressures of {bound} {}, and E* is {}{same_unit}{}, so that {effect}; \
+                 check the units of the loads and of E*",
+                quantity::written(load, unit),
+                rounded(modulus, unit)?,
+                slope.unwrap_or_default()
+            )
+        }
+    })
 }
 
 /// Tells that the list of loads of a stage was sorted, or that repeated loads are solved once.
