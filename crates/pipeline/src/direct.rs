@@ -243,7 +243,7 @@ impl Pressing {
                 Box::new(States::new(&params, map.surface, row, threads)?)
             }
             CheckedContact::Branches(branches) => {
-                let loads = Loads::new(&branches, map.surface, &row, threads)?;
+                let loads = Loads::new(&branches, map.surface, row, threads)?;
                 let full = loads.full_contact_load();
                 warnings.extend(improbable_contact(&branches[0], rms_slope, full));
                 Box::new(loads)

@@ -26,7 +26,7 @@ use std::sync::OnceLock;
 use toml::de::{DeTable, DeValue};
 
 use self::claims::ClaimSpec;
-use self::figures::{EmptySelection, FigureSpec};
+use self::figures::FigureSpec;
 use crate::manifest::Manifest;
 use crate::manifest::composition::{Composition, EffectiveManifest, study_name};
 use crate::manifest::setting::Setting;
@@ -63,8 +63,6 @@ pub struct Study {
     pub figures: Vec<FigureSpec>,
     /// Claims of the files that the manifest names, in their order, then those of the manifest.
     pub claims: Vec<ClaimSpec>,
-    /// Warnings about figures that select rows which the study does not have.
-    empty_selections: Vec<Warning>,
     pub sources: SurfaceFiles,
     /// Units of published tables, figures, maps and pages, where they differ from those in which
     /// surfaces are solved and stored.
@@ -173,18 +171,6 @@ impl Study {
         index.expect("the stage is one of the study")
     }
 
-    /// Returns the works of a stage and of all stages that it reads, directly or not.
-    fn works(&self, stage: usize) -> impl Iterator<Item = &Work> {
-        let mut is_read = vec![false; stage + 1];
-        is_read[stage] = true;
-        for reader in (0..=stage).rev() {
-            if is_read[reader] {
-                self.stages[reader].inputs.iter().for_each(|&input| is_read[input] = true);
-            }
-        }
-        self.stages.iter().zip(is_read).filter(|(_, is_read)| *is_read).map(|(stage, _)| &stage.work)
-    }
-
     /// Returns the surfaces that a stage reads, by parameter point.
     fn surfaces_read_by(&self, stage: &Stage) -> impl Iterator<Item = &Params> {
         let works = stage.inputs.clone().into_iter().map(|input| &self.stages[input].work);
@@ -242,29 +228,15 @@ impl Study {
             return Err(composition.errors(problems));
         };
         let manifest = Manifest::read(document.clone(), composition.inherited(), &mut problems);
-        let mut empty = Vec::new();
-        match validate::validate(&manifest, sources, folder, &mut problems, &mut empty) {
+        match validate::validate(&manifest, sources, folder, &mut problems) {
             Err(errors) if problems.is_empty() => Err(*errors),
             Ok(Some(study)) if problems.is_empty() => Ok(Study {
                 manifest: composition.effective(document, &manifest.unused_parameters),
-                empty_selections: empty.into_iter().map(|one| warning(one, composition)).collect(),
                 ..study
             }),
             _ => Err(composition.errors(problems)),
         }
     }
-}
-
-/// Creates the warning about a figure that selects rows which the study does not have, with its
-/// place in the manifest.
-fn warning(selection: EmptySelection, composition: &Composition) -> Warning {
-    let EmptySelection { stage, problem } = selection;
-    let mut problems = Problems::default();
-    problems.push(problem);
-    let errors = composition.errors(problems);
-    let problem = &errors.problems()[0];
-    let place = errors.place(problem).map_or_else(String::new, |place| format!("{place}: "));
-    Warning { stage, message: format!("{place}{}", problem.message()) }
 }
 
 /// Returns the folder of a manifest.

@@ -15,6 +15,8 @@ use asperity_tables::table::Table;
 pub struct Loads {
     /// Branches of the path; a single one without a path.
     branches: Vec<Branch>,
+    /// Row of the surface, as in the table of a `generate` stage.
+    row: Table,
     /// Pressures of the nodes in contact under each load, in units of E* × rms slope.
     pressures: Vec<Vec<f64>>,
 }
@@ -23,8 +25,6 @@ pub struct Loads {
 struct Branch {
     contact: Contact,
     solver: Solver,
-    /// Row of the surface, as in the table of a `generate` stage.
-    row: Table,
     loads: Vec<SolvedLoad>,
 }
 
@@ -33,17 +33,17 @@ impl Loads {
     pub fn new(
         params: &[Arc<Params>],
         surface: Surface,
-        row: &Table,
+        row: Table,
         threads: Threads,
     ) -> Result<Loads, StageError> {
         let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
         let branches = params.iter().map(|params| {
             let (surface, threads) = (surface.clone(), threads.clone());
             let (contact, solver) = Contact::new(params, surface, rms_slope, threads, &|| false)?;
-            Ok(Branch { contact, solver, row: row.clone(), loads: Vec::new() })
+            Ok(Branch { contact, solver, loads: Vec::new() })
         });
         let branches = branches.collect::<Result<_, StageError>>()?;
-        Ok(Loads { branches, pressures: Vec::new() })
+        Ok(Loads { branches, row, pressures: Vec::new() })
     }
 
     /// Returns the load of full contact in units of E* × rms slope, if it is known.
@@ -87,7 +87,7 @@ impl Solved for Loads {
         interrupted: &dyn Fn() -> bool,
     ) -> Result<bool, StageError> {
         let is_open = |branch: &&mut Branch| branch.loads.len() < branch.contact.loads().len();
-        let Some(Branch { contact, solver, loads, .. }) = self.branches.iter_mut().find(is_open)
+        let Some(Branch { contact, solver, loads }) = self.branches.iter_mut().find(is_open)
         else {
             return Ok(false);
         };
@@ -106,7 +106,7 @@ impl Solved for Loads {
 
     fn table(&self) -> Result<Table, StageError> {
         let branches = self.branches.iter();
-        let tables = branches.map(|branch| branch.contact.table(&branch.row, branch.loads.clone()));
+        let tables = branches.map(|branch| branch.contact.table(&self.row, branch.loads.clone()));
         Ok(Table::stack(&tables.collect::<Vec<_>>())?)
     }
 
@@ -137,7 +137,7 @@ impl Solved for Loads {
     fn gap(&mut self, load: usize) -> Option<Vec<f64>> {
         let (branch, pressure) = self.reduced_pressure(load)?;
         let (_, index) = self.position(load)?;
-        let Branch { contact, solver, loads, .. } = &mut self.branches[branch];
+        let Branch { contact, solver, loads } = &mut self.branches[branch];
         let gap = gap_under(solver, &pressure, loads[index].outcome.mean_gap);
         Some(contact.in_length(gap))
     }

@@ -1,6 +1,6 @@
 //! Stages, columns and expressions that figures and claims name.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use arrow::datatypes::DataType;
 
@@ -12,7 +12,6 @@ use asperity_manifest::keys::{Key, Spanned};
 use asperity_stages::aggregate::Statistic;
 use asperity_stages::columns::needed_key;
 use asperity_stages::units::TableUnits;
-use asperity_tables::column::Value;
 use asperity_tables::table::Table;
 
 /// Columns that select rows, each with the values of which a row has one.
@@ -27,9 +26,6 @@ pub struct StageTables<'a> {
     pub table: &'a dyn Fn(&str) -> Option<&'a Table>,
     /// Function that returns the units of the table of a stage.
     pub units: &'a dyn Fn(&str) -> TableUnits,
-    /// Function that returns the values of a coordinate in the table of a stage, if they are known
-    /// before the study runs.
-    pub values: &'a dyn Fn(&str, &str) -> Option<BTreeSet<Value>>,
 }
 
 impl StageTables<'static> {
@@ -38,7 +34,6 @@ impl StageTables<'static> {
         stages: &[],
         table: &|_| None,
         units: &|_| TableUnits { length: None, pressure: None },
-        values: &|_, _| None,
     };
 }
 

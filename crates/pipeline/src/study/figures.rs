@@ -4,7 +4,6 @@
 //! no declared figure shows.
 
 mod check;
-mod known_values;
 
 use std::collections::BTreeMap;
 
@@ -18,8 +17,7 @@ use asperity_tables::table::Table;
 pub use crate::manifest::figure::{ErrorBars, FacetPlace, Scales, SelectedValue as Value};
 pub use crate::manifest::read_figures_of as read;
 pub use crate::study::columns::is_number;
-pub use check::{EmptySelection, check, on_table};
-pub use known_values::known_values;
+pub use check::{check, on_table};
 
 /// A figure of the table of a stage.
 #[derive(Debug, Clone, Default, PartialEq)]

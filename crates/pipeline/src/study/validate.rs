@@ -1,6 +1,6 @@
 //! Validation of the stages, each after its inputs, and of the conditions on numbers of surfaces.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -9,7 +9,7 @@ use crate::manifest::{Manifest, StageTable, StudyTable};
 use crate::study::claims::files::{self, FileError};
 use crate::study::claims::{self, ClaimContext, ClaimSpec};
 use crate::study::columns::{StageTables, is_number};
-use crate::study::figures::{self, EmptySelection, known_values};
+use crate::study::figures;
 use crate::study::graph::Graph;
 use crate::study::{EmptyTables, Stage, Study, Work, graph, multilevel, pairs, units};
 use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, Span, listed, suggestion};
@@ -26,15 +26,14 @@ use asperity_stages::surface_files::SurfaceFiles;
 use asperity_stages::units::TableUnits;
 use asperity_stages::{CheckContext, Kind, RowKind, stacked};
 use asperity_statistics::intervals::FEWEST_SURFACES;
-use asperity_tables::column::{Description, Role, Value};
+use asperity_tables::column::Role;
 use asperity_tables::table::Table;
 
 /// Maximum number of tasks of a study.
 const MAX_TASKS: usize = 2_000_000;
 
-/// Validates a manifest and reports all problems. Returns `None` if it is invalid. Figures that
-/// select rows which the study does not have are added to `empty_selections`. Files of claims are
-/// relative to `folder`.
+/// Validates a manifest and reports all problems. Returns `None` if it is invalid. Files of claims
+/// are relative to `folder`.
 ///
 /// # Errors
 /// Returns the mistakes in a file of claims.
@@ -43,7 +42,6 @@ pub fn validate(
     sources: SurfaceFiles,
     folder: &Path,
     problems: &mut Problems,
-    empty_selections: &mut Vec<EmptySelection>,
 ) -> Result<Option<Study>, Box<ManifestErrors>> {
     let (name, seed) = validate_study(&manifest.study, problems);
     let graph = Graph::new(&manifest.stages, problems);
@@ -67,7 +65,6 @@ pub fn validate(
         stages,
         figures: Vec::new(),
         claims: Vec::new(),
-        empty_selections: Vec::new(),
         sources: validator.sources,
         manifest: EffectiveManifest::default(),
     };
@@ -81,21 +78,10 @@ pub fn validate(
         let table = || Some(study.absolute_columns(&tables, name).ok()?.0.beside(empty(name)?));
         published[index(name)?].get_or_init(table).as_ref()
     };
-    let values = |name: &str, column: &str| {
-        let values = known_values(study.works(index(name)?), column)?;
-        let field = empty(name)?.batch().schema_ref().field_with_name(column);
-        let unit = field.map_or_else(|_| String::new(), |field| Description::from(field).unit);
-        let conversion = study.conversion(name);
-        let shown = |value: Value| match value {
-            Value::Real(number) => Value::Real(conversion.number(number, &unit, true)),
-            other => other,
-        };
-        Some(values.into_iter().map(shown).collect::<BTreeSet<_>>())
-    };
     let names: Vec<&str> = manifest.stages.iter().map(|stage| stage.name.value.as_str()).collect();
     let units = |name: &str| index(name).map_or_else(TableUnits::default, |_| study.units_of(name));
-    let tables = StageTables { stages: &names, table: &table, units: &units, values: &values };
-    let figures = figures::check(&manifest.figures, tables, problems, empty_selections);
+    let tables = StageTables { stages: &names, table: &table, units: &units };
+    let figures = figures::check(&manifest.figures, tables, problems);
     let claims = read_claims(manifest, folder, tables, problems)?;
     for condition in conditions(&manifest.stages) {
         let problem = match &condition.until {

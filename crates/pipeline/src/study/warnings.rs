@@ -50,7 +50,6 @@ impl Study {
     /// - Opposite edges of a map that is said to be periodic do not match.
     /// - Heights or sides of a surface were probably read in another unit.
     /// - Partial slip is computed for bodies that are not elastically similar.
-    /// - A figure selects rows that the study does not have.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(index, stage)| {
@@ -71,7 +70,7 @@ impl Study {
             let all = messages.chain(file_warnings(stage, &self.sources));
             all.map(|message| Warning { stage: stage.name.clone(), message })
         });
-        warnings.chain(self.empty_selections.iter().cloned()).collect()
+        warnings.collect()
     }
 
     /// Warns that a `solve` stage with two bodies and two stages of surfaces does not press these

@@ -2,14 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{AREAS, Curve, ErrorBars, FigureSize, FigureSpec, Law, PanelSpec, Quantity, Scales, THIS_STUDY};
+use super::{AREAS, Curve, ErrorBars, FigureSize, FigureSpec, Law, PanelSpec, Quantity, Scales};
 use super::{has_surfaces, is_number};
 use crate::manifest::figure::{
     CurveTable, FigureTable, PanelTable, RangeTable, Selected, SelectedValue, Words, WrittenFigure,
 };
-use crate::study::columns::{ColumnChecks, Selection, StageTables, all, numbers, part_of};
+use crate::study::columns::{ColumnChecks, Selection, StageTables, all, part_of};
 use crate::study::graph::check_names;
-use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, Span, listed};
 use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::checks::Checks;
@@ -18,7 +17,7 @@ use asperity_stages::Kind;
 use asperity_stages::aggregate::{Model, SPECTRUM_COLUMNS, Statistic};
 use asperity_stages::columns::LOAD;
 use asperity_stages::units::TableUnits;
-use asperity_tables::column::{Role, Value as Known};
+use asperity_tables::column::Role;
 use asperity_tables::table::Table;
 
 /// Returns the columns whose values distinguish the points of a figure: parameters and loads or, in
@@ -31,24 +30,14 @@ fn coordinates(table: &Table) -> Vec<&str> {
     if known.is_empty() { fields.map(|field| field.name().as_str()).collect() } else { known }
 }
 
-/// A figure that draws nothing of what its key `where` selects.
-#[derive(Debug, Clone)]
-pub struct EmptySelection {
-    /// Name of the stage whose table is drawn.
-    pub stage: String,
-    pub problem: Problem,
-}
-
-/// Checks the figures of a manifest. Values in `where` that no point has are no errors, because
-/// variants of a study can have other values; they are added to `empty`.
+/// Checks the figures of a manifest.
 pub fn check(
     figures: &[WrittenFigure],
     tables: StageTables,
     problems: &mut Problems,
-    empty: &mut Vec<EmptySelection>,
 ) -> Option<Vec<FigureSpec>> {
     check_names("figure", figures.iter().map(|figure| &figure.name), problems);
-    all(figures.iter().map(|figure| check_figure(figure, tables, problems, empty)))
+    all(figures.iter().map(|figure| check_figure(figure, tables, problems)))
 }
 
 /// Checks a figure, and returns it if it has no problems.
@@ -56,7 +45,6 @@ fn check_figure(
     WrittenFigure { name, keys: section }: &WrittenFigure,
     tables: StageTables,
     problems: &mut Problems,
-    empty: &mut Vec<EmptySelection>,
 ) -> Option<FigureSpec> {
     let point = section.points.first()?;
     let keys = &point.table;
@@ -80,8 +68,6 @@ fn check_figure(
     let facets = keys.facet.written().into_iter().flat_map(|facet| &facet.value);
     let facet: Option<Vec<String>> = all(facets.map(|facet| figure.coordinate("facet", facet)));
     let selection = figure.selection(&keys.selection);
-    let values = |column: &str| (tables.values)(&from.value, column);
-    let legend = figure.legend(keys, panels.as_deref(), values);
     let label = |_: &mut FigureChecks, _: &str, label: &Spanned<String>| Some(label.value.clone());
     let labels = figure.by_axes(&keys.labels, "label", panels.as_deref(), label);
     let limits = figure.limits(keys, panels.as_deref());
@@ -89,16 +75,14 @@ fn check_figure(
         figure.by_axes(&keys.ticks, "ticks", panels.as_deref(), |figure, axis, written| {
             figure.on_axis(axis, &written.value, &written.span, panels.as_deref()?)
         });
-    if let Some(selection) = &selection {
-        empty.extend(empty_selections(&name.value, &from.value, keys, selection, values));
-    }
     let checks = figure.columns.checks;
     let size = FigureSize {
         width: checks.optional_number("width", &keys.width)?,
         height: checks.optional_number("height", &keys.height)?,
         font: checks.optional_number("font_size", &keys.font_size)?,
     };
-    let (legend, legend_order) = legend?;
+    let legend = keys.legend.written().into_iter().flat_map(|legend| &legend.value);
+    let order = keys.legend_order.written().into_iter().flat_map(|order| &order.value);
     let text = |name: &str, key: &Key<String>| {
         Some(checks.optional(name, key)?.map(|text| text.value.clone()))
     };
@@ -116,8 +100,8 @@ fn check_figure(
         is_apart: !checks.value("lines", &keys.lines)?,
         selection: selection?,
         size,
-        legend,
-        legend_order,
+        legend: legend.map(|(entry, name)| (entry.clone(), name.value.clone())).collect(),
+        legend_order: order.map(|entry| entry.value.clone()).collect(),
         labels: labels?,
         limits: limits?,
         ticks: ticks?,
@@ -131,9 +115,8 @@ pub fn on_table(figure: &WrittenFigure, kind: &str, table: &Table) -> Option<Fig
         stages: &Kind::ALL.map(Kind::name),
         table: &|name| (name == kind).then_some(table),
         units: &|_| TableUnits::default(),
-        values: &|_, _| None,
     };
-    check_figure(figure, tables, &mut Problems::default(), &mut Vec::new())
+    check_figure(figure, tables, &mut Problems::default())
 }
 
 /// Checks of the columns that a figure names.
@@ -353,66 +336,6 @@ impl FigureChecks<'_, '_> {
         Some(selection)
     }
 
-    /// Returns the names of entries of the legend, and their order. Refuses an entry that the
-    /// legend cannot have.
-    ///
-    /// Before the study runs, the values of some coordinates are unknown. If those of a numeric
-    /// coordinate are unknown, all numbers are accepted, and if those of a text coordinate are
-    /// unknown, all words.
-    fn legend(
-        &mut self,
-        keys: &FigureTable,
-        panels: Option<&[PanelSpec]>,
-        values: impl Fn(&str) -> Option<BTreeSet<Known>>,
-    ) -> Option<(BTreeMap<String, String>, Vec<String>)> {
-        if keys.legend.written().is_none() && keys.legend_order.written().is_none() {
-            return Some(Default::default());
-        }
-        let names = keys.legend.written().into_iter().flat_map(|names| &names.value);
-        let order = keys.legend_order.written().into_iter().flat_map(|order| &order.value);
-        let mut entries: BTreeSet<String> = [THIS_STUDY.to_owned()].into();
-        let quantities = panels?.iter().flat_map(|panel| &panel.y);
-        entries.extend(quantities.map(|quantity| quantity.base().to_owned()));
-        let theories = keys.theories.written().into_iter().flat_map(|theories| &theories.value);
-        entries.extend(theories.map(|theory| theory.value.word().to_owned()));
-        let curves = panels?.iter().flat_map(|panel| &panel.curves);
-        let labels: BTreeSet<&String> = curves.filter_map(|curve| curve.label.as_ref()).collect();
-        // Whether all coordinates with words, and all with numbers, are known.
-        let mut are_known = [true; 2];
-        for column in coordinates(self.table) {
-            match values(column) {
-                Some(known) => entries.extend(known.iter().map(Known::to_string)),
-                None => are_known[usize::from(is_number(self.table, column))] = false,
-            }
-        }
-        let renamed = names.clone().map(|(entry, name)| ("legend", entry, &name.span));
-        let sorted = order.clone().map(|entry| ("legend_order", &entry.value, &entry.span));
-        let checked: Option<Vec<()>> = all(renamed.chain(sorted).map(|(key, entry, span)| {
-            let number = entry.parse::<f64>().ok();
-            let is_same = |known: &String| {
-                let value = known.parse::<f64>().ok();
-                number.zip(value).is_some_and(|(one, other)| decimal::is_same(one, other))
-            };
-            if !are_known[usize::from(number.is_some())]
-                || key == "legend_order" && labels.contains(entry)
-                || entries.contains(entry)
-                || entries.iter().any(is_same)
-            {
-                return Some(());
-            }
-            let message = format!("`{key}` names {entry:?}, but the figure has no such entry");
-            let label = "must be the name of a value, of a theory or of a column in `y`";
-            let problem = Problem::new(message, span.clone(), label);
-            let known = listed(entries.iter().map(String::as_str), "and");
-            self.columns.checks.reject(problem.help(format!("entries are {known}")))
-        }));
-        checked?;
-        Some((
-            names.map(|(entry, name)| (entry.clone(), name.value.clone())).collect(),
-            order.map(|entry| entry.value.clone()).collect(),
-        ))
-    }
-
     /// Returns the ends of axes. Refuses ends that do not ascend, and those that a logarithmic axis
     /// does not have.
     fn limits(
@@ -526,35 +449,4 @@ impl FigureChecks<'_, '_> {
             Some(*model)
         }))
     }
-}
-
-/// Returns the problems of values in `where` that no point of the stage has.
-fn empty_selections(
-    figure: &str,
-    stage: &str,
-    keys: &FigureTable,
-    selection: &Selection,
-    values: impl Fn(&str) -> Option<BTreeSet<Known>>,
-) -> Vec<EmptySelection> {
-    let mut empty = Vec::new();
-    for (column, selected) in selection {
-        let Some(known) = values(column) else { continue };
-        let is_empty = |value: &&SelectedValue| {
-            !matches!(value, SelectedValue::Range(_))
-                && !known.iter().any(|known| value.is_same(known))
-        };
-        for value in selected.iter().filter(is_empty) {
-            let words: Vec<String> = known.iter().map(Known::to_string).collect();
-            let message = format!(
-                "`[figure.{figure}]` selects `{column} = {value}`, which no row of the stage has; \
-                 its values are {}",
-                listed(words.iter().map(String::as_str), "and"),
-            );
-            let written = keys.selection.written().expect("it selects values");
-            let span = written.value[column].span.clone();
-            let problem = Problem::new(message, span, "no row has this value");
-            empty.push(EmptySelection { stage: stage.to_owned(), problem });
-        }
-    }
-    empty
 }
