@@ -189,10 +189,7 @@ const ADVICE: [(&[&str], &str); 8] = [
         "set your `account` in `asperity.toml` or with `--account`",
     ),
     (&["invalid qos"], "set another `qos` in `asperity.toml` or with `--qos`"),
-    (
-        &["job submit limit", "policy", "array size"],
-        "submit fewer array elements with `--at-most`",
-    ),
+    (&["job submit limit", "policy", "array size"], "submit fewer array elements with `--at-most`"),
     (
         &["memory specification"],
         "no node has so much memory: request less with `--memory`, or fewer `--cores`",

@@ -87,8 +87,7 @@ impl Solved for Loads {
         interrupted: &dyn Fn() -> bool,
     ) -> Result<bool, StageError> {
         let is_open = |branch: &&mut Branch| branch.loads.len() < branch.contact.loads().len();
-        let Some(Branch { contact, solver, loads }) = self.branches.iter_mut().find(is_open)
-        else {
+        let Some(Branch { contact, solver, loads }) = self.branches.iter_mut().find(is_open) else {
             return Ok(false);
         };
         let solved = contact.solve(solver, contact.loads()[loads.len()], &interrupted)?;

@@ -167,7 +167,8 @@ impl Publisher<'_> {
     ) -> Result<Option<PathBuf>, ResultsError> {
         let RowContext { plan, stage, .. } = context;
         let (finished, missing, rows) = (parts.tasks()?.len(), parts.missing(), parts.rows());
-        let mut groups = parts.tables(context, GROUP, |part| Ok(self.read_again(stage, part, kept)?));
+        let mut groups =
+            parts.tables(context, GROUP, |part| Ok(self.read_again(stage, part, kept)?));
         let Some(first) = groups.next().transpose()? else {
             return Ok(None);
         };

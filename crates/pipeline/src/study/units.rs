@@ -118,10 +118,7 @@ pub fn of_stages(stages: &[Stage]) -> Vec<StageUnits> {
 
 /// Returns the unit of the observable whose limit a stage fits, if it is a column of one of the
 /// tables that the stage reads.
-fn unit_of_quantity<'t>(
-    work: &Work,
-    read: impl IntoIterator<Item = &'t Table>,
-) -> Option<String> {
+fn unit_of_quantity<'t>(work: &Work, read: impl IntoIterator<Item = &'t Table>) -> Option<String> {
     let mut quantities = work.recipes().iter().filter_map(|recipe| match recipe {
         Recipe::Fit(params) => params.law.observable(),
         _ => None,

@@ -83,12 +83,20 @@ pub fn validate(
     let tables = StageTables { stages: &names, table: &table, units: &units };
     let figures = figures::check(&manifest.figures, tables, problems);
     let claims = read_claims(manifest, folder, tables, problems)?;
-    for condition in conditions(&manifest.stages) {
-        let problem = match &condition.until {
-            Until::Mean(mean) => of_mean(&condition, mean, &manifest.stages, &graph, &empty),
-            Until::Claims(names) => {
-                claims.as_ref().and_then(|known| of_claims(&condition, names, known))
+    for (surfaces, table) in manifest.stages.iter().enumerate() {
+        let growing = match &table.points {
+            Some(StagePoints::Generate(points)) => points.growing(),
+            _ => None,
+        };
+        let Some(growing) = growing else { continue };
+        let problem = match planned::parse(&growing.until.value) {
+            Some(Until::Mean(mean)) => {
+                of_mean(growing, &mean, manifest, (surfaces, &graph), &empty)
             }
+            Some(Until::Claims(names)) => {
+                claims.as_ref().and_then(|known| of_claims(growing, &names, known))
+            }
+            None => None,
         };
         problem.into_iter().for_each(|problem| problems.push(problem));
     }
@@ -400,83 +408,49 @@ fn pressed<'a>(
     solved.filter_map(pressed).collect()
 }
 
-/// A condition on the number of surfaces of a stage.
-struct Conditional<'a> {
-    stage: usize,
-    growing: &'a Growing,
-    written: &'a Spanned<String>,
-    until: Until,
-}
-
-impl Conditional<'_> {
-    fn problem(&self, message: String, label: &str) -> Problem {
-        Problem::new(message, self.written.span.clone(), label)
-    }
-}
-
-fn conditions(stages: &[StageTable]) -> impl Iterator<Item = Conditional<'_>> {
-    stages.iter().enumerate().filter_map(|(stage, table)| {
-        let Some(StagePoints::Generate(points)) = &table.points else {
-            return None;
-        };
-        let growing = points.growing()?;
-        let written = &growing.until;
-        let until = planned::parse(&written.value)?;
-        Some(Conditional { stage, growing, written, until })
-    })
-}
-
 fn index_of(stages: &[StageTable], name: &str) -> Option<usize> {
     stages.iter().position(|stage| stage.name.value == name)
 }
 
 /// Returns the problem of a condition on a mean, which must be that of a column of a stage with rows
-/// for each surface. `empty` returns the table of a stage without rows, if it is known.
+/// for each surface of the stage `surfaces`. `empty` returns the table of a stage without rows, if
+/// it is known.
 fn of_mean<'t>(
-    condition: &Conditional,
+    growing: &Growing,
     mean: &KnownMean,
-    stages: &[StageTable],
-    graph: &Graph,
+    manifest: &Manifest,
+    (surfaces, graph): (usize, &Graph),
     empty: &impl Fn(&str) -> Option<&'t Table>,
 ) -> Option<Problem> {
-    let names = || stages.iter().map(|stage| stage.name.value.as_str());
+    let problem =
+        |message: String, label: &str| Problem::new(message, growing.until.span.clone(), label);
+    let names = || manifest.stages.iter().map(|stage| stage.name.value.as_str());
     let Some(observed) = names().position(|name| name == mean.stage) else {
         let label = suggestion('`', &mean.stage, names(), "unknown stage");
-        let message = format!("there is no stage `{}`", mean.stage);
         let help = format!("the stages are {}", listed(names(), "and"));
-        return Some(condition.problem(message, &label).help(help));
+        return Some(problem(format!("there is no stage `{}`", mean.stage), &label).help(help));
     };
-    let surfaces = &stages[condition.stage].name.value;
-    if !reads(graph, observed, condition.stage) {
-        let message = format!("`{}` does not read `{surfaces}`", mean.stage);
-        return Some(condition.problem(message, "its rows do not depend on these surfaces"));
+    let [stage, grown] = [observed, surfaces].map(|index| &manifest.stages[index]);
+    if !reads(graph, observed, surfaces) {
+        let message = format!("`{}` does not read `{}`", mean.stage, grown.name.value);
+        return Some(problem(message, "its rows do not depend on these surfaces"));
     }
     let table = empty(&mean.stage)?;
-    if stages[observed].points.as_ref().is_some_and(|points| points.multilevel().is_some()) {
+    let is_multilevel = stage.points.as_ref().is_some_and(|points| points.multilevel().is_some());
+    let is_pooled = matches!(stage.kind, Some(Kind::Fit | Kind::Aggregate));
+    let columns: Vec<&str> = if is_multilevel {
         // Every multilevel mean has a column with the share of a mesh.
-        let shares = table.names().into_iter().filter_map(|name| name.strip_suffix("_share"));
-        return of_column(condition, mean, table, shares.collect());
-    }
-    let is_pooled = matches!(stages[observed].kind, Some(Kind::Fit | Kind::Aggregate));
-    if is_pooled || !table.has(SURFACE.name) {
+        table.names().into_iter().filter_map(|name| name.strip_suffix("_share")).collect()
+    } else if is_pooled || !table.has(SURFACE.name) {
         let message = format!("`{}` has no rows for each surface", mean.stage);
-        let label = "must be a stage with rows for each surface";
-        return Some(condition.problem(message, label));
-    }
-    let fields = table.batch().schema_ref().fields().iter();
-    let results = fields.filter(|field| {
-        Role::from_field(field) == Some(Role::Result) && is_number(table, field.name())
-    });
-    of_column(condition, mean, table, results.map(|field| field.name().as_str()).collect())
-}
-
-/// Returns the problem of a condition on a column that is none of `columns`.
-fn of_column(
-    condition: &Conditional,
-    mean: &KnownMean,
-    table: &Table,
-    columns: Vec<&str>,
-) -> Option<Problem> {
+        return Some(problem(message, "must be a stage with rows for each surface"));
+    } else {
+        let fields = table.batch().schema_ref().fields().iter();
+        let results = fields.filter(|field| {
+            Role::from_field(field) == Some(Role::Result) && is_number(table, field.name())
+        });
+        results.map(|field| field.name().as_str()).collect()
+    };
     if columns.contains(&mean.column.as_str()) {
         return None;
     }
@@ -485,53 +459,34 @@ fn of_column(
     });
     let message = format!("`{}` has no mean of a column `{}`", mean.stage, mean.column);
     let help = format!("it has the means of {}", listed(columns, "and"));
-    Some(condition.problem(message, &label).help(help))
+    Some(problem(message, &label).help(help))
 }
 
-fn of_claims(condition: &Conditional, names: &[String], claims: &[ClaimSpec]) -> Option<Problem> {
+/// Returns the problem of a condition on claims, which must depend on the number of surfaces.
+fn of_claims(growing: &Growing, names: &[String], claims: &[ClaimSpec]) -> Option<Problem> {
     let known = claims.iter().filter(|claim| claim.depends_on_surfaces());
     let known: Vec<&str> = known.map(|claim| claim.name.as_str()).collect();
-    if let Some(unknown) = names.iter().find(|name| !known.contains(&name.as_str())) {
-        return Some(unknown_claim(condition, unknown, &known));
-    }
-    if known.is_empty() {
-        let message = "the manifest has no claims";
-        let label = "no claim can be decided";
-        return Some(condition.problem(message.to_owned(), label).help(ADD_CLAIMS));
-    }
-    let given = condition.growing.at_least.written();
-    let at_least = given.filter(|written| (written.value as usize) < FEWEST_SURFACES)?;
-    let message = format!("`at_least = {}` is too few for claims", at_least.value);
-    let label = format!("at least {FEWEST_SURFACES} surfaces are needed to estimate their scatter");
-    let help = format!("the default is {AT_LEAST}");
-    Some(Problem::new(message, at_least.span.clone(), label).help(help))
-}
-
-/// Advice for a manifest without claims.
-const ADD_CLAIMS: &str = "add a table `[claim.NAME]`, or the claims of a paper to `[study]`: \
-                          `claims = \"yastrebov-2015\"`";
-
-/// Returns the problem of a claim that the manifest does not have, or that no surface decides.
-fn unknown_claim(condition: &Conditional, unknown: &str, known: &[&str]) -> Problem {
-    let message = format!("there is no claim `{unknown}` that surfaces decide");
-    let shipped = claims::shipped();
-    let of_file = shipped.iter().find(|claim| claim.name == unknown && claim.depends_on_surfaces());
-    let file = of_file.and_then(|claim| claim.file.as_deref());
-    if let Some(file) = file {
-        let label = "a claim of a file that the manifest does not name";
-        let help = format!("add the line `claims = \"{file}\"` to `[study]`");
-        return condition.problem(message, label).help(help);
-    }
-    let names = known.iter().copied().chain(shipped.iter().map(|claim| claim.name.as_str()));
-    let label = suggestion('`', unknown, names, "unknown claim");
-    let problem = condition.problem(message, &label);
-    problem.help(match known {
-        [] => ADD_CLAIMS,
-        _ => {
-            "`asperity claims` with the manifest lists its claims; those on closed forms need no \
-              surfaces"
+    let (message, label) = match names.iter().find(|name| !known.contains(&name.as_str())) {
+        Some(unknown) => {
+            let label = suggestion('`', unknown, known.iter().copied(), "unknown claim");
+            (format!("there is no claim `{unknown}` that surfaces decide"), label)
         }
-    })
+        None if known.is_empty() => {
+            ("the manifest has no claims".to_owned(), "no claim can be decided".to_owned())
+        }
+        None => {
+            let given = growing.at_least.written();
+            let at_least = given.filter(|written| (written.value as usize) < FEWEST_SURFACES)?;
+            let message = format!("`at_least = {}` is too few for claims", at_least.value);
+            let label =
+                format!("at least {FEWEST_SURFACES} surfaces are needed to estimate their scatter");
+            let help = format!("the default is {AT_LEAST}");
+            return Some(Problem::new(message, at_least.span.clone(), label).help(help));
+        }
+    };
+    let help = "`asperity claims` with the manifest lists its claims; to add some, write a table \
+                `[claim.NAME]`, or `claims = \"yastrebov-2015\"` in `[study]`";
+    Some(Problem::new(message, growing.until.span.clone(), label).help(help))
 }
 
 /// Returns whether the stage with index `stage` is `source` or depends on it.

@@ -98,7 +98,12 @@ impl Study {
         }
         let read = stage.inputs.iter().map(|&input| &self.stages[input]);
         let contacts = read.flat_map(|stage| {
-            stage.work.recipes().iter().filter_map(solved).map(|params| (&stage.name, &params.bodies))
+            stage
+                .work
+                .recipes()
+                .iter()
+                .filter_map(solved)
+                .map(|params| (&stage.name, &params.bodies))
         });
         contacts.into_iter().find_map(|(stage, bodies)| {
             let beta = bodies.dundurs.filter(|beta| beta.abs() > SIMILAR)?;

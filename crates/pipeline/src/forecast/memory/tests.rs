@@ -97,8 +97,7 @@ fn a_refusal_says_what_is_too_large_and_what_would_do() {
         let refused = allowance(ByteSize::gb(1), limit).fits(&plan, &all(&plan));
         refused.unwrap_err().to_string()
     };
-    let takes =
-        "a task of stage `contact` needs 3.8GB of memory on its mesh of 8192 × 8192 nodes";
+    let takes = "a task of stage `contact` needs 3.8GB of memory on its mesh of 8192 × 8192 nodes";
     assert_eq!(
         refusal(LimitedBy::Asked),
         format!(

@@ -306,9 +306,7 @@ impl<'a> Checker<'a, '_> {
         self.columns.checks.required("text", &keys.text)?;
         let origin = keys.origin.value().unwrap_or(Origin::Study);
         let (test, unit, expected) = match origin {
-            Origin::Misprint => {
-                (None, None, Expectation::within(f64::NEG_INFINITY, f64::INFINITY))
-            }
+            Origin::Misprint => (None, None, Expectation::within(f64::NEG_INFINITY, f64::INFINITY)),
             _ => {
                 let test = self.test(keys)?;
                 let unit = self.unit_of(&test);
@@ -482,9 +480,7 @@ impl<'a> Checker<'a, '_> {
                     "heaviest" => return Some(Loads::Heaviest),
                     text => {
                         let unit = match data.first().map(|data| &data.source) {
-                            Some(Source::Stage(stage)) => {
-                                self.unit_of_column(stage, PRESSURE.name)
-                            }
+                            Some(Source::Stage(stage)) => self.unit_of_column(stage, PRESSURE.name),
                             _ => None,
                         };
                         let unit = unit.as_deref().and_then(Unit::find);

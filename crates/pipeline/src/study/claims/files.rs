@@ -74,7 +74,8 @@ pub fn read(
     };
     let reference = |table: &str| {
         let shipped = SHIPPED_TABLES.iter().find(|(known, _)| name == SHIPPED && *known == table);
-        shipped.map_or_else(|| read_text(&own.with_file_name(table)), |(_, text)| Ok(text.to_string()))
+        shipped
+            .map_or_else(|| read_text(&own.with_file_name(table)), |(_, text)| Ok(text.to_string()))
     };
     let mut problems = Problems::default();
     let context = ClaimContext { file: Some(name), tables, reference: &reference };

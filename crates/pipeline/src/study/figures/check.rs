@@ -71,10 +71,9 @@ fn check_figure(
     let label = |_: &mut FigureChecks, _: &str, label: &Spanned<String>| Some(label.value.clone());
     let labels = figure.by_axes(&keys.labels, "label", panels.as_deref(), label);
     let limits = figure.limits(keys, panels.as_deref());
-    let ticks =
-        figure.by_axes(&keys.ticks, "ticks", panels.as_deref(), |figure, axis, written| {
-            figure.on_axis(axis, &written.value, &written.span, panels.as_deref()?)
-        });
+    let ticks = figure.by_axes(&keys.ticks, "ticks", panels.as_deref(), |figure, axis, written| {
+        figure.on_axis(axis, &written.value, &written.span, panels.as_deref()?)
+    });
     let checks = figure.columns.checks;
     let size = FigureSize {
         width: checks.optional_number("width", &keys.width)?,
@@ -131,10 +130,11 @@ impl FigureChecks<'_, '_> {
     /// of the figure.
     fn panels(&mut self, keys: &FigureTable) -> Option<Vec<PanelSpec>> {
         let alone = PanelTable::default();
-        let written: Vec<&PanelTable> = match self.columns.checks.optional("panels", &keys.panels)? {
-            Some(panels) => panels.value.iter().map(|panel| &panel.value).collect(),
-            None => vec![&alone],
-        };
+        let written: Vec<&PanelTable> =
+            match self.columns.checks.optional("panels", &keys.panels)? {
+                Some(panels) => panels.value.iter().map(|panel| &panel.value).collect(),
+                None => vec![&alone],
+            };
         let panels = written.into_iter().map(|panel| self.panel(keys, panel));
         let mut panels: Vec<PanelSpec> = all(panels)?;
         let theories = self.theories(keys, &panels)?;
@@ -267,7 +267,8 @@ impl FigureChecks<'_, '_> {
                 Err(None) => self.columns.number(self.stage, name).and(None),
             }
         }))?;
-        let is_repeated = |(index, quantity): (usize, &Quantity)| quantities[..index].contains(quantity);
+        let is_repeated =
+            |(index, quantity): (usize, &Quantity)| quantities[..index].contains(quantity);
         match quantities.iter().enumerate().position(is_repeated) {
             Some(index) => {
                 let message = format!("`y` names {:?} twice", y[index].value);
@@ -309,7 +310,10 @@ impl FigureChecks<'_, '_> {
     }
 
     /// Returns the selected values of coordinates, and of ranges of columns of numbers.
-    fn selection(&mut self, written: &Key<BTreeMap<String, Spanned<Selected>>>) -> Option<Selection> {
+    fn selection(
+        &mut self,
+        written: &Key<BTreeMap<String, Spanned<Selected>>>,
+    ) -> Option<Selection> {
         let columns = written.written().into_iter().flat_map(|written| &written.value);
         let known: Option<Vec<()>> = all(columns.clone().map(|(name, selected)| {
             let column = Spanned { value: name.clone(), span: selected.span.clone() };
@@ -410,17 +414,20 @@ impl FigureChecks<'_, '_> {
             along_y.chain([panel.x.clone()])
         });
         let axes: BTreeSet<String> = axes.collect();
-        all(written.written().into_iter().flat_map(|written| &written.value).map(|(name, value)| {
-            let canonical = Expression::parse(name).map_or(name.clone(), |one| one.to_string());
-            if axes.contains(&canonical) {
-                let value = read(self, &canonical, value)?;
-                return Some((canonical, value));
-            }
-            let message = format!("no axis of the figure shows {name:?}");
-            let problem = Problem::new(message, value.span.clone(), format!("{what} of no axis"));
-            let known = listed(axes.iter().map(String::as_str), "and");
-            self.columns.checks.reject(problem.help(format!("the axes show {known}")))
-        }))
+        all(written.written().into_iter().flat_map(|written| &written.value).map(
+            |(name, value)| {
+                let canonical = Expression::parse(name).map_or(name.clone(), |one| one.to_string());
+                if axes.contains(&canonical) {
+                    let value = read(self, &canonical, value)?;
+                    return Some((canonical, value));
+                }
+                let message = format!("no axis of the figure shows {name:?}");
+                let problem =
+                    Problem::new(message, value.span.clone(), format!("{what} of no axis"));
+                let known = listed(axes.iter().map(String::as_str), "and");
+                self.columns.checks.reject(problem.help(format!("the axes show {known}")))
+            },
+        ))
     }
 
     /// Returns the theories. Each predicts the area fraction under a load, and asperity models need

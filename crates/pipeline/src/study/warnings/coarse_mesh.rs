@@ -69,7 +69,8 @@ impl ShortestWave {
             },
             Origin::Pair(pair) => {
                 let bodies = [&pair.body, &pair.against];
-                let waves = bodies.into_iter().filter_map(|params| ShortestWave::from_params(params));
+                let waves =
+                    bodies.into_iter().filter_map(|params| ShortestWave::from_params(params));
                 return waves.min_by(|one, other| one.resolution.total_cmp(&other.resolution));
             }
             Origin::Spectrum { .. } | Origin::File(_) | Origin::Yielded(_) => return None,

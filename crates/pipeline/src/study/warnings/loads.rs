@@ -171,7 +171,10 @@ pub fn rearranged_loads(stage: &Stage) -> Option<String> {
             let load = params.written_load(*load);
             format!("`loads` repeats the load {load}; each load is solved once")
         });
-        sorted.into_iter().chain(repeated).reduce(|sorted, repeated| format!("{sorted}. {repeated}"))
+        sorted
+            .into_iter()
+            .chain(repeated)
+            .reduce(|sorted, repeated| format!("{sorted}. {repeated}"))
     })
 }
 
