@@ -391,7 +391,9 @@ fn take_study_keys(
             None
         }
     };
-    extends.and_then(|value| text("`extends` must be the path of a manifest in quotes", value));
+    if let Some(value) = extends {
+        text("`extends` must be the path of a manifest in quotes", value);
+    }
     let items = match removed.map(|removed| (removed.span(), removed.into_inner())) {
         Some((_, DeValue::Array(items))) => items.into_iter().collect(),
         Some((span, item)) => vec![TomlSpanned::new(span, item)],
@@ -439,17 +441,13 @@ fn remove_unknown_stages(merged: &mut DeTable<'_>, problems: &mut Problems) {
     let defined = stages.iter().filter(|(_, stage)| is_defined(stage));
     let known: Vec<String> = defined.map(|(name, _)| name.get_ref().to_string()).collect();
     let known = || known.iter().map(String::as_str);
-    stages.retain(|name, stage| {
-        let is_kept = is_defined(stage);
-        if !is_kept {
-            let message = format!("no extended manifest has a stage `{}`", name.get_ref());
-            let label = suggestion('`', name.get_ref(), known(), "has no `kind`");
-            let help =
-                format!("the stages are {}; a new stage needs a `kind`", listed(known(), "and"));
-            problems.push(Problem::new(message, name.span(), label).help(help));
-        }
-        is_kept
-    });
+    for (name, _) in stages.clone().into_iter().filter(|(_, stage)| !is_defined(stage)) {
+        stages.remove(name.get_ref().as_ref());
+        let message = format!("no extended manifest has a stage `{}`", name.get_ref());
+        let label = suggestion('`', name.get_ref(), known(), "has no `kind`");
+        let help = format!("the stages are {}; a new stage needs a `kind`", listed(known(), "and"));
+        problems.push(Problem::new(message, name.span(), label).help(help));
+    }
 }
 
 /// Merges a manifest into the manifests that it extends. The name of a study is not inherited,

@@ -19,10 +19,7 @@ pub fn warnings<E: From<TableError>>(
     plan: &Plan,
     read: impl Fn(usize) -> Result<Option<Table>, E>,
 ) -> Result<Vec<Warning>, E> {
-    let mut warnings = Vec::new();
-    for (stage, warning) in unpaid_levels(study, &read)? {
-        warnings.push(Warning { stage, message: warning });
-    }
+    let mut warnings = unpaid_levels(study, &read)?;
     for (index, (stage, planned)) in study.stages.iter().zip(&plan.stages).enumerate() {
         // The recipes are those of the study, because stages with different bodies may share a
         // task.
@@ -48,12 +45,11 @@ pub fn warnings<E: From<TableError>>(
     Ok(warnings)
 }
 
-/// Returns the stages with multilevel means that would cost less without some meshes, with the
-/// warnings about them.
+/// Returns warnings about multilevel means that would cost less without some meshes.
 fn unpaid_levels<E: From<TableError>>(
     study: &Study,
     read: &impl Fn(usize) -> Result<Option<Table>, E>,
-) -> Result<Vec<(String, String)>, E> {
+) -> Result<Vec<Warning>, E> {
     let mut warnings = Vec::new();
     for stage in &study.stages {
         for means in stage.work.recipes().iter().filter_map(multilevel::means) {
@@ -62,7 +58,7 @@ fn unpaid_levels<E: From<TableError>>(
             // Missing tasks leave meshes with different surfaces, whose means do not exist yet.
             let found =
                 means.over.iter().filter_map(|name| multilevel_warning(&rows, name).ok()?);
-            warnings.extend(found.map(|warning| (stage.name.clone(), warning)));
+            warnings.extend(found.map(|message| Warning { stage: stage.name.clone(), message }));
         }
     }
     Ok(warnings)

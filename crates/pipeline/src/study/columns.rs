@@ -19,18 +19,18 @@ pub type Selection = BTreeMap<String, Vec<SelectedValue>>;
 
 /// Published tables of a study, as far as the checks of its figures and claims need them.
 #[derive(Clone, Copy)]
-pub struct StageTables<'a> {
+pub struct StageTables<'a, 't> {
     /// Names of the stages.
     pub stages: &'a [&'a str],
     /// Function that returns the table of a stage without rows, if its columns are known.
-    pub table: &'a dyn Fn(&str) -> Option<&'a Table>,
+    pub table: &'a dyn Fn(&str) -> Option<&'t Table>,
     /// Function that returns the units of the table of a stage.
     pub units: &'a dyn Fn(&str) -> TableUnits,
 }
 
-impl StageTables<'static> {
+impl StageTables<'static, 'static> {
     /// Tables of no study.
-    pub const NONE: StageTables<'static> = StageTables {
+    pub const NONE: StageTables<'static, 'static> = StageTables {
         stages: &[],
         table: &|_| None,
         units: &|_| TableUnits { length: None, pressure: None },
@@ -39,12 +39,12 @@ impl StageTables<'static> {
 
 /// Checks of one table of a manifest that names stages and columns. A method that returns `None`
 /// has reported a problem.
-pub struct ColumnChecks<'a, 'c> {
-    pub tables: StageTables<'a>,
+pub struct ColumnChecks<'a, 'c, 't> {
+    pub tables: StageTables<'a, 't>,
     pub checks: &'a mut Checks<'c>,
 }
 
-impl<'a> ColumnChecks<'a, '_> {
+impl<'t> ColumnChecks<'_, '_, 't> {
     pub fn refuse<T>(
         &mut self,
         message: impl Into<String>,
@@ -67,7 +67,7 @@ impl<'a> ColumnChecks<'a, '_> {
     }
 
     /// Returns the table of a stage. If the stage has problems of its own, its columns are unknown.
-    pub fn table(&self, stage: &str) -> Option<&'a Table> {
+    pub fn table(&self, stage: &str) -> Option<&'t Table> {
         (self.tables.table)(stage)
     }
 

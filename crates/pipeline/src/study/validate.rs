@@ -12,7 +12,7 @@ use crate::study::columns::{StageTables, is_number};
 use crate::study::figures;
 use crate::study::graph::Graph;
 use crate::study::{EmptyTables, Stage, Study, Work, graph, multilevel, pairs, units};
-use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, Span, listed, suggestion};
+use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, listed, suggestion};
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::{Section, Spanned};
 use asperity_stages::check_context::{PressedStage, Surfaces};

@@ -250,7 +250,7 @@ impl StageChanges {
         let fewer = gone.iter().map(|(_, point)| Why::Fewer { fields: kept.coordinates(point) });
         let reads = |stage: &StageRecord| stage.reads.iter().filter(stays).cloned().collect();
         let [reads_before, reads_now]: [Vec<String>; 2] = [before, now].map(reads);
-        let change = |(point, matched): (&PointRecord, _)| match matched {
+        let change = |(point, matched): (&PointRecord, Option<(usize, bool)>)| match matched {
             Some((old, true)) => PointChange {
                 realizations_before: Some(before.points[old].realizations),
                 ..PointChange::default()

@@ -10,7 +10,7 @@ use crate::manifest::claim::{
 };
 use crate::manifest::figure::{Selected, WrittenTable};
 use crate::study::columns::{ColumnChecks, StageTables, all, is_number, part_of};
-use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
+use asperity_manifest::diagnostics::{Problem, Problems, listed, suggestion};
 use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::checks::Checks;
 use asperity_manifest::keys::quantity::{self, Unit};
@@ -25,10 +25,10 @@ use asperity_tables::table::Table;
 
 /// Origin of claims, and the tables that they can name.
 #[derive(Clone, Copy)]
-pub struct ClaimContext<'a> {
+pub struct ClaimContext<'a, 't> {
     /// File of the claims, or `None` for those of the manifest.
     pub file: Option<&'a str>,
-    pub tables: StageTables<'a>,
+    pub tables: StageTables<'a, 't>,
     /// Function that reads a table of reference values.
     pub reference: &'a dyn Fn(&str) -> Result<String, String>,
 }
@@ -47,22 +47,27 @@ pub fn check(
         point.is_some_and(|point| point.table.otherwise.written().is_some())
     });
     for table in sorted {
-        let spec = checked(table, "data", context, &data, problems, Checker::data);
+        let spec = checked(table, "data", context, &data, problems, |checker, name, keys| {
+            checker.data(name, keys)
+        });
         data.insert(table.name.value.clone(), spec);
     }
     let claims = written.claims.iter();
-    let claims: Option<_> =
-        all(claims.map(|table| checked(table, "claim", context, &data, problems, Checker::claim)));
+    let claims: Option<_> = all(claims.map(|table| {
+        checked(table, "claim", context, &data, problems, |checker, name, keys| {
+            checker.claim(name, keys)
+        })
+    }));
     claims.filter(|_| data.values().all(Option::is_some))
 }
 
 fn checked<'a, T: KeyTable, S>(
     table: &'a WrittenTable<T>,
     what: &str,
-    context: ClaimContext<'a>,
+    context: ClaimContext<'a, '_>,
     data: &'a BTreeMap<String, Option<DataSpec>>,
     problems: &mut Problems,
-    check: impl FnOnce(&mut Checker<'_, '_>, &Spanned<String>, &T) -> Option<S>,
+    check: impl FnOnce(&mut Checker<'_, '_, '_>, &Spanned<String>, &T) -> Option<S>,
 ) -> Option<S> {
     check_name(what, &table.name, problems);
     let point = table.keys.points.first()?;
@@ -131,9 +136,9 @@ enum Level {
 }
 
 /// Checks of one table.
-struct Checker<'a, 'c> {
-    context: ClaimContext<'a>,
-    columns: ColumnChecks<'a, 'c>,
+struct Checker<'a, 'c, 't> {
+    context: ClaimContext<'a, 't>,
+    columns: ColumnChecks<'a, 'c, 't>,
     /// Checked data by name; `None` for data with problems.
     data: &'a BTreeMap<String, Option<DataSpec>>,
 }
@@ -144,7 +149,7 @@ fn text(key: &Key<String>) -> Option<String> {
     key.written().map(|text| text.value.clone())
 }
 
-impl<'a> Checker<'a, '_> {
+impl Checker<'_, '_, '_> {
     fn data(&mut self, name: &Spanned<String>, keys: &DataTable) -> Option<DataSpec> {
         let source = match (keys.from.written(), keys.kind.written()) {
             (Some(from), None) => self.stage(from)?,

@@ -119,13 +119,13 @@ pub fn on_table(figure: &WrittenFigure, kind: &str, table: &Table) -> Option<Fig
 }
 
 /// Checks of the columns that a figure names.
-struct FigureChecks<'a, 'c> {
+struct FigureChecks<'a, 'c, 't> {
     stage: &'a str,
-    table: &'a Table,
-    columns: ColumnChecks<'a, 'c>,
+    table: &'t Table,
+    columns: ColumnChecks<'a, 'c, 't>,
 }
 
-impl FigureChecks<'_, '_> {
+impl FigureChecks<'_, '_, '_> {
     /// Returns the panels of a figure: those of its key `panels` or, without it, one with the keys
     /// of the figure.
     fn panels(&mut self, keys: &FigureTable) -> Option<Vec<PanelSpec>> {
