@@ -110,8 +110,8 @@ fn parse(text: &str, problems: &mut Problems) -> Option<SettingsFile> {
     let of_table = ExpectedKeys::of_table("the settings file");
     let expected = ExpectedKeys { common: vec!["cluster"], ..of_table };
     let section = reader::read::<SettingsTable>(document, 0..text.len(), &expected, problems);
-    let stores = section.points.first()?.table.stores.written();
-    let stores = stores.map(|stores| stores.value.iter().map(PathBuf::from).collect());
+    let written = section.points.first()?.table.stores.written();
+    let stores = written.map(|stores| stores.value.iter().map(PathBuf::from).collect());
     Some(SettingsFile { cluster, stores })
 }
 

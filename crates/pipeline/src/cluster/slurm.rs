@@ -210,9 +210,9 @@ const ADVICE: [(&[&str], &str); 8] = [
 
 /// Returns what to do about an error message of Slurm, or an empty text if it is unknown.
 fn suggestion(output: &str) -> String {
-    let output = output.to_lowercase();
+    let lowercase = output.to_lowercase();
     let mut advice = ADVICE.iter();
-    let known = advice.find(|(words, _)| words.iter().any(|words| output.contains(words)));
+    let known = advice.find(|(words, _)| words.iter().any(|words| lowercase.contains(words)));
     known.map_or_else(String::new, |(_, advice)| format!("\n{advice}"))
 }
 

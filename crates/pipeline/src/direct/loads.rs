@@ -37,12 +37,12 @@ impl Loads {
         threads: Threads,
     ) -> Result<Loads, StageError> {
         let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
-        let branches = params.iter().map(|params| {
+        let prepared = params.iter().map(|params| {
             let (surface, threads) = (surface.clone(), threads.clone());
             let (contact, solver) = Contact::new(params, surface, rms_slope, threads, &|| false)?;
             Ok(Branch { contact, solver, loads: Vec::new() })
         });
-        let branches = branches.collect::<Result<_, StageError>>()?;
+        let branches = prepared.collect::<Result<_, StageError>>()?;
         Ok(Loads { branches, row, pressures: Vec::new() })
     }
 

@@ -124,8 +124,8 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn add(&mut self, stage: usize, causes: impl IntoIterator<Item = Why>) -> Causes {
-        let causes = causes.into_iter();
-        causes.map(|why| self.causes.insert_full(Cause { stage, why }).0).collect()
+        let indices = causes.into_iter().map(|why| Cause { stage, why });
+        indices.map(|cause| self.causes.insert_full(cause).0).collect()
     }
 
     /// Compares the next stage with its earlier version `counterpart`. Returns the causes why each
@@ -148,7 +148,8 @@ impl Walk<'_> {
                 added_inputs.extend(plan.stages[read].tasks.iter().map(|&t| (t, cause.clone())));
             }
         }
-        // A surface is drawn once for each measured spectrum, and a recipe evaluated for each input.
+        // A surface is drawn once for each measured spectrum, and a recipe is evaluated for each
+        // input.
         let sum: u32 = record.points.iter().map(|point| point.realizations).sum();
         let copies = (record.tasks / sum.max(1) as usize).max(1);
         let mut tasks = plan.stages[stage].tasks.iter();

@@ -137,8 +137,8 @@ impl<'t> ColumnChecks<'_, '_, 't> {
         stage: Option<&str>,
         written: &Key<BTreeMap<String, Spanned<Selected>>>,
     ) -> Option<Selection> {
-        let written = written.written().into_iter().flat_map(|written| &written.value);
-        all(written.map(|(name, selected)| {
+        let columns = written.written().into_iter().flat_map(|written| &written.value);
+        all(columns.map(|(name, selected)| {
             let holds = match stage {
                 Some(stage) if self.table(stage).is_some_and(|table| !table.has(name)) => {
                     let column = Spanned { value: name.clone(), span: selected.span.clone() };
@@ -157,8 +157,8 @@ impl<'t> ColumnChecks<'_, '_, 't> {
 /// Collects values, or returns `None` if one is `None`. All are computed, so that all problems are
 /// reported.
 pub fn all<T, C: FromIterator<T>>(values: impl IntoIterator<Item = Option<T>>) -> Option<C> {
-    let values: Vec<Option<T>> = values.into_iter().collect();
-    values.into_iter().collect()
+    let all: Vec<Option<T>> = values.into_iter().collect();
+    all.into_iter().collect()
 }
 
 /// Returns the text that a part of an expression or of another text is, with its position.

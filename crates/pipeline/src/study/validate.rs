@@ -412,9 +412,9 @@ fn index_of(stages: &[StageTable], name: &str) -> Option<usize> {
     stages.iter().position(|stage| stage.name.value == name)
 }
 
-/// Returns the problem of a condition on a mean, which must be that of a column of a stage with rows
-/// for each surface of the stage `surfaces`. `empty` returns the table of a stage without rows, if
-/// it is known.
+/// Returns the problem of a condition on a mean, which must be that of a column of a stage with
+/// rows for each surface of the stage `surfaces`. `empty` returns the table of a stage without
+/// rows, if it is known.
 fn of_mean<'t>(
     growing: &Growing,
     mean: &KnownMean,
@@ -464,8 +464,8 @@ fn of_mean<'t>(
 
 /// Returns the problem of a condition on claims, which must depend on the number of surfaces.
 fn of_claims(growing: &Growing, names: &[String], claims: &[ClaimSpec]) -> Option<Problem> {
-    let known = claims.iter().filter(|claim| claim.depends_on_surfaces());
-    let known: Vec<&str> = known.map(|claim| claim.name.as_str()).collect();
+    let of_surfaces = claims.iter().filter(|claim| claim.depends_on_surfaces());
+    let known: Vec<&str> = of_surfaces.map(|claim| claim.name.as_str()).collect();
     let (message, label) = match names.iter().find(|name| !known.contains(&name.as_str())) {
         Some(unknown) => {
             let label = suggestion('`', unknown, known.iter().copied(), "unknown claim");

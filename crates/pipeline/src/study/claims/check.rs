@@ -432,8 +432,8 @@ impl Checker<'_, '_, '_> {
             checks.forbidden("from", &keys.from, why)?;
             checks.forbidden("value", &keys.value, why)?;
             checks.forbidden("where", &keys.selection, why)?;
-            let data = names.value.iter().map(|name| self.named_data(name));
-            let mut data: Vec<DataSpec> = data.collect::<Option<_>>()?;
+            let named = names.value.iter().map(|name| self.named_data(name));
+            let mut data: Vec<DataSpec> = named.collect::<Option<_>>()?;
             let within = self.ranges(&keys.within, &[], Level::Parameters, None)?;
             data[0].within.extend(within);
             return Some(data);
@@ -463,8 +463,8 @@ impl Checker<'_, '_, '_> {
                 Some(vec![(None, expression(&text)?)])
             }
             QuantityKey::Table(named) => {
-                let named = named.iter();
-                named.map(|(label, text)| Some((Some(label.clone()), expression(text)?))).collect()
+                let texts = named.iter();
+                texts.map(|(label, text)| Some((Some(label.clone()), expression(text)?))).collect()
             }
         }
     }

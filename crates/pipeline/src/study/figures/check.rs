@@ -169,8 +169,8 @@ impl FigureChecks<'_, '_, '_> {
         let scales = panel.scale.value().or_else(|| self.columns.checks.value("scale", scale));
         let selection = self.selection(&panel.selection);
         let (x, y) = (x_column?, quantities?);
-        let written = [&keys.curves, &panel.curves].map(Key::written).into_iter().flatten();
-        let written = written.flat_map(|curves| &curves.value);
+        let lists = [&keys.curves, &panel.curves].map(Key::written).into_iter().flatten();
+        let written = lists.flat_map(|curves| &curves.value);
         let mut curves: Vec<Curve> = all(written.map(|curve| self.curve(curve, &x)))?;
         let is_of_areas = y.iter().any(Quantity::is_of_areas);
         curves.retain(|curve| is_of_areas || matches!(curve.law, Law::Value(_)));
@@ -305,8 +305,8 @@ impl FigureChecks<'_, '_, '_> {
         }
         let message = format!("`{key}` cannot be {:?}", written.value);
         let problem = Problem::new(message, written.span.clone(), "neither a parameter nor a load");
-        let problem = problem.help(format!("it can be {}", listed(known, "or")));
-        self.columns.checks.reject(problem)
+        let help = format!("it can be {}", listed(known, "or"));
+        self.columns.checks.reject(problem.help(help))
     }
 
     /// Returns the selected values of coordinates, and of ranges of columns of numbers.

@@ -149,8 +149,8 @@ fn improbable(params: &solve::Params, slopes: Option<[f64; 2]>, closing: f64) ->
         }
         PressureUnit::Absolute => {
             let same_unit = if unit.is_none() { " in the same unit" } else { "" };
-            let slope = slopes.and_then(|[_, steepest]| rounded(steepest, None));
-            let slope = slope.map(|slope| format!(" and the rms slope at most {slope}"));
+            let rounded_slope = slopes.and_then(|[_, steepest]| rounded(steepest, None));
+            let slope = rounded_slope.map(|slope| format!(" and the rms slope at most {slope}"));
             format!(
                 "all loads are pressures of {bound} {}, and E* is {}{same_unit}{}, so that {effect}; \
                  check the units of the loads and of E*",
