@@ -264,16 +264,6 @@ directives = [\"constraint=avx2\", \"--array=1-4\"]
     }
 
     #[test]
-    fn options_that_asperity_sets_are_refused_in_their_long_and_short_form() {
-        for own in ["--array=1-4", "-a 1-4", "--job-name x", "-Jx", "-o log", "-d after:1"] {
-            assert!(directive(own).unwrap_err().contains("which asperity sets"), "{own}");
-        }
-        for other in ["--constraint=avx2", "-C avx2", "--array-size"] {
-            assert_eq!(directive(other).as_deref(), Ok(other));
-        }
-    }
-
-    #[test]
     fn no_job_runs_for_longer_than_eleven_years() {
         for key in ["time_limit", "per_element"] {
             let of = |hours: &str| format!("[cluster]\n{key} = {hours}");
