@@ -484,8 +484,8 @@ fn of_claims(growing: &Growing, names: &[String], claims: &[ClaimSpec]) -> Optio
             return Some(Problem::new(message, at_least.span.clone(), label).help(help));
         }
     };
-    let help = "`asperity claims` with the manifest lists its claims; to add some, write a table \
-                `[claim.NAME]`, or `claims = \"yastrebov-2015\"` in `[study]`";
+    let help = "`asperity claims` with the manifest lists its claims; for those of a paper, add the \
+                line `claims = \"yastrebov-2015\"` to `[study]`";
     Some(Problem::new(message, growing.until.span.clone(), label).help(help))
 }
 
