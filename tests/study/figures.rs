@@ -110,33 +110,6 @@ fn a_figure_that_cannot_be_drawn_says_what_it_needs() {
 }
 
 #[test]
-fn a_selection_that_no_row_has_is_a_warning_with_its_place_and_the_values() {
-    let bench = Bench::new();
-    let figure = "\n[figure.nothing]\nfrom = \"area\"\nx = \"hurst\"\ny = \"area_fraction\"\n\
-                  where = { hurst = [0.2, 0.4], load = 0.05 }\n";
-    let path = bench.write(&format!("{}{figure}", *HURST));
-    let output = bench.output(&["check", path.to_str().unwrap()]);
-    let printed = text(&output.stderr);
-    assert!(output.status.success(), "{printed}");
-    let line = HURST.lines().count() + 6;
-    for part in [
-        &format!("study.toml:{line}:19: "),
-        "`[figure.nothing]` selects `hurst = 0.4`",
-        "its values are `0.2`, `0.5` and `0.8`",
-    ] {
-        assert!(printed.contains(part), "{part} in {printed}");
-    }
-    // The value that exists and the load give no warning.
-    assert_eq!(printed.matches("selects").count(), 1, "{printed}");
-    let setting = ["check", path.to_str().unwrap(), "--set", "stage.surfaces.hurst=0.4"];
-    let printed = text(&bench.output(&setting).stderr);
-    assert!(
-        printed.contains("selects `hurst = 0.2`") && !printed.contains("hurst = 0.4`, "),
-        "{printed}"
-    );
-}
-
-#[test]
 fn a_figure_has_the_size_the_title_and_the_legend_of_the_manifest() {
     let bench = Bench::new();
     let figure = DECLARED.replace(

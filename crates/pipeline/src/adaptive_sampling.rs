@@ -204,36 +204,26 @@ impl fmt::Display for AdaptiveStage {
             let numbers: Vec<String> = meshes.iter().map(number).collect();
             write!(formatter, "{name}: surfaces per point {}", numbers.join(", "))?;
         }
-        match (&self.condition, until) {
-            (Condition::Open { .. }, _) => {
-                write!(formatter, " so far, at most {at_most}, until {until}")
+        let (finding, maximum) = match &self.condition {
+            Condition::Open { .. } => {
+                return write!(formatter, " so far, at most {at_most}, until {until}");
             }
-            (
-                Condition::Holds(Finding::Error(error) | Finding::Levels { error, .. }),
-                Until::Mean(mean),
-            ) => {
-                write!(formatter, ", {until} holds at {}", mean.limit * *error)
+            Condition::Holds(finding) => (finding, ""),
+            Condition::Fails(finding) => (finding, " (the maximum)"),
+        };
+        match (finding, until) {
+            (Finding::Error(error) | Finding::Levels { error, .. }, Until::Mean(mean)) => {
+                let bound = mean.limit * *error;
+                if maximum.is_empty() {
+                    write!(formatter, ", {until} holds at {bound}")
+                } else if error.is_infinite() {
+                    let reason = "cannot be checked: a mean is of a single surface";
+                    write!(formatter, "{maximum}; {until} {reason}")
+                } else {
+                    write!(formatter, "{maximum}; {until} does not hold: it is {bound}")
+                }
             }
-            (Condition::Fails(Finding::Error(error) | Finding::Levels { error, .. }), _)
-                if error.is_infinite() =>
-            {
-                write!(
-                    formatter,
-                    " (the maximum); {until} cannot be checked: a mean is of a single surface"
-                )
-            }
-            (
-                Condition::Fails(Finding::Error(error) | Finding::Levels { error, .. }),
-                Until::Mean(mean),
-            ) => write!(
-                formatter,
-                " (the maximum); {until} does not hold: it is {}",
-                mean.limit * *error
-            ),
-            (Condition::Holds(finding), _) => write!(formatter, ": {}", ClaimSummary(finding)),
-            (Condition::Fails(finding), _) => {
-                write!(formatter, " (the maximum): {}", ClaimSummary(finding))
-            }
+            _ => write!(formatter, "{maximum}: {}", ClaimSummary(finding)),
         }
     }
 }
@@ -290,12 +280,8 @@ fn evaluate_stages(
 ) -> Result<Vec<AdaptiveStage>, SamplingError> {
     let mut stages = Vec::new();
     for (position, stage) in study.stages.iter().enumerate() {
-        let Work::Generate(ensembles) = &stage.work else {
-            continue;
-        };
-        let Some((first, growth)) =
-            ensembles.first().and_then(|first| Some((first, first.growth.clone()?)))
-        else {
+        let ensembles = stage.work.surfaces();
+        let Some(growth) = ensembles.first().and_then(|first| first.growth.clone()) else {
             continue;
         };
         let observed = match &growth.until {
@@ -305,11 +291,7 @@ fn evaluate_stages(
         let is_multilevel = observed.is_some_and(|stage| multilevel::is_multilevel(&stage.work));
         stages.push(AdaptiveStage {
             name: stage.name.clone(),
-            surfaces: ensembles
-                .iter()
-                .map(PlannedSurfaces::surfaces)
-                .max()
-                .unwrap_or(first.realizations),
+            surfaces: ensembles.iter().map(PlannedSurfaces::surfaces).max().unwrap_or(0),
             meshes: if is_multilevel { levels::meshes(ensembles) } else { Vec::new() },
             condition: match &growth.until {
                 Until::Mean(mean) => {
@@ -344,13 +326,10 @@ fn evaluate_stages(
 
 /// Plans a study with the maximum number of surfaces that its manifest allows.
 pub fn maximum_plan(mut study: Study) -> Plan {
-    let works = study.stages.iter_mut().map(|stage| &mut stage.work);
-    let ensembles = works.filter_map(|work| match work {
-        Work::Generate(ensembles) => Some(ensembles),
-        Work::Evaluate(_) => None,
-    });
-    for ensemble in ensembles.flatten() {
-        ensemble.realizations = ensemble.at_most();
+    for stage in &mut study.stages {
+        if let Work::Generate(ensembles) = &mut stage.work {
+            ensembles.iter_mut().for_each(|one| one.realizations = one.at_most());
+        }
     }
     Plan::new(&study)
 }

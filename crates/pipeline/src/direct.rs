@@ -34,7 +34,7 @@ pub use self::checks::KeyErrors;
 use self::checks::{Checked, CheckedContact, checked, expected_one, placeholder_surface};
 use self::loads::Loads;
 use self::states::States;
-use crate::study::{Work, improbable_contact};
+use crate::study::improbable_contact;
 use asperity_mechanics::grid::{Boundary, Grid};
 use asperity_mechanics::threads::Threads;
 use asperity_mechanics::topography::descriptors::Descriptors;
@@ -133,11 +133,8 @@ pub fn placed(against: Surface, keys: &Keys) -> Result<Surface, DirectError> {
     let surface = checks::stage("generate", &placeholder_surface(against.grid(), ""));
     let stages = vec![("surface", surface.clone()), ("against", surface), ("contact", contact)];
     let study = checks::study(stages)?;
-    let surfaces = study.stages.iter().filter_map(|stage| match &stage.work {
-        Work::Generate(surfaces) => Some(surfaces),
-        Work::Evaluate(_) => None,
-    });
-    let pairs = surfaces.flatten().filter_map(|surfaces| match &surfaces.params.origin {
+    let surfaces = study.stages.iter().flat_map(|stage| stage.work.surfaces());
+    let pairs = surfaces.filter_map(|surfaces| match &surfaces.params.origin {
         Origin::Pair(pair) => Some(pair),
         _ => None,
     });
@@ -239,10 +236,9 @@ impl Pressing {
                 Box::new(States::new(&params, map.surface, row, threads)?)
             }
             CheckedContact::Branches(branches) => {
-                let params = branches[0].clone();
-                let loads = Loads::new(branches, map.surface, row, threads)?;
+                let loads = Loads::new(&branches, map.surface, row, threads)?;
                 let full = loads.full_contact_load();
-                warnings.extend(improbable_contact(&params, rms_slope, full));
+                warnings.extend(improbable_contact(&branches[0], rms_slope, full));
                 Box::new(loads)
             }
         };

@@ -75,9 +75,12 @@ impl CostModel {
 }
 
 fn effort(task: &Task, nodes: [usize; 2]) -> Effort {
-    let (longer_side, tables) = (task.longer_side, task.inputs.len());
-    let extent = Extent { nodes, longer_side, rows: task.rows, tables };
+    let extent = Extent { nodes, ..extent(task) };
     task.recipe.effort(extent).and_reading(extent.tables)
+}
+
+fn extent(Task { nodes, longer_side, rows, inputs, .. }: &Task) -> Extent {
+    Extent { nodes: *nodes, longer_side: *longer_side, rows: *rows, tables: inputs.len() }
 }
 
 /// Number of tasks in each table of [`worklist`]. While a table is built, a row takes kilobytes.

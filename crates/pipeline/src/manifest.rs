@@ -152,12 +152,6 @@ impl Manifest {
         });
         Manifest { study, stages, figures, claims, unused_parameters }
     }
-
-    /// Returns the name of the study, if it has one.
-    pub fn study_name(&self) -> Option<&str> {
-        let name = self.study.points.first()?.table.name.written()?;
-        Some(&name.value)
-    }
 }
 
 fn read_study(entry: Entry, problems: &mut Problems) -> Option<Section<StudyTable>> {
@@ -354,7 +348,11 @@ fn read_from(
     names.and_then(Result::ok)
 }
 
-fn table_of<'i>((key, value): Entry<'i>, problems: &mut Problems) -> Option<DeTable<'i>> {
+/// Returns the table that an entry is, or `None` after reporting that it is another value.
+pub(crate) fn table_of<'i>(
+    (key, value): Entry<'i>,
+    problems: &mut Problems,
+) -> Option<DeTable<'i>> {
     let span = value.span();
     match value.into_inner() {
         DeValue::Table(table) => Some(table),

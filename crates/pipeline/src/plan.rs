@@ -174,10 +174,7 @@ impl PlannedStage {
 impl Plan {
     /// Creates the plan of a study.
     pub fn new(study: &Study) -> Plan {
-        let surfaces = study.stages.iter().flat_map(|stage| match &stage.work {
-            Work::Generate(surfaces) => surfaces.as_slice(),
-            Work::Evaluate(_) => &[],
-        });
+        let surfaces = study.stages.iter().flat_map(|stage| stage.work.surfaces());
         let labels = SurfaceLabels::new(surfaces.map(|surfaces| &surfaces.params));
         let mut builder = Builder::new(&study.sources);
         for stage in &study.stages {
@@ -369,12 +366,12 @@ impl<'a> Builder<'a> {
                         vec![vec![]]
                     };
                     read.into_iter().flat_map(move |read| {
-                        let numbers = 0..surfaces.realizations;
-                        numbers
-                            .map(move |number| (surfaces.params.realization(number), read.clone()))
+                        (0..surfaces.realizations).map(move |number| {
+                            let params = surfaces.params.realization(number);
+                            (Recipe::Generate(params), read.clone())
+                        })
                     })
                 });
-                let drawn = drawn.map(|(params, read)| (Recipe::Generate(params), read));
                 let recipes: Vec<(Recipe, Vec<usize>)> = drawn.collect();
                 let hashes = |(recipe, _): &(Recipe, Vec<usize>)| Digests::new(recipe);
                 let digests = if recipes.len() > MANY {

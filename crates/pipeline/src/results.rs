@@ -18,7 +18,7 @@ use crate::manifest::setting::Setting;
 use crate::plan::{Plan, PlannedStage};
 use crate::results::publishing::{RowContext, TableParts};
 use crate::results::reader::ResultReader;
-use crate::study::{EmptyTables, Stage, Study, unit_of_quantity};
+use crate::study::{EmptyTables, Stage, Study};
 use asperity_manifest::diagnostics::ManifestErrors;
 use asperity_stages::StageError;
 use asperity_stages::absolute::AbsoluteColumns;
@@ -203,12 +203,9 @@ fn described(
     stage: &str,
 ) -> Result<(Table, AbsoluteColumns), ResultsError> {
     let unknown = |source| ResultsError::Columns { stage: stage.to_owned(), source };
+    let (absolute, quantity) = study.absolute_columns(tables, stage).map_err(unknown)?;
     let table = tables.named(study, stage).map_err(unknown)?;
     let conversion = study.conversion(stage);
-    let Stage { inputs, work, .. } = study.stage(stage);
-    let read = inputs.iter().filter_map(|&input| tables.of(study, input).ok());
-    let quantity = unit_of_quantity(work, read).filter(|_| conversion.from.has_any());
-    let absolute = study.absolute_columns(stage, table, quantity.clone());
     let named = absolute.beside(table).with_named_units(|unit| match &quantity {
         // The limit of an observable stays in the unit of the store.
         Some(quantity) if unit == AS_QUANTITY => conversion.from.name(quantity),

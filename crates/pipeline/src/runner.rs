@@ -91,7 +91,32 @@ pub fn run(
     interrupted: &AtomicBool,
 ) -> RunOutcome {
     let threads = Threads::new(resources.cores);
-    let run = Run::new(threads, plan, missing, reader, sources, resources, observer, interrupted);
+    let mut is_missing = vec![false; plan.tasks.len()];
+    missing.iter().for_each(|&task| is_missing[task] = true);
+    let waits_for = plan.tasks.iter().enumerate().map(|(task, Task { inputs, .. })| {
+        let waits = inputs.iter().filter(|&&input| is_missing[input]).count();
+        AtomicUsize::new(if is_missing[task] { waits } else { usize::MAX })
+    });
+    let size = |task| memory::of_task(plan, task, threads.count()).0;
+    let run = Run {
+        plan,
+        stages: plan.stage_names(),
+        reader,
+        sources,
+        observer,
+        interrupted,
+        store_rows_every: resources.store_rows_every,
+        memory: resources.room,
+        ready: ReadyTasks::default(),
+        room: MemoryBudget::new(resources.room.0, (0..plan.tasks.len()).map(size)),
+        busy: BusySeries::default(),
+        dependents: plan.dependents(),
+        waits_for: waits_for.collect(),
+        has_failed: plan.tasks.iter().map(|_| AtomicBool::default()).collect(),
+        threads,
+        halted: AtomicBool::new(false),
+        done: Mutex::default(),
+    };
     // The queue returns the latest task first, so that the first task of the plan is added last.
     for &task in missing.iter().rev() {
         if run.waits_for[task].load(Ordering::Relaxed) == 0 {
@@ -130,49 +155,7 @@ struct Run<'a> {
     done: Mutex<RunOutcome>,
 }
 
-impl<'a> Run<'a> {
-    #[expect(clippy::too_many_arguments, reason = "each argument becomes a field")]
-    fn new(
-        threads: Threads,
-        plan: &'a Plan,
-        missing: &[usize],
-        reader: &'a ResultReader,
-        sources: &'a SurfaceFiles,
-        Resources { room, store_rows_every, .. }: Resources,
-        observer: &'a dyn TaskObserver,
-        interrupted: &'a AtomicBool,
-    ) -> Run<'a> {
-        let mut is_missing = vec![false; plan.tasks.len()];
-        for &task in missing {
-            is_missing[task] = true;
-        }
-        let waits_for = plan.tasks.iter().enumerate().map(|(task, Task { inputs, .. })| {
-            let waits = inputs.iter().filter(|&&input| is_missing[input]).count();
-            AtomicUsize::new(if is_missing[task] { waits } else { usize::MAX })
-        });
-        let sizes =
-            (0..plan.tasks.len()).map(|task| memory::of_task(plan, task, threads.count()).0);
-        Run {
-            plan,
-            stages: plan.stage_names(),
-            reader,
-            sources,
-            observer,
-            interrupted,
-            store_rows_every,
-            memory: room,
-            ready: ReadyTasks::default(),
-            room: MemoryBudget::new(room.0, sizes),
-            busy: BusySeries::default(),
-            dependents: plan.dependents(),
-            waits_for: waits_for.collect(),
-            has_failed: plan.tasks.iter().map(|_| AtomicBool::default()).collect(),
-            threads,
-            halted: AtomicBool::new(false),
-            done: Mutex::default(),
-        }
-    }
-
+impl Run<'_> {
     /// Computes ready tasks until none is left. A task that does not fit into memory is postponed
     /// until another task has released memory, and a task that adds rows to a series until no other
     /// task does.

@@ -7,13 +7,16 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use toml::de::{DeTable, DeValue};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use toml::de::DeTable;
 
 use crate::cluster::settings::{self, Settings};
 use crate::manifest::syntax::report_syntax;
-use asperity_manifest::diagnostics::{
-    ManifestErrors, Problem, Problems, Span, chain, did_you_mean,
-};
+use crate::manifest::table_of;
+use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, chain};
+use asperity_manifest::keys::expected_keys::ExpectedKeys;
+use asperity_manifest::keys::{Key, reader, table};
 use asperity_tables::store::StoreError;
 use asperity_tables::store::regular::read_regular;
 
@@ -80,56 +83,36 @@ fn is_absent(error: &io::Error) -> bool {
     [io::ErrorKind::NotFound, io::ErrorKind::NotADirectory].contains(&error.kind())
 }
 
+/// Keys of a settings file besides the table `[cluster]`.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+struct SettingsTable {
+    /// Data folders of a group, or their `store/`, such as `["/shared/asperity"]`.
+    stores: Key<Vec<String>>,
+}
+
+table!(SettingsTable);
+
 fn parse(text: &str, problems: &mut Problems) -> Option<SettingsFile> {
     let (document, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
         report_syntax(text, &errors, problems);
         return None;
     }
-    let mut found = SettingsFile::default();
-    for (key, value) in document.into_inner() {
-        let (name, span) = (key.get_ref().to_string(), key.span());
-        let place = value.span();
-        match value.into_inner() {
-            DeValue::Table(table) if name == "cluster" => {
-                found.cluster = settings::read_table(table, span, problems)?;
-            }
-            value if name == "stores" => found.stores = stores(&value, place, problems),
-            _ => {
-                let label = match did_you_mean(&name, ["cluster", "stores"]) {
-                    Some("cluster") => "did you mean `[cluster]`?",
-                    Some(_) => "did you mean `stores`?",
-                    None => "not allowed in this file",
-                };
-                let problem = Problem::new(format!("unknown `{name}`"), span, label);
-                let help = format!("`{FILE}` has the list `stores` and the table `[cluster]`");
-                problems.push(problem.help(help));
-            }
+    let mut document = document.into_inner();
+    let cluster = match document.remove_entry("cluster") {
+        Some(entry) => {
+            let span = entry.0.span();
+            settings::read_table(table_of(entry, problems)?, span, problems)?
         }
-    }
-    Some(found)
-}
-
-/// Reads the list of stores. Returns `None` and reports problems if it is wrong.
-fn stores(value: &DeValue<'_>, place: Span, problems: &mut Problems) -> Option<Vec<PathBuf>> {
-    let mut refuse = |span: Span, label: &str| {
-        let problem = Problem::new("`stores` is not a list of folders", span, label);
-        let example = "`stores = [\"/shared/asperity\"]`";
-        problems
-            .push(problem.help(format!("list data folders or their `store/`, as in {example}")));
+        None => Settings::default(),
     };
-    let DeValue::Array(items) = value else {
-        refuse(place, "must be a list");
-        return None;
-    };
-    let mut folders = Vec::new();
-    for item in items {
-        match item.get_ref() {
-            DeValue::String(folder) if !folder.is_empty() => folders.push(PathBuf::from(&**folder)),
-            _ => refuse(item.span(), "must be a folder"),
-        }
-    }
-    Some(folders)
+    let of_table = ExpectedKeys::of_table("the settings file");
+    let expected = ExpectedKeys { common: vec!["cluster"], ..of_table };
+    let section = reader::read::<SettingsTable>(document, 0..text.len(), &expected, problems);
+    let written = section.points.first()?.table.stores.written();
+    let stores = written.map(|stores| stores.value.iter().map(PathBuf::from).collect());
+    Some(SettingsFile { cluster, stores })
 }
 
 #[cfg(test)]
@@ -153,7 +136,7 @@ mod tests {
     fn stores_that_are_not_folders_are_shown_at_their_places() {
         let refused = |text: &str| SettingsFile::parse(text, FILE).unwrap_err().render(false);
         insta::assert_snapshot!(refused("stores = [\"/shared\", 3, \"\"]\nstore = []\n"));
-        assert!(refused("stores = \"/shared\"").contains("must be a list"));
+        assert!(refused("stores = \"/shared\"").contains("a list"));
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 mod adhesion;
 pub mod claims;
+mod columns;
 pub mod figures;
 mod graph;
 mod means;
@@ -25,15 +26,16 @@ use std::sync::OnceLock;
 use toml::de::{DeTable, DeValue};
 
 use self::claims::ClaimSpec;
-use self::figures::{EmptySelection, FigureSpec};
+use self::figures::FigureSpec;
 use crate::manifest::Manifest;
-use crate::manifest::composition::{Composition, EffectiveManifest};
+use crate::manifest::composition::{Composition, EffectiveManifest, study_name};
 use crate::manifest::setting::Setting;
 use asperity_manifest::diagnostics::Problems;
 use asperity_manifest::expression::Expression;
 use asperity_manifest::keys::quantity;
 use asperity_manifest::names;
 use asperity_stages::StageError;
+use asperity_stages::surface::Params;
 use asperity_stages::surface_files::{RecordedFiles, SurfaceFiles};
 use asperity_stages::units::TableUnits;
 use asperity_tables::table::Table;
@@ -41,7 +43,6 @@ use asperity_tables::table::Table;
 pub use means::MeansOfStage;
 pub use measured_maps::MeasuredMaps;
 pub use summary::StageSummary;
-pub(crate) use units::unit_of_quantity;
 pub use warnings::Warning;
 pub(crate) use warnings::improbable_contact;
 
@@ -62,8 +63,6 @@ pub struct Study {
     pub figures: Vec<FigureSpec>,
     /// Claims of the files that the manifest names, in their order, then those of the manifest.
     pub claims: Vec<ClaimSpec>,
-    /// Warnings about figures that select rows which the study does not have.
-    empty_selections: Vec<Warning>,
     pub sources: SurfaceFiles,
     /// Units of published tables, figures, maps and pages, where they differ from those in which
     /// surfaces are solved and stored.
@@ -118,19 +117,17 @@ pub struct Stage {
 
 impl PartialEq for Study {
     fn eq(&self, other: &Study) -> bool {
-        (&self.name, &self.stages, &self.figures, &self.claims, &self.sources, &self.output_units)
-            == (
-                &other.name,
-                &other.stages,
-                &other.figures,
-                &other.claims,
-                &other.sources,
-                &other.output_units,
-            )
+        self.content() == other.content()
     }
 }
 
 impl Study {
+    /// Returns what decides tables, figures and verdicts.
+    fn content(&self) -> impl PartialEq + '_ {
+        let Study { name, stages, figures, claims, sources, output_units, .. } = self;
+        (name, stages, figures, claims, sources, output_units)
+    }
+
     /// Reads a manifest, the manifests that it extends and the surface files that it names.
     /// `settings` override keys of the manifest.
     ///
@@ -154,10 +151,8 @@ impl Study {
         let composition = Composition::read(path, settings)?;
         let sources = SurfaceFiles::new(folder(path));
         Study::validated(&composition, sources, folder(path)).or_else(|errors| {
-            let ignored = &mut Problems::default();
-            let document = composition.document(ignored);
-            let manifest = document.map(|document| Manifest::read(document, 0, ignored));
-            let name = manifest.as_ref().and_then(Manifest::study_name);
+            let document = composition.document(&mut Problems::default());
+            let name = document.as_ref().and_then(|document| study_name(document));
             let Some(name) = name.filter(|name| names::is_plain(name)) else {
                 return Err(errors);
             };
@@ -176,15 +171,17 @@ impl Study {
         index.expect("the stage is one of the study")
     }
 
+    /// Returns the surfaces that a stage reads, by parameter point.
+    fn surfaces_read_by(&self, stage: &Stage) -> impl Iterator<Item = &Params> {
+        let works = stage.inputs.clone().into_iter().map(|input| &self.stages[input].work);
+        works.flat_map(Work::surfaces).map(|surfaces| &surfaces.params)
+    }
+
     /// Returns the number of surfaces that the stages generate or read. For a stage with adaptive
     /// sampling, it is the present number, which is `at_least` at the start.
     pub fn surfaces(&self) -> u64 {
-        let ensembles = self.stages.iter().flat_map(|stage| match &stage.work {
-            Work::Generate(ensembles) => ensembles.as_slice(),
-            Work::Evaluate(_) => &[],
-        });
-        let surfaces = ensembles.map(|ensemble| u64::from(ensemble.realizations));
-        surfaces.sum()
+        let ensembles = self.stages.iter().flat_map(|stage| stage.work.surfaces());
+        ensembles.map(|ensemble| u64::from(ensemble.realizations)).sum()
     }
 
     /// Returns the keys of stages whose value is an expression in other keys or parameters. A key
@@ -205,10 +202,8 @@ impl Study {
 
     /// Returns whether the number of surfaces of any stage is determined adaptively.
     pub fn grows(&self) -> bool {
-        self.stages.iter().any(|stage| match &stage.work {
-            Work::Generate(ensembles) => ensembles.iter().any(|ensemble| ensemble.growth.is_some()),
-            _ => false,
-        })
+        let mut ensembles = self.stages.iter().flat_map(|stage| stage.work.surfaces());
+        ensembles.any(|ensemble| ensemble.growth.is_some())
     }
 
     /// Parses and validates the text of a manifest.
@@ -229,42 +224,19 @@ impl Study {
         folder: &Path,
     ) -> Result<Study, ManifestErrors> {
         let mut problems = Problems::default();
-        let mut invalid_claims = None;
-        let study = composition.document(&mut problems).and_then(|document| {
-            let inherited = composition.inherited();
-            let manifest = Manifest::read(document.clone(), inherited, &mut problems);
-            let mut empty = Vec::new();
-            let validated =
-                validate::validate(&manifest, sources, folder, &mut problems, &mut empty);
-            let study = validated.unwrap_or_else(|errors| {
-                invalid_claims = Some(errors);
-                None
-            })?;
-            let empty_selections =
-                empty.into_iter().map(|selection| warning(selection, composition)).collect();
-            let effective = composition.effective(document, &manifest.unused_parameters);
-            Some(Study { manifest: effective, empty_selections, ..study })
-        });
-        match study {
-            Some(study) if problems.is_empty() => Ok(study),
-            _ if problems.is_empty() && invalid_claims.is_some() => {
-                Err(*invalid_claims.expect("the file has mistakes"))
-            }
+        let Some(document) = composition.document(&mut problems) else {
+            return Err(composition.errors(problems));
+        };
+        let manifest = Manifest::read(document.clone(), composition.inherited(), &mut problems);
+        match validate::validate(&manifest, sources, folder, &mut problems) {
+            Err(errors) if problems.is_empty() => Err(*errors),
+            Ok(Some(study)) if problems.is_empty() => Ok(Study {
+                manifest: composition.effective(document, &manifest.unused_parameters),
+                ..study
+            }),
             _ => Err(composition.errors(problems)),
         }
     }
-}
-
-/// Creates the warning about a figure that selects rows which the study does not have, with its
-/// place in the manifest.
-fn warning(selection: EmptySelection, composition: &Composition) -> Warning {
-    let EmptySelection { stage, problem } = selection;
-    let mut problems = Problems::default();
-    problems.push(problem);
-    let errors = composition.errors(problems);
-    let problem = &errors.problems()[0];
-    let place = errors.place(problem).map_or_else(String::new, |place| format!("{place}: "));
-    Warning { stage, message: format!("{place}{}", problem.message()) }
 }
 
 /// Returns the folder of a manifest.

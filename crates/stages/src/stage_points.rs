@@ -145,6 +145,14 @@ impl Work {
         }
     }
 
+    /// Returns the surfaces that the stage makes, by parameter point.
+    pub fn surfaces(&self) -> &[PlannedSurfaces] {
+        match self {
+            Work::Generate(surfaces) => surfaces,
+            Work::Evaluate(_) => &[],
+        }
+    }
+
     /// Returns the recipes that are applied to the tables of other stages.
     pub fn recipes(&self) -> &[Recipe] {
         match self {

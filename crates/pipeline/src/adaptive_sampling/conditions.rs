@@ -3,7 +3,7 @@
 //!
 //! This crate contains no claims. The session passes in a [`ClaimRule`] that decides them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::num::NonZeroU32;
 
 use crate::plan::{Plan, PlannedStage};
@@ -302,25 +302,22 @@ fn all_tables(
     plan: &Plan,
     task_tables: &impl TaskTables,
 ) -> Result<Result<Vec<Option<Table>>, Condition>, SamplingError> {
-    let mut read = match read(plan, &claim_tasks(study, plan), task_tables)? {
-        Ok(tables) => tables.into_iter(),
+    let tasks = claim_tasks(study, plan);
+    let read: HashMap<usize, Table> = match read(plan, &tasks, task_tables)? {
+        Ok(tables) => tasks.into_iter().zip(tables).collect(),
         Err(open) => return Ok(Err(open)),
     };
-    let mut of_tasks: Vec<Option<Table>> = (0..plan.tasks.len()).map(|_| None).collect();
-    for task in claim_tasks(study, plan) {
-        of_tasks[task] = read.next();
-    }
     let empty_tables = EmptyTables::new(study);
     let stages = plan.stages.iter().map(|stage| {
         let own: Vec<Table> =
-            stage.tasks.iter().filter_map(|&task| of_tasks[task].clone()).collect();
+            stage.tasks.iter().filter_map(|task| read.get(task).cloned()).collect();
         if own.is_empty() {
             return Ok(None);
         }
         // Claims name columns of published tables.
         let unknown = |source| SamplingError::Columns { stage: stage.name.clone(), source };
         let empty = empty_tables.named(study, &stage.name).map_err(unknown)?;
-        let absolute = study.absolute_columns(&stage.name, empty, None);
+        let (absolute, _) = study.absolute_columns(&empty_tables, &stage.name).map_err(unknown)?;
         let table = absolute.beside(&Table::stack(&own)?);
         // Claims are written in the units of output.
         let conversion = study.conversion(&stage.name);

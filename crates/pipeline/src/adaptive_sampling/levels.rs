@@ -60,7 +60,7 @@ pub fn evaluate(
         Err(open) => return Ok(open),
     };
     let (observed, contacts) = tables.split_at(tasks.len());
-    let costs = Costs::new(plan, &solved, contacts);
+    let costs = costs(plan, &solved, contacts);
     let means = Table::stack(observed)
         .map_err(StageError::from)
         .and_then(|table| finest_means(&table, &mean.column))
@@ -70,7 +70,7 @@ pub fn evaluate(
 
 /// Compares the standard errors of means with a limit, and finds the best numbers of surfaces.
 /// Means without scatter are skipped.
-fn judged(means: &[FinestMean], limit: Limit, costs: &Costs) -> Condition {
+fn judged(means: &[FinestMean], limit: Limit, costs: &BTreeMap<usize, f64>) -> Condition {
     // Without any mean the condition cannot hold.
     let mut largest: f64 = if means.is_empty() { f64::INFINITY } else { 0.0 };
     let mut best: BTreeMap<usize, f64> = BTreeMap::new();
@@ -83,7 +83,7 @@ fn judged(means: &[FinestMean], limit: Limit, costs: &Costs) -> Condition {
         let meshes = found.meshes.iter().map(|&nodes| usize::try_from(nodes).unwrap_or(0));
         let level = |(nodes, term): (usize, &Term)| LevelCost {
             variance: term.weighted_variance,
-            cost: costs.of(nodes),
+            cost: costs.get(&nodes).copied().unwrap_or(nodes as f64 * PAIRS_OF_SURFACE),
         };
         let levels: Vec<_> = meshes.clone().zip(&found.mean.terms).map(level).collect();
         let numbers = best_numbers(&levels, limit * limit);
@@ -116,34 +116,22 @@ pub fn next_numbers(
     numbers
 }
 
-/// Cost of a surface on each mesh: nodes times pairs of transforms. It is counted and not timed, so
-/// that the numbers of surfaces do not depend on the machine.
-struct Costs {
-    /// Mean number of pairs of a surface under all its loads, by the nodes of its mesh.
-    pairs: BTreeMap<usize, f64>,
-}
-
-impl Costs {
-    /// Counts the pairs of solved contacts: the tasks `solved` with their tables.
-    fn new(plan: &Plan, solved: &[usize], contacts: &[Table]) -> Costs {
-        let mut counted: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
-        for (&task, table) in solved.iter().zip(contacts) {
-            let [x, y] = plan.tasks[task].nodes;
-            let pairs = table.integers(PAIRS.name).into_iter().flat_map(|pairs| pairs.iter());
-            let sum: i64 = pairs.flatten().sum();
-            let (all, tasks) = counted.entry(x * y).or_insert((0.0, 0.0));
-            *all += sum as f64;
-            *tasks += 1.0;
-        }
-        let mean = |(nodes, (all, tasks)): (usize, (f64, f64))| (nodes, all / tasks);
-        Costs { pairs: counted.into_iter().map(mean).collect() }
+/// Returns the cost of a surface on each mesh, by its number of nodes: nodes times pairs of
+/// transforms. It is counted and not timed, so that the numbers of surfaces do not depend on the
+/// machine. `solved` are tasks with the tables `contacts`.
+fn costs(plan: &Plan, solved: &[usize], contacts: &[Table]) -> BTreeMap<usize, f64> {
+    let mut counted: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+    for (&task, table) in solved.iter().zip(contacts) {
+        let [x, y] = plan.tasks[task].nodes;
+        let pairs = table.integers(PAIRS.name).into_iter().flat_map(|pairs| pairs.iter());
+        let (all, tasks) = counted.entry(x * y).or_default();
+        *all += pairs.flatten().sum::<i64>() as f64;
+        *tasks += 1.0;
     }
-
-    /// Returns the cost of a surface on a mesh with this number of nodes.
-    fn of(&self, nodes: usize) -> f64 {
-        let pairs = self.pairs.get(&nodes).copied().unwrap_or(0.0);
-        nodes as f64 * (PAIRS_OF_SURFACE + pairs)
-    }
+    let cost = |(nodes, (all, tasks)): (usize, (f64, f64))| {
+        (nodes, nodes as f64 * (PAIRS_OF_SURFACE + all / tasks))
+    };
+    counted.into_iter().map(cost).collect()
 }
 
 #[cfg(test)]

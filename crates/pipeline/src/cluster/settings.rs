@@ -134,25 +134,12 @@ fn line(line: &str) -> Result<String, String> {
     }
 }
 
-/// Checks that a text is one option of `sbatch` that asperity does not set itself.
+/// Checks that a text is one option of `sbatch`.
 fn directive(option: &str) -> Result<String, String> {
-    const OWN: [&str; 7] =
-        ["array", "dependency", "job-name", "open-mode", "output", "parsable", "signal"];
-    /// Short forms of those options that have one.
-    const SHORT: [(char, &str); 4] =
-        [('a', "array"), ('d', "dependency"), ('J', "job-name"), ('o', "output")];
-    let option = line(option)?;
     if !option.starts_with('-') {
         return Err("must be an option of `sbatch`, such as `--constraint=avx2`".to_owned());
     }
-    let own = match option.strip_prefix("--") {
-        Some(long) => OWN.into_iter().find(|own| long.split(['=', ' ']).next() == Some(*own)),
-        None => SHORT.into_iter().find(|(short, _)| option[1..].starts_with(*short)).map(|of| of.1),
-    };
-    match own {
-        Some(name) => Err(format!("must not be `--{name}`, which asperity sets")),
-        None => Ok(option),
-    }
+    line(option)
 }
 
 fn size(word: &str) -> Result<ByteSize, String> {
@@ -274,16 +261,6 @@ directives = [\"constraint=avx2\", \"--array=1-4\"]
     fn a_time_is_no_physics_here() {
         let message = refused("[cluster]\ntime = 2");
         assert!(message.contains("did you mean `time_limit`?"), "{message}");
-    }
-
-    #[test]
-    fn options_that_asperity_sets_are_refused_in_their_long_and_short_form() {
-        for own in ["--array=1-4", "-a 1-4", "--job-name x", "-Jx", "-o log", "-d after:1"] {
-            assert!(directive(own).unwrap_err().contains("which asperity sets"), "{own}");
-        }
-        for other in ["--constraint=avx2", "-C avx2", "--array-size"] {
-            assert_eq!(directive(other).as_deref(), Ok(other));
-        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Wrappers of the Slurm commands `sbatch`, `squeue`, `scancel`, `scontrol` and `sinfo`.
+//! Wrappers of the Slurm commands `sbatch`, `squeue`, `scancel` and `scontrol`.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -6,8 +6,6 @@ use std::process::Command;
 use std::{env, fmt, fs, io};
 
 use serde::{Deserialize, Serialize};
-
-use asperity_manifest::diagnostics::listed;
 
 /// Maximum number of array elements if `MaxArraySize` is unknown: its default value minus one.
 const DEFAULT_MAX_ARRAY: u32 = 1000;
@@ -183,44 +181,39 @@ fn run(name: &'static str, words: &[impl AsRef<OsStr>]) -> Result<String, SlurmE
     Err(SlurmError::Failed { command: name, output, suggestion })
 }
 
+/// What to do about error messages of Slurm that contain one of the words.
+const ADVICE: [(&[&str], &str); 8] = [
+    (&["invalid partition"], "set another `partition` in `asperity.toml` or with `--partition`"),
+    (
+        &["invalid account", "account/partition"],
+        "set your `account` in `asperity.toml` or with `--account`",
+    ),
+    (&["invalid qos"], "set another `qos` in `asperity.toml` or with `--qos`"),
+    (&["job submit limit", "policy", "array size"], "submit fewer array elements with `--at-most`"),
+    (
+        &["memory specification"],
+        "no node has so much memory: request less with `--memory`, or fewer `--cores`",
+    ),
+    (
+        &["time limit"],
+        "request less with `--time-limit`, and shorten the array elements with `--per-element`",
+    ),
+    (
+        &["node configuration", "cpu count", "more processors"],
+        "no node has so many cores: request fewer with `--cores`",
+    ),
+    (
+        &["unable to contact", "connection refused"],
+        "the controller of the cluster does not answer; try again later",
+    ),
+];
+
 /// Returns what to do about an error message of Slurm, or an empty text if it is unknown.
 fn suggestion(output: &str) -> String {
-    let says = |words: &str| output.to_lowercase().contains(words);
-    let suggestion = if says("invalid partition") {
-        let known = partitions().map_or_else(String::new, |known| format!("; there are {known}"));
-        format!("set another `partition` in `asperity.toml` or with `--partition`{known}")
-    } else if says("invalid account") || says("account/partition") {
-        "set your `account` in `asperity.toml` or with `--account`".to_owned()
-    } else if says("invalid qos") {
-        "set another `qos` in `asperity.toml` or with `--qos`".to_owned()
-    } else if says("job submit limit") || says("policy") || says("array size") {
-        "submit fewer array elements with `--at-most`".to_owned()
-    } else if says("memory specification") {
-        "no node has so much memory: request less with `--memory`, or fewer `--cores`".to_owned()
-    } else if says("time limit") {
-        "request less with `--time-limit`, and shorten the array elements with `--per-element`"
-            .to_owned()
-    } else if says("node configuration") || says("cpu count") || says("more processors") {
-        "no node has so many cores: request fewer with `--cores`".to_owned()
-    } else if says("unable to contact") || says("connection refused") {
-        "the controller of the cluster does not answer; try again later".to_owned()
-    } else {
-        return String::new();
-    };
-    format!("\n{suggestion}")
-}
-
-/// Lists the partitions of the cluster. Returns `None` if `sinfo` fails.
-fn partitions() -> Option<String> {
-    let output = run_quietly("sinfo", &["--noheader", "--format=%R"])?;
-    let names: Vec<String> = output.lines().map(|name| name.trim().to_owned()).collect();
-    (!names.is_empty()).then(|| listed(names.iter().map(String::as_str), "and"))
-}
-
-fn run_quietly(name: &str, words: &[&str]) -> Option<String> {
-    let output = command(name).args(words).output().ok()?;
-    let is_told = output.status.success();
-    is_told.then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+    let lowercase = output.to_lowercase();
+    let mut advice = ADVICE.iter();
+    let known = advice.find(|(words, _)| words.iter().any(|words| lowercase.contains(words)));
+    known.map_or_else(String::new, |(_, advice)| format!("\n{advice}"))
 }
 
 #[cfg(test)]

@@ -4,9 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use minijinja::Environment;
 use minijinja::syntax::SyntaxConfig;
-use minijinja::value::Serde;
+use minijinja::{Environment, Value, context};
 use serde::{Deserialize, Serialize};
 
 use crate::cluster::settings::Settings;
@@ -62,30 +61,6 @@ pub struct ControlCharacter {
     pub text: String,
 }
 
-#[derive(Serialize)]
-struct TemplateValues<'a> {
-    /// Text that both scripts share.
-    common: String,
-    study: &'a str,
-    elements: u32,
-    array: String,
-    cores: u32,
-    mebibytes: u64,
-    memory: String,
-    minutes: String,
-    directives: Vec<String>,
-    before: &'a [String],
-    program: String,
-    data: String,
-    path: String,
-    manifest: String,
-    logs: String,
-    report: bool,
-    replace: bool,
-    /// Options of the commands that override keys of the manifest.
-    settings: String,
-}
-
 impl Scripts {
     pub fn new(
         study: &str,
@@ -94,69 +69,57 @@ impl Scripts {
         paths: &ScriptPaths,
         options: ScriptOptions,
     ) -> Result<Scripts, ControlCharacter> {
-        check(settings, paths)?;
+        for (what, path) in [
+            ("the program's path", &paths.program),
+            ("the path of the data folder", &paths.data),
+            ("the manifest's path", &paths.manifest),
+            ("the path of the folder of scripts", &paths.folder),
+        ] {
+            let text = path.to_string_lossy();
+            if text.contains(char::is_control) {
+                return Err(ControlCharacter { what, text: text.into_owned() });
+            }
+        }
         let mebibytes = sizing.memory.0.div_ceil(1 << 20).max(1);
-        let mut values = TemplateValues {
-            common: String::new(),
+        let values = context! {
             study,
-            elements: sizing.elements,
-            array: sizing.array(),
-            cores: sizing.cores,
+            elements => sizing.elements,
+            array => sizing.array(),
+            cores => sizing.cores,
             mebibytes,
-            memory: format!("{mebibytes}MiB"),
-            minutes: duration(sizing.minutes),
-            directives: directives(settings),
-            before: settings.before.as_deref().unwrap_or_default(),
-            program: shell_word(&paths.program),
-            data: shell_word(&paths.data),
-            path: shell_word(&paths.manifest),
-            manifest: paths.manifest.display().to_string(),
+            memory => format!("{mebibytes}MiB"),
+            directives => directives(settings),
+            before => settings.before.clone().unwrap_or_default(),
+            program => shell_word(&paths.program),
+            data => shell_word(&paths.data),
+            path => shell_word(&paths.manifest),
+            manifest => paths.manifest.display().to_string(),
             // Slurm replaces patterns such as `%j` by numbers.
-            logs: shell_word(&paths.folder.join("logs")).replace('%', "%%"),
-            report: options.report,
-            replace: options.replace,
-            settings: options.settings.iter().map(Setting::option).collect(),
+            logs => shell_word(&paths.folder.join("logs")).replace('%', "%%"),
+            report => options.report,
+            replace => options.replace,
+            // Options of the commands that override keys of the manifest.
+            settings => options.settings.iter().map(Setting::option).collect::<String>(),
         };
-        values.common = render(include_str!("script/common.sh"), &values);
-        let element = render(include_str!("script/element.sh"), &values) + "\n";
-        values.minutes = duration(sizing.minutes_after);
-        values.common = render(include_str!("script/common.sh"), &values);
-        let finish = render(include_str!("script/finish.sh"), &values) + "\n";
-        Ok(Scripts { element, finish })
+        let script = |template: &str, minutes: u32| {
+            // Minutes as Slurm writes them: `2:05:00`.
+            let minutes = format!("{}:{:02}:00", minutes / 60, minutes % 60);
+            let values = context! { minutes, ..values.clone() };
+            let common = render(include_str!("script/common.sh"), values.clone());
+            render(template, context! { common, ..values }) + "\n"
+        };
+        Ok(Scripts {
+            element: script(include_str!("script/element.sh"), sizing.minutes),
+            finish: script(include_str!("script/finish.sh"), sizing.minutes_after),
+        })
     }
 }
 
-/// Checks every text that comes from the user for control characters.
-fn check(settings: &Settings, paths: &ScriptPaths) -> Result<(), ControlCharacter> {
-    let paths = [
-        ("the program's path", &paths.program),
-        ("the path of the data folder", &paths.data),
-        ("the manifest's path", &paths.manifest),
-        ("the path of the folder of scripts", &paths.folder),
-    ]
-    .map(|(what, path)| (what, path.to_string_lossy()));
-    let lists = [
-        ("`partition`", settings.partition.as_slice()),
-        ("`account`", settings.account.as_slice()),
-        ("`qos`", settings.qos.as_slice()),
-        ("`before`", settings.before.as_deref().unwrap_or_default()),
-        ("`directives`", settings.directives.as_deref().unwrap_or_default()),
-    ];
-    let words = lists
-        .into_iter()
-        .flat_map(|(what, words)| words.iter().map(move |word| (what, word.as_str().into())));
-    let mut texts = paths.into_iter().chain(words);
-    match texts.find(|(_, text)| text.contains(char::is_control)) {
-        None => Ok(()),
-        Some((what, text)) => Err(ControlCharacter { what, text: text.into_owned() }),
-    }
-}
-
-fn render(template: &str, values: &TemplateValues) -> String {
+fn render(template: &str, values: Value) -> String {
     let mut templates = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).build();
     templates.set_syntax(syntax.expect("the usual signs"));
-    let render = templates.render_str(template.trim_end(), Serde(values));
+    let render = templates.render_str(template.trim_end(), values);
     render.expect("the template is valid, and its values are there")
 }
 
@@ -167,11 +130,6 @@ fn directives(settings: &Settings) -> Vec<String> {
         .into_iter()
         .filter_map(|(option, name)| name.as_ref().map(|name| format!("--{option}={name}")));
     named.chain(settings.directives.iter().flatten().cloned()).collect()
-}
-
-/// Formats minutes as Slurm does: `2:05:00`.
-fn duration(minutes: u32) -> String {
-    format!("{}:{:02}:00", minutes / 60, minutes % 60)
 }
 
 /// Record of what has been submitted for a study.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use toml::Table as Keys;
 
-use crate::study::{Study, Work};
+use crate::study::Study;
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{ManifestErrors, listed};
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
@@ -31,12 +31,9 @@ impl From<ManifestErrors> for KeyErrors {
 pub fn surface(keys: &Keys) -> Result<(PlannedSurfaces, Vec<String>), KeyErrors> {
     let study = study(vec![("surface", stage("generate", keys))])?;
     let warnings = study.warnings().into_iter().map(|warning| warning.message).collect();
-    match &study.stages[0].work {
-        Work::Generate(surfaces) => match surfaces.as_slice() {
-            [one] => Ok((one.clone(), warnings)),
-            several => Err(expected_one(several.len(), "surfaces")),
-        },
-        Work::Evaluate(_) => unreachable!("a `generate` stage makes surfaces"),
+    match study.stages[0].work.surfaces() {
+        [one] => Ok((one.clone(), warnings)),
+        several => Err(expected_one(several.len(), "surfaces")),
     }
 }
 

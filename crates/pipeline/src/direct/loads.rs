@@ -13,15 +13,10 @@ use asperity_tables::table::Table;
 
 /// Finished loads of a contact without adhesion.
 pub struct Loads {
-    /// Parameters of the branches of the path; a single one without a path.
-    params: Vec<Arc<Params>>,
-    /// Branches whose contact is prepared, in order. There is at least one.
+    /// Branches of the path; a single one without a path.
     branches: Vec<Branch>,
-    /// Surface for the branches that are not prepared yet; `None` for a single branch.
-    surface: Option<Surface>,
     /// Row of the surface, as in the table of a `generate` stage.
     row: Table,
-    threads: Threads,
     /// Pressures of the nodes in contact under each load, in units of E* × rms slope.
     pressures: Vec<Vec<f64>>,
 }
@@ -36,34 +31,24 @@ struct Branch {
 impl Loads {
     /// Prepares a surface, whose row has its rms slope.
     pub fn new(
-        params: Vec<Arc<Params>>,
+        params: &[Arc<Params>],
         surface: Surface,
         row: Table,
         threads: Threads,
     ) -> Result<Loads, StageError> {
-        let kept = (params.len() > 1).then(|| surface.clone());
-        let first = Branch::new(&params[0], surface, &row, threads.clone(), &|| false)?;
-        let (branches, pressures) = (vec![first], Vec::new());
-        Ok(Loads { params, branches, surface: kept, row, threads, pressures })
+        let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
+        let prepared = params.iter().map(|params| {
+            let (surface, threads) = (surface.clone(), threads.clone());
+            let (contact, solver) = Contact::new(params, surface, rms_slope, threads, &|| false)?;
+            Ok(Branch { contact, solver, loads: Vec::new() })
+        });
+        let branches = prepared.collect::<Result<_, StageError>>()?;
+        Ok(Loads { branches, row, pressures: Vec::new() })
     }
 
     /// Returns the load of full contact in units of E* × rms slope, if it is known.
     pub fn full_contact_load(&self) -> Option<f64> {
         self.branches[0].solver.full_contact_load()
-    }
-
-    /// Prepares the next branch if all loads of the last one are finished. Returns false if there
-    /// is no further load.
-    fn advance(&mut self, interrupted: &dyn Fn() -> bool) -> Result<bool, StageError> {
-        let last = self.branches.last().expect("the first branch is prepared");
-        if last.loads.len() < last.contact.loads().len() {
-            return Ok(true);
-        }
-        let next = self.params.get(self.branches.len()).zip(self.surface.clone());
-        let Some((params, surface)) = next else { return Ok(false) };
-        let threads = self.threads.clone();
-        self.branches.push(Branch::new(params, surface, &self.row, threads, interrupted)?);
-        Ok(true)
     }
 
     /// Returns the indices of the branch of a finished load and of the load in it.
@@ -89,26 +74,11 @@ impl Loads {
     }
 }
 
-impl Branch {
-    fn new(
-        params: &Params,
-        surface: Surface,
-        row: &Table,
-        threads: Threads,
-        interrupted: &dyn Fn() -> bool,
-    ) -> Result<Branch, StageError> {
-        let rms_slope = row.reals(RMS_SLOPE.name)?.value(0);
-        let (contact, solver) = Contact::new(params, surface, rms_slope, threads, &interrupted)?;
-        Ok(Branch { contact, solver, loads: Vec::new() })
-    }
-}
-
 impl Solved for Loads {
     fn set_threads(&mut self, threads: Threads) {
         for branch in &mut self.branches {
             branch.solver.set_threads(threads.clone());
         }
-        self.threads = threads;
     }
 
     fn press(
@@ -116,11 +86,10 @@ impl Solved for Loads {
         keeps_fields: bool,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<bool, StageError> {
-        if !self.advance(interrupted)? {
+        let is_open = |branch: &&mut Branch| branch.loads.len() < branch.contact.loads().len();
+        let Some(Branch { contact, solver, loads }) = self.branches.iter_mut().find(is_open) else {
             return Ok(false);
-        }
-        let Branch { contact, solver, loads } =
-            self.branches.last_mut().expect("the first branch is prepared");
+        };
         let solved = contact.solve(solver, contact.loads()[loads.len()], &interrupted)?;
         if keeps_fields {
             let pressure = solver.pressure().iter().copied();

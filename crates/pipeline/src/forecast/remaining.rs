@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::effort;
+use super::{effort, extent};
 use crate::plan::Plan;
 use crate::plan::missing_rows::{RowGroup, missing_groups};
 use asperity_manifest::diagnostics::{counted, listed};
@@ -43,15 +43,12 @@ impl Remaining {
         let beginning = self.beginnings.get(&task).and_then(|rows| whole.beginning(*rows));
         if let Some(beginning) = beginning {
             let effort = effort(planned, planned.nodes);
-            let (nodes, longer_side) = (planned.nodes, planned.longer_side);
-            let extent = Extent { nodes, longer_side, rows: planned.rows, tables: 1 };
+            let extent = Extent { tables: 1, ..extent(planned) };
             return Effort { pairs: effort.pairs - beginning.effort(extent).pairs, ..effort };
         }
         let groups = self.groups.get(&task).into_iter().flatten();
         let efforts = groups.map(|group| {
-            let (nodes, longer_side) = (planned.nodes, planned.longer_side);
-            let tables = planned.inputs.len();
-            let extent = Extent { nodes, longer_side, rows: group.values.len(), tables };
+            let extent = Extent { rows: group.values.len(), ..extent(planned) };
             let effort = group.recipe(whole).effort(extent).and_reading(extent.tables);
             if !group.from_stored {
                 return effort;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::figure::{Selected, WrittenTable};
 use asperity_manifest::keys::declare::{list, required};
 use asperity_manifest::keys::{Key, Spanned, deserialize_either, table};
+use asperity_stages::Kind;
 
 /// A statement that `asperity claims` tests with the results of the study: each quantity must be as
 /// expected. Claims do not influence results or their keys.
@@ -186,6 +187,18 @@ pub enum SourceKind {
     Fit,
 }
 
+impl SourceKind {
+    pub fn kind(self) -> Kind {
+        match self {
+            SourceKind::Generate => Kind::Generate,
+            SourceKind::Solve => Kind::Solve,
+            SourceKind::Measure => Kind::Measure,
+            SourceKind::Correct => Kind::Correct,
+            SourceKind::Fit => Kind::Fit,
+        }
+    }
+}
+
 /// A number that a function computes from the values of a group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -234,6 +247,20 @@ pub enum Statistic {
     PerssonConcavity,
     /// Summits counted on twenty surfaces over the tabulated density.
     SummitDensity,
+}
+
+impl Statistic {
+    /// Returns whether the number is that of a closed form, which needs no data.
+    pub fn is_closed_form(self) -> bool {
+        matches!(
+            self,
+            Statistic::AsymptoteOfAlpha
+                | Statistic::GreenwoodDeficit
+                | Statistic::AlphaInBgt
+                | Statistic::PerssonConcavity
+                | Statistic::SummitDensity
+        )
+    }
 }
 
 /// Reduction of the values of a family.

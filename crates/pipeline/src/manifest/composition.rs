@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use serde_spanned::Spanned as TomlSpanned;
-use toml::de::{DeString, DeTable, DeValue, Error};
+use toml::de::{DeTable, DeValue, Error};
 
 use super::setting::Setting;
 use super::syntax::report_syntax;
@@ -24,8 +24,6 @@ use asperity_tables::store::regular::read_regular;
 
 /// Maximum size of a manifest in bytes.
 const MAX_BYTES: u64 = 4 << 20;
-/// Maximum number of manifests that extend each other.
-const MAX_FILES: usize = 16;
 
 /// The manifest of a study after the manifests that it extends and the settings were applied.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -69,12 +67,6 @@ struct Source {
     is_setting: bool,
 }
 
-/// A manifest that has been read, with its path relative to the folder of the first one.
-struct File {
-    path: PathBuf,
-    text: String,
-}
-
 impl Composition {
     /// Reads a manifest and the manifests that it extends.
     ///
@@ -83,10 +75,9 @@ impl Composition {
     pub fn read(path: &Path, settings: &[Setting]) -> Result<Composition, ManifestErrors> {
         let file = path.display().to_string();
         let text = read_text(path).map_err(|reason| {
-            let problem =
-                Problem::without_position(format!("cannot read manifest `{file}`: {reason}"));
+            let message = format!("cannot read manifest `{file}`: {reason}");
             let mut problems = Problems::default();
-            problems.push(with_suggestion(problem, path));
+            problems.push(Problem::without_position(message));
             problems.into_errors(&file, "")
         })?;
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -105,32 +96,37 @@ impl Composition {
         own: Option<&Path>,
         settings: &[Setting],
     ) -> Result<Composition, ManifestErrors> {
-        let mut files = vec![File { path: PathBuf::new(), text }];
+        let mut texts = vec![(file.to_owned(), text)];
+        let mut bases: Vec<PathBuf> = Vec::new();
         let mut seen: BTreeSet<PathBuf> =
             own.and_then(|path| fs::canonicalize(path).ok()).into_iter().collect();
-        let mut failed = None;
-        while let Some((base, span)) = extended_by(&files[files.len() - 1].text) {
-            match File::extended(&files[files.len() - 1], &base, folder, &mut seen) {
-                Ok(_) if files.len() == MAX_FILES => {
-                    let message = format!("more than {MAX_FILES} manifests extend each other");
-                    failed = Some(Problem::new(message, span, "one too many"));
+        let mut unread = None;
+        while let Some((base, span)) = extended_by(&texts[bases.len()].1) {
+            let extending = bases.last().and_then(|path| path.parent()).unwrap_or(Path::new(""));
+            let path = normalized(&extending.join(&base));
+            let full = folder.join(&path);
+            let is_new = fs::canonicalize(&full).is_ok_and(|canonical| seen.insert(canonical));
+            match read_text(&full) {
+                Ok(text) if is_new => texts.push((full.display().to_string(), text)),
+                Ok(_) => {
+                    let message = format!("`{base}` is extended by itself");
+                    let label = "leads back to a manifest that extends this one";
+                    unread = Some(Problem::new(message, span, label));
+                    break;
                 }
-                Ok(base) => {
-                    files.push(base);
-                    continue;
+                Err(reason) => {
+                    let message = format!("cannot read manifest `{}`: {reason}", full.display());
+                    unread = Some(Problem::new(message, span, "extended here"));
+                    break;
                 }
-                Err(failure) => failed = Some(failure.at(&base, span)),
             }
-            break;
+            bases.push(path);
         }
-        let bases: Vec<PathBuf> = files[1..].iter().map(|file| file.path.clone()).collect();
         let mut sources: Vec<Source> = Vec::new();
-        for (index, File { path, text }) in files.into_iter().enumerate().rev() {
-            let name =
-                if index == 0 { file.to_owned() } else { folder.join(path).display().to_string() };
+        for (name, text) in texts.into_iter().rev() {
             sources.push(Source::after(sources.last(), name, &text, false));
         }
-        let unread = failed.map(|problem| problem.shifted(sources[0].start));
+        let unread = unread.map(|problem| problem.shifted(sources[0].start));
         for setting in settings {
             let name = "--set".to_owned();
             sources.push(Source::after(sources.last(), name, setting.line(), true));
@@ -172,14 +168,14 @@ impl Composition {
             let removed = take_study_keys(&mut document, source.is_setting, problems);
             match &mut merged {
                 None => {
-                    report_nothing_to_remove(&removed, problems);
+                    if let Some(path) = removed.first() {
+                        let message = "`remove` needs `extends`";
+                        let label = "there is nothing to remove it from";
+                        problems.push(Problem::new(message, path.span(), label));
+                    }
                     merged = Some(document);
                 }
-                Some(merged) if source.is_setting => {
-                    if has_stages(merged, &document, problems) {
-                        merge(merged, document);
-                    }
-                }
+                Some(merged) if source.is_setting => merge(merged, document),
                 Some(merged) => {
                     removed.iter().for_each(|path| remove(merged, path, problems));
                     extend(merged, document);
@@ -187,7 +183,7 @@ impl Composition {
             }
         }
         let mut document = merged.filter(|_| is_valid)?;
-        if !self.bases.is_empty() {
+        if self.sources.len() > 1 {
             remove_unknown_stages(&mut document, problems);
         }
         Some(document)
@@ -322,48 +318,6 @@ impl Source {
     }
 }
 
-/// A reason why a manifest cannot be extended.
-enum Failure {
-    Unreadable { path: PathBuf, reason: String },
-    Cycle,
-}
-
-impl Failure {
-    /// Returns the problem at the position of the key `extends` with the value `base`.
-    fn at(self, base: &str, span: Span) -> Problem {
-        match self {
-            Failure::Unreadable { path, reason } => {
-                let message = format!("cannot read manifest `{}`: {reason}", path.display());
-                with_suggestion(Problem::new(message, span, "extended here"), &path)
-            }
-            Failure::Cycle => {
-                let message = format!("`{base}` is extended by itself");
-                Problem::new(message, span, "leads back to a manifest that extends this one")
-            }
-        }
-    }
-}
-
-impl File {
-    /// Reads the manifest `base` that `file` extends. `seen` has the manifests read so far.
-    fn extended(
-        file: &File,
-        base: &str,
-        folder: &Path,
-        seen: &mut BTreeSet<PathBuf>,
-    ) -> Result<File, Failure> {
-        let path = normalized(&file.path.parent().unwrap_or(Path::new("")).join(base));
-        let full = folder.join(&path);
-        let unreadable = |reason: String| Failure::Unreadable { path: full.clone(), reason };
-        let canonical = fs::canonicalize(&full).map_err(|error| unreadable(error.to_string()))?;
-        if !seen.insert(canonical) {
-            return Err(Failure::Cycle);
-        }
-        let text = read_text(&full).map_err(unreadable)?;
-        Ok(File { path, text })
-    }
-}
-
 /// Returns the first paragraph of the comment at the beginning of a manifest.
 fn description(manifest: &str) -> Option<String> {
     let comments = manifest.lines().map_while(|line| line.trim().strip_prefix('#'));
@@ -393,32 +347,18 @@ pub fn normalized(path: &Path) -> PathBuf {
 /// Reads the text of a manifest, or returns the reason why it cannot be read.
 fn read_text(path: &Path) -> Result<String, String> {
     let bytes = read_regular(path, MAX_BYTES).map_err(|error| error.to_string())?;
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = error.utf8_error().valid_up_to();
-        let line = 1 + error.as_bytes()[..valid].iter().filter(|&&byte| byte == b'\n').count();
-        format!("line {line} is not UTF-8")
-    })
+    String::from_utf8(bytes).map_err(|error| error.to_string())
 }
 
-/// Adds help to the problem of a path without its ending `.toml`.
-fn with_suggestion(problem: Problem, path: &Path) -> Problem {
-    let with_ending = path.with_extension("toml");
-    if path.extension().is_none() && with_ending.is_file() {
-        problem.help(format!("did you mean `{}`?", with_ending.display()))
-    } else {
-        problem
-    }
+/// Returns the name of the study of a manifest, if it has one.
+pub fn study_name<'t>(document: &'t DeTable<'_>) -> Option<&'t str> {
+    document.get("study")?.get_ref().get("name")?.get_ref().as_str()
 }
 
 /// Returns whether a file is a manifest with a study of this name.
 pub fn names_study(manifest: &Path, name: &str) -> bool {
-    let Ok(text) = read_text(manifest) else {
-        return false;
-    };
-    let (document, _) = DeTable::parse_recoverable(&text);
-    let study = document.get_ref().get("study");
-    let own = study.and_then(|study| study.get_ref().get("name"));
-    own.and_then(|own| own.get_ref().as_str()) == Some(name)
+    let text = read_text(manifest).unwrap_or_default();
+    study_name(DeTable::parse_recoverable(&text).0.get_ref()) == Some(name)
 }
 
 /// Returns the value of `extends` in the text of a manifest with its position.
@@ -435,10 +375,7 @@ fn take_study_keys(
     is_setting: bool,
     problems: &mut Problems,
 ) -> Vec<TomlSpanned<String>> {
-    let Some(study) = document.get_mut("study") else {
-        return Vec::new();
-    };
-    let DeValue::Table(study) = study.get_mut() else {
+    let Some(DeValue::Table(study)) = document.get_mut("study").map(TomlSpanned::get_mut) else {
         return Vec::new();
     };
     let [extends, removed] = ["extends", "remove"].map(|key| study.remove(key));
@@ -447,36 +384,23 @@ fn take_study_keys(
         problems.push(Problem::new(message, value.span(), "belongs into a manifest"));
         return Vec::new();
     }
-    if let Some(value) = extends.filter(|value| !value.get_ref().is_str()) {
-        let message = "`extends` must be the path of a manifest in quotes";
-        problems.push(Problem::new(message, value.span(), found(value.get_ref())));
-    }
-    let Some(removed) = removed else {
-        return Vec::new();
-    };
-    let items = match removed.get_ref() {
-        DeValue::Array(items) => items.iter().cloned().collect(),
-        _ => vec![removed],
-    };
-    let path = |item: TomlSpanned<DeValue>| match item.get_ref().as_str() {
-        Some(path) => Some(TomlSpanned::new(item.span(), path.to_owned())),
+    let mut text = |what: &str, value: TomlSpanned<DeValue>| match value.get_ref().as_str() {
+        Some(text) => Some(TomlSpanned::new(value.span(), text.to_owned())),
         None => {
-            let message = "`remove` must be a list of keys in quotes";
-            let label = found(item.get_ref());
-            let problem = Problem::new(message, item.span(), label);
-            problems.push(problem.help("such as `remove = [\"stage.surfaces.k_rolloff\"]`"));
+            problems.push(Problem::new(what, value.span(), found(value.get_ref())));
             None
         }
     };
-    items.into_iter().filter_map(path).collect()
-}
-
-fn report_nothing_to_remove(removed: &[TomlSpanned<String>], problems: &mut Problems) {
-    if let Some(path) = removed.first() {
-        let message = "`remove` needs `extends`";
-        let problem = Problem::new(message, path.span(), "there is nothing to remove it from");
-        problems.push(problem.help("it removes keys of the manifest that `extends` names"));
+    if let Some(value) = extends {
+        text("`extends` must be the path of a manifest in quotes", value);
     }
+    let items = match removed.map(|removed| (removed.span(), removed.into_inner())) {
+        Some((_, DeValue::Array(items))) => items.into_iter().collect(),
+        Some((span, item)) => vec![TomlSpanned::new(span, item)],
+        None => Vec::new(),
+    };
+    let texts = items.into_iter();
+    texts.filter_map(|item| text("`remove` must be a list of keys in quotes", item)).collect()
 }
 
 /// Removes a value from the extended manifests, given its path, such as `stage.surfaces.hurst`.
@@ -485,12 +409,12 @@ fn remove(merged: &mut DeTable<'_>, path: &TomlSpanned<String>, problems: &mut P
     let last = parts.pop().unwrap_or_default();
     let mut table = merged;
     for part in parts {
-        if !matches!(table.get(part).map(TomlSpanned::get_ref), Some(DeValue::Table(_))) {
+        // The table is looked up twice, because the borrow would last otherwise.
+        if table.get(part).is_none_or(|inner| !inner.get_ref().is_table()) {
             return problems.push(nothing_at(path, part, table));
         }
-        let Some(DeValue::Table(inner)) = table.get_mut(part).map(TomlSpanned::get_mut) else {
-            return;
-        };
+        let inner = table.get_mut(part).map(TomlSpanned::get_mut);
+        let Some(DeValue::Table(inner)) = inner else { unreachable!("it is a table") };
         table = inner;
     }
     if table.remove(last).is_none() {
@@ -505,48 +429,22 @@ fn nothing_at(path: &TomlSpanned<String>, part: &str, table: &DeTable<'_>) -> Pr
     Problem::new(message, path.span(), label)
 }
 
-/// Returns whether the manifest has the stage of a setting. Reports a problem if not.
-fn has_stages(merged: &DeTable<'_>, setting: &DeTable<'_>, problems: &mut Problems) -> bool {
-    fn stages<'t>(table: &'t DeTable<'_>) -> impl Iterator<Item = &'t TomlSpanned<DeString<'t>>> {
-        let stages = table.get("stage").and_then(|stages| stages.get_ref().as_table());
-        stages.into_iter().flat_map(|stages| stages.keys())
-    }
-    let known: Vec<&str> = stages(merged).map(|name| name.get_ref().as_ref()).collect();
-    let is_known = |name: &&TomlSpanned<DeString>| known.contains(&name.get_ref().as_ref());
-    let problem = if let Some(name) = stages(setting).find(|name| !is_known(name)) {
-        let message = format!("the manifest has no stage `{}`", name.get_ref());
-        let label = suggestion('`', name.get_ref(), known.iter().copied(), "unknown stage");
-        Problem::new(message, name.span(), label)
-    } else if let Some(stage) = setting.keys().find(is_known) {
-        let label = format!("write `stage.{}`", stage.get_ref());
-        Problem::new("the key of a stage begins with `stage.`", stage.span(), label)
-    } else {
-        return true;
-    };
-    problems.push(problem);
-    false
-}
-
 /// Removes stages without a `kind` after reporting them: they override a stage that no extended
 /// manifest has.
 fn remove_unknown_stages(merged: &mut DeTable<'_>, problems: &mut Problems) {
     let Some(DeValue::Table(stages)) = merged.get_mut("stage").map(TomlSpanned::get_mut) else {
         return;
     };
-    let is_known = |stage: &TomlSpanned<DeValue>| match stage.get_ref() {
-        DeValue::Table(keys) => keys.contains_key("kind"),
-        _ => true,
+    let is_defined = |stage: &TomlSpanned<DeValue>| {
+        stage.get_ref().as_table().is_none_or(|keys| keys.contains_key("kind"))
     };
-    let (defined, undefined): (Vec<_>, Vec<_>) =
-        stages.iter().partition(|(_, stage)| is_known(stage));
-    let known: Vec<String> = defined.iter().map(|(name, _)| name.get_ref().to_string()).collect();
-    let unknown: Vec<_> = undefined.into_iter().map(|(name, _)| name.clone()).collect();
+    let defined = stages.iter().filter(|(_, stage)| is_defined(stage));
+    let known: Vec<String> = defined.map(|(name, _)| name.get_ref().to_string()).collect();
     let known = || known.iter().map(String::as_str);
-    for name in unknown {
+    for (name, _) in stages.clone().into_iter().filter(|(_, stage)| !is_defined(stage)) {
         stages.remove(name.get_ref().as_ref());
-        let name_text = name.get_ref();
-        let message = format!("no extended manifest has a stage `{name_text}`");
-        let label = suggestion('`', name_text, known(), "has no `kind`");
+        let message = format!("no extended manifest has a stage `{}`", name.get_ref());
+        let label = suggestion('`', name.get_ref(), known(), "has no `kind`");
         let help = format!("the stages are {}; a new stage needs a `kind`", listed(known(), "and"));
         problems.push(Problem::new(message, name.span(), label).help(help));
     }
@@ -555,23 +453,12 @@ fn remove_unknown_stages(merged: &mut DeTable<'_>, problems: &mut Problems) {
 /// Merges a manifest into the manifests that it extends. The name of a study is not inherited,
 /// because the tables of two studies with the same name would be in the same folder.
 fn extend<'i>(merged: &mut DeTable<'i>, mut document: DeTable<'i>) {
-    let mut study = DeTable::new();
-    if let Some((_, inherited)) = merged.remove_entry("study")
-        && let DeValue::Table(inherited) = inherited.into_inner()
-    {
-        study = inherited;
+    let inherited = merged.remove("study").map(TomlSpanned::into_inner);
+    let own = document.get_mut("study").map(TomlSpanned::get_mut);
+    if let (Some(DeValue::Table(mut study)), Some(DeValue::Table(own))) = (inherited, own) {
         study.remove("name");
-    }
-    if let Some((key, value)) = document.remove_entry("study") {
-        let span = value.span();
-        let value = match value.into_inner() {
-            DeValue::Table(own) => {
-                merge(&mut study, own);
-                DeValue::Table(study)
-            }
-            other => other,
-        };
-        merged.insert(key, TomlSpanned::new(span, value));
+        merge(&mut study, std::mem::take(own));
+        *own = study;
     }
     merge(merged, document);
 }

@@ -86,11 +86,7 @@ fn takes_words(schema: &Value) -> bool {
 }
 
 fn accept_expressions_within(schema: &mut Value, pattern: &str) {
-    let kinds = match schema.get("type") {
-        Some(Value::Array(kinds)) => kinds.clone(),
-        Some(kind) => vec![kind.clone()],
-        None => Vec::new(),
-    };
+    let kinds = schema.as_object().map(kinds_of).unwrap_or_default();
     if schema.get("pattern").is_some_and(|pattern| pattern == quantity::PATTERN) {
         schema["pattern"] = json!(QUANTITY_OR_EXPRESSION);
     } else if kinds.iter().any(|kind| kind == "number" || kind == "integer") {
@@ -113,6 +109,14 @@ fn accept_expressions_within(schema: &mut Value, pattern: &str) {
     }
 }
 
+/// Returns the types that a schema allows.
+fn kinds_of(schema: &Map<String, Value>) -> Vec<Value> {
+    match schema.get("type") {
+        Some(Value::Array(kinds)) => kinds.clone(),
+        kind => kind.cloned().into_iter().collect(),
+    }
+}
+
 /// Returns the schema of the table of a stage.
 fn stage(variant: &StageVariant) -> Value {
     let layout = variant.layout;
@@ -122,13 +126,9 @@ fn stage(variant: &StageVariant) -> Value {
         .iter()
         .map(|(key, value)| (key.clone(), with_units(value.clone(), false)))
         .collect();
-    let kind = variant.kind;
-    let mut properties = Map::new();
     let mut required = vec![json!("kind")];
-    properties.insert(
-        "kind".to_owned(),
-        json!({ "description": "Kind of the stage.", "const": kind.name() }),
-    );
+    let of_kind = json!({ "description": "Kind of the stage.", "const": variant.kind.name() });
+    let mut properties = Map::from_iter([("kind".to_owned(), of_kind)]);
     if let Some((key, word)) = variant.selector {
         properties.insert(key.to_owned(), json!({ "description": variant.about, "const": word }));
         if !variant.is_default() {
@@ -141,19 +141,20 @@ fn stage(variant: &StageVariant) -> Value {
     if variant.from_key == FromKey::Required {
         required.push(json!("from"));
     }
-    let own = &with_units;
     let must = schema.get("required").and_then(Value::as_array).cloned().unwrap_or_default();
     if !swept.is_empty() {
-        properties.insert("cases".to_owned(), cases(swept, own));
+        properties.insert("cases".to_owned(), cases(swept, &with_units));
     }
-    for (key, value) in own.clone() {
-        let value = match () {
-            () if swept.contains(&key.as_str()) => one_or_many(value, "swept over its values"),
-            () if lists.contains(&key.as_str()) => item_or_list(value),
-            () => value,
+    properties.extend(with_units.into_iter().map(|(key, value)| {
+        let value = if swept.contains(&key.as_str()) {
+            one_or_many(value, "swept over its values")
+        } else if lists.contains(&key.as_str()) {
+            item_or_list(value)
+        } else {
+            value
         };
-        properties.insert(key, value);
-    }
+        (key, value)
+    }));
     let is_swept = |key: &Value| key.as_str().is_some_and(|key| swept.contains(&key));
     let (must_or_cases, must): (Vec<_>, Vec<_>) = must.into_iter().partition(is_swept);
     required.extend(must);
@@ -200,18 +201,11 @@ fn with_units(schema: Value, is_quantity: bool) -> Value {
     if let Some(Value::Object(keys)) = object.get_mut("properties") {
         keys.iter_mut().for_each(|(_, key)| *key = with_units(key.take(), false));
     }
-    let types = object.get("type").cloned();
-    match types {
-        Some(Value::String(kind)) if is_quantity && kind == "number" => {
-            object.insert("type".to_owned(), json!(["number", "string"]));
-            object.insert("pattern".to_owned(), json!(quantity::PATTERN));
-        }
-        Some(Value::Array(mut kinds)) if is_quantity && kinds.contains(&json!("number")) => {
-            kinds.insert(1, json!("string"));
-            object.insert("type".to_owned(), kinds.into());
-            object.insert("pattern".to_owned(), json!(quantity::PATTERN));
-        }
-        _ => {}
+    let mut kinds = kinds_of(&object);
+    if is_quantity && kinds.contains(&json!("number")) {
+        kinds.insert(1, json!("string"));
+        object.insert("type".to_owned(), kinds.into());
+        object.insert("pattern".to_owned(), json!(quantity::PATTERN));
     }
     object.into()
 }

@@ -29,7 +29,7 @@ pub const EFFECTIVE_MANIFEST: &str = "manifest.toml";
 const MAX_BYTES: u64 = 64 << 20;
 
 /// The manifest to which a results folder belongs, with the record of its study.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Owner {
     /// Path of the manifest relative to the folder of the tables, so that both can be moved
     /// together.
@@ -68,7 +68,7 @@ impl Owner {
         let owner = Owner::at(relative_path(manifest, folder), study, plan);
         let before = Owner::read(folder).filter(|before| {
             before.manifest != owner.manifest
-                && before.study == owner.study
+                && before.study.bytes() == owner.study.bytes()
                 && before.exists(folder, &study.name)
         });
         before.unwrap_or(owner)
@@ -172,7 +172,7 @@ pub fn check(
     let path = Some(owner.path(folder));
     if !owner.exists(folder, &study.name) {
         Ok(path)
-    } else if owner.study == Record::new(study, plan, &[]) {
+    } else if owner.study.bytes() == Record::new(study, plan, &[]).bytes() {
         Ok(None)
     } else {
         taken(path)

@@ -55,8 +55,8 @@ pub struct PublishedStage {
     /// Row group that was read last, with the index of its first row.
     last: Mutex<Option<(usize, Table)>>,
     rows: TaskRows,
-    /// Columns that are missing in the tables of some tasks. `None` if the file does not list them.
-    missing: Option<MissingColumns>,
+    /// True if the tables of all tasks have all columns.
+    is_uniform: bool,
     /// Names of the parts whose columns the rows have.
     parts: String,
 }
@@ -85,24 +85,6 @@ impl MissingColumns {
             (!ranges.is_empty()).then(|| (name.to_owned(), ranges))
         });
         MissingColumns(missing.collect())
-    }
-
-    /// Returns the columns that are missing in the task to which the row `row` belongs.
-    fn from(&self, row: usize) -> Vec<&str> {
-        let columns = self.0.iter().filter(|(_, ranges)| lacks(ranges, row));
-        columns.map(|(name, _)| name.as_str()).collect()
-    }
-
-    /// Returns the index of the first row after `row` at which the set of missing columns changes,
-    /// or `usize::MAX` if it does not change.
-    fn end_from(&self, row: usize) -> usize {
-        let ends = self.0.iter().map(|(_, ranges)| {
-            let next = ranges.partition_point(|range| range.end <= row);
-            ranges
-                .get(next)
-                .map_or(usize::MAX, |range| if range.start > row { range.start } else { range.end })
-        });
-        ends.min().unwrap_or(usize::MAX)
     }
 }
 
@@ -137,7 +119,6 @@ impl PublishedStage {
             let is_path = names[column] == PATH.name && has_files;
             !is_repetition && !is_path && names[column] != TASK.name
         };
-        let missing = metadata.get(MISSING_COLUMNS);
         Ok(Some(PublishedStage {
             kind: kind.to_owned(),
             own: (0..names.len()).filter(is_own).collect(),
@@ -146,7 +127,7 @@ impl PublishedStage {
             // Converted numbers differ from those that the tasks computed.
             rows: if stored.is_some() { TaskRows::default() } else { rows },
             stored: stored.unwrap_or_default(),
-            missing: missing.and_then(|words| serde_json::from_str(words).ok()),
+            is_uniform: metadata.get(MISSING_COLUMNS) == Some("[]"),
             parts: metadata.get(PARTS).unwrap_or_default().to_owned(),
         }))
     }
@@ -170,46 +151,36 @@ impl PublishedStage {
     ///
     /// The published table can also have columns of other tasks, which are null in these rows.
     pub fn rows_of(&self, table: &TableRef) -> Option<Table> {
-        self.chosen(table, |rows| self.own(rows))
-    }
-
-    /// Returns a table with the columns that it has in the store, without maps. Returns `None` if
-    /// the published table lacks some of its rows, or if these columns are unknown.
-    pub fn table_of(&self, table: &TableRef) -> Option<Table> {
-        let missing = self.missing.as_ref()?;
-        self.chosen(table, |rows| self.slice(rows, missing))
-    }
-
-    /// Reads the ranges of a key with `read`, and chooses the rows that belong to `table`.
-    fn chosen(
-        &self,
-        table: &TableRef,
-        read: impl Fn(Range<usize>) -> Option<Table>,
-    ) -> Option<Table> {
         let ranges = self.rows.get(&table.key)?;
         let Some(series) = &table.series else {
-            return read(ranges.first()?.clone());
+            return self.own(ranges.first()?.clone());
         };
         if light_parts(table) != self.parts {
             return None;
         }
-        let found = ranges.iter().map(|range| series.among(&read(range.clone())?));
+        let found = ranges.iter().map(|range| series.among(&self.own(range.clone())?));
         let parts = found.collect::<Option<Vec<Table>>>()?;
         let rows = Table::stack(&parts).ok()?;
-        let rows = if parts.len() > 1 { series.sorted(&rows)? } else { rows };
-        series.is_whole(&rows).then_some(rows)
+        let sorted = if parts.len() > 1 { series.sorted(&rows)? } else { rows };
+        series.is_whole(&sorted).then_some(sorted)
     }
 
-    /// Reads the first of the tables `tables` together: as many as are consecutive in this table,
-    /// have the same columns, and have few enough rows for one read. Returns the number of rows of
-    /// each, and one table with all these rows.
+    /// Returns a table with the columns that it has in the store, without maps. Returns `None` if
+    /// the published table lacks some of its rows, or if the tables of its tasks have different
+    /// columns.
+    pub fn table_of(&self, table: &TableRef) -> Option<Table> {
+        self.rows_of(table).filter(|_| self.is_uniform)
+    }
+
+    /// Reads the first of the tables `tables` together: as many as are consecutive in this table
+    /// and have few enough rows for one read. Returns the number of rows of each, and one table
+    /// with all these rows. Returns `None` in the same cases as [`PublishedStage::table_of`].
     pub fn leading_tables<'a>(
         &self,
         tables: impl Iterator<Item = &'a TableRef>,
     ) -> Option<(Vec<usize>, Table)> {
-        let missing = self.missing.as_ref()?;
         let range = |table: &TableRef| match self.rows.get(&table.key)?.as_slice() {
-            [range] => Some(range.clone()),
+            [range] if self.is_uniform => Some(range.clone()),
             _ => None,
         };
         let is_whole = |table: &TableRef, part: &Table| {
@@ -222,20 +193,18 @@ impl PublishedStage {
         let mut located = tables.map_while(|table| Some((table, range(table)?)));
         let (first, mut all) = located.next()?;
         // If the first table has other rows now, the others mostly have, too: they are not read.
-        if !is_whole(first, &self.slice(all.clone(), missing)?) {
+        if !is_whole(first, &self.own(all.clone())?) {
             return None;
         }
-        let end = missing.end_from(all.start);
         let mut found = vec![(first, all.len())];
         for (table, next) in located {
-            let is_much = next.end - all.start > READ_AT_ONCE;
-            if next.start != all.end || next.end > end || is_much {
+            if next.start != all.end || next.end - all.start > READ_AT_ONCE {
                 break;
             }
             found.push((table, next.len()));
             all.end = next.end;
         }
-        let whole = self.slice(all, missing)?;
+        let whole = self.own(all)?;
         let mut rows = Vec::new();
         let mut start = 0;
         for (table, count) in found {
@@ -246,13 +215,6 @@ impl PublishedStage {
             start += count;
         }
         Some((rows, whole.slice(0..start)))
-    }
-
-    /// Returns the rows `rows`, whose tasks all lack the same columns, without these columns.
-    fn slice(&self, rows: Range<usize>, missing: &MissingColumns) -> Option<Table> {
-        let absent = missing.from(rows.start);
-        let table = self.own(rows)?;
-        Some(if absent.is_empty() { table } else { table.without(&absent) })
     }
 
     /// Returns the rows `rows`, without the columns that publishing adds. Returns `None` if they
@@ -282,42 +244,26 @@ impl PublishedStage {
     }
 }
 
-/// Returns whether `row` is in one of the ranges, which must be in ascending order.
-fn lacks(ranges: &[Range<usize>], row: usize) -> bool {
-    let next = ranges.partition_point(|range| range.end <= row);
-    ranges.get(next).is_some_and(|range| range.contains(&row))
-}
-
 /// Finds the rows of each task in the column of keys. Returns `None` if the column holds anything
 /// but keys, because the table was then written by another program.
 fn rows(source: &TableSource, column: usize) -> Result<Option<TaskRows>, StoreError> {
     let mut rows = TaskRows::default();
-    let mut last = String::new();
-    let (mut start, mut end) = (0, 0);
-    let add = |rows: &mut TaskRows, task: &str, range: Range<usize>| {
-        let key = task.parse().ok();
-        range.is_empty() || key.map(|key| rows.entry(key).or_default().push(range)).is_some()
-    };
+    let mut row = 0;
     for part in source.parts(&[column]) {
         let part = part?;
-        let Ok(tasks) = part.texts(TASK.name) else {
-            return Ok(None);
-        };
-        for row in 0..part.rows() {
-            let task = tasks.value(row);
-            if task != last {
-                if !add(&mut rows, &last, start..end) {
-                    return Ok(None);
-                }
-                task.clone_into(&mut last);
-                start = end;
+        let Ok(tasks) = part.texts(TASK.name) else { return Ok(None) };
+        for task in tasks.iter() {
+            let Some(key) = task.and_then(|task| task.parse().ok()) else { return Ok(None) };
+            let ranges: &mut Vec<Range<usize>> = rows.entry(key).or_default();
+            match ranges.last_mut() {
+                Some(last) if last.end == row => last.end += 1,
+                _ => ranges.push(row..row + 1),
             }
-            end += 1;
+            row += 1;
         }
     }
-    Ok(add(&mut rows, &last, start..end).then_some(rows))
+    Ok(Some(rows))
 }
-
 #[cfg(test)]
 mod tests {
     use asperity_tables::column::{Column, ColumnKind, optional_reals, reals, texts};
@@ -337,88 +283,50 @@ mod tests {
         key(digit).parse::<TaskKey>().unwrap().into()
     }
 
-    /// Returns the tables of two tasks: two rows without a column `gap`, and one row whose `gap` is
-    /// null.
-    fn pieces() -> [Table; 2] {
-        [
-            Table::new(2, vec![(AREA, reals([0.1, 0.2]))]),
-            Table::new(1, vec![(AREA, reals([0.3])), (GAP, optional_reals([None]))]),
-        ]
-    }
-
-    fn missing(tables: &[Table]) -> String {
-        let mut stacking = Stacking::default();
-        let parts = tables.iter().map(|table| (stacking.add(table), table.rows()));
-        let parts: Vec<_> = parts.collect();
-        serde_json::to_string(&MissingColumns::new(&stacking, &parts)).unwrap()
-    }
-
-    fn published(is_told: bool) -> PublishedStage {
-        let stacked = Table::stack(&pieces()).unwrap();
-        let missing_columns = missing(&pieces());
-        let keys = texts([key('a'), key('a'), key('b')]);
-        let mut entries = vec![(KIND.to_owned(), "measure".to_owned())];
-        entries.extend(is_told.then(|| (MISSING_COLUMNS.to_owned(), missing_columns)));
+    fn published(table: &Table, digits: &[char], missing: &str) -> PublishedStage {
+        let entries = [(KIND, "measure"), (MISSING_COLUMNS, missing)];
+        let entries = entries.map(|(name, value)| (name.to_owned(), value.to_owned())).to_vec();
+        let keys = texts(digits.iter().copied().map(key));
+        let table = table.with(vec![(TASK, keys)]);
         let metadata = Metadata { key: None, entries };
-        let table = stacked.with(vec![(TASK, keys)]);
         PublishedStage::from_source(table.into(), &metadata).unwrap().unwrap()
     }
 
     #[test]
-    fn tables_of_tasks_come_back_with_the_columns_that_they_had() {
-        let published = published(true);
-        for (digit, piece) in ['a', 'b'].into_iter().zip(pieces()) {
-            assert_eq!(published.table_of(&whole(digit)), Some(piece));
-        }
-        assert_eq!(published.table_of(&whole('c')), None);
-    }
-
-    #[test]
-    fn tasks_with_the_same_columns_are_taken_out_together() {
-        let [two, one] = pieces();
-        let stacked = Table::stack(&[two.clone(), two, one]).unwrap();
-        let pieces = [stacked.slice(0..2), stacked.slice(2..4)];
-        let pieces =
-            [pieces[0].without(&["gap"]), pieces[1].without(&["gap"]), stacked.slice(4..5)];
-        let missing_columns = missing(&pieces);
-        let keys = texts(['a', 'a', 'b', 'b', 'c'].map(key));
-        let entries = vec![
-            (KIND.to_owned(), "measure".to_owned()),
-            (MISSING_COLUMNS.to_owned(), missing_columns),
-        ];
-        let metadata = Metadata { key: None, entries };
-        let table = stacked.clone().with(vec![(TASK, keys)]);
-        let published = PublishedStage::from_source(table.into(), &metadata).unwrap().unwrap();
+    fn tables_of_consecutive_tasks_are_taken_out_together() {
+        let table = Table::new(5, vec![(AREA, reals([0.1, 0.2, 0.3, 0.4, 0.5]))]);
+        let published = published(&table, &['a', 'a', 'b', 'b', 'c'], "[]");
         let first = |digits: &[char]| {
             let tables: Vec<TableRef> = digits.iter().map(|&digit| whole(digit)).collect();
             published.leading_tables(tables.iter())
         };
-        let both = stacked.slice(0..4).without(&["gap"]);
-        assert_eq!(first(&['a', 'b', 'c']), Some((vec![2, 2], both)));
-        assert_eq!(first(&['a', 'c']), Some((vec![2], pieces[0].clone())));
-        assert_eq!(first(&['b', 'a']), Some((vec![2], pieces[1].clone())));
-        assert_eq!(first(&['c', 'd']), Some((vec![1], pieces[2].clone())));
+        assert_eq!(first(&['a', 'b', 'd']), Some((vec![2, 2], table.slice(0..4))));
+        assert_eq!(first(&['a', 'c']), Some((vec![2], table.slice(0..2))));
+        assert_eq!(first(&['b', 'a']), Some((vec![2], table.slice(2..4))));
         assert_eq!(first(&['d', 'a']), None);
+        assert_eq!(published.table_of(&whole('c')), Some(table.slice(4..5)));
+        assert_eq!(published.table_of(&whole('d')), None);
     }
 
     #[test]
-    fn a_table_that_does_not_tell_what_is_lacking_has_rows_alone() {
-        let published = published(false);
+    fn tables_that_lack_columns_are_not_taken_out_of_a_table_with_them() {
+        let pieces = [
+            Table::new(1, vec![(AREA, reals([0.1]))]),
+            Table::new(1, vec![(AREA, reals([0.3])), (GAP, optional_reals([None]))]),
+        ];
+        let mut stacking = Stacking::default();
+        let parts: Vec<_> = pieces.iter().map(|table| (stacking.add(table), 1)).collect();
+        let missing = serde_json::to_string(&MissingColumns::new(&stacking, &parts)).unwrap();
+        let published = published(&Table::stack(&pieces).unwrap(), &['a', 'b'], &missing);
         assert_eq!(published.table_of(&whole('a')), None);
+        assert!(published.leading_tables([&whole('a')].into_iter()).is_none());
         assert_eq!(published.rows_of(&whole('a')).unwrap().names(), ["area", "gap"]);
     }
 
     #[test]
     fn rows_of_a_series_are_found_by_their_values_in_several_ranges() {
-        let tasks = texts(['a', 'a', 'b', 'a'].map(key));
-        let area = reals([0.3, 0.5, 9.0, 0.4]);
-        let table = Table::new(4, vec![(AREA, area), (TASK, tasks)]);
-        let entries = vec![
-            (KIND.to_owned(), "measure".to_owned()),
-            (MISSING_COLUMNS.to_owned(), "[]".to_owned()),
-        ];
-        let metadata = Metadata { key: None, entries };
-        let published = PublishedStage::from_source(table.into(), &metadata).unwrap().unwrap();
+        let table = Table::new(4, vec![(AREA, reals([0.3, 0.5, 9.0, 0.4]))]);
+        let published = published(&table, &['a', 'a', 'b', 'a'], "[]");
         let areas = |values: &[f64]| {
             let series = SeriesRows { column: "area", values: values.to_vec(), parts: vec![] };
             let table = TableRef { series: Some(series.into()), ..whole('a') };

@@ -167,7 +167,8 @@ impl Publisher<'_> {
     ) -> Result<Option<PathBuf>, ResultsError> {
         let RowContext { plan, stage, .. } = context;
         let (finished, missing, rows) = (parts.tasks()?.len(), parts.missing(), parts.rows());
-        let mut groups = parts.groups(context, |part| Ok(self.read_again(stage, part, kept)?));
+        let mut groups =
+            parts.tables(context, GROUP, |part| Ok(self.read_again(stage, part, kept)?));
         let Some(first) = groups.next().transpose()? else {
             return Ok(None);
         };
@@ -403,16 +404,9 @@ impl TableParts {
         Ok((tasks, table))
     }
 
-    /// Returns the rows as a sequence of row groups. Each row has the key of its task. There is at
-    /// least one row group, which may be empty. `read` reads a part that is not held in memory.
-    pub fn groups<'a>(
-        self,
-        context: RowContext<'a>,
-        read: impl FnMut(&TablePart) -> Result<Table, ResultsError> + 'a,
-    ) -> impl Iterator<Item = Result<Table, ResultsError>> + 'a {
-        self.tables(context, GROUP, read)
-    }
-
+    /// Returns the rows as a sequence of tables with at most `most` rows. Each row has the key of
+    /// its task. There is at least one table, which may be empty. `read` reads a part that is not
+    /// held in memory.
     fn tables<'a>(
         self,
         context: RowContext<'a>,

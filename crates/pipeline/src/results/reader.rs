@@ -6,6 +6,7 @@
 //! thousands of files of the store. It is the only source if the store is lost or was not shared
 //! with the results.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -23,30 +24,16 @@ use asperity_tables::store::series::TableRef;
 use asperity_tables::store::{Store, StoreError, TaskTables};
 use asperity_tables::table::Table;
 
+type StageFiles = BTreeMap<String, (PathBuf, OnceLock<Option<PublishedStage>>)>;
+
 /// Reader of the tables of one study, from its store and its published tables.
 #[derive(Debug)]
 pub struct ResultReader {
     store: Store,
     folder: PathBuf,
-    stages: OnceLock<Vec<StageFile>>,
-}
-
-/// File of a stage's table, opened when it is first needed.
-#[derive(Debug)]
-struct StageFile {
-    stage: String,
-    path: PathBuf,
-    published: OnceLock<Option<PublishedStage>>,
-}
-
-impl StageFile {
-    /// Returns the table, or `None` if it cannot be read. The error is reported when the results of
-    /// the stage are opened.
-    fn published(&self) -> Option<&PublishedStage> {
-        let published =
-            self.published.get_or_init(|| PublishedStage::read(&self.path).ok().flatten());
-        published.as_ref()
-    }
+    /// Files of the tables of stages, by stage, each opened when it is first needed. A table that
+    /// cannot be read is `None`; the error is reported when the results of the stage are opened.
+    stages: OnceLock<StageFiles>,
 }
 
 impl ResultReader {
@@ -68,53 +55,47 @@ impl ResultReader {
     /// Returns the published rows of a task, without the columns that publishing adds. Returns
     /// `None` if no published table has the task.
     pub fn rows_of(&self, table: &TableRef) -> Option<Table> {
-        let mut published = self.published();
-        published.find_map(|(_, published)| published.rows_of(table))
+        self.published().find_map(|published| published.rows_of(table))
     }
 
     /// Returns the table of a task, without maps, from the published table of its stage. Returns
     /// `None` if the published table lacks the task.
     pub fn published_table(&self, stage: &str, table: &TableRef) -> Option<Table> {
-        let mut stages = self.stages().iter();
-        let file = stages.find(|file| file.stage == stage)?;
-        file.published()?.table_of(table)
+        self.stage(stage)?.table_of(table)
     }
 
     /// Reads the first of the tables `tables` together, from the published table of a stage: as
-    /// many as are consecutive there, have the same columns, and have few enough rows for one read.
-    /// Returns the number of rows of each, and one table with all these rows.
+    /// many as are consecutive there and have few enough rows for one read. Returns the number of
+    /// rows of each, and one table with all these rows.
     pub fn published_consecutive<'a>(
         &self,
         stage: &str,
         tables: impl Iterator<Item = &'a TableRef>,
     ) -> Option<(Vec<usize>, Table)> {
-        let mut stages = self.stages().iter();
-        let file = stages.find(|file| file.stage == stage)?;
-        file.published()?.leading_tables(tables)
+        self.stage(stage)?.leading_tables(tables)
     }
 
     /// Returns the properties that the files of measured surfaces had when the tables were
     /// published.
     pub fn recollection(&self) -> RecordedFiles {
-        let generated =
-            self.published().filter(|(_, published)| published.kind == Kind::Generate.name());
-        let tables = generated.filter_map(|(_, published)| published.table().ok());
-        let recalled = tables.filter_map(|table| files(&table).ok());
-        recalled.flatten().collect()
+        let generated = self.published().filter(|stage| stage.kind == Kind::Generate.name());
+        generated.filter_map(|stage| files(&stage.table().ok()?).ok()).flatten().collect()
     }
 
-    fn published(&self) -> impl Iterator<Item = (&str, &PublishedStage)> {
-        let stages = self.stages().iter();
-        stages.filter_map(|file| Some((file.stage.as_str(), file.published()?)))
+    fn published(&self) -> impl Iterator<Item = &PublishedStage> {
+        self.stages().keys().filter_map(|stage| self.stage(stage))
     }
 
-    fn stages(&self) -> &[StageFile] {
+    fn stage(&self, stage: &str) -> Option<&PublishedStage> {
+        let (path, published) = self.stages().get(stage)?;
+        published.get_or_init(|| PublishedStage::read(path).ok().flatten()).as_ref()
+    }
+
+    fn stages(&self) -> &StageFiles {
         self.stages.get_or_init(|| {
             let files = files_of(&self.folder).unwrap_or_default().into_iter();
             let stages = files.filter_map(|file| match file.what {
-                FileKind::Stage { stage, .. } => {
-                    Some(StageFile { stage, path: file.path, published: OnceLock::new() })
-                }
+                FileKind::Stage { stage, .. } => Some((stage, (file.path, OnceLock::new()))),
                 _ => None,
             });
             stages.collect()
@@ -126,7 +107,7 @@ impl TaskTables for ResultReader {
     fn have(&self, tables: &[&TableRef]) -> Vec<bool> {
         let mut have = self.store.have(tables);
         for (table, have) in tables.iter().zip(&mut have).filter(|(_, have)| !**have) {
-            *have = self.published().any(|(_, published)| published.has(table));
+            *have = self.published().any(|published| published.has(table));
         }
         have
     }
@@ -149,10 +130,6 @@ fn files(table: &Table) -> Result<RecordedFiles, StageError> {
     let formats = table.optional(FORMAT.name, Table::texts)?;
     let grids = Grids::new(table)?;
     let filled = table.optional(FILLED_NODES.name, Table::integers)?;
-    let is_filled = |row: usize| {
-        let known = filled.filter(|filled| filled.is_valid(row));
-        known.is_some_and(|filled| filled.value(row) > 0)
-    };
     let file = |row: usize| {
         let grid = grids.grid(row).ok()?;
         let format = formats.filter(|formats| formats.is_valid(row));
@@ -162,7 +139,7 @@ fn files(table: &Table) -> Result<RecordedFiles, StageError> {
             unit: units.map_or_else(String::new, |units| units.value(row).to_owned()),
             nodes: grid.nodes().map(|nodes| u32::try_from(nodes).unwrap_or(u32::MAX)),
             side: grid.cell().size(),
-            is_filled: is_filled(row),
+            is_filled: filled.is_some_and(|nodes| nodes.is_valid(row) && nodes.value(row) > 0),
         };
         Some((PathBuf::from(paths.value(row)), recalled))
     };

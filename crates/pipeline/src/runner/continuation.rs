@@ -4,12 +4,11 @@
 //! table [begins](asperity_stages::Stage::beginning) and continues from the last row of it. A task
 //! that is interrupted stores its finished rows as such a beginning.
 
-use std::sync::Mutex;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::plan::Plan;
+use crate::runner::row_writer::WrittenFiles;
 use asperity_stages::FinishedRows;
-use asperity_tables::parallel::locked;
 use asperity_tables::parquet::Columns;
 use asperity_tables::store::series::{FileName, TableRef};
 use asperity_tables::store::{Store, StoreError};
@@ -20,22 +19,14 @@ pub struct Continuation<'a> {
     store: &'a Store,
     plan: &'a Plan,
     task: usize,
-    every: Duration,
-    written: Mutex<Written>,
-}
-
-struct Written {
-    /// Time at which rows were stored last, or at which the task started.
-    last: Instant,
     /// File with the rows that the task has stored so far, unless it existed before.
-    file: Option<FileName>,
+    written: WrittenFiles<'a>,
 }
 
 impl<'a> Continuation<'a> {
     /// Creates the receiver of the finished rows of a task, which are due every `every`.
     pub fn new(store: &'a Store, plan: &'a Plan, task: usize, every: Duration) -> Continuation<'a> {
-        let written = Mutex::new(Written { last: Instant::now(), file: None });
-        Continuation { store, plan, task, every, written }
+        Continuation { store, plan, task, written: WrittenFiles::new(store, every) }
     }
 
     /// Reads the longest beginning that is stored. A beginning that cannot be read counts as not
@@ -48,16 +39,13 @@ impl<'a> Continuation<'a> {
     /// Removes the rows that the task has stored while it was running, because its table is stored
     /// now.
     pub fn finish(&self) {
-        if let Some(file) = locked(&self.written).file.take() {
-            self.store.remove_superseded(&file);
-        }
+        self.written.replace(Vec::new());
     }
 }
 
 impl FinishedRows for Continuation<'_> {
     fn are_due(&self) -> bool {
-        locked(&self.written).last.elapsed() >= self.every
-            && self.plan.beginning(self.task, 1).is_some()
+        self.written.are_due() && self.plan.beginning(self.task, 1).is_some()
     }
 
     fn keep(&self, _: &[f64], rows: &Table) -> Result<(), StoreError> {
@@ -69,11 +57,7 @@ impl FinishedRows for Continuation<'_> {
             return Ok(());
         }
         self.store.publish(&beginning, rows)?;
-        let mut written = locked(&self.written);
-        if let Some(before) = written.file.replace(FileName { key, rows: None }) {
-            self.store.remove_superseded(&before);
-        }
-        written.last = Instant::now();
+        self.written.replace(vec![FileName { key, rows: None }]);
         Ok(())
     }
 }

@@ -18,15 +18,35 @@ pub struct RowWriter<'a> {
     provenance: Provenance,
     column: &'static str,
     group: &'a RowGroup,
-    every: Duration,
-    state: Mutex<Written>,
+    written: WrittenFiles<'a>,
 }
 
-struct Written {
-    /// Time at which rows were stored last, or at which the task started.
-    last: Instant,
-    /// Files that the task has written so far.
-    files: Vec<FileName>,
+/// Files that a running task has written so far.
+pub struct WrittenFiles<'a> {
+    store: &'a Store,
+    every: Duration,
+    /// Time at which rows were stored last, or at which the task started, and the files.
+    state: Mutex<(Instant, Vec<FileName>)>,
+}
+
+impl<'a> WrittenFiles<'a> {
+    /// Creates the empty list. Finished rows are due every `every`.
+    pub fn new(store: &'a Store, every: Duration) -> WrittenFiles<'a> {
+        WrittenFiles { store, every, state: Mutex::new((Instant::now(), Vec::new())) }
+    }
+
+    pub fn are_due(&self) -> bool {
+        locked(&self.state).0.elapsed() >= self.every
+    }
+
+    /// Replaces the files by others, which have their rows, and removes them.
+    pub fn replace(&self, files: Vec<FileName>) {
+        let mut state = locked(&self.state);
+        for file in state.1.iter().filter(|file| !files.contains(file)) {
+            self.store.remove_superseded(file);
+        }
+        *state = (Instant::now(), files);
+    }
 }
 
 impl<'a> RowWriter<'a> {
@@ -39,8 +59,8 @@ impl<'a> RowWriter<'a> {
         group: &'a RowGroup,
         every: Duration,
     ) -> RowWriter<'a> {
-        let state = Mutex::new(Written { last: Instant::now(), files: Vec::new() });
-        RowWriter { store, provenance: plan.provenance(task), column, group, every, state }
+        let written = WrittenFiles::new(store, every);
+        RowWriter { store, provenance: plan.provenance(task), column, group, written }
     }
 
     /// Stores the rows with these values, and removes the files that this writer wrote before,
@@ -68,20 +88,14 @@ impl<'a> RowWriter<'a> {
                 parts.iter().flat_map(|part| part.columns.iter().copied()).collect();
             publish(None, &rows.without(&of_parts))?;
         }
-        let mut state = locked(&self.state);
-        let before = std::mem::replace(&mut state.files, files);
-        for file in before.iter().filter(|file| !state.files.contains(file)) {
-            self.store.remove_superseded(file);
-        }
-        state.last = Instant::now();
+        self.written.replace(files);
         Ok(())
     }
 }
 
 impl FinishedRows for RowWriter<'_> {
     fn are_due(&self) -> bool {
-        let state = locked(&self.state);
-        state.last.elapsed() >= self.every
+        self.written.are_due()
     }
 
     fn keep(&self, values: &[f64], rows: &Table) -> Result<(), StoreError> {

@@ -1,6 +1,6 @@
 //! Adhesion of the surfaces of a stage: its resolution by the mesh, and its Tabor parameter.
 
-use crate::study::{Stage, Study, Work};
+use crate::study::{Stage, Study};
 use asperity_manifest::diagnostics::counted;
 use asperity_manifest::keys::quantity;
 use asperity_mechanics::adhesion::BISTABLE;
@@ -16,8 +16,8 @@ use asperity_stages::units::TableUnits;
 impl Study {
     /// Warns that a mesh resolves the adhesion of a stage poorly.
     pub(crate) fn coarse_for_adhesion(&self, stage: &Stage) -> Option<String> {
-        let steps = self.pressed_by(stage).filter_map(|params| Some(params.grid().ok()?.spacing()));
-        let step = steps.flatten().reduce(f64::max)?;
+        let grids = self.surfaces_read_by(stage).filter_map(|params| params.grid().ok());
+        let step = grids.flat_map(|grid| grid.spacing()).reduce(f64::max)?;
         let number = |params: &adhesion::Params| {
             keys::mesh_number(step, params.work, params.range, params.effective_modulus)
         };
@@ -50,14 +50,14 @@ impl Study {
             Control::Load => ("load", params.unit_of_given_loads()),
             control => (control.value_in_words(), length_unit),
         };
+        let range = |of: fn(&adhesion::Params) -> f64, unit| {
+            quantity::range(of_adhesion(stage).map(of), unit)
+        };
         let path = format!(
             "E* = {}, work of adhesion {}, range {}, {} with {prescribed} {}",
-            quantity::range(
-                of_adhesion(stage).map(|params| params.effective_modulus),
-                params.pressure_unit
-            )?,
-            quantity::range(of_adhesion(stage).map(|params| params.work), work_unit.as_deref())?,
-            quantity::range(of_adhesion(stage).map(|params| params.range), length_unit)?,
+            range(|params| params.effective_modulus, params.pressure_unit)?,
+            range(|params| params.work, work_unit.as_deref())?,
+            range(|params| params.range, length_unit)?,
             counted(params.targets.len(), "state"),
             ends(&params.given_targets(), unit)?,
         );
@@ -67,7 +67,7 @@ impl Study {
     /// Describes the range of the adhesion of a stage beside its elastic deformation, by the Tabor
     /// parameter. Returns `None` if the curvature of the surfaces is not known beforehand.
     fn tabor(&self, stage: &Stage) -> Option<String> {
-        let all: Option<Vec<f64>> = self.pressed_by(stage).map(curvature).collect();
+        let all: Option<Vec<f64>> = self.surfaces_read_by(stage).map(curvature).collect();
         let curvatures = all.filter(|known| !known.is_empty())?;
         let numbers = of_adhesion(stage)
             .flat_map(|params| curvatures.iter().filter_map(|curvature| params.tabor(*curvature)));
@@ -84,16 +84,6 @@ impl Study {
         };
         let numbers = quantity::range([least, most].into_iter(), None)?;
         Some(format!("Tabor parameter {numbers}, {nearest}"))
-    }
-
-    /// Returns the surfaces that a stage presses.
-    fn pressed_by(&self, stage: &Stage) -> impl Iterator<Item = &Params> + '_ {
-        let inputs: Vec<usize> = stage.inputs.clone();
-        let surfaces = inputs.into_iter().flat_map(|input| match &self.stages[input].work {
-            Work::Generate(surfaces) => surfaces.as_slice(),
-            Work::Evaluate(_) => &[],
-        });
-        surfaces.map(|surfaces| &surfaces.params)
     }
 }
 

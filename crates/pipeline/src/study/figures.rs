@@ -4,25 +4,20 @@
 //! no declared figure shows.
 
 mod check;
-mod known_values;
 
 use std::collections::BTreeMap;
 
-use arrow::datatypes::DataType;
-
-use crate::manifest::figure::Holds;
 use asperity_manifest::expression::Expression;
 use asperity_stages::aggregate::{Model, Statistic};
 use asperity_stages::columns::{
     AREA_CORRECTED, AREA_FRACTION, ASPERITY_AREA_FRACTION, LOAD, SURFACE,
 };
-use asperity_stages::units::TableUnits;
 use asperity_tables::table::Table;
 
 pub use crate::manifest::figure::{ErrorBars, FacetPlace, Scales, SelectedValue as Value};
 pub use crate::manifest::read_figures_of as read;
-pub use check::{EmptySelection, FigureContext, check, on_table};
-pub use known_values::known_values;
+pub use crate::study::columns::is_number;
+pub use check::{check, on_table};
 
 /// A figure of the table of a stage.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -168,41 +163,28 @@ pub enum EndsMeaning {
 /// Column with the number of surfaces of a group.
 const SURFACES: &str = "surfaces";
 
-/// Reason why a table has no such quantity.
-#[derive(Debug)]
-pub enum NoQuantity {
-    /// The table has no column of this name.
-    Unknown,
-    /// The column holds texts, flags or maps.
-    NoNumbers,
-    /// The table has no columns for these error bars.
-    NoBars(ErrorBars),
-}
-
 impl Quantity {
     /// Finds the column of a quantity and the source of its error bars in a table, which may be
     /// empty. Without `error`, the bars are the best that the table has.
     ///
     /// # Errors
-    /// If the table does not have the column or the error bars.
+    /// Returns the error bars that the table does not have, or `None` if it has no such column of
+    /// numbers.
     pub fn find(
         table: &Table,
         name: &str,
         error: Option<ErrorBars>,
-    ) -> Result<Quantity, NoQuantity> {
+    ) -> Result<Quantity, Option<ErrorBars>> {
         let mean = Statistic::Mean.column_of(name);
         let column = if !table.has(name) && table.has(&mean) { mean } else { name.to_owned() };
-        if !table.has(&column) {
-            return Err(NoQuantity::Unknown);
-        }
         if !is_number(table, &column) {
-            return Err(NoQuantity::NoNumbers);
+            return Err(None);
         }
         let bars = if has_surfaces(table) {
             let bars = error.unwrap_or(ErrorBars::Ci95);
             if bars == ErrorBars::None { BarSource::None } else { BarSource::Surfaces(bars) }
         } else {
-            bars_of_columns(table, &column, error).map_err(NoQuantity::NoBars)?
+            bars_of_columns(table, &column, error)?
         };
         Ok(Quantity { column, expression: None, bars })
     }
@@ -256,7 +238,7 @@ fn bars_of_columns(
     table: &Table,
     column: &str,
     error: Option<ErrorBars>,
-) -> Result<BarSource, ErrorBars> {
+) -> Result<BarSource, Option<ErrorBars>> {
     let base = Statistic::Mean.base_of(column);
     let known = |names: Vec<String>| names.iter().all(|name| table.has(name)).then_some(names);
     let of_mean = |statistic: Statistic| known(statistic.columns_of(base?));
@@ -274,37 +256,21 @@ fn bars_of_columns(
     };
     let fitted = || ends(of_fit(&["lower", "upper"]), EndsMeaning::OfFit);
     let half = |column: Option<String>, meaning| Some(BarSource::Half { column: column?, meaning });
-    match error {
-        None => Ok(ends_95().or_else(student).or_else(fitted).unwrap_or(BarSource::None)),
-        Some(ErrorBars::None) => Ok(BarSource::None),
-        Some(wanted @ ErrorBars::Ci95) => ends_95().or_else(student).ok_or(wanted),
-        Some(wanted @ ErrorBars::Sem) => {
-            let error = sem().or_else(|| of_fit(&["standard_error"])?.pop());
-            half(error, wanted).ok_or(wanted)
+    let bars = match error {
+        None => Some(ends_95().or_else(student).or_else(fitted).unwrap_or(BarSource::None)),
+        Some(ErrorBars::None) => Some(BarSource::None),
+        Some(ErrorBars::Ci95) => ends_95().or_else(student),
+        Some(ErrorBars::Sem) => {
+            half(sem().or_else(|| of_fit(&["standard_error"])?.pop()), ErrorBars::Sem)
         }
-        Some(wanted @ ErrorBars::Sd) => {
-            let deviation = of_mean(Statistic::Sd).and_then(|mut names| names.pop());
-            half(deviation, wanted).ok_or(wanted)
+        Some(ErrorBars::Sd) => {
+            half(of_mean(Statistic::Sd).and_then(|mut names| names.pop()), ErrorBars::Sd)
         }
-    }
+    };
+    bars.ok_or(error)
 }
 
 /// Returns whether the rows of a table describe single surfaces.
 pub fn has_surfaces(table: &Table) -> bool {
     table.has(SURFACE.name)
-}
-
-/// Returns what a column of a table with these units holds.
-pub fn holds(table: &Table, units: &TableUnits, column: &str) -> Holds {
-    match is_number(table, column) {
-        true => Holds::Numbers(units.of_column(table, column)),
-        false => Holds::Others,
-    }
-}
-
-/// Returns whether a column holds numbers.
-pub fn is_number(table: &Table, column: &str) -> bool {
-    let schema = table.batch().schema_ref();
-    let field = schema.field_with_name(column);
-    field.is_ok_and(|field| matches!(field.data_type(), DataType::Float64 | DataType::Int64))
 }

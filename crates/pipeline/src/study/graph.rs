@@ -1,13 +1,11 @@
 //! Graph of the stages, with checks of their names, their inputs and the kinds of rows.
 
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::BTreeMap;
 
 use crate::manifest::StageTable;
-use asperity_manifest::diagnostics::{Problem, Problems, listed, suggestion};
+use asperity_manifest::diagnostics::{Problem, Problems, Span, listed, suggestion};
 use asperity_manifest::keys::Spanned;
-use asperity_manifest::names;
-use asperity_manifest::names::{MAX_LENGTH, is_plain};
+use asperity_manifest::names::{FAILURES, MAX_LENGTH, is_plain};
 use asperity_stages::registry::with_article;
 use asperity_stages::{Kind, RowKind};
 
@@ -24,7 +22,14 @@ pub struct Graph {
 impl Graph {
     /// Creates the graph, and reports invalid names, unknown inputs and cycles.
     pub fn new(stages: &[StageTable], problems: &mut Problems) -> Graph {
-        check_names(stages, problems);
+        check_names("stage", stages.iter().map(|stage| &stage.name), problems);
+        for Spanned { value, span } in stages.iter().map(|stage| &stage.name) {
+            if value.eq_ignore_ascii_case(FAILURES) {
+                let message = format!("a stage cannot be called `{value}`");
+                let label = "this name is reserved for the table of failed tasks";
+                problems.push(Problem::new(message, span.clone(), label));
+            }
+        }
         let indexed = stages.iter().enumerate();
         let names: BTreeMap<&str, usize> =
             indexed.map(|(index, stage)| (stage.name.value.as_str(), index)).collect();
@@ -41,71 +46,50 @@ impl Graph {
                 }
             }
         }
-        let pairs = inputs.iter().zip(&against);
-        let read = pairs.map(|(inputs, against)| {
-            inputs.as_ref().map(|inputs| inputs.iter().chain(against).copied().collect())
-        });
-        let mut order = sorted(&read.collect::<Vec<_>>());
+        let mut order: Vec<usize> = Vec::with_capacity(stages.len());
+        let is_next = |order: &[usize], stage: usize| {
+            let mut read = inputs[stage].iter().flatten().chain(&against[stage]);
+            !order.contains(&stage) && read.all(|input| order.contains(input))
+        };
+        while let Some(next) = (0..stages.len()).find(|&stage| is_next(&order, stage)) {
+            order.push(next);
+        }
         if order.len() < stages.len() {
             report_cycle(stages, &inputs, &order, problems);
-            let mut is_sorted = vec![false; stages.len()];
-            order.iter().for_each(|&stage| is_sorted[stage] = true);
-            for stage in (0..stages.len()).filter(|&stage| !is_sorted[stage]) {
-                inputs[stage] = None;
-                order.push(stage);
-            }
+            let left: Vec<usize> = (0..stages.len()).filter(|at| !order.contains(at)).collect();
+            left.iter().for_each(|&stage| inputs[stage] = None);
+            order.extend(left);
         }
         Graph { inputs, against, order }
     }
 }
 
-fn check_names(stages: &[StageTable], problems: &mut Problems) {
-    let mut folded = BTreeMap::new();
-    for Spanned { value, span } in stages.iter().map(|stage| &stage.name) {
-        check_name("stage", value, span.clone(), problems);
-        if value.eq_ignore_ascii_case(names::FAILURES) {
-            let message = format!("a stage cannot be called `{value}`");
-            let label = "this name is reserved for the table of failed tasks";
-            problems.push(Problem::new(message, span.clone(), label));
-        }
-        let before = folded.insert(value.to_lowercase(), span);
-        if let Some(before) = before {
-            problems.push(
-                Problem::new(
-                    format!("stage name `{value}` differs from another one only in case"),
-                    span.clone(),
-                    "the same name in another case",
-                )
-                .and(before.clone(), "first name")
-                .help(
-                    "rename one stage: some file systems treat `area.parquet` and `Area.parquet` \
-                     as the same file",
-                ),
-            );
-        }
-    }
-}
-
-/// Checks a name that becomes the name of a file and of a table in SQL queries. `what` says in
-/// messages what the name belongs to, such as `stage`.
-pub fn check_name(
+/// Checks names that become names of files and of tables in SQL queries. `what` says in messages
+/// what the names belong to, such as `stage`.
+pub fn check_names<'a>(
     what: &str,
-    name: &str,
-    span: asperity_manifest::diagnostics::Span,
+    names: impl IntoIterator<Item = &'a Spanned<String>>,
     problems: &mut Problems,
 ) {
-    let (message, label) = if name.len() > MAX_LENGTH {
-        (format!("the name of the {what} is too long"), "too long")
-    } else if !is_plain(name) {
-        (format!("{name:?} is not a valid name of a {what}"), "invalid name")
-    } else {
-        return;
-    };
-    let help = format!(
-        "a name starts with a letter or `_`, continues with letters, digits, `_` or `-`, and has at \
-         most {MAX_LENGTH} characters"
-    );
-    problems.push(Problem::new(message, span, label).help(help));
+    let mut folded = BTreeMap::new();
+    for Spanned { value, span } in names {
+        if value.len() > MAX_LENGTH || !is_plain(value) {
+            let message = format!("{value:?} is not a valid name of a {what}");
+            let help = format!(
+                "a name starts with a letter or `_`, continues with letters, digits, `_` or `-`, \
+                 and has at most {MAX_LENGTH} characters"
+            );
+            problems.push(Problem::new(message, span.clone(), "invalid name").help(help));
+        }
+        if let Some(before) = folded.insert(value.to_lowercase(), span) {
+            let message = format!("{what} name `{value}` differs from another one only in case");
+            let problem = Problem::new(message, span.clone(), "the same name in another case");
+            problems.push(problem.and(before.clone(), "first name").help(
+                "rename one of them: some file systems treat `area.parquet` and `Area.parquet` as \
+                 the same file",
+            ));
+        }
+    }
 }
 
 /// Returns the indices of the stages that `stage` reads, or `None` if one of them is invalid.
@@ -116,27 +100,18 @@ fn resolve(
     problems: &mut Problems,
 ) -> Option<Vec<usize>> {
     let mut inputs = Vec::new();
-    let mut seen = BTreeMap::new();
     let mut complete = true;
     for Spanned { value, span } in stage.from.as_ref()? {
-        if problems.is_full() {
-            return None;
-        }
-        let Some(&input) = names.get(value.as_str()) else {
-            problems.push(unknown_stage(value, span, stage, names));
-            complete = false;
-            continue;
-        };
-        match seen.insert(input, span) {
-            None => inputs.push(input),
-            Some(before) => problems.push(
-                Problem::new(
-                    format!("`from` names `{value}` twice"),
-                    span.clone(),
-                    "repeated here",
-                )
-                .and(before.clone(), "first here"),
-            ),
+        match names.get(value.as_str()) {
+            Some(input) if inputs.contains(input) => {
+                let message = format!("`from` names `{value}` twice");
+                problems.push(Problem::new(message, span.clone(), "repeated here"));
+            }
+            Some(&input) => inputs.push(input),
+            None => {
+                problems.push(unknown_stage(value, span, stage, names));
+                complete = false;
+            }
         }
     }
     complete.then_some(inputs)
@@ -189,7 +164,7 @@ fn resolve_against(
 
 fn unknown_stage(
     name: &str,
-    span: &asperity_manifest::diagnostics::Span,
+    span: &Span,
     stage: &StageTable,
     names: &BTreeMap<&str, usize>,
 ) -> Problem {
@@ -199,32 +174,6 @@ fn unknown_stage(
     problem.help(format!("the other stages are {}", listed(others(), "and")))
 }
 
-/// Sorts the stages such that each comes after its inputs. Stages in a cycle, and those that depend
-/// on one, are omitted.
-fn sorted(inputs: &[Option<Vec<usize>>]) -> Vec<usize> {
-    let mut readers = vec![Vec::new(); inputs.len()];
-    let mut waiting = vec![0; inputs.len()];
-    for (stage, inputs) in inputs.iter().enumerate() {
-        for &input in inputs.iter().flatten() {
-            readers[input].push(stage);
-            waiting[stage] += 1;
-        }
-    }
-    let mut ready: BinaryHeap<Reverse<usize>> =
-        (0..inputs.len()).filter(|&stage| waiting[stage] == 0).map(Reverse).collect();
-    let mut order = Vec::with_capacity(inputs.len());
-    while let Some(Reverse(stage)) = ready.pop() {
-        order.push(stage);
-        for &reader in &readers[stage] {
-            waiting[reader] -= 1;
-            if waiting[reader] == 0 {
-                ready.push(Reverse(reader));
-            }
-        }
-    }
-    order
-}
-
 /// Reports one cycle among the stages that could not be sorted.
 fn report_cycle(
     stages: &[StageTable],
@@ -232,41 +181,32 @@ fn report_cycle(
     sorted: &[usize],
     problems: &mut Problems,
 ) {
-    let mut is_sorted = vec![false; stages.len()];
-    sorted.iter().for_each(|&stage| is_sorted[stage] = true);
-    let Some(mut stage) = is_sorted.iter().position(|sorted| !sorted) else {
-        return;
-    };
     // Each unsorted stage reads another unsorted one, so following the inputs leads into a cycle.
-    let mut path = Vec::new();
-    let mut position = vec![None; stages.len()];
-    while position[stage].is_none() {
-        position[stage] = Some(path.len());
-        path.push(stage);
-        let upstream = inputs[stage].iter().flatten();
-        match upstream.copied().find(|&input| !is_sorted[input]) {
-            Some(input) => stage = input,
-            None => return,
-        }
+    let unsorted = |stages: &[usize]| stages.iter().copied().find(|at| !sorted.contains(at));
+    let next = |stage: usize| unsorted(inputs[stage].as_deref()?);
+    let all: Vec<usize> = (0..stages.len()).collect();
+    let mut path: Vec<usize> = Vec::new();
+    let mut stage = unsorted(&all);
+    while let Some(last) = stage.filter(|last| !path.contains(last)) {
+        path.push(last);
+        stage = next(last);
     }
-    let cycle = &path[position[stage].unwrap_or(0)..];
-    let link = |index: usize| {
-        let (reader, input) = (&stages[cycle[index]], &stages[cycle[(index + 1) % cycle.len()]]);
-        let from = reader.from.iter().flatten().find(|from| from.value == input.name.value)?;
-        Some((reader.name.value.as_str(), from.span.clone()))
-    };
-    let links: Vec<_> = (0..cycle.len()).filter_map(link).collect();
-    let problem = match links.as_slice() {
+    let Some(first) = stage else { return };
+    let cycle = path.into_iter().skip_while(|at| *at != first);
+    let links = cycle.filter_map(|reader| {
+        let input = &stages[next(reader)?].name.value;
+        let from = stages[reader].from.iter().flatten().find(|from| from.value == *input)?;
+        Some((stages[reader].name.value.as_str(), from.span.clone()))
+    });
+    let problem = match &links.collect::<Vec<_>>()[..] {
         [(name, span)] => {
             let message = format!("stage `{name}` reads itself");
             Problem::new(message, span.clone(), format!("`{name}` reads `{name}`"))
         }
         links => Problem::cycle("stages read each other in a cycle", "reads", links),
     };
-    problems.push(
-        problem
-            .help("remove one of these inputs: results flow one way, from surfaces to statistics"),
-    );
+    let help = "remove one of these inputs: results flow one way, from surfaces to statistics";
+    problems.push(problem.help(help));
 }
 
 /// Checks the kinds of rows that a stage reads, and returns the kind that it reads and the kind
@@ -292,47 +232,39 @@ pub fn check_flow(
         let (Some(from), Some(rows)) = (from, *rows) else {
             continue;
         };
-        let problem = |message| {
-            let label = format!("this stage provides {}", rows.name());
-            let help = match rows {
-                RowKind::Spectra => {
-                    "set `heights = \"redraw\"` in that stage so that it provides surfaces"
-                        .to_owned()
-                }
-                RowKind::Profiles if kind == Kind::Solve => {
-                    "a profile cannot be pressed; a `measure` stage with \
-                     `what = \"spectrum-from-profiles\"` gives the spectrum of the surface, from which \
-                     `method = \"spectrum\"` draws surfaces"
-                        .to_owned()
-                }
-                _ if read.is_some_and(|(_, before)| before != rows)
-                    && reads.rows.contains(&rows) =>
-                {
-                    "all stages in `from` must provide the same kind of rows; only an `aggregate` \
-                     stage with `sql` can combine different kinds"
-                        .to_owned()
-                }
-                _ => format!("{} reads {}", with_article(kind), reads.from),
-            };
-            Problem::new(message, from.span.clone(), label).help(help)
-        };
-        match read {
+        let message = match read {
             _ if !reads.rows.contains(&rows) => {
-                problems.push(problem(format!(
-                    "{} cannot read {}",
-                    with_article(kind),
-                    rows.name()
-                )));
+                format!("{} cannot read {}", with_article(kind), rows.name())
             }
-            Some((other, before)) if before != rows && !mixes => {
-                problems.push(problem(format!(
-                    "cannot combine the tables of `{other}` and `{name}`: they hold {} and {}",
-                    before.name(),
-                    rows.name()
-                )));
+            Some((other, before)) if before != rows && !mixes => format!(
+                "cannot combine the tables of `{other}` and `{name}`: they hold {} and {}",
+                before.name(),
+                rows.name()
+            ),
+            _ => {
+                read = Some((name, rows));
+                continue;
             }
-            _ => read = Some((name, rows)),
-        }
+        };
+        let help = match rows {
+            RowKind::Spectra => {
+                "set `heights = \"redraw\"` in that stage so that it provides surfaces".to_owned()
+            }
+            RowKind::Profiles if kind == Kind::Solve => {
+                "a profile cannot be pressed; a `measure` stage with \
+                 `what = \"spectrum-from-profiles\"` gives the spectrum of the surface, from which \
+                 `method = \"spectrum\"` draws surfaces"
+                    .to_owned()
+            }
+            _ if reads.rows.contains(&rows) => {
+                "all stages in `from` must provide the same kind of rows; only an `aggregate` \
+                 stage with `sql` can combine different kinds"
+                    .to_owned()
+            }
+            _ => format!("{} reads {}", with_article(kind), reads.from),
+        };
+        let label = format!("this stage provides {}", rows.name());
+        problems.push(Problem::new(message, from.span.clone(), label).help(help));
     }
     let rows = read.map(|(_, rows)| rows);
     let made = points.and_then(|points| points.row_kind());

@@ -1,6 +1,6 @@
 //! Means over surfaces that a study computes.
 
-use super::{EmptyTables, Study};
+use super::{EmptyTables, Stage, Study};
 use asperity_stages::aggregate::{Params, Statistic};
 use asperity_stages::columns::{AREA_CORRECTED, AREA_FRACTION, LOAD, SURFACE};
 use asperity_stages::{Kind, Recipe, StageError};
@@ -29,19 +29,13 @@ impl Study {
                 means.extend(self.means_of(stage)?);
             }
         }
-        let fits_limits = || {
-            let recipes = self.stages.iter().flat_map(|stage| stage.work.recipes());
-            recipes.into_iter().any(Recipe::is_fit_of_limits)
-        };
-        if means.is_empty() && !fits_limits() {
-            let with_areas = |kind: Kind| {
-                let mut stages = (0..self.stages.len()).rev();
-                let found = stages.find(|&stage| self.stages[stage].work.kind() == kind);
-                found.map(|stage| self.means_of(stage)).transpose()
-            };
-            let corrected = with_areas(Kind::Correct)?.flatten();
-            let measured = || Ok::<_, StageError>(with_areas(Kind::Measure)?.flatten());
-            means.extend(corrected.map_or_else(measured, |found| Ok(Some(found)))?);
+        let mut recipes = self.stages.iter().flat_map(|stage| stage.work.recipes());
+        let fits_limits = recipes.any(Recipe::is_fit_of_limits);
+        for kind in [Kind::Correct, Kind::Measure] {
+            let last = self.stages.iter().rposition(|stage| stage.work.kind() == kind);
+            if let Some(stage) = last.filter(|_| means.is_empty() && !fits_limits) {
+                means.extend(self.means_of(stage)?);
+            }
         }
         Ok(means)
     }
@@ -52,17 +46,16 @@ impl Study {
     /// As [`Study::means`].
     pub fn means_of(&self, stage: usize) -> Result<Option<MeansOfStage>, StageError> {
         let tables = EmptyTables::new(self);
-        let (rows, columns, is_multilevel) = match &self.stages[stage].work.recipes() {
+        let Stage { inputs, work, .. } = &self.stages[stage];
+        let (rows, columns, is_multilevel) = match work.recipes() {
             [Recipe::Aggregate(params)] => match &**params {
                 Params::Groups(groups)
                     if groups.group_by.is_none()
                         && groups.statistics.contains(&Statistic::Mean) =>
                 {
-                    (self.stages[stage].inputs.clone(), groups.over.clone(), false)
+                    (inputs.clone(), groups.over.clone(), false)
                 }
-                Params::Multilevel(means) => {
-                    (self.stages[stage].inputs.clone(), means.over.clone(), true)
-                }
+                Params::Multilevel(means) => (inputs.clone(), means.over.clone(), true),
                 Params::Groups(_) | Params::Sql(_) => return Ok(None),
             },
             _ => {

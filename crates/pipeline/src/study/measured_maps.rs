@@ -2,7 +2,7 @@
 //!
 //! The files are read again for this, so that only commands that print the lines take the time.
 
-use crate::study::{Study, Warning, Work};
+use crate::study::{Study, Warning};
 use asperity_mechanics::grid::Boundary;
 use asperity_mechanics::topography::periodic::Edges;
 use asperity_mechanics::topography::preparation::LowPass;
@@ -26,8 +26,7 @@ impl Study {
         let mut found = MeasuredMaps::default();
         let mut known = Vec::new();
         for stage in &self.stages {
-            let Work::Generate(surfaces) = &stage.work else { continue };
-            for params in surfaces.iter().map(|surfaces| &surfaces.params) {
+            for params in stage.work.surfaces().iter().map(|surfaces| &surfaces.params) {
                 let Origin::File(file) = &params.origin else { continue };
                 let map = (&file.content, &file.choice, &file.preparation.crop);
                 if known.contains(&map) {

@@ -47,7 +47,7 @@ pub fn work<'a>(
 
 /// Returns the number of pairs that a `solve` stage presses at each of its shifts.
 pub fn at_one_shift(pairs: &Work) -> usize {
-    let Work::Generate(surfaces) = pairs else { return 0 };
+    let surfaces = pairs.surfaces();
     let shift = |params: &Params| match &params.origin {
         Origin::Pair(pair) => Some(pair.shift),
         _ => None,
@@ -59,12 +59,11 @@ pub fn at_one_shift(pairs: &Work) -> usize {
 
 /// Returns a warning about pairs whose two bodies are the same surface.
 pub fn of_equal_bodies(work: &Work) -> Option<String> {
-    let Work::Generate(surfaces) = work else { return None };
-    let is_equal = |params: &Params| match &params.origin {
+    let is_equal = |surfaces: &PlannedSurfaces| match &surfaces.params.origin {
         Origin::Pair(pair) => pair.body == pair.against,
         _ => false,
     };
-    surfaces.iter().any(|surfaces| is_equal(&surfaces.params)).then(|| {
+    work.surfaces().iter().any(is_equal).then(|| {
         "both bodies of a pair are the same surface, because `against` names the stage in `from`; \
          for independent surfaces add a stage with another `seed`"
             .to_owned()

@@ -94,7 +94,7 @@ impl Study {
 }
 
 /// Returns the contact that a recipe solves without adhesion.
-fn solved(recipe: &Recipe) -> Option<&solve::Params> {
+pub fn solved(recipe: &Recipe) -> Option<&solve::Params> {
     match recipe {
         Recipe::Solve(params) => Some(params.as_ref()),
         _ => None,
@@ -115,13 +115,6 @@ fn numbers_of_loads(blocks: &[&solve::Params], length: Option<&str>) -> Option<S
     Some(format!("{} {all}", counted(number, first.control.value_in_words())))
 }
 
-/// Rms height and rms slope of the surfaces of a parameter point, if they follow from the keys.
-#[derive(Debug, Clone, Copy, Default)]
-struct Roughness {
-    height: Option<Scale>,
-    slope: Option<Scale>,
-}
-
 /// A rms height or a rms slope.
 #[derive(Debug, Clone, Copy)]
 struct Scale {
@@ -131,35 +124,34 @@ struct Scale {
     is_exact: bool,
 }
 
-impl Roughness {
-    /// Returns the roughness of a random surface, or `None` for other surfaces.
-    fn from_params(params: &Params, sources: &SurfaceFiles) -> Option<Roughness> {
-        let grid = params.grid().ok()?;
-        let expected = match &params.origin {
-            Origin::Random { surface, .. } => {
-                let moments = surface.spectrum.moments(grid.cell());
-                Some([moments.rms_height(), moments.rms_slope()])
-            }
-            Origin::Spectrum { surface, .. } => {
-                let density = surface.density_from_file(sources).ok();
-                density.map(|density| SpectrumSurface::expected_roughness(&density, grid))
-            }
-            Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) | Origin::Yielded(_) => {
-                return None;
-            }
-        };
-        let given = [params.origin.given_rms_height(), params.origin.given_rms_slope()];
-        let factor = expected.and_then(|expected| {
-            let mut pairs = given.iter().zip(expected);
-            pairs.find_map(|(given, expected)| Some((*given)? / expected))
-        });
-        let scale = |index: usize| {
-            let scattered = || Some(factor.unwrap_or(1.0) * expected?[index]);
-            let value = given[index].or_else(scattered)?;
-            Some(Scale { value, is_exact: given[index].is_some() })
-        };
-        Some(Roughness { height: scale(0), slope: scale(1) })
-    }
+/// Returns rms height and rms slope of a random surface, if they follow from the keys. Returns
+/// `None` for other surfaces.
+fn roughness(params: &Params, sources: &SurfaceFiles) -> Option<[Option<Scale>; 2]> {
+    let grid = params.grid().ok()?;
+    let expected = match &params.origin {
+        Origin::Random { surface, .. } => {
+            let moments = surface.spectrum.moments(grid.cell());
+            Some([moments.rms_height(), moments.rms_slope()])
+        }
+        Origin::Spectrum { surface, .. } => {
+            let density = surface.density_from_file(sources).ok();
+            density.map(|density| SpectrumSurface::expected_roughness(&density, grid))
+        }
+        Origin::File(_) | Origin::Shape { .. } | Origin::Pair(_) | Origin::Yielded(_) => {
+            return None;
+        }
+    };
+    let given = [params.origin.given_rms_height(), params.origin.given_rms_slope()];
+    let factor = expected.and_then(|expected| {
+        let mut pairs = given.iter().zip(expected);
+        pairs.find_map(|(given, expected)| Some((*given)? / expected))
+    });
+    let scale = |index: usize| {
+        let scattered = || Some(factor.unwrap_or(1.0) * expected?[index]);
+        let value = given[index].or_else(scattered)?;
+        Some(Scale { value, is_exact: given[index].is_some() })
+    };
+    Some([scale(0), scale(1)])
 }
 
 /// Returns the rms slope of a surface, or the expected one of random surfaces that are not scaled
@@ -167,7 +159,7 @@ impl Roughness {
 pub(super) fn rms_slope(params: &Params, sources: &SurfaceFiles) -> Option<f64> {
     match &params.origin {
         Origin::Random { surface, .. } => Some(surface.rms_slope),
-        Origin::Spectrum { .. } => Some(Roughness::from_params(params, sources)?.slope?.value),
+        Origin::Spectrum { .. } => Some(roughness(params, sources)?[1]?.value),
         Origin::File(file) => file.seen.rms_slope,
         Origin::Yielded(yielded) => rms_slope(&yielded.body, sources),
         Origin::Shape { .. } | Origin::Pair(_) => None,
@@ -178,18 +170,19 @@ fn of_surfaces<'a>(
     params: impl Iterator<Item = &'a Params> + Clone,
     sources: &SurfaceFiles,
 ) -> Option<String> {
-    let known = params.clone().map(|params| Roughness::from_params(params, sources));
-    let roughness: Vec<Roughness> = known.collect::<Option<_>>()?;
+    let known = params.clone().map(|params| roughness(params, sources));
+    let roughness: Vec<[Option<Scale>; 2]> = known.collect::<Option<_>>()?;
     let unit = params.clone().next()?.origin.unit();
     let sides = quantity::range(params.flat_map(|params| params.size()), Some(unit))?;
-    let text = |name: &str, of: fn(&Roughness) -> Option<Scale>, unit: Option<&str>| {
-        let scales: Vec<Scale> = roughness.iter().map(of).collect::<Option<_>>()?;
+    let text = |name: &str, index: usize, unit: Option<&str>| {
+        let scales = roughness.iter().map(|scales| scales[index]);
+        let scales: Vec<Scale> = scales.collect::<Option<_>>()?;
         let sign = if scales.iter().all(|scale| scale.is_exact) { "=" } else { "≈" };
         let range = quantity::range(scales.iter().map(|scale| scale.value), unit)?;
         Some(format!(", {name} {sign} {range}"))
     };
-    let height = text("rms height Sq", |one| one.height, Some(unit)).unwrap_or_default();
-    let slope = text("rms slope Sdq", |one| one.slope, None).unwrap_or_default();
+    let height = text("rms height Sq", 0, Some(unit)).unwrap_or_default();
+    let slope = text("rms slope Sdq", 1, None).unwrap_or_default();
     Some(format!("side {sides}{height}{slope}"))
 }
 

@@ -1,7 +1,7 @@
 //! Units of length and pressure of the tables of stages.
 
 use crate::manifest::{OutputUnitsTable, StudyTable};
-use crate::study::{Stage, Study, Work};
+use crate::study::{EmptyTables, Stage, Study, Work};
 use asperity_manifest::decimal;
 use asperity_manifest::diagnostics::{Problem, Problems, listed};
 use asperity_manifest::expression::Expression;
@@ -13,7 +13,7 @@ use asperity_stages::output_units::Conversion;
 use asperity_stages::reduced_units::PressureUnit;
 use asperity_stages::surface::Origin;
 use asperity_stages::units::{TableUnits, shared};
-use asperity_stages::{ContactLoads, Kind, Recipe};
+use asperity_stages::{ContactLoads, Kind, Recipe, StageError};
 use asperity_tables::column::Description;
 use asperity_tables::table::Table;
 
@@ -44,16 +44,22 @@ impl Study {
         Conversion { from: self.stored_units(stage).names, to: self.output_units.clone() }
     }
 
-    /// Returns the columns with absolute numbers that the published table of a stage has. `empty`
-    /// is the table without rows, and `quantity` as in `unit_of_quantity`.
+    /// Returns the columns with absolute numbers that the published table of a stage has, and the
+    /// unit of the observable whose limit the stage fits.
+    ///
+    /// # Errors
+    /// Returns an error if an SQL query of the study cannot be evaluated.
     pub fn absolute_columns(
         &self,
+        tables: &EmptyTables,
         stage: &str,
-        empty: &Table,
-        quantity: Option<String>,
-    ) -> AbsoluteColumns {
-        let units = StageUnits { quantity, ..self.stored_units(stage) };
-        AbsoluteColumns::new(empty, &units)
+    ) -> Result<(AbsoluteColumns, Option<String>), StageError> {
+        let stored = self.stored_units(stage);
+        let Stage { inputs, work, .. } = self.stage(stage);
+        let read = inputs.iter().filter_map(|&input| tables.of(self, input).ok());
+        let quantity = unit_of_quantity(work, read).filter(|_| stored.names.has_any());
+        let units = StageUnits { quantity: quantity.clone(), ..stored };
+        Ok((AbsoluteColumns::new(tables.named(self, stage)?, &units), quantity))
     }
 
     /// Returns the loads of all contacts of the surfaces of a stage. The surfaces can also be
@@ -72,16 +78,11 @@ impl Study {
 
     /// Returns whether a stage makes pairs with a surface of the stage `surfaces`.
     fn has_pairs_of(&self, stage: usize, surfaces: usize) -> bool {
-        let [Work::Generate(pairs), Work::Generate(bodies)] =
-            [stage, surfaces].map(|index| &self.stages[index].work)
-        else {
-            return false;
-        };
-        let mut origins = pairs.iter().filter_map(|pair| match &pair.params.origin {
-            Origin::Pair(pair) => Some(pair),
-            _ => None,
-        });
-        origins.any(|pair| bodies.iter().any(|body| pair.has_body(&body.params)))
+        let [pairs, bodies] = [stage, surfaces].map(|index| self.stages[index].work.surfaces());
+        pairs.iter().any(|pair| match &pair.params.origin {
+            Origin::Pair(pair) => bodies.iter().any(|body| pair.has_body(&body.params)),
+            _ => false,
+        })
     }
 }
 
@@ -117,10 +118,7 @@ pub fn of_stages(stages: &[Stage]) -> Vec<StageUnits> {
 
 /// Returns the unit of the observable whose limit a stage fits, if it is a column of one of the
 /// tables that the stage reads.
-pub fn unit_of_quantity<'t>(
-    work: &Work,
-    read: impl IntoIterator<Item = &'t Table>,
-) -> Option<String> {
+fn unit_of_quantity<'t>(work: &Work, read: impl IntoIterator<Item = &'t Table>) -> Option<String> {
     let mut quantities = work.recipes().iter().filter_map(|recipe| match recipe {
         Recipe::Fit(params) => params.law.observable(),
         _ => None,
@@ -154,7 +152,8 @@ fn is_same_modulus((modulus, unit): Modulus, (first, first_unit): Modulus) -> bo
     }
 }
 
-fn modulus(recipe: &Recipe) -> Option<Modulus> {
+/// Returns the effective modulus of a contact with its unit; `None` for other tasks.
+pub fn modulus(recipe: &Recipe) -> Option<Modulus> {
     match recipe {
         Recipe::Solve(params) => Some((params.effective_modulus, params.pressure_unit)),
         Recipe::Adhesion(params) => Some((params.effective_modulus, params.pressure_unit)),
@@ -166,19 +165,17 @@ fn modulus(recipe: &Recipe) -> Option<Modulus> {
 /// be converted. `stored` are the units of the tables of the stages, if they are known.
 pub fn output(
     section: &Section<StudyTable>,
-    stored: Option<&[StageUnits]>,
+    stored: Option<&Vec<StageUnits>>,
     problems: &mut Problems,
 ) -> TableUnits {
     let written = section.points.first().and_then(|point| point.table.output_units.written());
     let Some(OutputUnitsTable { length, pressure }) = written.map(|written| &written.value) else {
         return TableUnits::default();
     };
-    let mut read = |key: &Key<String>,
-                    dimension: Dimension,
-                    own: fn(&TableUnits) -> &Option<String>| {
+    let mut read = |key: &Key<String>, dimension: Dimension| {
         let Spanned { value, span } = key.written()?;
-        let is_its = |unit: &&Unit| unit.dimension == dimension;
-        let Some(unit) = Unit::find(value).filter(is_its) else {
+        let find = |name: &str| Unit::find(name).filter(|unit| unit.dimension == dimension);
+        let Some(unit) = find(value) else {
             let message = format!("`{value}` is not a unit of {dimension}");
             let label = match dimension.did_you_mean(value) {
                 Some(meant) => format!("did you mean `{meant}`?"),
@@ -188,8 +185,8 @@ pub fn output(
             problems.push(Problem::new(message, span.clone(), label).help(help));
             return None;
         };
-        let can_be_converted = |units: &StageUnits| {
-            own(&units.names).as_deref().and_then(Unit::find).is_some_and(|unit| is_its(&unit))
+        let can_be_converted = |StageUnits { names, .. }: &StageUnits| {
+            [&names.length, &names.pressure].into_iter().flatten().any(|name| find(name).is_some())
         };
         if stored.is_some_and(|stored| !stored.iter().any(can_be_converted)) {
             let message = format!("no table of the study has a unit of {dimension}");
@@ -202,8 +199,8 @@ pub fn output(
         Some(unit.symbol.to_owned())
     };
     TableUnits {
-        length: read(length, Dimension::Length, |units| &units.length),
-        pressure: read(pressure, Dimension::Pressure, |units| &units.pressure),
+        length: read(length, Dimension::Length),
+        pressure: read(pressure, Dimension::Pressure),
     }
 }
 

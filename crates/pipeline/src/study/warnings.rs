@@ -11,7 +11,8 @@ use serde::Serialize;
 use self::files::file_warnings;
 pub(crate) use self::loads::improbable_contact;
 use self::loads::{improbable_modulus, rearranged_loads};
-use crate::study::{Stage, Study, Work, pairs};
+use crate::study::summary::solved;
+use crate::study::{Stage, Study, pairs};
 use asperity_manifest::diagnostics::listed;
 use asperity_stages::{Recipe, measure};
 
@@ -49,7 +50,6 @@ impl Study {
     /// - Opposite edges of a map that is said to be periodic do not match.
     /// - Heights or sides of a surface were probably read in another unit.
     /// - Partial slip is computed for bodies that are not elastically similar.
-    /// - A figure selects rows that the study does not have.
     pub fn warnings(&self) -> Vec<Warning> {
         let stages = self.stages.iter().enumerate();
         let warnings = stages.flat_map(|(index, stage)| {
@@ -70,17 +70,14 @@ impl Study {
             let all = messages.chain(file_warnings(stage, &self.sources));
             all.map(|message| Warning { stage: stage.name.clone(), message })
         });
-        warnings.chain(self.empty_selections.iter().cloned()).collect()
+        warnings.collect()
     }
 
     /// Warns that a `solve` stage with two bodies and two stages of surfaces does not press these
     /// surfaces against each other.
     fn pressed_alone(&self, stage: &Stage) -> Option<String> {
-        let is_of_two = |recipe: &Recipe| match recipe {
-            Recipe::Solve(params) => params.bodies.count == 2,
-            _ => false,
-        };
-        let is_meant = stage.inputs.len() == 2 && stage.work.recipes().iter().any(is_of_two);
+        let mut contacts = stage.work.recipes().iter().filter_map(solved);
+        let is_meant = stage.inputs.len() == 2 && contacts.any(|params| params.bodies.count == 2);
         is_meant.then(|| {
             let names = stage.inputs.iter().map(|&input| &*self.stages[input].name);
             format!(
@@ -100,31 +97,33 @@ impl Study {
             return None;
         }
         let read = stage.inputs.iter().map(|&input| &self.stages[input]);
-        read.flat_map(|solved| solved.work.recipes().iter().map(move |recipe| (solved, recipe)))
-            .find_map(|(solved, recipe)| {
-                let Recipe::Solve(params) = recipe else { return None };
-                let beta = params.bodies.dundurs.filter(|beta| beta.abs() > SIMILAR)?;
-                let bodies = match params.bodies.count {
-                    1 => "elastic body and its rigid counterpart",
-                    _ => "two `bodies`",
-                };
-                Some(format!(
-                    "the {bodies} of stage `{}` are not elastically similar: Dundurs' constant β, \
-                     the normalised difference of (1 − 2ν)/G, is {beta:.2}. The normal pressure \
-                     then causes tangential tractions, which partial slip neglects, so that all its \
-                     results are approximate",
-                    solved.name
-                ))
-            })
+        let contacts = read.flat_map(|stage| {
+            stage
+                .work
+                .recipes()
+                .iter()
+                .filter_map(solved)
+                .map(|params| (&stage.name, &params.bodies))
+        });
+        contacts.into_iter().find_map(|(stage, bodies)| {
+            let beta = bodies.dundurs.filter(|beta| beta.abs() > SIMILAR)?;
+            let bodies = match bodies.count {
+                1 => "elastic body and its rigid counterpart",
+                _ => "two `bodies`",
+            };
+            Some(format!(
+                "the {bodies} of stage `{stage}` are not elastically similar: Dundurs' constant β, \
+                 the normalised difference of (1 − 2ν)/G, is {beta:.2}. The normal pressure then \
+                 causes tangential tractions, which partial slip neglects, so that all its results \
+                 are approximate"
+            ))
+        })
     }
 }
 
 /// Warns that the lists `nodes` and `side` are read as one rectangle, not as sweeps.
 fn ambiguous_pairs(stage: &Stage) -> Option<String> {
-    let Work::Generate(ensembles) = &stage.work else {
-        return None;
-    };
-    let surfaces = ensembles.iter().find(|ensemble| ensemble.may_be_swept)?;
+    let surfaces = stage.work.surfaces().iter().find(|ensemble| ensemble.may_be_swept)?;
     let ([nodes_x, nodes_y], [side_x, side_y]) = (surfaces.params.nodes(), surfaces.params.size());
     Some(format!(
         "`nodes = [{nodes_x}, {nodes_y}]` with `side = [{side_x}, {side_y}]` is read as one \
@@ -355,7 +354,7 @@ mod tests {
         let heavy = warned(&format!("{steel}\nloads = [10, 20]"));
         let [unit, closed] = heavy.as_slice() else { panic!("{heavy:?}") };
         assert!(unit.contains("20 is read as 20 × E* × rms slope, here 4620 GPa"), "{unit}");
-        assert!(closed.contains("every node touches from about 2.5 upwards; write them with"));
+        assert!(closed.contains("so that every node touches; write them with"));
         let path = format!(
             "{steel}\nadhesion = {{ work = 0.0, range = 0.1 }}\nloads = [0.0, -0.02, 0.01]"
         );
@@ -373,7 +372,7 @@ mod tests {
     #[test]
     fn loads_that_close_the_gap_of_a_gaussian_surface_are_told() {
         // The surface has an rms slope of 1 and 64 × 64 nodes.
-        assert!(warned("loads = [2.6, 3]")[0].contains("every node touches from about 2.5"));
+        assert!(warned("loads = [2.6, 3]")[0].contains("so that every node touches"));
         assert_eq!(warned("loads = [2.4, 3]"), [""; 0]);
         let pressures = |lightest: f64| {
             warned(&format!(

@@ -158,7 +158,7 @@ fn mistakes_are_shown_in_the_text_that_has_them() {
         (
             vec![("base.toml", BASE.to_owned())],
             vec!["surfaces.hurst=0.7"],
-            "write `stage.surfaces`",
+            "write `[stage.surfaces]`",
         ),
         (
             vec![

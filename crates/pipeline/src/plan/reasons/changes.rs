@@ -1,6 +1,6 @@
 //! Causes that make tasks run, and the comparison of a stage with its record that finds them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fmt;
 
 use serde::Serialize;
@@ -118,27 +118,18 @@ fn statistic(object: &Map<String, Value>) -> Option<String> {
 /// Formats a list: in full if it is short, otherwise as its length, first value and last value.
 fn listed(list: &[Value]) -> String {
     const SHORT: usize = 6;
-    let items = |list: &[Value]| -> Vec<String> {
-        let item = |item: &Value| short(item, &item.to_string());
-        list.iter().map(item).collect()
-    };
     match list {
         [first, .., last] if list.len() > SHORT => {
-            let [first, last] = [first, last].map(rounded);
-            format!("{} values, {first} … {last}", list.len())
+            format!("{} values, {} … {}", list.len(), rounded(first), rounded(last))
         }
-        _ => items(list).join(", "),
+        _ => list.iter().map(|item| short(item, &item.to_string())).collect::<Vec<_>>().join(", "),
     }
 }
 
 /// Formats a number with five digits, which are enough to recognise a load.
 fn rounded(value: &Value) -> String {
-    match value.as_f64() {
-        Some(number) => format!("{:.4e}", number)
-            .parse::<f64>()
-            .map_or_else(|_| value.to_string(), |number| number.to_string()),
-        None => cut(&value.to_string()),
-    }
+    let number = value.as_f64().and_then(|number| format!("{number:.4e}").parse::<f64>().ok());
+    number.map_or_else(|| cut(&value.to_string()), |number| number.to_string())
 }
 
 fn cut(text: &str) -> String {
@@ -245,96 +236,61 @@ impl StageChanges {
                 ..StageChanges::default()
             };
         };
-        let version = version_change(before, now);
-        let matched = PointMatches::new(&before.points, &now.points);
+        let matches = matches(&before.points, &now.points);
+        let is_taken: HashSet<usize> = matches.iter().flatten().map(|(old, _)| *old).collect();
+        let (kept, gone): (Vec<_>, Vec<_>) =
+            before.points.iter().enumerate().partition(|(old, _)| is_taken.contains(old));
+        let (seen, kept) = (
+            KnownValues::among(&before.points),
+            KnownValues::among(kept.into_iter().map(|(_, point)| point)),
+        );
         let stays = |name: &&String| now.reads.contains(name) && before.reads.contains(name);
         let unread = before.reads.iter().filter(|name| !stays(name));
         let less = unread.map(|name| Why::ReadsLess { name: name.clone() });
-        let more = now.reads.iter().filter(|name| !stays(name));
-        let kept_reads = [before, now].map(|stage| stage.reads.iter().filter(stays));
-        let [reads_before, reads_now] = kept_reads;
+        let fewer = gone.iter().map(|(_, point)| Why::Fewer { fields: kept.coordinates(point) });
+        let reads = |stage: &StageRecord| stage.reads.iter().filter(stays).cloned().collect();
+        let [reads_before, reads_now]: [Vec<String>; 2] = [before, now].map(reads);
+        let change = |(point, matched): (&PointRecord, Option<(usize, bool)>)| match matched {
+            Some((old, true)) => PointChange {
+                realizations_before: Some(before.points[old].realizations),
+                ..PointChange::default()
+            },
+            Some((old, false)) => PointChange {
+                why: causes(&before.points[old], point),
+                keeps_identity: before.points[old].identity == point.identity,
+                realizations_before: None,
+            },
+            None => PointChange {
+                why: vec![Why::New { fields: seen.coordinates(point) }],
+                ..PointChange::default()
+            },
+        };
         StageChanges {
-            to_all: version.map(Why::Version).into_iter().collect(),
-            removed: less.chain(matched.removed(&before.points)).collect(),
-            is_reordered: !matched.is_in_order() || !reads_before.eq(reads_now),
-            reads_more: more.cloned().collect(),
-            points: matched.points(&before.points, &now.points),
+            to_all: version_change(before, now).map(Why::Version).into_iter().collect(),
+            removed: less.chain(fewer).collect(),
+            is_reordered: reads_before != reads_now
+                || !matches.iter().flatten().map(|(old, _)| old).is_sorted(),
+            reads_more: now.reads.iter().filter(|name| !stays(name)).cloned().collect(),
+            points: now.points.iter().zip(matches).map(change).collect(),
         }
     }
 }
 
-/// Matches between the present points of a stage and those on record.
-struct PointMatches {
-    /// For each present point, the index of the identical point on record.
-    same: Vec<Option<usize>>,
-    /// For each present point that was edited, the index of its earlier version on record.
-    edited: Vec<Option<usize>>,
-    /// For each point on record, true if a present point matches it.
-    is_taken: Vec<bool>,
-}
-
-impl PointMatches {
-    fn new(before: &[PointRecord], now: &[PointRecord]) -> PointMatches {
-        let known: BTreeMap<_, _> =
-            before.iter().enumerate().map(|(index, point)| (&point.fields, index)).collect();
-        let same: Vec<Option<usize>> =
-            now.iter().map(|point| known.get(&point.fields).copied()).collect();
-        let mut is_taken = vec![false; before.len()];
-        same.iter().flatten().for_each(|&index| is_taken[index] = true);
-        let mut edited = vec![None; now.len()];
-        let mut left: Vec<usize> = (0..before.len()).filter(|&old| !is_taken[old]).collect();
-        for new in (0..now.len()).filter(|&new| same[new].is_none()) {
-            let distance = |old: usize| changes(&before[old], &now[new]).len();
-            let candidates = left.iter().take(CANDIDATES).enumerate();
-            let nearest = candidates.min_by_key(|&(_, &old)| distance(old));
-            if let Some((position, &old)) = nearest {
-                left.remove(position);
-                edited[new] = Some(old);
-                is_taken[old] = true;
-            }
-        }
-        PointMatches { same, edited, is_taken }
+/// Returns, for each present point, the index of its earlier version among the points on record,
+/// and whether the two are identical.
+fn matches(before: &[PointRecord], now: &[PointRecord]) -> Vec<Option<(usize, bool)>> {
+    let indices = before.iter().enumerate();
+    let known: HashMap<_, usize> = indices.map(|(index, point)| (&point.fields, index)).collect();
+    let same = now.iter().map(|point| Some((*known.get(&point.fields)?, true)));
+    let mut matches: Vec<Option<(usize, bool)>> = same.collect();
+    let taken: HashSet<usize> = matches.iter().flatten().map(|(old, _)| *old).collect();
+    let mut left: Vec<usize> = (0..before.len()).filter(|old| !taken.contains(old)).collect();
+    for (point, matched) in now.iter().zip(&mut matches).filter(|(_, matched)| matched.is_none()) {
+        let candidates = left.iter().take(CANDIDATES).enumerate();
+        let nearest = candidates.min_by_key(|(_, old)| changes(&before[**old], point).len());
+        *matched = nearest.map(|(at, _)| at).map(|at| (left.remove(at), false));
     }
-
-    fn points(&self, before: &[PointRecord], now: &[PointRecord]) -> Vec<PointChange> {
-        let seen = KnownValues::among(before);
-        let point =
-            |(index, point): (usize, &PointRecord)| match (self.same[index], self.edited[index]) {
-                (Some(old), _) => PointChange {
-                    realizations_before: Some(before[old].realizations),
-                    ..PointChange::default()
-                },
-                (None, Some(old)) => PointChange {
-                    why: causes(&before[old], point),
-                    keeps_identity: before[old].identity == point.identity,
-                    realizations_before: None,
-                },
-                (None, None) => PointChange {
-                    why: vec![Why::New { fields: seen.coordinates(point) }],
-                    ..PointChange::default()
-                },
-            };
-        now.iter().enumerate().map(point).collect()
-    }
-
-    fn removed(&self, before: &[PointRecord]) -> Vec<Why> {
-        let stays = || (0..before.len()).filter(|&old| self.is_taken[old]);
-        let seen = KnownValues::among(stays().map(|old| &before[old]));
-        let left = (0..before.len()).filter(|&old| !self.is_taken[old]);
-        let mut removed: Vec<Why> = Vec::new();
-        for old in left {
-            let why = Why::Fewer { fields: seen.coordinates(&before[old]) };
-            if removed.last() != Some(&why) {
-                removed.push(why);
-            }
-        }
-        removed
-    }
-
-    fn is_in_order(&self) -> bool {
-        let indices = self.same.iter().zip(&self.edited);
-        indices.filter_map(|(same, edited)| same.or(*edited)).is_sorted()
-    }
+    matches
 }
 
 /// For each parameter, by name, the values that it has at the points of a set.

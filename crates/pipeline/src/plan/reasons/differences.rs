@@ -14,7 +14,7 @@ use super::counterparts;
 use super::record::{PointRecord, Record, StageRecord};
 use asperity_manifest::decimal;
 use asperity_stages::Kind;
-use asperity_stages::version::{PartVersion, VersionChange};
+use asperity_stages::version::VersionChange;
 
 /// Maximum number of elements of a list that are named as missing in the other list.
 const MAX_ELEMENTS: usize = 6;
@@ -132,7 +132,13 @@ fn stage_differences<'a>(
         if has_same_elements(&a, &b) {
             continue;
         }
-        let version = part.and_then(|part| part_version_difference(part, &a, &b));
+        // All values of the parameter differ in nothing but the same version.
+        let version = part.and_then(|part| {
+            let change = |at| part_version_change(part, a.get(at).cloned(), b.get(at).cloned());
+            let mut changes = (0..a.len().max(b.len()).max(1)).map(change);
+            let first = changes.next()??;
+            changes.all(|other| other.as_ref() == Some(&first)).then_some(first)
+        });
         found.push(match version {
             Some(change) => change.into(),
             None => Difference::Key { key: key.to_owned(), a, b, units },
@@ -149,16 +155,6 @@ fn stage_differences<'a>(
         }
     }
     found
-}
-
-/// Returns the change of the version of a part, if all values of its parameter differ in nothing
-/// else.
-fn part_version_difference(part: &PartVersion, a: &[Value], b: &[Value]) -> Option<VersionChange> {
-    let pairs = a.len().max(b.len()).max(1);
-    let change = |at: usize| part_version_change(part, a.get(at).cloned(), b.get(at).cloned());
-    let mut changes = (0..pairs).map(change);
-    let first = changes.next()??;
-    changes.all(|other| other.as_ref() == Some(&first)).then_some(first)
 }
 
 impl From<VersionChange> for Difference {

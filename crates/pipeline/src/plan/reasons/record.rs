@@ -13,6 +13,7 @@ use serde_json::Value;
 use crate::plan::Plan;
 use crate::plan::sources::{Sources, TasksFromStore};
 use crate::study::Study;
+use asperity_stages::surface::planned::PlannedSurfaces;
 use asperity_stages::surface::{Origin, Params};
 use asperity_stages::version::PartVersion;
 use asperity_stages::{Kind, Recipe, Work};
@@ -27,12 +28,12 @@ use asperity_tables::store::{StoreError, listing};
 const MAX_BYTES: u64 = 64 << 20;
 
 /// Stages of a study with their parameter points and numbers of finished tasks.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Record {
     pub stages: Vec<StageRecord>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct StageRecord {
     pub name: String,
     pub kind: Kind,
@@ -63,15 +64,6 @@ pub struct PointRecord {
     /// has them, and only if it is not read from a file.
     #[serde(skip)]
     pub versions: Vec<PartVersion>,
-}
-
-/// Compares what is recorded: `versions` are not.
-impl PartialEq for PointRecord {
-    fn eq(&self, other: &PointRecord) -> bool {
-        self.fields == other.fields
-            && self.realizations == other.realizations
-            && self.identity == other.identity
-    }
 }
 
 impl Record {
@@ -106,12 +98,6 @@ impl Record {
         self
     }
 
-    /// Returns the indices of the stages with the given names. Names without a stage are skipped.
-    pub fn positions<'a>(&'a self, names: &'a [String]) -> impl Iterator<Item = usize> + 'a {
-        let position = |name: &String| self.stages.iter().position(|stage| stage.name == *name);
-        names.iter().filter_map(position)
-    }
-
     /// Returns the path of a study's record, which need not exist.
     pub fn path(folder: &Path, study: &str) -> PathBuf {
         folder.join(format!("{study}.json"))
@@ -143,42 +129,14 @@ impl Record {
     }
 }
 
-impl StageRecord {
-    /// Returns the parameter point and the realization of each task of the stage, in the order of
-    /// the tasks.
-    pub fn grid_positions(&self) -> Vec<GridPosition> {
-        if self.kind == Kind::Generate {
-            let points = self.points.iter().enumerate();
-            let grid_positions = points.flat_map(|(point, record)| {
-                (0..record.realizations).map(move |realization| GridPosition { point, realization })
-            });
-            return grid_positions.collect();
-        }
-        let tasks_of_point = (self.tasks / self.points.len().max(1)).max(1);
-        let position = |task| GridPosition { point: task / tasks_of_point, realization: 0 };
-        (0..self.tasks).map(position).collect()
-    }
-}
-
-/// Parameter point and realization of a task.
-#[derive(Debug, Clone, Copy)]
-pub struct GridPosition {
-    /// Index of the parameter point in its stage.
-    pub point: usize,
-    /// Number of the surface at this point, from 0.
-    pub realization: u32,
-}
-
 /// Returns a record of each parameter point of a stage, in the order of its tasks.
 fn points(work: &Work) -> Vec<PointRecord> {
     match work {
-        Work::Generate(surfaces) => surfaces
-            .iter()
-            .map(|surfaces| {
-                let recipe = Recipe::Generate(surfaces.params.realization(0));
-                PointRecord::new(&recipe, surfaces.realizations)
-            })
-            .collect(),
+        Work::Generate(surfaces) => {
+            let recipe = |point: &PlannedSurfaces| Recipe::Generate(point.params.realization(0));
+            let record = |point| PointRecord::new(&recipe(point), point.realizations);
+            surfaces.iter().map(record).collect()
+        }
         Work::Evaluate(recipes) => recipes.iter().map(PointRecord::evaluating).collect(),
     }
 }
@@ -256,12 +214,7 @@ fn fields_of(json: Value) -> BTreeMap<String, String> {
         return BTreeMap::new();
     };
     if object.len() == 1 && object.values().all(Value::is_object) {
-        return object
-            .into_iter()
-            .map(|(_, inner)| inner)
-            .map(fields_of)
-            .next()
-            .unwrap_or_default();
+        return object.into_iter().next().map_or_else(BTreeMap::new, |(_, inner)| fields_of(inner));
     }
     object.into_iter().map(|(name, value)| (name, value.to_string())).collect()
 }

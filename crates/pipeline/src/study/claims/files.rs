@@ -3,54 +3,39 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use serde_spanned::Spanned as TomlSpanned;
-use toml::de::{DeString, DeTable};
+use toml::de::DeTable;
 
 use super::ClaimSpec;
 use super::check::{ClaimContext, check};
 use crate::manifest::claim::WrittenClaims;
 use crate::manifest::read_claims;
 use crate::manifest::syntax::report_syntax;
+use crate::study::columns::StageTables;
 use asperity_manifest::diagnostics::{ManifestErrors, Problem, Problems, Span};
 use asperity_tables::store::regular::read_regular;
 
-/// A file of claims that the program contains.
-pub struct ShippedClaims {
-    pub name: &'static str,
-    text: &'static str,
-    /// Tables of reference values by name.
-    tables: &'static [(&'static str, &'static str)],
-}
-
-/// Files of claims that the program contains.
-pub const SHIPPED: [ShippedClaims; 1] = [ShippedClaims {
-    name: "yastrebov-2015",
-    text: include_str!("../../../claims/yastrebov-2015.toml"),
-    tables: &[
-        ("yastrebov-2015-nayak.csv", include_str!("../../../claims/yastrebov-2015-nayak.csv")),
-        (
-            "yastrebov-2015-summit-density.csv",
-            include_str!("../../../claims/yastrebov-2015-summit-density.csv"),
-        ),
-    ],
-}];
+/// Name of the file of claims that the program contains.
+const SHIPPED: &str = "yastrebov-2015";
+const SHIPPED_TEXT: &str = include_str!("../../../claims/yastrebov-2015.toml");
+/// Tables of reference values of the file, by name.
+const SHIPPED_TABLES: [(&str, &str); 2] = [
+    ("yastrebov-2015-nayak.csv", include_str!("../../../claims/yastrebov-2015-nayak.csv")),
+    (
+        "yastrebov-2015-summit-density.csv",
+        include_str!("../../../claims/yastrebov-2015-summit-density.csv"),
+    ),
+];
 
 /// Maximum size of a file of claims or of reference values in bytes.
 const MAX_BYTES: u64 = 4 << 20;
 
-/// Returns the claims of all shipped files, in the order of the files.
+/// Returns the claims of the shipped file.
 ///
 /// # Panics
-/// If a shipped file is invalid.
+/// If the shipped file is invalid.
 pub fn shipped() -> Vec<ClaimSpec> {
-    let context = ClaimContext::without_study();
-    let claims =
-        SHIPPED.iter().flat_map(|file| match read(file.name, 0..0, Path::new(""), &context) {
-            Ok(claims) => claims,
-            Err(FileError::Invalid(errors)) => panic!("{}", errors.render(false)),
-            Err(FileError::Unreadable(problem)) => panic!("{}", problem.message()),
-        });
-    claims.collect()
+    let claims = read(SHIPPED, 0..0, Path::new(""), StageTables::NONE);
+    claims.expect("the file of the program is valid")
 }
 
 /// Reason why the claims of a file cannot be used.
@@ -71,44 +56,31 @@ pub fn read(
     name: &str,
     span: Span,
     folder: &Path,
-    context: &ClaimContext,
+    tables: StageTables,
 ) -> Result<Vec<ClaimSpec>, FileError> {
-    let shipped = SHIPPED.iter().find(|file| file.name == name);
     let own = folder.join(name);
-    let (file, text) = match shipped {
-        Some(shipped) => (format!("{name}.toml"), shipped.text.to_owned()),
-        None => {
-            let text = read_text(&own).map_err(|reason| {
-                let message = format!("cannot read the claims in `{}`: {reason}", own.display());
-                let names = SHIPPED.map(|file| format!("`{}`", file.name)).join(" and ");
-                let help = format!(
-                    "write the path of a file, relative to the manifest, or the name of a file of \
-                     the program: {names}"
-                );
-                FileError::Unreadable(Problem::new(message, span, "named here").help(help))
-            })?;
-            (own.display().to_string(), text)
-        }
+    let (file, text) = if name == SHIPPED {
+        (format!("{name}.toml"), SHIPPED_TEXT.to_owned())
+    } else {
+        let text = read_text(&own).map_err(|reason| {
+            let message = format!("cannot read the claims in `{}`: {reason}", own.display());
+            let help = format!(
+                "write the path of a file, relative to the manifest, or the name of the file of \
+                 the program: `{SHIPPED}`"
+            );
+            FileError::Unreadable(Problem::new(message, span, "named here").help(help))
+        })?;
+        (own.display().to_string(), text)
     };
-    let reference = |table: &str| match shipped {
-        Some(shipped) => {
-            let known = shipped.tables.iter().find(|(known, _)| *known == table);
-            known
-                .map(|(_, text)| (*text).to_owned())
-                .ok_or_else(|| "there is no such file".to_owned())
-        }
-        None => read_text(&own.with_file_name(table)),
+    let reference = |table: &str| {
+        let shipped = SHIPPED_TABLES.iter().find(|(known, _)| name == SHIPPED && *known == table);
+        shipped
+            .map_or_else(|| read_text(&own.with_file_name(table)), |(_, text)| Ok(text.to_string()))
     };
     let mut problems = Problems::default();
-    let context = ClaimContext {
-        file: Some(name),
-        stages: context.stages,
-        table: context.table,
-        units: context.units,
-        reference: &reference,
-    };
+    let context = ClaimContext { file: Some(name), tables, reference: &reference };
     let claims =
-        parsed(&text, &mut problems).and_then(|written| check(&written, &context, &mut problems));
+        parsed(&text, &mut problems).and_then(|written| check(&written, context, &mut problems));
     match claims {
         Some(claims) if problems.is_empty() => Ok(claims),
         _ => Err(FileError::Invalid(Box::new(problems.into_errors(&file, &text)))),
@@ -118,9 +90,8 @@ pub fn read(
 /// Returns the files that claims of a study are in and that they name, without those of the
 /// program, as paths relative to the manifest.
 pub fn own_files(claims: &[ClaimSpec]) -> BTreeSet<PathBuf> {
-    let is_own = |name: &str| SHIPPED.iter().all(|shipped| shipped.name != name);
     let mut files = BTreeSet::new();
-    for claim in claims.iter().filter(|claim| claim.file.as_deref().is_none_or(is_own)) {
+    for claim in claims.iter().filter(|claim| claim.file.as_deref() != Some(SHIPPED)) {
         let file = claim.file.as_deref().map(Path::new);
         files.extend(file.map(Path::to_owned));
         let reference = claim.test.as_ref().and_then(|test| test.reference_file.as_ref());
@@ -148,14 +119,13 @@ fn parsed(text: &str, problems: &mut Problems) -> Option<WrittenClaims> {
     for entry in document.into_inner() {
         match entry.0.get_ref().as_ref() {
             "claim" | "data" => read_claims(entry, &mut written, problems),
-            _ => problems.push(unknown(&entry.0)),
+            _ => {
+                let message = format!("unknown table `{}` in a file of claims", entry.0.get_ref());
+                let problem = Problem::new(message, entry.0.span(), "not allowed here");
+                let help = "a file of claims has tables `[claim.NAME]` and `[data.NAME]`";
+                problems.push(problem.help(help));
+            }
         }
     }
     Some(written)
-}
-
-fn unknown(key: &TomlSpanned<DeString<'_>>) -> Problem {
-    let message = format!("unknown table `{}` in a file of claims", key.get_ref());
-    let problem = Problem::new(message, key.span(), "not allowed here");
-    problem.help("a file of claims has tables `[claim.NAME]` and `[data.NAME]`")
 }

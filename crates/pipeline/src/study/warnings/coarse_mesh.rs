@@ -1,10 +1,8 @@
 //! Warning about meshes that are too coarse for the contact area.
 
-use crate::study::{Stage, Study, Work, multilevel};
+use crate::study::{Stage, Study, multilevel};
 use asperity_mechanics::topography::shapes::Shape;
 use asperity_stages::fit::laws::{Law, PlainLaw};
-use asperity_stages::per_axis::PerAxis;
-use asperity_stages::surface::pair::Pair;
 use asperity_stages::surface::planned::PlannedSurfaces;
 use asperity_stages::surface::{Origin, Params};
 use asperity_stages::{Recipe, measure};
@@ -43,7 +41,7 @@ const MESH_ERROR_RANGE: [f64; 2] = [50.0, 80.0];
 /// Shortest wavelength of a surface, and its resolution by the mesh.
 #[derive(Debug, Clone, Copy)]
 struct ShortestWave {
-    nodes: [u32; 2],
+    nodes: [usize; 2],
     key: &'static str,
     wavenumber: u32,
     /// Number of nodes per wavelength, along the axis on which it is smaller.
@@ -59,12 +57,7 @@ impl ShortestWave {
     fn from_params(params: &Params) -> Option<ShortestWave> {
         let grid = params.grid().ok()?;
         let steps = grid.larger_steps();
-        let PerAxis([nodes_x, nodes_y]) = *match &params.origin {
-            Origin::Random { nodes, .. } | Origin::Shape { nodes, .. } => nodes,
-            Origin::Pair(pair) => return ShortestWave::from_pair(pair),
-            Origin::Spectrum { .. } | Origin::File(_) | Origin::Yielded(_) => return None,
-        };
-        let [along_x, along_y] = [nodes_x, nodes_y].map(f64::from);
+        let [along_x, along_y] = params.nodes().map(|nodes| nodes as f64);
         let (nodes, key, wavenumber) = match &params.origin {
             Origin::Random { surface, .. } => (steps, "k_upper", surface.spectrum.k_upper),
             Origin::Shape { shape, .. } => match *shape {
@@ -74,12 +67,16 @@ impl ShortestWave {
                 }
                 Shape::Paraboloid { .. } | Shape::Punch { .. } => return None,
             },
-            Origin::Spectrum { .. } | Origin::File(_) | Origin::Pair(_) | Origin::Yielded(_) => {
-                return None;
+            Origin::Pair(pair) => {
+                let bodies = [&pair.body, &pair.against];
+                let waves =
+                    bodies.into_iter().filter_map(|params| ShortestWave::from_params(params));
+                return waves.min_by(|one, other| one.resolution.total_cmp(&other.resolution));
             }
+            Origin::Spectrum { .. } | Origin::File(_) | Origin::Yielded(_) => return None,
         };
         Some(ShortestWave {
-            nodes: [nodes_x, nodes_y],
+            nodes: params.nodes(),
             key,
             wavenumber,
             resolution: nodes / f64::from(wavenumber),
@@ -87,16 +84,9 @@ impl ShortestWave {
         })
     }
 
-    /// Returns the shorter of the shortest wavelengths of two surfaces.
-    fn from_pair(pair: &Pair) -> Option<ShortestWave> {
-        let both = [&pair.body, &pair.against].map(|params| ShortestWave::from_params(params));
-        let waves = both.into_iter().flatten();
-        waves.min_by(|one, other| one.resolution.total_cmp(&other.resolution))
-    }
-
     /// Formats the value of `nodes` for a mesh that is finer by the factor `finer` along both axes.
     fn mesh(&self, finer: f64) -> String {
-        let [x, y] = self.nodes.map(|nodes| (f64::from(nodes) * finer - 1e-6).ceil());
+        let [x, y] = self.nodes.map(|nodes| (nodes as f64 * finer - 1e-6).ceil());
         if x == y { format!("{x}") } else { format!("[{x}, {y}]") }
     }
 }
@@ -105,10 +95,7 @@ impl Study {
     /// Warns of the coarsest mesh of a `generate` stage if this mesh causes a large error of the
     /// contact area.
     pub(super) fn coarse_mesh(&self, index: usize, stage: &Stage) -> Option<String> {
-        let Work::Generate(ensembles) = &stage.work else {
-            return None;
-        };
-        let measured = self.measured_meshes(index, ensembles);
+        let measured = self.measured_meshes(index, stage.work.surfaces());
         let enough = if self.is_corrected(index)? { ENOUGH_CORRECTED } else { ENOUGH };
         let shortest = measured.iter().filter_map(|one| ShortestWave::from_params(&one.params));
         let mut waves: Vec<ShortestWave> =
@@ -147,13 +134,8 @@ impl Study {
 
     /// Warns of the coarsest mesh of multilevel means if it hardly resolves the surfaces.
     pub(super) fn coarse_levels(&self, index: usize, stage: &Stage) -> Option<String> {
-        let Work::Generate(ensembles) = &stage.work else {
-            return None;
-        };
-        if !self.is_of_levels(index) {
-            return None;
-        }
-        let shortest = ensembles.iter().filter_map(|one| ShortestWave::from_params(&one.params));
+        let surfaces = stage.work.surfaces().iter().filter(|_| self.is_of_levels(index));
+        let shortest = surfaces.filter_map(|one| ShortestWave::from_params(&one.params));
         let wave = shortest.min_by(|one, other| one.resolution.total_cmp(&other.resolution))?;
         (wave.resolution < ENOUGH_FOR_LEVELS).then(|| {
             format!(

@@ -1,7 +1,7 @@
 //! Warnings about surfaces: their files, and heights or sides in a wrong unit.
 
 use crate::study::summary::rms_slope;
-use crate::study::{Stage, Study, Work};
+use crate::study::{Stage, Study};
 use asperity_manifest::keys::quantity;
 use asperity_stages::generate::plausibility::{EnteredMap, STEEP, reading_of};
 use asperity_stages::surface::origin::MeasuredSurface;
@@ -12,10 +12,7 @@ impl Study {
     /// Warns of random surfaces whose rms slope follows from lengths with a unit, and exceeds that
     /// of solid surfaces. A given `rms_slope` has no unit that could be wrong.
     pub(super) fn steep_surfaces(&self, stage: &Stage) -> Option<String> {
-        let Work::Generate(ensembles) = &stage.work else {
-            return None;
-        };
-        ensembles.iter().find_map(|ensemble| self.too_steep(&ensemble.params))
+        stage.work.surfaces().iter().find_map(|ensemble| self.too_steep(&ensemble.params))
     }
 
     fn too_steep(&self, params: &Params) -> Option<String> {
@@ -44,11 +41,8 @@ impl Study {
 /// periodic map match, whether the instrument resolved the slope, what the reader guessed, and
 /// implausible slopes and sides.
 pub fn file_warnings(stage: &Stage, sources: &SurfaceFiles) -> Vec<String> {
-    let Work::Generate(ensembles) = &stage.work else {
-        return vec![];
-    };
     let mut distinct: Vec<String> = Vec::new();
-    for ensemble in ensembles {
+    for ensemble in stage.work.surfaces() {
         let Origin::File(file) = &ensemble.params.origin else {
             continue;
         };
@@ -113,20 +107,15 @@ fn holes(file: &MeasuredSurface, path: &str) -> Option<String> {
     (missing > 0).then(|| {
         let share = 100.0 * missing as f64 / points as f64;
         let (fill, removed) = (fill.name(), file.seen.removed.points());
-        let lack = match removed {
-            0 => format!("{missing} of {points} points of `{path}` were not measured"),
-            _ if removed == missing => {
-                format!(
-                    "{removed} of {points} points of `{path}` were removed as spikes or islands"
-                )
-            }
-            _ => format!(
-                "{} of {points} points of `{path}` were not measured and {removed} were removed as \
-                 spikes or islands",
-                missing - removed
-            ),
+        let spikes = match removed {
+            0 => String::new(),
+            _ => format!(" and {removed} were removed as spikes or islands"),
         };
-        format!("{lack} ({share:.3} %); `fill = \"{fill}\"` estimates their heights")
+        format!(
+            "{} of {points} points of `{path}` were not measured{spikes} ({share:.3} %); `fill = \
+             \"{fill}\"` estimates their heights",
+            missing - removed
+        )
     })
 }
 

@@ -1,9 +1,8 @@
 //! Warnings about loads and moduli whose units are probably not the ones that the user meant.
 
-use std::sync::Arc;
-
-use crate::study::summary::rms_slope;
-use crate::study::{Stage, Study, Work};
+use crate::study::summary::{rms_slope, solved};
+use crate::study::units::modulus;
+use crate::study::{Stage, Study};
 use asperity_manifest::decimal;
 use asperity_manifest::keys::quantity::{self, Dimension, Unit};
 use asperity_mechanics::grid::Boundary;
@@ -53,17 +52,10 @@ impl Study {
     /// Warns if all loads of a stage are so large that every node touches, or too small to be
     /// intended.
     pub(super) fn improbable_loads(&self, stage: &Stage) -> Option<String> {
-        let mut solved = stage.work.recipes().iter().filter_map(|recipe| match recipe {
-            Recipe::Solve(params) => Some(params),
-            _ => None,
-        });
-        let closing = self.pressed_surfaces(stage).map(full_contact).reduce(f64::max);
-        solved.find_map(|params| {
-            let slopes = match params.load_unit {
-                PressureUnit::Relative => Some([1.0; 2]),
-                PressureUnit::Absolute => self.pressed_slopes(stage),
-            };
-            improbable(params, slopes, closing.unwrap_or(HEAVY))
+        let mut contacts = stage.work.recipes().iter().filter_map(solved);
+        let closing = self.surfaces_read_by(stage).map(full_contact).reduce(f64::max);
+        contacts.find_map(|params| {
+            improbable(params, self.pressed_slopes(stage), closing.unwrap_or(HEAVY))
         })
     }
 
@@ -79,20 +71,10 @@ impl Study {
         messages.into_iter().flatten().collect()
     }
 
-    /// Returns the recipes of the surfaces that a stage presses.
-    fn pressed_surfaces<'a>(&'a self, stage: &'a Stage) -> impl Iterator<Item = &'a Params> {
-        let works = stage.inputs.iter().map(|&input| &self.stages[input].work);
-        let ensembles = works.filter_map(|work| match work {
-            Work::Generate(ensembles) => Some(ensembles),
-            Work::Evaluate(_) => None,
-        });
-        ensembles.flatten().map(|ensemble| &ensemble.params)
-    }
-
     /// Returns the smallest and the largest rms slope of the surfaces that a stage presses, if all
     /// are known before the surfaces are drawn.
     fn pressed_slopes(&self, stage: &Stage) -> Option<[f64; 2]> {
-        let known = self.pressed_surfaces(stage).map(|params| rms_slope(params, &self.sources));
+        let known = self.surfaces_read_by(stage).map(|params| rms_slope(params, &self.sources));
         let slopes: Vec<f64> = known.collect::<Option<_>>()?;
         let lowest = slopes.iter().copied().reduce(f64::min)?;
         Some([lowest, slopes.into_iter().fold(lowest, f64::max)])
@@ -141,83 +123,73 @@ fn improbable(params: &solve::Params, slopes: Option<[f64; 2]>, closing: f64) ->
         && params.boundary == Boundary::Periodic
         && params.asperities.is_none();
     let closing = if is_half_space { closing } else { HEAVY.max(closing) };
-    let [flattest, steepest] = slopes.unwrap_or(SLOPES);
-    let shown = |pressure: f64| quantity::written(pressure, params.pressure_unit);
+    let [flattest, steepest] = match params.load_unit {
+        PressureUnit::Relative => [1.0; 2],
+        PressureUnit::Absolute => slopes.unwrap_or(SLOPES).map(|slope| modulus * slope),
+    };
+    let (bound, load, effect) = if lightest >= closing * steepest {
+        ("at least", lightest, "every node touches")
+    } else if heaviest < LIGHT * flattest {
+        ("at most", heaviest, "only a node or two touch")
+    } else {
+        return None;
+    };
+    let unit = params.pressure_unit;
     let rounded = |number: f64, unit| quantity::range([number].into_iter(), unit);
-    let rounded_modulus = rounded(modulus, params.pressure_unit).unwrap_or_default();
-    let same_unit = if params.pressure_unit.is_none() { " in the same unit" } else { "" };
-    let is_heavy = |unit: f64| lightest >= closing * unit;
-    let is_light = |unit: f64| heaviest < LIGHT * unit;
-    let pressures = match params.pressure_unit {
-        Some(unit) => format!("write them with their unit, such as \"{lightest} {unit}\","),
-        None => "set `load_unit = \"absolute\"`".to_owned(),
-    };
-    let scale = match slopes {
-        Some([_, steepest]) => {
-            let slope = rounded(steepest, None).unwrap_or_default();
-            format!("E* is {rounded_modulus}{same_unit} and the rms slope at most {slope}")
+    Some(match params.load_unit {
+        PressureUnit::Relative => {
+            let pressures = match unit {
+                Some(unit) => format!("write them with their unit, such as \"{load} {unit}\","),
+                None => "set `load_unit = \"absolute\"`".to_owned(),
+            };
+            format!(
+                "all loads are {bound} {load} in units of E* × rms slope, so that {effect}; \
+                 {pressures} if they are pressures"
+            )
         }
-        None => format!("E* is {rounded_modulus}{same_unit}"),
-    };
-    match params.load_unit {
-        PressureUnit::Relative if is_heavy(1.0) => Some(format!(
-            "all loads are at least {lightest} in units of E* × rms slope, but every node touches \
-             from about {closing:.1} upwards; {pressures} if they are pressures"
-        )),
-        PressureUnit::Relative if is_light(1.0) => Some(format!(
-            "all loads are at most {heaviest} in units of E* × rms slope, so that only a node or \
-             two touch; {pressures} if they are pressures"
-        )),
-        PressureUnit::Absolute if is_heavy(modulus * steepest) => Some(format!(
-            "all loads are pressures of at least {}, and {scale}, so that every node touches; check \
-             the units of the loads and of E*",
-            shown(lightest)
-        )),
-        PressureUnit::Absolute if is_light(modulus * flattest) => Some(format!(
-            "all loads are pressures of at most {}, and E* is {rounded_modulus}{same_unit}, so that only a \
-             node or two touch; check the units of the loads and of E*",
-            shown(heaviest)
-        )),
-        _ => None,
-    }
+        PressureUnit::Absolute => {
+            let same_unit = if unit.is_none() { " in the same unit" } else { "" };
+            let rounded_slope = slopes.and_then(|[_, steepest]| rounded(steepest, None));
+            let slope = rounded_slope.map(|slope| format!(" and the rms slope at most {slope}"));
+            format!(
+                "all loads are pressures of {bound} {}, and E* is {}{same_unit}{}, so that {effect}; \
+                 check the units of the loads and of E*",
+                quantity::written(load, unit),
+                rounded(modulus, unit)?,
+                slope.unwrap_or_default()
+            )
+        }
+    })
 }
 
 /// Tells that the list of loads of a stage was sorted, or that repeated loads are solved once.
 pub fn rearranged_loads(stage: &Stage) -> Option<String> {
-    let lists = stage.work.recipes().iter().filter_map(|recipe| match recipe {
-        Recipe::Solve(params) => Some(params),
-        _ => None,
-    });
-    let rearranged = |params: &&Arc<solve::Params>| {
-        params.listed.is_unsorted || !params.listed.repeated.is_empty()
-    };
-    let params = lists.into_iter().find(rearranged)?;
-    let sorted = params
-        .listed
-        .is_unsorted
-        .then(|| "`loads` is out of order; loads are solved in ascending order".to_owned());
-    let repeated = params.listed.repeated.first().map(|load| {
-        let load = params.written_load(*load);
-        format!("`loads` repeats the load {load}; each load is solved once")
-    });
-    Some(sorted.into_iter().chain(repeated).collect::<Vec<_>>().join(". "))
+    stage.work.recipes().iter().filter_map(solved).find_map(|params| {
+        let sorted = "`loads` is out of order; loads are solved in ascending order".to_owned();
+        let sorted = params.listed.is_unsorted.then_some(sorted);
+        let repeated = params.listed.repeated.first().map(|load| {
+            let load = params.written_load(*load);
+            format!("`loads` repeats the load {load}; each load is solved once")
+        });
+        sorted
+            .into_iter()
+            .chain(repeated)
+            .reduce(|sorted, repeated| format!("{sorted}. {repeated}"))
+    })
 }
 
 /// Warns that E* with a unit exceeds that of all materials.
 pub fn improbable_modulus(stage: &Stage) -> Option<String> {
-    let mut moduli = stage.work.recipes().iter().filter_map(|recipe| match recipe {
-        Recipe::Solve(params) => Some((params.effective_modulus, params.pressure_unit?)),
-        Recipe::Adhesion(params) => Some((params.effective_modulus, params.pressure_unit?)),
-        _ => None,
-    });
     let pascal = Unit::si(Dimension::Pressure);
-    let is_too_stiff = |modulus: f64, unit: &Unit| modulus * unit.factor_to(pascal) > STIFFEST;
-    let (modulus, unit) = moduli.find(|(modulus, unit)| {
-        Unit::find(unit).is_some_and(|unit| is_too_stiff(*modulus, unit))
-    })?;
-    Some(format!(
-        "E* is {}, which exceeds that of diamond (about 1 TPa). A modulus may lack its unit: plain \
-         numbers are in {unit}",
-        quantity::range([modulus].into_iter(), Some(unit))?
-    ))
+    stage.work.recipes().iter().filter_map(modulus).find_map(|(modulus, unit)| {
+        let unit = Unit::find(unit?)?;
+        let shown = quantity::range([modulus].into_iter(), Some(unit.symbol))?;
+        (modulus * unit.factor_to(pascal) > STIFFEST).then(|| {
+            format!(
+                "E* is {shown}, which exceeds that of diamond (about 1 TPa). A modulus may lack its \
+                 unit: plain numbers are in {}",
+                unit.symbol
+            )
+        })
+    })
 }
