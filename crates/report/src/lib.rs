@@ -15,7 +15,7 @@
 //! | `plotted` | points of declared and automatic figures, from the rows of a table |
 //! | `symbols` | labels of axes and legends for columns of tables |
 //! | `figures` | all figures, in files by subject |
-//! | `map_pictures`, `relief` | pictures of single maps, and of surfaces in perspective |
+//! | `map_pictures` | pictures of single maps |
 //! | `animation` | sweeps of loads as GIF and APNG files |
 //! | `charts` | drawing: axes, series, legends, maps; SVG, PNG and PDF |
 //! | `page` | the HTML page: summary, figures, tables, provenance |
@@ -37,7 +37,6 @@ pub mod map_pictures;
 mod page;
 mod plotted;
 mod points;
-pub mod relief;
 mod samples;
 mod styles;
 mod surface_curves;
