@@ -165,14 +165,8 @@ pub enum ReportError {
     /// A figure cannot be converted to PNG or PDF.
     #[error("cannot convert `{name}.svg` to PNG and PDF")]
     Pixels { name: String, source: PixelsError },
-    /// The existing page shows results that the new page would not.
-    #[error(
-        "`{}` shows more than a new page would: {}; compute the missing results with `asperity \
-         run`, choose another folder with `--output FOLDER`, or overwrite the page with \
-         `--replace`",
-        page.display(),
-        lacks.join(", "),
-    )]
+    /// Not returned any more: a page that shows more than the new one is overwritten.
+    #[error("`{}` shows more than a new page would", page.display())]
     ShowsLess { page: PathBuf, lacks: Vec<String> },
     /// The existing file is not a report.
     #[error(
@@ -215,12 +209,6 @@ pub struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    /// Returns true if all tasks of the plan are finished.
-    fn is_complete(&self) -> bool {
-        let mut stages = self.plan.stages.iter().zip(self.rows);
-        stages.all(|(stage, rows)| rows.tasks.len() == stage.tasks.len())
-    }
-
     /// Returns the numbers of finished and of planned tasks.
     fn tasks(&self) -> (usize, usize) {
         let done: BTreeSet<usize> = self.rows.iter().flat_map(|rows| rows.tasks.clone()).collect();
@@ -228,17 +216,11 @@ impl Subject<'_> {
     }
 }
 
-/// Writes the page `report.html` and the folder `figures` into a folder. If the study is incomplete
-/// or its maps are lost, an existing page that shows more results is kept.
+/// Writes the page `report.html` and the folder `figures` into a folder.
 ///
 /// # Errors
-/// If a surface cannot be drawn, a file cannot be written, or the existing page shows more.
-pub fn write(
-    subject: &Subject,
-    bars: Bars,
-    folder: &Path,
-    replaces: bool,
-) -> Result<Report, ReportError> {
+/// If a surface cannot be drawn or a file cannot be written.
+pub fn write(subject: &Subject, bars: Bars, folder: &Path) -> Result<Report, ReportError> {
     let finished = FinishedStages::new(subject);
     let derived = subject.study.derived_keys();
     let data = FigureData::new(&finished, bars.into(), derived)?;
@@ -254,25 +236,24 @@ pub fn write(
             None => {}
         }
     }
-    let basis = Basis::new(&subject.plan.study, &there, &finished.stages);
+    let basis = Basis::new(&subject.plan.study, &there);
     let page = folder.join(PAGE);
-    let is_complete = subject.is_complete() && !missing.iter().any(MissingFigure::is_lost);
-    if !replaces && !is_complete {
-        let lacks = basis.lacks_of(&page);
-        if !lacks.is_empty() {
-            return Err(ReportError::ShowsLess { page, lacks });
-        }
-    }
     make_folder(folder)?;
     // The page contains digests of the figures, so `verify` must see either both or none.
     let _alone = lock_to_write(folder);
-    integrity::begin(folder);
     let pictures = folder.join(FIGURES);
-    write_figures(&there, integrity::figure_files(&page), &pictures)?;
+    let earlier = integrity::read_page(&page).ok().and_then(|page| Basis::from_page(&page));
+    for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
+        write_whole(&pictures.join(&name), bytes, &pictures)?;
+    }
+    for name in earlier.unwrap_or_default().files.keys() {
+        if !basis.files.contains_key(name) {
+            remove(&pictures.join(name))?;
+        }
+    }
     let text = page::html(subject, &data, &there, &missing, &basis, folder);
     let text = integrity::sealed(text);
     write_whole(&page, text.as_bytes(), folder)?;
-    integrity::end(folder);
     Ok(Report {
         page,
         figures: pictures,
@@ -329,21 +310,6 @@ fn pixels(figure: &Figure) -> f32 {
         let finest: f64 = 300.0 / 96.0;
         finest.min(MOST / width.max(height)) as f32
     })
-}
-
-/// Writes an SVG, a PNG and a PDF file for each figure, and removes the files in `earlier`, those
-/// of an earlier report, that the report no longer has.
-fn write_figures(
-    there: &[DrawnFigure],
-    earlier: BTreeSet<String>,
-    folder: &Path,
-) -> Result<(), ReportError> {
-    let mut gone = earlier;
-    for (name, bytes) in there.iter().flat_map(DrawnFigure::files) {
-        write_whole(&folder.join(&name), bytes, folder)?;
-        gone.remove(&name);
-    }
-    gone.iter().try_for_each(|name| remove(&folder.join(name)))
 }
 
 fn remove(path: &Path) -> Result<(), ReportError> {

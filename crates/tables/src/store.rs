@@ -79,12 +79,6 @@ pub enum StoreError {
     /// A page or figure of a report was changed by a user or another program.
     #[error("`{}` was edited; run `asperity report` to write it again", path.display())]
     Changed { path: PathBuf },
-    /// A page or figure of a report was being written when the process ended.
-    #[error(
-        "`{}` was not finished, because `asperity report` was interrupted; run it again",
-        path.display()
-    )]
-    Interrupted { path: PathBuf },
     #[error("cannot lock the store: cannot open or lock `{}`", path.display())]
     Lock { path: PathBuf, source: io::Error },
     /// A read-only store cannot be used.
@@ -152,7 +146,6 @@ impl StoreError {
             StoreError::Read { source, .. } => source.kind() == io::ErrorKind::NotFound,
             StoreError::Write { .. }
             | StoreError::Changed { .. }
-            | StoreError::Interrupted { .. }
             | StoreError::Lock { .. }
             | StoreError::Layer { .. } => false,
         }
