@@ -234,8 +234,6 @@ pub(super) fn write_report(
         plan: &reading.plan,
         rows: &rows,
         archive: &reading.reader,
-        sources: &reading.study.sources,
-        manifest: &reading.study.manifest.text,
         warnings: &warnings,
     };
     let default = || session.data().results_of(&reading.plan.study);

@@ -411,7 +411,7 @@ fn a_page_begins_with_the_answer_and_ends_with_its_provenance() {
     // The intervals follow from the surfaces, though the stage has only the standard deviation.
     assert!(summary.contains(" ± "), "{summary}");
     for stage in ["surfaces", "light", "area", "corrected", "law", "curves"] {
-        assert!(page[places[6]..].contains(&format!(">{stage}</text>")), "{stage}");
+        assert!(page[places[6]..].contains(&format!("<td>{stage}</td>")), "{stage}");
     }
 }
 

@@ -60,7 +60,7 @@ use serde::Serialize;
 
 use crate::charts::{Figure, pdf, svg};
 use crate::figure_data::FigureData;
-use crate::figures::{Drawn, DrawnFigure, Group, MissingFigure, Planned};
+use crate::figures::{Drawn, DrawnFigure, Group, Planned};
 use crate::finished::FinishedStages;
 use crate::integrity::Basis;
 use asperity_pipeline::plan::Plan;
@@ -70,7 +70,6 @@ use asperity_pipeline::results::reader::ResultReader;
 use asperity_pipeline::study::figures::ErrorBars;
 use asperity_pipeline::study::{Study, Warning};
 use asperity_stages::StageError;
-use asperity_stages::surface_files::SurfaceFiles;
 use asperity_tables::parallel;
 use asperity_tables::store::StoreError;
 use asperity_tables::store::files::{lock_to_write, make_folder, write_whole};
@@ -135,15 +134,23 @@ pub enum Reason {
     DoesNotApply,
 }
 
-impl From<MissingFigure> for NotDrawn {
-    fn from(figure: MissingFigure) -> NotDrawn {
-        let reason = match figure.group {
-            Group::Declared => Reason::Declared,
-            _ if figure.is_lost() => Reason::Lost,
-            _ => Reason::DoesNotApply,
+/// A figure that is not drawn, with the lines of a manifest that would add its data.
+#[derive(Debug, Serialize)]
+struct MissingFigure {
+    #[serde(flatten)]
+    told: NotDrawn,
+    lines: Option<String>,
+}
+
+impl MissingFigure {
+    fn new(planned: &Planned, needs: String, lines: Option<String>) -> MissingFigure {
+        let reason = match (planned.group, &lines) {
+            (Group::Declared, _) => Reason::Declared,
+            (_, None) => Reason::Lost,
+            (_, Some(_)) => Reason::DoesNotApply,
         };
-        let MissingFigure { name, title, needs, .. } = figure;
-        NotDrawn { figure: title, name, reason, needs: needs.into_owned() }
+        let (figure, name) = (planned.title.clone(), planned.name.clone());
+        MissingFigure { told: NotDrawn { figure, name, reason, needs }, lines }
     }
 }
 
@@ -201,9 +208,6 @@ pub struct Subject<'a> {
     pub rows: &'a [StageRows],
     /// Finished tasks with their maps.
     pub archive: &'a ResultReader,
-    /// Files of the measured surfaces.
-    pub sources: &'a SurfaceFiles,
-    pub manifest: &'a str,
     /// Warnings that the page shows.
     pub warnings: &'a [Warning],
 }
@@ -226,8 +230,7 @@ pub fn write(subject: &Subject, bars: Bars, folder: &Path) -> Result<Report, Rep
     let data = FigureData::new(&finished, bars.into(), derived)?;
     // Draw figures in parallel, one task each.
     let planned = Planned::all(subject.study, &finished);
-    let named: Vec<_> = planned.iter().zip(figures::file_stems(&planned)).collect();
-    let drawn = parallel::map(&named, |(figure, stem)| draw(figure, stem, &data));
+    let drawn = parallel::map(&planned, |figure| draw(figure, &data));
     let (mut there, mut missing) = (Vec::new(), Vec::new());
     for figure in drawn {
         match figure? {
@@ -258,7 +261,7 @@ pub fn write(subject: &Subject, bars: Bars, folder: &Path) -> Result<Report, Rep
         page,
         figures: pictures,
         drawn: there.into_iter().map(|figure| figure.title).collect(),
-        missing: missing.into_iter().map(NotDrawn::from).collect(),
+        missing: missing.into_iter().map(|figure| figure.told).collect(),
         size: text.len(),
     })
 }
@@ -266,39 +269,38 @@ pub fn write(subject: &Subject, bars: Bars, folder: &Path) -> Result<Report, Rep
 /// Draws a figure, or returns `None` if the study has no stage of the special kind that the figure
 /// shows.
 fn draw(
-    figure: &Planned,
-    stem: &str,
+    planned: &Planned,
     data: &FigureData,
 ) -> Result<Option<Result<DrawnFigure, MissingFigure>>, ReportError> {
-    let (name, title, mut group) = (stem.to_owned(), figure.title(), figure.group());
-    Ok(Some(match figure.draw(data)? {
-        Drawn::Figure { figure: mut drawing, mut caption, sliders } => {
-            if group == Group::Paper {
-                if let Some(note) = data.loads.on_axes(&mut drawing) {
-                    caption = format!("{} {note}", caption.trim_end());
-                }
-                if drawing.is_of_maps() {
-                    group = Group::Maps;
-                } else if let Err(axis) = drawing.keep_courses() {
-                    let lines = match figures::missing(data, figure.name()) {
-                        Drawn::Missing { lines, .. } => lines,
-                        _ => None,
-                    };
-                    let needs = format!("two or more places along the axis `{axis}`").into();
-                    return Ok(Some(Err(MissingFigure { name, title, group, needs, lines })));
-                }
-            }
-            let alone = svg::alone(&drawing.to_svg(&name));
-            let files = svg::to_png(&alone, pixels(&drawing))
-                .and_then(|png| Ok((png, pdf::to_pdf(&alone)?)));
-            let (png, pdf) =
-                files.map_err(|source| ReportError::Pixels { name: name.clone(), source })?;
-            let drawing = drawing.for_page(&name);
-            Ok(DrawnFigure { name, title, group, drawing, alone, png, pdf, caption, sliders })
+    let (name, title, mut group) = (planned.name.clone(), planned.title.clone(), planned.group);
+    let (mut drawing, mut caption, sliders) = match planned.draw(data)? {
+        Drawn::Figure { figure, caption, sliders } => (figure, caption, sliders),
+        Drawn::Missing { needs, lines } => {
+            return Ok(Some(Err(MissingFigure::new(planned, needs.into_owned(), lines))));
         }
-        Drawn::Missing { needs, lines } => Err(MissingFigure { name, title, group, needs, lines }),
         Drawn::NotAsked => return Ok(None),
-    }))
+    };
+    if group == Group::Paper {
+        if let Some(note) = data.loads.on_axes(&mut drawing) {
+            caption = format!("{} {note}", caption.trim_end());
+        }
+        if drawing.is_of_maps() {
+            group = Group::Maps;
+        } else if let Err(axis) = drawing.keep_courses() {
+            let lines = match figures::missing(data, &name) {
+                Drawn::Missing { lines, .. } => lines,
+                _ => None,
+            };
+            let needs = format!("two or more places along the axis `{axis}`");
+            return Ok(Some(Err(MissingFigure::new(planned, needs, lines))));
+        }
+    }
+    let alone = svg::alone(&drawing.to_svg(&name));
+    let files =
+        svg::to_png(&alone, pixels(&drawing)).and_then(|png| Ok((png, pdf::to_pdf(&alone)?)));
+    let (png, pdf) = files.map_err(|source| ReportError::Pixels { name: name.clone(), source })?;
+    let drawing = drawing.for_page(&name);
+    Ok(Some(Ok(DrawnFigure { name, title, group, drawing, alone, png, pdf, caption, sliders })))
 }
 
 /// Returns the number of pixels of a PNG file per pixel of the figure: 300 to the inch if the
